@@ -1,4 +1,5 @@
-"""For every test: one thread of linear algebra, as in the library's own work; two of them wait for each other.
+"""For every test: one thread of linear algebra, as in the library's own work; two of them wait for each
+other.
 
 And what takes longest to compile is compiled before the first test, which has no time for it.
 """
@@ -17,6 +18,11 @@ def compiled():
     """Trace a locus where its kernels are not on disk yet: that takes the better part of a minute, once."""
     import sdpgrind
 
-    kept = Path(sdpgrind.__file__).with_name("locus").joinpath("_trace", "__pycache__").glob("*trace_kernels.follow*.nbc")
+    kept = (
+        Path(sdpgrind.__file__)
+        .with_name("locus")
+        .joinpath("_trace", "__pycache__")
+        .glob("*trace_kernels.follow*.nbc")
+    )
     if not any(kept):
         sdpgrind.warm("locus")

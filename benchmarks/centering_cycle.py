@@ -1,6 +1,8 @@
-"""Pushes, strategies and whole cycles of centering: ``python benchmarks/centering_cycle.py [--only PART] [--parts N]``.
+"""Pushes, strategies and whole cycles of centering: ``python benchmarks/centering_cycle.py [--only PART]
+[--parts N]``.
 
-Medians of runs in turn, so that all see the same load; one core, except for whole cycles, which take all there are.
+Medians of runs in turn, so that all see the same load; one core, except for whole cycles, which take all
+there are.
 """
 
 import argparse
@@ -43,7 +45,8 @@ def ring(mass: float, preset: str = "printed") -> centering.CenteringProblem:
     return centering.preset(preset).replace(part=centering.push.Part(mass, MASSES[mass]))
 
 
-# Pushes ---------------------------------------------------------------------------------------------------------------
+# Pushes
+# ---------------------------------------------------------------------------------------------------------------
 
 
 def stepped(parameters: np.ndarray, speed: float, duration: float, step: float) -> float:
@@ -72,13 +75,19 @@ def pushes() -> None:
     }
     took = {name: seconds / count for name, seconds in in_turn(runs, 11).items()}
     small = PRINTED.replace(mass=0.8).model
-    took["0.8 kg, 100 to 5000 mm/min"] = in_turn({"": lambda: centering.push.simulate_pushes(small, anywhere)}, 5)[""] / count
+    took["0.8 kg, 100 to 5000 mm/min"] = (
+        in_turn({"": lambda: centering.push.simulate_pushes(small, anywhere)}, 5)[""] / count
+    )
     begin = time.perf_counter()
-    apart = stepped(model.parameters, 10.0, 0.4, 1e-5) - centering.push.simulate_pushes(model, at_600[:1])[0, 0]
+    apart = (
+        stepped(model.parameters, 10.0, 0.4, 1e-5) - centering.push.simulate_pushes(model, at_600[:1])[0, 0]
+    )
     took["600 mm/min, time stepping by 10 us, Python"] = time.perf_counter() - begin
     told(took, "600 mm/min", 1e-6, "us")
     print(f"time stepping ends {1e6 * apart:+.1f} nm from the events")
-    residual = max(float(centering.push.simulate_pushes(each, anywhere)[:, 5].max()) for each in (model, small))
+    residual = max(
+        float(centering.push.simulate_pushes(each, anywhere)[:, 5].max()) for each in (model, small)
+    )
     print(f"largest residual of the energy balance: {residual:.1e}")
     least("pushes, 600 mm/min", 1 / took["600 mm/min"], 25_000, "1/s")
     least("pushes, 100 to 5000 mm/min", 1 / took["100 to 5000 mm/min"], 8_000, "1/s")
@@ -86,12 +95,21 @@ def pushes() -> None:
 
 
 def exact_plans(count: int) -> list[float]:
-    """How long exact plans of any mass, preset, offset, speed, table and shape take, ms; those that are refused left out."""
+    """How long exact plans of any mass, preset, offset, speed, table and shape take, ms; those that are
+    refused left out.
+    """
     rng, found = np.random.default_rng(0), []
     for _ in range(count):
         problem = ring(float(rng.choice(list(MASSES))), str(rng.choice(["printed", "identified"])))
-        task = {"offset": 10.0 ** rng.uniform(-2.0, 1.0), "push_speed": rng.uniform(2.0, 40.0), "follow_gap": 40.0}
-        task |= {"spindle_speed": units.rpm(rng.uniform(5.0, 100.0)), "shape": str(rng.choice(["trapezoid", "gentle"]))}
+        task = {
+            "offset": 10.0 ** rng.uniform(-2.0, 1.0),
+            "push_speed": rng.uniform(2.0, 40.0),
+            "follow_gap": 40.0,
+        }
+        task |= {
+            "spindle_speed": units.rpm(rng.uniform(5.0, 100.0)),
+            "shape": str(rng.choice(["trapezoid", "gentle"])),
+        }
         with warnings.catch_warnings(), contextlib.suppress(ValueError):
             warnings.simplefilter("ignore")
             took = in_turn({"": lambda problem=problem, task=task: centering.plan_push(problem, **task)}, 5)
@@ -113,10 +131,13 @@ def plans() -> None:
     most("exact lead and stroke, median of those drawn", float(median), 1.0, "ms")
     friction = centering.FrictionEstimator(PRINTED)
     trace = centering.simulate_push(PRINTED.model, centering.TipProfile.move(5.0, 40.0, 2560.0))
-    print(f"friction estimator, one update: {1e3 * in_turn({'': lambda: friction.update(trace)}, 31)['']:.2f} ms")
+    print(
+        f"friction estimator, one update: {1e3 * in_turn({'': lambda: friction.update(trace)}, 31)['']:.2f} ms"
+    )
 
 
-# Strategy and cycle ---------------------------------------------------------------------------------------------------
+# Strategy and cycle
+# ---------------------------------------------------------------------------------------------------
 
 
 def strategies() -> None:
@@ -129,7 +150,9 @@ def strategies() -> None:
     runs = {
         "push": lambda: [strategy.push(offset=0.3, friction=1.05, evidence=2) for _ in range(1000)],
         "value": lambda: [strategy.value(offset=0.3, friction=1.05, evidence=2) for _ in range(1000)],
-        "update_belief": lambda: [strategy.update_belief(1.0, 1.0, push, 0.98 * push.aim) for _ in range(1000)],
+        "update_belief": lambda: [
+            strategy.update_belief(1.0, 1.0, push, 0.98 * push.aim) for _ in range(1000)
+        ],
     }
     took = {name: seconds / 1000 for name, seconds in in_turn(runs, 21).items()}
     told(took, "push", 1e-6, "us")
@@ -157,13 +180,20 @@ def steps() -> None:
     print(
         f"whole: {1e6 * took['five parts'] / samples:.0f} us a sample, {1e6 * took['five parts'] / ticks:.1f} us a tick of 1 ms;"
     )
-    print(f"{float(log.outcome.time.sum()) / took['five parts']:.0f} times as fast as the machine would be;", end=" ")
+    print(
+        f"{float(log.outcome.time.sum()) / took['five parts']:.0f} times as fast as the machine would be;",
+        end=" ",
+    )
     print(f"without scheduler {took['five parts, no scheduler'] / took['five parts']:.2f} of the time")
 
 
 def cycles(parts: int) -> None:
     print(f"\n## Whole cycles, {parts} parts each: source / ours")
-    print("| preset | kg | time, mean [s] | 95 % [s] | pushes, mean | 95 % | not finished | planned [s] |\n" + "|---" * 8 + "|")
+    print(
+        "| preset | kg | time, mean [s] | 95 % [s] | pushes, mean | 95 % | not finished | planned [s] |\n"
+        + "|---" * 8
+        + "|"
+    )
     with ProcessPoolExecutor(os.cpu_count()) as executor:
         for preset in ("printed", "identified"):
             for mass in MASSES:
@@ -173,9 +203,16 @@ def cycles(parts: int) -> None:
 def _cycle(preset: str, mass: float, parts: int, executor: ProcessPoolExecutor) -> None:
     problem = ring(mass, preset)
     strategy = centering.plan(problem, executor=executor)
-    both = {"source": centering.PrintedController(problem, scheduled=strategy), "ours": centering.CenteringController(strategy)}
-    found = hwsim.compare(hwsim.CenteringMachine(problem), both, parts=parts, rng=0, executor=executor).outcome
-    start = np.hypot(found.center_x.sel(controller="ours"), found.center_y.sel(controller="ours"))[:, 0].values
+    both = {
+        "source": centering.PrintedController(problem, scheduled=strategy),
+        "ours": centering.CenteringController(strategy),
+    }
+    found = hwsim.compare(
+        hwsim.CenteringMachine(problem), both, parts=parts, rng=0, executor=executor
+    ).outcome
+    start = np.hypot(found.center_x.sel(controller="ours"), found.center_y.sel(controller="ours"))[
+        :, 0
+    ].values
     expected = float(np.mean([strategy.cycle_time(min(float(x), problem.offset_max)) for x in start]))
 
     def pair(values: Any, form: str) -> str:
@@ -183,7 +220,9 @@ def _cycle(preset: str, mass: float, parts: int, executor: ProcessPoolExecutor) 
 
     cells = [pair(found.time.mean("part"), ".2f"), pair(found.time.quantile(0.95, "part"), ".2f")]
     cells += [pair(found.pushes.mean("part"), ".2f"), pair(found.pushes.quantile(0.95, "part"), ".1f")]
-    print(f"| {preset} | {mass:g} | {' | '.join(cells)} | {pair((found.finished == 0).sum('part'), '.0f')} | {expected:.2f} |")
+    print(
+        f"| {preset} | {mass:g} | {' | '.join(cells)} | {pair((found.finished == 0).sum('part'), '.0f')} | {expected:.2f} |"
+    )
     ours = float(found.time.sel(controller="ours").mean())
     most(f"{preset}, {mass:g} kg: predicted time off by", 100 * abs(expected / ours - 1), 15.0, "%")
     if preset == "printed":

@@ -69,7 +69,9 @@ def lobed(count: int, *, seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 def updates() -> None:
-    print("\n## One more reading, three values (360 readings, limaçon; ours also with the exact curve, weights and all)")
+    print(
+        "\n## One more reading, three values (360 readings, limaçon; ours also with the exact curve, weights and all)"
+    )
     angle, reading = ring(360)
     rows = np.column_stack([np.ones_like(angle), np.cos(angle), np.sin(angle)])
     full = np.column_stack([rows, reading])
@@ -88,9 +90,9 @@ def updates() -> None:
     runs = {
         "ours, triangle, compiled loop": lambda: rotated(many, np.zeros((3, 4)), value),
         "ours, covariance, compiled loop": lambda: folded(many, np.zeros(3), 1e6 * np.eye(3)),
-        "ours, estimator of the exact curve, compiled loop": lambda: centering.GeometryEstimator(noise_sd=0.010).extend(
-            far, near
-        ),
+        "ours, estimator of the exact curve, compiled loop": lambda: centering.GeometryEstimator(
+            noise_sd=0.010
+        ).extend(far, near),
         "ours, update() and valid from Python": from_python,
         "numpy, running sums, compiled loops of its own": lambda: peers.by_sums(many[:, :3], many[:, 3]),
         "numpy, matrices": lambda: peers.by_numpy(rows, reading),
@@ -107,7 +109,9 @@ def updates() -> None:
     off = np.max(np.abs(peers.by_sums(rows, reading)[-1] - value))
     print(f"largest difference from running sums: {off:.1e} mm")
     most("recursive update, compiled loop", 1e6 * took["ours, triangle, compiled loop"], 0.2, "us")
-    most("estimator, compiled loop", 1e6 * took["ours, estimator of the exact curve, compiled loop"], 0.2, "us")
+    most(
+        "estimator, compiled loop", 1e6 * took["ours, estimator of the exact curve, compiled loop"], 0.2, "us"
+    )
     most("update() and valid from Python", 1e6 * took["ours, update() and valid from Python"], 2.0, "us")
     for peer in ("padasip FilterRLS", "filterpy KalmanFilter"):
         least(f"{peer} over ours, compiled", took[peer] / took["ours, triangle, compiled loop"], 100.0)
@@ -146,11 +150,15 @@ def streamed(rows: np.ndarray, reading: np.ndarray, estimator: Callable[[], None
 
 def fits() -> None:
     for count in (360, 4096):
-        print(f"\n## A circle through {count} readings (ours: exact curve, two Gauss-Newton steps, covariance)")
+        print(
+            f"\n## A circle through {count} readings (ours: exact curve, two Gauss-Newton steps, covariance)"
+        )
         angle, reading = ring(count)
         points = reading[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
         runs = {"ours": lambda a=angle, r=reading: centering.fit_circle(a, r)}
-        runs |= peers.fits(points) | {"scipy least_squares": lambda a=angle, r=reading: peers.fit_by_scipy(a, r)}
+        runs |= peers.fits(points) | {
+            "scipy least_squares": lambda a=angle, r=reading: peers.fit_by_scipy(a, r)
+        }
         took = in_turn(runs, 101)
         told(took, "ours", 1e-6, "us")
         found = centering.fit_circle(angle, reading)
@@ -164,7 +172,9 @@ def circles() -> None:
     print("\n## Reference circles of 4096 points")
     points = lobed(4096)[2]
     zone = {"ours": lambda: centering.roundness.reference_circle(points, "MZC")}
-    zone |= {f"cvxpy, {name}": lambda s=name: peers.zone_by_cvxpy(points, s) for name in ("HIGHS", "CLARABEL")}
+    zone |= {
+        f"cvxpy, {name}": lambda s=name: peers.zone_by_cvxpy(points, s) for name in ("HIGHS", "CLARABEL")
+    }
     zone["scipy linprog (HiGHS)"] = lambda: peers.zone_by_scipy(points)
     zone["scipy linprog, of the points that matter"] = lambda: peers.zone_by_generation(points)
     zone["numpy, exchange of one point of four"] = lambda: peers.zone_by_exchange(points)
@@ -183,7 +193,9 @@ def circles() -> None:
         ours = centering.roundness.reference_circle(points, kind)
         for name, run in runs.items():
             if name != "ours":
-                print(f"{name}: {1e6 * (run() - (ours.value if kind == 'MZC' else ours.radius)):+.2e} nm from ours")
+                print(
+                    f"{name}: {1e6 * (run() - (ours.value if kind == 'MZC' else ours.radius)):+.2e} nm from ours"
+                )
         most(f"{kind}, 4096 points", 1e3 * took["ours"], bar, "ms")
 
 

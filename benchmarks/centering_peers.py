@@ -93,7 +93,9 @@ def fits(points: np.ndarray) -> dict:
 
 
 def zone_by_cvxpy(points: np.ndarray, solver: str) -> float:
-    """Least distance of two circles about one centre, linear in the centre about the mean, scaled; one linear programme."""
+    """Least distance of two circles about one centre, linear in the centre about the mean, scaled; one linear
+    programme.
+    """
     beta, height, scale = _scaled(points)
     x, y, low, high = cp.Variable(), cp.Variable(), cp.Variable(), cp.Variable()
     left = height - x * np.cos(beta) - y * np.sin(beta)
@@ -108,7 +110,11 @@ def zone_by_scipy(points: np.ndarray) -> float:
     outer = np.column_stack([-cos, -sin, none, -one])
     inner = np.column_stack([cos, sin, one, none])
     found = optimize.linprog(
-        [0.0, 0.0, -1.0, 1.0], np.vstack([outer, inner]), np.concatenate([-height, height]), bounds=(None, None), method="highs"
+        [0.0, 0.0, -1.0, 1.0],
+        np.vstack([outer, inner]),
+        np.concatenate([-height, height]),
+        bounds=(None, None),
+        method="highs",
     )
     return float(found.fun) * scale
 
@@ -164,12 +170,16 @@ def enclosing_by_cvxpy(points: np.ndarray) -> float:
     scale = float(np.max(np.hypot(*(points - middle).T)))
     center, radius = cp.Variable(2), cp.Variable()
     around = (points - middle) / scale
-    cp.Problem(cp.Minimize(radius), [cp.norm(around - center[None, :], axis=1) <= radius]).solve(solver="CLARABEL")
+    cp.Problem(cp.Minimize(radius), [cp.norm(around - center[None, :], axis=1) <= radius]).solve(
+        solver="CLARABEL"
+    )
     return float(radius.value) * scale
 
 
 def inscribed_by_scipy(points: np.ndarray) -> float:
-    """Radius of the largest circle without a point inside whose centre is inside the hull: corners of a Voronoi diagram."""
+    """Radius of the largest circle without a point inside whose centre is inside the hull: corners of a
+    Voronoi diagram.
+    """
     corners = spatial.Voronoi(points).vertices
     hull = spatial.ConvexHull(points)
     inside = corners[np.all(corners @ hull.equations[:, :2].T + hull.equations[:, 2] <= 0, axis=1)]

@@ -1,7 +1,7 @@
 """Pushes of a ring a second: ``python benchmarks/centering_push.py``.
 
-Event-exact pushes of 0.4 s, 18.9 kg, on one core, energy check included, beside small steps of 2 us (numba) and scipy's DOP853
-with events on the same model. Medians of runs in turn, so that all see the same load.
+Event-exact pushes of 0.4 s, 18.9 kg, on one core, energy check included, beside small steps of 2 us (numba)
+and scipy's DOP853 with events on the same model. Medians of runs in turn, so that all see the same load.
 """
 
 import time

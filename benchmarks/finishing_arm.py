@@ -1,4 +1,6 @@
-"""Arm of the finishing robot: ``python benchmarks/finishing_arm.py [--times N] [--poses N]``. Medians; peer roboticstoolbox."""
+"""Arm of the finishing robot: ``python benchmarks/finishing_arm.py [--times N] [--poses N]``. Medians; peer
+roboticstoolbox.
+"""
 
 import argparse
 import importlib.util
@@ -64,9 +66,15 @@ def kinematics(times: int, count: int) -> None:
     told("forward", median(lambda: arm.forward(joints), times), count)
     told("Jacobian", median(lambda: arm.jacobian(joints), times), count)
     off = [arm.forward_work(each) - poses for each in arm.branches(poses, continuous=False)[0]]
-    print(f"\nForward of inverse: {np.abs(off)[..., :3, 3].max():.1e} mm, {np.abs(off)[..., :3, :3].max():.1e}.")
+    print(
+        f"\nForward of inverse: {np.abs(off)[..., :3, 3].max():.1e} mm, {np.abs(off)[..., :3, :3].max():.1e}."
+    )
     some = [(poses[k], joints[k] + 0.05 * rng.normal(size=7)) for k in range(50)]
-    told("damped least squares from 3 deg off", median(lambda: [arm.solve(*each) for each in some], max(times // 4, 3)), 50)
+    told(
+        "damped least squares from 3 deg off",
+        median(lambda: [arm.solve(*each) for each in some], max(times // 4, 3)),
+        50,
+    )
     peer(arm, poses[:20], times)
 
 
@@ -77,10 +85,22 @@ def peer(arm: Arm, poses: np.ndarray, times: int) -> None:
         return
     import roboticstoolbox as rtb
 
-    links = [(arm.d1, 0, np.pi / 2, 0), (0, arm.a2, 0, 0), (0, arm.a3, 0, 0), (0, 0, np.pi / 2, np.pi / 2), (arm.d5, 0, 0, 0)]
-    robot = rtb.DHRobot([rtb.RevoluteDH(d=d, a=a, alpha=alpha, offset=offset) for d, a, alpha, offset in links])
+    links = [
+        (arm.d1, 0, np.pi / 2, 0),
+        (0, arm.a2, 0, 0),
+        (0, arm.a3, 0, 0),
+        (0, 0, np.pi / 2, np.pi / 2),
+        (arm.d5, 0, 0, 0),
+    ]
+    robot = rtb.DHRobot(
+        [rtb.RevoluteDH(d=d, a=a, alpha=alpha, offset=offset) for d, a, alpha, offset in links]
+    )
     reached = [robot.fkine(q[:5]) for q in arm.inverse(poses, continuous=False)]
-    told("roboticstoolbox ikine_LM", median(lambda: [robot.ikine_LM(pose) for pose in reached], max(times // 4, 3)), len(poses))
+    told(
+        "roboticstoolbox ikine_LM",
+        median(lambda: [robot.ikine_LM(pose) for pose in reached], max(times // 4, 3)),
+        len(poses),
+    )
 
 
 def choices(times: int) -> None:

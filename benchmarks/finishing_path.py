@@ -1,6 +1,8 @@
-"""A Hilbert path over a surface: ``python benchmarks/finishing_path.py [--times N] [--order n]``. Medians of interleaved runs.
+"""A Hilbert path over a surface: ``python benchmarks/finishing_path.py [--times N] [--order n]``. Medians of
+interleaved runs.
 
-Ours is the whole path: nodes, points, all derivatives to order two, directions and frames. Peers do their part of it alone.
+Ours is the whole path: nodes, points, all derivatives to order two, directions and frames. Peers do their
+part of it alone.
 """
 
 import argparse
@@ -101,15 +103,21 @@ def paths(order: int, times: int) -> None:
         },
         times,
     )
-    slow = interleaved({"geomdl with hilbertcurve, points and derivatives alone": lambda: by_geomdl(surface, order)}, SLOW)
+    slow = interleaved(
+        {"geomdl with hilbertcurve, points and derivatives alone": lambda: by_geomdl(surface, order)}, SLOW
+    )
     ours = fast["whole path, parametric, with frames"]
     tell({**fast, **slow}, ours)
-    error = max(np.abs(a - b).max() for a, b in zip(path.derivatives(), by_ndbspline(surface, path.uv), strict=True))
+    error = max(
+        np.abs(a - b).max() for a, b in zip(path.derivatives(), by_ndbspline(surface, path.uv), strict=True)
+    )
     place = np.abs(path.points - by_ndbspline(surface, path.uv)[0]).max()
     ratio = next(iter(slow.values())) / ours
     print("\n| bar | here | to be | holds |\n|---|---|---|---|")
     print(f"| whole path | {ours:.2f} ms | <= {MAX_MS:g} ms | {ours <= MAX_MS} |")
-    print(f"| over geomdl with hilbertcurve | {ratio:.0f} times | >= {MIN_TIMES:g} times | {ratio >= MIN_TIMES} |")
+    print(
+        f"| over geomdl with hilbertcurve | {ratio:.0f} times | >= {MIN_TIMES:g} times | {ratio >= MIN_TIMES} |"
+    )
     print(f"| points from NdBSpline | {place:.1e} mm | <= {MAX_ERROR:g} mm | {place <= MAX_ERROR} |")
     grid = max(np.abs(a - b).max() for a, b in zip(path.derivatives(), by_nodes(surface, order), strict=True))
     print(f"| points and derivatives from BSpline products | {grid:.1e} | | |")
@@ -122,7 +130,9 @@ def alike(order: int, times: int) -> None:
     u, v = (np.ascontiguousarray(x) for x in uv.T)
     spline, few = NdBSpline(surface.knots, surface.control_points, surface.degree), uv[:: uv.shape[0] // 256]
     each = few.tolist()
-    print(f"\n## The surface alone, like with like: {len(uv)} places at once or on a grid, {len(each)} singly")
+    print(
+        f"\n## The surface alone, like with like: {len(uv)} places at once or on a grid, {len(each)} singly"
+    )
     pairs: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
         "points, NdBSpline": (lambda: surface.point(u, v), lambda: spline(uv)),
         "points and derivatives, NdBSpline": (
@@ -173,12 +183,16 @@ def parts(order: int, times: int) -> None:
 
 
 def maps(times: int) -> None:
-    print("\n## Maps of equal areas\n| surface | densities' ratio | map made [ms] | error of the density |\n|---|---|---|---|")
+    print(
+        "\n## Maps of equal areas\n| surface | densities' ratio | map made [ms] | error of the density |\n|---|---|---|---|"
+    )
     at = np.linspace(0.0, 1.0, 101)
     for name, surface in {"nominal": nominal_surface(), **uneven_surfaces()}.items():
         density = surface.area_density(at[:, None], at)
         took = median(lambda surface=surface: equal_area.__wrapped__(surface), times)
-        print(f"| {name} | {density.max() / density.min():.1f} | {1e3 * took:.1f} | {equal_area(surface).error:.1e} |")
+        print(
+            f"| {name} | {density.max() / density.min():.1f} | {1e3 * took:.1f} | {equal_area(surface).error:.1e} |"
+        )
 
 
 def main() -> None:

@@ -1,4 +1,6 @@
-"""Time laws of a robot's joints: ``python benchmarks/finishing_timing.py [--only NAME]``. Wall times; toppra is a peer."""
+"""Time laws of a robot's joints: ``python benchmarks/finishing_timing.py [--only NAME]``. Wall times; toppra
+is a peer.
+"""
 
 import argparse
 import itertools
@@ -12,7 +14,9 @@ from sdpgrind import finishing
 from sdpgrind.finishing.timing import JointLimits, JointPath, TimeLaw
 
 ARM = JointLimits(
-    ("q1", "q2", "q3", "q4", "q5", "X", "Y"), speed_max=(1.5,) * 5 + (200.0,) * 2, acceleration_max=(8.0,) * 5 + (2000.0,) * 2
+    ("q1", "q2", "q3", "q4", "q5", "X", "Y"),
+    speed_max=(1.5,) * 5 + (200.0,) * 2,
+    acceleration_max=(8.0,) * 5 + (2000.0,) * 2,
 )
 JERKY = ARM.replace(jerk_max=(80.0,) * 5 + (2e4,) * 2)  # full acceleration in 0.1 s
 
@@ -21,12 +25,17 @@ def wavy(seed: int, span: float = 60.0, samples: int = 121) -> JointPath:
     """Seven joints as sums of sines with random amplitudes and phases."""
     rng = np.random.default_rng(seed)
     s = np.linspace(0.0, span, samples)
-    waves = [rng.normal(size=7) / k * np.sin(np.pi * k * s[:, None] / span + rng.uniform(0, 6, 7)) for k in range(1, 7)]
+    waves = [
+        rng.normal(size=7) / k * np.sin(np.pi * k * s[:, None] / span + rng.uniform(0, 6, 7))
+        for k in range(1, 7)
+    ]
     return JointPath(s, np.sum(waves, axis=0) * np.array([0.15] * 5 + [15.0] * 2))
 
 
 def corners(order: int) -> list[JointPath]:
-    """Runs between the corners of a Hilbert path over 50 mm by 50 mm; the arm moves in proportion to the table."""
+    """Runs between the corners of a Hilbert path over 50 mm by 50 mm; the arm moves in proportion to the
+    table.
+    """
     nodes = finishing.path.hilbert_nodes(order) * 50.0 / 2**order
     turns = np.flatnonzero(np.any(np.diff(nodes, 2, axis=0) != 0, axis=1)) + 1
     ends = [0, *turns.tolist(), len(nodes) - 1]
@@ -39,7 +48,9 @@ def corners(order: int) -> list[JointPath]:
     return runs
 
 
-def report(name: str, runs: Sequence[JointPath], limits: JointLimits, method: str, feed_rate: float) -> tuple[TimeLaw, ...]:
+def report(
+    name: str, runs: Sequence[JointPath], limits: JointLimits, method: str, feed_rate: float
+) -> tuple[TimeLaw, ...]:
     """Make the laws twice, and print how long the second took, their sum, and the closest limit."""
     finishing.timing.time_laws(runs[:1], limits, feed_rate=feed_rate, method=method)
     begin = time.perf_counter()
@@ -60,7 +71,9 @@ def head() -> None:
 def by_toppra(run: JointPath, intervals: int) -> float:
     """Duration by toppra on equal intervals, s."""
     s = np.linspace(run.length[0], run.length[-1], intervals + 1)
-    return finishing.timing.time_laws([JointPath(s, run.at(s))], ARM, feed_rate=1e3, method="toppra")[0].duration
+    return finishing.timing.time_laws([JointPath(s, run.at(s))], ARM, feed_rate=1e3, method="toppra")[
+        0
+    ].duration
 
 
 def against_toppra() -> None:
@@ -79,7 +92,9 @@ def against_toppra() -> None:
         same.append(100 * (own.duration / fine - 1))
         beyond.append(finishing.timing.worst_violation([run], [own], limits=ARM, feed_rate=1e3).ratio - 1)
     print(f"over toppra's limit of small steps: {min(limit):+.3f} % to {max(limit):+.3f} %")
-    print(f"over toppra on 1440 intervals: {min(same):+.3f} % to {max(same):+.3f} %; ours beyond a limit: {max(beyond):+.1e}")
+    print(
+        f"over toppra on 1440 intervals: {min(same):+.3f} % to {max(same):+.3f} %; ours beyond a limit: {max(beyond):+.1e}"
+    )
 
 
 def random_paths() -> None:

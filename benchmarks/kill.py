@@ -1,8 +1,9 @@
-"""Kill ``hwsim weldbead`` with -9 at random moments and see what is left: ``python benchmarks/kill.py --times 50``.
+"""Kill ``hwsim weldbead`` with -9 at random moments and see what is left: ``python benchmarks/kill.py --times
+50``.
 
-After each kill the journal must be readable, hold every part that a reader had seen, and lack at most the part under
-way; the same command must then give the log of an uninterrupted run, bit for bit. Prints one line a kill and a summary;
-exit status 1 when anything was lost.
+After each kill the journal must be readable, hold every part that a reader had seen, and lack at most the
+part under way; the same command must then give the log of an uninterrupted run, bit for bit. Prints one line
+a kill and a summary; exit status 1 when anything was lost.
 """
 
 import argparse
@@ -25,7 +26,16 @@ class Job:
     arguments: tuple[str, ...]
 
     def start(self, out: Path) -> subprocess.Popen:
-        command = [sys.executable, "-m", "hwsim.cli", "weldbead", *self.arguments, "--no-pictures", "--out", str(out)]
+        command = [
+            sys.executable,
+            "-m",
+            "hwsim.cli",
+            "weldbead",
+            *self.arguments,
+            "--no-pictures",
+            "--out",
+            str(out),
+        ]
         return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
     def finish(self, out: Path) -> bytes:
@@ -91,7 +101,9 @@ def main() -> int:
         kills = []
         for k, delay in enumerate(delays):
             kills.append(kill_once(job, Path(folder, str(k)), whole, float(delay)))
-            print(f"{k:4d}  after {delay:5.2f} s: saw {kills[-1].seen:5d}, left {kills[-1].left:5d}", flush=True)
+            print(
+                f"{k:4d}  after {delay:5.2f} s: saw {kills[-1].seen:5d}, left {kills[-1].left:5d}", flush=True
+            )
     return summary(kills, options.parts)
 
 
@@ -100,7 +112,9 @@ def summary(kills: list[Kill], parts: int) -> int:
     lost = sum(kill.left < kill.seen for kill in kills)
     different = sum(not kill.same for kill in kills)
     during = sum(0 <= kill.left < parts for kill in kills)
-    print(f"{len(kills)} kills: {sum(kill.left < 0 for kill in kills)} before the journal, {during} during the parts")
+    print(
+        f"{len(kills)} kills: {sum(kill.left < 0 for kill in kills)} before the journal, {during} during the parts"
+    )
     print(f"unreadable journals: 0, finished parts lost: {lost}, resumed runs that differ: {different}")
     return int(lost + different > 0)
 

@@ -58,19 +58,31 @@ def users() -> locus.Problem:
         controls={"u": (0.0, 5.0), "v": (0.0, 10.0)},
         hidden={"x": (0.2, 20.0)},
         cost=lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2,
-        constraints=[locus.Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)],
+        constraints=[
+            locus.Varying(
+                response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v
+            )
+        ],
     )
 
 
 def users_of_powers() -> locus.Problem:
-    """Time of a cut under a force that grows with wear, with powers that no closed form solves; cost depends on wear, too."""
+    """Time of a cut under a force that grows with wear, with powers that no closed form solves; cost depends
+    on wear, too.
+    """
     return locus.Problem(
         controls={"feed": (0.02, 0.5), "speed": (60.0, 350.0)},
         hidden={"wear": (0.05, 0.6)},
-        cost=lambda s, c: 1e4 / (c.feed * c.speed) * (1 + (c.speed / 180) ** 3.7 * (c.feed / 0.3) ** 1.6 * (0.2 + 0.1 * s.wear)),
+        cost=lambda s, c: (
+            1e4
+            / (c.feed * c.speed)
+            * (1 + (c.speed / 180) ** 3.7 * (c.feed / 0.3) ** 1.6 * (0.2 + 0.1 * s.wear))
+        ),
         constraints=[
             locus.Varying(
-                response=lambda s, c: 3400 * c.feed**0.77 * (1 + 0.4 * s.wear**1.3) - 1.2 * c.speed + 900 * s.wear,
+                response=lambda s, c: (
+                    3400 * c.feed**0.77 * (1 + 0.4 * s.wear**1.3) - 1.2 * c.speed + 900 * s.wear
+                ),
                 limit=lambda s, c: 2700 * c.feed**0.45,
             )
         ],
@@ -78,11 +90,20 @@ def users_of_powers() -> locus.Problem:
 
 
 def tables(times: int, bars: Bars) -> None:
-    print(f"\n## {POINTS} points of a locus, all searched for, traced and tabulated; peers solve at the same hidden states")
-    print("Peers start at our first point, and from each point to the next. Error: from our points, part of a control's range.")
-    print("| problem | by | median [ms] | least [ms] | times ours | residual or error |\n|---|---|---|---|---|---|")
+    print(
+        f"\n## {POINTS} points of a locus, all searched for, traced and tabulated; peers solve at the same hidden states"
+    )
+    print(
+        "Peers start at our first point, and from each point to the next. Error: from our points, part of a control's range."
+    )
+    print(
+        "| problem | by | median [ms] | least [ms] | times ours | residual or error |\n|---|---|---|---|---|---|"
+    )
     problems = {"a user's": (users(), 15.0), "a user's, powers": (users_of_powers(), 15.0)}
-    problems |= {name: (locus.preset(name), 2.0) for name in ("koren-example", "turning", "grinding", "milling", "motor")}
+    problems |= {
+        name: (locus.preset(name), 2.0)
+        for name in ("koren-example", "turning", "grinding", "milling", "motor")
+    }
     for name, (problem, bar) in problems.items():
         _tables_of(name, problem, bar, times, bars)
 
@@ -108,7 +129,9 @@ def _tables_of(name: str, problem: locus.Problem, bar: float, times: int, bars: 
 
 def batches(times: int, bars: Bars) -> None:
     print(f"\n## {POINTS} points at once, beside Newton's method for all (casadi.Function.map), in turns")
-    print("Ours finds where the locus begins and bends, and tabulates it; the rival is given point and places.")
+    print(
+        "Ours finds where the locus begins and bends, and tabulates it; the rival is given point and places."
+    )
     print("| problem | locus.plan [ms] | batched Newton [ms] | times ours | largest difference |")
     print("|---|---|---|---|---|")
     problems = {"a user's": users(), "a user's, powers": users_of_powers()}
@@ -150,7 +173,9 @@ def _retrieved(packed, controls, measured, out):
 
 
 def per_call(call: Callable[[float], object], values: np.ndarray, times: int) -> float:
-    """Time of one call from Python with one float, s: median of rounds over all values, without that of the loop."""
+    """Time of one call from Python with one float, s: median of rounds over all values, without that of the
+    loop.
+    """
     floats = values.tolist()
 
     def rounds(one: Callable[[float], object]) -> float:
@@ -175,7 +200,11 @@ def look_ups(times: int, bars: Bars) -> None:
     inside, _ = timed(lambda: _look_ups(table.packed, keys, out), 20 * times)
     worst = [float(np.max(np.abs(found - exact))) for found in (linear, pchip(keys), hermite(keys))]
     rows = [
-        ("kernels.look_up, from Python", per_call(lambda one, p=table.packed: kernels.look_up(p, one, out), keys, times), own),
+        (
+            "kernels.look_up, from Python",
+            per_call(lambda one, p=table.packed: kernels.look_up(p, one, out), keys, times),
+            own,
+        ),
         ("table.at, from Python", per_call(table.at, keys, times), own),
         ("table.at with out, from Python", per_call(lambda one: table.at(one, out=out), keys, times), own),
         ("look_up, compiled loop", inside / keys.size, own),
@@ -199,7 +228,9 @@ def _long_response(s: object, c: object) -> object:
     """What a user may bring: some 200 operations, rising with x."""
     total = s.x * c.v + 16 - 4 * c.v
     for k in range(1, 14):
-        total = total + 1e-3 * np.exp(-((c.u - 0.3 * k) ** 2)) * s.x ** (0.1 * k) * np.sin(0.1 * k * c.v) ** 2 / (1 + k * c.u**2)
+        total = total + 1e-3 * np.exp(-((c.u - 0.3 * k) ** 2)) * s.x ** (0.1 * k) * np.sin(
+            0.1 * k * c.v
+        ) ** 2 / (1 + k * c.u**2)
     return total
 
 
@@ -209,7 +240,9 @@ def inversions(times: int, bars: Bars) -> None:
         "| response | operations | Inversion.at [us] | kernels.retrieve [us] | compiled loop [us] | error of the range |\n"
         "|---|---|---|---|---|---|"
     )
-    long = users().replace(constraints=[locus.Varying(response=_long_response, limit=lambda s, c: 17 + c.u - 4 * c.v)])
+    long = users().replace(
+        constraints=[locus.Varying(response=_long_response, limit=lambda s, c: 17 + c.u - 4 * c.v)]
+    )
     cases = [(name, locus.preset(name), 1.0) for name in ("koren-example", "turning", "grinding", "motor")]
     for name, problem, bar in [*cases, ("a user's", users(), 20.0), ("a user's, long", long, 20.0)]:
         inversion, system = locus.plan(problem).inversion(), problem.system
@@ -222,16 +255,32 @@ def inversions(times: int, bars: Bars) -> None:
         where = controls.tolist()
         took = per_call(lambda value, at=inversion.at, where=where: at(value, *where), measured, times)
         where, put = tuple(where), out
-        called = per_call(lambda value, k=inversion.packed, z=where, o=put: kernels.retrieve(k, z, value, o), measured, times)
-        inside = timed(lambda k=inversion.packed, c=controls, y=measured, o=out: _retrieved(k, c, y, o), 5 * times)[0] / 2000
+        called = per_call(
+            lambda value, k=inversion.packed, z=where, o=put: kernels.retrieve(k, z, value, o),
+            measured,
+            times,
+        )
+        inside = (
+            timed(
+                lambda k=inversion.packed, c=controls, y=measured, o=out: _retrieved(k, c, y, o), 5 * times
+            )[0]
+            / 2000
+        )
         operations = int(system.response_tape[:4].view(np.int64)[3])
-        print(f"| {name} | {operations} | {1e6 * took:.2f} | {1e6 * called:.2f} | {1e6 * inside:.2f} | {error:.0e} |")
+        print(
+            f"| {name} | {operations} | {1e6 * took:.2f} | {1e6 * called:.2f} | {1e6 * inside:.2f} | {error:.0e} |"
+        )
         bars.most(f"inversion, {name}", 1e6 * called, bar, "us")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--times", type=int, default=5, help="runs of which median and least are told; ours many times as often")
+    parser.add_argument(
+        "--times",
+        type=int,
+        default=5,
+        help="runs of which median and least are told; ours many times as often",
+    )
     parser.add_argument("--only", default="", help="name of one benchmark")
     given, bars = parser.parse_args(), Bars()
     warnings.simplefilter("ignore")

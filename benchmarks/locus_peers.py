@@ -24,7 +24,9 @@ MOST_STEPS, MOST_ROUNDS = 10, 50  # of a batched Newton's method
 
 
 class Scaled:
-    """A problem with one hidden state in the scaled form that our tracer uses: peers have the same scales and exact slopes."""
+    """A problem with one hidden state in the scaled form that our tracer uses: peers have the same scales and
+    exact slopes.
+    """
 
     def __init__(self, problem: locus.Problem, curve: locus.Locus) -> None:
         self.system = problem.system
@@ -64,7 +66,13 @@ def slsqp(scaled: Scaled) -> Callable[[], np.ndarray]:
         for k, place in enumerate(scaled.places):
             point[:], point[-1] = np.nan, place
             q = optimize.minimize(
-                cost, q, jac=True, bounds=[(0.0, 1.0)] * n, constraints=slack, method="SLSQP", options={"ftol": 1e-12}
+                cost,
+                q,
+                jac=True,
+                bounds=[(0.0, 1.0)] * n,
+                constraints=slack,
+                method="SLSQP",
+                options={"ftol": 1e-12},
             ).x
             found[k] = q
         return found
@@ -112,9 +120,16 @@ def _sweep(scaled: Scaled, solver: ca.Function) -> Callable[[], np.ndarray]:
     n, m = scaled.system.n, scaled.system.m
 
     def sweep() -> np.ndarray:
-        found, q, by_bound, by_limit = np.empty_like(scaled.wanted), scaled.wanted[0], np.zeros(n), np.zeros(m)
+        found, q, by_bound, by_limit = (
+            np.empty_like(scaled.wanted),
+            scaled.wanted[0],
+            np.zeros(n),
+            np.zeros(m),
+        )
         for k, place in enumerate(scaled.places):
-            best = solver(x0=q, p=place, lbx=0.0, ubx=1.0, lbg=-np.inf, ubg=0.0, lam_x0=by_bound, lam_g0=by_limit)
+            best = solver(
+                x0=q, p=place, lbx=0.0, ubx=1.0, lbg=-np.inf, ubg=0.0, lam_x0=by_bound, lam_g0=by_limit
+            )
             q, by_bound, by_limit = best["x"], best["lam_x"], best["lam_g"]
             found[k] = np.asarray(q).ravel()
         return found
@@ -126,7 +141,10 @@ def cvxpy(scaled: Scaled, solver: str) -> Callable[[], np.ndarray]:
     """Koren's example, which is convex, with the hidden state as a parameter: compiled once (DPP)."""
     system = scaled.system
     u, v, x = cp.Variable(), cp.Variable(), cp.Parameter(nonneg=True)
-    problem = cp.Problem(cp.Minimize(cp.square(u - 1) + cp.square(v - 4)), [x * v - u - 1 <= 0, u >= 0, u <= 5, v >= 0, v <= 10])
+    problem = cp.Problem(
+        cp.Minimize(cp.square(u - 1) + cp.square(v - 4)),
+        [x * v - u - 1 <= 0, u >= 0, u <= 5, v >= 0, v <= 10],
+    )
     tight = {"eps_abs": 1e-8, "eps_rel": 1e-8} if solver == "OSQP" else {}
 
     def sweep() -> np.ndarray:
@@ -144,7 +162,8 @@ def batched_newton(scaled: Scaled) -> Callable[[], np.ndarray]:
     """Newton's method for all hidden states at once, by `casadi.Function.map`: the strongest simple rival.
 
     The conditions of the best point are equations once min(multiplier, slack) = 0 stands for each limit and a
-    projection for the bounds. All begin at our first point; those that do not settle, again at the nearest that did.
+    projection for the bounds. All begin at our first point; those that do not settle, again at the nearest
+    that did.
     """
     n, count = scaled.system.n, scaled.places.size
     step, first, places = _newton_step(scaled).map(count), scaled.wanted[0], scaled.places[None]

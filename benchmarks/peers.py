@@ -1,7 +1,8 @@
-"""The weld-bead problem as one finite Markov decision process, for solvers that know nothing of stages or structure.
+"""The weld-bead problem as one finite Markov decision process, for solvers that know nothing of stages or
+structure.
 
-Time is folded into the state: state = stage * nodes + node, and one absorbing state at the end. Rewards are negative
-charges. Both sides use the same weights: those of the library's exact rows.
+Time is folded into the state: state = stage * nodes + node, and one absorbing state at the end. Rewards are
+negative charges. Both sides use the same weights: those of the library's exact rows.
 """
 
 import warnings
@@ -19,7 +20,9 @@ from sdpgrind.sdp._transitions.menu import Menu
 
 
 class Rows(NamedTuple):
-    """All passes from all nodes: weights [(node, action), node], charges, and the duration of each action in stages."""
+    """All passes from all nodes: weights [(node, action), node], charges, and the duration of each action in
+    stages.
+    """
 
     weight: sparse.csr_array
     charge: np.ndarray
@@ -51,7 +54,9 @@ def rows_of(problem: sdp.Problem) -> Rows:
 
 
 class Folded(NamedTuple):
-    """State-action pairs in the order that quantecon wants: rewards, transitions, states, actions; and the table's shape."""
+    """State-action pairs in the order that quantecon wants: rewards, transitions, states, actions; and the
+    table's shape.
+    """
 
     reward: np.ndarray
     transition: sparse.csr_matrix
@@ -97,7 +102,11 @@ def fold(problem: sdp.Problem, rows: Rows) -> Folded:
             ]
         )
         pair_of_entry = np.concatenate(
-            [np.arange(n), n + np.repeat(np.arange(on_grid.sum()), length[on_grid]), n + np.arange(on_grid.sum())]
+            [
+                np.arange(n),
+                n + np.repeat(np.arange(on_grid.sum()), length[on_grid]),
+                n + np.arange(on_grid.sum()),
+            ]
         )
         rank = np.empty(place.size, dtype=np.int64)
         rank[place] = np.arange(place.size)
@@ -110,7 +119,9 @@ def fold(problem: sdp.Problem, rows: Rows) -> Folded:
             [0.0 if late is None else float(late(-(stage + first - d) * step)) for d in rows.duration] * n,
             0.0,
         )
-        charge = np.concatenate([stops.at(stage + first, cost)[0, 0], (rows.charge + gone * landing)[on_grid]])
+        charge = np.concatenate(
+            [stops.at(stage + first, cost)[0, 0], (rows.charge + gone * landing)[on_grid]]
+        )
         reward.append(-charge[place])
         state.append(stage * n + np.concatenate([np.arange(n), pair_node[on_grid]])[place])
         action.append((order % (rows.actions + 1))[place])
@@ -118,7 +129,9 @@ def fold(problem: sdp.Problem, rows: Rows) -> Folded:
     columns.append(np.array([end]))
     counts.append(np.ones(1, int))
     pointer = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
-    matrix = sparse.csr_matrix((np.concatenate(data), np.concatenate(columns), pointer), shape=(pointer.size - 1, end + 1))
+    matrix = sparse.csr_matrix(
+        (np.concatenate(data), np.concatenate(columns), pointer), shape=(pointer.size - 1, end + 1)
+    )
     return Folded(
         np.append(np.concatenate(reward), 0.0),
         matrix,
@@ -176,8 +189,8 @@ def solve_numpy(ready: Stacked) -> tuple[np.ndarray, np.ndarray]:
 def solve_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Values [stage, node] and actions by quantecon's backward induction.
 
-    The folded process ends within as many periods as there are stages; `tight` uses what we know besides, that every pass
-    takes at least three, and so spares quantecon two thirds of its work.
+    The folded process ends within as many periods as there are stages; `tight` uses what we know besides,
+    that every pass takes at least three, and so spares quantecon two thirds of its work.
     """
     return assembled_quantecon(problem, rows, tight)()
 
@@ -204,7 +217,9 @@ def assembled_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) ->
 
 
 def solve_hiive(problem: sdp.Problem, rows: Rows) -> np.ndarray:
-    """Values [stage, node] by mdptoolbox-hiive's finite horizon; every action in every state, inadmissible ones at a price."""
+    """Values [stage, node] by mdptoolbox-hiive's finite horizon; every action in every state, inadmissible
+    ones at a price.
+    """
     from hiive.mdptoolbox.mdp import FiniteHorizon
 
     folded = fold(problem, rows)
@@ -214,20 +229,29 @@ def solve_hiive(problem: sdp.Problem, rows: Rows) -> np.ndarray:
     matrices = []
     for a in range(actions):
         at = np.flatnonzero(folded.action == a)
-        choose = sparse.csr_matrix((np.ones(at.size), (folded.state[at], at)), shape=(size, folded.transition.shape[0]))
+        choose = sparse.csr_matrix(
+            (np.ones(at.size), (folded.state[at], at)), shape=(size, folded.transition.shape[0])
+        )
         move = choose @ folded.transition
         missing = np.ones(size)
         missing[folded.state[at]] = 0.0
         matrices.append(
-            (move + sparse.csr_matrix((missing, (np.arange(size), np.full(size, size - 1))), shape=(size, size))).tocsr()
+            (
+                move
+                + sparse.csr_matrix((missing, (np.arange(size), np.full(size, size - 1))), shape=(size, size))
+            ).tocsr()
         )
-    solver = FiniteHorizon(matrices, reward, 1.0, folded.stages // int(rows.duration.min()) + 2, skip_check=True)
+    solver = FiniteHorizon(
+        matrices, reward, 1.0, folded.stages // int(rows.duration.min()) + 2, skip_check=True
+    )
     solver.run()
     return -solver.V[:-1, 0].reshape(folded.stages, folded.nodes)
 
 
 def brown_grid(name: str, refine: int = 1, levels: int = 51) -> sdp.Problem:
-    """Preset `name` on Brown's grid (0.1 mm, 2 s), or finer by `refine` in both; plain levels of force, no search."""
+    """Preset `name` on Brown's grid (0.1 mm, 2 s), or finer by `refine` in both; plain levels of force, no
+    search.
+    """
     problem = weldbead.preset(name)
     problem = problem.replace(stage=problem.stage / refine)
     return weldbead.sequence.sdp_problem(problem, nodes=20 * refine + 1, levels=levels, search=False)

@@ -1,4 +1,6 @@
-"""Cycles of plunge grinding: ``python benchmarks/plunge.py [--times N] [--only plan|second_control]``. Medians."""
+"""Cycles of plunge grinding: ``python benchmarks/plunge.py [--times N] [--only plan|second_control]``.
+Medians.
+"""
 
 import argparse
 import time
@@ -33,8 +35,12 @@ def drawn() -> Iterator[plunge.CycleProblem]:
 
 
 def plan(times: int) -> None:
-    print(f"\n## The nominal cycle and {SETS} drawn at large, by three methods, each with and without a margin of 0.03 mm")
-    print("Difference: from the exact time, relative; too deep: damage of the commands, played back, beyond what is allowed.")
+    print(
+        f"\n## The nominal cycle and {SETS} drawn at large, by three methods, each with and without a margin of 0.03 mm"
+    )
+    print(
+        "Difference: from the exact time, relative; too deep: damage of the commands, played back, beyond what is allowed."
+    )
     print(
         "| set, margin | exact [s] | takes | dp: difference | its error | too deep [um] | takes"
         " | collocation: difference | its error | residual | too deep [um] | takes |"
@@ -62,24 +68,39 @@ def _row(name: str, problem: plunge.CycleProblem, margin: float, times: int, wor
 
 
 def second_control(times: int) -> None:
-    print("\n## Rotation of the work as a second control (2 to 8 1/s), sliding force of Malkin, and wheel wear")
+    print(
+        "\n## Rotation of the work as a second control (2 to 8 1/s), sliding force of Malkin, and wheel wear"
+    )
     problem = NOMINAL.replace(
         power=physics.GrindingPower(sliding=physics.MalkinSliding()), wear_flat_area=0.0059, time_constant=None,
         burning=physics.BurningLimit(6.205, 4.2),
     )  # fmt: skip
     low, high = units.hz(2), units.hz(8)
-    constant = [(_exact(problem.replace(work_rotation=n, time_constant=None)), n) for n in np.linspace(low, high, 61)]
+    constant = [
+        (_exact(problem.replace(work_rotation=n, time_constant=None)), n) for n in np.linspace(low, high, 61)
+    ]
     begin = time.perf_counter()
     best = plunge.plan(problem, method="collocation", work_rotation_range=(low, high))
-    print(f"best constant rotation of 61: {min(constant)[0]:.3f} s at {min(constant)[1] / units.hz(1):.2f} 1/s")
-    print(f"free rotation: {best.time:.3f} s, error {best.error:.2g} s, in {time.perf_counter() - begin:.2f} s; {best.status}")
+    print(
+        f"best constant rotation of 61: {min(constant)[0]:.3f} s at {min(constant)[1] / units.hz(1):.2f} 1/s"
+    )
+    print(
+        f"free rotation: {best.time:.3f} s, error {best.error:.2g} s, in {time.perf_counter() - begin:.2f} s; {best.status}"
+    )
     print("| growth [1/mm], exponent | dp [s] | collocation [s] | takes |\n|---|---|---|---|")
-    for wear in (plunge.Wear(0.02), plunge.Wear(0.05), plunge.Wear(0.02, 0.5, 0.02), plunge.Wear(0.02, 1.0, 0.02)):
+    for wear in (
+        plunge.Wear(0.02),
+        plunge.Wear(0.05),
+        plunge.Wear(0.02, 0.5, 0.02),
+        plunge.Wear(0.02, 1.0, 0.02),
+    ):
         worn = NOMINAL.replace(wear=wear)
         stages = f"{plunge.plan(worn, method='dp').time:.4f}" if wear.exponent == 0 else ""
         took = median(lambda p=worn: plunge.plan(p, method="collocation"), times)
         found = plunge.plan(worn, method="collocation")
-        print(f"| {wear.growth:g}, {wear.exponent:g} | {stages} | {found.time:.4f} +- {found.error:.2g} | {took:.2f} s |")
+        print(
+            f"| {wear.growth:g}, {wear.exponent:g} | {stages} | {found.time:.4f} +- {found.error:.2g} | {took:.2f} s |"
+        )
 
 
 def _exact(problem: plunge.CycleProblem) -> float:

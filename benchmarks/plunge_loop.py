@@ -66,12 +66,16 @@ def controllers(executor: Executor, series: int) -> None:
                     break
             time, roundness = float(outcome.time[0]), 1e3 * float(outcome.roundness[0])
             over = 100 * (time / plunge.plan(problem).time - 1)
-            print(f"| {sparkout} | {sample:g} | {1e3 * margin:.2f} | {time:.2f} | {over:.2f} | {roundness:.3f} |")
+            print(
+                f"| {sparkout} | {sample:g} | {1e3 * margin:.2f} | {time:.2f} | {over:.2f} | {roundness:.3f} |"
+            )
 
 
 def bounding(executor: Executor, series: int) -> None:
     print("\n## Recursive Constraint Bounding, 0.5 um and 1 % of noise, wheel believed 10 % too sharp")
-    print("| step | rule | series with a burned part [%] | the same, area scatters 1 % | mean time [s] |\n|---|---|---|---|---|")
+    print(
+        "| step | rule | series with a burned part [%] | the same, area scatters 1 % | mean time [s] |\n|---|---|---|---|---|"
+    )
     controller = plunge.CycleController(dull(PROBLEM), 0.05, sparkout="printed", roundness_margin=0.0)
     learned: dict[tuple[str, str], Callable[[], object]] = {
         (f"{step:.2f}", rule): (lambda s=step, r=rule: plunge.MarginBounding(s, 0.005, rule=r))
@@ -95,7 +99,15 @@ def chain(executor: Executor, series: int) -> None:
     print("\n## The recommended chain, 12 parts, wheel believed 10 % too sharp")
     print(HEAD)
     recommended(executor, "nominal", PROBLEM, series)
-    for name in ("command_rate_max", "B", "stock", "stiffness", "work_rotation", "wear_flat_area", "diffusivity"):
+    for name in (
+        "command_rate_max",
+        "B",
+        "stock",
+        "stiffness",
+        "work_rotation",
+        "wear_flat_area",
+        "diffusivity",
+    ):
         for factor in FACTORS:
             recommended(executor, f"{name} x {factor:g}", changed(name, factor), series // 2)
 
@@ -110,7 +122,9 @@ def recommended(executor: Executor, name: str, problem: plunge.CycleProblem, ser
 
 def changed(name: str, factor: float) -> plunge.CycleProblem:
     if name == "B":
-        return PROBLEM.replace(burning=physics.BurningLimit(PROBLEM.model.burning.u0, factor * PROBLEM.model.burning.B))
+        return PROBLEM.replace(
+            burning=physics.BurningLimit(PROBLEM.model.burning.u0, factor * PROBLEM.model.burning.B)
+        )
     owner = PROBLEM if hasattr(PROBLEM, name) else PROBLEM.model
     return PROBLEM.replace(**{name: factor * getattr(owner, name)})
 
@@ -134,7 +148,9 @@ def robust(executor: Executor, series: int) -> None:
                     grinder, controller, series=series // 4, parts=12, rng=5, executor=executor,
                     adapt=plunge.adaptation(PROBLEM, power_gain_tolerance=0.02),
                 )  # fmt: skip
-                fastest = plunge.plan(PROBLEM.replace(normal_force_ratio=ratio * PROBLEM.model.normal_force_ratio)).time
+                fastest = plunge.plan(
+                    PROBLEM.replace(normal_force_ratio=ratio * PROBLEM.model.normal_force_ratio)
+                ).time
                 print(line(f"{name}, force x {ratio:g}, gain {gain:g}", outcome, fastest))
 
 
@@ -155,7 +171,13 @@ def speed(executor: Executor, series: int) -> None:
     print(f"| the same with the recommended chain | {batch:.2f} s |")
 
 
-SECTIONS = {"controllers": controllers, "bounding": bounding, "chain": chain, "robust": robust, "speed": speed}
+SECTIONS = {
+    "controllers": controllers,
+    "bounding": bounding,
+    "chain": chain,
+    "robust": robust,
+    "speed": speed,
+}
 
 
 def main() -> None:

@@ -1,4 +1,5 @@
-"""All benchmarks in one run: ``python benchmarks/run.py [--quick]``. Medians; peers in the same run; peak memory apart.
+"""All benchmarks in one run: ``python benchmarks/run.py [--quick]``. Medians; peers in the same run; peak
+memory apart.
 
 Beads by the hundred, controllers side by side: ``python benchmarks/tiers.py --only beads``.
 """
@@ -46,7 +47,11 @@ def same_mdp() -> None:
         value, action = peers.solve_quantecon(problem, rows)
         start = 1 if policy.countdown.has_base else 0
         mine = policy.table.value[start:, 0]
-        other = median(lambda p=problem, r=rows: peers.solve_hiive(p, r), 1) if name == "P1" and not QUICK else float("nan")
+        other = (
+            median(lambda p=problem, r=rows: peers.solve_hiive(p, r), 1)
+            if name == "P1" and not QUICK
+            else float("nan")
+        )
         memory = (
             peak_memory(lambda p=problem: plain(p)),
             peak_memory(lambda p=problem, r=rows: peers.solve_quantecon(p, r)),
@@ -146,7 +151,9 @@ def tolerances() -> None:
             true = float("nan")
             if (nodes - 1) * 8 <= 3200 or (tolerance < 1e-4 and not QUICK and name == "P1"):
                 factor = min(8, 12800 // (nodes - 1))
-                reference = sdp.plan(weldbead.sequence.sdp_problem(problem, factor * (nodes - 1) + 1, levels=801))
+                reference = sdp.plan(
+                    weldbead.sequence.sdp_problem(problem, factor * (nodes - 1) + 1, levels=801)
+                )
                 true = float(np.max(np.abs(policy.table.table.value - reference.table.value[:, :, ::factor])))
             print(
                 f"| {name} | {tolerance:g} $ | {took:.2f} s | {nodes} | {policy.error:.1e} $ "
@@ -210,7 +217,9 @@ def scaling() -> None:
     ]
     times = {
         case: median(
-            lambda c=case: sdp.plan(weldbead.sequence.sdp_problem(weldbead.preset("P1").replace(stage=c[1]), c[0], levels=c[2])),
+            lambda c=case: sdp.plan(
+                weldbead.sequence.sdp_problem(weldbead.preset("P1").replace(stage=c[1]), c[0], levels=c[2])
+            ),
             3,
         )
         for case in cases
@@ -254,7 +263,9 @@ BENCHMARKS = (same_mdp, strongest_simple, fine_grid, tolerances, look_ups, monte
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="fewer repetitions, no reference solutions for 1e-5 $")
+    parser.add_argument(
+        "--quick", action="store_true", help="fewer repetitions, no reference solutions for 1e-5 $"
+    )
     parser.add_argument("--only", default="", help="name of one benchmark")
     only = parser.parse_args().only
     print(f"# Benchmarks, Python {platform.python_version()}, {platform.machine()}")

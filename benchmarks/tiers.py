@@ -1,4 +1,6 @@
-"""Pass planner, force loop and the three tiers: ``python benchmarks/tiers.py [--beads N] [--only NAME]``. Medians."""
+"""Pass planner, force loop and the three tiers: ``python benchmarks/tiers.py [--beads N] [--only NAME]``.
+Medians.
+"""
 
 import argparse
 import multiprocessing
@@ -14,7 +16,9 @@ from sdpgrind.weldbead import force, passes
 
 PROCESS = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
 DISC = passes.TiltedDisc(PROCESS, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
-SEQUENCE = weldbead.preset("P4").replace(model=PROCESS, bead_length=150.0, durations=range(12, 41, 4), stage=4.0, horizon=120.0)
+SEQUENCE = weldbead.preset("P4").replace(
+    model=PROCESS, bead_length=150.0, durations=range(12, 41, 4), stage=4.0, horizon=120.0
+)
 LIMITS = force.DesignLimits(runout_response=0.1)
 
 
@@ -37,7 +41,9 @@ def one_pass() -> None:
 
 
 def feedback() -> None:
-    print("\n## Feedback designs within the same limits (runout response 0.1, Ms 2, Mt 1.5), one sample of delay")
+    print(
+        "\n## Feedback designs within the same limits (runout response 0.1, Ms 2, Mt 1.5), one sample of delay"
+    )
     begin = time.perf_counter()
     table = force.design_table(force.designs(limits=LIMITS))
     print(f"designed in {time.perf_counter() - begin:.1f} s")
@@ -70,18 +76,24 @@ def real_time() -> None:
     begin = time.perf_counter()
     log = hwsim.run(stand, tiers, parts=10, rng=0)
     took = time.perf_counter() - begin
-    print(f"{float(log.outcome.time.sum()) / took:.0f} x; {took / float(log.outcome.passes.sum()):.3f} s a pass")
+    print(
+        f"{float(log.outcome.time.sum()) / took:.0f} x; {took / float(log.outcome.passes.sum()):.3f} s a pass"
+    )
 
 
 def beads(number: int) -> None:
-    print(f"\n## {number} beads, 15 % scatter of the coefficients between beads and between passes, same seeds for all")
+    print(
+        f"\n## {number} beads, 15 % scatter of the coefficients between beads and between passes, same seeds for all"
+    )
     scatter = hwsim.CoefficientScatter(0.15, 0.15, 0.15)
     stand = hwsim.ForceTableStand(bead(), bead_scatter=scatter, pass_scatter=scatter, time=60.0)
     begin = time.perf_counter()
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
         outcome = hwsim.compare(stand, _controllers(), parts=number, rng=0, executor=pool).outcome
     print(f"{time.perf_counter() - begin:.0f} s")
-    print("| tiers | penalty [$] | more than the first, 95 % | planned [$] | passes | overground mean, worst [mm] |")
+    print(
+        "| tiers | penalty [$] | more than the first, 95 % | planned [$] | passes | overground mean, worst [mm] |"
+    )
     print("|---|---|---|---|---|---|")
     root = number**0.5
     for k, name in enumerate(outcome.controller.values):

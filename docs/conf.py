@@ -1,4 +1,6 @@
-"""Sphinx: ``python -m sphinx -W docs docs/_build``. Examples are executed and become pages with their pictures."""
+"""Sphinx: ``python -m sphinx -W docs docs/_build``. Examples are executed and become pages with their
+pictures.
+"""
 
 import os
 from pathlib import Path

@@ -2,17 +2,18 @@
 Five minutes with the planner
 =============================
 
-A weld bead stands 1.5 mm above the sheet. A disc grinder takes it off in passes, and in 30 seconds the part has to
-move on. How much a pass removes can be predicted on average only: two passes with the same settings differ by 15 %
-and more. Grinding too little leaves work for somebody else. Grinding into the sheet is worse.
+A weld bead stands 1.5 mm above the sheet. A disc grinder takes it off in passes, and in 30 seconds the part
+has to move on. How much a pass removes can be predicted on average only: two passes with the same settings
+differ by 15 % and more. Grinding too little leaves work for somebody else. Grinding into the sheet is worse.
 
-What should the first pass be? What should the second be, once the bead has been measured again? And when is it better
-to stop? That is what a plan answers."""
+What should the first pass be? What should the second be, once the bead has been measured again? And when is
+it better to stop? That is what a plan answers."""
 
 # %%
 # The process
 # -----------
-# First the physics: how much power removes how much metal. These numbers come from cutting tests; how to get them
+# First the physics: how much power removes how much metal. These numbers come from cutting tests; how to get
+# them
 # from measurements is the subject of :doc:`04_law_and_attribution`. Everything is in mm, s, N, J and W.
 
 import hwsim
@@ -34,9 +35,11 @@ print(f"A pass at 12.5 mm/s and 50 N removes {process.mean_cut(50.0, 12.5):.3f} 
 # %%
 # The problem
 # -----------
-# Then the job: how long a pass may take, the strongest force, how the depth scatters, and what errors cost. A height
+# Then the job: how long a pass may take, the strongest force, how the depth scatters, and what errors cost. A
+# height
 # of
-# 0 mm is the target. Here a mm of metal left costs 2 $, a mm ground into the sheet 10 $. The ratio of the two matters
+# 0 mm is the target. Here a mm of metal left costs 2 $, a mm ground into the sheet 10 $. The ratio of the two
+# matters
 # most: it decides how boldly the last pass should go for the target.
 
 problem = weldbead.SequenceProblem(
@@ -74,28 +77,33 @@ print(f"expected penalty: {policy.value(height=1.5, time_left=30.0):.4f} $")
 print(policy.action(height=0.64, time_left=18.0))
 
 # %%
-# And with 0.05 mm left, 6 s before the deadline? One light pass, a little above the force below which the disc only
+# And with 0.05 mm left, 6 s before the deadline? One light pass, a little above the force below which the
+# disc only
 # rubs. With 4 s left there is no time for a pass, and the plan says stop.
 
 print(policy.action(height=0.05, time_left=6.0))
 print(policy.action(height=0.05, time_left=4.0))
 
 # %%
-# The whole plan in one picture: what it is expected to cost, how long the next pass should take, how hard it should
-# press. Where the bead is high the force is at its limit. Near the target it falls, and it falls more gently the more
+# The whole plan in one picture: what it is expected to cost, how long the next pass should take, how hard it
+# should
+# press. Where the bead is high the force is at its limit. Near the target it falls, and it falls more gently
+# the more
 # time is left: there will be another pass to correct this one.
 
 _ = policy.plot()
 
 # %%
-# How sure is that? The expected penalty is a mean. The distribution behind it is known too, without Monte-Carlo, and how far:
+# How sure is that? The expected penalty is a mean. The distribution behind it is known too, without
+# Monte-Carlo, and how far:
 
 print(policy.risk(height=1.5, time_left=30.0, confidence=0.95))
 
 # %%
 # Run it
 # ------
-# A plan is followed by a controller, and a controller runs a machine. Here the machine is simulated: the stand draws
+# A plan is followed by a controller, and a controller runs a machine. Here the machine is simulated: the
+# stand draws
 # what each pass really removes, and measures heights, powers and forces with noise. Five hundred beads:
 
 stand = hwsim.WeldBeadStand(problem, height=1.5, time=30.0)
@@ -106,7 +114,8 @@ print(f"planned  {float(log.outcome.penalty_planned.mean()):.4f} $ a bead")
 print(f"realised {float(penalty.mean()):.4f} +- {float(penalty.std() / len(log) ** 0.5):.4f} $ a bead")
 
 # %%
-# Most beads cost a few cents; a few are ground deep and cost many times the mean. With a law as lopsided as this,
+# Most beads cost a few cents; a few are ground deep and cost many times the mean. With a law as lopsided as
+# this,
 # some hundreds of beads are needed before a mean says much.
 
 _ = log.plot()
@@ -114,7 +123,8 @@ _ = log.plot()
 # %%
 # Keep it
 # -------
-# Plans and logs are files, and one function opens them all. The problem is inside: a plan that was loaded can be
+# Plans and logs are files, and one function opens them all. The problem is inside: a plan that was loaded can
+# be
 # looked up, simulated and planned again.
 
 import tempfile

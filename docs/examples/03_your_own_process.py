@@ -2,13 +2,13 @@
 Your own process
 ================
 
-The solver knows nothing of grinding. Any work in steps can be planned with it, if the outcome of a step is uncertain,
-the result is measured, and one may stop or go on. This page plans the honing of a bore.
+The solver knows nothing of grinding. Any work in steps can be planned with it, if the outcome of a step is
+uncertain, the result is measured, and one may stop or go on. This page plans the honing of a bore.
 
-A bore is 40 µm too small. Honing strokes take stock off; how much depends on the stone and scatters by 20 %. After
-each round of strokes the bore is measured, which takes time. A bore that is too small has to be honed again
-elsewhere, a bore that is too large is scrap. How many strokes should the next round have, and when is the bore good?
-"""
+A bore is 40 µm too small. Honing strokes take stock off; how much depends on the stone and scatters by 20 %.
+After each round of strokes the bore is measured, which takes time. A bore that is too small has to be honed
+again elsewhere, a bore that is too large is scrap. How many strokes should the next round have, and when is
+the bore good?"""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -18,14 +18,17 @@ from sdpgrind import sdp
 # %%
 # Axes, moves, stops, stages
 # --------------------------
-# A problem is made of four things. The *axis* is the state: the stock that is left, in mm. Below 0 the bore is too
+# A problem is made of four things. The *axis* is the state: the stock that is left, in mm. Below 0 the bore
+# is too
 # large and the process ends, and is charged for it, exactly, however far it goes.
 
 stock = sdp.Axis("stock", 0.0, 0.040, 161, "mm", below="stop")
 
 # %%
-# A *move* is what one may do: one round of strokes. Its charge is the time of the machine: 0.02 $ a stroke, 0.30 $ to
-# stop and measure. Its transition says what happens to the stock: it falls by a random amount. Such a ``Shift`` is
+# A *move* is what one may do: one round of strokes. Its charge is the time of the machine: 0.02 $ a stroke,
+# 0.30 $ to
+# stop and measure. Its transition says what happens to the stock: it falls by a random amount. Such a
+# ``Shift`` is
 # the fast and exact case; the only thing to write is the law of the amount. ``c`` holds the controls.
 
 PER_STROKE = 0.0004  # mm, mean
@@ -43,8 +46,10 @@ def time_charge(s, c):
 hone = sdp.Move("hone", {"strokes": sdp.Levels(1, 120, 121)}, sdp.Shift("stock", removed), charge=time_charge)
 
 # %%
-# A *stop* ends it. Taguchi's square law suits a bore that should be on size: 4 µm of stock left cost 1.60 $. Too
-# large is worse: it costs four times that, and scrap does not get better by being only just scrap, but let it be
+# A *stop* ends it. Taguchi's square law suits a bore that should be on size: 4 µm of stock left cost 1.60 $.
+# Too
+# large is worse: it costs four times that, and scrap does not get better by being only just scrap, but let it
+# be
 # smooth here; :doc:`/words_of_warning` tells what a jump would do.
 
 done = sdp.Stop("done", sdp.Charge(under=sdp.Quadratic(1.6 / 0.004**2), over=sdp.Quadratic(6.4 / 0.004**2)))
@@ -56,7 +61,8 @@ problem = sdp.Problem([stock], [hone], [done], sdp.Forever())
 print(sdp.check(problem))
 
 # %%
-# ``check`` tries everything once on a small grid and tells all that is wrong, before a long solve. Nothing is. Solve
+# ``check`` tries everything once on a small grid and tells all that is wrong, before a long solve. Nothing
+# is. Solve
 # it:
 
 policy = sdp.plan(problem, tolerance=1e-3)
@@ -66,7 +72,8 @@ print(f"expected: {policy.value(stock=0.040):.3f} $")
 print(policy.simulate(runs=20_000, stock=0.040, rng=0))
 
 # %%
-# How many strokes, for how much stock? A long first round, then short ones; and below some 2 µm it is not worth going
+# How many strokes, for how much stock? A long first round, then short ones; and below some 2 µm it is not
+# worth going
 # on.
 
 x = np.linspace(0.0, 0.040, 801)
@@ -82,16 +89,22 @@ right.set(xlabel="stock left [µm]", ylabel="strokes of the next round")
 right.legend(frameon=False)
 
 # %%
-# Between whole numbers of strokes the table interpolates. Where only whole numbers make sense, give a list instead of
+# Between whole numbers of strokes the table interpolates. Where only whole numbers make sense, give a list
+# instead of
 # ``Levels``: ``{"strokes": np.arange(1, 121)}``.
 #
 # A second coordinate, and a step of your own
 # -------------------------------------------
-# Stones glaze: the more strokes since the last dressing, the less they cut. Glazing is a second coordinate, and it
-# changes how much the next round removes. Now the amount depends on where one is, so that ``Shift`` on the stock with
-# a law that reads ``s.glaze`` is still right, with ``others`` telling where the glaze goes; but suppose the stone
-# also cuts less the less stock is left, because the bore gets rounder and bears more. Then nothing shifts any more.
-# ``Sampled`` takes any step: state ``s``, controls ``c`` and noise ``e`` in, next coordinates out. It is written with
+# Stones glaze: the more strokes since the last dressing, the less they cut. Glazing is a second coordinate,
+# and it
+# changes how much the next round removes. Now the amount depends on where one is, so that ``Shift`` on the
+# stock with
+# a law that reads ``s.glaze`` is still right, with ``others`` telling where the glaze goes; but suppose the
+# stone
+# also cuts less the less stock is left, because the bore gets rounder and bears more. Then nothing shifts any
+# more.
+# ``Sampled`` takes any step: state ``s``, controls ``c`` and noise ``e`` in, next coordinates out. It is
+# written with
 # operators and numpy functions only, no ``if``, so that the same lines work on arrays and in compiled code.
 
 
@@ -118,14 +131,16 @@ glazing = sdp.Problem(axes, moves, [done], sdp.Forever())
 print(sdp.check(glazing))
 
 # %%
-# The check found it: from a glazed stone, a long round leads beyond the end of the axis. A real stone does not glaze
+# The check found it: from a glazed stone, a long round leads beyond the end of the axis. A real stone does
+# not glaze
 # without end, so the far end holds.
 
 glazing = sdp.Problem([axes[0], sdp.Axis("glaze", 0.0, 1.0, 21, above="hold")], moves, [done], sdp.Forever())
 print(sdp.check(glazing))
 
 # %%
-# When should the stone be dressed? The plan knows: not at a certain age, but when the work that is left is worth it.
+# When should the stone be dressed? The plan knows: not at a certain age, but when the work that is left is
+# worth it.
 
 policy = sdp.plan(glazing)
 s, g = np.meshgrid(np.linspace(0.0005, 0.040, 159), np.linspace(0.0, 1.0, 101), indexing="ij")
@@ -140,6 +155,8 @@ ax.set(xlabel="stock left [µm]", ylabel="glaze of the stone")
 ax.set_title("grey: stop; orange: dress first", loc="left", fontsize=10)
 
 # %%
-# How much a simplification costs is a question of two plans: solve both, and follow the simple one on the richer
-# truth. What the solver can do besides (deadlines, modes, several stops, three coordinates, a late side) is in the
+# How much a simplification costs is a question of two plans: solve both, and follow the simple one on the
+# richer
+# truth. What the solver can do besides (deadlines, modes, several stops, three coordinates, a late side) is
+# in the
 # reference of :mod:`sdpgrind.sdp`.

@@ -2,9 +2,9 @@
 Closing the loop
 ================
 
-A plan is as good as the model behind it. Here the workshop differs from the model: a duller disc, more friction. The
-plan is run on the stand all the same, the log says what the process really is, and the job is planned again. Both
-plans then grind the same beads."""
+A plan is as good as the model behind it. Here the workshop differs from the model: a duller disc, more
+friction. The plan is run on the stand all the same, the log says what the process really is, and the job is
+planned again. Both plans then grind the same beads."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,7 +15,8 @@ from sdpgrind import weldbead
 # %%
 # The model and the truth
 # -----------------------
-# The planner believes in the process of P1. The stand is told otherwise with ``truth``, the one way in which a plant
+# The planner believes in the process of P1. The stand is told otherwise with ``truth``, the one way in which
+# a plant
 # may differ from what the planner knows.
 
 problem = weldbead.preset("P1")
@@ -28,7 +29,8 @@ print(f"true:    {truth.mean_cut(50.0, 12.5):.3f} mm")
 # %%
 # Plan, run
 # ---------
-# Forty beads by the first plan. It does not do badly: it looks at what each pass has left and corrects itself.
+# Forty beads by the first plan. It does not do badly: it looks at what each pass has left and corrects
+# itself.
 # Feedback forgives much. But it trusts the last pass too much, and that pass cannot be corrected any more.
 
 first = weldbead.plan(problem, tolerance=1e-3)
@@ -50,8 +52,10 @@ print("95 % intervals:", power.interval(0.95).round(2).tolist())
 
 # %%
 # The estimate of the friction ratio is good. Specific energy and idle power are known less well, and not
-# independently: most passes of a plan are strong ones, and a line is hard to place by points at one end. That harms
-# little, since the combination that matters, the depth of the passes that are used, is known better than either.
+# independently: most passes of a plan are strong ones, and a line is hard to place by points at one end. That
+# harms
+# little, since the combination that matters, the depth of the passes that are used, is known better than
+# either.
 
 print("correlation of the two:", power.correlation[0, 1].round(2))
 table = log["sequence"]
@@ -63,7 +67,13 @@ for name, energy, idle, colour, style in (
     ("identified", power["specific_energy"], power["idle_power"], "#d95f02", "-"),
     ("true", truth.specific_energy, truth.idle_power, "k", "--"),
 ):
-    ax.plot(x, np.maximum(0, (x - idle) / energy), style, color=colour, label=f"{name}: {energy:.1f} J/mm³, {idle:.0f} W")
+    ax.plot(
+        x,
+        np.maximum(0, (x - idle) / energy),
+        style,
+        color=colour,
+        label=f"{name}: {energy:.1f} J/mm³, {idle:.0f} W",
+    )
 ax.set(xlabel="grinding power [W]", ylabel="removal rate [mm³/s]")
 ax.legend(frameon=False)
 
@@ -77,8 +87,10 @@ print(first.action(height=0.2, time_left=6.0))
 print(second.action(height=0.2, time_left=6.0))
 
 # %%
-# Does it pay? ``compare`` gives both controllers the same beads: bead number k draws the same random numbers for
-# each, so that the difference between the two is known much better than either cost. A third controller knows the
+# Does it pay? ``compare`` gives both controllers the same beads: bead number k draws the same random numbers
+# for
+# each, so that the difference between the two is known much better than either cost. A third controller knows
+# the
 # truth: nobody can do better than that by planning.
 
 perfect = weldbead.plan(problem.replace(model=truth), tolerance=1e-3)
@@ -92,7 +104,9 @@ penalty = versus.outcome.penalty
 for name in controllers:
     saved = (penalty.sel(controller="first") - penalty.sel(controller=name)).values
     cost = penalty.sel(controller=name).values
-    print(f"{name:<12}{cost.mean():.4f} $ a bead, saves {saved.mean():.4f} +- {saved.std() / saved.size**0.5:.4f} $")
+    print(
+        f"{name:<12}{cost.mean():.4f} $ a bead, saves {saved.mean():.4f} +- {saved.std() / saved.size**0.5:.4f} $"
+    )
 
 # %%
 figure, ax = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
@@ -104,6 +118,8 @@ ax.set(xlabel="height left at the end [mm]", ylabel="share of beads below", xlim
 ax.legend(frameon=False)
 
 # %%
-# What this does not do: the plan knows the estimates, not their uncertainty, and it does not make a pass stronger or
-# weaker in order to learn. For a job that drifts, identify with forgetting (``method="recursive"``) and plan again
+# What this does not do: the plan knows the estimates, not their uncertainty, and it does not make a pass
+# stronger or
+# weaker in order to learn. For a job that drifts, identify with forgetting (``method="recursive"``) and plan
+# again
 # from time to time; ``hwsim.run(..., adapt=...)`` is the place for it in a simulated series.

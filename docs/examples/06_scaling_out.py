@@ -6,9 +6,9 @@ One plan takes a second. A study takes thousands: every preset with every law, a
 simulated beads. Whatever takes long has an argument ``executor=`` and takes any executor of Python's
 ``concurrent.futures``: threads, processes, a cluster.
 
-Two promises hold for all of them. Results do not depend on the executor nor on the number of workers, not even in the
-last bit: the work is cut by the problem, never by the workers. And without an executor everything runs here and now.
-"""
+Two promises hold for all of them. Results do not depend on the executor nor on the number of workers, not
+even in the last bit: the work is cut by the problem, never by the workers. And without an executor everything
+runs here and now."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
@@ -28,18 +28,23 @@ problem = weldbead.preset("P1")
 # ============================================  ============================================================
 # ``weldbead.sweep``, ``weldbead.sensitivity``  one plan
 # ``policy.simulate``                           a block of sequences
-# ``hwsim.run``, ``hwsim.compare``              some parts (not with ``adapt``, where a part needs the one before)
+# ``hwsim.run``, ``hwsim.compare``              some parts (not with ``adapt``, where a part needs the one
+# before)
 # ``sdp.plan`` with two or three coordinates    a block of the grid, at each stage
 # ============================================  ============================================================
 #
-# A plan with one coordinate, such as the weld bead's, ignores the executor: its stages are so quick that waiting for
+# A plan with one coordinate, such as the weld bead's, ignores the executor: its stages are so quick that
+# waiting for
 # workers would cost more than it gains.
 #
 # Threads
 # -------
 # The compiled parts of the solver let go of Python's lock, so threads help, and they need nothing else.
 
-charges = {f"{rate:g} $/mm": problem.replace(height_charge=sdp.Charge(sdp.Linear(2.0), sdp.Linear(rate))) for rate in (4, 10, 25)}
+charges = {
+    f"{rate:g} $/mm": problem.replace(height_charge=sdp.Charge(sdp.Linear(2.0), sdp.Linear(rate)))
+    for rate in (4, 10, 25)
+}
 state = {"height": 1.0, "time_left": 24.0}
 
 if __name__ == "__main__":  # the reason comes below
@@ -52,13 +57,17 @@ if __name__ == "__main__":  # the reason comes below
 # %%
 # Processes
 # ---------
-# A simulated part is mostly Python, and Python runs on one core a process. So processes help there. Start them by
-# *spawn*, which is the same on every system and safe with compiled code; *fork* copies a process in whatever state
+# A simulated part is mostly Python, and Python runs on one core a process. So processes help there. Start
+# them by
+# *spawn*, which is the same on every system and safe with compiled code; *fork* copies a process in whatever
+# state
 # its threads are.
 #
-# A spawned process begins by importing your script, to find the functions in it. Without a guard it would come to the
+# A spawned process begins by importing your script, to find the functions in it. Without a guard it would
+# come to the
 # line that starts processes, and start more. Hence the rule: what does work stands under ``if __name__ ==
-# "__main__":``, and only imports, definitions and what is quickly made stand at the top. A worker takes some seconds
+# "__main__":``, and only imports, definitions and what is quickly made stand at the top. A worker takes some
+# seconds
 # to start, since it imports the library: start an executor once and use it for everything.
 
 if __name__ == "__main__":
@@ -73,12 +82,20 @@ if __name__ == "__main__":
     print(runs)
 
 # %%
-# What is sent to a process has to be picklable. Problems, policies and controllers of the library are. A function of
-# your own is, if it stands at the top of a module; a lambda is not. ``sdp.check`` names the callbacks that are not:
+# What is sent to a process has to be picklable. Problems, policies and controllers of the library are. A
+# function of
+# your own is, if it stands at the top of a module; a lambda is not. ``sdp.check`` names the callbacks that
+# are not:
 
 own = sdp.Problem(
     [sdp.Axis("error", -3, 3, 61, "mm", below="stop", above="stop")],
-    [sdp.Move("bend", {"by": sdp.Levels(0, 5, 51)}, sdp.Shift("error", lambda s, c: sdp.Normal(c.by, 0.1 * c.by)))],
+    [
+        sdp.Move(
+            "bend",
+            {"by": sdp.Levels(0, 5, 51)},
+            sdp.Shift("error", lambda s, c: sdp.Normal(c.by, 0.1 * c.by)),
+        )
+    ],
     [sdp.Stop("done", sdp.Charge(under=sdp.Linear(1.0), over=sdp.Linear(4.0)))],
     sdp.Stages(3, 1.0, "hits_left", ""),
 )
@@ -89,7 +106,8 @@ if __name__ == "__main__":
 # %%
 # A cluster
 # ---------
-# There is no distributed code in this library, because there is no need: a ``dask`` client has an executor, and so do
+# There is no distributed code in this library, because there is no need: a ``dask`` client has an executor,
+# and so do
 # MPI and many batch systems. With the extra ``dask`` installed, and for example two workers on this machine:
 #
 # .. code-block:: python
@@ -100,11 +118,14 @@ if __name__ == "__main__":
 #        with LocalCluster(n_workers=2, threads_per_worker=1) as cluster, Client(cluster) as client:
 #            log = hwsim.run(stand, controller, parts=100_000, rng=0, executor=client.get_executor())
 #
-# Replace ``LocalCluster`` by the address of a scheduler, and the same lines run on a thousand cores. (They are not
-# run for this page, but the tests run them.) For series that take hours give ``hwsim.run`` a ``journal=`` as well:
+# Replace ``LocalCluster`` by the address of a scheduler, and the same lines run on a thousand cores. (They
+# are not
+# run for this page, but the tests run them.) For series that take hours give ``hwsim.run`` a ``journal=`` as
+# well:
 # killed, it goes on where it was.
 #
 # Random numbers
 # --------------
-# ``rng=0`` is enough. Part number k always draws from the k-th child of that seed, whoever runs it. So more parts
+# ``rng=0`` is enough. Part number k always draws from the k-th child of that seed, whoever runs it. So more
+# parts
 # leave the first ones as they are, and two controllers in ``compare`` meet the same luck.

@@ -2,9 +2,9 @@
 A force loop
 ============
 
-The bottom tier. Sixty times a second a force is read and a platform is moved. What such a loop can do is decided by what it
-drives: a table of 9 Hz, a sensor that averages, a sample of delay, a contact as stiff as the disc's compliance.
-"""
+The bottom tier. Sixty times a second a force is read and a platform is moved. What such a loop can do is
+decided by what it drives: a table of 9 Hz, a sensor that averages, a sample of delay, a contact as stiff as
+the disc's compliance."""
 
 from types import SimpleNamespace
 
@@ -17,18 +17,22 @@ from sdpgrind.weldbead import force
 # %%
 # What is driven
 # --------------
-# The drive of Appendix B of the source, in two ways: as it is used for design, and as its own numbers give it, with
+# The drive of Appendix B of the source, in two ways: as it is used for design, and as its own numbers give
+# it, with
 # friction at the motor that lets it stick.
 
 for name in ("design", "appendix-b"):
     drive = force.table_drive(name)
     poles = ", ".join(f"{abs(pole) / units.hz(1):.1f}" for pole in drive.poles)
-    print(f"{name}: poles {poles} Hz, lag {1e3 * drive.lag_time:.0f} ms, sticks within {1e3 * drive.stuck_band:.1f} µm")
+    print(
+        f"{name}: poles {poles} Hz, lag {1e3 * drive.lag_time:.0f} ms, sticks within {1e3 * drive.stuck_band:.1f} µm"
+    )
 
 # %%
 # What is seen
 # ------------
-# The 30 Hz filter behind the sensor does not keep out what is above 30 Hz: a disc that wobbles at 50 Hz is read as 10
+# The 30 Hz filter behind the sensor does not keep out what is above 30 Hz: a disc that wobbles at 50 Hz is
+# read as 10
 # Hz, at 58 Hz as 2 Hz, and at 60 Hz as a force that is not there.
 
 sensor = force.SensorChain()
@@ -46,9 +50,12 @@ print(force.margins(loop, delay_samples=1))
 # %%
 # What feedback can do at all
 # ---------------------------
-# Four designs within the same limits: gain margin, peak of the sensitivity, and response to a wobbling disc. `f_b` is
-# the frequency up to which an error is less than 0.707 f/f_b of what it would be without feedback. The convex design is
-# the best that any linear law can do: at 60 Hz and one sample of delay nobody beats a well tuned PI by more than a
+# Four designs within the same limits: gain margin, peak of the sensitivity, and response to a wobbling disc.
+# `f_b` is
+# the frequency up to which an error is less than 0.707 f/f_b of what it would be without feedback. The convex
+# design is
+# the best that any linear law can do: at 60 Hz and one sample of delay nobody beats a well tuned PI by more
+# than a
 # half.
 
 limits = force.DesignLimits(runout_response=0.1)
@@ -64,22 +71,31 @@ for row in range(table.sizes["design"]):
 # %%
 # Two degrees of freedom
 # ----------------------
-# Feedback only has to do what nobody could foresee, if the planned height is sent ahead by the lag of the loop. Here
-# the plan asks for 45 N and a sine of 15 N; the table has play worth 4.8 N, and the contact is 15 % softer than
+# Feedback only has to do what nobody could foresee, if the planned height is sent ahead by the lag of the
+# loop. Here
+# the plan asks for 45 N and a sine of 15 N; the table has play worth 4.8 N, and the contact is 15 % softer
+# than
 # planned.
 
 
 def wanted(hertz):
     t = np.arange(0.0, 12.0, 0.004)
     normal_force = 45.0 + 15.0 * np.sin(units.hz(hertz) * t)
-    return SimpleNamespace(time=t, normal_force=normal_force, fly_height=-normal_force / loop.plant.contact_stiffness)
+    return SimpleNamespace(
+        time=t, normal_force=normal_force, fly_height=-normal_force / loop.plant.contact_stiffness
+    )
 
 
 stiffness = loop.plant.contact_stiffness
-truth = loop.plant.replace(drive=loop.plant.drive.replace(play=4.8 / stiffness), contact_stiffness=0.85 * stiffness)
+truth = loop.plant.replace(
+    drive=loop.plant.drive.replace(play=4.8 / stiffness), contact_stiffness=0.85 * stiffness
+)
 figure, axes = plt.subplots(2, 1, figsize=(8, 5), sharex=True, layout="constrained")
 for axis, hertz in zip(axes, (0.33, 1.2), strict=True):
-    for name, feedforward, color in (("PI alone", False, "#b04a3a"), ("with the planned height", True, "#3a6ea5")):
+    for name, feedforward, color in (
+        ("PI alone", False, "#b04a3a"),
+        ("with the planned height", True, "#3a6ea5"),
+    ):
         controller = force.ForceController(wanted(hertz), loop, feedforward=feedforward)
         record = force.simulate_loop(controller, duration=12.0, plant=truth, rng=1)
         rms = record.error_rms(after=4.0)[0]
@@ -93,9 +109,12 @@ axes[-1].set_xlabel("time [s]")
 # %%
 # Limits that are known beforehand
 # --------------------------------
-# The predictive controller solves a small quadratic program in each sample: it knows how fast the platform may move,
-# and that a disc can push but not pull. A step of 60 N with a platform that makes 4 mm/s: PI begins when the step is
-# there, and winds up; the predictive controller sees it coming in the plan, begins before, and arrives without
+# The predictive controller solves a small quadratic program in each sample: it knows how fast the platform
+# may move,
+# and that a disc can push but not pull. A step of 60 N with a platform that makes 4 mm/s: PI begins when the
+# step is
+# there, and winds up; the predictive controller sees it coming in the plan, begins before, and arrives
+# without
 # overshoot.
 
 t = np.arange(0.0, 4.0, 0.004)

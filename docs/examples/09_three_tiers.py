@@ -2,8 +2,9 @@
 Three tiers
 ===========
 
-The sequence asks for a depth; the pass planner turns it into a contour, a height and a force along the scanned bead; a
-force loop at 60 Hz follows them on a table with play, a noisy sensor and coefficients that nobody told the planner.
+The sequence asks for a depth; the pass planner turns it into a contour, a height and a force along the
+scanned bead; a force loop at 60 Hz follows them on a table with play, a noisy sensor and coefficients that
+nobody told the planner.
 
 """
 
@@ -17,8 +18,10 @@ from sdpgrind.weldbead import force, passes
 # %%
 # What goes where
 # ---------------
-# Each tier turns what it is asked for into something for the tier below, and sees only what it needs: the sequence a
-# bead and a time, once a pass; the pass a scanned contour; the force loop a force, sixty times a second. What a pass
+# Each tier turns what it is asked for into something for the tier below, and sees only what it needs: the
+# sequence a
+# bead and a time, once a pass; the pass a scanned contour; the force loop a force, sixty times a second. What
+# a pass
 # really did comes back and improves the coefficients that all of it rests on.
 
 BOXES = {
@@ -41,7 +44,11 @@ for (left, _), what in zip(BOXES.values(), DOWN, strict=False):
 for name, depth, what in (
     ("force", 0.36, "force, place of the disc: each sample"),
     ("pass", 0.22, "scanned contour: after each pass"),
-    ("sequence", 0.08, "mean height, time left; power, forces, removal rate of the pass: coefficients re-estimated"),
+    (
+        "sequence",
+        0.08,
+        "mean height, time left; power, forces, removal rate of the pass: coefficients re-estimated",
+    ),
 ):
     left = BOXES[name][0] + 0.085
     axis.plot([0.81 + depth / 6, 0.81 + depth / 6, left], [0.5, depth, depth], color="0.25", lw=1)
@@ -91,18 +98,23 @@ log.plot()
 # Does it pay to look? The same beads, one controller that scans and re-estimates, one that trusts its plan.
 
 blind = weldbead.Hierarchy(policy, disc, loop, reestimate=False, replan=False)
-both = hwsim.compare(stand, {"looks": weldbead.Hierarchy(policy, disc, loop), "trusts": blind}, parts=4, rng=0)
+both = hwsim.compare(
+    stand, {"looks": weldbead.Hierarchy(policy, disc, loop), "trusts": blind}, parts=4, rng=0
+)
 for name, penalty in zip(both.outcome.controller.values, both.outcome.penalty.values, strict=True):
     print(f"{name}: {penalty.mean():.3f} $")
 
 # %%
 # A spring before the sensor
 # --------------------------
-# Where the grinder's own inertia counts, a wobbling disc makes it ring, and a sensor behind it reads the ringing. The
+# Where the grinder's own inertia counts, a wobbling disc makes it ring, and a sensor behind it reads the
+# ringing. The
 # source advises to put the compliance between grinder and sensor, so that the sensor reads the spring alone:
 
 for first in (False, True):
     ringing = stand.replace(grinder_inertia=5.4, spring_first=first, runout=0.2)
     read = hwsim.run(ringing, weldbead.Hierarchy(policy, disc, loop), rng=1)["force"]
     off = (read.force - read.force_reference_planned).values[read.force_reference_planned.values > 10.0]
-    print(f"spring {'before' if first else 'behind'} the sensor: reading {np.nanstd(off):.1f} N rms off what is foreseen")
+    print(
+        f"spring {'before' if first else 'behind'} the sensor: reading {np.nanstd(off):.1f} N rms off what is foreseen"
+    )

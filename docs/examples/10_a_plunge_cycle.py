@@ -2,9 +2,9 @@
 A plunge cycle
 ==============
 
-A wheel is fed into a bore until its stock is gone. Fed fast, it burns the work; fed slowly, it takes long. The work may burn
-as long as what has burned is ground off again, and the last turns must be slow enough to leave it round.
-"""
+A wheel is fed into a bore until its stock is gone. Fed fast, it burns the work; fed slowly, it takes long.
+The work may burn as long as what has burned is ground off again, and the last turns must be slow enough to
+leave it round."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -18,8 +18,10 @@ print(best)
 best.plot()
 
 # %%
-# The fastest cycle has three pieces: full rate; a rate at which the damage is just as deep as the stock that is left; spark-out,
-# in which the machine gives back by how much it gave way. It is exact: no other way within the limits is faster, and dynamic
+# The fastest cycle has three pieces: full rate; a rate at which the damage is just as deep as the stock that
+# is left; spark-out,
+# in which the machine gives back by how much it gave way. It is exact: no other way within the limits is
+# faster, and dynamic
 # programming and collocation, which know nothing of that argument, come out above it.
 
 for method in ("dp", "collocation"):
@@ -29,7 +31,8 @@ for method in ("dp", "collocation"):
 # %%
 # Where the gain comes from
 # -------------------------
-# Not from the smooth rate: three plain stages that may burn, and clean up, are as good to a tenth of a percent. It comes from
+# Not from the smooth rate: three plain stages that may burn, and clean up, are as good to a tenth of a
+# percent. It comes from
 # letting damage occur. Without any, the same part takes three times as long.
 
 
@@ -42,7 +45,9 @@ times = {
     "fastest there is": best.time,
     "controller": time_of(plunge.CycleController(problem, **exactly)),
     "three stages": time_of(plunge.StagedController(problem, safety_margin=0.0)),
-    "as printed": time_of(plunge.CycleController(problem, 0.0028, sparkout="printed", roundness_margin=0.0, observer_gain=1.0)),
+    "as printed": time_of(
+        plunge.CycleController(problem, 0.0028, sparkout="printed", roundness_margin=0.0, observer_gain=1.0)
+    ),
     "no damage at any time": time_of(plunge.CycleController(problem, no_burn=True, **exactly)),
 }
 for name, time in times.items():
@@ -56,28 +61,37 @@ for k, time in enumerate(times.values()):
     axis.text(time + 0.3, k, f"{time:.2f}", va="center", fontsize=9)
 
 # %%
-# As printed it loses one second and a half at the end: (2) and (3) reckon with one time constant, but the machine gives way by
+# As printed it loses one second and a half at the end: (2) and (3) reckon with one time constant, but the
+# machine gives way by
 # the force, which is no straight line. Spark-out begins early, and the wheel creeps until size.
 #
 # Part after part
 # ---------------
-# The controller believes the wheel to be 10 % sharper than it is, and starts with a margin of 0.05 mm. What is learned between
-# parts: (9) with a quarter of the slack each time, or the recommended chain. The controller of the latter learns during the part
+# The controller believes the wheel to be 10 % sharper than it is, and starts with a margin of 0.05 mm. What
+# is learned between
+# parts: (9) with a quarter of the slack each time, or the recommended chain. The controller of the latter
+# learns during the part
 # as well, from size and power: where the wheel touched, how the machine gives way, how sharp the wheel is.
 
 believed = problem.replace(wear_flat_area=0.9 * problem.model.wear_flat_area)
 ways = {
-    "(9), as printed": (plunge.CycleController(believed, 0.05, sparkout="printed"), plunge.MarginBounding(0.25, rule="printed")),
+    "(9), as printed": (
+        plunge.CycleController(believed, 0.05, sparkout="printed"),
+        plunge.MarginBounding(0.25, rule="printed"),
+    ),
     "recommended": (plunge.CycleController(believed, 0.05), plunge.adaptation(problem)),
 }
 grinder = hwsim.PlungeGrinder(problem)
 series = {
-    name: hwsim.repeat(grinder, controller, series=40, parts=12, rng=0, adapt=adapt) for name, (controller, adapt) in ways.items()
+    name: hwsim.repeat(grinder, controller, series=40, parts=12, rng=0, adapt=adapt)
+    for name, (controller, adapt) in ways.items()
 }
 for name, outcome in series.items():
     late = 1e3 * float(outcome.roundness.isel(part=slice(1, None)).max())
     print(f"{name:16s} {outcome.time.mean('series').values.round(2)}")
-    print(f"{'':16s} {int(outcome.burned.sum())} of {outcome.burned.size} burned, {late:.3f} µm out of round at most")
+    print(
+        f"{'':16s} {int(outcome.burned.sum())} of {outcome.burned.size} burned, {late:.3f} µm out of round at most"
+    )
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
 for (name, outcome), colour in zip(series.items(), ("0.55", "#4878a8"), strict=True):
@@ -94,15 +108,20 @@ right.set(xlabel="part", ylabel="stock left below the damage [µm]", ylim=(-1, 2
 # %%
 # What no slack tells
 # -------------------
-# Damage is not measured. It is reckoned from the power, so a power monitor that shows 2 % too little hides some 3.5 µm of it from
+# Damage is not measured. It is reckoned from the power, so a power monitor that shows 2 % too little hides
+# some 3.5 µm of it from
 # controller and adaptation alike. Say so, and the margin covers it, for a quarter of a second.
 
 off = hwsim.PlungeGrinder(problem, contact_zero_sd=units.um(10), power_gain=0.98)
 for tolerance in (0.0, 0.02):
     chain = plunge.adaptation(problem, power_gain_tolerance=tolerance)
-    outcome = hwsim.repeat(off, plunge.CycleController(believed, 0.05), series=20, parts=6, rng=0, adapt=chain)
+    outcome = hwsim.repeat(
+        off, plunge.CycleController(believed, 0.05), series=20, parts=6, rng=0, adapt=chain
+    )
     later = outcome.isel(part=slice(1, None))
-    print(f"gain known to {tolerance:.0%}: {float(later.time.mean()):.2f} s, {int(outcome.burned.sum())} of 120 burned")
+    print(
+        f"gain known to {tolerance:.0%}: {float(later.time.mean()):.2f} s, {int(outcome.burned.sum())} of 120 burned"
+    )
 
 # %%
 # From the log back to the model

@@ -2,10 +2,9 @@
 An optimal locus
 ================
 
-A process is best where a limit just allows it, and the limit drifts with something that nobody can measure: a tool wears, a wheel
-dulls. What can be measured is how near the limit is. Koren's idea: all points that can ever be best lie on one curve. Find it
-beforehand, then walk along it by that one measurement.
-"""
+A process is best where a limit just allows it, and the limit drifts with something that nobody can measure: a
+tool wears, a wheel dulls. What can be measured is how near the limit is. Koren's idea: all points that can
+ever be best lie on one curve. Find it beforehand, then walk along it by that one measurement."""
 
 import warnings
 
@@ -18,12 +17,15 @@ from sdpgrind import locus, units
 # %%
 # The curve
 # ---------
-# Functions are written once, of hidden states ``s`` and controls ``c``. What is measured must stay under what can be computed.
+# Functions are written once, of hidden states ``s`` and controls ``c``. What is measured must stay under what
+# can be computed.
 problem = locus.Problem(
     controls={"u": (0.0, 5.0), "v": (0.0, 10.0)},
     hidden={"x": (0.2, 20.0)},
     cost=lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2,
-    constraints=[locus.Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)],
+    constraints=[
+        locus.Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)
+    ],
 )
 curve = locus.plan(problem)
 print(curve)
@@ -32,7 +34,8 @@ for piece in curve.pieces:
 curve.plot()
 
 # %%
-# Up to x = 0.5 nothing limits the process. From there on the best point walks along a circle. Somebody runs it at (2.1, 2.8) and
+# Up to x = 0.5 nothing limits the process. From there on the best point walks along a circle. Somebody runs
+# it at (2.1, 2.8) and
 # reads 7.0: which hidden state explains that, and what is best for it?
 print(curve.retrieve(u=2.1, v=2.8, response=7.0))
 
@@ -44,8 +47,10 @@ print(f"{table.key.size} nodes; the best u and v where 7.0 is read on the locus:
 # %%
 # Gains that are designed
 # -----------------------
-# Where the model may be wrong, feedback is safer: change one control until response and limit meet, and let the other follow on
-# the locus. How strongly? Along the locus the slack falls with a known slope. It tells which gain is stable, which one never
+# Where the model may be wrong, feedback is safer: change one control until response and limit meet, and let
+# the other follow on
+# the locus. How strongly? Along the locus the slack falls with a known slope. It tells which gain is stable,
+# which one never
 # steps over the limit, and how far drift will push it over.
 design = locus.gains.design_gain(curve, along="v", x=(0.758, 1.721))
 print(f"stable below {design.stable:.3f}; no violation up to {design.violation_free:.3f}")
@@ -55,8 +60,11 @@ print(f"a drift of 0.01 a step goes over the limit by up to {design.drift_margin
 figure, axis = plt.subplots(figsize=(7, 3), layout="constrained")
 for gain, colour in ((0.9, "#b04a3a"), (design.gain, "#4878a8"), (0.2, "0.6")):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # 0.9 may step over the limit: that is what is to be seen
-        controller = locus.LocusController(curve, along="v", gain=gain, x=(0.758, 1.721), start=0.3, hold="none")
+        # 0.9 may step over the limit: that is what is to be seen
+        warnings.simplefilter("ignore", UserWarning)
+        controller = locus.LocusController(
+            curve, along="v", gain=gain, x=(0.758, 1.721), start=0.3, hold="none"
+        )
     command, slack = controller.command, []
     for _ in range(14):
         response, limit = 1.0 * command["v"] + 16 - 4 * command["v"], 17 + command["u"] - 4 * command["v"]
@@ -70,9 +78,12 @@ axis.legend(frameon=False)
 # %%
 # Grinding
 # --------
-# The same for a grinding machine: as much removed as the dulling wheel allows without burning the work. Power is measured, infeed
-# is changed, the speed of the work follows on the locus. The slide lags by 1.25 s. Koren's controller computes the limit from the
-# commanded infeed, which the work does not feel yet; where the limit is taken at the actual infeed, nothing is overstated.
+# The same for a grinding machine: as much removed as the dulling wheel allows without burning the work. Power
+# is measured, infeed
+# is changed, the speed of the work follows on the locus. The slide lags by 1.25 s. Koren's controller
+# computes the limit from the
+# commanded infeed, which the work does not feel yet; where the limit is taken at the actual infeed, nothing
+# is overstated.
 grinding = locus.preset("grinding")
 curve = locus.plan(grinding)
 grinder = hwsim.AdaptiveGrinder(grinding)
@@ -90,10 +101,13 @@ controllers = {
 for name, controller in controllers.items():
     outcome = hwsim.run(grinder, controller, parts=5, rng=0, adapt=locus.LearnedStart()).outcome
     converged, slack = outcome.convergence_time.values, outcome.slack.values
-    print(f"{name:14s} at the best infeed after {np.round(converged, 1)} s; least slack {np.round(slack, 1)} W")
+    print(
+        f"{name:14s} at the best infeed after {np.round(converged, 1)} s; least slack {np.round(slack, 1)} W"
+    )
 
 # %%
-# Five parts, one after the other, each beginning where the one before ended: the wheel dulls, the best infeed falls.
+# Five parts, one after the other, each beginning where the one before ended: the wheel dulls, the best infeed
+# falls.
 log = hwsim.run(grinder, controllers["with margin"], parts=5, rng=0, adapt=locus.LearnedStart())
 log.plot()
 plt.show()

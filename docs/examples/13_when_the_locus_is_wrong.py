@@ -2,9 +2,9 @@
 When the locus is wrong
 =======================
 
-A locus is as good as its model. With feedback a model that is a little wrong costs little; one that is wrong in kind costs
-more, and no tuning of the loop helps. Three answers are compared here: trust the locus, choose one that suits several models,
-or measure what the model cannot know."""
+A locus is as good as its model. With feedback a model that is a little wrong costs little; one that is wrong
+in kind costs more, and no tuning of the loop helps. Three answers are compared here: trust the locus, choose
+one that suits several models, or measure what the model cannot know."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,7 +14,8 @@ from sdpgrind import locus
 # %%
 # A model that is wrong
 # ---------------------
-# Koren's example, whose speed counts with the power 1 in the model. In the plant the power is another one. The limit is computed
+# Koren's example, whose speed counts with the power 1 in the model. In the plant the power is another one.
+# The limit is computed
 # and right; what is measured is the response.
 
 
@@ -23,7 +24,11 @@ def example(power=1.0):
         controls={"u": (0.0, 5.0), "v": (0.0, 10.0)},
         hidden={"x": (0.6, 5.0)},
         cost=lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2,
-        constraints=[locus.Varying(response=lambda s, c: s.x * c.v**power + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)],
+        constraints=[
+            locus.Varying(
+                response=lambda s, c: s.x * c.v**power + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v
+            )
+        ],
     )
 
 
@@ -31,8 +36,10 @@ model = example()
 curve = locus.plan(model)
 
 # %%
-# `robust_locus` takes models that disagree. Wherever feedback stops the plant, its own response is at the limit; only the place
-# along the limit is wrong. So a loss is of second order, and the locus can be chosen to make its mean small. Open loop it is of
+# `robust_locus` takes models that disagree. Wherever feedback stops the plant, its own response is at the
+# limit; only the place
+# along the limit is wrong. So a loss is of second order, and the locus can be chosen to make its mean small.
+# Open loop it is of
 # first order, and the limit is violated.
 
 robust = locus.robust_locus([model, example(1.3)], along="v")
@@ -44,9 +51,12 @@ for way in robust.losses.way.values:
 # %%
 # Four ways to run it
 # -------------------
-# The third way is modifier adaptation, with the response and the cost measured: a small dither along the limit tells how both
-# change there, and the model is tilted until it agrees. By itself it keeps the limit with a bias at a hidden state that stays
-# where it was. The last way combines both: the hidden state is followed as on a locus, and the locus bends as slopes are learned.
+# The third way is modifier adaptation, with the response and the cost measured: a small dither along the
+# limit tells how both
+# change there, and the model is tilted until it agrees. By itself it keeps the limit with a bias at a hidden
+# state that stays
+# where it was. The last way combines both: the hidden state is followed as on a locus, and the locus bends as
+# slopes are learned.
 
 declared = (0.8, 4.0)
 
@@ -68,8 +78,10 @@ ways = {
 }
 
 # %%
-# The hidden state goes up and down between 1 and 3 at a constant rate. What is charged is the cost beyond the plant's own
-# optimum. A violation lowers the cost; it is charged at twice its multiplier, so that being beyond the limit costs as much as
+# The hidden state goes up and down between 1 and 3 at a constant rate. What is charged is the cost beyond the
+# plant's own
+# optimum. A violation lowers the cost; it is charged at twice its multiplier, so that being beyond the limit
+# costs as much as
 # the same distance before it.
 
 grid = np.linspace(1.0, 3.0, 41)
@@ -109,7 +121,10 @@ cases = {
     "drift 0.01 a sample": (0.01, 0.0),
     "drift 0.05 a sample": (0.05, 0.0),
 }
-table = {name: {way: [charged(one, p, *case) for p in plants] for way, one in ways.items()} for name, case in cases.items()}
+table = {
+    name: {way: [charged(one, p, *case) for p in plants] for way, one in ways.items()}
+    for name, case in cases.items()
+}
 figure, axes = plt.subplots(1, 4, figsize=(11, 3.2), sharex=True, layout="constrained")
 for axis, (name, rows) in zip(axes, table.items(), strict=True):
     for (way, row), style in zip(rows.items(), ("C3-", "C0-.", "C2:", "k-"), strict=True):
@@ -120,8 +135,10 @@ axes[0].legend(frameon=False, fontsize=8)
 
 
 # %%
-# The dither costs 0.003 here, whatever the plant. The robust locus is the best near the models that it was made for, and halfway
-# between them. Elsewhere slopes that are measured win. Noise raises the black line, drift that of the bias: it lags behind, as
+# The dither costs 0.003 here, whatever the plant. The robust locus is the best near the models that it was
+# made for, and halfway
+# between them. Elsewhere slopes that are measured win. Noise raises the black line, drift that of the bias:
+# it lags behind, as
 # the hidden state that it holds on to is not the plant's.
 #
 # Break-even
@@ -140,23 +157,36 @@ def break_even(rows):
 
 for rate in (0.0, 0.02):
     for noise in (0.0, 0.03, 0.1, 0.2):
-        rows = {way: [charged(ways[way], p, rate, noise) for p in plants] for way in ("locus", "locus and modifiers")}
+        rows = {
+            way: [charged(ways[way], p, rate, noise) for p in plants]
+            for way in ("locus", "locus and modifiers")
+        }
         print(f"drift {rate:<5} noise {noise:<5} it pays from power {break_even(rows):.2f} on")
 
 # %%
-# With noise of 0.1 the power must be wrong by a fifth before slopes pay. In grinding they hardly ever do. The printed sliding
-# power is suspect; at three fifths of its term with the speed of the work, the work turns faster at the optimum. With feedback
-# the locus of the printed one loses less than 0.003 mm²/s then: cost is flat along the limit. What is lost without feedback is
+# With noise of 0.1 the power must be wrong by a fifth before slopes pay. In grinding they hardly ever do. The
+# printed sliding
+# power is suspect; at three fifths of its term with the speed of the work, the work turns faster at the
+# optimum. With feedback
+# the locus of the printed one loses less than 0.003 mm²/s then: cost is flat along the limit. What is lost
+# without feedback is
 # more than what is ground off.
 
 grinding = locus.preset("grinding")
 power = grinding.model.power
 other = grinding.replace(
-    power=power.replace(sliding=power.sliding.replace(curvature_pressure=0.6 * power.sliding.curvature_pressure))
+    power=power.replace(
+        sliding=power.sliding.replace(curvature_pressure=0.6 * power.sliding.curvature_pressure)
+    )
 )
 both = locus.robust_locus([grinding, other], along="infeed_rate", x=(0.0055, 0.009))
 worst = both.losses.max(["sample", "wear_flat_area"])
 rates = both.nominal.at(both.nominal.coordinate_of(np.array(both.x))).controls["infeed_rate"]
 print("removal rate [mm²/s]:", grinding.model.specific_removal_rate(rates).round(3))
-print("lost at most [mm²/s]:", {str(way): round(float(worst.loss.sel(way=way)), 4) for way in worst.way.values})
-print("beyond burning [W]:  ", {str(way): round(float(worst.violation.sel(way=way)), 1) for way in worst.way.values})
+print(
+    "lost at most [mm²/s]:", {str(way): round(float(worst.loss.sel(way=way)), 4) for way in worst.way.values}
+)
+print(
+    "beyond burning [W]:  ",
+    {str(way): round(float(worst.violation.sel(way=way)), 1) for way in worst.way.values},
+)

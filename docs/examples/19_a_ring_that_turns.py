@@ -2,10 +2,9 @@
 A ring that turns
 =================
 
-A ring was put down on a turning table, a few millimetres off-centre. A probe reads it while it turns, and a pusher waits to
-push it to the middle. Each degree of turning costs time; each push in the wrong direction costs more. So: where is the centre,
-how sure is that, and when is it sure enough?
-"""
+A ring was put down on a turning table, a few millimetres off-centre. A probe reads it while it turns, and a
+pusher waits to push it to the middle. Each degree of turning costs time; each push in the wrong direction
+costs more. So: where is the centre, how sure is that, and when is it sure enough?"""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,7 +16,8 @@ from sdpgrind import units
 # %%
 # Reading by reading
 # ------------------
-# A simulated table of 20 turns a minute, read 100 times a second; the surface is rough by 40 µm. The estimator is told how rough,
+# A simulated table of 20 turns a minute, read 100 times a second; the surface is rough by 40 µm. The
+# estimator is told how rough,
 # how sure it has to be, and which error may remain: 3 % of the offset, but never less than 2 µm.
 ring = hwsim.Ring(61.94, offset=3.6, offset_angle=units.deg(40))
 probe = hwsim.Probe(ring, errors=hwsim.ProbeErrors(noise_sd=0.04))
@@ -35,13 +35,15 @@ print(circle)
 print(f"limited by {circle.limited_by or 'nothing'} after {np.rad2deg(circle.swept):.0f} degrees")
 
 # %%
-# The model is the exact curve of an offset circle under a round tip. A cosine, which many use, would be off by 0.16 mm here,
+# The model is the exact curve of an offset circle under a round tip. A cosine, which many use, would be off
+# by 0.16 mm here,
 # without any noise. The dashed part has not been seen yet.
 used = slice(circle.samples)
 circle.plot(scan.angle[used], scan.reading[used])
 
 # %%
-# What the estimator said on its way. It knows how long it will still take: that is worth something to whoever moves the pusher.
+# What the estimator said on its way. It knows how long it will still take: that is worth something to whoever
+# moves the pusher.
 turned = np.rad2deg(scan.angle[used] - scan.angle[0])
 figure, ax = plt.subplots(figsize=(7, 3.2), layout="constrained")
 ax.semilogy(turned, 1e3 * np.array(bands), color="#4878a8", label="centre within, at 99.9 %")
@@ -69,8 +71,10 @@ log.plot()
 # %%
 # After a push
 # ------------
-# A push moves the centre and leaves the radius as it was. Whoever has waited for one full turn may carry the radius over: an
-# arc of 30 degrees then says ten times as much; no algorithm makes up for that. Pushes of this machine end some percent
+# A push moves the centre and leaves the radius as it was. Whoever has waited for one full turn may carry the
+# radius over: an
+# arc of 30 degrees then says ten times as much; no algorithm makes up for that. Pushes of this machine end
+# some percent
 # beside where they should.
 
 
@@ -98,22 +102,31 @@ def centred(keep_radius, seed=5):
 
 for keep in (False, True):
     centers = centred(keep)
-    told = ", ".join(f"{1e3 * each.offset:.3g} µm after {np.rad2deg(each.swept):.0f} degrees" for each in centers)
+    told = ", ".join(
+        f"{1e3 * each.offset:.3g} µm after {np.rad2deg(each.swept):.0f} degrees" for each in centers
+    )
     print(f"radius {'kept' if keep else 'forgotten'}: {told}")
 centering.circle.plot_centers(centers, tolerance=0.010)
 
 # %%
-# The distance from the middle is the logarithm of the offset: millimetres at the rim, micrometres inside, the tolerance in green.
+# The distance from the middle is the logarithm of the offset: millimetres at the rim, micrometres inside, the
+# tolerance in green.
 #
 # When the part moves
 # -------------------
-# Somebody touches the part after a third of a turn. The readings after it are refused one by one, and when that are more than
-# half of the latest 30, the estimator begins anew by itself with these; the radius it keeps. What was refused can be looked
+# Somebody touches the part after a third of a turn. The readings after it are refused one by one, and when
+# that are more than
+# half of the latest 30, the estimator begins anew by itself with these; the radius it keeps. What was refused
+# can be looked
 # at.
-moved = probe.replace(moved=(1.0, 0.8, -0.5), errors=hwsim.ProbeErrors(noise_sd=0.004, dust=0.02, dust_size=0.2))
+moved = probe.replace(
+    moved=(1.0, 0.8, -0.5), errors=hwsim.ProbeErrors(noise_sd=0.004, dust=0.02, dust_size=0.2)
+)
 scan = moved.scan(turns=1, rng=2)
 watching = centering.GeometryEstimator(noise_sd=0.004, tip_radius=3.75)
 watching.extend(scan.angle, scan.reading)
 print(f"restarts: {watching.restarts}; {watching.rejected[0].size} readings refused, of which dust is a part")
-print(f"offset {watching.estimate.offset:.3f} mm; truly {np.hypot(ring.center_x + 0.8, ring.center_y - 0.5):.3f} mm")
+print(
+    f"offset {watching.estimate.offset:.3f} mm; truly {np.hypot(ring.center_x + 0.8, ring.center_y - 0.5):.3f} mm"
+)
 plt.show()

@@ -2,9 +2,9 @@
 How sure is sure?
 =================
 
-"99.9 %" is easily said. Here it is counted: fifteen hundred parts whose centre is known, because they are simulated. Then the two
-things that no formula of independent noise knows of: form, and noise that is not independent.
-"""
+"99.9 %" is easily said. Here it is counted: fifteen hundred parts whose centre is known, because they are
+simulated. Then the two things that no formula of independent noise knows of: form, and noise that is not
+independent."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,8 +15,10 @@ from sdpgrind import units
 # %%
 # Counting
 # --------
-# Three pushes of a part, from far off-centre to nearly centred, with noise of 40 µm, as in chapter 4 of Mears (2006). The
-# printed rule takes the error of a mean, and stops too early. ``GeometryEstimator`` asks how well these angles determine the
+# Three pushes of a part, from far off-centre to nearly centred, with noise of 40 µm, as in chapter 4 of Mears
+# (2006). The
+# printed rule takes the error of a mean, and stops too early. ``GeometryEstimator`` asks how well these
+# angles determine the
 # centre in its worst direction. "Inside" means: the true centre was no farther away than was said.
 angle = units.deg(np.arange(6000.0))
 rng = np.random.default_rng(0)
@@ -42,25 +44,32 @@ for offset, most in ((20.0, 360), (1.0, 360), (0.1, 6000)):
     for name, many in inside.items():
         shares[name].append(100 * np.mean(many))
     told = "".join(
-        f"{np.median(readings[name]):{wide}.0f}{shares[name][-1]:9.1f} %" for name, wide in (("printed", 20), ("ours", 18))
+        f"{np.median(readings[name]):{wide}.0f}{shares[name][-1]:9.1f} %"
+        for name, wide in (("printed", 20), ("ours", 18))
     )
     print(f"{offset:7g} mm{told}")
 figure, ax = plt.subplots(figsize=(6.5, 3), layout="constrained")
 for shift, (name, color) in zip((-0.2, 0.2), (("printed", "#b04a3a"), ("ours", "#4878a8")), strict=True):
     ax.bar(np.arange(3) + shift, shares[name], 0.38, color=color, label=name)
 ax.axhline(99.9, color="0.3", lw=0.8, ls="--")
-ax.set(xticks=range(3), xticklabels=["20 mm", "1 mm", "0.1 mm"], xlabel="offset", ylabel="true centre inside [%]")
+ax.set(
+    xticks=range(3), xticklabels=["20 mm", "1 mm", "0.1 mm"], xlabel="offset", ylabel="true centre inside [%]"
+)
 ax.legend(frameon=False)
 
 # %%
-# Being sure takes data: for the last push fourteen turns, where the source believed one. That is what 3 µm cost at a noise of
+# Being sure takes data: for the last push fourteen turns, where the source believed one. That is what 3 µm
+# cost at a noise of
 # 40 µm; a quieter probe or a coarser tolerance is the way out, not another formula.
 #
 # Form
 # ----
-# A part with three lobes of 3 µm, measured with 1 µm of noise. The estimator that knows of noise alone is sure after 60
-# degrees, and 18 µm wrong where it says 10. Told that there may be lobes (``form=``) it adds how far they could bend the
-# estimate, and turns on. Once the spectrum is known, it can be subtracted (``harmonics=``), and a short arc is enough again.
+# A part with three lobes of 3 µm, measured with 1 µm of noise. The estimator that knows of noise alone is
+# sure after 60
+# degrees, and 18 µm wrong where it says 10. Told that there may be lobes (``form=``) it adds how far they
+# could bend the
+# estimate, and turns on. Once the spectrum is known, it can be subtracted (``harmonics=``), and a short arc
+# is enough again.
 lobes, offset = 0.003, 0.5
 turn = units.deg(np.arange(0.0, 360.0))
 spectrum = centering.roundness.Spectrum([3], [lobes], [1.0])
@@ -69,11 +78,17 @@ spectrum = centering.roundness.Spectrum([3], [lobes], [1.0])
 def read(turned):
     """Readings of a ring with three lobes, near enough for so small an offset."""
     circle = centering.circle.circle_reading(turned, 61.94, offset, 0.4)
-    return circle + lobes * np.cos(3 * turned - 1.0) + np.random.default_rng(1).normal(0.0, 0.001, turned.size)
+    return (
+        circle + lobes * np.cos(3 * turned - 1.0) + np.random.default_rng(1).normal(0.0, 0.001, turned.size)
+    )
 
 
 figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
-cases = {"noise alone": {}, "told of lobes": {"form": {3: lobes}}, "lobes subtracted": {"harmonics": spectrum}}
+cases = {
+    "noise alone": {},
+    "told of lobes": {"form": {3: lobes}},
+    "lobes subtracted": {"harmonics": spectrum},
+}
 for (name, told), color in zip(cases.items(), ("#b04a3a", "#4878a8", "#5a9a68"), strict=True):
     estimator = centering.GeometryEstimator(noise_sd=0.001, rel_tol=0.02, **told)
     estimator.extend(turn[:10], read(turn)[:10])
@@ -81,7 +96,9 @@ for (name, told), color in zip(cases.items(), ("#b04a3a", "#4878a8", "#5a9a68"),
     for a, r in zip(turn[10:], read(turn)[10:], strict=True):
         estimator.update(angle=a, reading=r)
         circle = estimator.estimate
-        errors.append(1e3 * np.hypot(circle.center_x - offset * np.cos(0.4), circle.center_y - offset * np.sin(0.4)))
+        errors.append(
+            1e3 * np.hypot(circle.center_x - offset * np.cos(0.4), circle.center_y - offset * np.sin(0.4))
+        )
         bands.append(1e3 * estimator.band)
         valid = a if valid is None and estimator.valid else valid
     at = int(np.argmin(np.abs(turn[10:] - valid)))
@@ -97,14 +114,23 @@ ax.legend(frameon=False, fontsize=8, ncols=3)
 # %%
 # How much an arc makes of a lobe can be known beforehand:
 for upr in (2, 3, 5):
-    gains = [centering.circle.form_gain(units.deg(np.arange(0.0, arc, 0.5)), upr) for arc in (30, 60, 90, 120, 180, 270, 360)]
-    print(f"{upr} undulations: centre off by", "".join(f"{gain:7.2f}" for gain in gains), "times their amplitude")
+    gains = [
+        centering.circle.form_gain(units.deg(np.arange(0.0, arc, 0.5)), upr)
+        for arc in (30, 60, 90, 120, 180, 270, 360)
+    ]
+    print(
+        f"{upr} undulations: centre off by",
+        "".join(f"{gain:7.2f}" for gain in gains),
+        "times their amplitude",
+    )
 
 # %%
 # Noise that is not independent
 # -----------------------------
-# A ground surface is smooth from degree to degree: neighbours err together, and ten readings say no more than one. A test for a
-# normal distribution often sees nothing of it; the correlation does. The estimator widens its band by what it sees.
+# A ground surface is smooth from degree to degree: neighbours err together, and ten readings say no more than
+# one. A test for a
+# normal distribution often sees nothing of it; the correlation does. The estimator widens its band by what it
+# sees.
 rng, noise = np.random.default_rng(7), np.zeros(720)
 for k in range(1, 720):
     noise[k] = 0.88 * noise[k - 1] + rng.normal(0.0, 0.01 * np.sqrt(1 - 0.88**2))
@@ -114,9 +140,12 @@ estimator.extend(two, centering.circle.circle_reading(two, 61.94, 0.5, 0.4) + no
 circle = estimator.estimate
 left = centering.circle.circle_reading(two, 61.94, 0.5, 0.4) + noise - circle.reading(two)
 checks = centering.circle.residual_checks(left)
-print(f"looks normal: {checks.normal}; looks independent: {checks.independent}, with a correlation of {checks.lag_1:.2f}")
+print(
+    f"looks normal: {checks.normal}; looks independent: {checks.independent}, with a correlation of {checks.lag_1:.2f}"
+)
 print(f"band times {circle.inflation:.2f}; {circle.message}")
 
 # %%
-# Both of these are why the answer comes with a sentence that says what limits it. Look at it before buying a better probe.
+# Both of these are why the answer comes with a sentence that says what limits it. Look at it before buying a
+# better probe.
 plt.show()

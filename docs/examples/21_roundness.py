@@ -2,10 +2,9 @@
 Roundness
 =========
 
-The same readings that tell where a ring lies tell how round it is, once the offset, the noise and the probe's own roller are
-out of them. Here a ground ring is measured as it lies, 3.6 mm off-centre, with a roller that runs out by more than the ring
-does.
-"""
+The same readings that tell where a ring lies tell how round it is, once the offset, the noise and the probe's
+own roller are out of them. Here a ground ring is measured as it lies, 3.6 mm off-centre, with a roller that
+runs out by more than the ring does."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,8 +16,21 @@ from sdpgrind import units
 # %%
 # A ring, and what the probe shows of it
 # --------------------------------------
-# The lines are those of a bearing ring on a roundness machine (Mears, Table 6.5). Four turns, one reading a degree.
-LINES = {2: 0.155, 3: 0.206, 4: 0.018, 6: 0.048, 18: 0.018, 21: 0.038, 22: 0.036, 42: 0.029, 43: 0.235, 44: 0.040}  # upr: µm
+# The lines are those of a bearing ring on a roundness machine (Mears, Table 6.5). Four turns, one reading a
+# degree.
+# upr: µm
+LINES = {
+    2: 0.155,
+    3: 0.206,
+    4: 0.018,
+    6: 0.048,
+    18: 0.018,
+    21: 0.038,
+    22: 0.036,
+    42: 0.029,
+    43: 0.235,
+    44: 0.040,
+}
 rng = np.random.default_rng(3)
 lobes = {upr: (units.um(amplitude), rng.uniform(0, 2 * np.pi)) for upr, amplitude in LINES.items()}
 ring = hwsim.Ring(61.94, offset=3.6, offset_angle=0.5, lobes=lobes)
@@ -29,13 +41,16 @@ print(profile)
 print(f"truly {1e3 * ring.roundness:.3f} µm from peak to valley")
 
 # %%
-# A cosine of that offset has an error of its own, 52 µm of two undulations; the exact curve has none. What is left are 4 µm, most
+# A cosine of that offset has an error of its own, 52 µm of two undulations; the exact curve has none. What is
+# left are 4 µm, most
 # of them the roller's.
 #
 # The roller
 # ----------
-# A roller of 3.75 mm turns 16.5 times a turn of the part. It follows the arc, so that on an offset part its tone is not a line of
-# the spectrum, and a notch in the spectrum of one turn would smear it over the part's own lines. One least-squares fit over all
+# A roller of 3.75 mm turns 16.5 times a turn of the part. It follows the arc, so that on an offset part its
+# tone is not a line of
+# the spectrum, and a notch in the spectrum of one turn would smear it over the part's own lines. One
+# least-squares fit over all
 # turns tells both apart, and finds the roller's true radius on the way.
 clean = profile.remove_runout()
 print(clean.runout)
@@ -50,7 +65,8 @@ for upr, amplitude in found.largest(5):
     print(f"{upr:3.0f} upr: {1e3 * amplitude:.3f} µm, truly {LINES.get(int(upr), 0.0):.3f} µm")
 
 # %%
-# With an integer ratio the roller stands at the same place of the part in each turn. Nothing can tell them apart then, and
+# With an integer ratio the roller stands at the same place of the part in each turn. Nothing can tell them
+# apart then, and
 # nothing is made up:
 try:
     profile.remove_runout(ratio=17.0)
@@ -60,7 +76,8 @@ except ValueError as error:
 # %%
 # Filter
 # ------
-# A Gaussian filter of 50 undulations, as roundness is usually stated. The amplitude at the cut-off is halved. Each step is
+# A Gaussian filter of 50 undulations, as roundness is usually stated. The amplitude at the cut-off is halved.
+# Each step is
 # written into the profile.
 smooth = clean.filter("gaussian", upr=50)
 print(smooth)
@@ -69,27 +86,35 @@ smooth.plot()
 # %%
 # Four circles
 # ------------
-# Least squares, minimum circumscribed, maximum inscribed and minimum zone: ISO 12181 knows them all, and roundness is a
-# number only together with its circle. The three extreme ones rest on two to four points, and these prove them: no circle can
+# Least squares, minimum circumscribed, maximum inscribed and minimum zone: ISO 12181 knows them all, and
+# roundness is a
+# number only together with its circle. The three extreme ones rest on two to four points, and these prove
+# them: no circle can
 # be better than its contacts allow.
 print(f"{'':6}{'RONt':>10}{'RONp':>10}{'RONv':>10}{'radius':>14}   contacts [degrees]")
 for kind in ("LSC", "MCC", "MIC", "MZC"):
     circle = smooth.roundness(kind)
     told = "".join(f"{1e3 * value:7.3f} µm" for value in (circle.value, circle.ron_p, circle.ron_v))
-    print(f"{kind:6}{told}{circle.radius:11.5f} mm   {np.rad2deg(circle.contact_angles).round(0).astype(int).tolist()}")
+    print(
+        f"{kind:6}{told}{circle.radius:11.5f} mm   {np.rad2deg(circle.contact_angles).round(0).astype(int).tolist()}"
+    )
 zone = smooth.roundness("MZC")
 print(zone.certificate)
 zone.plot()
 
 # %%
-# The zone is the smallest, always. How sure it is, and by how much noise has widened it: from simulated profiles with as much
+# The zone is the smallest, always. How sure it is, and by how much noise has widened it: from simulated
+# profiles with as much
 # noise again, each with its own circle, as noise makes other points contacts.
-print(f"{1e3 * zone.value:.3f} µm +- {1e3 * zone.value_sd:.3f} µm, of which noise has added about {1e3 * zone.value_bias:.3f} µm")
+print(
+    f"{1e3 * zone.value:.3f} µm +- {1e3 * zone.value_sd:.3f} µm, of which noise has added about {1e3 * zone.value_bias:.3f} µm"
+)
 
 # %%
 # A part with two lobes
 # ---------------------
-# Squeezed in a chuck: the circumscribed circle then rests on two points across from each other. Where dust was under the
+# Squeezed in a chuck: the circumscribed circle then rests on two points across from each other. Where dust
+# was under the
 # probe one of the contacts is the dust: look at them before you believe an extreme circle.
 oval = hwsim.Ring(61.94, lobes={2: (0.010, 0.3), 4: (0.001, 0.0)})
 scan = hwsim.Probe(oval, samples_per_turn=720, errors=None).scan(turns=1)

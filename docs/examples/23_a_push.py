@@ -2,9 +2,9 @@
 A push, and what it teaches
 ===========================
 
-A ring lies off the axis of a turning table, and a slide pushes it there. When must the slide start, where does the ring come to
-rest, and what does its friction have to do with it? A push answers the last question itself.
-"""
+A ring lies off the axis of a turning table, and a slide pushes it there. When must the slide start, where
+does the ring come to rest, and what does its friction have to do with it? A push answers the last question
+itself."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,7 +15,8 @@ from sdpgrind import units
 # %%
 # When to start
 # -------------
-# A heavy ring, 1 mm off, at 20 turns a minute. The slide goes near to where the rim will be, rests, and pushes. The lead is the
+# A heavy ring, 1 mm off, at 20 turns a minute. The slide goes near to where the rim will be, rests, and
+# pushes. The lead is the
 # angle that the table turns meanwhile; the rim comes nearer on the way, so that the lead depends on itself.
 problem = centering.preset("printed").replace(part=centering.push.Part(mass=18.9, radius=89.5))
 task = {"offset": 1.0, "spindle_speed": units.rpm(20), "push_speed": 10.0}
@@ -30,11 +31,17 @@ print(f"up to {limit.all['friction'] / units.rpm(1):.0f}")
 push.plot()
 
 # %%
-# While it is pushed the ring is carried along. Which angle is right depends on what is asked to be on the line of the push, and
-# when: the source aligns at the end. ``"exact"`` brings the ring through the axis, drift of its inertia included.
+# While it is pushed the ring is carried along. Which angle is right depends on what is asked to be on the
+# line of the push, and
+# when: the source aligns at the end. ``"exact"`` brings the ring through the axis, drift of its inertia
+# included.
 for direction in ("exact", "quasi-static", "contact", "end"):
     leads = [
-        np.rad2deg(centering.plan_push(problem, **task | {"spindle_speed": units.rpm(rpm)}, direction=direction).lead_angle)
+        np.rad2deg(
+            centering.plan_push(
+                problem, **task | {"spindle_speed": units.rpm(rpm)}, direction=direction
+            ).lead_angle
+        )
         for rpm in (5, 20)
     ]
     print(f"{direction:12} lead {leads[0]:7.3f} deg at 5, {leads[1]:7.3f} deg at 20 turns a minute")
@@ -42,8 +49,10 @@ for direction in ("exact", "quasi-static", "contact", "end"):
 # %%
 # Where it comes to rest
 # ----------------------
-# The contact is a spring and a damper that only push. All phases (sticking, slipping, flying) are solved in closed form, so
-# that a push takes microseconds and its energy balances to rounding. At a constant speed the ring leaves the tip again and
+# The contact is a spring and a damper that only push. All phases (sticking, slipping, flying) are solved in
+# closed form, so
+# that a push takes microseconds and its energy balances to rounding. At a constant speed the ring leaves the
+# tip again and
 # again, and when the tip stops, at more than friction can brake, it is thrown off.
 speed, way = 40.0, 5.0  # mm/s, mm
 hard = centering.TipProfile.move(way, speed, problem.limits.acceleration_max)
@@ -53,7 +62,8 @@ print(trace, f"energy balances to {trace.energy_balance:.0e}")
 trace.plot()
 
 # %%
-# A gentle push breaks away slowly, accelerates by half of what friction could, and stops so that the ring stays at the tip.
+# A gentle push breaks away slowly, accelerates by half of what friction could, and stops so that the ring
+# stays at the tip.
 # Now the place depends far less on the friction, which nobody knows to 10 %:
 print("friction           0.9        1      1.1   times that of the model")
 for name, profile in (("hard", hard), ("gentle", gentle)):
@@ -64,10 +74,13 @@ for name, profile in (("hard", hard), ("gentle", gentle)):
     print(f"{name:12} {told}   µm beyond the tip, peak {came[1, 2]:.0f} N, {profile.total_time:.3f} s")
 
 # %%
-# Slow pushes have a limit of their own: after sticking the friction falls, and the ring jumps. No slow push is finer than that.
+# Slow pushes have a limit of their own: after sticking the friction falls, and the ring jumps. No slow push
+# is finer than that.
 for mass in (0.8, 5.0, 18.9):
     model = problem.model.replace(mass=mass)
-    smallest = centering.push.simulate_pushes(model, [centering.push.tap_profile(x, 5.0) for x in np.geomspace(5e-4, 0.1, 400)])
+    smallest = centering.push.simulate_pushes(
+        model, [centering.push.tap_profile(x, 5.0) for x in np.geomspace(5e-4, 0.1, 400)]
+    )
     least = 1e3 * smallest[smallest[:, 0] > 1e-6, 0].min()
     print(
         f"{mass:4.1f} kg: jump {1e3 * model.stick_slip_quantum:6.2f} µm; drawn back at once, it moves by {least:.2f} µm at least"
@@ -76,8 +89,10 @@ for mass in (0.8, 5.0, 18.9):
 # %%
 # What it teaches
 # ---------------
-# A ring whose friction is 12 % above what is believed. Fast pushes with a hard stop let it slide: that tells the kinetic
-# friction. A slow breakaway tells the static one. The friction of each push scatters about that of the ring by 4 %.
+# A ring whose friction is 12 % above what is believed. Fast pushes with a hard stop let it slide: that tells
+# the kinetic
+# friction. A slow breakaway tells the static one. The friction of each push scatters about that of the ring
+# by 4 %.
 true = problem.model.replace(mu_static=0.2 * 1.12, mu_kinetic=0.15 * 1.12)
 friction = centering.FrictionEstimator(problem)
 rng = np.random.default_rng(1)
@@ -91,17 +106,29 @@ for k in range(8):
     found.append(list(estimate.value))
     sd.append(list(estimate.sd))
     if k < 3:
-        print(f"after push {k + 1}:", ", ".join(f"{name} {estimate[name]:.4f}" for name in estimate.names), estimate.message)
+        print(
+            f"after push {k + 1}:",
+            ", ".join(f"{name} {estimate[name]:.4f}" for name in estimate.names),
+            estimate.message,
+        )
 better = problem.updated(friction.estimate)
-print(f"believed now: mu_kinetic {better.model.mu_kinetic:.4f} (truly {true.mu_kinetic:.4f}), known to", end=" ")
-print(f"{100 * better.scatter.friction_part_sd:.1f} % instead of {100 * problem.scatter.friction_part_sd:.0f} %")
+print(
+    f"believed now: mu_kinetic {better.model.mu_kinetic:.4f} (truly {true.mu_kinetic:.4f}), known to", end=" "
+)
+print(
+    f"{100 * better.scatter.friction_part_sd:.1f} % instead of {100 * problem.scatter.friction_part_sd:.0f} %"
+)
 
 # %%
 # Estimates with two standard deviations; dashed, the truth.
 found, sd = np.array(found), np.array(sd)
 figure, axis = plt.subplots(figsize=(7, 3.6), layout="constrained")
-for j, (name, color, truth) in enumerate((("mu_static", "#b04a3a", true.mu_static), ("mu_kinetic", "#4878a8", true.mu_kinetic))):
-    axis.errorbar(np.arange(9) + 0.06 * j, found[:, j], yerr=2 * sd[:, j], fmt="o-", color=color, capsize=3, label=name)
+for j, (name, color, truth) in enumerate(
+    (("mu_static", "#b04a3a", true.mu_static), ("mu_kinetic", "#4878a8", true.mu_kinetic))
+):
+    axis.errorbar(
+        np.arange(9) + 0.06 * j, found[:, j], yerr=2 * sd[:, j], fmt="o-", color=color, capsize=3, label=name
+    )
     axis.axhline(truth, color=color, ls="--", lw=1)
 axis.set(xlabel="pushes seen", ylabel="coefficient of friction")
 axis.legend(frameon=False)

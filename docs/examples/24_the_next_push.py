@@ -2,10 +2,9 @@
 The next push
 =============
 
-No push ends exactly where it was meant to. So the question is not how to hit, but which sequence of pushes is over soonest. That
-is a stochastic dynamic program over the offset and what is believed of the friction, and its answer is a table that is
-looked up in microseconds.
-"""
+No push ends exactly where it was meant to. So the question is not how to hit, but which sequence of pushes is
+over soonest. That is a stochastic dynamic program over the offset and what is believed of the friction, and
+its answer is a table that is looked up in microseconds."""
 
 import time
 import warnings
@@ -19,9 +18,13 @@ from sdpgrind import units
 # %%
 # A strategy
 # ----------
-# The heavy ring once more. Planning simulates thousands of pushes of ten kinds exactly, and solves. A warning comes first: half
-# of the jump of stick and slip is three times the tolerance, so that slow pushes alone would centre this ring by luck.
-problem = centering.preset("printed").replace(part=centering.push.Part(mass=18.9, radius=89.5), tolerance=0.0025)
+# The heavy ring once more. Planning simulates thousands of pushes of ten kinds exactly, and solves. A warning
+# comes first: half
+# of the jump of stick and slip is three times the tolerance, so that slow pushes alone would centre this ring
+# by luck.
+problem = centering.preset("printed").replace(
+    part=centering.push.Part(mass=18.9, radius=89.5), tolerance=0.0025
+)
 with warnings.catch_warnings(record=True) as heard:
     warnings.simplefilter("always")
     strategy = centering.plan(problem)
@@ -29,8 +32,10 @@ print(*(each.message for each in heard))
 strategy.plot()
 
 # %%
-# From afar the ring is pushed fast, whatever it slides on: there is time to measure again. Then gently, so that it stays at the
-# tip, and the last micrometres are made by taps: a slow push cannot move this ring by less than 15 µm, a tap can by 2 µm.
+# From afar the ring is pushed fast, whatever it slides on: there is time to measure again. Then gently, so
+# that it stays at the
+# tip, and the last micrometres are made by taps: a slow push cannot move this ring by less than 15 µm, a tap
+# can by 2 µm.
 for offset in (10.0, 1.0, 0.1, 0.03, 0.01, 0.005):
     push = strategy.push(offset=offset)
     print(
@@ -45,14 +50,24 @@ print(f"a look-up takes {1e3 * (time.perf_counter() - begin):.0f} us")
 # %%
 # Why it draws back
 # -----------------
-# The same strokes at 5 mm/s, ending at rest in contact, or drawn back at once at 2560 mm/s^2. The contact gives back what it has
-# stored, and the part moves on while the tip rests: by 12 µm, or not at all. Drawn back, it moves by 2 µm or more.
+# The same strokes at 5 mm/s, ending at rest in contact, or drawn back at once at 2560 mm/s^2. The contact
+# gives back what it has
+# stored, and the part moves on while the tip rests: by 12 µm, or not at all. Drawn back, it moves by 2 µm or
+# more.
 strokes = np.geomspace(0.005, 0.1, 300)
 figure, axis = plt.subplots(figsize=(7, 3.8), layout="constrained")
 rests = [centering.TipProfile.move(x, 5.0, problem.limits.acceleration_max) for x in strokes]
 taps = [centering.push.tap_profile(x, 5.0) for x in strokes]
-for label, profiles, color in (("stays in contact", rests, "#b04a3a"), ("drawn back at once", taps, "#4878a8")):
-    axis.plot(1e3 * strokes, 1e3 * centering.push.simulate_pushes(problem.model, profiles)[:, 0], color=color, label=label)
+for label, profiles, color in (
+    ("stays in contact", rests, "#b04a3a"),
+    ("drawn back at once", taps, "#4878a8"),
+):
+    axis.plot(
+        1e3 * strokes,
+        1e3 * centering.push.simulate_pushes(problem.model, profiles)[:, 0],
+        color=color,
+        label=label,
+    )
 axis.axhline(1e3 * problem.model.stick_slip_quantum, color="0.5", ls="--", lw=1, label="jump of a slow push")
 axis.set(xlabel="travel of the tip [µm]", ylabel="travel of the part [µm]")
 axis.legend(frameon=False)
@@ -60,13 +75,16 @@ axis.legend(frameon=False)
 # %%
 # What is believed
 # ----------------
-# The friction of a ring persists. A ring that went too far goes too far again, unless the strategy carries what it has seen: a
+# The friction of a ring persists. A ring that went too far goes too far again, unless the strategy carries
+# what it has seen: a
 # mean, and how many pushes' worth of evidence there is.
 friction, evidence = 1.0, 0.0
 for travelled in (1.03, 0.99, 1.0):
     push = strategy.push(offset=1.0, friction=friction, evidence=evidence)
     friction, evidence = strategy.update_belief(friction, evidence, push, travelled * push.aim)
-    print(f"went {100 * travelled:.0f} % of its aim: friction {friction:.3f} of the model's, evidence of {evidence:.2f} pushes")
+    print(
+        f"went {100 * travelled:.0f} % of its aim: friction {friction:.3f} of the model's, evidence of {evidence:.2f} pushes"
+    )
 
 # %%
 # What it promises

@@ -2,10 +2,9 @@
 A whole cycle
 =============
 
-The pieces come together in a simulated machine: a slide with its drive, a probe, a force sensor, a table that has to be run up,
-the tasks of a computer that share one processor, and rings whose friction is not what was believed. The same controller would
-run on a real one.
-"""
+The pieces come together in a simulated machine: a slide with its drive, a probe, a force sensor, a table that
+has to be run up, the tasks of a computer that share one processor, and rings whose friction is not what was
+believed. The same controller would run on a real one."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,15 +16,20 @@ from sdpgrind import units
 # %%
 # One ring
 # --------
-# 0.8 kg, from somewhere between 1 and 10 mm to 2.5 µm. The controller measures while the table runs up, and pushes as soon as
+# 0.8 kg, from somewhere between 1 and 10 mm to 2.5 µm. The controller measures while the table runs up, and
+# pushes as soon as
 # it is sure enough that waiting would cost more.
-problem = centering.preset("printed").replace(part=centering.push.Part(mass=0.8, radius=61.95), tolerance=0.0025)
+problem = centering.preset("printed").replace(
+    part=centering.push.Part(mass=0.8, radius=61.95), tolerance=0.0025
+)
 strategy = centering.plan(problem)
 ours = centering.CenteringController(strategy)
 machine = hwsim.CenteringMachine(problem)
 log = hwsim.run(machine, ours, rng=0)
 outcome = log.outcome.isel(part=0)
-print(f"{float(outcome.time):.2f} s, {int(outcome.pushes)} pushes, {1e3 * float(outcome.offset):.2f} µm off at the end")
+print(
+    f"{float(outcome.time):.2f} s, {int(outcome.pushes)} pushes, {1e3 * float(outcome.offset):.2f} µm off at the end"
+)
 log.plot()
 
 # %%
@@ -40,8 +44,10 @@ for k in np.flatnonzero(np.diff(state, prepend=-1) != 0):
 # %%
 # Beside the source's controller
 # ------------------------------
-# The same rings, and the same speeds of the table. The source's controller pushes over the whole offset at the speed of the
-# energy balance, aligns at the end of the push by times that are too long, and waits for its rule of validity before each.
+# The same rings, and the same speeds of the table. The source's controller pushes over the whole offset at
+# the speed of the
+# energy balance, aligns at the end of the push by times that are too long, and waits for its rule of validity
+# before each.
 source = centering.PrintedController(problem, scheduled=strategy)
 both = hwsim.compare(machine, {"source": source, "ours": ours}, parts=5, rng=1)
 for name in ("source", "ours"):
@@ -55,7 +61,8 @@ both.plot()
 # %%
 # One of your own
 # ---------------
-# A controller is any object with these names. This one measures a whole turn before each push, and believes in the nominal
+# A controller is any object with these names. This one measures a whole turn before each push, and believes
+# in the nominal
 # friction; whatever the machine measures comes in, whatever it accepts may go out.
 
 
@@ -70,7 +77,10 @@ class Mine:
         self.rim, self.since = [], 1.0  # rad: by then the table has its speed
 
     def step(self, *, angle, slide, probe, pushing, **others):
-        follow = {"spindle_speed": self.speed, "velocity": -25.0 * (probe + self.gap) if np.isfinite(probe) else 0.0}
+        follow = {
+            "spindle_speed": self.speed,
+            "velocity": -25.0 * (probe + self.gap) if np.isfinite(probe) else 0.0,
+        }
         if angle < self.since or pushing:
             return follow
         self.rim.append((angle, slide + probe))
@@ -93,13 +103,16 @@ print(
 # %%
 # A part that nobody has pushed yet
 # ---------------------------------
-# Its friction need not be known before: a few pushes of a cycle that is planned with a guess tell it. No push is made for that
+# Its friction need not be known before: a few pushes of a cycle that is planned with a guess tell it. No push
+# is made for that
 # alone. Here 18.9 kg that slides better than was guessed; parts differ by some 8 %.
 guess = centering.preset("printed").replace(pushes_max=4)
 slippery = hwsim.CenteringMachine(guess, truth=guess.model.replace(mu_static=0.16, mu_kinetic=0.11))
 tried = hwsim.run(slippery, centering.PrintedController(guess), parts=2, rng=2)
 found = [centering.identify(tried, "friction", problem=guess, part=part, throw=False) for part in range(2)]
-for each, static, kinetic in zip(found, tried.outcome.true_mu_static, tried.outcome.true_mu_kinetic, strict=True):
+for each, static, kinetic in zip(
+    found, tried.outcome.true_mu_static, tried.outcome.true_mu_kinetic, strict=True
+):
     print(
         f"static {each['mu_static']:.3f} +- {each.sd[0]:.3f} (true {float(static):.3f}), "
         f"kinetic {each['mu_kinetic']:.3f} +- {each.sd[1]:.3f} (true {float(kinetic):.3f})"
@@ -111,7 +124,8 @@ print(f"guessed {guess.model.mu_kinetic:.3f}, planned with {known.model.mu_kinet
 # %%
 # A film strip
 # ------------
-# The centre after each push, of both, on the same ring. The angle is that on the table; the radius is logarithmic.
+# The centre after each push, of both, on the same ring. The angle is that on the table; the radius is
+# logarithmic.
 figure, axes = plt.subplots(1, 2, figsize=(9, 4.6), layout="constrained", subplot_kw={"projection": "polar"})
 worst = int(np.argmax(both.outcome.pushes.sel(controller="source").values))
 for axis, name in zip(axes, ("source", "ours"), strict=True):
@@ -121,13 +135,16 @@ for axis, name in zip(axes, ("source", "ours"), strict=True):
     axis.set_title(f"{name}: {int(part.pushes)} pushes, {float(part.time):.1f} s")
 
 # %%
-# ``hwsim centering --preset printed --out DIR`` keeps such a strip of the last part, with what tip and rim did in each push;
+# ``hwsim centering --preset printed --out DIR`` keeps such a strip of the last part, with what tip and rim
+# did in each push;
 # ``--live`` shows the chart in the terminal while the machine runs; ``--source`` compares.
 #
 # The tasks of its computer
 # -------------------------
-# Control, data, model and communication share one processor; a more urgent task interrupts a less urgent one. Time is counted
-# in whole nanoseconds, so that 60 Hz does not drift, and the same seed gives the same trace, byte for byte. Here the model task
+# Control, data, model and communication share one processor; a more urgent task interrupts a less urgent one.
+# Time is counted
+# in whole nanoseconds, so that 60 Hz does not drift, and the same seed gives the same trace, byte for byte.
+# Here the model task
 # gets too much to do:
 busy = hwsim.Scheduler(
     [
@@ -137,7 +154,8 @@ busy = hwsim.Scheduler(
     ],
     spindle_speed_max=units.rpm(100),
 )
-turning = [[1.0, 0.0, units.rpm(100)], [1.0, units.rpm(100), 0.0]]  # s, rad/s, rad/s^2: run up, then 100 turns a minute
+# s, rad/s, rad/s^2: run up, then 100 turns a minute
+turning = [[1.0, 0.0, units.rpm(100)], [1.0, units.rpm(100), 0.0]]
 schedule = busy.run(2.0, rng=0, spindle=turning)
 for task, line in schedule.report.items():
     print(task, line)
@@ -146,13 +164,16 @@ schedule.plot()
 # %%
 # Replay
 # ------
-# A log is a machine, too: it answers with what was recorded, and says whether the controller commands what it commanded then, to
+# A log is a machine, too: it answers with what was recorded, and says whether the controller commands what it
+# commanded then, to
 # the last entry of the profile of a push.
 again = hwsim.run(hwsim.Recording(log), ours).outcome.isel(part=0)
 print("same commands" if again.same else f"differs at {float(again.difference_time)} s")
 changed = centering.CenteringController(strategy, settings=centering.CycleSettings(margin=0.6))
 again = hwsim.run(hwsim.Recording(log), changed).outcome.isel(part=0)
-print(f"with another margin: first difference at {float(again.difference_time):.2f} s, in {again.difference_name.item()}")
+print(
+    f"with another margin: first difference at {float(again.difference_time):.2f} s, in {again.difference_name.item()}"
+)
 
 # %%
 # What the host is told

@@ -2,9 +2,9 @@
 What a centred part costs
 =========================
 
-Three ways to centre a bearing ring to 2.5 µm: a skilled operator with a hammer, the source's machine, and a strategy of few
-pushes. The times are printed or simulated; the money is an assumption, and stands first, so that you can put in yours.
-"""
+Three ways to centre a bearing ring to 2.5 µm: a skilled operator with a hammer, the source's machine, and a
+strategy of few pushes. The times are printed or simulated; the money is an assumption, and stands first, so
+that you can put in yours."""
 
 import warnings
 from dataclasses import dataclass, fields, replace
@@ -19,8 +19,10 @@ import hwsim
 # %%
 # What is assumed
 # ---------------
-# Mears (2006) prints 60 s and 25 $/h for the operator who centres by hand, 29.1 s for a ring of 18.9 kg on his machine, and
-# less than 10 000 $ for its parts. The rest is made up: a machine (grinder or measuring machine) that waits while a ring is
+# Mears (2006) prints 60 s and 25 $/h for the operator who centres by hand, 29.1 s for a ring of 18.9 kg on
+# his machine, and
+# less than 10 000 $ for its parts. The rest is made up: a machine (grinder or measuring machine) that waits
+# while a ring is
 # centred, loading by hand, and a share of the time in which somebody watches. Change them.
 
 
@@ -40,7 +42,9 @@ class Assumptions:
 
 @dataclass(frozen=True)
 class Way:
-    """A way to centre: time of a part (s), share of parts that it leaves undone, and whether a machine does it."""
+    """A way to centre: time of a part (s), share of parts that it leaves undone, and whether a machine does
+    it.
+    """
 
     name: str
     time: float
@@ -51,12 +55,17 @@ class Way:
 # %%
 # Time of the strategy
 # --------------------
-# From the simulated machine, with all its scatter: the heavy ring, from 1 to 10 mm. A ring that is not done is centred by hand.
-problem = centering.preset("printed").replace(part=centering.push.Part(mass=18.9, radius=89.5), tolerance=0.0025)
+# From the simulated machine, with all its scatter: the heavy ring, from 1 to 10 mm. A ring that is not done
+# is centred by hand.
+problem = centering.preset("printed").replace(
+    part=centering.push.Part(mass=18.9, radius=89.5), tolerance=0.0025
+)
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # that slow pushes alone would not do: the strategy knows
     strategy = centering.plan(problem)
-found = hwsim.run(hwsim.CenteringMachine(problem), centering.CenteringController(strategy), parts=40, rng=0).outcome
+found = hwsim.run(
+    hwsim.CenteringMachine(problem), centering.CenteringController(strategy), parts=40, rng=0
+).outcome
 time, pushes = float(found.time.mean()), float(found.pushes.mean())
 error = float(found.time.std(ddof=1) / np.sqrt(found.sizes["part"]))
 print(
@@ -90,7 +99,9 @@ def parts_per_hour(way, money):
     return 3600.0 / (money.loading + by_hand + (way.time if way.automatic else 0.0))
 
 
-print(f"centering by hand alone, operator only: {base.operator_rate * base.manual_time / 3600:.2f} $ (Mears: 0.42)")
+print(
+    f"centering by hand alone, operator only: {base.operator_rate * base.manual_time / 3600:.2f} $ (Mears: 0.42)"
+)
 for way in ways:
     operator, machine, device = costs(way, base)
     total = operator + machine + device
@@ -99,7 +110,10 @@ for way in ways:
         f"device {device:.4f}), {parts_per_hour(way, base):5.1f} parts an hour"
     )
 saved = sum(costs(ways[0], base)) - sum(costs(ways[2], base))
-print(f"saved against the hammer: {saved:.2f} $ a part; the device is paid after {base.device_price / saved:.0f} parts,", end=" ")
+print(
+    f"saved against the hammer: {saved:.2f} $ a part; the device is paid after {base.device_price / saved:.0f} parts,",
+    end=" ",
+)
 print(f"{base.device_price / saved / parts_per_hour(ways[2], base):.0f} hours of running")
 
 # %%
@@ -108,12 +122,14 @@ idle = replace(base, machine_rate=0.0)
 print(", ".join(f"{way.name} {sum(costs(way, idle)):.3f} $ a part" for way in ways))
 
 # %%
-# Once the pushes take two or three seconds, loading is what is left: a strategy that was twice as fast again would be worth
+# Once the pushes take two or three seconds, loading is what is left: a strategy that was twice as fast again
+# would be worth
 # little.
 #
 # What if they are wrong
 # ----------------------
-# Each assumption halved and doubled, the others as they are; what is saved a part, against the hammer and against the published
+# Each assumption halved and doubled, the others as they are; what is saved a part, against the hammer and
+# against the published
 # cycle.
 
 
@@ -124,9 +140,13 @@ def saving(money, against):
 
 figure, axes = plt.subplots(1, 3, figsize=(11, 3.8), layout="constrained", width_ratios=(1, 1.2, 1.2))
 bottom = np.zeros(3)
-for k, (label, color) in enumerate((("operator", "#b04a3a"), ("waiting machine", "#4878a8"), ("device", "#3f8f5f"))):
+for k, (label, color) in enumerate(
+    (("operator", "#b04a3a"), ("waiting machine", "#4878a8"), ("device", "#3f8f5f"))
+):
     height = np.array([costs(way, base)[k] for way in ways])
-    axes[0].bar([way.name.replace(" ", "\n") for way in ways], height, bottom=bottom, color=color, label=label)
+    axes[0].bar(
+        [way.name.replace(" ", "\n") for way in ways], height, bottom=bottom, color=color, label=label
+    )
     bottom += height
 axes[0].set(ylabel="cost of a part [\\$]")
 axes[0].margins(y=0.1)
@@ -134,14 +154,18 @@ axes[0].legend(frameon=False, fontsize=8)
 names = [each.name for each in fields(base)]
 for axis, against in zip(axes[1:], ways[:2], strict=True):
     middle = saving(base, against)
-    ends = {name: [saving(replace(base, **{name: f * getattr(base, name)}), against) for f in (0.5, 2.0)] for name in names}
+    ends = {
+        name: [saving(replace(base, **{name: f * getattr(base, name)}), against) for f in (0.5, 2.0)]
+        for name in names
+    }
     order = sorted(names, key=lambda name: abs(ends[name][1] - ends[name][0]))
     for row, name in enumerate(order):
         for end, color, told in zip(ends[name], ("#9ec3e0", "#4878a8"), ("halved", "doubled"), strict=True):
             axis.barh(row, end - middle, left=middle, color=color, label=None if row else told)
     axis.axvline(middle, color="0.2", lw=1)
     labels = [
-        f"{name.replace('_', ' ')}, {getattr(base, name):g} {base.UNITS[name]}".strip().replace("$", r"\$") for name in order
+        f"{name.replace('_', ' ')}, {getattr(base, name):g} {base.UNITS[name]}".strip().replace("$", r"\$")
+        for name in order
     ]
     axis.set_yticks(range(len(names)), labels, fontsize=8)
     axis.set(xlabel=f"saved against {'the hammer' if not against.automatic else 'the published cycle'} [\\$]")

@@ -2,13 +2,12 @@
 Centering a part: a log axis, until done
 ========================================
 
-A part lies off the axis of a turntable and is pushed towards it. How far a push moves it, and in which direction, is
-uncertain; so one aims short of the centre, and pushes until the offset is within tolerance. Every push costs 2 s, and
-there is no deadline: :class:`~sdpgrind.sdp.Forever`.
+A part lies off the axis of a turntable and is pushed towards it. How far a push moves it, and in which
+direction, is uncertain; so one aims short of the centre, and pushes until the offset is within tolerance.
+Every push costs 2 s, and there is no deadline: :class:`~sdpgrind.sdp.Forever`.
 
-The offset spans three decades, so the axis is logarithmic. Within the tolerance nothing is left to do, which is what
-the number 0 at the low end says.
-"""
+The offset spans three decades, so the axis is logarithmic. Within the tolerance nothing is left to do, which
+is what the number 0 at the low end says."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,7 +15,8 @@ import numpy as np
 from sdpgrind import sdp
 
 # %%
-# The step is written once, with operators and numpy functions. It serves arrays in numpy and floats in a compiled
+# The step is written once, with operators and numpy functions. It serves arrays in numpy and floats in a
+# compiled
 # kernel.
 TOLERANCE = 0.0025  # mm
 

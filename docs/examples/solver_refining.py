@@ -2,9 +2,9 @@
 Refining: recycle, blend or demote
 ==================================
 
-A batch of a product has some purity. It may be *recycled* (refined once more, with an uncertain success and at a
-cost), or be sold: *blended* with purer stock, which takes the more of that the fouler the batch is, or *demoted* to a
-cheaper grade. There is no deadline; recycling goes on until it does not pay.
+A batch of a product has some purity. It may be *recycled* (refined once more, with an uncertain success and
+at a cost), or be sold: *blended* with purer stock, which takes the more of that the fouler the batch is, or
+*demoted* to a cheaper grade. There is no deadline; recycling goes on until it does not pay.
 
 Several stops stand side by side, and the step is any function: :class:`~sdpgrind.sdp.Sampled`.
 """
@@ -43,7 +43,8 @@ print(sdp.check(problem))
 policy = sdp.plan(problem)
 
 # %%
-# The best action by purity: a batch that is very foul is not worth refining, one that is nearly pure needs none.
+# The best action by purity: a batch that is very foul is not worth refining, one that is nearly pure needs
+# none.
 purity = policy.grid.coordinates[0]
 names = policy.action(purity=purity).name
 changes = [0, *(np.flatnonzero(names[1:] != names[:-1]) + 1), names.size - 1]

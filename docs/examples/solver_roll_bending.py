@@ -2,13 +2,13 @@
 Roll bending: a law of two signs
 ================================
 
-A bar is bent hit by hit. Each hit bends by what is asked for, give or take a tenth of it (springback), so that a
-timid hit is accurate and a bold one is not. Too little bend can be mended by another hit; too much is four times as
-dear, and can be bent back as well, a little more awkwardly. A few hits are left before the bar has to go.
+A bar is bent hit by hit. Each hit bends by what is asked for, give or take a tenth of it (springback), so
+that a timid hit is accurate and a bold one is not. Too little bend can be mended by another hit; too much is
+four times as dear, and can be bent back as well, a little more awkwardly. A few hits are left before the bar
+has to go.
 
-The error of the shape falls by a random amount that does not depend on it: a :class:`~sdpgrind.sdp.Shift`, whose
-expectations are exact. Unlike a bead under a grinding disc, the error may come out on either side.
-"""
+The error of the shape falls by a random amount that does not depend on it: a :class:`~sdpgrind.sdp.Shift`,
+whose expectations are exact. Unlike a bead under a grinding disc, the error may come out on either side."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,7 +16,8 @@ import numpy as np
 from sdpgrind import sdp
 
 # %%
-# Both ends of the axis stop: what falls beyond is charged exactly, through the partial moments of the normal law.
+# Both ends of the axis stop: what falls beyond is charged exactly, through the partial moments of the normal
+# law.
 SPRINGBACK = 0.1
 
 
@@ -47,13 +48,17 @@ policy = sdp.plan(problem())
 # With one hit left one aims short of the target; with more, one starts bolder and comes nearer.
 for hits in (0, 1, 2, 4):
     action = policy.action(error=2.0, hits_left=hits)
-    print(f"{hits} hits left: {policy.value(error=2.0, hits_left=hits):.4f} $, {action.name}, {action.bend:.4f} mm")
+    print(
+        f"{hits} hits left: {policy.value(error=2.0, hits_left=hits):.4f} $, {action.name}, {action.bend:.4f} mm"
+    )
 
 # %%
 # The exact distribution of the final penalty, and a Monte-Carlo of the same policy.
 outcome = policy.distribution(error=2.0, hits_left=4)
 runs = policy.simulate(error=2.0, hits_left=4, runs=50_000, rng=0)
-print(f"mean {outcome.mean:.4f} $ (Monte-Carlo {runs.mean:.4f} +- {runs.standard_error:.4f}), {outcome.moves:.3f} hits")
+print(
+    f"mean {outcome.mean:.4f} $ (Monte-Carlo {runs.mean:.4f} +- {runs.standard_error:.4f}), {outcome.moves:.3f} hits"
+)
 print(f"the worst 5 % end at {outcome.cvar(0.95):.4f} $ on average, hits not counted")
 
 # %%

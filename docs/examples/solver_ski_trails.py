@@ -2,14 +2,13 @@
 Ski trails: a problem of modes alone
 ====================================
 
-Brown (1988), Appendix A, explains dynamic programming with a skier who wants to be at the parking lot soon. Where the
-skier stands is one of a few intersections: there is no continuous coordinate, no chance and no deadline. In
-:mod:`sdpgrind.sdp` that is a problem without axes whose *modes* are the intersections.
+Brown (1988), Appendix A, explains dynamic programming with a skier who wants to be at the parking lot soon.
+Where the skier stands is one of a few intersections: there is no continuous coordinate, no chance and no
+deadline. In :mod:`sdpgrind.sdp` that is a problem without axes whose *modes* are the intersections.
 
-The figure with the map did not survive, its numbers partly did: from A the lot is 2 minutes away and from B 1 minute;
-D is 4 minutes above A and 6 above B; I is 2 minutes above D, and less than that above E, from where the best way
-leads through C and takes 9 minutes. All other trails here are ours.
-"""
+The figure with the map did not survive, its numbers partly did: from A the lot is 2 minutes away and from B 1
+minute; D is 4 minutes above A and 6 above B; I is 2 minutes above D, and less than that above E, from where
+the best way leads through C and takes 9 minutes. All other trails here are ours."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -27,8 +26,10 @@ entrances = ("west", "middle", "east")
 places = (*"ABCDEFGHIJK", *entrances)
 
 # %%
-# One move, "ski", has one entry for each trail. It keeps the coordinates (there are none), is allowed where the trail
-# begins, charges the minutes, and leads into the mode where the trail ends. One stops at an entrance, for nothing.
+# One move, "ski", has one entry for each trail. It keeps the coordinates (there are none), is allowed where
+# the trail
+# begins, charges the minutes, and leads into the mode where the trail ends. One stops at an entrance, for
+# nothing.
 start = np.array([places.index(a) for a, _, _ in trails])
 minutes = np.array([float(t) for _, _, t in trails])
 
@@ -64,7 +65,8 @@ problem = sdp.Problem(
 policy = sdp.plan(problem)
 
 # %%
-# The table tells the way from anywhere, also from where one did not mean to go: the wrong turn from I to E costs 2
+# The table tells the way from anywhere, also from where one did not mean to go: the wrong turn from I to E
+# costs 2
 # minutes.
 for place in "ABDEI":
     trail = trails[int(policy.action(mode=place).trail)]
@@ -74,7 +76,12 @@ print(f"from I by way of E: {wrong_turn:g} minutes")
 
 # %%
 # The map, with the best trail from every intersection drawn thick.
-height = dict.fromkeys(entrances, 0) | dict.fromkeys("ABC", 1) | dict.fromkeys("DEFG", 2) | dict.fromkeys("HIJK", 3)
+height = (
+    dict.fromkeys(entrances, 0)
+    | dict.fromkeys("ABC", 1)
+    | dict.fromkeys("DEFG", 2)
+    | dict.fromkeys("HIJK", 3)
+)
 level = {h: [p for p in places if height[p] == h] for h in range(4)}
 spot = {p: ((k + 0.5) / len(level[h]), h) for h, names in level.items() for k, p in enumerate(names)}
 figure, ax = plt.subplots(figsize=(6, 4), layout="constrained")

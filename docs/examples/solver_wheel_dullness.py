@@ -2,12 +2,12 @@
 Bead height with wheel dullness: two coordinates
 ================================================
 
-A disc dulls as it grinds: the same force cuts less, and scatters more. Dullness is a second coordinate beside the
-height of the bead. The height falls by a random amount, a :class:`~sdpgrind.sdp.Shift`; where dullness goes is known
-(``others=``). Dressing takes time and makes the disc sharp again.
+A disc dulls as it grinds: the same force cuts less, and scatters more. Dullness is a second coordinate beside
+the height of the bead. The height falls by a random amount, a :class:`~sdpgrind.sdp.Shift`; where dullness
+goes is known (``others=``). Dressing takes time and makes the disc sharp again.
 
-Problems of two or three axes can be solved on an executor: ``sdp.plan(problem, executor=...)`` gives the same bits.
-"""
+Problems of two or three axes can be solved on an executor: ``sdp.plan(problem, executor=...)`` gives the same
+bits."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,7 +15,8 @@ import numpy as np
 from sdpgrind import sdp
 
 # %%
-# A pass at a force (N) takes 4 s, removes 0.02 mm a newton with a sharp disc and half of that at dullness 1, with a
+# A pass at a force (N) takes 4 s, removes 0.02 mm a newton with a sharp disc and half of that at dullness 1,
+# with a
 # relative scatter from 10 % to 25 %.
 FORCES = sdp.Levels(0.0, 50.0, 65)
 

@@ -1,4 +1,6 @@
-"""Draw the picture of the README: ``python docs/pictures/make.py [FOLDER]`` (by default the folder of this script)."""
+"""Draw the picture of the README: ``python docs/pictures/make.py [FOLDER]`` (by default the folder of this
+script).
+"""
 
 import sys
 from pathlib import Path
@@ -31,7 +33,9 @@ figure.colorbar(image, ax=left, label="planned normal force of the next pass [N]
 table = log["sequence"]
 for part in range(12):
     rows = table.part.values == part
-    left.plot(table.time_left.values[rows], table.height.values[rows], "o-", color="#d95f02", ms=3, lw=1, alpha=0.8)
+    left.plot(
+        table.time_left.values[rows], table.height.values[rows], "o-", color="#d95f02", ms=3, lw=1, alpha=0.8
+    )
 left.axhline(0, color="k", lw=1)
 left.text(3, 1.6, "stop", ha="center", va="top", color="0.4")
 left.set(xlim=(TIME + 0.5, -0.5), ylim=(-0.09, 1.7), xlabel="time left [s]", ylabel="height of the bead [mm]")

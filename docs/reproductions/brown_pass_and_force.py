@@ -2,15 +2,16 @@
 Brown (1988): pass planner, force control, table drive
 ======================================================
 
-What M. L. Brown's thesis prints of chapters 6 and 7 and of Appendix B, beside what its own inputs give and what this
-library computes.
+What M. L. Brown's thesis prints of chapters 6 and 7 and of Appendix B, beside what its own inputs give and
+what this library computes.
 
 *reproduced*
     computed here from inputs that the source prints.
 *corrected*
     the printed number is wrong; what its own inputs give.
 *ours*
-    not in the source: a number of this library, checked in another way (closed form or an independent program).
+    not in the source: a number of this library, checked in another way (closed form or an independent
+    program).
 """
 
 import matplotlib.pyplot as plt
@@ -38,7 +39,13 @@ lag, lead = servo.amplifier_of(units.hz(510.0), 0.5)
 row("motor K1 [kRPM]", 9.49e5, 9.4902e5, servo.motor_numerator / KRPM, "reproduced")
 row("motor A1 [1/s]", 7793, 7792.6, servo.motor_denominator[1], "reproduced")
 row("motor C1 [1/s^2]", 4.195e6, 4.1961e6, servo.motor_denominator[2], "reproduced")
-row("motor poles [rad/s]", "-582, -7211", "-581.9, -7210.7", ", ".join(f"{p:.1f}" for p in servo.motor_poles), "reproduced")
+row(
+    "motor poles [rad/s]",
+    "-582, -7211",
+    "-581.9, -7210.7",
+    ", ".join(f"{p:.1f}" for p in servo.motor_poles),
+    "reproduced",
+)
 row("motor gain [kRPM/V]", 0.226, 0.22617, servo.motor_gain / KRPM, "reproduced")
 row("motor time constant [ms]", 1.91, 1.9060, 1e3 * servo.motor_time_constant, "reproduced")
 row("speed feedback alpha", 33.2, 33.179, servo.speed_feedback * KRPM / IN_LB, "reproduced")
@@ -62,13 +69,22 @@ row("stall guard 80 %: spin [rad/s]", "-", 227.3, guarded.guarded_speed, "ours")
 x = np.linspace(0, 150, 1501)
 bead = passes.Contour(x, 1.0 + 0.15 * np.sin(2 * np.pi * x / 60))
 plan = passes.plan(passes.PassProblem(disc, bead, mean_cut=0.25, feed_rate=20.0))
-row("volume of a pass against delta w L [mm^3]", "-", plan.problem.volume, plan.volume + plan.shortfall, "ours")
+row(
+    "volume of a pass against delta w L [mm^3]",
+    "-",
+    plan.problem.volume,
+    plan.volume + plan.shortfall,
+    "ours",
+)
 
 # %%
 # Chapter 7: force loop
 # ---------------------
 plain = force.SensorChain(analogue_cutoff=None, inner_rate=None)
-margins = {f: force.margins(force.PI.design(crossover=units.hz(f), sensor=plain), delay_samples=1) for f in (3.0, 0.2)}
+margins = {
+    f: force.margins(force.PI.design(crossover=units.hz(f), sensor=plain), delay_samples=1)
+    for f in (3.0, 0.2)
+}
 row("PI 3 Hz: gain margin [dB]", "stable", 7.93, margins[3.0].gain_margin_db, "ours")
 row("PI 3 Hz: phase margin [deg]", "-", 51.4, np.degrees(margins[3.0].phase_margin), "ours")
 row("PI 3 Hz: -3 dB of T [Hz]", "3", 6.75, margins[3.0].tracking_bandwidth / units.hz(1), "ours")
@@ -85,7 +101,8 @@ for entry in ROWS:
 # %%
 # What cannot be reproduced
 # -------------------------
-# Figures 6-9, 6-11, 6-12, 7-7 and 7-8 (no data and no gains are printed); "within 10 %" and "50 %" of prediction error; 3 Hz
+# Figures 6-9, 6-11, 6-12, 7-7 and 7-8 (no data and no gains are printed); "within 10 %" and "50 %" of
+# prediction error; 3 Hz
 # as a number, and 0.2 Hz as a need: in the model the 3 Hz loop stays stable with all that the text blames.
 
 plan.plot()

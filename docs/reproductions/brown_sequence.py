@@ -2,20 +2,22 @@
 Brown (1988): the grinding sequence
 ===================================
 
-M. L. Brown's thesis plans a sequence of grinding passes over a weld bead by stochastic dynamic programming. This script
-prints what it publishes beside what is correct and what this library computes, and says of the rest why nobody can
-reproduce it.
+M. L. Brown's thesis plans a sequence of grinding passes over a weld bead by stochastic dynamic programming.
+This script prints what it publishes beside what is correct and what this library computes, and says of the
+rest why nobody can reproduce it.
 
 *reproduced*
     computed here from inputs that the source prints.
 *consistent*
-    inputs are missing; with a plain guess, named on the line, the published number comes out. That proves nothing.
+    inputs are missing; with a plain guess, named on the line, the published number comes out. That proves
+    nothing.
 *near*
     inputs are missing; a problem of ours comes close. That proves less.
 *corrected*
     the printed number is wrong; what its own inputs give.
 *ours*
-    not in the source: a problem of this library, checked in another way (closed form or an independent program).
+    not in the source: a problem of this library, checked in another way (closed form or an independent
+    program).
 """
 
 import matplotlib.pyplot as plt
@@ -27,7 +29,9 @@ ROWS = []
 
 
 def row(what, published, correct, ours, label, digits=6):
-    shown = [value if isinstance(value, str) else f"{value:.{digits}g}" for value in (published, correct, ours)]
+    shown = [
+        value if isinstance(value, str) else f"{value:.{digits}g}" for value in (published, correct, ours)
+    ]
     ROWS.append((what, *shown, label))
 
 
@@ -47,7 +51,8 @@ row("C3 [1/s]", 1e-3, 1020.0, found.C3, "corrected: the exponent lost its sign, 
 # %%
 # Slopes of section 5.5
 # ---------------------
-# The time that a mm takes at the greatest force: the source prints neither length nor force, and several pairs of them
+# The time that a mm takes at the greatest force: the source prints neither length nor force, and several
+# pairs of them
 # give the same.
 rounded = process.replace(friction_ratio=1000 * 12.5 / (85 * 500))  # C1 C3 = 0.1 mm/(N s)
 slope = 1000.0 / float(rounded.mean_cut(normal_force=40.0, feed_rate=1.0))
@@ -66,9 +71,12 @@ row("burn limit: B [J/(mm^2 s^0.5)]", "4.1e4 in-lb", 7.1802, B, "reproduced: uni
 # %%
 # Cut fractions of section 5.4
 # ----------------------------
-# How much of what is left the next pass should take, one and two passes before the deadline. The source says 57 % and
-# 49 %, hypothetically. Where scatter is proportional to depth the fractions are constants: no idle power, 60 % scatter,
-# and overgrinding five times as dear as undergrinding (the ratio of Fig. 5-4). The closeness suggests, and does not
+# How much of what is left the next pass should take, one and two passes before the deadline. The source says
+# 57 % and
+# 49 %, hypothetically. Where scatter is proportional to depth the fractions are constants: no idle power, 60
+# % scatter,
+# and overgrinding five times as dear as undergrinding (the ratio of Fig. 5-4). The closeness suggests, and
+# does not
 # prove, that this was his regime.
 scaled = weldbead.plan(weldbead.preset("C0"), tolerance=2e-5)
 for band, published, correct in ((1, 57.0, 55.656), (2, 49.0, 49.662)):
@@ -81,7 +89,8 @@ for band, correct in enumerate(slopes, start=1):
 # %%
 # The canonical problems
 # ----------------------
-# The figures of chapter 5 cannot be computed: see below. These problems stand in for them, P1 with a fixed deadline, P2
+# The figures of chapter 5 cannot be computed: see below. These problems stand in for them, P1 with a fixed
+# deadline, P2
 # with expensive and P3 with cheap lateness, P4 with a burn limit, P5 with quadratic charges.
 NAMED = {
     (0.2, 10.0): (0.112393, 0.112393, 0.112393, 0.112393, 0.007297),
@@ -101,15 +110,24 @@ for (height, time), values in NAMED.items():
 # %%
 # Rules of section 5.5
 # --------------------
-# "Else the slowest feed" fails where the slowest pass leaves time unused: with 2 mm and 24 s left, 16 s is best.
+# "Else the slowest feed" fails where the slowest pass leaves time unused: with 2 mm and 24 s left, 16 s is
+# best.
 costs = plans["P1"].alternatives(2.0, 24.0, within=1.0)
 best = next(iter(costs))
-row("P1: best pass at (2 mm, 24 s)", "slowest", "16 s", best, "corrected: the fewest passes that fill the time")
+row(
+    "P1: best pass at (2 mm, 24 s)",
+    "slowest",
+    "16 s",
+    best,
+    "corrected: the fewest passes that fill the time",
+)
 row("P1: J of the 20 s pass there [$]", "-", 1.0297, costs["20 s"], "ours: independent program", 5)
 late = weldbead.plan(weldbead.preset("P2").replace(stage=0.5, horizon=6.0), tolerance=None, nodes=101)
 gain = [late.alternatives(2.0, t, within=10.0) for t in (3.0, 3.5)]
 gain = [costs["stop"] - costs["6 s"] for costs in gain]
-row("P2: latest start at 2 mm [s]", "-", 3.248, 3.0 - 0.5 * gain[0] / (gain[1] - gain[0]), "ours: closed form")
+row(
+    "P2: latest start at 2 mm [s]", "-", 3.248, 3.0 - 0.5 * gain[0] / (gain[1] - gain[0]), "ours: closed form"
+)
 
 # %%
 # The table
@@ -138,7 +156,8 @@ for what, why in NOT.items():
 # %%
 # The policy map of P1
 # --------------------
-# Penalty, duration of the next pass, its force. Compare the regions of chapter 5: no grinding in the last 6 s,
+# Penalty, duration of the next pass, its force. Compare the regions of chapter 5: no grinding in the last 6
+# s,
 # bands of 6 s, the fastest feed below the threshold of the greatest force, fewer and slower passes above it.
 figure = plans["P1"].plot()
 

@@ -2,8 +2,8 @@
 Dong, Danai and Malkin (2004): plunge grinding
 ==============================================
 
-What the paper prints (Part 2; Part 1, with the model of burning, is missing) beside what its own inputs give and what this
-library computes.
+What the paper prints (Part 2; Part 1, with the model of burning, is missing) beside what its own inputs give
+and what this library computes.
 
 *reproduced*
     computed here from inputs that the source prints.
@@ -14,7 +14,8 @@ library computes.
 *corrected*
     the printed formula is wrong; what it must be.
 *ours*
-    not in the source: a number of this library, checked in another way (closed form, a bound, or an independent program).
+    not in the source: a number of this library, checked in another way (closed form, a bound, or an
+    independent program).
 """
 
 import matplotlib.pyplot as plt
@@ -33,19 +34,32 @@ def row(what, published, correct, ours, label):
 
 simulation, experiment = plunge.preset("simulation"), plunge.preset("experiment")
 model = simulation.model
-wheel = {"work_diameter": 70.0, "wheel_speed": units.m_per_s(37.0), "infeed_rate": 0.0255, "dressing_depth": 0.01}
+wheel = {
+    "work_diameter": 70.0,
+    "wheel_speed": units.m_per_s(37.0),
+    "infeed_rate": 0.0255,
+    "dressing_depth": 0.01,
+}
 law = plunge.RoughnessLaw()
 row("equivalent diameter [mm]", "-", 175.0, model.equivalent_diameter, "reproduced")
 row("speed of the work [m/s]", 1.1, 1.0996, model.work_speed / 1000, "reproduced")
 row("speed of the wheel from 14000 rpm [m/s]", 37, 36.652, units.rpm(14000.0) * 25.0 / 1000, "reproduced")
 row("(10): dressing lead [mm]", "-", 0.0999, law.dressing_lead(units.um(0.7), **wheel), "corrected")
-row("(10) as printed [mm]", "-", 1e-18, law.dressing_lead(units.um(0.7), **wheel, method="printed"), "corrected")
+row(
+    "(10) as printed [mm]",
+    "-",
+    1e-18,
+    law.dressing_lead(units.um(0.7), **wheel, method="printed"),
+    "corrected",
+)
 
 # %%
 # The time constant
 # -----------------
-# Six seconds at full rate on a machine of 1.935 s, sampled each 0.04 s: (4) by least squares, as printed, and output error.
-# (4) leaves out a term, takes noise of the size for a lag that is not there, and an unknown contact for a part of it.
+# Six seconds at full rate on a machine of 1.935 s, sampled each 0.04 s: (4) by least squares, as printed, and
+# output error.
+# (4) leaves out a term, takes noise of the size for a lag that is not there, and an unknown contact for a
+# part of it.
 true, rate, time = 1.935, simulation.command_rate_max, np.arange(161) * 0.04
 size = rate * (time - true * (1 - np.exp(-time / true)))
 
@@ -53,7 +67,10 @@ size = rate * (time - true * (1 - np.exp(-time / true)))
 def estimates(noise, offset, method, count=60):
     """Time constants (s) of parts that differ by their noise (mm)."""
     drawn = [np.random.default_rng(k).normal(0.0, noise, time.size) for k in range(count if noise else 1)]
-    parts = [{"time": time, "command_rate": np.full(time.size, rate), "size": size + offset + each} for each in drawn]
+    parts = [
+        {"time": time, "command_rate": np.full(time.size, rate), "size": size + offset + each}
+        for each in drawn
+    ]
     found = [plunge.identify(part, "time_constant", method=method) for part in parts]
     return np.array([one["time_constant"] for one in found])
 
@@ -74,26 +91,58 @@ row("bound of Cramer and Rao, 0.5 µm [s]", "-", 0.0032, bound, "ours")
 # %%
 # The two experiments
 # -------------------
-# They assumed 1.8 and 1.95 s and left 3.9 and 2.9 µm of out-of-roundness, which is in proportion to the final rate. Two equations
+# They assumed 1.8 and 1.95 s and left 3.9 and 2.9 µm of out-of-roundness, which is in proportion to the final
+# rate. Two equations
 # for the lag and for the rate of 3 µm; the stock then follows from the time, 24.66 s less 38 %.
 for assumed, full, left in ((1.8, 0.026, 3.9), (1.95, 0.0255, 2.9)):
     lag = experiment.model.linear_time_constant
     end = full - assumed / lag * (full - experiment.final_rate)
-    row(f"roundness with {assumed:g} s [µm]", left, left, 1000 * float(experiment.model.roundness(end)), "calibrated")
-row("true time constant [s]", "1.8, 1.95", "1.927 to 1.942", experiment.model.linear_time_constant, "calibrated")
+    row(
+        f"roundness with {assumed:g} s [µm]",
+        left,
+        left,
+        1000 * float(experiment.model.roundness(end)),
+        "calibrated",
+    )
+row(
+    "true time constant [s]",
+    "1.8, 1.95",
+    "1.927 to 1.942",
+    experiment.model.linear_time_constant,
+    "calibrated",
+)
 row("final rate [mm/s]", "-", 0.0049, experiment.final_rate, "calibrated")
 row("gain of roundness", "-", 3.063, experiment.model.roundness_gain, "calibrated")
-row("power at 0.026 mm/s [W]", "below burning", 1778, float(experiment.model.grinding_power(0.026)), "consistent")
-row("burning power at 0.026 mm/s [W]", "above", 2412, float(experiment.model.burning_power(0.026)), "consistent")
+row(
+    "power at 0.026 mm/s [W]",
+    "below burning",
+    1778,
+    float(experiment.model.grinding_power(0.026)),
+    "consistent",
+)
+row(
+    "burning power at 0.026 mm/s [W]",
+    "above",
+    2412,
+    float(experiment.model.burning_power(0.026)),
+    "consistent",
+)
 row("second experiment; fastest cycle [s]", "17.87", "-", plunge.plan(experiment).time, "calibrated")
 
 # %%
 # The cycle, and what is learned between parts
 # --------------------------------------------
-# The times of the simulation were used to find what Part 1 would have told: they test this program. The optimum, the share of
+# The times of the simulation were used to find what Part 1 would have told: they test this program. The
+# optimum, the share of
 # series with a burned part and the time without any damage were not.
 row("fastest cycle [s]", "-", 12.0195, plunge.plan(simulation).time, "ours")
-row("fastest without any damage [s]", "longer", 35.546, plunge.plan(simulation, safety_margin=0.2819).time, "ours")
+row(
+    "fastest without any damage [s]",
+    "longer",
+    35.546,
+    plunge.plan(simulation, safety_margin=0.2819).time,
+    "ours",
+)
 printed = {"sparkout": "printed", "roundness_margin": 0.0}
 believed = simulation.replace(wear_flat_area=0.9 * model.wear_flat_area)
 quiet, noisy = hwsim.PlungeGrinder(simulation, noise=None), hwsim.PlungeGrinder(simulation)
@@ -104,20 +153,38 @@ row("(9), 0.25: first part [s]", 15.7, 15.68, times[0], "calibrated")
 row("(9), 0.25: seventh part [s]", 13.2, 13.24, times[6], "calibrated")
 row("(9), 0.25: saving [s]", 2.4, 2.44, times[0] - times[6], "calibrated")
 for step in (0.25, 0.8):
-    series = {"series": 200, "parts": 8, "rng": 0, "adapt": plunge.MarginBounding(step, 0.005, rule="printed")}
+    series = {
+        "series": 200,
+        "parts": 8,
+        "rng": 0,
+        "adapt": plunge.MarginBounding(step, 0.005, rule="printed"),
+    }
     outcome = hwsim.repeat(noisy, plunge.CycleController(believed, 0.05, **printed), **series)
     share = 100 * float((outcome.burned.sum("part") > 0).mean())
     said = "none" if step < 0.8 else "burns"
-    row(f"(9), {step:g}, noisy: series with a burned part [%]", said, "0 to 3" if step < 0.8 else "36 to 42", share, "consistent")
+    row(
+        f"(9), {step:g}, noisy: series with a burned part [%]",
+        said,
+        "0 to 3" if step < 0.8 else "36 to 42",
+        share,
+        "consistent",
+    )
 
 # %%
 # Sharpness from the power
 # ------------------------
-# (6) gives the wear flat area. An error of 1 % of the power is one of some 2.5 % of the area: nobody can measure it better from
+# (6) gives the wear flat area. An error of 1 % of the power is one of some 2.5 % of the area: nobody can
+# measure it better from
 # one reading, and 300 readings make it 0.15 %.
 for where, v in (("full rate", rate), ("where burning begins", model.burn_rate)):
     bare = float(model.grinding_power(v) - model.replace(wear_flat_area=1e-9).grinding_power(v))
-    row(f"area by 1 % of power, {where} [%]", "-", 2.3 if v == rate else 2.9, float(model.grinding_power(v)) / bare, "ours")
+    row(
+        f"area by 1 % of power, {where} [%]",
+        "-",
+        2.3 if v == rate else 2.9,
+        float(model.grinding_power(v)) / bare,
+        "ours",
+    )
 
 width = [max(len(r[k]) for r in ROWS) for k in range(5)]
 heads = ("", "published", "correct", "ours", "")
@@ -128,7 +195,8 @@ for entry in ROWS:
 # %%
 # Bias and spread
 # ---------------
-# Neither is small beside what a cycle stands: a time constant 10 % short leaves 0.3 µm more of out-of-roundness.
+# Neither is small beside what a cycle stands: a time constant 10 % short leaves 0.3 µm more of
+# out-of-roundness.
 figure, axis = plt.subplots(figsize=(7, 3), layout="constrained")
 names = {"printed": "(4), as printed", "output_error": "output error"}
 for (noise, offset, method), values in spread.items():

@@ -1,4 +1,6 @@
-"""The table of a reproduction: what is printed, what is correct, what comes out here, and what that makes of what is printed."""
+"""The table of a reproduction: what is printed, what is correct, what comes out here, and what that makes of
+what is printed.
+"""
 
 
 class Published:
@@ -8,7 +10,8 @@ class Published:
         self.rows = []
 
     def row(self, what, published, correct, ours, tolerance=0.0, why="", within=None):
-        """One line: what is printed (a text, with its digits; "=" for an exact claim), what is correct, what comes out here.
+        """One line: what is printed (a text, with its digits; "=" for an exact claim), what is correct, what
+        comes out here.
 
         `within`: where a single random run, or a reading, may lie.
         """
@@ -16,14 +19,18 @@ class Published:
             assert ours == correct, f"{what}: {ours} for {correct}"
         else:
             assert abs(ours - correct) <= tolerance, f"{what}: {ours} for {correct}"
-        self.rows.append((what, published, shown(correct), shown(ours), verdict(what, published, ours, why, within)))
+        self.rows.append(
+            (what, published, shown(correct), shown(ours), verdict(what, published, ours, why, within))
+        )
 
     def missing(self, what, published, why):
         """What the source does not give the inputs of."""
         self.rows.append((what, published, "-", "-", f"cannot be reproduced: {why}"))
 
     def beyond(self, what, published, correct, ours, tolerance, why):
-        """What the printed inputs do not give: ours is held to what is correct, the printed number stands beside it."""
+        """What the printed inputs do not give: ours is held to what is correct, the printed number stands
+        beside it.
+        """
         assert abs(ours - correct) <= tolerance, f"{what}: {ours} for {correct}"
         self.rows.append((what, published, shown(correct), shown(ours), f"cannot be reproduced: {why}"))
 

@@ -2,8 +2,8 @@
 Wang and Jan (2001): robot-assisted finishing
 =============================================
 
-What the paper prints beside what its own inputs give and what this library computes. Its figures hold no numbers, and of the
-specimen, the robot and the encoder it prints nothing.
+What the paper prints beside what its own inputs give and what this library computes. Its figures hold no
+numbers, and of the specimen, the robot and the encoder it prints nothing.
 
 *reproduced*
     computed here from inputs that the source prints; agrees to the last printed digit.
@@ -12,7 +12,8 @@ specimen, the robot and the encoder it prints nothing.
 *cannot be reproduced*
     an input is missing, or no number is printed.
 *ours*
-    not in the source: a number of this library, checked in another way (closed form, least squares, an independent program).
+    not in the source: a number of this library, checked in another way (closed form, least squares, an
+    independent program).
 
 What is correct is known beforehand; this page fails where it does not come out.
 """
@@ -29,7 +30,8 @@ row, missing = page.row, page.missing
 # %%
 # The experiment: Tables 2 and 3
 # ------------------------------
-# The printed ratios are those of the roughness over 10 µm. The sums of squares must be made from the roughness, not from the
+# The printed ratios are those of the roughness over 10 µm. The sums of squares must be made from the
+# roughness, not from the
 # rounded ratios.
 study = finishing.Study.published("wang-2001")
 PRINTED = [6.021, 9.119, 8.519, 1.671, 4.437, 4.437, 7.432, 5.597, 3.414]
@@ -60,7 +62,14 @@ row("degrees of freedom, error", "empty", 10, table.error.df, 0, "18 runs less 1
 row("degrees of freedom, total", "7", 17, table.total.df, 0, "18 runs less 1; 7 are those of the factors")
 for name, (_, _, share, percent, *_) in TABLE_3.items():
     row(f"contribution, {name} [%]", share, percent, 100 * table[name].contribution, 0.05)
-row("contribution, error [%]", "3.3", 3.235, 100 * table.error.contribution, 1e-3, "it is 100 less the others, rounded")
+row(
+    "contribution, error [%]",
+    "3.3",
+    3.235,
+    100 * table.error.contribution,
+    1e-3,
+    "it is 100 less the others, rounded",
+)
 for name, (ss, _, _, _, pure, _, _) in TABLE_3.items():
     row(f"pure sum of squares, {name} [dB²]", ss, pure, table[name].pure_ss, 1e-3, "it is the plain one")
 for name, (*_, percent, _) in TABLE_3.items():
@@ -72,7 +81,8 @@ for name, (*_, ratio) in TABLE_3.items():
 # %%
 # The best levels
 # ---------------
-# The paper takes 1.667 N. The means of its own readings are higher at 1.111 N, by an amount that these readings cannot tell from
+# The paper takes 1.667 N. The means of its own readings are higher at 1.111 N, by an amount that these
+# readings cannot tell from
 # nothing. The feed has no effect that they show.
 best = study.best()
 means = study.level_means()["normal_force"]
@@ -96,7 +106,8 @@ missing("run that confirms the best levels", "none", "none was made")
 # %%
 # Roughness as a law
 # ------------------
-# Not in the paper: least squares through the logarithms of its 18 readings. Left out one at a time, they are predicted to 8 %.
+# Not in the paper: least squares through the logarithms of its 18 readings. Left out one at a time, they are
+# predicted to 8 %.
 estimate = finishing.identify(study, "roughness")
 LAW = {
     "intercept": (1.865764, 0.0355),
@@ -124,11 +135,22 @@ row("2000 repetitions: 1.667 N beats 1.111 N", "-", 0.34, power.beats("normal_fo
 # %%
 # Controller and observer
 # -----------------------
-# The printed gains are three equal poles each, at -61 and -40 1/s: the observer is slower than the loop around it. Both together
+# The printed gains are three equal poles each, at -61 and -40 1/s: the observer is slower than the loop
+# around it. Both together
 # have none of these poles. The loop answers 3.7 times more slowly than was designed, and overshoots more.
 axis = finishing.TorqueAxis()
-printed, designed = finishing.torque.PidffGains(), finishing.torque.PidffGains.of_poles(axis, pole=61.0, observer_pole=40.0)
-PRINTED_GAINS = {"kp": "299.3636", "ki": "226981", "kd": "183", "obs_kp": "5.28", "obs_ki": "70.4", "obs_kd": "0.132"}
+printed, designed = (
+    finishing.torque.PidffGains(),
+    finishing.torque.PidffGains.of_poles(axis, pole=61.0, observer_pole=40.0),
+)
+PRINTED_GAINS = {
+    "kp": "299.3636",
+    "ki": "226981",
+    "kd": "183",
+    "obs_kp": "5.28",
+    "obs_ki": "70.4",
+    "obs_kd": "0.132",
+}
 for name, digits in PRINTED_GAINS.items():
     row(f"{name} from poles at -61, -40 1/s", digits, float(digits), float(getattr(designed, name)), 1e-4)
 of_torque = (printed.kd, printed.kp + axis.contact_angular_stiffness / axis.inertia, printed.ki)
@@ -140,16 +162,36 @@ for k in range(3):
     row(f"(10): denominator over J, s^{2 - k}", "-", (120.0, 4800.0, 64000.0)[k], ours, 1e-9 * ours)
 
 POLES = {"pid": (-16.54 + 8.88j, -20.55 + 45.68j, -114.41 + 57.79j), "state": (-0.97 + 17.21j,)}
-loops = {form: finishing.TorqueController(axis, normal_force=1.111, observer=form) for form in ("pid", "state", "ideal")}
+loops = {
+    form: finishing.TorqueController(axis, normal_force=1.111, observer=form)
+    for form in ("pid", "state", "ideal")
+}
 for form, correct in POLES.items():
     upper = [complex(pole) for pole in loops[form].poles.continuous if pole.imag > 0]
     for pole, ours in zip(correct, upper, strict=False):
         row(f"with the observer ({form}) [1/s]", "-", pole, ours, 1e-2)
 softer = axis.replace(contact_angular_stiffness=0.5 * axis.contact_angular_stiffness)
-row("state form, contact half as stiff: stable", "-", "no", "yes" if loops["state"].poles_at(softer).stable else "no")
+row(
+    "state form, contact half as stiff: stable",
+    "-",
+    "no",
+    "yes" if loops["state"].poles_at(softer).stable else "no",
+)
 
-for after, correct in ((0.01, 0.327386), (0.02, 0.784010), (0.05, 1.248753), (0.1, 1.067533), (0.15, 1.007815)):
-    row(f"step of (8) after {1e3 * after:g} ms", "-", correct, float(finishing.torque.contact_step(after)), 1e-6)
+for after, correct in (
+    (0.01, 0.327386),
+    (0.02, 0.784010),
+    (0.05, 1.248753),
+    (0.1, 1.067533),
+    (0.15, 1.007815),
+):
+    row(
+        f"step of (8) after {1e3 * after:g} ms",
+        "-",
+        correct,
+        float(finishing.torque.contact_step(after)),
+        1e-6,
+    )
 figures = finishing.torque.step_figures(finishing.torque.contact_step)
 row("step of (8): overshoot [%]", "-", 24.894, 100 * figures.overshoot, 1e-3)
 row("step of (8): peak [ms]", "-", 49.18, 1e3 * figures.peak_time, 0.1)
@@ -162,25 +204,43 @@ missing("contact torque while finishing", "none", "no trace is printed")
 # %%
 # What a load torque does
 # -----------------------
-# "The steady-state error will disappear": only if the true contact torque were fed back. Current and angle show the sum of
-# contact and load torque. The loop brings that sum to its target, the estimate has no error, and the contact lacks all of the
+# "The steady-state error will disappear": only if the true contact torque were fed back. Current and angle
+# show the sum of
+# contact and load torque. The loop brings that sum to its target, the estimate has no error, and the contact
+# lacks all of the
 # load.
 for form, correct in (("ideal", 0.0), ("pid", -1.0), ("state", -1.0)):
     ours = float(loops[form].loop().dc_gain("load_torque")[0])
-    row(f"contact over a lasting load ({form})", "= 0", correct, ours, 1e-9, "the observer takes it for contact")
+    row(
+        f"contact over a lasting load ({form})",
+        "= 0",
+        correct,
+        ours,
+        1e-9,
+        "the observer takes it for contact",
+    )
 ours = float(loops["pid"].loop().dc_gain("load_torque")[1])
 row("estimate over a lasting load (pid)", "-", 0.0, ours, 1e-9)
 slow = 1e-5  # rad/s
 lag = abs(loops["ideal"].loop().response(slow, "load_torque")[0]) / slow
-row("(7): error over the rate of a load that rises [s]", "= 0", 0.04786, float(lag), 1e-5, "k_e/(J k_fi) is missing in (7)")
+row(
+    "(7): error over the rate of a load that rises [s]",
+    "= 0",
+    0.04786,
+    float(lag),
+    1e-5,
+    "k_e/(J k_fi) is missing in (7)",
+)
 
 # %%
 # Digital limits
 # --------------
-# The smallest step of the command is not what the observer can tell: that is one count of the encoder. The paper does not print
+# The smallest step of the command is not what the observer can tell: that is one count of the encoder. The
+# paper does not print
 # how many counts it has; 20 000 in a turn are assumed here.
 REASON = "the step of the current was rounded first"
-GRAM = 9.81e-3  # N, the weight of a gram as the source has it; in N m it is that of a kilogram at a millimetre
+# N, the weight of a gram as the source has it; in N m it is that of a kilogram at a millimetre
+GRAM = 9.81e-3
 LIMITS = {
     "step of the current [mA]": ("2.44", 2.4414, 1e3 * axis.current_step, ""),
     "step of the torque [mN m]": ("0.4514", 0.45166, 1e3 * axis.torque_step, REASON),
@@ -191,24 +251,53 @@ LIMITS = {
 }
 for name, (digits, correct, ours, why) in LIMITS.items():
     row(name, digits, correct, ours, 1e-4 * correct, why)
-row("greatest force at the 1.2 A of Table 1 [gf]", "-", 238.2, axis.replace(current_limit=1.2).force_max / GRAM, 0.05)
-missing("least force that the observer can tell (gf)", "0.48", "counts of the encoder are not printed; 0.48 is the command's")
+row(
+    "greatest force at the 1.2 A of Table 1 [gf]",
+    "-",
+    238.2,
+    axis.replace(current_limit=1.2).force_max / GRAM,
+    0.05,
+)
+missing(
+    "least force that the observer can tell (gf)",
+    "0.48",
+    "counts of the encoder are not printed; 0.48 is the command's",
+)
 row("the same, with 20 000 counts [N]", "-", 0.040, axis.force_resolution, 1e-3)
 
 # %%
 # Force from torque
 # -----------------
-# F = T/R holds where the tool lies flat on the surface. At 30 degrees and a friction ratio of 0.3 the same torque presses with
-# 2 % less where the tool is dragged, and with 40 % more where it is pushed. And a tool that turns into the feed, as the contact
-# angle is defined, makes this kind of robot carry the work around its base at each corner: there is no joint that yaws the wrist.
-CASES = (("dragged", 0.3, False, 0.984), ("pushed", 0.3, True, 1.397), ("without friction", 0.0, False, 1.155))
+# F = T/R holds where the tool lies flat on the surface. At 30 degrees and a friction ratio of 0.3 the same
+# torque presses with
+# 2 % less where the tool is dragged, and with 40 % more where it is pushed. And a tool that turns into the
+# feed, as the contact
+# angle is defined, makes this kind of robot carry the work around its base at each corner: there is no joint
+# that yaws the wrist.
+CASES = (
+    ("dragged", 0.3, False, 0.984),
+    ("pushed", 0.3, True, 1.397),
+    ("without friction", 0.0, False, 1.155),
+)
 for name, friction, pushed, correct in CASES:
-    torque = finishing.arm.torque_per_force(units.deg(30), axis.lever_arm, friction_ratio=friction, pushed=pushed)
+    torque = finishing.arm.torque_per_force(
+        units.deg(30), axis.lever_arm, friction_ratio=friction, pushed=pushed
+    )
     ours = axis.lever_arm / 1e3 / torque
-    row(f"F R/T at 30 degrees, {name}", "= 1", correct, float(ours), 1e-3, "contact angle and friction are left out")
+    row(
+        f"F R/T at 30 degrees, {name}",
+        "= 1",
+        correct,
+        float(ours),
+        1e-3,
+        "contact angle and friction are left out",
+    )
 contact = {"contact_angle": units.deg(30), "lever_arm": axis.lever_arm, "heading": "feed_aligned"}
 for name, feed, correct in (("corner", (0.0, 1.0, 0.0), 734.0), ("reversal", (-1.0, 0.0, 0.0), 1038.0)):
-    ends = [finishing.arm.tool_poses([(0.0, 0.0, 0.0)], [each], [(0.0, 0.0, 1.0)], **contact) for each in ((1.0, 0.0, 0.0), feed)]
+    ends = [
+        finishing.arm.tool_poses([(0.0, 0.0, 0.0)], [each], [(0.0, 0.0, 1.0)], **contact)
+        for each in ((1.0, 0.0, 0.0), feed)
+    ]
     jump = float(np.hypot(*finishing.arm.corner_jumps(finishing.Arm.generic(), ends).table[0]))
     row(f"heading along the feed: table at a {name} [mm]", "-", correct, jump, 1.0)
 missing("poses of the A530", "photographs", "lengths and limits of the robot are not printed")
@@ -216,8 +305,10 @@ missing("poses of the A530", "photographs", "lengths and limits of the robot are
 # %%
 # Paths
 # -----
-# The substitution rules are right. What R draws is misprinted: the curve runs over itself. As L already draws four nodes at order
-# 0, the order of the paper is one less than ours; if it counts otherwise in its Table 2, nothing printed tells.
+# The substitution rules are right. What R draws is misprinted: the curve runs over itself. As L already draws
+# four nodes at order
+# 0, the order of the paper is one less than ours; if it counts otherwise in its Table 2, nothing printed
+# tells.
 plate = finishing.surface.flat_surface(1.0)
 for order in range(1, 8):
     nodes = finishing.path.hilbert_nodes(order)
@@ -230,17 +321,31 @@ for order in (3, 5):
     side = 2**order
     for edge, correct in ((False, side - 1 / side), (True, side + 1.0)):
         length = finishing.hilbert(plate, order, mapping="parametric", edge=edge).length
-        row(f"order {order}: length over side, {'to the edges' if edge else 'middles of cells'}", "-", correct, length, 1e-9)
+        row(
+            f"order {order}: length over side, {'to the edges' if edge else 'middles of cells'}",
+            "-",
+            correct,
+            length,
+            1e-9,
+        )
 for order, correct in ((2, 14), (3, 37), (4, 74)):
     drawn = finishing.path.hilbert_lsystem(order, printed=True)
     different = len({tuple(node) for node in drawn.tolist()})
-    row(f"as printed: different nodes of {len(drawn)}", str(len(drawn)), correct, different, 0, "R must draw -F+F+F-")
+    row(
+        f"as printed: different nodes of {len(drawn)}",
+        str(len(drawn)),
+        correct,
+        different,
+        0,
+        "R must draw -F+F+F-",
+    )
 missing("figures 3 to 7", "pictures", "no numbers of surface, specimen and pitch")
 
 # %%
 # Feed that is commanded and feed that is had
 # -------------------------------------------
-# Four nodes in five of a fractal path are corners. A robot that stops at each of them never comes near to the commanded feed,
+# Four nodes in five of a fractal path are corners. A robot that stops at each of them never comes near to the
+# commanded feed,
 # which may be why it has no effect in Table 3.
 for feed, correct in ((12.5, 0.56), (25.0, 0.28), (37.5, 0.19)):
     law = finishing.timing.Trapezoid(0.2, speed_max=feed, acceleration=1000.0)
@@ -256,20 +361,44 @@ for ax, misprinted in zip(axes, (True, False), strict=True):
     drawn = finishing.path.hilbert_lsystem(3, printed=misprinted)
     different = len({tuple(node) for node in drawn.tolist()})
     ax.plot(*drawn.T, "-o", ms=3, lw=1, color="#b04a3a" if misprinted else "#4878a8")
-    ax.set(title=f"{'as printed' if misprinted else 'correct'}: {different} of 64 nodes", aspect="equal", xticks=[], yticks=[])
+    ax.set(
+        title=f"{'as printed' if misprinted else 'correct'}: {different} of 64 nodes",
+        aspect="equal",
+        xticks=[],
+        yticks=[],
+    )
 
 # %%
 # The step as it was designed, and as it is
 # -----------------------------------------
-# A quarter of overshoot is there by design, since (8) has a zero at -20 1/s; a prefilter takes it away. The rest is the slow
+# A quarter of overshoot is there by design, since (8) has a zero at -20 1/s; a prefilter takes it away. The
+# rest is the slow
 # observer: with one of three times the pole of the loop it is gone.
 time = np.linspace(0.0, 0.3, 601)
-faster = finishing.TorqueController(axis, normal_force=1.111, gains=finishing.torque.PidffGains.of_poles(axis, pole=61.0))
+faster = finishing.TorqueController(
+    axis, normal_force=1.111, gains=finishing.torque.PidffGains.of_poles(axis, pole=61.0)
+)
 figure, ax = plt.subplots(figsize=(7, 3.4), layout="constrained")
-ax.plot(1e3 * time, finishing.torque.triple_pole_step(time, prefilter=True), "0.5", ls=":", label="the same with a prefilter")
-ax.plot(1e3 * time, loops["pid"].loop().step_response(time)[:, 0], "#b04a3a", label="with the printed observer")
-ax.plot(1e3 * time, faster.loop().step_response(time)[:, 0], "#4878a8", lw=3, label="with an observer of three times the pole")
-ax.plot(1e3 * time, finishing.torque.contact_step(time), "0.1", ls="--", lw=1, label="(8): true torque fed back")
+ax.plot(
+    1e3 * time,
+    finishing.torque.triple_pole_step(time, prefilter=True),
+    "0.5",
+    ls=":",
+    label="the same with a prefilter",
+)
+ax.plot(
+    1e3 * time, loops["pid"].loop().step_response(time)[:, 0], "#b04a3a", label="with the printed observer"
+)
+ax.plot(
+    1e3 * time,
+    faster.loop().step_response(time)[:, 0],
+    "#4878a8",
+    lw=3,
+    label="with an observer of three times the pole",
+)
+ax.plot(
+    1e3 * time, finishing.torque.contact_step(time), "0.1", ls="--", lw=1, label="(8): true torque fed back"
+)
 ax.axhline(1.0, color="0.7", lw=0.8)
 ax.set(xlabel="time [ms]", ylabel="contact torque over command")
 ax.legend(frameon=False, fontsize=8)

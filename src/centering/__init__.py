@@ -30,5 +30,7 @@ Examples
 from sdpgrind.base import faces
 
 __getattr__, __dir__, __all__ = faces.attach(
-    __name__, __file__, ("circle", "roundness", "push", "friction", "cycle", "setup", "monitoring", "push.turning")
+    __name__,
+    __file__,
+    ("circle", "roundness", "push", "friction", "cycle", "setup", "monitoring", "push.turning"),
 )

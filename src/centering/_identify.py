@@ -55,5 +55,7 @@ def identify(data: Any, what: str = "circle", **options: Any) -> Estimate:
     """
     way = _WAYS[checks.one_of("what", what, tuple(_WAYS))]
     if way is identify_friction and "problem" not in options:
-        raise TypeError('problem must be given for what="friction": the CenteringProblem of the pushes; got none')
+        raise TypeError(
+            'problem must be given for what="friction": the CenteringProblem of the pushes; got none'
+        )
     return way(data, **options)

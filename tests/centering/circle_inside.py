@@ -1,4 +1,6 @@
-"""Private names of circle, roundness, friction, setup and monitoring that tests must reach: kernels, twins, bounds."""
+"""Private names of circle, roundness, friction, setup and monitoring that tests must reach: kernels, twins,
+bounds.
+"""
 
 from centering.circle._estimator import slots
 from centering.circle._estimator.look_kernels import _has_moved
@@ -28,7 +30,15 @@ from centering.roundness._filters import filter_even, transmission
 from centering.roundness._harmonics import fit_harmonics, values_at
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._polar import polar_axes, polar_scale
-from centering.roundness._proof_kernels import _across, _cell_bound, _height, ball, empty_reach, steepness, zone_reach
+from centering.roundness._proof_kernels import (
+    _across,
+    _cell_bound,
+    _height,
+    ball,
+    empty_reach,
+    steepness,
+    zone_reach,
+)
 from centering.roundness._sampling import going_on, supported, turns_of, widest_gap
 from centering.roundness._separation_rows import Basis, harmonic_rows
 from centering.setup._allowance import told_chance

@@ -80,7 +80,9 @@ def brute_circumscribed(points):
 
 
 def brute_inscribed(points):
-    """Radius of the largest empty circle through three points about a center in the hull, and of that about one on its border."""
+    """Radius of the largest empty circle through three points about a center in the hull, and of that about
+    one on its border.
+    """
     hull = ConvexHull(points)
     centers = _circumcenters(points)
     centers = centers[(centers @ hull.equations[:, :2].T + hull.equations[:, 2] <= 1e-9).all(axis=1)]
@@ -93,7 +95,9 @@ def brute_inscribed(points):
 def _on_edge(points, begin, end, one, two):
     along, apart = end - begin, two - one
     slope = apart @ along
-    place = (0.5 * np.sum(apart * (one + two), axis=1) - apart @ begin) / np.where(np.abs(slope) > 1e-12, slope, np.nan)
+    place = (0.5 * np.sum(apart * (one + two), axis=1) - apart @ begin) / np.where(
+        np.abs(slope) > 1e-12, slope, np.nan
+    )
     place = place[(place >= 0) & (place <= 1)]
     return distances(points, begin + place[:, np.newaxis] * along).min(axis=1).max(initial=0.0)
 
@@ -106,7 +110,9 @@ def voronoi_inscribed(points):
 
 
 def voronoi_zone(points, center, within):
-    """Least width where edges of the nearest point Voronoi diagram cross those that any farthest point diagram can have."""
+    """Least width where edges of the nearest point Voronoi diagram cross those that any farthest point
+    diagram can have.
+    """
     ridges, hull = Voronoi(points).ridge_points, ConvexHull(points).vertices
     far = hull[_pairs(len(hull))]
     near, far = np.repeat(ridges, len(far), axis=0), np.tile(far, (len(ridges), 1))
@@ -116,7 +122,9 @@ def voronoi_zone(points, center, within):
 
 
 def welzl(points, rng):
-    """Radius of the smallest circle that holds all points, by Welzl's way: in random order, those outside are made contacts."""
+    """Radius of the smallest circle that holds all points, by Welzl's way: in random order, those outside are
+    made contacts.
+    """
     order = points[rng.permutation(len(points))]
     center, radius = order[0], 0.0
     for i, p in enumerate(order):
@@ -161,7 +169,9 @@ def linear_zone(points):
 
 
 def cone_circle(points):
-    """Radius of the smallest circle that holds all points: a second order cone program, scaled to radius 1 about the origin."""
+    """Radius of the smallest circle that holds all points: a second order cone program, scaled to radius 1
+    about the origin.
+    """
     middle = points.mean(axis=0)
     scale = distances(points, middle).max()
     unit = (points - middle) / scale

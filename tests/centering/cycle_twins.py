@@ -32,6 +32,8 @@ class PlainStrategy:
         speed = 40.0 if offset > 0.3 else 10.0
         return Plain(offset, offset, speed, "gentle", True, self.spindle_speed(offset))
 
-    def update_belief(self, friction: float, evidence: float, commanded: Plain, travelled: float) -> tuple[float, float]:
+    def update_belief(
+        self, friction: float, evidence: float, commanded: Plain, travelled: float
+    ) -> tuple[float, float]:
         self.told.append((commanded.aim, travelled))
         return friction, evidence + 1.0

@@ -33,8 +33,21 @@ def form(part_angle, lobes):
     return sum((a * np.cos(n * part_angle - p) for n, (a, p) in lobes.items()), np.zeros_like(part_angle))
 
 
-def measured(angle, *, offset=0.0, direction=0.7, lobes=None, tip=TIP, runout=(0.0, 1.0, 0.0), slip=None, noise=0.0, rng=0):
-    """Readings: the tip's centre c + (R + tip + form + runout) u(beta) must lie on the line at `angle`; beta by bisection."""
+def measured(
+    angle,
+    *,
+    offset=0.0,
+    direction=0.7,
+    lobes=None,
+    tip=TIP,
+    runout=(0.0, 1.0, 0.0),
+    slip=None,
+    noise=0.0,
+    rng=0,
+):
+    """Readings: the tip's centre c + (R + tip + form + runout) u(beta) must lie on the line at `angle`; beta
+    by bisection.
+    """
     c = offset * np.array([np.cos(direction), np.sin(direction)])
     amplitude, ratio, phase = runout
 

@@ -26,9 +26,13 @@ def quick_strategy(problem, *, kinds=QUICK, size=COARSE, executor=None, spindle_
 def made_up_table():
     """Outcomes by a formula: travel = max(0, stroke - 0.03 scale) + 0.1 stroke (1 - scale)."""
     strokes = 0.01 * 1.1 ** np.arange(80)
-    travel = np.maximum(0.0, strokes[:, None] - 0.03 * FRICTION_SCALES) + 0.1 * strokes[:, None] * (1.0 - FRICTION_SCALES)
+    travel = np.maximum(0.0, strokes[:, None] - 0.03 * FRICTION_SCALES) + 0.1 * strokes[:, None] * (
+        1.0 - FRICTION_SCALES
+    )
     travel = np.maximum(travel, 0.0)
-    return OutcomeTable((PushKind("trapezoid", 10.0, True),), 0.01, 1.1, travel[None], (strokes / 10.0)[None], np.array([75]))
+    return OutcomeTable(
+        (PushKind("trapezoid", 10.0, True),), 0.01, 1.1, travel[None], (strokes / 10.0)[None], np.array([75])
+    )
 
 
 def even(scale):
@@ -79,7 +83,10 @@ def push_twin(ground, kind, offset, friction, share, seen, worth, draws):
         return float(np.interp(log(d), np.log(nodes), ground.speeds))
 
     travels = np.array(
-        [travel_twin(table, kind, stroke + p, friction + spread * f) for f, p in zip(draws[0], draws[2], strict=True)]
+        [
+            travel_twin(table, kind, stroke + p, friction + spread * f)
+            for f, p in zip(draws[0], draws[2], strict=True)
+        ]
     )
     noise2 = problem.scatter.stop_sd**2 + 2 * problem.scatter.measuring_sd**2
     gain = np.cov(travels, draws[0], bias=True)[0, 1] / (np.var(travels) + noise2)
@@ -112,7 +119,12 @@ def posterior_twin(travel_of, friction, sd, push_sd, noise, travelled):
     weight = np.array(
         [
             exp(-0.5 * a * a)
-            * np.sum(np.exp(-0.5 * e**2 - 0.5 * ((travelled - travel_of((friction + sd * a) * (1 + push_sd * e))) / noise) ** 2))
+            * np.sum(
+                np.exp(
+                    -0.5 * e**2
+                    - 0.5 * ((travelled - travel_of((friction + sd * a) * (1 + push_sd * e))) / noise) ** 2
+                )
+            )
             for a in z
         ]
     )

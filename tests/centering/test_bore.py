@@ -1,4 +1,6 @@
-"""A bore, read from within with a round tip: radius, form and centre are exact at any offset, against a tip laid in by hand."""
+"""A bore, read from within with a round tip: radius, form and centre are exact at any offset, against a tip
+laid in by hand.
+"""
 
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ TURN = np.arange(360) * 2 * np.pi / 360
 
 
 def bore_reading(angle, offset, *, tip=TIP, lobes=LOBES):
-    """Farthest that the tip's centre gets along the probe's line before it touches any of the surface, plus the tip's radius."""
+    """Farthest that the tip's centre gets along the probe's line before it touches any of the surface, plus
+    the tip's radius.
+    """
     first, half, place = angle - 0.4, 0.8, None
     for points in (401, 401, 401, 401):
         beta = first[:, None] + half * np.linspace(0, 1, points)
@@ -32,13 +36,15 @@ def bore(request):
 
 def test_radius_centre_and_roundness_are_exact(bore):
     offset, profile = bore
-    circle, uneven = profile.roundness("LSC"), 0.002 * (offset / (RADIUS - TIP)) ** 2  # even turns are uneven about the part
+    # even turns are uneven about the part
+    circle, uneven = profile.roundness("LSC"), 0.002 * (offset / (RADIUS - TIP)) ** 2
     assert circle.value == pytest.approx(0.004, abs=2e-6 + 2 * uneven)
-    assert circle.radius == pytest.approx(RADIUS, abs=1e-6 + uneven) and profile.circle.radius == pytest.approx(
-        RADIUS, abs=uneven
-    )
+    assert circle.radius == pytest.approx(
+        RADIUS, abs=1e-6 + uneven
+    ) and profile.circle.radius == pytest.approx(RADIUS, abs=uneven)
     assert circle.center == pytest.approx([offset * np.cos(WAY), offset * np.sin(WAY)], abs=1e-5 + uneven)
-    assert profile.roundness("MIC").radius == pytest.approx(RADIUS - 0.002, abs=2e-6)  # samples lie beside the lobes
+    # samples lie beside the lobes
+    assert profile.roundness("MIC").radius == pytest.approx(RADIUS - 0.002, abs=2e-6)
     assert profile.spectrum(20).largest(1)[0] == pytest.approx((3.0, 0.002), abs=1e-6)
     slant = (
         0.002 * (offset / (RADIUS - TIP)) ** 2 / 2
@@ -52,16 +58,23 @@ def test_extreme_radii_about_the_spindle(bore):
     offset, profile = bore
     beta = np.linspace(0, 2 * np.pi, 200_001)
     radius = RADIUS + LOBES[3][0] * np.cos(3 * beta - LOBES[3][1])
-    true = np.hypot(offset * np.cos(WAY) + radius * np.cos(beta), offset * np.sin(WAY) + radius * np.sin(beta))
-    assert profile.largest_radius() == pytest.approx(true.max(), abs=1.3e-4 * offset)  # samples lie a degree apart
+    true = np.hypot(
+        offset * np.cos(WAY) + radius * np.cos(beta), offset * np.sin(WAY) + radius * np.sin(beta)
+    )
+    # samples lie a degree apart
+    assert profile.largest_radius() == pytest.approx(true.max(), abs=1.3e-4 * offset)
     filtered = profile.filter("gaussian", upr=50)
     assert filtered.largest_radius() == pytest.approx(true.max(), abs=2e-5)  # the filter takes 1e-5 of it
 
 
 def test_read_as_a_part_a_bore_is_wrong():
     """What the switch is for: a false 2 upr of d^2 rho/(2 (R^2 - rho^2))."""
-    (upr, amplitude), (_, lobes) = Profile(TURN, bore_reading(TURN, 3.6), tip_radius=TIP).spectrum(6).largest(2)
-    assert (upr, amplitude) == pytest.approx((2.0, 3.6**2 * TIP / (2 * (RADIUS**2 - TIP**2))), rel=(3.6 / RADIUS) ** 2)
+    (upr, amplitude), (_, lobes) = (
+        Profile(TURN, bore_reading(TURN, 3.6), tip_radius=TIP).spectrum(6).largest(2)
+    )
+    assert (upr, amplitude) == pytest.approx(
+        (2.0, 3.6**2 * TIP / (2 * (RADIUS**2 - TIP**2))), rel=(3.6 / RADIUS) ** 2
+    )
     assert amplitude > 7 * lobes
 
 
@@ -76,7 +89,9 @@ def test_steps_and_files_keep_it_a_bore(kept, tmp_path):
         first = Profile(angle, readings, tip_radius=tip, internal=True)
         tone = 1.5e-3 * np.cos(RADIUS / rolled * first.part_angle - 1.0)
         found = Profile(angle, readings + tone, tip_radius=tip, internal=True).remove_runout()
-        assert found.runout.amplitude == pytest.approx(1.5e-3, rel=0.01) and found.tip_radius == pytest.approx(rolled, abs=2e-3)
+        assert found.runout.amplitude == pytest.approx(
+            1.5e-3, rel=0.01
+        ) and found.tip_radius == pytest.approx(rolled, abs=2e-3)
     elif kept == "filter":
         found = first.filter("gaussian", upr=50)
     else:
@@ -93,7 +108,9 @@ def test_a_point_reads_bores_and_parts_alike():
 
 
 def test_refusals():
-    with pytest.raises(ValueError, match=r"tip_radius must be < 29\.\d+, the smallest reading in a bore \(mm\); got 35"):
+    with pytest.raises(
+        ValueError, match=r"tip_radius must be < 29\.\d+, the smallest reading in a bore \(mm\); got 35"
+    ):
         Profile(TURN, 30.0 + 0.1 * np.cos(TURN), tip_radius=35.0, internal=True)
     with pytest.raises(ValueError, match=r"tip_radius must be >= 0 \(mm\); got -3.75"):
         Profile(TURN, 30.0 + 0.1 * np.cos(TURN), tip_radius=-3.75, internal=True)

@@ -32,17 +32,25 @@ def test_pushes_are_planned_in_full_only_when_they_are_soon_due(monkeypatch):
     planned = []
     monkeypatch.setattr(cycle_next, "launch", lambda *a: planned.append("full") or launch(*a))
     monkeypatch.setattr(cycle_next, "preview", lambda *a: planned.append("rough") or preview(*a))
-    pushes = hwsim.run(MACHINE, CenteringController(PlainStrategy(PROBLEM)), parts=4, rng=0).outcome.pushes.sum()
+    pushes = hwsim.run(
+        MACHINE, CenteringController(PlainStrategy(PROBLEM)), parts=4, rng=0
+    ).outcome.pushes.sum()
     assert pushes <= planned.count("full") <= 3 * pushes
     assert planned.count("rough") <= 6 * pushes
 
 
 def test_the_slide_goes_on_backing_while_a_thrown_part_slides():
-    """A push that throws the part: between the end of its profile and the part's rest the slide does not stand."""
+    """A push that throws the part: between the end of its profile and the part's rest the slide does not
+    stand.
+    """
 
     class Thrower(PlainStrategy):
         def push(self, *, offset, friction, evidence):
-            return super().push(offset=offset, friction=friction, evidence=evidence)._replace(shape="trapezoid", push_speed=83.0)
+            return (
+                super()
+                .push(offset=offset, friction=friction, evidence=evidence)
+                ._replace(shape="trapezoid", push_speed=83.0)
+            )
 
     machine = MACHINE.replace(start_offset=6.0).start(np.random.default_rng(1))
     controller, told = CenteringController(Thrower(PROBLEM)), []
@@ -106,11 +114,19 @@ def test_the_same_readings_give_the_same_commands():
 
 
 def feed(controller, seconds, reading, speed=5.0, **others):
-    """Samples of a part that shows a `reading` at each angle; the slide stands where it must not be told to go."""
+    """Samples of a part that shows a `reading` at each angle; the slide stands where it must not be told to
+    go.
+    """
     command, states = {}, []
     for k in range(round(seconds / 0.01)):
         angle = speed * 0.01 * k
-        sample = {"time": 0.01 * k, "angle": angle, "slide": 60.0, "probe": reading(angle) - 60.0, "spindle_speed": speed}
+        sample = {
+            "time": 0.01 * k,
+            "angle": angle,
+            "slide": 60.0,
+            "probe": reading(angle) - 60.0,
+            "spindle_speed": speed,
+        }
         command = controller.step(**(sample | others))
         states.append(CycleState(int(controller.report()["state"])))
     return command, states
@@ -119,7 +135,9 @@ def feed(controller, seconds, reading, speed=5.0, **others):
 def test_a_part_that_lies_well_is_left_alone():
     rng = np.random.default_rng(0)
     command, states = feed(
-        CenteringController(PlainStrategy(PROBLEM)), 3.0, lambda a: 44.45 + 0.001 * np.cos(a - 1) + rng.normal(0, 3e-4)
+        CenteringController(PlainStrategy(PROBLEM)),
+        3.0,
+        lambda a: 44.45 + 0.001 * np.cos(a - 1) + rng.normal(0, 3e-4),
     )
     assert states[-1] is CycleState.CENTERED and command["finished"] == 1.0 and command["retract"] == 1.0
 
@@ -127,7 +145,9 @@ def test_a_part_that_lies_well_is_left_alone():
 def test_a_part_beyond_the_limit_is_not_called_centred():
     rng = np.random.default_rng(0)
     _, states = feed(
-        CenteringController(PlainStrategy(PROBLEM)), 1.2, lambda a: 44.45 + 0.0027 * np.cos(a - 1) + rng.normal(0, 3e-4)
+        CenteringController(PlainStrategy(PROBLEM)),
+        1.2,
+        lambda a: 44.45 + 0.0027 * np.cos(a - 1) + rng.normal(0, 3e-4),
     )
     assert CycleState.CENTERED not in states and CycleState.CHECK in states
 
@@ -156,12 +176,19 @@ def test_no_more_pushes_than_are_allowed():
 
 def test_the_outcome_says_how_a_cycle_ended(log):
     assert np.all(log.outcome.state == CycleState.CENTERED)
-    early = hwsim.run(MACHINE, CenteringController(PlainStrategy(PROBLEM), settings=CycleSettings(timeout=0.5)), parts=2, rng=0)
+    early = hwsim.run(
+        MACHINE,
+        CenteringController(PlainStrategy(PROBLEM), settings=CycleSettings(timeout=0.5)),
+        parts=2,
+        rng=0,
+    )
     assert np.all(early.outcome.state == CycleState.TIMEOUT)
 
 
 def test_a_push_that_the_machine_does_not_begin_is_no_push():
-    """The first profile is lost on its way: controller and machine still agree on how often the part was pushed."""
+    """The first profile is lost on its way: controller and machine still agree on how often the part was
+    pushed.
+    """
     controller = CenteringController(PlainStrategy(PROBLEM))
     machine = MACHINE.replace(start_offset=4.0).start(np.random.default_rng(2))
     reading, sent, counted = machine.step({}, 0), 0, []
@@ -236,7 +263,10 @@ def test_a_part_further_off_than_the_strategy_knows_pushes_for_is_given_up():
 
 
 def test_a_controller_says_what_it_is_in_a_line():
-    assert repr(CenteringController(PlainStrategy(PROBLEM))) == "CenteringController(0.8 kg, radius 44.45 mm, approach)"
+    assert (
+        repr(CenteringController(PlainStrategy(PROBLEM)))
+        == "CenteringController(0.8 kg, radius 44.45 mm, approach)"
+    )
 
 
 def test_a_part_far_off_is_not_said_to_be_checked(log):
@@ -268,7 +298,9 @@ def test_a_part_of_strange_friction_that_comes_no_nearer_is_given_up_early(frict
 
 
 def test_two_controllers_of_one_strategy_are_made_of_the_same():
-    """A journal goes on only with an equal controller: nothing in one may be what happened to stand in memory."""
+    """A journal goes on only with an equal controller: nothing in one may be what happened to stand in
+    memory.
+    """
     for k in range(20):
         noise = np.full((256, 3), float(k))  # what the next array may find
         del noise

@@ -11,7 +11,9 @@ from scipy.stats import norm
 from centering.setup import Allowance, Changeover, Stock, best_allowance
 
 STOCK = Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
-EXAMPLE = Changeover(STOCK, finish_radius=35.0, gap=0.010, approach_rate=0.026, largest_radius=35.16, radius_sd=0.0005)
+EXAMPLE = Changeover(
+    STOCK, finish_radius=35.0, gap=0.010, approach_rate=0.026, largest_radius=35.16, radius_sd=0.0005
+)
 CYCLE = 24.66 / 1.38  # s, of the plunge cycle
 LENGTHS = st.floats(0.0, 0.05)
 
@@ -20,7 +22,9 @@ def test_worked_example():
     assert EXAMPLE.population_position == pytest.approx(35.242, abs=1e-9)
     assert EXAMPLE.position == pytest.approx(35.1715, abs=1e-9)
     assert EXAMPLE.length_saved == pytest.approx(0.0705, abs=1e-9)
-    assert EXAMPLE.time_saved == pytest.approx(0.0705 / 0.026, abs=1e-7) and round(EXAMPLE.time_saved, 2) == 2.71
+    assert (
+        EXAMPLE.time_saved == pytest.approx(0.0705 / 0.026, abs=1e-7) and round(EXAMPLE.time_saved, 2) == 2.71
+    )
     slower = EXAMPLE.replace(approach_rate=0.0255)
     assert round(slower.time_saved, 2) == 2.76 and round(slower.time_saved / CYCLE, 3) == 0.155
 
@@ -39,12 +43,16 @@ def test_a_bore_is_the_mirror_image():
     assert bore.contact_probability == EXAMPLE.contact_probability
 
 
-@pytest.mark.parametrize(("sd", "oor_sd", "sigmas", "ppm"), [(0.01, 0.01, 4.24, 11), (0.02, 0.004, 3.53, 208)])
+@pytest.mark.parametrize(
+    ("sd", "oor_sd", "sigmas", "ppm"), [(0.01, 0.01, 4.24, 11), (0.02, 0.004, 3.53, 208)]
+)
 def test_linear_sums_are_more_than_three_sigma(sd, oor_sd, sigmas, ppm):
     change = EXAMPLE.replace(stock=STOCK.replace(sd=sd, roundness_sd=oor_sd))
     assert -norm.ppf(change.contact_probability.population) == pytest.approx(sigmas, abs=0.005)
     assert round(1e6 * change.contact_probability.population) == ppm
-    assert change.replace(combine="rss").contact_probability.population == pytest.approx(norm.sf(3.0), rel=1e-9)
+    assert change.replace(combine="rss").contact_probability.population == pytest.approx(
+        norm.sf(3.0), rel=1e-9
+    )
 
 
 @pytest.mark.parametrize(("sigmas", "kept"), [(3.0, 0.998650), (4.0, 0.9999683)])
@@ -101,11 +109,14 @@ def test_file_picture_and_words(tmp_path):
     assert data["contact_probability"].attrs["long_name"].endswith("at most")
     assert float(data["contact_probability"].sel(rule="population")) == EXAMPLE.contact_probability.population
     assert (
-        repr(EXAMPLE) == "Changeover(rapid feed to 35.1715 mm, 70.5 µm beyond the population's 35.2420 mm: 2.71 s of air saved)"
+        repr(EXAMPLE)
+        == "Changeover(rapid feed to 35.1715 mm, 70.5 µm beyond the population's 35.2420 mm: 2.71 s of air saved)"
     )
     out = EXAMPLE.replace(largest_radius=35.25)
     assert out.outside_population and not EXAMPLE.outside_population
-    assert repr(out).endswith("19.5 µm short of the population's 35.2420 mm: 0.75 s more of air, and no crash)")
+    assert repr(out).endswith(
+        "19.5 µm short of the population's 35.2420 mm: 0.75 s more of air, and no crash)"
+    )
 
 
 def test_picture(tmp_path):
@@ -114,7 +125,9 @@ def test_picture(tmp_path):
     (axis,) = EXAMPLE.plot().axes
     dashed = sorted(line.get_xdata()[0] for line in axis.lines if line.get_linestyle() == "--")
     assert dashed == [EXAMPLE.position, EXAMPLE.population_position]
-    assert axis.get_title().startswith("saved 70.5 µm = 2.71 s of air; contact of the population's rule: 208 ppm")
+    assert axis.get_title().startswith(
+        "saved 70.5 µm = 2.71 s of air; contact of the population's rule: 208 ppm"
+    )
     assert axis.get_legend().get_texts()[1].get_text() == "this part, ± 3 sd: beyond in 0.135 % at most"
     assert EXAMPLE.replace(internal=True, largest_radius=34.84).plot(axis) is axis.figure
     pyplot.close("all")
@@ -122,13 +135,21 @@ def test_picture(tmp_path):
 
 @pytest.mark.parametrize(
     ("probability", "said"),
-    [(0.0, "0 ppm"), (2.0798e-4, "208 ppm"), (9.994e-4, "999 ppm"), (9.996e-4, "0.1 %"), (0.0102, "1.02 %"), (1.0, "100 %")],
+    [
+        (0.0, "0 ppm"),
+        (2.0798e-4, "208 ppm"),
+        (9.994e-4, "999 ppm"),
+        (9.996e-4, "0.1 %"),
+        (0.0102, "1.02 %"),
+        (1.0, "100 %"),
+    ],
 )
 def test_chances_have_three_digits(probability, said):
     assert told_chance(probability) == said
 
 
-# By cost -------------------------------------------------------------------------------------------------------------
+# By cost
+# -------------------------------------------------------------------------------------------------------------
 
 
 def test_allowance_of_least_cost():
@@ -157,12 +178,15 @@ def test_marginal_cost_is_the_slope_of_the_cost(sd, crash, z):
 
 def test_a_changeover_by_cost():
     change = EXAMPLE.replace(crash_time=300.0)
-    assert change.part_sigmas == pytest.approx(best_allowance(0.0005, approach_rate=0.026, crash_time=300.0).sigmas)
+    assert change.part_sigmas == pytest.approx(
+        best_allowance(0.0005, approach_rate=0.026, crash_time=300.0).sigmas
+    )
     assert change.position > EXAMPLE.position
     assert EXAMPLE.replace(radius_sd=0.0, crash_time=300.0).part_sigmas == 0.0
 
 
-# Refusals ------------------------------------------------------------------------------------------------------------
+# Refusals
+# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -192,9 +216,13 @@ def test_a_population_of_negative_numbers_is_refused(name):
         STOCK.replace(**{name: -0.01})
 
 
-@pytest.mark.parametrize(("name", "value"), [("mean", 150.0), ("sd", 20.0), ("roundness", 10.0), ("roundness_sd", 4.0)])
+@pytest.mark.parametrize(
+    ("name", "value"), [("mean", 150.0), ("sd", 20.0), ("roundness", 10.0), ("roundness_sd", 4.0)]
+)
 def test_micrometres_are_refused(name, value):
-    with pytest.raises(ValueError, match=rf"^{name} must be < (10|3); units.um\(...\) for micrometres \(mm\); got {value}$"):
+    with pytest.raises(
+        ValueError, match=rf"^{name} must be < (10|3); units.um\(...\) for micrometres \(mm\); got {value}$"
+    ):
         STOCK.replace(**{name: value})
 
 

@@ -1,4 +1,6 @@
-"""From a profile to the changeover: the true radius between samples and about any axis, and how often it is beyond."""
+"""From a profile to the changeover: the true radius between samples and about any axis, and how often it is
+beyond.
+"""
 
 import numpy as np
 import pytest
@@ -47,7 +49,9 @@ def planned(profile, **options):
 
 
 @given(
-    seed=st.integers(0, 10_000), offset=st.sampled_from([0.0, 0.005, 0.05]), waves=st.sampled_from([(50,), (2, 49, 50), (43, 2)])
+    seed=st.integers(0, 10_000),
+    offset=st.sampled_from([0.0, 0.005, 0.05]),
+    waves=st.sampled_from([(50,), (2, 49, 50), (43, 2)]),
 )
 @example(seed=219, offset=0.0, waves=(2, 49, 50))
 @settings(max_examples=25, deadline=None)
@@ -73,7 +77,9 @@ def test_a_part_that_is_centred_anew_stays_within_its_circle(seed, eccentricity)
             true = ring.distances(center + eccentricity * np.array([np.cos(way), np.sin(way)]), 20_000)[1]
             assert sign * change.largest_radius >= (sign * true).max() - 1e-6
         circle = profile.roundness(kind).radius + sign * eccentricity
-        assert change.largest_radius == pytest.approx(circle, abs=(profile.rise_between_samples(10) - 1) * 0.01 + 1e-6)
+        assert change.largest_radius == pytest.approx(
+            circle, abs=(profile.rise_between_samples(10) - 1) * 0.01 + 1e-6
+        )
 
 
 def errors_of(lobes, noise_sd, runs, offset=0.05, **options):
@@ -83,7 +89,9 @@ def errors_of(lobes, noise_sd, runs, offset=0.05, **options):
         rng = np.random.default_rng(seed)
         turned = {n: (size, rng.uniform(-3, 3)) for n, size in lobes.items()}
         ring = TurnedRing(RADIUS, offset, rng.uniform(-3, 3), lobes=turned)
-        scan = Probe(ring, errors=ProbeErrors(runout=0.0, noise_sd=noise_sd), samples_per_turn=360).scan(turns=1, rng=seed)
+        scan = Probe(ring, errors=ProbeErrors(runout=0.0, noise_sd=noise_sd), samples_per_turn=360).scan(
+            turns=1, rng=seed
+        )
         change = planned(Profile(scan.angle, scan.reading, tip_radius=3.75), **options)
         beta = np.linspace(0, 2 * np.pi, 20_001)
         surface = ring.surface(beta)
@@ -93,9 +101,13 @@ def errors_of(lobes, noise_sd, runs, offset=0.05, **options):
 
 
 def test_parts_stand_out_as_often_as_told():
-    """300 rings with a highest place: at 0, 1 and 2 sd as many reach beyond as the probability says, no more and no fewer."""
+    """300 rings with a highest place: at 0, 1 and 2 sd as many reach beyond as the probability says, no more
+    and no fewer.
+    """
     errors = errors_of({2: 0.002}, 3e-5, 300)
-    assert errors.mean() == pytest.approx(0.1, abs=4 / np.sqrt(300)) and errors.std() == pytest.approx(1.0, abs=4 / np.sqrt(600))
+    assert errors.mean() == pytest.approx(0.1, abs=4 / np.sqrt(300)) and errors.std() == pytest.approx(
+        1.0, abs=4 / np.sqrt(600)
+    )
     for z, fewest in ((0.0, 0.5), (1.0, 0.75), (2.0, 0.3)):
         told = norm.sf(z)
         scatter = np.sqrt(told * (1 - told) / errors.size)
@@ -103,14 +115,18 @@ def test_parts_stand_out_as_often_as_told():
 
 
 def test_parts_of_many_high_places_stand_out_more_seldom():
-    """Noise as large as the form: the highest place of the fit is one or two sd too high, never less sure than told."""
+    """Noise as large as the form: the highest place of the fit is one or two sd too high, never less sure
+    than told.
+    """
     errors = errors_of({2: 0.002}, 1e-3, 60)
     assert 0.5 < errors.mean() < 2.0
     assert np.mean(errors < 0) <= 0.5 and np.mean(errors < -1) <= 0.16
 
 
 def test_the_radius_sd_is_that_of_the_fitted_form():
-    """On an even turn: that of a reading times the root of (2 degree + 1) coefficients over the samples, fewer for more turns."""
+    """On an even turn: that of a reading times the root of (2 degree + 1) coefficients over the samples,
+    fewer for more turns.
+    """
     for turns, upr in ((1, 50.0), (4, 50.0), (1, 5.0)):
         change = planned(Ring(1, waves=(2,)).profile(noise=1e-3, turns=turns), upr=upr)
         told = 1e-3 * np.sqrt((2 * upr + 1) / (360 * turns))
@@ -118,7 +134,9 @@ def test_the_radius_sd_is_that_of_the_fitted_form():
 
 
 def test_errors_that_come_again_every_turn_are_not_averaged():
-    """As those of the spindle's encoder; where there are more of them they may as well be form, and more harmonics are fitted."""
+    """As those of the spindle's encoder; where there are more of them they may as well be form, and more
+    harmonics are fitted.
+    """
     rng, angle = np.random.default_rng(3), np.arange(4 * 360) * 2 * np.pi / 360
     form = RADIUS + 0.002 * np.cos(2 * angle)
     every, own = np.tile(rng.standard_normal(360), 4), rng.standard_normal(4 * 360)
@@ -169,7 +187,9 @@ def test_rounded_readings_are_no_surer_than_their_steps():
         assert change.radius_sd >= step / np.sqrt(12) * 0.999 and change.position > radius + 0.6 * step
     with pytest.raises(ValueError, match=r"radius_sd must be given \(mm\) where readings are all alike"):
         planned(Profile(angle, np.full(360, RADIUS)))
-    assert planned(Profile(angle, np.full(360, RADIUS)), radius_sd=1e-4).largest_radius == pytest.approx(RADIUS)
+    assert planned(Profile(angle, np.full(360, RADIUS)), radius_sd=1e-4).largest_radius == pytest.approx(
+        RADIUS
+    )
 
 
 def test_form_is_no_uncertainty():
@@ -181,7 +201,9 @@ def test_form_is_no_uncertainty():
 
 @pytest.mark.parametrize("offset", [0.3, 3.6])
 def test_a_bore_that_was_read_with_a_tip(offset):
-    """The smallest radius about the spindle's axis; read as a part it would be wrong by more than the roundness."""
+    """The smallest radius about the spindle's axis; read as a part it would be wrong by more than the
+    roundness.
+    """
     angle, radius, tip = np.arange(720) * 2 * np.pi / 360, 30.0, 3.75
     reading = offset * np.cos(angle) + np.sqrt((radius - tip) ** 2 - (offset * np.sin(angle)) ** 2) + tip
     bore = Profile(angle, reading, tip_radius=tip, internal=True)
@@ -199,12 +221,14 @@ def test_several_turns_and_what_was_told():
     assert planned(ring.profile(noise=1e-4), radius_sd=0.002).radius_sd == 0.002
 
 
-# Refusals and warnings -----------------------------------------------------------------------------------------------
+# Refusals and warnings
+# -----------------------------------------------------------------------------------------------
 
 
 def test_warnings():
     with pytest.warns(
-        UserWarning, match=r"largest_radius of 65\.\d+ mm lies beyond the changeover .* at 62\.142 mm: .*3\.3 mm off the spindle"
+        UserWarning,
+        match=r"largest_radius of 65\.\d+ mm lies beyond the changeover .* at 62\.142 mm: .*3\.3 mm off the spindle",
     ):
         change = planned(Ring(3, offset=3.3).profile(noise=1e-4))
     assert change.outside_population and change.time_saved < 0
@@ -215,9 +239,14 @@ def test_warnings():
     with pytest.warns(UserWarning, match=r"leaves nothing to grind to 62\.1 mm"):
         planned(Ring(3).profile(noise=1e-4), finish_radius=62.1)
     filtered = Ring(3, waves=(2,)).profile(noise=1e-4).filter("gaussian", upr=15)
-    with pytest.warns(UserWarning, match="profile should not be filtered, as that takes peaks off: it is Gaussian low-pass, 15"):
+    with pytest.warns(
+        UserWarning,
+        match="profile should not be filtered, as that takes peaks off: it is Gaussian low-pass, 15",
+    ):
         change = planned(filtered)
-    assert change.largest_radius == filtered.largest_radius() and change.radius_sd == filtered.deviation_sd.max()
+    assert (
+        change.largest_radius == filtered.largest_radius() and change.radius_sd == filtered.deviation_sd.max()
+    )
 
 
 @pytest.mark.parametrize(
@@ -227,7 +256,10 @@ def test_warnings():
         ({"approach_rate": 0.0}, r"approach_rate must be > 0 \(mm/s\); got 0.0"),
         ({"gap": 10.0}, r"gap must be < 3; units.um\(...\) for micrometres \(mm\); got 10.0"),
         ({"radius_sd": 5.0}, r"radius_sd must be < 3; units.um\(...\) for micrometres \(mm\); got 5.0"),
-        ({"eccentricity": 20.0}, r"eccentricity must be < 10; units.um\(...\) for micrometres \(mm\); got 20.0"),
+        (
+            {"eccentricity": 20.0},
+            r"eccentricity must be < 10; units.um\(...\) for micrometres \(mm\); got 20.0",
+        ),
         ({"upr": -1.0}, r"upr must be >= 0 \(upr\); got -1.0"),
         ({"eccentricity": -1e-3}, r"eccentricity must be >= 0 \(mm\); got -0.001"),
         ({"upr": 200}, r"upr must be < 180 for a gap of 1 degrees \(upr\); got 200.0"),
@@ -246,6 +278,7 @@ def test_other_refusals():
         plan_changeover(Ring(4).profile(), 3, **HOW)
     few = Profile(np.arange(4) * np.pi / 2, [62.0, 62.001, 62.0, 62.001])
     with pytest.raises(
-        ValueError, match=r"radius_sd must be given \(mm\) where the profile tells no noise: 4 samples are too few"
+        ValueError,
+        match=r"radius_sd must be given \(mm\) where the profile tells no noise: 4 samples are too few",
     ):
         planned(few, upr=1.0)

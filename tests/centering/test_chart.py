@@ -1,4 +1,6 @@
-"""Control charts: limits, signals against plain loops, false alarms counted, what is handed upstream, refusals."""
+"""Control charts: limits, signals against plain loops, false alarms counted, what is handed upstream,
+refusals.
+"""
 
 import json
 from itertools import pairwise
@@ -21,7 +23,9 @@ def chart(**options):
 def test_limits_are_those_of_moving_ranges():
     limits, values = chart().limits["stock"], BATCH["stock"]
     mean_range = np.mean([abs(b - a) for a, b in pairwise(values)])
-    assert limits.mean == pytest.approx(values.mean()) and limits.sd == pytest.approx(mean_range / 1.128379, rel=1e-6)
+    assert limits.mean == pytest.approx(values.mean()) and limits.sd == pytest.approx(
+        mean_range / 1.128379, rel=1e-6
+    )
     assert limits.high - limits.mean == pytest.approx(2.66 * mean_range, rel=1e-3)  # the factor of the books
     assert limits.mean - limits.low == pytest.approx(limits.high - limits.mean)
     assert limits.range_high == pytest.approx(3.76 * mean_range, rel=1e-3)
@@ -53,8 +57,15 @@ def test_signals_are_those_of_a_plain_loop():
 
 
 def first_alarms(runs, rng, sigmas=3.0, weight=0.2):
-    """Parts until the first signal, limits known exactly; the three charts in plain steps on many rows at once."""
-    average, last, parts, left = np.zeros(runs), np.full(runs, np.nan), np.zeros(runs), np.ones(runs, dtype=bool)
+    """Parts until the first signal, limits known exactly; the three charts in plain steps on many rows at
+    once.
+    """
+    average, last, parts, left = (
+        np.zeros(runs),
+        np.full(runs, np.nan),
+        np.zeros(runs),
+        np.ones(runs, dtype=bool),
+    )
     for part in range(1, 5000):
         value = rng.standard_normal(runs)
         average += weight * (value - average)
@@ -78,7 +89,9 @@ def test_false_alarms_are_no_oftener_than_told():
 
 
 def test_the_average_sees_a_shift_that_single_values_do_not():
-    """Of one standard deviation: 9.6 parts on average (Lucas and Saccucci), single values 44, within four standard errors."""
+    """Of one standard deviation: 9.6 parts on average (Lucas and Saccucci), single values 44, within four
+    standard errors.
+    """
     rng, waits = np.random.default_rng(4), {"value": [], "average": []}
     for rule, found in waits.items():
         for _ in range(100):
@@ -94,7 +107,8 @@ def test_the_average_sees_a_shift_that_single_values_do_not():
 
 
 def test_run_length_of_the_average():
-    assert ewma_run_length(0.2, 3 * np.sqrt(0.2 / 1.8)) == pytest.approx(559.9, rel=1e-3)  # Lucas and Saccucci
+    # Lucas and Saccucci
+    assert ewma_run_length(0.2, 3 * np.sqrt(0.2 / 1.8)) == pytest.approx(559.9, rel=1e-3)
     assert ewma_run_length(1.0, 3.0) == pytest.approx(370.4, rel=1e-3)
 
 
@@ -107,7 +121,10 @@ def test_summary_for_the_machine_upstream():
     assert told["parts"] == 2 and told["quantities"]["roundness"]["in_control"]
     stock = told["quantities"]["stock"]
     assert stock["unit"] == "mm" and stock["last"] == 0.25 and not stock["in_control"]
-    assert stock["signals"][0].startswith("part 1: stock 0.25 is above 0.2") and "change of stock 0.101" in stock["signals"][1]
+    assert (
+        stock["signals"][0].startswith("part 1: stock 0.25 is above 0.2")
+        and "change of stock 0.101" in stock["signals"][1]
+    )
     assert all(signal.endswith(" mm") for signal in stock["signals"])
     assert repr(made) == "ControlChart(roundness, stock over 2 parts: out of control: stock)"
     low = made.update(roundness=0.001)
@@ -120,14 +137,24 @@ def test_missing_values_are_passed_over():
     made = chart()
     for value in (0.15, np.nan, np.float32("nan"), 0.16):
         assert made.update(stock=value) == ()
-    assert made.summary["quantities"]["stock"]["last"] == 0.16 and made.summary["quantities"]["roundness"]["last"] is None
+    assert (
+        made.summary["quantities"]["stock"]["last"] == 0.16
+        and made.summary["quantities"]["roundness"]["last"] is None
+    )
 
 
 @pytest.mark.parametrize("parts", [0, 1, 40])
 def test_a_loaded_chart_goes_on(tmp_path, parts):
     """To the bit: signals, averages and summary of a chart that was saved on the way and of one that was not."""
-    rng, whole, path = np.random.default_rng(6), chart(sigmas=2.0, weight=0.37, units={"stock": "um"}), tmp_path / "chart.nc"
-    rows = [{"roundness": value, "stock": stock} for value, stock in rng.normal((0.011, 0.16), (0.001, 0.02), (80, 2))]
+    rng, whole, path = (
+        np.random.default_rng(6),
+        chart(sigmas=2.0, weight=0.37, units={"stock": "um"}),
+        tmp_path / "chart.nc",
+    )
+    rows = [
+        {"roundness": value, "stock": stock}
+        for value, stock in rng.normal((0.011, 0.16), (0.001, 0.02), (80, 2))
+    ]
     rows[3].pop("stock")
     rows[5]["roundness"] = np.nan
     for row in rows[:parts]:
@@ -151,7 +178,12 @@ def test_picture():
     for stock in (0.15, 0.16, 0.26):
         made.update(roundness=0.0105, stock=stock)
     figure = made.plot()
-    assert [axis.get_ylabel() for axis in figure.axes] == ["roundness [µm]", "stock [mm]", "change [µm]", "change [mm]"]
+    assert [axis.get_ylabel() for axis in figure.axes] == [
+        "roundness [µm]",
+        "stock [mm]",
+        "change [µm]",
+        "change [mm]",
+    ]
     rings = [line for line in figure.axes[1].lines if line.get_markerfacecolor() == "none"]
     assert [line.get_xdata()[0] for line in rings] == [2]
     pyplot.close("all")
@@ -161,14 +193,26 @@ def test_picture():
     ("call", "error", "said"),
     [
         (lambda: ControlChart({}), TypeError, "batch must be a mapping of names to values"),
-        (lambda: ControlChart({"stock": np.arange(19.0)}), ValueError, r"batch\['stock'\] must be 20 values or more; got 19"),
+        (
+            lambda: ControlChart({"stock": np.arange(19.0)}),
+            ValueError,
+            r"batch\['stock'\] must be 20 values or more; got 19",
+        ),
         (
             lambda: ControlChart({"stock": np.ones(30)}),
             ValueError,
             r"batch\['stock'\] must be values that are not all alike \(mm\)",
         ),
-        (lambda: ControlChart({"stock": [np.nan] * 30}), ValueError, r"stock\[0\] must be finite \(mm\); got nan"),
-        (lambda: chart(units={"stok": "mm"}), ValueError, "units must be one of roundness, stock; got 'stok'"),
+        (
+            lambda: ControlChart({"stock": [np.nan] * 30}),
+            ValueError,
+            r"stock\[0\] must be finite \(mm\); got nan",
+        ),
+        (
+            lambda: chart(units={"stok": "mm"}),
+            ValueError,
+            "units must be one of roundness, stock; got 'stok'",
+        ),
         (lambda: chart(weight=0.0), ValueError, r"weight must be in \(0, 1\] \(1\); got 0.0"),
         (lambda: chart(sigmas=0.0), ValueError, r"sigmas must be > 0 \(1\); got 0.0"),
         (lambda: chart().update(stok=0.1), ValueError, "values must be one of roundness, stock; got 'stok'"),

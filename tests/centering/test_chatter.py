@@ -11,7 +11,9 @@ from scipy.signal import TransferFunction, lsim
 from centering.setup import chatter_check
 from sdpgrind import units
 
-FORM = SimpleNamespace(upr=[2.0, 3.0, 6.0, 43.0, 44.0], amplitude=[0.155e-3, 0.206e-3, 0.048e-3, 0.235e-3, 0.040e-3])
+FORM = SimpleNamespace(
+    upr=[2.0, 3.0, 6.0, 43.0, 44.0], amplitude=[0.155e-3, 0.206e-3, 0.048e-3, 0.235e-3, 0.040e-3]
+)
 WORK, QUIET_WHEEL = units.rpm(300), units.rpm(4210)
 ROTATIONS = st.floats(5.0, 60.0)
 
@@ -25,13 +27,19 @@ def one(upr, amplitude=1e-3):
     return SimpleNamespace(upr=[float(upr)], amplitude=[amplitude])
 
 
-# Resonances ----------------------------------------------------------------------------------------------------------
+# Resonances
+# ----------------------------------------------------------------------------------------------------------
 
 
 def test_the_worst_undulation_is_named():
     check = checked()
     (band,) = check.found
-    assert (band.cause, band.upr, band.order, band.amplitude) == ("tailstock", 43.0, 0, 0.235e-3) and not check.ok
+    assert (band.cause, band.upr, band.order, band.amplitude) == (
+        "tailstock",
+        43.0,
+        0,
+        0.235e-3,
+    ) and not check.ok
     assert str(band) == "43 upr of 0.235 µm at the tailstock, which magnifies up to 16.1 times"
     assert band.center * 43 == pytest.approx(units.hz(218), rel=1e-3)
     slower, faster = sorted(check.nearest)
@@ -49,7 +57,9 @@ def test_magnification_by_simulation(ratio):
     (band,) = checked(one(upr), work=work, wheel=1e4, **how).bands
     time = np.linspace(0.0, 1.0, 40_001)
     _, deflection, _ = lsim(
-        TransferFunction([natural**2], [1, 2 * damping * natural, natural**2]), np.sin(upr * work * time), time
+        TransferFunction([natural**2], [1, 2 * damping * natural, natural**2]),
+        np.sin(upr * work * time),
+        time,
     )
     assert band.gain == pytest.approx(np.abs(deflection[time > 0.8]).max(), rel=1e-3)
 
@@ -58,7 +68,9 @@ def test_magnification_by_simulation(ratio):
 def test_bands_end_at_half_power(damping, upr, work):
     """Gain at the ends, by the complex response, is the peak over sqrt(2)."""
     natural = upr * work
-    check = checked(one(upr), work=work, wheel=1e5, resonances={"mode": natural}, damping=damping, speed_error=0.0)
+    check = checked(
+        one(upr), work=work, wheel=1e5, resonances={"mode": natural}, damping=damping, speed_error=0.0
+    )
     (band,) = check.bands
 
     def gain(speed):
@@ -79,14 +91,21 @@ def test_damping_by_name():
     assert narrow.ok and not wide.ok
 
 
-# In step with the wheel ----------------------------------------------------------------------------------------------
+# In step with the wheel
+# ----------------------------------------------------------------------------------------------
 
 
 def summed(shift, turns):
     return abs(np.exp(2j * np.pi * shift * np.arange(turns)).sum()) / turns
 
 
-@given(upr=st.integers(5, 60), work=ROTATIONS, shift=st.floats(-0.5, 0.5), turns=st.integers(1, 50), order=st.integers(1, 3))
+@given(
+    upr=st.integers(5, 60),
+    work=ROTATIONS,
+    shift=st.floats(-0.5, 0.5),
+    turns=st.integers(1, 50),
+    order=st.integers(1, 3),
+)
 @settings(deadline=None)
 def test_waves_of_the_wheel_add_up_where_they_stay(upr, work, shift, turns, order):
     """Against the sum of the waves of each turn."""
@@ -108,7 +127,9 @@ def test_waves_of_the_wheel_add_up_where_they_stay(upr, work, shift, turns, orde
 )
 @settings(max_examples=60, deadline=None)
 def test_what_is_met_gains_as_much_as_is_said(work, wheel, natural, turns, error):
-    """By default too: of the wheel more than 64 %, of a mode more than half power, and the most of any speed within the error."""
+    """By default too: of the wheel more than 64 %, of a mode more than half power, and the most of any speed
+    within the error.
+    """
     form = SimpleNamespace(upr=np.arange(2.0, 61.0), amplitude=np.full(59, 1e-3))
     options = {} if error is None else {"speed_error": error}
     check = checked(form, work=work, wheel=wheel, resonances={"mode": natural}, turns=turns, **options)
@@ -127,27 +148,42 @@ def test_what_is_met_gains_as_much_as_is_said(work, wheel, natural, turns, error
 
 
 def test_undulations_beside_those_of_the_wheel_are_not_met():
-    """Speeds whose ratio is 14.03: orders 1 to 3 stay on 14, 28 and 42 upr within the error of the speeds, not on 15 and 29."""
+    """Speeds whose ratio is 14.03: orders 1 to 3 stay on 14, 28 and 42 upr within the error of the speeds,
+    not on 15 and 29.
+    """
     form = SimpleNamespace(upr=[14.0, 15.0, 28.0, 29.0, 42.0], amplitude=[1e-3] * 5)
     check = checked(form, resonances={})
     assert [(band.upr, band.order) for band in check.found] == [(14.0, 1), (28.0, 2), (42.0, 3)]
-    assert [band.gain for band in check.found] == [1.0, 1.0, 1.0] and "up to 100 % of them add up" in repr(check)
-    beside = [band for band in checked(form, resonances={}, reach=0.9).bands if (band.upr, band.order) == (29.0, 2)]
+    assert [band.gain for band in check.found] == [1.0, 1.0, 1.0] and "up to 100 % of them add up" in repr(
+        check
+    )
+    beside = [
+        band for band in checked(form, resonances={}, reach=0.9).bands if (band.upr, band.order) == (29.0, 2)
+    ]
     assert [band.gain for band in beside] == [0.0]
 
 
 def test_the_wheel_is_named_with_its_order():
     check = checked(one(45), wheel=units.rpm(4500.0), resonances={})
     (band,) = check.found
-    assert band.order == 3 and str(band) == "45 upr of 1 µm in step with 3 waves a turn of the wheel: up to 100 % of them add up"
+    assert (
+        band.order == 3
+        and str(band) == "45 upr of 1 µm in step with 3 waves a turn of the wheel: up to 100 % of them add up"
+    )
     assert checked(one(45), wheel=units.rpm(4500.0), resonances={}, wheel_orders=2).ok
     assert checked(one(45), wheel=units.rpm(4550.0), resonances={}).ok
 
 
-# Free rotations ------------------------------------------------------------------------------------------------------
+# Free rotations
+# ------------------------------------------------------------------------------------------------------
 
 
-@given(work=ROTATIONS, natural=st.floats(100.0, 4000.0), wheel=st.floats(100.0, 800.0), error=st.sampled_from([0.0, 0.005]))
+@given(
+    work=ROTATIONS,
+    natural=st.floats(100.0, 4000.0),
+    wheel=st.floats(100.0, 800.0),
+    error=st.sampled_from([0.0, 0.005]),
+)
 @settings(max_examples=60, deadline=None)
 def test_free_is_what_is_met_nowhere(work, natural, wheel, error):
     options = {"wheel": wheel, "resonances": {"mode": natural}, "speed_error": error}
@@ -167,7 +203,8 @@ def test_where_no_rotation_is_free():
     assert check.free == () and check.nearest == () and "no rotation in reach is free" in repr(check)
 
 
-# What counts ---------------------------------------------------------------------------------------------------------
+# What counts
+# ---------------------------------------------------------------------------------------------------------
 
 
 def test_what_is_small_or_noise_does_not_count():
@@ -186,12 +223,15 @@ def test_words_and_picture():
     pyplot.switch_backend("agg")
     top, low = checked().plot().axes
     assert [text.get_text() for text in top.texts] == ["43 upr: tailstock"]
-    assert low.get_xlabel() == "rotation of the work [rev/min]" and low.get_xlim() == pytest.approx((240.0, 360.0))
+    assert low.get_xlabel() == "rotation of the work [rev/min]" and low.get_xlim() == pytest.approx(
+        (240.0, 360.0)
+    )
     assert quiet.plot().get_suptitle() == "nothing is met"
     pyplot.close("all")
 
 
-# Refusals ------------------------------------------------------------------------------------------------------------
+# Refusals
+# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -210,7 +250,11 @@ def test_words_and_picture():
         ({"amplitude_min": -1e-3}, ValueError, r"amplitude_min must be >= 0 \(mm\); got -0.001"),
         ({"turns": 0}, ValueError, "turns must be >= 1; got 0"),
         ({"reach": 1.0}, ValueError, r"reach must be in \[0.001, 0.99\] \(1\); got 1.0"),
-        ({"form": [1.0]}, TypeError, r"spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got \[1.0\]"),
+        (
+            {"form": [1.0]},
+            TypeError,
+            r"spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got \[1.0\]",
+        ),
         (
             {"form": SimpleNamespace(upr=[1, 2], amplitude=[1.0])},
             ValueError,

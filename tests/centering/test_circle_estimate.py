@@ -1,4 +1,6 @@
-"""What the estimate of a circle tells: polar quantities with their scatter, uncertainty, and that it can be kept."""
+"""What the estimate of a circle tells: polar quantities with their scatter, uncertainty, and that it can be
+kept.
+"""
 
 import dataclasses
 
@@ -13,13 +15,17 @@ from sdpgrind import identify
 from sdpgrind.base import stored
 
 COVARIANCE = np.array([[4.0, 1.0, 0.5], [1.0, 9.0, -2.0], [0.5, -2.0, 6.0]]) * 1e-6
-CIRCLE = CircleEstimate(np.array([61.94, 3.0, 4.0]), COVARIANCE, freedom=357.0, samples=360, swept=6.27, noise_sd=0.04)
+CIRCLE = CircleEstimate(
+    np.array([61.94, 3.0, 4.0]), COVARIANCE, freedom=357.0, samples=360, swept=6.27, noise_sd=0.04
+)
 
 
 def test_values():
     assert (CIRCLE.radius, CIRCLE.center_x, CIRCLE.center_y) == (61.94, 3.0, 4.0)
     assert (CIRCLE["radius"], CIRCLE["center_x"], CIRCLE["center_y"]) == (61.94, 3.0, 4.0)
-    assert CIRCLE.offset == 5.0 and CIRCLE.offset_angle == np.arctan2(4, 3) and CIRCLE.offset_ratio == 5 / 61.94
+    assert (
+        CIRCLE.offset == 5.0 and CIRCLE.offset_angle == np.arctan2(4, 3) and CIRCLE.offset_ratio == 5 / 61.94
+    )
     assert CIRCLE.units == ("mm", "mm", "mm") and CIRCLE.ok
     assert CIRCLE.offset_squared == pytest.approx(25 - 15e-6, abs=1e-12)
 
@@ -35,7 +41,9 @@ def test_scatter_of_polar_quantities(x, y, seed):
     slope = np.array([[x / d, y / d], [-y / d**2, x / d**2]])
     sds = np.sqrt(np.diag(slope @ circle.covariance[1:, 1:] @ slope.T))
     assert [circle.offset_sd, circle.offset_angle_sd] == pytest.approx(sds, rel=1e-6, abs=1e-9)
-    assert circle.center_sd == pytest.approx(np.sqrt(np.linalg.eigvalsh(circle.covariance[1:, 1:])[-1]), rel=1e-9)
+    assert circle.center_sd == pytest.approx(
+        np.sqrt(np.linalg.eigvalsh(circle.covariance[1:, 1:])[-1]), rel=1e-9
+    )
     assert circle.radius_sd == pytest.approx(circle.sd[0])
     assert circle.angle_known == (d >= 2 * circle.center_sd)
 
@@ -54,10 +62,20 @@ def test_the_unbiased_square():
 @pytest.mark.parametrize("confidence", [0.5, 0.95, 0.999])
 def test_uncertainty(freedom, confidence):
     circle = CIRCLE.replace(freedom=freedom, inflation=2.0, form_bound=0.003)
-    one = stats.t.ppf((1 + confidence) / 2, freedom) if np.isfinite(freedom) else stats.norm.ppf((1 + confidence) / 2)
-    both = np.sqrt(2 * stats.f.ppf(confidence, 2, freedom)) if np.isfinite(freedom) else np.sqrt(stats.chi2.ppf(confidence, 2))
+    one = (
+        stats.t.ppf((1 + confidence) / 2, freedom)
+        if np.isfinite(freedom)
+        else stats.norm.ppf((1 + confidence) / 2)
+    )
+    both = (
+        np.sqrt(2 * stats.f.ppf(confidence, 2, freedom))
+        if np.isfinite(freedom)
+        else np.sqrt(stats.chi2.ppf(confidence, 2))
+    )
     assert circle.uncertainty(confidence) == pytest.approx(one * circle.center_sd + 0.003, rel=1e-9)
-    assert circle.uncertainty(confidence, joint=True) == pytest.approx(both * circle.center_sd + 0.003, rel=1e-9)
+    assert circle.uncertainty(confidence, joint=True) == pytest.approx(
+        both * circle.center_sd + 0.003, rel=1e-9
+    )
 
 
 def test_one_axis_holds_less_than_both():
@@ -87,7 +105,9 @@ def test_readings_by_model():
     polar = CIRCLE.offset, CIRCLE.offset_angle
     tipped = CIRCLE.replace(tip_radius=3.75)
     assert tipped.reading(angle) == pytest.approx(circle_reading(angle, 61.94, *polar, 3.75))
-    assert tipped.replace(model="limacon").reading(angle) == pytest.approx(limacon_reading(angle, 61.94, *polar))
+    assert tipped.replace(model="limacon").reading(angle) == pytest.approx(
+        limacon_reading(angle, 61.94, *polar)
+    )
 
 
 def test_kept_and_compared():

@@ -21,7 +21,11 @@ class Table(dict):
 
 def log(parts):
     """Something that is asked for its table "probe", as a log is; one reading of each part is missing."""
-    rows = [(k, *row) for k, part in enumerate(parts) for row in zip(np.arange(360) / 100, TURN, part, strict=True)]
+    rows = [
+        (k, *row)
+        for k, part in enumerate(parts)
+        for row in zip(np.arange(360) / 100, TURN, part, strict=True)
+    ]
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     columns[3][5::360] = np.nan
     table = Table(zip(("part", "time", "angle", "reading"), columns, strict=True))
@@ -33,18 +37,28 @@ def test_the_issue_line():
     angle, reading = TURN, READ + rng.normal(0, 0.01, 360)
     reading[rng.choice(360, 30, replace=False)] += 1.0
     circle = identify((angle, reading), "circle", tip_radius=3.75, loss="huber")
-    assert circle.ok and abs(circle.radius - RADIUS) < 5 * circle.radius_sd and 30 <= circle.down_weighted < 40
+    assert (
+        circle.ok and abs(circle.radius - RADIUS) < 5 * circle.radius_sd and 30 <= circle.down_weighted < 40
+    )
 
 
 @pytest.mark.parametrize(
     "data",
-    [(TURN, READ), [TURN, READ], np.array([TURN, READ]), {"angle": TURN, "reading": READ, "probe": READ - 3}, log([READ])],
+    [
+        (TURN, READ),
+        [TURN, READ],
+        np.array([TURN, READ]),
+        {"angle": TURN, "reading": READ, "probe": READ - 3},
+        log([READ]),
+    ],
     ids=["pair", "list", "array", "mapping", "log"],
 )
 def test_kinds_of_data(data):
     circle = identify(data, tip_radius=3.75)
     assert circle.value == pytest.approx([RADIUS, OFFSET * np.cos(PHI), OFFSET * np.sin(PHI)], abs=1e-9)
-    assert circle.samples == (359 if hasattr(type(data), "__getitem__") and type(data).__name__ == "Log" else 360)
+    assert circle.samples == (
+        359 if hasattr(type(data), "__getitem__") and type(data).__name__ == "Log" else 360
+    )
 
 
 def test_a_scan():
@@ -84,7 +98,10 @@ def test_methods(tip):
 
 
 def test_limacon_against_lstsq_and_its_scatter():
-    rng, columns = np.random.default_rng(1), np.stack([np.ones(181), np.cos(TURN[:181]), np.sin(TURN[:181])], axis=1)
+    rng, columns = (
+        np.random.default_rng(1),
+        np.stack([np.ones(181), np.cos(TURN[:181]), np.sin(TURN[:181])], axis=1),
+    )
     reading = limacon_reading(TURN[:181], RADIUS, 0.3, PHI) + rng.normal(0, 0.01, 181)
     found = identify((TURN[:181], reading), method="limacon")
     value, square, *_ = np.linalg.lstsq(columns, reading, rcond=None)
@@ -99,7 +116,9 @@ def test_limacon_against_lstsq_and_its_scatter():
 def test_covariance_of_the_printed_radius():
     rng, found = np.random.default_rng(2), []
     for _ in range(400):
-        circle = identify((TURN, READ + rng.normal(0, 0.05, 360)), method="printed", tip_radius=3.75, noise_sd=0.05)
+        circle = identify(
+            (TURN, READ + rng.normal(0, 0.05, 360)), method="printed", tip_radius=3.75, noise_sd=0.05
+        )
         found.append([*circle.value, *circle.sd])
     found = np.array(found)
     assert found[:, :3].std(axis=0) == pytest.approx(found[:, 3:].mean(axis=0), rel=0.12)
@@ -143,21 +162,39 @@ def test_status_instead_of_an_error():
     ("call", "message"),
     [
         (lambda: identify((TURN, READ), "sphere"), r"what must be one of circle, friction; got 'sphere'"),
-        (lambda: identify((TURN, READ), method="taubin"), r"method must be one of exact, limacon, printed; got 'taubin'"),
-        (lambda: identify((TURN, READ), method="limacon", loss="huber"), r"loss must be 'linear' for method 'limacon'; got"),
+        (
+            lambda: identify((TURN, READ), method="taubin"),
+            r"method must be one of exact, limacon, printed; got 'taubin'",
+        ),
+        (
+            lambda: identify((TURN, READ), method="limacon", loss="huber"),
+            r"loss must be 'linear' for method 'limacon'; got",
+        ),
         (
             lambda: identify((TURN, READ), method="printed", radius_prior=(61.9, 0.1)),
             r"radius_prior must be None for method",
         ),
-        (lambda: identify((TURN[:300], READ[:300]), method="printed"), r"readings even over whole turns.*got 300 .*'exact'"),
-        (lambda: identify((TURN, 0.1 + np.cos(TURN)), method="limacon"), r"offset must be <= pi/2 radius \(mm\).*got 1 and 0\.1"),
-        (lambda: identify((TURN, READ, READ)), r"data must be the pair \(angle, reading\) \(rad, mm\); got 3 entries"),
+        (
+            lambda: identify((TURN[:300], READ[:300]), method="printed"),
+            r"readings even over whole turns.*got 300 .*'exact'",
+        ),
+        (
+            lambda: identify((TURN, 0.1 + np.cos(TURN)), method="limacon"),
+            r"offset must be <= pi/2 radius \(mm\).*got 1 and 0\.1",
+        ),
+        (
+            lambda: identify((TURN, READ, READ)),
+            r"data must be the pair \(angle, reading\) \(rad, mm\); got 3 entries",
+        ),
         (lambda: identify((TURN, READ[1:])), r"angle and reading must be one-dimensional of one length; got"),
         (lambda: identify({"angle": TURN}), r"data must hold reading \(mm\); it holds angle"),
         (lambda: identify((np.arange(360.0), READ)), r"smells of degrees"),
         (lambda: identify((np.arange(360.0), READ), method="limacon", turns=1), r"span at most 1 turns"),
         (lambda: identify((TURN[:3], READ[:3]), method="limacon"), r"at least 4 different angles"),
-        (lambda: identify((TURN, READ), method="limacon", tip_radius=-1.0), r"tip_radius must be >= 0 \(mm\); got -1\.0"),
+        (
+            lambda: identify((TURN, READ), method="limacon", tip_radius=-1.0),
+            r"tip_radius must be >= 0 \(mm\); got -1\.0",
+        ),
     ],
 )
 def test_bad_input(call, message):

@@ -60,7 +60,9 @@ def test_derivatives_by_a_complex_step(share, tip):
     found = circle_derivatives(angle, *at, tip)
     for k in range(3):
         step = 1e-30 * np.eye(3)[k]
-        assert found[:, k] == pytest.approx(_plain(angle, *(at + 1j * step), tip).imag / 1e-30, abs=1e-12 * 61.94)
+        assert found[:, k] == pytest.approx(
+            _plain(angle, *(at + 1j * step), tip).imag / 1e-30, abs=1e-12 * 61.94
+        )
 
 
 def test_without_an_offset_all_readings_are_the_radius():

@@ -27,7 +27,9 @@ def test_the_correction_is_the_clamped_running_sum(pushes):
     correction, value = StrokeCorrection(0.5), 0.0
     for wanted, way, gap in pushes:
         value = np.clip(value + (max(gap, 0.0) if way < 0.05 * wanted else wanted - way), -0.5, 0.5)
-        assert correction.update(wanted=wanted, travelled=way, gap_left=gap) == pytest.approx(value, abs=1e-12)
+        assert correction.update(wanted=wanted, travelled=way, gap_left=gap) == pytest.approx(
+            value, abs=1e-12
+        )
     correction.reset()
     assert correction.value == 0.0
 

@@ -26,7 +26,9 @@ def test_error_gain_is_that_of_the_loop(kp, ki, w):
 
 
 def test_small_deviations_follow_the_linear_law():
-    """A slow small sine under a fine sample time: amplitude of the deviation as the formula says, to the order of the sample."""
+    """A slow small sine under a fine sample time: amplitude of the deviation as the formula says, to the
+    order of the sample.
+    """
     gains, w, step = FollowingGains(25.0, 60.0), units.rpm(20), 1e-4
     follower = Follower(gains, FollowingLimits(sample_time=step))
     place, seen = 0.0, []
@@ -42,7 +44,9 @@ def test_small_deviations_follow_the_linear_law():
 def test_braking_speed_stops_within_the_distance(distance):
     limits = FollowingLimits()
     v = braking_speed(distance, limits)
-    assert v * limits.sample_time + v * v / (2 * limits.acceleration) == pytest.approx(distance, rel=1e-9, abs=1e-12)
+    assert v * limits.sample_time + v * v / (2 * limits.acceleration) == pytest.approx(
+        distance, rel=1e-9, abs=1e-12
+    )
 
 
 def _step_response(gains, integral_before=0.0):

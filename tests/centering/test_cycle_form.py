@@ -1,4 +1,6 @@
-"""A ring with lobes, learned over pushes: where it is and how sure that is, against rings whose place is given."""
+"""A ring with lobes, learned over pushes: where it is and how sure that is, against rings whose place is
+given.
+"""
 
 from math import cos, hypot, pi, sin
 
@@ -35,7 +37,8 @@ def test_a_whole_turn_tells_lobes_from_the_offset(upr):
     part, ring = view(), Ring(RADIUS, 2.0, 1.0, lobes={upr: (0.006, 0.4)})
     show(part.take, ring, 0.3, 2 * pi, np.random.default_rng(upr))
     part.look()
-    assert hypot(part.x - ring.center_x, part.y - ring.center_y) < part.band < 1e-3  # a circle alone: no less than the lobes
+    # a circle alone: no less than the lobes
+    assert hypot(part.x - ring.center_x, part.y - ring.center_y) < part.band < 1e-3
     assert part.rim - part.offset == pytest.approx(float(ring.surface(ring.offset_angle)), abs=4 * HEIGHT)
 
 
@@ -53,12 +56,19 @@ def test_lobes_stay_known_over_a_push(upr):
 
 
 def test_a_push_takes_away_the_lobes_expected_beforehand_as_they_were_counted():
-    """What is kept over a push is what readings told: none of it is negative, and of what they cannot tell there is nothing.
+    """What is kept over a push is what readings told: none of it is negative, and of what they cannot tell
+    there is nothing.
 
-    Half a turn shows lobes of 6 µm, so that others are expected larger than when the equations were written; then none do.
-    """
+    Half a turn shows lobes of 6 µm, so that others are expected larger than when the equations were written;
+    then none do."""
     ring = RingFilter(RADIUS, 0.05, 3e-4, NOISE, 0.0, TIP)
-    show(lambda a, r: ring.take(a, r, True), Ring(RADIUS, 0.5, 1.0, lobes={2: (0.006, 0.4)}), 0.0, pi, np.random.default_rng(1))
+    show(
+        lambda a, r: ring.take(a, r, True),
+        Ring(RADIUS, 0.5, 1.0, lobes={2: (0.006, 0.4)}),
+        0.0,
+        pi,
+        np.random.default_rng(1),
+    )
     ring.look((0.5, 0.0))
     told = ring._matrix - ring._known - np.diag([0.0] * 3 + [1.0 / 3e-4**2] * (SIZE - 3))
     ring.moved()
@@ -72,13 +82,17 @@ def test_a_push_takes_away_the_lobes_expected_beforehand_as_they_were_counted():
 
 
 def test_the_band_of_short_arcs_counts_what_lobes_may_do():
-    """Lobes drawn as they are believed, arcs of a quarter turn: errors over their sd have the variance 2 of two directions.
+    """Lobes drawn as they are believed, arcs of a quarter turn: errors over their sd have the variance 2 of
+    two directions.
 
-    Of 200 the mean has the standard deviation 0.14 (chi-square of 2); the sd is that of the worst direction, so it is less.
-    """
+    Of 200 the mean has the standard deviation 0.14 (chi-square of 2); the sd is that of the worst direction,
+    so it is less."""
     rng, squares = np.random.default_rng(0), []
     for _ in range(200):
-        lobes = {n: (1e-3 * hypot(c, s), float(np.arctan2(s, c))) for n, (c, s) in enumerate(rng.normal(size=(LAST - 1, 2)), 2)}
+        lobes = {
+            n: (1e-3 * hypot(c, s), float(np.arctan2(s, c)))
+            for n, (c, s) in enumerate(rng.normal(size=(LAST - 1, 2)), 2)
+        }
         ring, place = RingFilter(RADIUS, 1e-4, 1e-3, NOISE, 0.0, TIP), Ring(RADIUS, 0.5, 1.0, lobes=lobes)
         show(lambda a, r, ring=ring: ring.take(a, r, True), place, 0.0, 0.5 * pi, rng)
         ring.look((0.0, 0.0))

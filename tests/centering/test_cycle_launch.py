@@ -42,7 +42,9 @@ def test_a_wrong_lead_shows():
 @pytest.mark.parametrize("offset", [5.2, 5.3592, 5.6])
 @pytest.mark.parametrize("lead", ["launch", "preview"])
 def test_a_ring_that_the_tip_misses_is_not_taken_for_one_that_is_hit_straight(offset, lead):
-    """A tip that comes too late leaves nothing across the offset either; the table turns so fast that it is nearly too slow."""
+    """A tip that comes too late leaves nothing across the offset either; the table turns so fast that it is
+    nearly too slow.
+    """
     problem = preset("printed").replace(mass=5.0, radius=60.0)
     start = Approach(offset, 0.335, 10.472)
     kind = {"launch": launch, "preview": preview}[lead]
@@ -53,7 +55,9 @@ def test_a_ring_that_the_tip_misses_is_not_taken_for_one_that_is_hit_straight(of
 
 def test_a_push_that_is_too_weak_is_aligned_at_its_end():
     problem = preset("printed")  # 18.9 kg
-    sent = preview(PushKind("trapezoid", 2.0, True), 0.01, Approach(0.012, 0.3, 8.0), problem.model, problem.limits)
+    sent = preview(
+        PushKind("trapezoid", 2.0, True), 0.01, Approach(0.012, 0.3, 8.0), problem.model, problem.limits
+    )
     assert sent.lead == pytest.approx(8.0 * sent.stop_time)
 
 
@@ -65,7 +69,8 @@ def test_the_motion_is_one_that_the_slide_can_do():
         ends = rows[:, 1] + rows[:, 2] * rows[:, 0]
         assert max(np.abs(rows[:, 1]).max(), np.abs(ends).max()) <= limits.slide_speed_max
         travel = np.cumsum((rows[:, 1] + 0.5 * rows[:, 2] * rows[:, 0]) * rows[:, 0])
-        assert travel.max() == pytest.approx(room + 0.2, abs=0.02)  # mended for the turning of the table by little
+        # mended for the turning of the table by little
+        assert travel.max() == pytest.approx(room + 0.2, abs=0.02)
 
 
 @pytest.mark.parametrize("kind", [GENTLE, TAP])
@@ -81,7 +86,9 @@ def test_a_slide_that_follows_late_is_made_up_for(kind):
             reference += v * step
             lag += step * (v - lag / tau) if k >= sent.first else 0.0
             furthest = max(furthest, reference - lag)
-    plain = np.cumsum((prompt.rows[:, 1] + 0.5 * prompt.rows[:, 2] * prompt.rows[:, 0]) * prompt.rows[:, 0]).max()
+    plain = np.cumsum(
+        (prompt.rows[:, 1] + 0.5 * prompt.rows[:, 2] * prompt.rows[:, 0]) * prompt.rows[:, 0]
+    ).max()
     assert furthest == pytest.approx(plain, abs=2e-3)
     assert sent.lead - prompt.lead == pytest.approx(tau * 6.0, rel=1e-9)
 

@@ -48,7 +48,8 @@ def test_the_first_push_is_that_of_the_formulas(log):
     gap = float(table.profile_angle_command[row] - table.offset_angle_planned[row])
     loose = PROBLEM.replace(limits=PROBLEM.limits.replace(stroke_offset_max=20.0))
     lead = float(table.lead_angle_planned[row])
-    radius = float(table.slide[row] + table.probe[row])  # of the rim now; the gap at the trigger follows from the fit's
+    # of the rim now; the gap at the trigger follows from the fit's
+    radius = float(table.slide[row] + table.probe[row])
     assert np.cos(gap + lead) == pytest.approx(1.0, abs=1e-12) and radius > 40.0
     planned = [
         plan_push(loose, offset=offset, follow_gap=at, spindle_speed=units.rpm(30), push_speed=speed, direction="end",
@@ -82,7 +83,10 @@ def test_constant_push_speed_and_reset():
         ({"spindle_speed": 0.0}, "spindle_speed must be > 0 .rad/s."),
         ({"push_speed": -1.0}, "push_speed must be > 0 .mm/s."),
         ({"push_speed": 600.0}, r"push_speed must be <= push_speed_max = 83.3333 \(mm/s\); got 600"),
-        ({"spindle_speed": 1000.0}, r"spindle_speed must be <= spindle_speed_max = 10.472 \(rad/s\); got 1000"),
+        (
+            {"spindle_speed": 1000.0},
+            r"spindle_speed must be <= spindle_speed_max = 10.472 \(rad/s\); got 1000",
+        ),
         ({"timing": "mine"}, "timing must be one of printed, exact"),
     ],
 )

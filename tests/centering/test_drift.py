@@ -1,4 +1,6 @@
-"""Drift over parts: run lengths two ways, steps flagged in time, what an alarm says, gaps, learning, refusals."""
+"""Drift over parts: run lengths two ways, steps flagged in time, what an alarm says, gaps, learning,
+refusals.
+"""
 
 import numpy as np
 import pytest
@@ -50,7 +52,8 @@ def innovations(readings, walk):
     return np.array(out).T
 
 
-# Run lengths ---------------------------------------------------------------------------------------------------------
+# Run lengths
+# ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("reference", "limit", "published"), [(0.5, 4.0, 168.0), (0.5, 5.0, 465.0)])
@@ -59,7 +62,9 @@ def test_run_lengths_of_the_books(reference, limit, published):
     assert cusum_run_length(reference, limit) == pytest.approx(published, abs=0.9)
 
 
-@pytest.mark.parametrize(("weight", "sigmas", "published"), [(0.4, 3.054, 500.0), (0.2, 2.962, 500.0), (0.1, 2.814, 500.0)])
+@pytest.mark.parametrize(
+    ("weight", "sigmas", "published"), [(0.4, 3.054, 500.0), (0.2, 2.962, 500.0), (0.1, 2.814, 500.0)]
+)
 def test_run_lengths_of_averages(weight, sigmas, published):
     """Lucas and Saccucci's table."""
     assert ewma_run_length(weight, sigmas * ewma_sd(weight)) == pytest.approx(published, rel=0.005)
@@ -97,11 +102,15 @@ def test_this_reference_finds_such_steps_most_often():
     gain = random_walk_gain(walk**2, 1.0)
     means = 3 * np.sqrt(1 - gain) * (1 - gain) ** np.arange(5)
     for length in (1000.0, 4000.0, 1e4):
-        found = {k: cusum_detection(k, cusum_limit(k, length), means) for k in (0.6, 0.75, REFERENCE, 1.05, 1.2, 1.5)}
+        found = {
+            k: cusum_detection(k, cusum_limit(k, length), means)
+            for k in (0.6, 0.75, REFERENCE, 1.05, 1.2, 1.5)
+        }
         assert found[REFERENCE] >= max(found.values()) - 1e-4
 
 
-# Steps of 3 sd -------------------------------------------------------------------------------------------------------
+# Steps of 3 sd
+# -------------------------------------------------------------------------------------------------------
 
 
 def test_a_step_of_three_sd_is_flagged_within_five_parts():
@@ -132,7 +141,10 @@ def test_false_alarms_are_fewer_than_one_in_a_thousand_parts():
 
 
 def test_more_false_alarms_allowed_find_more():
-    often, seldom = DriftTrack(BOTH, parts_per_false_alarm=1000.0), DriftTrack(BOTH, parts_per_false_alarm=1e4)
+    often, seldom = (
+        DriftTrack(BOTH, parts_per_false_alarm=1000.0),
+        DriftTrack(BOTH, parts_per_false_alarm=1e4),
+    )
     assert often.detection_probability() > 0.9958 > 0.98 > seldom.detection_probability() > 0.97
     assert often.detection_probability(step=2.0) < often.detection_probability(step=2.0, within=20)
     assert often.detection_probability(step=-3.0) == often.detection_probability()
@@ -148,7 +160,9 @@ def test_the_track_is_filter_and_sum():
         track.update(stroke_offset=reading)
     level = track.dataset["stroke_offset_level"].values
     gain = random_walk_gain(0.03**2, 1.0)
-    np.testing.assert_allclose(level[300:], level[299:-1] + gain * (readings[300:] - level[299:-1]), rtol=1e-6)
+    np.testing.assert_allclose(
+        level[300:], level[299:-1] + gain * (readings[300:] - level[299:-1]), rtol=1e-6
+    )
     cusum, sums = Cusum(REFERENCE, np.inf), []
     settled = (readings[1:] - level[:-1]) / 0.002
     for k, value in enumerate(settled):
@@ -166,7 +180,8 @@ def _spread(count):
     return np.sqrt(variance + 0.03**2 + 1)
 
 
-# What an alarm says --------------------------------------------------------------------------------------------------
+# What an alarm says
+# --------------------------------------------------------------------------------------------------
 
 
 def stepped(size, *, noise_sd=None, parts=120, rng=11):
@@ -234,7 +249,9 @@ def test_acknowledged_alarms_are_over():
 
 
 def test_the_begin_of_a_step_is_found_among_noise():
-    off = np.array([stepped(0.012, noise_sd=0.004, rng=seed, parts=60).alarms[0].since - 60 for seed in range(40, 100)])
+    off = np.array(
+        [stepped(0.012, noise_sd=0.004, rng=seed, parts=60).alarms[0].since - 60 for seed in range(40, 100)]
+    )
     assert np.mean(np.abs(off) <= 1) >= 0.9
 
 
@@ -262,8 +279,12 @@ def test_units_of_own_quantities():
     track = DriftTrack({"push_force": 1.0, "gap": 0.002, "mu_kinetic": 0.004}, units={"push_force": "N"})
     for force in 10 * [80.0] + 3 * [95.0]:
         track.update(push_force=force)
-    assert str(track.history[0]).startswith("push force stepped up by 15 ± ") and " N since part 10" in str(track.history[0])
-    assert track.estimate.units == ("N", "mm", "1") and track.dataset["push_force_level"].attrs["units"] == "N"
+    assert str(track.history[0]).startswith("push force stepped up by 15 ± ") and " N since part 10" in str(
+        track.history[0]
+    )
+    assert (
+        track.estimate.units == ("N", "mm", "1") and track.dataset["push_force_level"].attrs["units"] == "N"
+    )
 
 
 def test_a_trend_alarms_after_as_many_parts_as_is_said():
@@ -277,11 +298,14 @@ def test_a_trend_alarms_after_as_many_parts_as_is_said():
     assert np.mean(waits) == pytest.approx(130, abs=4 * np.std(waits) / np.sqrt(len(waits)) + 5)
 
 
-# Noise that is not known ---------------------------------------------------------------------------------------------
+# Noise that is not known
+# ---------------------------------------------------------------------------------------------
 
 
 def learned_alarms(readings, walk, limit, widening):
-    """Alarms of many series, (parts, series): filter, Student's law, held-back learning and sum in plain steps."""
+    """Alarms of many series, (parts, series): filter, Student's law, held-back learning and sum in plain
+    steps.
+    """
     parts, n = readings.shape
     level, variance, square, count = np.zeros(n), np.full(n, np.inf), np.zeros(n), np.zeros(n)
     up, down, held, waiting = np.zeros(n), np.zeros(n), np.zeros((n, 10)), np.zeros(n, dtype=int)
@@ -295,8 +319,13 @@ def learned_alarms(readings, walk, limit, widening):
         ready = seen & (count >= 20)
         sd, free = np.sqrt(square / np.maximum(count, 1)), np.maximum(count, 1)
         score = np.zeros(n)
-        score[ready] = -np.sign(shock[ready]) * ndtri(stdtr(free[ready], -np.abs(shock / np.where(sd > 0, sd, 1))[ready]))
-        up, down = (np.where(seen, np.maximum(0, s + sign * score - REFERENCE), s) for s, sign in ((up, 1), (down, -1)))
+        score[ready] = -np.sign(shock[ready]) * ndtri(
+            stdtr(free[ready], -np.abs(shock / np.where(sd > 0, sd, 1))[ready])
+        )
+        up, down = (
+            np.where(seen, np.maximum(0, s + sign * score - REFERENCE), s)
+            for s, sign in ((up, 1), (down, -1))
+        )
         out = ready & (np.maximum(up, down) > limit + widening / free)
         alarms[part] = out
         learn = seen & ~out
@@ -325,7 +354,9 @@ def test_learned_noise_against_plain_steps():
 
 
 def test_learned_noise_alarms_no_oftener_than_known_noise():
-    """From the first part on which it may: Student's law alone would alarm 1.5 times as often in the first thirty."""
+    """From the first part on which it may: Student's law alone would alarm 1.5 times as often in the first
+    thirty.
+    """
     limit, widening = cusum_limit(REFERENCE, 500.0), learned_widening(REFERENCE, 500.0, FEWEST)
     rng, n = np.random.default_rng(1), 5000
     readings = rng.standard_normal((300, n)) + np.cumsum(0.03 * rng.standard_normal((300, n)), axis=0)
@@ -398,36 +429,75 @@ def test_picture():
     assert top.get_ylabel() == "mu kinetic" and low.get_xlabel() == "part"
     assert [text.get_text() for text in top.texts] == ["since 120"]
     since = track.alarms[0].part
-    assert [text.get_text() for text in low.texts] == [f"not watched since part {since}; acknowledge() goes on"]
+    assert [text.get_text() for text in low.texts] == [
+        f"not watched since part {since}; acknowledge() goes on"
+    ]
     track.acknowledge()
     assert not track.plot().axes[1].texts
     assert len(DriftTrack().plot().axes) == 4
     pyplot.close("all")
 
 
-# Refusals ------------------------------------------------------------------------------------------------------------
+# Refusals
+# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("call", "error", "said"),
     [
         (lambda: DriftTrack({}), TypeError, "noise_sd must be a mapping of names to numbers or None"),
-        (lambda: DriftTrack({"mu_kinetic": 0.0}), ValueError, r"noise_sd\['mu_kinetic'\] must be > 0 \(1\); got 0.0"),
-        (lambda: DriftTrack({"stroke_offset": -1.0}), ValueError, r"noise_sd\['stroke_offset'\] must be > 0 \(mm\); got -1.0"),
-        (lambda: DriftTrack({"force": -1.0}, units={"force": "N"}), ValueError, r"noise_sd\['force'\] must be > 0 \(N\)"),
-        (lambda: DriftTrack(units={"force": "N"}), ValueError, "units must be one of stroke_offset, mu_kinetic; got 'force'"),
-        (lambda: DriftTrack(units={"mu_kinetic": 1}), TypeError, r"units\['mu_kinetic'\] must be a str; got 1"),
+        (
+            lambda: DriftTrack({"mu_kinetic": 0.0}),
+            ValueError,
+            r"noise_sd\['mu_kinetic'\] must be > 0 \(1\); got 0.0",
+        ),
+        (
+            lambda: DriftTrack({"stroke_offset": -1.0}),
+            ValueError,
+            r"noise_sd\['stroke_offset'\] must be > 0 \(mm\); got -1.0",
+        ),
+        (
+            lambda: DriftTrack({"force": -1.0}, units={"force": "N"}),
+            ValueError,
+            r"noise_sd\['force'\] must be > 0 \(N\)",
+        ),
+        (
+            lambda: DriftTrack(units={"force": "N"}),
+            ValueError,
+            "units must be one of stroke_offset, mu_kinetic; got 'force'",
+        ),
+        (
+            lambda: DriftTrack(units={"mu_kinetic": 1}),
+            TypeError,
+            r"units\['mu_kinetic'\] must be a str; got 1",
+        ),
         (lambda: DriftTrack(units="mm"), TypeError, "units must be a mapping of names to units; got 'mm'"),
         (lambda: DriftTrack(walk=0.0), ValueError, r"walk must be > 0 \(1\); got 0.0"),
-        (lambda: DriftTrack(parts_per_false_alarm=1.0), ValueError, r"parts_per_false_alarm must be in \[10, 1e\+08\]"),
+        (
+            lambda: DriftTrack(parts_per_false_alarm=1.0),
+            ValueError,
+            r"parts_per_false_alarm must be in \[10, 1e\+08\]",
+        ),
         (
             lambda: DriftTrack().update(mu=0.1),
             ValueError,
             "readings must be one of stroke_offset, mu_kinetic; got 'mu'",
         ),
-        (lambda: DriftTrack().update(mu_kinetic="low"), TypeError, r"mu_kinetic must be a number \(1\); got 'low'"),
-        (lambda: DriftTrack().update(mu_kinetic=np.inf), ValueError, r"mu_kinetic must be finite \(1\); got inf"),
-        (lambda: DriftTrack().acknowledge("force"), ValueError, "names must be one of stroke_offset, mu_kinetic; got 'force'"),
+        (
+            lambda: DriftTrack().update(mu_kinetic="low"),
+            TypeError,
+            r"mu_kinetic must be a number \(1\); got 'low'",
+        ),
+        (
+            lambda: DriftTrack().update(mu_kinetic=np.inf),
+            ValueError,
+            r"mu_kinetic must be finite \(1\); got inf",
+        ),
+        (
+            lambda: DriftTrack().acknowledge("force"),
+            ValueError,
+            "names must be one of stroke_offset, mu_kinetic; got 'force'",
+        ),
         (lambda: DriftTrack().detection_probability(within=0), ValueError, "within must be >= 1; got 0"),
     ],
 )
@@ -436,7 +506,8 @@ def test_refusals(call, error, said):
         call()
 
 
-# In a file -----------------------------------------------------------------------------------------------------------
+# In a file
+# -----------------------------------------------------------------------------------------------------------
 
 
 def wandering(seed, parts=240):
@@ -465,7 +536,9 @@ def run(track, rows, acknowledged, first, last):
 @pytest.mark.parametrize("noise", [None, BOTH], ids=["learned", "known"])
 @pytest.mark.parametrize("parts", [0, 25, 60, 91, 121, 160, 181])
 def test_a_loaded_track_goes_on(tmp_path, noise, parts):
-    """To the bit, wherever it was saved: while the noise is learned, between step and alarm, after an alarm, after both."""
+    """To the bit, wherever it was saved: while the noise is learned, between step and alarm, after an alarm,
+    after both.
+    """
     rows, acknowledged = wandering(4)
     whole, path = DriftTrack(noise, walk=0.05, parts_per_false_alarm=700.0), tmp_path / "track.nc"
     run(whole, rows, acknowledged, 0, parts)
@@ -479,7 +552,9 @@ def test_a_loaded_track_goes_on(tmp_path, noise, parts):
 
 
 def test_names_and_units_in_a_file(tmp_path):
-    """Names that a file's variables could not have; noise known of one quantity alone; several looks without a part between."""
+    """Names that a file's variables could not have; noise known of one quantity alone; several looks without
+    a part between.
+    """
     track = DriftTrack({"a/b c": None, "part": 0.5, "part_level": 0.1}, units={"a/b c": "", "part": "N"})
     track.update(part=1.0)
     track.acknowledge("part", "a/b c")

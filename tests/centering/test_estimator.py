@@ -21,7 +21,9 @@ def turned(degrees, start=0.0):
 
 
 def noisy(angle, offset=3.6, phi=0.7, sigma=SIGMA, seed=0, tip=0.0):
-    return circle_reading(angle, RADIUS, offset, phi, tip) + np.random.default_rng(seed).normal(0.0, sigma, angle.size)
+    return circle_reading(angle, RADIUS, offset, phi, tip) + np.random.default_rng(seed).normal(
+        0.0, sigma, angle.size
+    )
 
 
 def fitted(angle, reading, **settings_):
@@ -31,7 +33,9 @@ def fitted(angle, reading, **settings_):
 
 
 def slow_fit(angle, reading, tip=0.0):
-    """The recursion's definition, by numpy: every row weighed with the centre that all rows before it give; all rows at once."""
+    """The recursion's definition, by numpy: every row weighed with the centre that all rows before it give;
+    all rows at once.
+    """
     r, start = reading + tip, reading[0] + tip
     rows, goals, bias = [], [], np.zeros(3)
     center = np.zeros(2)
@@ -82,7 +86,10 @@ def test_reaches_cramer_rao_bound(arc, start):
     angle, seeds, sigma = turned(arc, start), 4000, 0.01
     jacobian = circle_derivatives(angle, RADIUS, 3.6, 0.7)
     bound = sigma * np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
-    clean, noise = circle_reading(angle, RADIUS, 3.6, 0.7), np.random.default_rng(7).normal(0.0, sigma, (seeds, arc))
+    clean, noise = (
+        circle_reading(angle, RADIUS, 3.6, 0.7),
+        np.random.default_rng(7).normal(0.0, sigma, (seeds, arc)),
+    )
     estimator, found = GeometryEstimator(), np.empty((seeds, 4))
     for one, out in zip(noise, found, strict=True):
         estimator.reset()
@@ -96,9 +103,13 @@ def test_reaches_cramer_rao_bound(arc, start):
 
 
 def test_unbiased_where_rows_hold_much_noise():
-    """0.5 R over 60 degrees of the near side: least squares of the linear form are low by 0.4 standard deviations."""
+    """0.5 R over 60 degrees of the near side: least squares of the linear form are low by 0.4 standard
+    deviations.
+    """
     angle, seeds = turned(60, 180.0), 600
-    found = [fitted(angle, noisy(angle, 0.5 * RADIUS, sigma=0.04, seed=k)).estimate.radius for k in range(seeds)]
+    found = [
+        fitted(angle, noisy(angle, 0.5 * RADIUS, sigma=0.04, seed=k)).estimate.radius for k in range(seeds)
+    ]
     jacobian = circle_derivatives(angle, RADIUS, 0.5 * RADIUS, 0.7)
     sd = 0.04 * np.sqrt(np.linalg.inv(jacobian.T @ jacobian)[0, 0])
     assert abs(np.mean(found) - RADIUS) < 4 * sd / np.sqrt(seeds)
@@ -160,7 +171,9 @@ def test_turns_with_the_part(shift, arc, backward, wrapped):
     turned_ = fitted(other, reading).estimate
     assert_allclose(turned_.radius, plain.radius, rtol=1e-9)
     assert_allclose(turned_.offset, plain.offset, rtol=1e-7)
-    assert_allclose(np.exp(1j * turned_.offset_angle), np.exp(1j * (sign * plain.offset_angle + shift)), rtol=1e-7)
+    assert_allclose(
+        np.exp(1j * turned_.offset_angle), np.exp(1j * (sign * plain.offset_angle + shift)), rtol=1e-7
+    )
     assert_allclose(turned_.swept, plain.swept, rtol=1e-9)
 
 
@@ -191,7 +204,12 @@ def test_forgets_by_angle():
 def test_knows_nothing_before_the_first_reading():
     estimator = GeometryEstimator(radius_prior=(RADIUS, 0.1))
     estimate = estimator.estimate
-    assert (estimate.status, estimate.limited_by, estimate.samples, estimator.valid) == (Status.UNDETERMINED, "samples", 0, False)
+    assert (estimate.status, estimate.limited_by, estimate.samples, estimator.valid) == (
+        Status.UNDETERMINED,
+        "samples",
+        0,
+        False,
+    )
     assert estimate.radius == RADIUS
     estimator.update(angle=0.0, reading=RADIUS)
     assert np.all(np.isfinite(estimator.estimate.value))
@@ -199,7 +217,9 @@ def test_knows_nothing_before_the_first_reading():
     assert estimator.estimate == estimate
 
 
-@pytest.mark.parametrize("known", [{}, {"noise_sd": 0.001}, {"radius_prior": (RADIUS, 0.1)}, {"form": {2: 0.01}}])
+@pytest.mark.parametrize(
+    "known", [{}, {"noise_sd": 0.001}, {"radius_prior": (RADIUS, 0.1)}, {"form": {2: 0.01}}]
+)
 def test_a_few_readings_give_no_nonsense(known):
     """Warnings are errors: nothing endless is multiplied by 0."""
     estimator = GeometryEstimator(**known)

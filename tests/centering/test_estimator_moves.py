@@ -1,4 +1,6 @@
-"""Moves of the part by a few standard deviations of a reading: found over the latest readings as a whole, and seldom imagined."""
+"""Moves of the part by a few standard deviations of a reading: found over the latest readings as a whole, and
+seldom imagined.
+"""
 
 import numpy as np
 import pytest
@@ -21,7 +23,9 @@ def turned(readings, per_turn=360):
 
 
 def moved_ring(seed, size, when=375, after=240):
-    """Readings of a ring that moves by `size` standard deviations, somewhere between two looks; its centre then."""
+    """Readings of a ring that moves by `size` standard deviations, somewhere between two looks; its centre
+    then.
+    """
     rng = np.random.default_rng(seed)
     phi, direction, begin = rng.uniform(0, 2 * np.pi), rng.uniform(0, 2 * np.pi), when + rng.integers(-15, 15)
     x, y = OFFSET * np.cos(phi), OFFSET * np.sin(phi)
@@ -34,7 +38,9 @@ def moved_ring(seed, size, when=375, after=240):
 
 @pytest.mark.parametrize(("size", "least"), [(2.0, 0.80), (3.0, 0.95), (4.0, 0.95), (5.0, 0.95), (8.0, 0.95)])
 def test_small_moves_are_found(size, least):
-    """Within two thirds of a turn; a move of 2 sd explains up to 120 of the squares of 30 readings, and 80 are enough by then."""
+    """Within two thirds of a turn; a move of 2 sd explains up to 120 of the squares of 30 readings, and 80
+    are enough by then.
+    """
     found = wrong = 0
     for seed in range(60):
         angle, reading, there = moved_ring(seed, size)
@@ -100,7 +106,9 @@ def test_what_a_look_finds_is_what_squares_lose_by_a_move(model):
     if model == "exact":  # near enough for a small offset: at one radius, but for the turn of the normal
         reading = reading + 0.5**2 / (4 * 50.0) * (1 - np.cos(2 * angle))
     both = np.hstack([columns, late])
-    squares = [np.sum((reading - c @ np.linalg.lstsq(c, reading, rcond=None)[0]) ** 2) for c in (columns, both)]
+    squares = [
+        np.sum((reading - c @ np.linalg.lstsq(c, reading, rcond=None)[0]) ** 2) for c in (columns, both)
+    ]
     assert_allclose(found, squares[0] - squares[1], rtol=1e-9 if model == "limacon" else 0.05)
 
 
@@ -131,7 +139,8 @@ def test_the_radius_is_kept_and_the_latest_readings_too():
     assert "radius known to" in repr(estimator)
 
 
-# Within the first turn, where form is not told from a move ---------------------------------------------------------------
+# Within the first turn, where form is not told from a move
+# ---------------------------------------------------------------
 
 
 def doubtful(**settings):
@@ -171,7 +180,9 @@ def test_white_noise_is_seldom_doubted(readings, noise_sd):
 
 
 def test_a_doubt_delays_little():
-    """The first valid reading of a ring without form: the same as with its form known, but for the share of doubts."""
+    """The first valid reading of a ring without form: the same as with its form known, but for the share of
+    doubts.
+    """
     angle, later, runs = turned(360), 0, 300
     clean, rng = circle_reading(angle, RADIUS, 1.0, 0.7), np.random.default_rng(8)
     plain, told = (GeometryEstimator(noise_sd=0.04, harmonics=known) for known in (None, {7: (0.0, 0.0)}))
@@ -204,7 +215,9 @@ def test_a_doubt_ends_with_reset_and_with_the_turn():
     angle = turned(720)
     lobes = 3.0 * SIGMA * np.cos(5 * angle)
     estimator = GeometryEstimator(joint=True, rel_tol=0.0, abs_tol=0.05)
-    reading = circle_reading(angle, RADIUS, OFFSET, 0.7) + lobes + np.random.default_rng(0).normal(0.0, SIGMA, 720)
+    reading = (
+        circle_reading(angle, RADIUS, OFFSET, 0.7) + lobes + np.random.default_rng(0).normal(0.0, SIGMA, 720)
+    )
     estimator.extend(angle[:360], reading[:360])
     assert not estimator.valid and estimator.estimate.limited_by == "move"
     assert estimator.first_valid(angle[360:], reading[360:]) <= 1

@@ -1,4 +1,6 @@
-"""Form and noise told apart by whole turns: lobes do no harm to what is sure, correlated noise is not taken for form."""
+"""Form and noise told apart by whole turns: lobes do no harm to what is sure, correlated noise is not taken
+for form.
+"""
 
 import numpy as np
 import pytest
@@ -43,7 +45,8 @@ def test_a_lobed_ring_is_sure_after_a_turn(readings, form):
     reading = lobed(angle, offset, {2: 0.01, 3: 0.002})
     estimator = fitted(angle[: readings // 2], reading[: readings // 2], form=form)
     step = estimator.first_valid(angle[readings // 2 :], reading[readings // 2 :])
-    latest = 1 if form else 0.45 * readings  # without a bound lobes may at first be taken for a part that has moved
+    # without a bound lobes may at first be taken for a part that has moved
+    latest = 1 if form else 0.45 * readings
     assert -1 <= step + readings // 2 - readings <= latest
     assert error(estimator, offset) <= estimator.band <= 0.002
 
@@ -69,7 +72,8 @@ def test_squares_of_waves_above_form_are_those_of_the_readings():
     told = q.T @ (reading - circle_reading(angle, RADIUS, 1.0, PHI))[:360]
     assert state[at.TURNS] == 1
     assert_allclose(np.sum(told[11:] ** 2), 180 * (0.003**2 + 0.002**2), rtol=1e-9)
-    # waves are taken at the middle of 6 readings, whose mean is less by the ratio of sines; to the square of what is missing
+    # waves are taken at the middle of 6 readings, whose mean is less by the ratio of sines; to the square of
+    # what is missing
     six, eight = ((np.sin(np.radians(3 * n)) / (6 * np.sin(np.radians(0.5 * n)))) ** 2 for n in (6, 8))
     assert_allclose(state[at.LOW_SQUARES], 180 * (six * 0.003**2 + eight * 0.002**2), rtol=0.01)
 

@@ -44,14 +44,17 @@ def test_dust_leaves_the_centre(share, noise_sd):
         # every refused reading is dust, and all dust is refused
         assert_array_equal(estimator.rejected[0], angle[dust > 0])
         assert estimate.samples + np.count_nonzero(dust) == angle.size
-    assert np.sqrt(np.mean(np.square(errors))) < 1.1 * center_bound(angle)  # 1 is what clean readings would give
+    # 1 is what clean readings would give
+    assert np.sqrt(np.mean(np.square(errors))) < 1.1 * center_bound(angle)
     assert np.max(errors) < 3 * 1.1 * center_bound(angle) * 1.3
 
 
 @pytest.mark.parametrize("spikes", [[0], [1], [2], [0, 1], [3, 4, 5], [0, 14, 29], [27, 28, 29]])
 def test_a_spike_at_the_start_is_not_believed(spikes):
     angle = turned(120)
-    clean = circle_reading(angle, RADIUS, OFFSET, PHI) + np.random.default_rng(1).normal(0.0, SIGMA, angle.size)
+    clean = circle_reading(angle, RADIUS, OFFSET, PHI) + np.random.default_rng(1).normal(
+        0.0, SIGMA, angle.size
+    )
     dusty = clean.copy()
     dusty[spikes] += 1.0
     estimator = fitted(angle, dusty)
@@ -59,13 +62,19 @@ def test_a_spike_at_the_start_is_not_believed(spikes):
     assert_array_equal(estimator.rejected[1], dusty[spikes])
     assert estimator.restarts == 0
     kept = np.delete(np.arange(120), spikes)
-    assert_allclose(estimator.estimate.value, fitted(angle[kept], clean[kept]).estimate.value, atol=0.1 * center_bound(angle))
+    assert_allclose(
+        estimator.estimate.value,
+        fitted(angle[kept], clean[kept]).estimate.value,
+        atol=0.1 * center_bound(angle),
+    )
 
 
 def test_white_noise_is_not_refused():
     angle, refused = turned(720), 0
     for seed in range(50):
-        reading = circle_reading(angle, RADIUS, OFFSET, PHI) + np.random.default_rng(seed).normal(0.0, SIGMA, angle.size)
+        reading = circle_reading(angle, RADIUS, OFFSET, PHI) + np.random.default_rng(seed).normal(
+            0.0, SIGMA, angle.size
+        )
         estimator = fitted(angle, reading)
         refused += estimator.rejected[0].size + estimator.restarts
     assert refused <= 1  # 36000 readings, each with 6e-7
@@ -101,9 +110,9 @@ def moved_early(when, direction):
 def test_a_part_that_moves_is_not_believed_in(when):
     """Early moves may look like a circle of another size for a while; the band must not be trusted then.
 
-    The readings change by 50 sd times the cosine of their angle to the move: at once, but for the 2 of 8 directions that lie
-    within 0.4 rad of across. There at most half of the latest 30 are taken before the rest begin the estimate anew.
-    """
+    The readings change by 50 sd times the cosine of their angle to the move: at once, but for the 2 of 8
+    directions that lie within 0.4 rad of across. There at most half of the latest 30 are taken before the
+    rest begin the estimate anew."""
     believed = 0
     for direction in np.arange(0.0, 6.2, 0.8):
         angle, reading, after = moved_early(when, direction)
@@ -120,7 +129,9 @@ def test_a_part_that_moves_is_not_believed_in(when):
 @pytest.mark.parametrize("dusty", [10, 11, 12])
 @pytest.mark.parametrize("begin", [0, 5, 10, 20])
 def test_a_burst_of_dust_at_the_start_is_refused(dusty, begin):
-    """Fewer than half of the first 30, all neighbours: some circles through three readings are of clean ones only."""
+    """Fewer than half of the first 30, all neighbours: some circles through three readings are of clean ones
+    only.
+    """
     angle, rng = turned(120), np.random.default_rng(dusty)
     begin = min(begin, 30 - dusty)
     for phi in np.arange(0.0, 6.0, 1.0):
@@ -148,15 +159,21 @@ def flicker(count, seed):
 
 @pytest.mark.parametrize("standing", [40, 100, 500])
 def test_a_standing_start_is_no_circle(standing):
-    """Noise of readings stands in the rows too: alone it looks like a circle of radius 0 at the surface, without any error."""
+    """Noise of readings stands in the rows too: alone it looks like a circle of radius 0 at the surface,
+    without any error.
+    """
     for seed in range(20):
         angle = np.concatenate([flicker(standing, seed), turned(360)])
         noise = np.random.default_rng(100 + seed).normal(0.0, 0.001, angle.size)
         estimator = GeometryEstimator(joint=True)
         assert estimator.first_valid(angle, circle_reading(angle, 50.0, 2.0, 0.5) + noise) is not None
         estimate = estimator.estimate
-        assert abs(estimate.radius - 50.0) < 4 * estimate.radius_sd  # 1 in 250 of all these tests would be wrong by chance
-        assert np.hypot(estimate.center_x - 2.0 * np.cos(0.5), estimate.center_y - 2.0 * np.sin(0.5)) < 1.2 * estimator.band
+        # 1 in 250 of all these tests would be wrong by chance
+        assert abs(estimate.radius - 50.0) < 4 * estimate.radius_sd
+        assert (
+            np.hypot(estimate.center_x - 2.0 * np.cos(0.5), estimate.center_y - 2.0 * np.sin(0.5))
+            < 1.2 * estimator.band
+        )
 
 
 def test_a_standing_spindle_tells_no_radius():
@@ -165,7 +182,9 @@ def test_a_standing_spindle_tells_no_radius():
         estimator = fitted(np.zeros(200), 52.0 + rng.normal(0.0, SIGMA, 200))
         estimator.reset(keep_radius=True)
         assert estimator.estimate.radius == 0.0  # nothing is known
-        estimator.extend(turned(200), circle_reading(turned(200), 50.0, 1.0, 0.5) + rng.normal(0.0, SIGMA, 200))
+        estimator.extend(
+            turned(200), circle_reading(turned(200), 50.0, 1.0, 0.5) + rng.normal(0.0, SIGMA, 200)
+        )
         assert abs(estimator.estimate.radius - 50.0) < 4.5 * estimator.estimate.radius_sd
 
 
@@ -206,10 +225,13 @@ def test_a_restart_keeps_the_radius():
 def test_a_standing_spindle_forgets_nothing(forgetting):
     angle = turned(200)
     rng = np.random.default_rng(0)
-    estimator = fitted(angle, circle_reading(angle, RADIUS, OFFSET, PHI) + rng.normal(0.0, SIGMA, 200), forgetting=forgetting)
+    estimator = fitted(
+        angle, circle_reading(angle, RADIUS, OFFSET, PHI) + rng.normal(0.0, SIGMA, 200), forgetting=forgetting
+    )
     before = estimator.estimate
     estimator.extend(
-        np.full(1_000_000, angle[-1]), circle_reading(angle[-1], RADIUS, OFFSET, PHI) + rng.normal(0.0, SIGMA, 1_000_000)
+        np.full(1_000_000, angle[-1]),
+        circle_reading(angle[-1], RADIUS, OFFSET, PHI) + rng.normal(0.0, SIGMA, 1_000_000),
     )
     after = estimator.estimate
     assert np.all(np.isfinite(after.value))
@@ -218,7 +240,9 @@ def test_a_standing_spindle_forgets_nothing(forgetting):
 
 
 def test_a_spindle_that_only_stands_knows_little():
-    estimator = fitted(np.zeros(1_000_000), RADIUS + np.random.default_rng(0).normal(0.0, SIGMA, 1_000_000), forgetting=0.9)
+    estimator = fitted(
+        np.zeros(1_000_000), RADIUS + np.random.default_rng(0).normal(0.0, SIGMA, 1_000_000), forgetting=0.9
+    )
     estimate = estimator.estimate
     assert not estimator.valid
     assert estimate.limited_by == "arc"
@@ -231,12 +255,15 @@ def test_a_spindle_creeping_to_and_fro_stays_bounded(jitter):
     rng = np.random.default_rng(0)
     angle = np.concatenate([turned(200), np.radians(195 + 5 * np.cos(np.arange(1_000_000) * 0.02))])
     angle += rng.normal(0.0, jitter, angle.size)
-    estimator = fitted(angle, circle_reading(angle, RADIUS, OFFSET, PHI) + rng.normal(0.0, SIGMA, angle.size), forgetting=0.3)
+    estimator = fitted(
+        angle, circle_reading(angle, RADIUS, OFFSET, PHI) + rng.normal(0.0, SIGMA, angle.size), forgetting=0.3
+    )
     estimate = estimator.estimate
     assert np.all(np.isfinite(estimate.value))
     assert np.all(np.isfinite(estimate.covariance))
     assert np.all(estimate.sd < 200 * RADIUS)
-    assert np.hypot(*(estimate.value[1:] - CENTER)) < 6 * estimate.center_sd  # what is forgotten is not believed any more
+    # what is forgotten is not believed any more
+    assert np.hypot(*(estimate.value[1:] - CENTER)) < 6 * estimate.center_sd
     assert estimate.center_sd > 3 * center_bound(turned(200))
     assert estimator.restarts == 0
 
@@ -246,10 +273,16 @@ def test_swept_counts_what_is_seen():
     there_and_back = np.concatenate([turned(90), turned(90)[::-1]])
     with_gap = np.concatenate([turned(20), turned(20, 200.0)])
     wrapped = np.remainder(turned(30, 340.0), 2 * np.pi)
-    assert_allclose(fitted(wrapped, circle_reading(wrapped, RADIUS, OFFSET, PHI)).estimate.swept, units.deg(29.0))
+    assert_allclose(
+        fitted(wrapped, circle_reading(wrapped, RADIUS, OFFSET, PHI)).estimate.swept, units.deg(29.0)
+    )
     assert_allclose(fitted(turned(90), reading).estimate.swept, units.deg(89.0))
-    assert_allclose(fitted(there_and_back, np.concatenate([reading, reading[::-1]])).estimate.swept, units.deg(89.0))
-    assert_allclose(fitted(with_gap, circle_reading(with_gap, RADIUS, OFFSET, PHI)).estimate.swept, units.deg(39.0))
+    assert_allclose(
+        fitted(there_and_back, np.concatenate([reading, reading[::-1]])).estimate.swept, units.deg(89.0)
+    )
+    assert_allclose(
+        fitted(with_gap, circle_reading(with_gap, RADIUS, OFFSET, PHI)).estimate.swept, units.deg(39.0)
+    )
 
 
 def test_one_reading_that_fits_does_not_settle_a_move():
@@ -262,5 +295,7 @@ def test_one_reading_that_fits_does_not_settle_a_move():
         estimator.update(angle=angle, reading=reading)
         told.append(estimator.estimate)
         assert not estimator.valid
-    refused = estimator.rejected[0].size > 10 and any("of the latest 30 readings disagree" in one.message for one in told)
+    refused = estimator.rejected[0].size > 10 and any(
+        "of the latest 30 readings disagree" in one.message for one in told
+    )
     assert refused and {one.limited_by for one in told[-4:]} == {"outliers"}

@@ -11,7 +11,9 @@ from centering.roundness import Profile
 
 
 def iso_weights(size, cut_off):
-    """Weight function of ISO 16610-21 on an even turn, put on end over the turns: exp(-pi (x/(alpha cut))^2)/(alpha cut)."""
+    """Weight function of ISO 16610-21 on an even turn, put on end over the turns: exp(-pi (x/(alpha
+    cut))^2)/(alpha cut).
+    """
     alpha, cut = np.sqrt(np.log(2) / np.pi), 2 * np.pi / cut_off
     place = np.arange(-8 * size, 8 * size) * 2 * np.pi / size
     weights = np.exp(-np.pi * (place / (alpha * cut)) ** 2) / (alpha * cut) * 2 * np.pi / size
@@ -27,7 +29,9 @@ def convolved(values, weights):
 @pytest.mark.parametrize(("size", "cut_off"), [(600, 15), (513, 24.5), (1024, 50)])
 def test_fft_equals_the_direct_convolution(size, cut_off):
     values = np.random.default_rng(0).normal(size=size)
-    assert filter_even(values, cut_off) == pytest.approx(convolved(values, iso_weights(size, cut_off)), abs=1e-13)
+    assert filter_even(values, cut_off) == pytest.approx(
+        convolved(values, iso_weights(size, cut_off)), abs=1e-13
+    )
 
 
 @pytest.mark.parametrize("cut_off", [15, 50, 150, 500, 1500])
@@ -40,7 +44,9 @@ def test_one_half_passes_at_the_cut_off(cut_off):
 @pytest.mark.parametrize("offset", [0.0, 3.6, 25.0])
 def test_lines_of_an_offset_ring(offset):
     lobes, angle = phases(0), turn(1, 720)
-    clean = Profile(angle, measured(angle, offset=offset, lobes=lobes), tip_radius=TIP).filter("gaussian", upr=50)
+    clean = Profile(angle, measured(angle, offset=offset, lobes=lobes), tip_radius=TIP).filter(
+        "gaussian", upr=50
+    )
     found = clean.spectrum(60)
     for upr in range(2, 61):
         amplitude, phase = lobes.get(upr, (0.0, 0.0))
@@ -61,7 +67,9 @@ def test_a_filtered_profile_is_the_same_ring():
     x, y = after.points.T  # the tip's centre about the spindle, from the samples themselves
     center = 3.6 * np.array([np.cos(-2.0), np.sin(-2.0)])
     assert np.hypot(x - center[0], y - center[1]) - TIP == pytest.approx(after.radii, abs=1e-8)
-    assert after.steps[0].startswith("Gaussian low-pass, 50 upr, 250 harmonics by least squares of 720 samples, condition 1.0")
+    assert after.steps[0].startswith(
+        "Gaussian low-pass, 50 upr, 250 harmonics by least squares of 720 samples, condition 1.0"
+    )
 
 
 @settings(max_examples=20, deadline=None)
@@ -72,7 +80,9 @@ def test_two_filters_are_one(one, other):
     profile = Profile(angle, measured(angle, offset=1.0, lobes=phases(2)), tip_radius=TIP)
     twice = profile.filter(upr=one).filter(upr=other)
     both = transmission(np.arange(2, 60), (one**-2 + other**-2) ** -0.5)
-    assert twice.spectrum(59).amplitude[1:] == pytest.approx(profile.spectrum(59).amplitude[1:] * both, abs=1e-10)
+    assert twice.spectrum(59).amplitude[1:] == pytest.approx(
+        profile.spectrum(59).amplitude[1:] * both, abs=1e-10
+    )
     assert twice.steps[1].endswith("by FFT")
 
 
@@ -81,11 +91,14 @@ def test_several_turns_are_averaged():
     one, nine = turn(1, 180), turn(9, 180)
     errors = []
     for angle in (one, nine):
-        exact = Profile(angle, measured(angle, offset=2.0, lobes=lobes), tip_radius=TIP).filter(upr=20).deviation
+        exact = (
+            Profile(angle, measured(angle, offset=2.0, lobes=lobes), tip_radius=TIP).filter(upr=20).deviation
+        )
         noisy = [measured(angle, offset=2.0, lobes=lobes, noise=1e-4, rng=seed) for seed in range(12)]
         found = [Profile(angle, reading, tip_radius=TIP).filter(upr=20) for reading in noisy]
         errors.append(np.sqrt(np.mean([(p.deviation - exact) ** 2 for p in found])))
-        assert np.mean([p.noise_sd for p in found]) == pytest.approx(errors[-1], rel=0.15)  # and each says how sure it is
+        # and each says how sure it is
+        assert np.mean([p.noise_sd for p in found]) == pytest.approx(errors[-1], rel=0.15)
     assert errors[0] / errors[1] == pytest.approx(3.0, rel=0.15)
 
 
@@ -98,7 +111,9 @@ def test_samples_as_they_lie(lost):
     if lost == "repeated":
         angle = rng.permutation(np.concatenate([angle, angle[:50], angle[:50]]))
     lobes = {2: (1e-3, 0.2), 7: (2e-3, 1.0), 30: (1e-3, -1.0)}
-    found = Profile(angle, measured(angle, offset=3.6, lobes=lobes), tip_radius=TIP).filter(upr=30).spectrum(40)
+    found = (
+        Profile(angle, measured(angle, offset=3.6, lobes=lobes), tip_radius=TIP).filter(upr=30).spectrum(40)
+    )
     for upr in (2, 7, 30):
         amplitude, phase = lobes[upr]
         assert abs(vector(found, upr) - 0.5 ** ((upr / 30) ** 2) * amplitude * np.exp(1j * phase)) < 1e-9
@@ -125,7 +140,9 @@ def over_an_arc(degrees, cut_off, seed, lobes=None):
 
 def test_nothing_is_invented_over_a_gap():
     """An arc of 320 degrees, 15 harmonics: condition 63; a form of 2 um would come out as 3 to 7."""
-    with pytest.raises(ValueError, match=r"condition <= 10; got 62.8 for 15 upr with a gap of 41.3 degrees: 4 upr are sure"):
+    with pytest.raises(
+        ValueError, match=r"condition <= 10; got 62.8 for 15 upr with a gap of 41.3 degrees: 4 upr are sure"
+    ):
         over_an_arc(320, 15, 0)
 
 
@@ -136,7 +153,8 @@ def test_a_bridged_gap_says_how_sure_it_is(arc):
     found = [over_an_arc(arc, 15, seed) for seed in range(40)]
     scatter = np.std([profile.deviation for profile in found], axis=0, ddof=1)
     told = np.mean([profile.deviation_sd for profile in found], axis=0)
-    assert np.sqrt(np.mean((scatter / told) ** 2)) == pytest.approx(1.0, abs=4 / np.sqrt(2 * 39 * 24))  # 24 coefficients pass
+    # 24 coefficients pass
+    assert np.sqrt(np.mean((scatter / told) ** 2)) == pytest.approx(1.0, abs=4 / np.sqrt(2 * 39 * 24))
     gap = np.argmax(told)
     assert scatter[gap] == pytest.approx(told[gap], rel=4 / np.sqrt(2 * 40))
     assert told[gap] > 5 * np.median(told)
@@ -159,7 +177,9 @@ def test_a_peak_in_a_gap_is_unsure():
 
 
 def test_a_gap_is_told_and_warned_of():
-    with pytest.warns(UserWarning, match=r"15 upr: a gap of 21.2 degrees is bridged, .* to ± 0.02 µm \(sd\), elsewhere"):
+    with pytest.warns(
+        UserWarning, match=r"15 upr: a gap of 21.2 degrees is bridged, .* to ± 0.02 µm \(sd\), elsewhere"
+    ):
         clean = over_an_arc(340, 15, 0)
     assert "19 harmonics" in clean.steps[0] and "is bridged" in clean.steps[0]
     assert clean.filter(upr=5).deviation_sd.max() < clean.deviation_sd.max()
@@ -170,7 +190,9 @@ def test_what_a_filter_takes_away():
     angle, lobes = turn(3, 360), {3: (1e-3, 0.4), 100: (5e-4, 1.0)}
     profile = Profile(angle, measured(angle, offset=2.0, lobes=lobes), tip_radius=TIP)
     clean = profile.filter(upr=50)
-    taken = form(profile.part_angle, {n: ((1 - 0.5 ** ((n / 50) ** 2)) * a, p) for n, (a, p) in lobes.items()})
+    taken = form(
+        profile.part_angle, {n: ((1 - 0.5 ** ((n / 50) ** 2)) * a, p) for n, (a, p) in lobes.items()}
+    )
     assert clean.residuals == pytest.approx(taken, abs=1e-9)
     again = clean.filter(upr=5)
     assert again.residuals == pytest.approx(clean.deviation - again.deviation, abs=1e-12)
@@ -180,7 +202,8 @@ def test_few_samples_for_each_undulation_are_warned_of():
     angle = turn(1, 360)
     profile = Profile(angle, measured(angle, lobes={3: (1e-3, 0.5)}), tip_radius=TIP)
     with pytest.warns(
-        UserWarning, match=r"360 points a turn are 2.4 for each undulation at the cut-off of 150 upr.*51.4 upr at most"
+        UserWarning,
+        match=r"360 points a turn are 2.4 for each undulation at the cut-off of 150 upr.*51.4 upr at most",
     ):
         profile.filter(upr=150)
     with warnings.catch_warnings():
@@ -204,8 +227,12 @@ def test_bad_filters(asked, said):
 
 def test_samples_that_do_not_allow_a_filter():
     angle = turn(1, 90)
-    with pytest.raises(ValueError, match="reading must have at least 101 samples for a cut-off at 50 upr; got 90"):
+    with pytest.raises(
+        ValueError, match="reading must have at least 101 samples for a cut-off at 50 upr; got 90"
+    ):
         Profile(angle, measured(angle)).filter(upr=50)
     half = turn(0.5, 720)
-    with pytest.raises(ValueError, match=r"upr must leave the samples a condition <= 10; got .* for 50 upr with a gap of 18"):
+    with pytest.raises(
+        ValueError, match=r"upr must leave the samples a condition <= 10; got .* for 50 upr with a gap of 18"
+    ):
         Profile(half, measured(half)).filter(upr=50)

@@ -1,4 +1,6 @@
-"""The exact curve fitted to a batch: exact without noise, as good as any estimate can be with it, and what it refuses."""
+"""The exact curve fitted to a batch: exact without noise, as good as any estimate can be with it, and what it
+refuses.
+"""
 
 from types import SimpleNamespace
 
@@ -36,11 +38,14 @@ def bound(angle, offset, sigma=SIGMA, direction=PHI):
 
 def centre_sd(angle, offset, sigma=SIGMA, direction=PHI):
     """Worst-direction sd of the centre, from the covariance of offset and angle."""
-    back = np.array([[np.cos(direction), -offset * np.sin(direction)], [np.sin(direction), offset * np.cos(direction)]])
+    back = np.array(
+        [[np.cos(direction), -offset * np.sin(direction)], [np.sin(direction), offset * np.cos(direction)]]
+    )
     return np.sqrt(np.linalg.eigvalsh(back @ bound(angle, offset, sigma, direction)[1:, 1:] @ back.T)[-1])
 
 
-# Without noise --------------------------------------------------------------------------------------------------------
+# Without noise
+# --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("degrees", [45, 60, 90, 180, 360])
@@ -61,7 +66,9 @@ def test_exact_without_noise(degrees, share, tip):
 def test_order_repeats_gaps_and_turns_do_not_matter(seed, share, direction):
     rng = np.random.default_rng(seed)
     angle = np.concatenate([rng.uniform(0, 2, 30), rng.uniform(3.5, 5, 30)])
-    angle = rng.permutation(np.concatenate([angle, angle[:20], angle[:20] + 2 * np.pi * rng.integers(-3, 4, 20)]))
+    angle = rng.permutation(
+        np.concatenate([angle, angle[:20], angle[:20] + 2 * np.pi * rng.integers(-3, 4, 20)])
+    )
     found = fit_circle(angle, circle_reading(angle, RADIUS, share * RADIUS, direction))
     assert found.value == pytest.approx(np.array([RADIUS, *centre(share * RADIUS, direction)]), abs=1e-9)
 
@@ -73,12 +80,17 @@ def test_turning_the_zero_turns_the_centre(shift, seed):
     angle = arc_of(120)
     reading = circle_reading(angle, RADIUS, OFFSET, PHI) + rng.normal(0, SIGMA, angle.size)
     one, other = fit_circle(angle, reading), fit_circle(angle + shift, reading)
-    assert other.offset == pytest.approx(one.offset, abs=1e-7) and other.radius == pytest.approx(one.radius, abs=1e-7)
-    assert np.angle(np.exp(1j * (other.offset_angle - one.offset_angle - shift))) == pytest.approx(0.0, abs=1e-7)
+    assert other.offset == pytest.approx(one.offset, abs=1e-7) and other.radius == pytest.approx(
+        one.radius, abs=1e-7
+    )
+    assert np.angle(np.exp(1j * (other.offset_angle - one.offset_angle - shift))) == pytest.approx(
+        0.0, abs=1e-7
+    )
     assert other.center_sd == pytest.approx(one.center_sd, rel=1e-5)
 
 
-# With noise -----------------------------------------------------------------------------------------------------------
+# With noise
+# -----------------------------------------------------------------------------------------------------------
 
 
 def rmse_over_bound(angle, offset, seeds=4000):
@@ -88,21 +100,36 @@ def rmse_over_bound(angle, offset, seeds=4000):
     left = np.zeros(angle.size + 1)
     errors, chi = np.empty((seeds, 3)), 0.0
     for k in range(seeds):
-        ended = at.fit_exact(angle, clean + rng.normal(0, SIGMA, angle.size), form, 0.0, np.inf, 0.0, left, result)
+        ended = at.fit_exact(
+            angle, clean + rng.normal(0, SIGMA, angle.size), form, 0.0, np.inf, 0.0, left, result
+        )
         assert ended == at.FITTED
         radius, x, y = result[:3]
         errors[k] = radius - RADIUS, np.hypot(x, y) - offset, np.angle(np.exp(1j * (np.arctan2(y, x) - PHI)))
         away = result[:3] - wanted
-        chi += away @ np.linalg.solve(result[at.UNIT] ** 2 * result[at.INVERSE :].reshape(3, 3), away) / 3 / seeds
+        chi += (
+            away
+            @ np.linalg.solve(result[at.UNIT] ** 2 * result[at.INVERSE :].reshape(3, 3), away)
+            / 3
+            / seeds
+        )
     return np.sqrt(np.mean(errors**2, axis=0) / np.diag(bound(angle, offset))), chi
 
 
 @pytest.mark.parametrize(
     ("degrees", "start", "offset"),
-    [*((degrees, 0, OFFSET) for degrees in ARCS), (60, 200, OFFSET), (60, 0, FAR), (120, 300, FAR), (360, 0, FAR)],
+    [
+        *((degrees, 0, OFFSET) for degrees in ARCS),
+        (60, 200, OFFSET),
+        (60, 0, FAR),
+        (120, 300, FAR),
+        (360, 0, FAR),
+    ],
 )
 def test_efficient(degrees, start, offset):
-    """Within 5 % of the bound; the root mean square of 4000 errors scatters by 1.1 %. The covariance is true too."""
+    """Within 5 % of the bound; the root mean square of 4000 errors scatters by 1.1 %. The covariance is true
+    too.
+    """
     angle = arc_of(degrees, start)
     ratio, chi = rmse_over_bound(angle, offset)
     assert np.abs(ratio - 1).max() < 0.05
@@ -145,7 +172,9 @@ PRIORS = {
 
 @pytest.mark.parametrize("degrees", PRIORS)
 def test_a_radius_prior(degrees):
-    """Published sd of the centre (um) at 40 um noise: no prior, radius known to 1 mm, to 0.1 mm, from a turn before."""
+    """Published sd of the centre (um) at 40 um noise: no prior, radius known to 1 mm, to 0.1 mm, from a turn
+    before.
+    """
     angle, turn = arc_of(degrees), arc_of(360)
     reading = circle_reading(angle, RADIUS, 0.01, PHI)
     before = fit_circle(turn, circle_reading(turn, RADIUS, 3.0, 2.0), noise_sd=0.04)
@@ -170,7 +199,9 @@ def test_a_prior_is_one_more_reading():
 
 
 def test_a_prior_with_noise_unknown():
-    """The weight of the prior rests on the noise that is left; degrees of freedom are between m - 3 and m - 2."""
+    """The weight of the prior rests on the noise that is left; degrees of freedom are between m - 3 and m -
+    2.
+    """
     angle, rng = arc_of(30), np.random.default_rng(5)
     errors = []
     for _ in range(600):
@@ -211,7 +242,8 @@ def test_standard_errors_over_a_turn():
     assert found.radius_sd == pytest.approx(s / np.sqrt(360), rel=1e-3)
 
 
-# Known form -----------------------------------------------------------------------------------------------------------
+# Known form
+# -----------------------------------------------------------------------------------------------------------
 
 LOBES = {2: (0.02, 0.4), 3: (0.05, 2.0), 17: (0.004, 1.0)}
 
@@ -247,7 +279,8 @@ def test_form_is_laid_about_the_part():
     assert found == pytest.approx(0.05 * np.cos(3 * part_angle - 2.0), abs=1e-12)
 
 
-# What it says ---------------------------------------------------------------------------------------------------------
+# What it says
+# ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -265,7 +298,9 @@ def test_swept(angle, covered):
     assert at.swept(np.sort(angle)) == pytest.approx(covered, abs=1e-12)
     shown = np.random.default_rng(0).permutation(angle)
     if len(set(shown)) > 3:
-        assert fit_circle(shown, circle_reading(shown, RADIUS, OFFSET, PHI)).swept == pytest.approx(covered, abs=1e-12)
+        assert fit_circle(shown, circle_reading(shown, RADIUS, OFFSET, PHI)).swept == pytest.approx(
+            covered, abs=1e-12
+        )
 
 
 def test_what_an_estimate_rests_on():
@@ -273,13 +308,19 @@ def test_what_an_estimate_rests_on():
     found = fit_circle(angle, circle_reading(angle, RADIUS, OFFSET, PHI, 2.0), tip_radius=2.0)
     assert (found.samples, found.tip_radius, found.model, found.down_weighted) == (91, 2.0, "exact", 0)
     assert found.swept == pytest.approx(np.pi / 2)
-    assert found.status is Status.OK and found.reading(angle) == pytest.approx(circle_reading(angle, RADIUS, OFFSET, PHI, 2.0))
+    assert found.status is Status.OK and found.reading(angle) == pytest.approx(
+        circle_reading(angle, RADIUS, OFFSET, PHI, 2.0)
+    )
 
 
 def test_readings_that_do_not_tell():
     angle = np.array([0.0, 1e-9, 2e-9, 3e-9, 0.5]) * 3
     found = fit_circle(angle, circle_reading(angle, RADIUS, OFFSET, PHI), throw=False)
-    assert found.status is Status.UNDETERMINED and np.all(np.isinf(found.sd)) and np.all(np.isfinite(found.value))
+    assert (
+        found.status is Status.UNDETERMINED
+        and np.all(np.isinf(found.sd))
+        and np.all(np.isfinite(found.value))
+    )
     assert "the readings do not tell" in found.message and "from the others" in found.message
     with pytest.raises(ValueError, match="turn the part further"):
         fit_circle(angle, circle_reading(angle, RADIUS, OFFSET, PHI))
@@ -290,7 +331,9 @@ def test_the_axis_outside_of_the_part():
     angle = np.linspace(-0.1, 0.1, 21)
     reading = 20 * np.cos(angle) + np.sqrt(5.8**2 - (20 * np.sin(angle)) ** 2)
     found = fit_circle(angle, reading, throw=False)
-    assert found.status is Status.IMPOSSIBLE and np.all(np.isinf(found.sd)) and np.all(np.isfinite(found.value))
+    assert (
+        found.status is Status.IMPOSSIBLE and np.all(np.isinf(found.sd)) and np.all(np.isfinite(found.value))
+    )
     with pytest.raises(ValueError, match=r"offset must be < radius \(mm\).*lead to .*bad readings"):
         fit_circle(angle, reading)
 
@@ -302,27 +345,63 @@ READ = circle_reading(GOOD, RADIUS, OFFSET, PHI)
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: fit_circle(GOOD, READ[:-1]), r"angle and reading must be one-dimensional of one length; got shapes \(91,\) and"),
-        (lambda: fit_circle(GOOD, np.where(GOOD > 1, np.nan, READ)), r"reading\[58\] must be finite \(mm\); got nan"),
-        (lambda: fit_circle(np.append(GOOD[:-1], np.inf), READ), r"angle\[90\] must be finite \(rad\); got inf"),
+        (
+            lambda: fit_circle(GOOD, READ[:-1]),
+            r"angle and reading must be one-dimensional of one length; got shapes \(91,\) and",
+        ),
+        (
+            lambda: fit_circle(GOOD, np.where(GOOD > 1, np.nan, READ)),
+            r"reading\[58\] must be finite \(mm\); got nan",
+        ),
+        (
+            lambda: fit_circle(np.append(GOOD[:-1], np.inf), READ),
+            r"angle\[90\] must be finite \(rad\); got inf",
+        ),
         (lambda: fit_circle(GOOD, READ - 65.5), r"reading\[90\] must be > 0 \(mm\); got -"),
         (lambda: fit_circle(GOOD[:2], READ[:2]), r"angle must be at least 3 angles; got 2"),
-        (lambda: fit_circle(GOOD[:3], READ[:3]), r"angle must be at least 4 different angles, with their readings; got 3"),
-        (lambda: fit_circle(np.tile(GOOD[:2], 5), np.tile(READ[:2], 5), noise_sd=0.01), r"at least 3 different angles.*got 2"),
-        (lambda: fit_circle([0.0, 0.0, 2 * np.pi, 0.0], READ[:4], noise_sd=0.01), r"at least 3 different angles.*got 1"),
+        (
+            lambda: fit_circle(GOOD[:3], READ[:3]),
+            r"angle must be at least 4 different angles, with their readings; got 3",
+        ),
+        (
+            lambda: fit_circle(np.tile(GOOD[:2], 5), np.tile(READ[:2], 5), noise_sd=0.01),
+            r"at least 3 different angles.*got 2",
+        ),
+        (
+            lambda: fit_circle([0.0, 0.0, 2 * np.pi, 0.0], READ[:4], noise_sd=0.01),
+            r"at least 3 different angles.*got 1",
+        ),
         (
             lambda: fit_circle(np.arange(0.0, 360.0), np.tile(READ, 4)[:360]),
             r"a mean step of 1 over 57\.1 turns smells of degrees",
         ),
-        (lambda: fit_circle(90 * GOOD, READ, turns=1), r"angle must span at most 1 turns, 6\.28319 rad; got 141.*in degrees\?"),
+        (
+            lambda: fit_circle(90 * GOOD, READ, turns=1),
+            r"angle must span at most 1 turns, 6\.28319 rad; got 141.*in degrees\?",
+        ),
         (lambda: fit_circle(GOOD, READ, turns=0), r"turns must be > 0"),
         (lambda: fit_circle(GOOD, READ, tip_radius=-1.0), r"tip_radius must be >= 0 \(mm\); got -1\.0"),
         (lambda: fit_circle(GOOD, READ, noise_sd=-0.1), r"noise_sd must be > 0 \(mm\); got -0\.1"),
-        (lambda: fit_circle(GOOD, READ, radius_prior=(-1.0, 0.1)), r"radius_prior\[0\] must be > 0 \(mm\); got -1\.0"),
-        (lambda: fit_circle(GOOD, READ, radius_prior=(61.9, -0.1)), r"radius_prior\[1\] must be > 0 \(mm\); got -0\.1"),
-        (lambda: fit_circle(GOOD, READ, loss="cauchy"), r"loss must be one of linear, huber, soft_l1; got 'cauchy'"),
-        (lambda: fit_circle(GOOD, READ, harmonics={2: 0.1}), r"harmonics must be upr -> \(amplitude, phase\)"),
-        (lambda: fit_circle(GOOD[:5], READ[:5], loss="huber"), r"reading must be at least 6 readings for loss 'huber'; got 5"),
+        (
+            lambda: fit_circle(GOOD, READ, radius_prior=(-1.0, 0.1)),
+            r"radius_prior\[0\] must be > 0 \(mm\); got -1\.0",
+        ),
+        (
+            lambda: fit_circle(GOOD, READ, radius_prior=(61.9, -0.1)),
+            r"radius_prior\[1\] must be > 0 \(mm\); got -0\.1",
+        ),
+        (
+            lambda: fit_circle(GOOD, READ, loss="cauchy"),
+            r"loss must be one of linear, huber, soft_l1; got 'cauchy'",
+        ),
+        (
+            lambda: fit_circle(GOOD, READ, harmonics={2: 0.1}),
+            r"harmonics must be upr -> \(amplitude, phase\)",
+        ),
+        (
+            lambda: fit_circle(GOOD[:5], READ[:5], loss="huber"),
+            r"reading must be at least 6 readings for loss 'huber'; got 5",
+        ),
     ],
 )
 def test_bad_input(call, message):
@@ -333,7 +412,10 @@ def test_bad_input(call, message):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: fit_circle(GOOD, READ, radius_prior=61.9), r"radius_prior must be a pair: .*\(mm\); got 61\.9"),
+        (
+            lambda: fit_circle(GOOD, READ, radius_prior=61.9),
+            r"radius_prior must be a pair: .*\(mm\); got 61\.9",
+        ),
         (
             lambda: fit_circle(GOOD, READ, harmonics=3),
             r"harmonics must be a spectrum with .*, or upr -> \(ampl.*; got 3",
@@ -352,7 +434,8 @@ def test_many_turns_of_one_reading_a_radian_are_legal_when_said():
     assert found.radius == pytest.approx(RADIUS, abs=1e-9)
 
 
-# Kernels and their slow twins -----------------------------------------------------------------------------------------
+# Kernels and their slow twins
+# -----------------------------------------------------------------------------------------
 
 
 def test_triangle_is_a_qr():
@@ -379,11 +462,19 @@ def test_a_triangle_without_rank_is_not_solved():
 
 def test_slopes_and_residuals():
     angle, reading = arc_of(90), circle_reading(arc_of(90), RADIUS, OFFSET, PHI) + 0.01
-    data, rows, left = opened(at._prepared)(angle, reading, np.full(91, 0.01)), np.zeros((4, 92)), np.zeros(91)
+    data, rows, left = (
+        opened(at._prepared)(angle, reading, np.full(91, 0.01)),
+        np.zeros((4, 92)),
+        np.zeros(91),
+    )
     circle = np.array([RADIUS, *centre(OFFSET)])
     opened(at._slopes)(data, circle - [0.01, 0, 0], np.full(91, 2.0), rows)
-    to_polar = np.array([[1, 0, 0], [0, np.cos(PHI), -OFFSET * np.sin(PHI)], [0, np.sin(PHI), OFFSET * np.cos(PHI)]])
-    assert rows[:3, :91].T @ to_polar == pytest.approx(2 * circle_derivatives(angle, RADIUS, OFFSET, PHI), abs=1e-12)
+    to_polar = np.array(
+        [[1, 0, 0], [0, np.cos(PHI), -OFFSET * np.sin(PHI)], [0, np.sin(PHI), OFFSET * np.cos(PHI)]]
+    )
+    assert rows[:3, :91].T @ to_polar == pytest.approx(
+        2 * circle_derivatives(angle, RADIUS, OFFSET, PHI), abs=1e-12
+    )
     assert opened(at._residuals)(data, circle - [0.01, 0, 0], left)
     assert left == pytest.approx(np.full(91, 0.01), abs=1e-12)
     assert not opened(at._residuals)(data, np.array([5.0, 5.0, 1.0]), left)

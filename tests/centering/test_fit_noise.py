@@ -1,4 +1,6 @@
-"""Noise that a batch fit shows: correlated along the travel or not, form told from it, a floor, steps of the probe; degrees."""
+"""Noise that a batch fit shows: correlated along the travel or not, form told from it, a floor, steps of the
+probe; degrees.
+"""
 
 import numpy as np
 import pytest
@@ -9,7 +11,13 @@ from scipy.signal import lfilter
 from scipy.special import ndtri, stdtrit
 
 from centering import identify
-from centering.circle import GeometryEstimator, circle_derivatives, circle_reading, fit_circle, residual_checks
+from centering.circle import (
+    GeometryEstimator,
+    circle_derivatives,
+    circle_reading,
+    fit_circle,
+    residual_checks,
+)
 from centering.roundness import Spectrum
 from sdpgrind.base.compiled import opened
 
@@ -26,7 +34,9 @@ def faded(rho, count, rows, seed=0):
 
 
 def misses(angle, noise, fit=fit_circle, **options):
-    """Share of centres outside of the joint band for 0.99, of values outside of their intervals, and the estimates."""
+    """Share of centres outside of the joint band for 0.99, of values outside of their intervals, and the
+    estimates.
+    """
     clean = circle_reading(angle, RADIUS, OFFSET, PHI)
     found = [fit(angle, clean + row, **options) for row in noise]
     away = np.array([one.value - TRUE for one in found])
@@ -36,7 +46,8 @@ def misses(angle, noise, fit=fit_circle, **options):
     return np.mean(np.hypot(away[:, 1], away[:, 2]) > band), outside.mean(), found
 
 
-# Correlated noise -----------------------------------------------------------------------------------------------------
+# Correlated noise
+# -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("loss", ["linear", "huber"])
@@ -48,11 +59,16 @@ def test_correlated_noise_is_covered(loss, degrees):
     if loss == "linear":
         told = np.array([one.inflation for one in found])
         expected = expected_inflation(np.radians(np.arange(degrees)), 0.88)
-        assert np.median(told) == pytest.approx(expected, rel=4 * 1.2533 * np.log(told).std() / np.sqrt(told.size))  # of a median
+        # of a median
+        assert np.median(told) == pytest.approx(
+            expected, rel=4 * 1.2533 * np.log(told).std() / np.sqrt(told.size)
+        )
 
 
 def expected_inflation(angle, rho):
-    """Of residuals as they are in the mean: beside form over a turn; over an arc beside the circle, in matrices."""
+    """Of residuals as they are in the mean: beside form over a turn; over an arc beside the circle, in
+    matrices.
+    """
     count, lags = angle.size, np.arange(angle.size)
     if count == 360:
         left = opened(kernels._expected)(rho, count, TWO_PI / count)[0]
@@ -85,7 +101,8 @@ def test_streamed_intervals_cover_too():
     assert band <= 0.03 and interval <= 0.03
     estimator = GeometryEstimator(confidence=0.99)
     estimator.extend(TURN, READ + faded(0.88, 360, 1)[0])
-    assert estimator.estimate.uncertainty(0.99) == pytest.approx(estimator.band, rel=0.05)  # t of whole freedom
+    # t of whole freedom
+    assert estimator.estimate.uncertainty(0.99) == pytest.approx(estimator.band, rel=0.05)
 
 
 def test_a_carried_radius_is_not_inflated_twice():
@@ -107,7 +124,9 @@ def test_white_noise_is_left_alone(degrees):
     assert len(plain) >= 0.97 * len(found)
     slopes = circle_derivatives(angle, RADIUS, OFFSET, PHI)
     for one in plain[:20]:
-        assert one.radius_sd == pytest.approx(one.noise_sd * np.sqrt(np.linalg.inv(slopes.T @ slopes)[0, 0]), rel=0.02)
+        assert one.radius_sd == pytest.approx(
+            one.noise_sd * np.sqrt(np.linalg.inv(slopes.T @ slopes)[0, 0]), rel=0.02
+        )
 
 
 def lobed(degrees, lobes):
@@ -120,7 +139,9 @@ def lobed(degrees, lobes):
 
 @pytest.mark.parametrize("degrees", [360, 450, 720])
 def test_form_is_not_taken_for_noise(degrees):
-    """Lobes of 2 to 5 upr, five times the noise: inflation 1, noise that of the readings; their pull is in the band."""
+    """Lobes of 2 to 5 upr, five times the noise: inflation 1, noise that of the readings; their pull is in
+    the band.
+    """
     (angle, clean), rng, out = lobed(degrees, {2: 0.02, 3: 0.05}), np.random.default_rng(2), 0
     for _ in range(100):
         found = fit_circle(angle, clean + rng.normal(0, SIGMA, degrees))
@@ -132,7 +153,8 @@ def test_form_is_not_taken_for_noise(degrees):
 
 def test_form_above_five_waves_is_not_endless():
     angle, clean = lobed(360, {7: 0.02})
-    assert fit_circle(angle, clean).inflation < 50  # as where noise walks at random; AR(1) without a bound: 141
+    # as where noise walks at random; AR(1) without a bound: 141
+    assert fit_circle(angle, clean).inflation < 50
 
 
 def test_noise_is_looked_at_along_the_travel():
@@ -147,27 +169,39 @@ def test_noise_is_looked_at_along_the_travel():
         fit_circle(angle % TWO_PI, reading),
         fit_circle(-angle[::-1], reading),
     ):
-        assert other.inflation == pytest.approx(first.inflation, rel=0.05) and other.swept == pytest.approx(first.swept)
+        assert other.inflation == pytest.approx(first.inflation, rel=0.05) and other.swept == pytest.approx(
+            first.swept
+        )
 
 
 def test_one_formula_of_the_factor():
     left = faded(0.6, 360, 1)[0]
     found = residual_checks(left)
-    assert found.inflation == kernels.factor(found.lag_1) == pytest.approx(np.sqrt((1 + found.lag_1) / (1 - found.lag_1)))
+    assert (
+        found.inflation
+        == kernels.factor(found.lag_1)
+        == pytest.approx(np.sqrt((1 + found.lag_1) / (1 - found.lag_1)))
+    )
 
 
-# Kernels and their slow twins -----------------------------------------------------------------------------------------
+# Kernels and their slow twins
+# -----------------------------------------------------------------------------------------
 
 
 def test_lobes_are_taken_out_by_least_squares():
     rng, circle = np.random.default_rng(3), TRUE
-    left, part = rng.normal(0, SIGMA, 360), np.arctan2(READ * np.sin(TURN) - TRUE[2], READ * np.cos(TURN) - TRUE[1])
+    left, part = (
+        rng.normal(0, SIGMA, 360),
+        np.arctan2(READ * np.sin(TURN) - TRUE[2], READ * np.cos(TURN) - TRUE[1]),
+    )
     side = np.sqrt(RADIUS**2 - (TRUE[2] * np.cos(TURN) - TRUE[1] * np.sin(TURN)) ** 2)
     columns = np.column_stack([np.ones(360), *(f(n * part) for n in range(1, 6) for f in (np.cos, np.sin))])
     columns *= (RADIUS / side)[:, np.newaxis]
     value = np.linalg.lstsq(columns, left, rcond=None)[0]
     out = left.copy()
-    assert opened(kernels._freed)(TURN, READ, np.arange(360), circle, out) == pytest.approx(np.hypot(value[1], value[2]))
+    assert opened(kernels._freed)(TURN, READ, np.arange(360), circle, out) == pytest.approx(
+        np.hypot(value[1], value[2])
+    )
     assert out == pytest.approx(left - columns @ value, abs=1e-12)
     assert opened(kernels._freed)(TURN, READ, np.arange(90), circle, left[:90].copy()) < 0
 
@@ -179,7 +213,9 @@ def test_what_noise_leaves_beside_lobes(rho):
     row = (rho**lags + rho ** (200 - lags)) / (1 - rho**200) if rho else (lags == 0).astype(float)
     covariance = np.array([np.roll(row, k) for k in range(200)])
     angle = TWO_PI * lags / 200
-    basis, _ = np.linalg.qr(np.column_stack([np.ones(200), *(f(n * angle) for n in range(1, 6) for f in (np.cos, np.sin))]))
+    basis, _ = np.linalg.qr(
+        np.column_stack([np.ones(200), *(f(n * angle) for n in range(1, 6) for f in (np.cos, np.sin))])
+    )
     rest = np.eye(200) - basis @ basis.T
     left = rest @ covariance @ rest
     step = np.eye(200) - np.roll(np.eye(200), 1, axis=0)
@@ -188,7 +224,8 @@ def test_what_noise_leaves_beside_lobes(rho):
     assert opened(kernels._fading)(wanted[1] / wanted[0], 200, TWO_PI / 200) == pytest.approx(rho, abs=1e-4)
 
 
-# Covered angle --------------------------------------------------------------------------------------------------------
+# Covered angle
+# --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("way", [1, -1])
@@ -202,7 +239,8 @@ def test_wrapped_turns_are_counted(way):
     assert travel_of(back).swept == pytest.approx(np.radians(89))
 
 
-# A least noise, steps of the probe ------------------------------------------------------------------------------------
+# A least noise, steps of the probe
+# ------------------------------------------------------------------------------------
 
 
 def test_a_noise_that_is_told_is_the_least():
@@ -210,7 +248,9 @@ def test_a_noise_that_is_told_is_the_least():
     reading = READ + np.random.default_rng(4).normal(0, 0.04, 360)
     plain, small, large = (fit_circle(TURN, reading, noise_sd=sd) for sd in (None, 4e-4, 0.2))
     assert small.center_sd == plain.center_sd and small.freedom == 357
-    assert large.center_sd == pytest.approx(plain.center_sd * 0.2 / plain.noise_sd) and large.freedom == np.inf
+    assert (
+        large.center_sd == pytest.approx(plain.center_sd * 0.2 / plain.noise_sd) and large.freedom == np.inf
+    )
     huber = fit_circle(TURN, reading, noise_sd=4e-4, loss="huber")
     assert huber.center_sd == pytest.approx(plain.center_sd, rel=0.15) and huber.freedom < 357
     lima = identify((TURN, RADIUS + reading - READ), method="limacon", noise_sd=4e-4)
@@ -228,15 +268,20 @@ def test_steps_of_the_probe():
     assert few.center_sd > 0.0005
 
 
-# Degrees --------------------------------------------------------------------------------------------------------------
+# Degrees
+# --------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     "angle", [np.arange(0, 360, 2.0), np.arange(0, 360, 10.0), np.arange(0, 90, 0.5), np.arange(0, 360, 0.1)]
 )
 def test_degrees_are_refused(angle):
-    reading = circle_reading(np.radians(angle), RADIUS, OFFSET, PHI) + np.random.default_rng(5).normal(0, SIGMA, angle.size)
-    with pytest.raises(ValueError, match=r"angle must be in rad; .* smells of degrees: give units\.deg\(angle\)"):
+    reading = circle_reading(np.radians(angle), RADIUS, OFFSET, PHI) + np.random.default_rng(5).normal(
+        0, SIGMA, angle.size
+    )
+    with pytest.raises(
+        ValueError, match=r"angle must be in rad; .* smells of degrees: give units\.deg\(angle\)"
+    ):
         fit_circle(angle, reading)
     assert fit_circle(np.radians(angle), reading).ok
 
@@ -249,20 +294,31 @@ def test_many_turns_are_legal(points, offset):
     reading = circle_reading(angle, RADIUS, offset, PHI) + rng.normal(0, SIGMA, angle.size)
     mixed = rng.permutation(angle.size)
     first = fit_circle(angle, reading)
-    assert np.abs(first.value - [RADIUS, offset * np.cos(PHI), offset * np.sin(PHI)]).max() < 5 * first.center_sd
-    for turned, read in ((angle[mixed], reading[mixed]), (angle % TWO_PI, reading), (angle[mixed] % TWO_PI, reading[mixed])):
+    assert (
+        np.abs(first.value - [RADIUS, offset * np.cos(PHI), offset * np.sin(PHI)]).max() < 5 * first.center_sd
+    )
+    for turned, read in (
+        (angle[mixed], reading[mixed]),
+        (angle % TWO_PI, reading),
+        (angle[mixed] % TWO_PI, reading[mixed]),
+    ):
         found = fit_circle(turned, read)
         assert found.value == pytest.approx(first.value, abs=1e-11)
         assert found.covariance == pytest.approx(first.covariance, rel=1e-9, abs=1e-15)
         assert (found.freedom, found.inflation) == (first.freedom, first.inflation)
 
 
-# Known form -----------------------------------------------------------------------------------------------------------
+# Known form
+# -----------------------------------------------------------------------------------------------------------
 
 
 def test_known_form_is_told_alike_everywhere():
     angle, reading = lobed(120, {3: 0.05})
-    for known in ({3: (0.05, 1.0)}, Spectrum([3.0], [0.05], [1.0]), {3: (0.05, 1.0), 7.5: (0.0, 0.0), 1: (0.0, 0.0)}):
+    for known in (
+        {3: (0.05, 1.0)},
+        Spectrum([3.0], [0.05], [1.0]),
+        {3: (0.05, 1.0), 7.5: (0.0, 0.0), 1: (0.0, 0.0)},
+    ):
         found = identify((angle, reading), harmonics=known)
         assert found.value == pytest.approx(TRUE, abs=1e-9)
         estimator = GeometryEstimator(harmonics=known)
@@ -275,15 +331,21 @@ def test_known_form_is_told_alike_everywhere():
 )
 @pytest.mark.parametrize("upr", [1, 2.5, -3])
 def test_form_that_is_none(call, upr):
-    with pytest.raises(ValueError, match=rf"harmonics upr must be a whole number >= 2 \(1\); got {float(upr)}"):
+    with pytest.raises(
+        ValueError, match=rf"harmonics upr must be a whole number >= 2 \(1\); got {float(upr)}"
+    ):
         call({upr: (0.1, 0.0)})
 
 
 def test_form_as_large_as_the_part():
-    with pytest.raises(ValueError, match=r"harmonics amplitude must be < .*, the least reading \(mm\); got 70\.0"):
+    with pytest.raises(
+        ValueError, match=r"harmonics amplitude must be < .*, the least reading \(mm\); got 70\.0"
+    ):
         fit_circle(TURN, READ, harmonics={3: (70.0, 0.0)})
     with pytest.raises(ValueError, match="harmonics must hold arrays of one length"):
-        fit_circle(TURN, READ, harmonics=type("Known", (), {"upr": [2, 3], "amplitude": [0.1], "phase": [0.0]})())
+        fit_circle(
+            TURN, READ, harmonics=type("Known", (), {"upr": [2, 3], "amplitude": [0.1], "phase": [0.0]})()
+        )
 
 
 def test_prior_is_weighed_with_all_of_the_noise():
@@ -292,4 +354,6 @@ def test_prior_is_weighed_with_all_of_the_noise():
     reading = circle_reading(arc, RADIUS, OFFSET, PHI) + faded(0.88, 121, 1, 3)[0]
     free, held = fit_circle(arc, reading), fit_circle(arc, reading, radius_prior=(RADIUS, 0.001))
     assert free.inflation > 2 and free.radius_sd > 0.01
-    assert held.radius_sd == pytest.approx(0.001, rel=0.02) and held.radius == pytest.approx(RADIUS, abs=0.002)
+    assert held.radius_sd == pytest.approx(0.001, rel=0.02) and held.radius == pytest.approx(
+        RADIUS, abs=0.002
+    )

@@ -1,4 +1,6 @@
-"""Friction learned push by push: against brute force, against draws, its intervals, what tells what, and what is refused."""
+"""Friction learned push by push: against brute force, against draws, its intervals, what tells what, and what
+is refused.
+"""
 
 import functools
 from math import nan, sqrt
@@ -26,13 +28,20 @@ NAMES = ("peak_force", "free_slide", "final_position")
 
 
 def gentle(distance, model=MODEL, speed=40.0):
-    """Break away at 1 mm/s, speed up at half of what friction would stop it with, stop at 0.7 of that, draw back."""
+    """Break away at 1 mm/s, speed up at half of what friction would stop it with, stop at 0.7 of that, draw
+    back.
+    """
     brake = 0.7 * model.mu_kinetic * 9807.0
     push = 0.5 * model.mu_kinetic * 9807.0
     first = 1.12 * model.breakaway_force / model.contact_stiffness
     top = min(speed, sqrt((distance - first + 0.5 / push) / (0.5 / push + 0.5 / brake)))
     level = distance - first - (top**2 - 1.0) / (2 * push) - top**2 / (2 * brake)
-    rows = [(first, 1.0, 0.0), ((top - 1.0) / push, 1.0, push), (max(level, 0.0) / top, top, 0.0), (top / brake, top, -brake)]
+    rows = [
+        (first, 1.0, 0.0),
+        ((top - 1.0) / push, 1.0, push),
+        (max(level, 0.0) / top, top, 0.0),
+        (top / brake, top, -brake),
+    ]
     rows = np.array([row for row in [*rows, (0.03, 0.0, -2560.0)] if row[0] > 0])
     return TipProfile(*rows.T)
 
@@ -64,11 +73,14 @@ def reading(profile, *names, problem=PROBLEM):
     return {name: values[name] for name in names or NAMES}
 
 
-# Against brute force --------------------------------------------------------------------------------------------------
+# Against brute force
+# --------------------------------------------------------------------------------------------------
 
 
 def drawn_posterior(problem, pushes, size=20_000):
-    """Mean and sd of both coefficients from draws of the prior, each push with its own scatter, weighted by the likelihood."""
+    """Mean and sd of both coefficients from draws of the prior, each push with its own scatter, weighted by
+    the likelihood.
+    """
     rng, model = np.random.default_rng(5), problem.model
     scale = 1.0 + PART_SD * rng.standard_normal(size)
     half = np.exp(0.5 * RATIO_SD * rng.standard_normal(size))
@@ -90,7 +102,9 @@ def drawn_posterior(problem, pushes, size=20_000):
     return mean, np.sqrt((both - mean[:, None]) ** 2 @ weight), 1.0 / np.sum(weight**2)
 
 
-@pytest.mark.parametrize(("mass", "profiles"), [(18.9, [HARD]), (18.9, [HARD, FAST]), (5.0, [HARD, HARD]), (0.8, [HARD])])
+@pytest.mark.parametrize(
+    ("mass", "profiles"), [(18.9, [HARD]), (18.9, [HARD, FAST]), (5.0, [HARD, HARD]), (0.8, [HARD])]
+)
 def test_the_grid_gives_what_draws_give(mass, profiles):
     problem = PROBLEM.replace(mass=mass)
     rng = np.random.default_rng(2)
@@ -115,16 +129,23 @@ def test_of_stick_and_slip_the_grid_says_no_more_than_draws_do():
 
 def test_the_prior_is_that_of_the_scatter():
     rng = np.random.default_rng(0)
-    scale, half = 1 + PART_SD * rng.standard_normal(100_000), np.exp(0.5 * RATIO_SD * rng.standard_normal(100_000))
+    scale, half = (
+        1 + PART_SD * rng.standard_normal(100_000),
+        np.exp(0.5 * RATIO_SD * rng.standard_normal(100_000)),
+    )
     estimate = FrictionEstimator(PROBLEM).estimate
-    assert estimate.value == pytest.approx([0.2 * np.mean(scale * half), 0.15 * np.mean(scale / half)], rel=2e-3)
+    assert estimate.value == pytest.approx(
+        [0.2 * np.mean(scale * half), 0.15 * np.mean(scale / half)], rel=2e-3
+    )
     assert estimate.sd == pytest.approx([0.2 * np.std(scale * half), 0.15 * np.std(scale / half)], rel=1e-2)
     assert estimate.status is Status.UNDETERMINED and estimate.message == "no pushes yet: what was expected"
     assert estimate.names == ("mu_static", "mu_kinetic")
 
 
 def test_compiled_likelihood_is_its_formula():
-    """Bilinear in the four nodes about a place, held beyond them; variances of noise, model, roughness and cells added."""
+    """Bilinear in the four nodes about a place, held beyond them; variances of noise, model, roughness and
+    cells added.
+    """
     scales, ratios = np.linspace(-0.1, 0.2, 7), np.linspace(-0.1, 0.1, 5)
     places, across = np.linspace(-0.203, 0.3, 23), np.linspace(-0.153, 0.15, 9)
     found = predicted(MODEL, HARD, scales, ratios)
@@ -155,9 +176,15 @@ def test_compiled_likelihood_is_its_formula():
 
 
 def test_doubt_is_the_size_of_what_lies_between_nodes():
-    """Of noise and of a jump, the sd of the error of a straight line between nodes is at most what is told; of a parabola too."""
+    """Of noise and of a jump, the sd of the error of a straight line between nodes is at most what is told;
+    of a parabola too.
+    """
     rng, fine = np.random.default_rng(0), np.linspace(0, 1, 2001)
-    for curve, least in ((np.sin(997 * 2 * np.pi * fine), 0.5), ((fine > 0.4721).astype(float), 0.0), (fine**2, 0.0)):
+    for curve, least in (
+        (np.sin(997 * 2 * np.pi * fine), 0.5),
+        ((fine > 0.4721).astype(float), 0.0),
+        (fine**2, 0.0),
+    ):
         errors, told = [], []
         for _ in range(200):
             nodes = rng.integers(0, 50) + 97 * np.arange(20)
@@ -165,11 +192,14 @@ def test_doubt_is_the_size_of_what_lies_between_nodes():
             found = np.zeros((20, 1, 3))
             found[:, 0, 0] = curve[nodes]
             errors.append(np.mean((curve[nodes[0] : nodes[-1]] - line) ** 2))
-            told.append(np.mean(np.interp(np.arange(nodes[0], nodes[-1]), nodes, roughness(found, 0)[:, 0, 0]) ** 2))
+            told.append(
+                np.mean(np.interp(np.arange(nodes[0], nodes[-1]), nodes, roughness(found, 0)[:, 0, 0]) ** 2)
+            )
         assert least**2 * np.mean(told) <= np.mean(errors) <= 1.3 * np.mean(told)
 
 
-# Its intervals --------------------------------------------------------------------------------------------------------
+# Its intervals
+# --------------------------------------------------------------------------------------------------------
 
 
 def parts(problem, profiles, count, seed):
@@ -186,7 +216,8 @@ def parts(problem, profiles, count, seed):
         return known[key] if key in known else predicted(model, profile, scales, ratios)
 
     with mock.patch.object(prediction, "predicted", remembered):
-        return np.array([part(FrictionEstimator(problem), model, profiles, rng) for _ in range(count)])  # (count, 4, 2)
+        # (count, 4, 2)
+        return np.array([part(FrictionEstimator(problem), model, profiles, rng) for _ in range(count)])
 
 
 def part(estimator, model, profiles, rng):
@@ -197,7 +228,11 @@ def part(estimator, model, profiles, rng):
         met = scale * (1.0 + PUSH_SD * rng.standard_normal())
         estimator.update(profile=profile, **read(model, profile, rng, met * half, met / half))
     estimate = estimator.estimate
-    return [[model.mu_static * scale * half, model.mu_kinetic * scale / half], estimate.value, *estimate.interval(0.95).T]
+    return [
+        [model.mu_static * scale * half, model.mu_kinetic * scale / half],
+        estimate.value,
+        *estimate.interval(0.95).T,
+    ]
 
 
 @functools.cache
@@ -214,7 +249,9 @@ def test_intervals_of_95_percent_hold_95_percent_of_1000_parts():
 def test_two_pushes_halve_what_is_not_known():
     true, found, _, _ = thousand().transpose(1, 0, 2)
     error = np.sqrt(np.mean((found / true - 1.0) ** 2, axis=0))
-    assert error[0] < 0.45 * sqrt(PART_SD**2 + RATIO_SD**2 / 4) and error[1] < 0.45 * sqrt(PART_SD**2 + RATIO_SD**2 / 4)
+    assert error[0] < 0.45 * sqrt(PART_SD**2 + RATIO_SD**2 / 4) and error[1] < 0.45 * sqrt(
+        PART_SD**2 + RATIO_SD**2 / 4
+    )
 
 
 @pytest.mark.parametrize(("name", "mass"), [("identified", 18.9), ("printed", 0.8), ("printed", 5.0)])
@@ -225,7 +262,9 @@ def test_intervals_hold_elsewhere_too(name, mass):
 
 
 def unscented(problem, profile, readings):
-    """Mean and sd of the two logarithms after a push by an unscented filter, seven points over scale, ratio and scatter."""
+    """Mean and sd of the two logarithms after a push by an unscented filter, seven points over scale, ratio
+    and scatter.
+    """
     spread = np.diag([PART_SD, RATIO_SD, PUSH_SD]) * sqrt(3.0)
     points = np.vstack([np.zeros(3), spread, -spread])
     factors = [np.exp(points[:, 0] + points[:, 2] + sign * points[:, 1] / 2) for sign in (1, -1)]
@@ -267,7 +306,9 @@ def test_without_scatter_of_pushes_one_tells_all():
     problem = PROBLEM.replace(scatter=PROBLEM.scatter.replace(friction_push_sd=0.0))
     readings = dict(zip(NAMES, shown(MODEL, HARD, 1.1, 1.1), strict=True))
     estimate = learned(problem, [(HARD, readings)], ratio_sd=0.0, model_error=0.0, force_sd=0.1).estimate
-    assert estimate.value == pytest.approx([0.22, 0.165], rel=3e-3) and np.all(estimate.sd < 3e-3 * estimate.value)
+    assert estimate.value == pytest.approx([0.22, 0.165], rel=3e-3) and np.all(
+        estimate.sd < 3e-3 * estimate.value
+    )
 
 
 def test_the_ratio_never_falls_below_one():
@@ -279,12 +320,15 @@ def test_the_ratio_never_falls_below_one():
     problem.updated(estimate)
 
 
-# Against the source's formulas ----------------------------------------------------------------------------------------
+# Against the source's formulas
+# ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("speed", [1000.0, 2000.0, 3000.0])
 def test_errors_are_smaller_than_those_of_the_printed_formulas(speed):
-    """The heavy part, with the contact that the source's tables were computed with, where its formulas are at their best."""
+    """The heavy part, with the contact that the source's tables were computed with, where its formulas are at
+    their best.
+    """
     problem, printed, rate = preset("identified"), PrintedFriction(), units.mm_per_min(speed)
     push, rng, ours, theirs = TipProfile.constant_speed(rate, 0.15), np.random.default_rng(4), [], []
     for _ in range(60):
@@ -295,7 +339,9 @@ def test_errors_are_smaller_than_those_of_the_printed_formulas(speed):
         ours.append(learned(problem, [(push, readings)]).estimate["mu_static"] / true - 1)
         low, high = printed.slide_range(rate)
         if low <= readings["free_slide"] <= high:
-            theirs.append(printed.combine(readings["peak_force"], readings["free_slide"], rate)["mu_static"] / true - 1)
+            theirs.append(
+                printed.combine(readings["peak_force"], readings["free_slide"], rate)["mu_static"] / true - 1
+            )
     assert len(theirs) > 40
     assert np.sqrt(np.mean(np.square(ours))) < 0.08 and np.sqrt(np.mean(np.square(ours))) < 0.9 * np.sqrt(
         np.mean(np.square(theirs))
@@ -303,7 +349,9 @@ def test_errors_are_smaller_than_those_of_the_printed_formulas(speed):
 
 
 def test_neither_preset_explains_the_sources_own_experiment():
-    """Table 6.2, dry, 2000 mm/min and more: the model with either contact does not give these pairs of force and slide."""
+    """Table 6.2, dry, 2000 mm/min and more: the model with either contact does not give these pairs of force
+    and slide.
+    """
     table = [(2000, 127.3, 1240), (3000, 181.0, 2844), (4000, 232.0, 5215), (5000, 283.9, 8175)]
     for name in ("printed", "identified"):
         problem = preset(name)
@@ -315,7 +363,8 @@ def test_neither_preset_explains_the_sources_own_experiment():
         assert estimator.refused >= 2 and estimator.estimate.status is not Status.OK
 
 
-# What tells what ------------------------------------------------------------------------------------------------------
+# What tells what
+# ------------------------------------------------------------------------------------------------------
 
 
 def told(profile, *names, problem=PROBLEM):
@@ -326,7 +375,10 @@ def told(profile, *names, problem=PROBLEM):
 def test_a_slow_push_tells_mu_static_by_its_force():
     shares, estimate = told(SLOW, "peak_force")
     assert shares["mu_static"] > 0.6 > 0.4 > shares["mu_kinetic"]
-    assert estimate.status is Status.UNSURE and "told little of mu_kinetic; for mu_kinetic let it slide" in estimate.message
+    assert (
+        estimate.status is Status.UNSURE
+        and "told little of mu_kinetic; for mu_kinetic let it slide" in estimate.message
+    )
     fast, _ = told(FAST, "peak_force")
     assert fast["mu_static"] < 0.1
 
@@ -334,14 +386,19 @@ def test_a_slow_push_tells_mu_static_by_its_force():
 def test_a_slide_tells_mu_kinetic():
     shares, estimate = told(HARD)
     assert shares["mu_kinetic"] > 0.8 > 0.4 > shares["mu_static"]
-    assert estimate.status is Status.UNSURE and "told little of mu_static; for mu_static break the part away" in estimate.message
+    assert (
+        estimate.status is Status.UNSURE
+        and "told little of mu_static; for mu_static break the part away" in estimate.message
+    )
     assert told(FAST, "free_slide")[0]["mu_kinetic"] > 0.6
     assert told(FAST)[0]["mu_kinetic"] > 0.9
 
 
 def test_a_gentle_push_tells_little_of_mu_kinetic():
     shares, estimate = told(gentle(5.0), "peak_force", "final_position")
-    assert shares["mu_kinetic"] < 0.4 and estimate.status is Status.UNSURE and "mu_kinetic" in estimate.message
+    assert (
+        shares["mu_kinetic"] < 0.4 and estimate.status is Status.UNSURE and "mu_kinetic" in estimate.message
+    )
     assert told(gentle(5.0), "final_position")[0]["mu_kinetic"] < 0.4
 
 
@@ -363,7 +420,8 @@ def test_what_is_known_well_needs_no_more():
     assert learned(sure, [(SLOW, reading(SLOW))], ratio_sd=0.01).estimate.status is Status.OK
 
 
-# Use ------------------------------------------------------------------------------------------------------------------
+# Use
+# ------------------------------------------------------------------------------------------------------------------
 
 
 def test_a_trace_is_what_it_shows():
@@ -406,7 +464,9 @@ def test_readings_that_no_friction_explains_count_for_nothing():
     assert (estimator.pushes, estimator.refused) == (0, 1)
     assert np.array_equal(estimator.estimate.value, FrictionEstimator(PROBLEM).estimate.value)
     assert estimator.estimate.status is Status.IMPOSSIBLE
-    assert estimator.estimate.message.startswith("no friction explains 1 of 1 pushes: look for a contact stiffness or damping")
+    assert estimator.estimate.message.startswith(
+        "no friction explains 1 of 1 pushes: look for a contact stiffness or damping"
+    )
     estimator.update(profile=HARD, **reading(HARD))
     assert estimator.estimate.message.startswith("1 push, 1 more explained by no friction")
     with pytest.raises(ValueError, match=r"^no friction explains 1 of 1 pushes"):
@@ -438,24 +498,56 @@ REFUSED = [
     ),
     (lambda: FrictionEstimator(3), TypeError, "problem must be a CenteringProblem; got 3"),
     (lambda: FrictionEstimator(PROBLEM, force_sd=0.0), ValueError, "force_sd must be > 0 (N); got 0.0"),
-    (lambda: FrictionEstimator(PROBLEM, position_sd=-1.0), ValueError, "position_sd must be > 0 (mm); got -1.0"),
-    (lambda: FrictionEstimator(PROBLEM, model_error=nan), ValueError, "model_error must be finite (relative); got nan"),
-    (lambda: FrictionEstimator(PROBLEM, way_error=-0.1), ValueError, "way_error must be in [0, 1] (relative); got -0.1"),
-    (lambda: FrictionEstimator(PROBLEM, ratio_sd=2.0), ValueError, "ratio_sd must be in [0, 1] (relative); got 2.0"),
-    (lambda: NEW.update(profile=HARD, peak_force=-3.0), ValueError, "peak_force must be in [-2.5, 446] (N); got -3.0"),
-    (lambda: NEW.update(profile=HARD, peak_force=500.0), ValueError, "peak_force must be in [-2.5, 446] (N); got 500.0"),
+    (
+        lambda: FrictionEstimator(PROBLEM, position_sd=-1.0),
+        ValueError,
+        "position_sd must be > 0 (mm); got -1.0",
+    ),
+    (
+        lambda: FrictionEstimator(PROBLEM, model_error=nan),
+        ValueError,
+        "model_error must be finite (relative); got nan",
+    ),
+    (
+        lambda: FrictionEstimator(PROBLEM, way_error=-0.1),
+        ValueError,
+        "way_error must be in [0, 1] (relative); got -0.1",
+    ),
+    (
+        lambda: FrictionEstimator(PROBLEM, ratio_sd=2.0),
+        ValueError,
+        "ratio_sd must be in [0, 1] (relative); got 2.0",
+    ),
+    (
+        lambda: NEW.update(profile=HARD, peak_force=-3.0),
+        ValueError,
+        "peak_force must be in [-2.5, 446] (N); got -3.0",
+    ),
+    (
+        lambda: NEW.update(profile=HARD, peak_force=500.0),
+        ValueError,
+        "peak_force must be in [-2.5, 446] (N); got 500.0",
+    ),
     (
         lambda: FrictionEstimator(PROBLEM, position_sd=1e-3).update(profile=HARD, final_position=-0.006),
         ValueError,
         "final_position must be in [-0.005, 1000] (mm); got -0.006",
     ),
-    (lambda: NEW.update(profile=HARD, free_slide=float("inf")), ValueError, "free_slide must be finite (mm); got inf"),
+    (
+        lambda: NEW.update(profile=HARD, free_slide=float("inf")),
+        ValueError,
+        "free_slide must be finite (mm); got inf",
+    ),
     (
         lambda: NEW.update(profile=HARD, peak_force=nan),
         ValueError,
         "at least one of peak_force, free_slide, final_position must be given; got none",
     ),
-    (lambda: NEW.update(peak_force=50.0), TypeError, "profile must be a TipProfile, how the tip moved; got None"),
+    (
+        lambda: NEW.update(peak_force=50.0),
+        TypeError,
+        "profile must be a TipProfile, how the tip moved; got None",
+    ),
     (lambda: NEW.update(3), TypeError, "trace must be a PushTrace; got 3"),
     (lambda: identify_friction([], PROBLEM), ValueError, "data must be at least one push; got []"),
     (

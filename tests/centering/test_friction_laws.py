@@ -1,4 +1,6 @@
-"""The six friction laws: their curves, their loops, the mass under a load, and the creep that only some of them show."""
+"""The six friction laws: their curves, their loops, the mass under a load, and the creep that only some of
+them show.
+"""
 
 import numpy as np
 import pytest
@@ -23,7 +25,8 @@ from centering.friction import (
 MODEL = preset("printed").model
 MASS, INERTIA = 18.9, 0.0189
 HELD, SLID = MODEL.breakaway_force, MODEL.coulomb_force
-CREEP = {"mass": MASS, "mean_load": 0.2 * HELD, "load_amplitude": 0.3 * HELD}  # N: never more than half of what holds
+# N: never more than half of what holds
+CREEP = {"mass": MASS, "mean_load": 0.2 * HELD, "load_amplitude": 0.3 * HELD}
 SPEEDS = st.floats(-100.0, 100.0)
 
 
@@ -31,7 +34,8 @@ def law_of(name, **options):
     return friction_law(MODEL, name, **options)
 
 
-# The curves -----------------------------------------------------------------------------------------------------------
+# The curves
+# -----------------------------------------------------------------------------------------------------------
 
 
 @given(v=SPEEDS.filter(lambda v: abs(v) > 1e-12))
@@ -43,7 +47,11 @@ def test_steady_force_of_every_law(v):
     steady |= {"dahl": kinetic, "lugre": kinetic + fade + drag, "elasto_plastic": kinetic + fade + drag}
     for name in LAWS:
         law = law_of(name)
-        z = np.sign(v) * (kinetic + (fade if name in ("lugre", "elasto_plastic") else 0.0)) / 1.2e5 if law.states else 0.0
+        z = (
+            np.sign(v) * (kinetic + (fade if name in ("lugre", "elasto_plastic") else 0.0)) / 1.2e5
+            if law.states
+            else 0.0
+        )
         assert float(law.force(v, z)) == pytest.approx(np.sign(v) * steady[name], rel=1e-9)
         assert float(law.rate(v, z)) == pytest.approx(0.0, abs=1e-9 * abs(v))
 
@@ -56,7 +64,9 @@ def test_at_rest_friction_balances_up_to_breakaway(load):
 
 @given(v=SPEEDS, z=st.floats(-5e-4, 5e-4))
 def test_what_a_law_takes_from_the_motion_it_does_not_give_back(v, z):
-    """F v is what is stored plus a loss >= 0; without damping of the bond, with which these laws may not be passive."""
+    """F v is what is stored plus a loss >= 0; without damping of the bond, with which these laws may not be
+    passive.
+    """
     for name in ("dahl", "lugre", "elasto_plastic"):
         law = law_of(name) if name == "dahl" else law_of(name, bristle_damping=0.0)
         stored = law.bristle_stiffness * z * float(law.rate(v, z))
@@ -75,7 +85,9 @@ def test_yielding_of_the_elastic_law():
     assert limit == pytest.approx(0.8 * SLID / 1.2e5) and limit == pytest.approx(1.85e-4, abs=1e-6)
     z = np.array([0.0, limit, 0.5 * (limit + slides), slides, 2 * slides])
     assert law.yielding(0.1, z) == pytest.approx([0, 0, 0.5, 1, 1], abs=1e-12)
-    assert law.yielding(-0.1, z) == pytest.approx(np.zeros(5)) and law.yielding(-0.1, -z) == pytest.approx(law.yielding(0.1, z))
+    assert law.yielding(-0.1, z) == pytest.approx(np.zeros(5)) and law.yielding(-0.1, -z) == pytest.approx(
+        law.yielding(0.1, z)
+    )
 
 
 def test_laws_of_arrays_are_those_of_their_entries():
@@ -87,11 +99,14 @@ def test_laws_of_arrays_are_those_of_their_entries():
         assert law.force(v, 0.0).shape == law.rate(v, z).shape == (7,)
 
 
-# The mass under a load ------------------------------------------------------------------------------------------------
+# The mass under a load
+# ------------------------------------------------------------------------------------------------
 
 
 def slow_twin(law, load, step, rows):
-    """The same steps with the laws' own functions; implicit equations by fixed-point iteration over what is linear in them."""
+    """The same steps with the laws' own functions; implicit equations by fixed-point iteration over what is
+    linear in them.
+    """
     out, x, v, z = [(0.0, 0.0, 0.0, 0.0)], 0.0, 0.0, 0.0
     for push in load[:rows]:
         before = v
@@ -101,7 +116,9 @@ def slow_twin(law, load, step, rows):
             for _ in range(400):  # z' = v+ - decay z+, M (v+ - v)/step = push - F(z+, z', v+)
                 settled = (z + step * new) / (1 + step * decay)
                 damping = getattr(law, "bristle_damping", 0.0) * (settled - z) / step
-                force = law.bristle_stiffness * settled + damping + getattr(law, "viscous_coefficient", 0.0) * new
+                force = (
+                    law.bristle_stiffness * settled + damping + getattr(law, "viscous_coefficient", 0.0) * new
+                )
                 new += 0.5 * (v + step * (push - force) / INERTIA - new)
             v, z = new, (z + step * new) / (1 + step * decay)
         else:
@@ -171,7 +188,8 @@ def test_momentum_is_the_sum_of_the_forces(name, force, seed):
     assert np.isfinite(trace.position).all()
 
 
-# Creep ----------------------------------------------------------------------------------------------------------------
+# Creep
+# ----------------------------------------------------------------------------------------------------------------
 
 
 def test_creep_under_a_load_that_should_hold():
@@ -188,30 +206,49 @@ def test_the_elastic_law_creeps_too_once_it_yields():
     assert friction_drift(law_of("elasto_plastic"), **load) > 1e-4
 
 
-# Doors ----------------------------------------------------------------------------------------------------------------
+# Doors
+# ----------------------------------------------------------------------------------------------------------------
 
 REFUSED = [
     (lambda: CoulombFriction(20.0, 28.0), "breakaway_force must be >= coulomb_force = 28 (N); got 20.0"),
     (lambda: CoulombFriction(20.0, 0.0), "coulomb_force must be > 0 (N); got 0.0"),
     (lambda: ViscousFriction(37.0, 28.0, -0.1), "viscous_coefficient must be >= 0 (N s/mm); got -0.1"),
     (lambda: StribeckFriction(37.0, 28.0, 0.1, 0.0), "stribeck_speed must be > 0 (mm/s); got 0.0"),
-    (lambda: StribeckFriction(37.0, 28.0, stribeck_exponent=float("nan")), "stribeck_exponent must be finite; got nan"),
+    (
+        lambda: StribeckFriction(37.0, 28.0, stribeck_exponent=float("nan")),
+        "stribeck_exponent must be finite; got nan",
+    ),
     (lambda: DahlFriction(28.0, 0.0), "bristle_stiffness must be > 0 (N/mm); got 0.0"),
-    (lambda: LuGreFriction(37.0, 28.0, bristle_damping=-1.0), "bristle_damping must be >= 0 (N s/mm); got -1.0"),
+    (
+        lambda: LuGreFriction(37.0, 28.0, bristle_damping=-1.0),
+        "bristle_damping must be >= 0 (N s/mm); got -1.0",
+    ),
     (
         lambda: ElastoPlasticFriction(37.0, 28.0, elastic_limit=1e-3),
         "elastic_limit must be < coulomb_force/bristle_stiffness = 0.000233333 (mm); got 0.001",
     ),
     (lambda: friction_law(MODEL, "rubber"), f"law must be one of {', '.join(LAWS)}; got 'rubber'"),
-    (lambda: simulate_friction(law_of("lugre"), [1.0, np.inf], mass=1.0, step=1e-3), "load[1] must be finite (N); got inf"),
-    (lambda: simulate_friction(law_of("lugre"), [], mass=1.0, step=1e-3), "load must be at least one force (N); got []"),
-    (lambda: simulate_friction(law_of("lugre"), [1.0], mass=0.0, step=1e-3), "mass must be > 0 (kg); got 0.0"),
+    (
+        lambda: simulate_friction(law_of("lugre"), [1.0, np.inf], mass=1.0, step=1e-3),
+        "load[1] must be finite (N); got inf",
+    ),
+    (
+        lambda: simulate_friction(law_of("lugre"), [], mass=1.0, step=1e-3),
+        "load must be at least one force (N); got []",
+    ),
+    (
+        lambda: simulate_friction(law_of("lugre"), [1.0], mass=0.0, step=1e-3),
+        "mass must be > 0 (kg); got 0.0",
+    ),
     (lambda: simulate_friction(law_of("lugre"), [1.0], mass=1.0, step=0.0), "step must be > 0 (s); got 0.0"),
     (
         lambda: simulate_friction(law_of("lugre"), [1.0] * 3, mass=1.0, step=1e-3, every=2),
         "steps in all must be a multiple of every = 2, up to 50000000; got 3",
     ),
-    (lambda: friction_drift(law_of("lugre"), **CREEP, cycles=(3, 3)), "cycles must be two rising numbers; got (3, 3)"),
+    (
+        lambda: friction_drift(law_of("lugre"), **CREEP, cycles=(3, 3)),
+        "cycles must be two rising numbers; got (3, 3)",
+    ),
     (lambda: friction_drift(law_of("lugre"), **CREEP, frequency=0.0), "frequency must be > 0 (Hz); got 0.0"),
 ]
 

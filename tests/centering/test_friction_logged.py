@@ -38,7 +38,9 @@ def test_friction_of_each_part_is_found():
 
 
 def test_pushes_are_those_of_the_machine():
-    """Their ways are those of the hidden centre to what bends them; slow or fast, the force is what the contact shows."""
+    """Their ways are those of the hidden centre to what bends them; slow or fast, the force is what the
+    contact shows.
+    """
     problem, log = logged(18.9, 8)
     x, y = log.outcome.center_x.values[0], log.outcome.center_y.values[0]
     ways = np.hypot(np.diff(x), np.diff(y))

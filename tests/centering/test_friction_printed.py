@@ -1,4 +1,6 @@
-"""The source's friction formulas: Tables 6.1, 6.2 and 6.3 with their errors mended, ranges, and what is refused."""
+"""The source's friction formulas: Tables 6.1, 6.2 and 6.3 with their errors mended, ranges, and what is
+refused.
+"""
 
 import numpy as np
 import pytest
@@ -27,7 +29,8 @@ TABLE_6_1 = np.array(
         (2000, 123.14, 97.58, 26.2),
     ]
 )
-# speed (mm/min), peak (N), mu of the force, slide (um), mu of the slide; as printed, but 0.093 where 0.193 stands (oily 1000)
+# speed (mm/min), peak (N), mu of the force, slide (um), mu of the slide; as printed, but 0.093 where 0.193
+# stands (oily 1000)
 DRY = [
     (500, 46.1, 0.134, 265, 0.018),
     (1000, 80.2, 0.187, 613, 0.086),
@@ -54,7 +57,8 @@ PRINTED = PrintedFriction()
 
 def test_table_6_1():
     modelled, observed, error = TABLE_6_1[:, 1:].T
-    assert np.round(100 * (modelled / observed - 1.0), 1) == pytest.approx(error, abs=0.11)  # one digit of 43.2 is off
+    # one digit of 43.2 is off
+    assert np.round(100 * (modelled / observed - 1.0), 1) == pytest.approx(error, abs=0.11)
     assert np.mean(modelled - observed) == pytest.approx(14.12, abs=0.005)
     assert np.mean(modelled / observed - 1.0) == pytest.approx(0.277, abs=5e-4)
     left = [PRINTED.corrected_force(force) - model for model, force in zip(modelled, observed, strict=True)]
@@ -66,7 +70,8 @@ def test_table_6_1():
 def test_table_6_2(surface):
     for speed, force, mu_force, slide, mu_slide in TABLES[surface]:
         rate = units.mm_per_min(float(speed))
-        rounding = 5e-4 + 0.05 / PRINTED.force_sensitivity  # of the coefficient and of the force, as they are printed
+        # of the coefficient and of the force, as they are printed
+        rounding = 5e-4 + 0.05 / PRINTED.force_sensitivity
         assert PRINTED.from_force(force, rate) == pytest.approx(mu_force, abs=rounding)
         assert PRINTED.from_slide(slide * 1e-3, rate) == pytest.approx(mu_slide, abs=5.01e-4)
 
@@ -82,12 +87,15 @@ def test_errors_of_table_6_2_are_those_of_its_own_surface(surface):
 
 
 def test_a_slip_of_table_6_2():
-    shares = [PRINTED.from_slide(590e-3, units.mm_per_min(1000.0)), 0.0935]  # printed 0.193, by its own error 0.093
+    # printed 0.193, by its own error 0.093
+    shares = [PRINTED.from_slide(590e-3, units.mm_per_min(1000.0)), 0.0935]
     assert shares[0] == pytest.approx(shares[1], abs=5e-5)
 
 
 def test_the_tables_use_forces_without_the_correction():
-    assert PRINTED.from_force(PRINTED.corrected_force(46.1), units.mm_per_min(500.0)) == pytest.approx(0.231, abs=1e-3)
+    assert PRINTED.from_force(PRINTED.corrected_force(46.1), units.mm_per_min(500.0)) == pytest.approx(
+        0.231, abs=1e-3
+    )
 
 
 def test_the_weight_behind_the_measured_coefficients_is_not_that_of_the_part():
@@ -112,7 +120,9 @@ def test_both_formulas_give_back_what_they_were_given(mu, speed):
     step = 1e-6
     slope = (PRINTED.free_slide(mu + step, speed) - PRINTED.free_slide(mu - step, speed)) / (2 * step)
     assert PRINTED.slide_sensitivity(mu, speed) == pytest.approx(-slope, rel=1e-4)
-    assert (PRINTED.peak_force(mu + step, speed) - force) / step == pytest.approx(PRINTED.force_sensitivity, rel=1e-5)
+    assert (PRINTED.peak_force(mu + step, speed) - force) / step == pytest.approx(
+        PRINTED.force_sensitivity, rel=1e-5
+    )
 
 
 def test_weights_of_least_variance_have_the_least_variance():
@@ -126,7 +136,8 @@ def test_weights_of_least_variance_have_the_least_variance():
         found = [PRINTED.combine(f, s, speed, weights=weights, **noise) for f, s in drawn]
         spread[weights] = np.std([each["mu_static"] for each in found])
         told = np.mean([each.sd[0] for each in found])
-        assert spread[weights] == pytest.approx(told, rel=0.06)  # 1.1 % of noise; the slope moves with what was drawn
+        # 1.1 % of noise; the slope moves with what was drawn
+        assert spread[weights] == pytest.approx(told, rel=0.06)
     slopes = np.array([PRINTED.force_sensitivity, PRINTED.slide_sensitivity(mu, speed)])
     assert spread["minimum_variance"] == pytest.approx(1 / np.sqrt(np.sum((slopes / sds) ** 2)), rel=0.06)
     assert spread["minimum_variance"] < 0.95 * spread["sensitivity"]
@@ -134,9 +145,9 @@ def test_weights_of_least_variance_have_the_least_variance():
 
 def test_least_and_greatest_slide_are_those_of_the_parabola():
     low, high = PRINTED.slide_range(40.0)
-    assert PRINTED.from_slide(low, 40.0) == pytest.approx(0.3415) and PRINTED.from_slide(high, 40.0) == pytest.approx(
-        0.0, abs=1e-9
-    )
+    assert PRINTED.from_slide(low, 40.0) == pytest.approx(0.3415) and PRINTED.from_slide(
+        high, 40.0
+    ) == pytest.approx(0.0, abs=1e-9)
     assert PRINTED.combine(200.0, low, 40.0)["mu_static"] > 0  # the slide says nothing there: the force alone
     assert PRINTED.combine(200.0, low, 40.0)["mu_static"] == pytest.approx(PRINTED.from_force(200.0, 40.0))
 
@@ -144,7 +155,10 @@ def test_least_and_greatest_slide_are_those_of_the_parabola():
 REFUSED = [
     (lambda: PRINTED.from_force(20.0, 8.0), "push_speed must be >= 8.33333 (500 mm/min) (mm/s); got 8.0"),
     (lambda: PRINTED.peak_force(0.15, 8.0), "push_speed must be >= 8.33333 (500 mm/min) (mm/s); got 8.0"),
-    (lambda: PRINTED.from_force(100.0, 40.0), "peak_force must be >= 126.96, else mu_static is below 0 (N); got 100.0"),
+    (
+        lambda: PRINTED.from_force(100.0, 40.0),
+        "peak_force must be >= 126.96, else mu_static is below 0 (N); got 100.0",
+    ),
     (lambda: PRINTED.from_force(447.0, 40.0), "peak_force must be in [0, 446] (N); got 447.0"),
     (lambda: PRINTED.corrected_force(float("nan")), "peak_force must be finite (N); got nan"),
     (

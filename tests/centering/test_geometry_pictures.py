@@ -86,7 +86,9 @@ def test_rings_are_named_where_the_path_is_not(pyplot):
     for degrees in (22.5, 112.5, 247.5):
         direction = np.radians(degrees) + np.array([0.1, -0.1, 0.1])
         offset = np.array([10.0, 0.3, 0.003])
-        axis = plot_centers(np.column_stack([offset * np.cos(direction), offset * np.sin(direction)]), 0.0025).axes[0]
+        axis = plot_centers(
+            np.column_stack([offset * np.cos(direction), offset * np.sin(direction)]), 0.0025
+        ).axes[0]
         apart = np.radians(axis.get_rlabel_position() - degrees)
         assert np.cos(apart) < np.cos(np.radians(40.0))
 
@@ -102,7 +104,11 @@ def test_estimates_are_drawn_with_their_scatter(pyplot):
 @pytest.mark.parametrize(
     ("centers", "tolerance", "message"),
     [
-        (np.zeros((0, 2)), 0.0025, r"centers must be of shape \(n, 2\), at least one centre \(mm\); got \(0, 2\)"),
+        (
+            np.zeros((0, 2)),
+            0.0025,
+            r"centers must be of shape \(n, 2\), at least one centre \(mm\); got \(0, 2\)",
+        ),
         ([[1.0, 2.0, 3.0]], 0.0025, r"centers must be of shape \(n, 2\)"),
         ([[1.0, np.nan]], 0.0025, r"centers\[1\] must be finite \(mm\); got nan"),
         (CENTERS, 0.0, r"tolerance must be > 0 \(mm\); got 0\.0"),
@@ -115,7 +121,8 @@ def test_bad_input(centers, tolerance, message):
 
 def test_bad_readings():
     with pytest.raises(
-        ValueError, match=r"angle and reading must be one-dimensional of one length; got shapes \(180,\) and \(3,\)"
+        ValueError,
+        match=r"angle and reading must be one-dimensional of one length; got shapes \(180,\) and \(3,\)",
     ):
         CIRCLE.plot(ANGLE, READ[:3])
     with pytest.raises(ValueError, match=r"reading\[0\] must be finite \(mm\); got nan"):

@@ -32,7 +32,15 @@ def fitted(angle, reading):
 
 @pytest.mark.parametrize(
     ("share", "ratio"),
-    [(0.1, 1.00251), (0.2, 1.010179), (0.5, 1.070417), (0.9, 1.340616), (0.95, 1.424472), (0.99, 1.527305), (1.0, 1.570796)],
+    [
+        (0.1, 1.00251),
+        (0.2, 1.010179),
+        (0.5, 1.070417),
+        (0.9, 1.340616),
+        (0.95, 1.424472),
+        (0.99, 1.527305),
+        (1.0, 1.570796),
+    ],
 )
 def test_published_ratios(share, ratio):
     assert 1 / limacon_radius(1.0, share) == pytest.approx(ratio, abs=1e-6)
@@ -40,7 +48,9 @@ def test_published_ratios(share, ratio):
 
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.3, 0.9, 0.999])
 def test_closed_form_against_the_integral_and_a_fit(share):
-    mean = quad(lambda psi: np.sqrt(1 - (share * np.sin(psi)) ** 2), 0, np.pi / 2, epsabs=1e-13)[0] * 2 / np.pi
+    mean = (
+        quad(lambda psi: np.sqrt(1 - (share * np.sin(psi)) ** 2), 0, np.pi / 2, epsabs=1e-13)[0] * 2 / np.pi
+    )
     assert limacon_radius(RADIUS, share * RADIUS) == pytest.approx(RADIUS * mean, rel=1e-12)
     angle = turn(4000, 0.123)  # the trapezoidal rule is exact to rounding but at the very edge
     found = fitted(angle, circle_reading(angle, RADIUS, share * RADIUS, 0.7))
@@ -58,7 +68,8 @@ def test_series_for_small_offsets():
 
 
 @pytest.mark.parametrize(
-    ("steps", "shares", "within"), [(2, np.linspace(0, 0.95, 96), 1e-9), (5, 1 - np.logspace(-6, 0, 200), 1e-11)]
+    ("steps", "shares", "within"),
+    [(2, np.linspace(0, 0.95, 96), 1e-9), (5, 1 - np.logspace(-6, 0, 200), 1e-11)],
 )
 def test_newton_steps(monkeypatch, steps, shares, within):
     """Four steps would leave 3.5e-8 at k = 0.9995."""
@@ -107,12 +118,16 @@ def test_table_4_1(offset):
     assert near == (offset != 12.480)
     corrected = {6.030: 61.44, 18.800: 62.07, 26.400: 61.68}
     if near:
-        assert corrected_radius(measured, offset, method="mears") == pytest.approx(corrected[offset], abs=6e-3)
+        assert corrected_radius(measured, offset, method="mears") == pytest.approx(
+            corrected[offset], abs=6e-3
+        )
     if offset == 26.400:
         assert corrected_radius(measured, offset) == pytest.approx(61.82, abs=5e-3)
 
 
-@pytest.mark.parametrize(("radius", "offset", "wave"), [(30.0, 0.1, 83e-6), (61.94, 1.0, 4.0e-3), (83.5, 3.6, 39e-3)])
+@pytest.mark.parametrize(
+    ("radius", "offset", "wave"), [(30.0, 0.1, 83e-6), (61.94, 1.0, 4.0e-3), (83.5, 3.6, 39e-3)]
+)
 def test_the_false_wave(radius, offset, wave):
     """It is what a limacon leaves at 2 upr; about d^2/(4 R)."""
     angle = turn(3600)
@@ -140,7 +155,9 @@ def test_bias_over_an_arc(share, arc):
     places = np.radians(np.linspace(0.0, arc, 2 * arc + 1))
     errors = [limacon_bias(start + places, 1.0, share, 0.0) for start in np.radians(np.arange(0, 360, 5))]
     last = 0.5 * 10.0 ** np.floor(np.log10(WORST[share, arc]) - 1)
-    assert max(np.hypot(e[1], e[2]) for e in errors) / share == pytest.approx(WORST[share, arc], abs=1.2 * last)
+    assert max(np.hypot(e[1], e[2]) for e in errors) / share == pytest.approx(
+        WORST[share, arc], abs=1.2 * last
+    )
     twin = fitted(0.3 + places, circle_reading(0.3 + places, 1.0, share, 0.0)) - [1.0, share, 0.0]
     assert limacon_bias(0.3 + places, 1.0, share, 0.0) == pytest.approx(twin, abs=1e-11)
 
@@ -182,7 +199,10 @@ def test_the_linear_gauge_reads_noise_as_offset():
     [
         (lambda: limacon_radius(10.0, 11.0), r"offset must be in \[0, 10\] \(mm\); got 11\.0"),
         (lambda: limacon_wave(0.0, 0.0), r"radius must be > 0 \(mm\); got 0\.0"),
-        (lambda: corrected_radius(10.0, 15.8), r"fitted_offset must be <= pi/2 fitted_radius, 15\.708: .* \(mm\); got 15\.8"),
+        (
+            lambda: corrected_radius(10.0, 15.8),
+            r"fitted_offset must be <= pi/2 fitted_radius, 15\.708: .* \(mm\); got 15\.8",
+        ),
         (lambda: corrected_radius(-1.0, 0.0), r"fitted_radius must be > 0 \(mm\); got -1\.0"),
         (lambda: corrected_radius(10.0, 1.0, "taylor"), r"method must be one of exact, mears; got 'taylor'"),
         (lambda: limacon_reading(0.0, -3.0, 1.0, 0.0), r"radius must be > 0 \(mm\); got -3\.0"),

@@ -1,4 +1,6 @@
-"""Measuring until sure, in the closed loop: the controller on the probe, and whether what it says of itself is true."""
+"""Measuring until sure, in the closed loop: the controller on the probe, and whether what it says of itself
+is true.
+"""
 
 import math
 
@@ -23,15 +25,21 @@ def at_the_end(log, part=0):
     """What was reported last of a part."""
     table = log["probe"]
     row = np.flatnonzero(table.part.values == part)[-1]
-    return {name: float(table[f"{name}_planned"].values[row]) for name in ("radius", "center_x", "center_y", "band", "valid")}
+    return {
+        name: float(table[f"{name}_planned"].values[row])
+        for name in ("radius", "center_x", "center_y", "band", "valid")
+    }
 
 
 def off_center(log, part=0):
     told, out = at_the_end(log, part), log.outcome
-    return math.hypot(told["center_x"] - out.true_center_x.values[part], told["center_y"] - out.true_center_y.values[part])
+    return math.hypot(
+        told["center_x"] - out.true_center_x.values[part], told["center_y"] - out.true_center_y.values[part]
+    )
 
 
-# The controller -------------------------------------------------------------------------------------------------------
+# The controller
+# -------------------------------------------------------------------------------------------------------
 
 
 def test_it_fits_the_probe():
@@ -40,14 +48,18 @@ def test_it_fits_the_probe():
 
 
 def test_what_is_no_machine_or_no_controller_is_named():
-    assert "hwsim.Probe(problem) is one; got a Ring" in str(hwsim.check(RING, MeasuringController(estimator())))
+    assert "hwsim.Probe(problem) is one; got a Ring" in str(
+        hwsim.check(RING, MeasuringController(estimator()))
+    )
     assert "controller lacks step" in str(hwsim.check(PROBE, estimator()))
 
 
 def test_it_stops_when_it_is_sure():
     log = hwsim.run(PROBE, MeasuringController(estimator()))
     told, table = at_the_end(log), log["probe"]
-    assert told["valid"] == 1.0 and not table.valid_planned.values[:-1].any(where=np.isfinite(table.valid_planned.values[:-1]))
+    assert told["valid"] == 1.0 and not table.valid_planned.values[:-1].any(
+        where=np.isfinite(table.valid_planned.values[:-1])
+    )
     assert told["band"] <= 0.03 * math.hypot(told["center_x"], told["center_y"])
     assert off_center(log) <= told["band"]
     assert 30 / 360 < log.outcome.turns.values[0] < 0.5 and log.outcome.timed_out.values == 0
@@ -56,7 +68,9 @@ def test_it_stops_when_it_is_sure():
 
 
 def test_the_loop_stops_where_a_batch_says():
-    """`first_valid` of a scan, which is compiled, and the loop: the same sample, the same estimate to the last bit."""
+    """`first_valid` of a scan, which is compiled, and the loop: the same sample, the same estimate to the
+    last bit.
+    """
     for rng in range(4):
         log = hwsim.run(PROBE, MeasuringController(estimator()), rng=rng)
         scan, batch = PROBE.scan(rng=rng), estimator()
@@ -74,13 +88,18 @@ def test_it_gives_up_after_some_turns():
 
 
 def test_parts_do_not_know_of_each_other():
-    probe = PROBE.replace(truth=lambda rng: RING.replace(offset=rng.uniform(0.5, 3.0), offset_angle=rng.uniform(-3.0, 3.0)))
+    probe = PROBE.replace(
+        truth=lambda rng: RING.replace(offset=rng.uniform(0.5, 3.0), offset_angle=rng.uniform(-3.0, 3.0))
+    )
     controller = MeasuringController(estimator())
     log = hwsim.run(probe, controller, parts=3, rng=5)
     again = hwsim.run(probe, controller, parts=3, rng=5)
     assert same(log, again)
     assert [off_center(log, k) <= at_the_end(log, k)["band"] for k in range(3)] == [True] * 3
-    later = {name: log["probe"][name].values[log["probe"].part.values == 0] for name in ("angle", "center_x_planned")}
+    later = {
+        name: log["probe"][name].values[log["probe"].part.values == 0]
+        for name in ("angle", "center_x_planned")
+    }
     alone = hwsim.run(probe, controller, rng=5)["probe"]
     for name, column in later.items():
         assert np.array_equal(column, alone[name].values, equal_nan=True)
@@ -116,13 +135,18 @@ def test_the_log_is_what_identification_reads():
     circle = identify(log, "circle", tip_radius=TIP, part=1)
     assert circle == fit_circle(table.angle.values, table.reading.values, tip_radius=TIP)
     told = at_the_end(log, 1)
-    assert (circle.center_x, circle.center_y) == pytest.approx((told["center_x"], told["center_y"]), abs=0.1 * told["band"])
+    assert (circle.center_x, circle.center_y) == pytest.approx(
+        (told["center_x"], told["center_y"]), abs=0.1 * told["band"]
+    )
 
 
 def test_a_series_is_carried_on_from_its_journal(tmp_path):
     controller, path = MeasuringController(estimator()), tmp_path / "run.db"
     hwsim.run(PROBE, controller, parts=2, rng=4, journal=path)
-    assert same(hwsim.run(PROBE, controller, parts=3, rng=4, journal=path), hwsim.run(PROBE, controller, parts=3, rng=4))
+    assert same(
+        hwsim.run(PROBE, controller, parts=3, rng=4, journal=path),
+        hwsim.run(PROBE, controller, parts=3, rng=4),
+    )
     with pytest.raises(ValueError, match="controller"):
         hwsim.run(PROBE, MeasuringController(estimator(), turns_max=3.0), parts=3, rng=4, journal=path)
 
@@ -135,7 +159,9 @@ def test_it_may_have_a_clock_of_its_own(period):
 
 
 def test_refused():
-    with pytest.raises(TypeError, match=r"estimator must be an estimator such as centering\.GeometryEstimator"):
+    with pytest.raises(
+        TypeError, match=r"estimator must be an estimator such as centering\.GeometryEstimator"
+    ):
         MeasuringController(3.0)
     with pytest.raises(ValueError, match=r"turns_max must be > 0 \(turns\); got 0.0"):
         MeasuringController(estimator(), turns_max=0.0)
@@ -143,15 +169,20 @@ def test_refused():
         MeasuringController(estimator(), period=-1.0)
 
 
-# Is it true what it says? ---------------------------------------------------------------------------------------------
+# Is it true what it says?
+# ---------------------------------------------------------------------------------------------
 
 FORM = {2: 0.010, 3: 0.010, 5: 0.004}  # mm
 RINGS = 200
 
 
 def rough(rng):
-    """A turned ring: 0.01 to 3 mm off, with lobes of up to the amplitudes above, and finer ones that nobody knows of."""
-    lobes = {upr: (most * rng.uniform(0.3, 1.0), rng.uniform(-math.pi, math.pi)) for upr, most in FORM.items()}
+    """A turned ring: 0.01 to 3 mm off, with lobes of up to the amplitudes above, and finer ones that nobody
+    knows of.
+    """
+    lobes = {
+        upr: (most * rng.uniform(0.3, 1.0), rng.uniform(-math.pi, math.pi)) for upr, most in FORM.items()
+    }
     lobes[43] = (0.000235, rng.uniform(-math.pi, math.pi))
     offset = math.exp(rng.uniform(math.log(0.01), math.log(3.0)))
     return hwsim.Ring(61.94, offset, rng.uniform(-math.pi, math.pi), lobes)
@@ -161,7 +192,9 @@ ROUGH = hwsim.Probe(hwsim.Ring(61.94), truth=rough, errors=hwsim.ProbeErrors(dus
 
 
 def stopped(form):
-    """Of 200 rings measured until sure: error of the centre over the band (NaN: never sure), and the turns that it took."""
+    """Of 200 rings measured until sure: error of the centre over the band (NaN: never sure), and the turns
+    that it took.
+    """
     measuring = GeometryEstimator(confidence=0.999, abs_tol=0.002, joint=True, tip_radius=TIP, form=form)
     ratio, turns = np.full(RINGS, math.nan), np.full(RINGS, math.nan)
     for k in range(RINGS):
@@ -184,7 +217,9 @@ def test_what_it_says_is_true_where_the_form_is_given():
 
 
 def test_whole_turns_tell_form_that_nobody_gave():
-    """Sure soon after a turn, and true then; before it lobes pass for an offset, and some are further off than 99.9 % has it."""
+    """Sure soon after a turn, and true then; before it lobes pass for an offset, and some are further off
+    than 99.9 % has it.
+    """
     ratio, turns = stopped(None)
     early = turns < 1.0 - 1e-9
     assert np.all(np.isfinite(ratio))

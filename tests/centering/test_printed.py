@@ -1,4 +1,6 @@
-"""The source's own estimators: against slow twins, and every distribution that its figures and tables are one draw of."""
+"""The source's own estimators: against slow twins, and every distribution that its figures and tables are one
+draw of.
+"""
 
 import numpy as np
 import pytest
@@ -20,7 +22,8 @@ def simulated(seed, amplitude=1.0, noise_sd=0.5, direction=np.pi / 2, runs=RUNS,
     return amplitude * np.cos(angle - direction) + noise_sd * rng.standard_normal((runs, angle.size))
 
 
-# Slow twins -------------------------------------------------------------------------------------------------------
+# Slow twins
+# -------------------------------------------------------------------------------------------------------
 
 
 def slow_rls(angle, reading, radius, inv_info):
@@ -55,7 +58,9 @@ def test_estimates_are_those_of_the_twin(seed, algorithm, repeats):
         np.testing.assert_allclose(found.value, [radius, *center], rtol=1e-8, atol=1e-8)
         assert found.samples == k + 1
         if k >= 2:
-            assert estimator.band == pytest.approx(2 * z * np.sqrt(squares / ((k + 1) * (k - 1))), rel=1e-6, abs=1e-6)
+            assert estimator.band == pytest.approx(
+                2 * z * np.sqrt(squares / ((k + 1) * (k - 1))), rel=1e-6, abs=1e-6
+            )
             assert found.noise_sd == pytest.approx(np.sqrt(squares / (k - 1)), rel=1e-6, abs=1e-6)
 
 
@@ -109,7 +114,8 @@ def test_one_by_one_all_at_once_and_many_parts_give_the_same_bits(algorithm):
         assert estimator.estimate.samples == TURN
 
 
-# What the figures are one draw of ---------------------------------------------------------------------------------
+# What the figures are one draw of
+# ---------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -152,8 +158,12 @@ def test_published_figures_are_one_draw(convergence):
 
 
 def predicted_rmse(samples, columns, start):
-    """Root mean square error of the amplitude, from the normal law of the linear estimate and its shrinkage: no filter run."""
-    rows = np.column_stack([np.ones(samples), np.cos(DEGREES[:samples]), np.sin(DEGREES[:samples])])[:, 3 - columns :]
+    """Root mean square error of the amplitude, from the normal law of the linear estimate and its shrinkage:
+    no filter run.
+    """
+    rows = np.column_stack([np.ones(samples), np.cos(DEGREES[:samples]), np.sin(DEGREES[:samples])])[
+        :, 3 - columns :
+    ]
     inverse = np.linalg.inv(rows.T @ rows + start * np.eye(columns))
     true = np.array([0.0, 0.0, 1.0])[3 - columns :]
     mean, covariance = inverse @ rows.T @ rows @ true, 0.25 * inverse @ rows.T @ rows @ inverse
@@ -161,12 +171,15 @@ def predicted_rmse(samples, columns, start):
     return np.sqrt(np.mean((np.hypot(drawn[:, -2], drawn[:, -1]) - 1) ** 2))
 
 
-@pytest.mark.parametrize(("samples", "rls", "prls"), [(106, 0.073, 0.316), (190, 0.053, 0.108), (360, 0.0370, 0.0370)])
+@pytest.mark.parametrize(
+    ("samples", "rls", "prls"), [(106, 0.073, 0.316), (190, 0.053, 0.108), (360, 0.0370, 0.0370)]
+)
 def test_amplitude_errors(convergence, samples, rls, prls):
     for algorithm, correct, columns, start in (("rls", rls, 2, 1.0), ("prls", prls, 3, 0.0)):
         found = np.sqrt(np.mean(convergence[algorithm][0][:, samples - 1] ** 2))
         assert found == pytest.approx(correct, rel=0.05)
-        # Of a mean square of 4000 normal errors: 1.1 % scatter, and more where the amplitude's law has a tail.
+        # Of a mean square of 4000 normal errors: 1.1 % scatter, and more where the amplitude's law has a
+        # tail.
         assert found == pytest.approx(predicted_rmse(samples, columns, start), rel=0.045)
 
 
@@ -184,7 +197,8 @@ def test_with_one_basis_recursion_and_refit_are_the_same():
 def test_kalman_offset_of_the_source():
     history = PrintedEstimator("kalman", **WALK).history(DEGREES[:TURN], np.cos(DEGREES[:TURN] - np.pi / 2))
     response = random_walk_response(random_walk_gain(**WALK), np.deg2rad(1.0))
-    assert 100 * (history.offset[-1] - 1) == pytest.approx(-0.9015, abs=2e-3)  # its start has died out by the first crest
+    # its start has died out by the first crest
+    assert 100 * (history.offset[-1] - 1) == pytest.approx(-0.9015, abs=2e-3)
     assert history.offset[-1] == pytest.approx(abs(response), abs=2e-5)
     lag = np.rad2deg(history.offset_angle[-1]) - 90
     assert lag == pytest.approx(-np.rad2deg(np.angle(response)), abs=0.5)  # to the nearest reading
@@ -196,7 +210,8 @@ def test_linear_gauge_of_noise():
     assert np.mean(np.ptp(readings, axis=1) / 2) == pytest.approx(2.17, abs=0.03)
 
 
-# The rule "mears" -------------------------------------------------------------------------------------------------
+# The rule "mears"
+# -------------------------------------------------------------------------------------------------
 
 SIGMA = 0.040  # mm
 Z = 3.2905267
@@ -207,7 +222,9 @@ Z = 3.2905267
     [(20.0, 29, 48.1, 52.7, 0.13), (1.0, 76, 30.0, 29.7, 0.08), (0.1, 359, 13.9, 13.4, 0.04)],
 )
 def test_bands_of_table_4_6(amplitude, place, expected, published, scatter):
-    band = 1e3 * PrintedEstimator("prls").history(DEGREES[:TURN], simulated(5, amplitude, SIGMA)).band[:, place]
+    band = (
+        1e3 * PrintedEstimator("prls").history(DEGREES[:TURN], simulated(5, amplitude, SIGMA)).band[:, place]
+    )
     samples = place + 1
     assert 1e3 * 2 * Z * SIGMA / np.sqrt(samples) == pytest.approx(expected, abs=0.05)
     # The residuals of three values leave m - 3 degrees of freedom, the source divides by m - 2.
@@ -218,13 +235,19 @@ def test_bands_of_table_4_6(amplitude, place, expected, published, scatter):
 
 
 def first_valid(amplitude, direction, every=1, seed=6):
-    """Place of the first valid reading (the last one when none is), and errors of amplitude and centre over half of the band."""
+    """Place of the first valid reading (the last one when none is), and errors of amplitude and centre over
+    half of the band.
+    """
     readings = simulated(seed, amplitude, SIGMA, direction, angle=DEGREES)
-    history = PrintedEstimator("prls", confidence=0.999, rel_tol=0.03, abs_tol=0.002).history(DEGREES, readings)
+    history = PrintedEstimator("prls", confidence=0.999, rel_tol=0.03, abs_tol=0.002).history(
+        DEGREES, readings
+    )
     held = history.valid & (np.arange(TURN + 1) % every == 0)
     place = np.where(held.any(axis=1), np.argmax(held, axis=1), TURN)
     pick = np.arange(RUNS), place
-    error = history.offset[pick] * np.exp(1j * history.offset_angle[pick]) - amplitude * np.exp(1j * np.ravel(direction))
+    error = history.offset[pick] * np.exp(1j * history.offset_angle[pick]) - amplitude * np.exp(
+        1j * np.ravel(direction)
+    )
     half = history.band[pick] / 2
     return place, np.abs(history.offset[pick] - amplitude) / half, np.abs(error) / half, held.any(axis=1)
 
@@ -242,10 +265,15 @@ def test_rule_simulated_case_2():
 
 @pytest.mark.parametrize(
     ("amplitude", "center", "ring", "of_400"),
-    [(20.0, 0.009, 0.072, (0.01, 0.07)), (1.0, 0.079, 0.226, (0.06, 0.21)), (0.1, 0.903, 0.949, (0.90, 0.93))],
+    [
+        (20.0, 0.009, 0.072, (0.01, 0.07)),
+        (1.0, 0.079, 0.226, (0.06, 0.21)),
+        (0.1, 0.903, 0.949, (0.90, 0.93)),
+    ],
 )
 def test_what_99_9_percent_is_worth(amplitude, center, ring, of_400):
-    # Shares of 48000 other draws; 4000 scatter about them by chance alone. What 400 gave is within their own scatter.
+    # Shares of 48000 other draws; 4000 scatter about them by chance alone. What 400 gave is within their own
+    # scatter.
     place, of_amplitude, of_center, _ = first_valid(amplitude, ANYWHERE, every=3)
     for held, share, rough in zip((of_center <= 1, of_amplitude <= 1), (center, ring), of_400, strict=True):
         scatter = np.sqrt(share * (1 - share))
@@ -300,9 +328,18 @@ MESSAGES = [
     (lambda: PrintedEstimator(abs_tol=0.0), r"abs_tol must be > 0 \(mm\); got 0.0"),
     (lambda: PrintedEstimator(arc_min=-1.0), r"arc_min must be >= 0 \(rad\); got -1.0"),
     (lambda: PrintedEstimator(inv_info=0.0), r"inv_info must be > 0 \(1\); got 0.0"),
-    (lambda: PrintedEstimator("kalman", walk_variance=-1.0), r"walk_variance must be >= 0 \(mm\^2\); got -1.0"),
-    (lambda: PrintedEstimator("kalman", noise_variance=-1.0), r"noise_variance must be >= 0 \(mm\^2\); got -1.0"),
-    (lambda: PrintedEstimator("kalman", walk_variance=0.0, noise_variance=0.0), r"must not both be 0 \(mm\^2\); got 0 and 0"),
+    (
+        lambda: PrintedEstimator("kalman", walk_variance=-1.0),
+        r"walk_variance must be >= 0 \(mm\^2\); got -1.0",
+    ),
+    (
+        lambda: PrintedEstimator("kalman", noise_variance=-1.0),
+        r"noise_variance must be >= 0 \(mm\^2\); got -1.0",
+    ),
+    (
+        lambda: PrintedEstimator("kalman", walk_variance=0.0, noise_variance=0.0),
+        r"must not both be 0 \(mm\^2\); got 0 and 0",
+    ),
     (lambda: PrintedEstimator().update(angle=np.nan, reading=1.0), r"angle must be finite \(rad\); got nan"),
     (lambda: PrintedEstimator().update(angle=0.0, reading=np.inf), r"reading must be finite \(mm\); got inf"),
     (

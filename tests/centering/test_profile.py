@@ -51,11 +51,14 @@ def test_lobes_are_seen_at_their_angle_about_the_part():
     angle, lobes = turn(2, 720), {2: (1e-3, 0.3), 9: (1e-3, 1.0)}
     profile = Profile(angle, measured(angle, offset=3.6, lobes=lobes), tip_radius=TIP)
     near = form(profile.part_angle, lobes)
-    assert profile.deviation == pytest.approx(near, abs=2e-4)  # the circle fitted to readings is not quite the form's own
+    # the circle fitted to readings is not quite the form's own
+    assert profile.deviation == pytest.approx(near, abs=2e-4)
     clean = profile.filter(upr=100)
     passed = {n: (a * 0.5 ** ((n / 100) ** 2), p) for n, (a, p) in lobes.items()}
     assert clean.deviation == pytest.approx(form(clean.part_angle, passed), abs=1e-9)
-    assert profile.points == pytest.approx((profile.reading + TIP)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]))
+    assert profile.points == pytest.approx(
+        (profile.reading + TIP)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    )
     assert np.ptp(profile.part_angle) == pytest.approx(np.ptp(angle), abs=0.1)
 
 
@@ -74,7 +77,12 @@ def test_angles_that_start_again():
     angle = turn(3, 100)
     assert going_on(np.mod(angle, 2 * np.pi)) == pytest.approx(angle)
     assert going_on(-np.mod(angle, 2 * np.pi)) == pytest.approx(-angle)
-    for kept in (angle, np.random.default_rng(0).permutation(angle), np.array([0.0, 3.5, 7.0, 10.5]), np.array([0.1, 0.1, 4.0])):
+    for kept in (
+        angle,
+        np.random.default_rng(0).permutation(angle),
+        np.array([0.0, 3.5, 7.0, 10.5]),
+        np.array([0.1, 0.1, 4.0]),
+    ):
         assert going_on(kept) is kept
 
 
@@ -103,7 +111,9 @@ def test_shuffled_readings_stay_as_they_are():
 def test_turns_of_what_steps_have_made(profiles):
     _, second, third = profiles
     assert second.nyquist != 180.0  # by rounding
-    with pytest.raises(ValueError, match=r"upr_max must leave the samples a condition .* 180 upr .*: 170 upr are sure"):
+    with pytest.raises(
+        ValueError, match=r"upr_max must leave the samples a condition .* 180 upr .*: 170 upr are sure"
+    ):
         second.spectrum(180)  # not that it must be <= 180
     assert third.turns == pytest.approx(1.0, abs=1e-12)
     assert third.points_per_turn == pytest.approx(360, abs=1e-9)
@@ -136,7 +146,8 @@ def test_roundness_by_all_four(profiles):
     for circle in found.values():
         assert circle.filter == "Gaussian low-pass, 50 upr"
         assert circle.tip_radius == clean.tip_radius
-        height = np.ptp(clean.deviation)  # a circle that is farther off would leave more than that on one side
+        # a circle that is farther off would leave more than that on one side
+        height = np.ptp(clean.deviation)
         assert circle.center == pytest.approx(clean.circle.value[1:], abs=height)
         assert circle.radius == pytest.approx(clean.circle.radius, abs=height)
 
@@ -147,7 +158,8 @@ def test_noise_is_told_at_every_step(profiles):
     assert second.noise_sd == pytest.approx(1e-4, rel=4 / np.sqrt(2 * (1440 - 2 * 170 - 4)))
     clean = measured(turn(1, 360), offset=3.6, lobes=phases(0))
     exact = Profile(turn(1, 360), clean, tip_radius=TIP).filter(upr=50).deviation
-    true = np.sqrt(np.mean((third.deviation - exact) ** 2))  # of one draw of the 100 coefficients that mostly pass
+    # of one draw of the 100 coefficients that mostly pass
+    true = np.sqrt(np.mean((third.deviation - exact) ** 2))
     assert third.noise_sd == pytest.approx(true, rel=4 / np.sqrt(2 * 100))
     assert Profile(turn(1, 4), measured(turn(1, 4))).noise_sd == np.inf
 
@@ -157,7 +169,9 @@ def test_noise_is_told_at_every_step(profiles):
 def test_fast_form_is_no_noise(upr, turns):
     angle = turn(turns, 360)
     found = [
-        Profile(angle, measured(angle, offset=1.0, lobes={upr: (1e-3, 0.5)}, noise=1e-5, rng=seed), tip_radius=TIP).noise_sd
+        Profile(
+            angle, measured(angle, offset=1.0, lobes={upr: (1e-3, 0.5)}, noise=1e-5, rng=seed), tip_radius=TIP
+        ).noise_sd
         for seed in range(4)
     ]
     assert np.mean(found) == pytest.approx(1e-5, rel=0.15)
@@ -177,7 +191,9 @@ def test_residuals_are_what_the_last_step_leaves(profiles):
     first, second, third = profiles
     assert first.residuals == pytest.approx(first.reading - first.circle.reading(first.angle), abs=1e-13)
     freedom = second.angle.size - 2 * second.runout.upr_max - 4
-    assert np.linalg.norm(second.residuals) / np.sqrt(freedom) == pytest.approx(1e-4, rel=4 / np.sqrt(2 * freedom))
+    assert np.linalg.norm(second.residuals) / np.sqrt(freedom) == pytest.approx(
+        1e-4, rel=4 / np.sqrt(2 * freedom)
+    )
     assert third.residuals.size == second.angle.size
 
 
@@ -186,8 +202,13 @@ def test_the_largest_radius_of_a_filtered_profile_is_that_between_samples_too(pr
     *_, clean = profiles
     fine = turn(1, 200_000)
     spectrum = clean.spectrum()
-    x, y = (clean.circle.radius + clean.tip_radius + spectrum.deviation(fine)) * np.array([np.cos(fine), np.sin(fine)])
-    far = np.hypot(x + clean.circle.center_x - about[0], y + clean.circle.center_y - about[1]) - clean.tip_radius
+    x, y = (clean.circle.radius + clean.tip_radius + spectrum.deviation(fine)) * np.array(
+        [np.cos(fine), np.sin(fine)]
+    )
+    far = (
+        np.hypot(x + clean.circle.center_x - about[0], y + clean.circle.center_y - about[1])
+        - clean.tip_radius
+    )
     assert clean.largest_radius(about) == pytest.approx(far.max(), abs=1e-9)
     sampled = np.hypot(*(clean.points - np.array(about)).T).max() - clean.tip_radius
     assert clean.largest_radius(about) >= sampled
@@ -206,7 +227,9 @@ def test_the_largest_radius_as_measured(profiles):
 def test_nothing_rises_higher_between_samples(upr, seed):
     rng = np.random.default_rng(seed)
     lobes = {
-        n: (float(rng.normal() * 1e-3), float(rng.uniform(0, 6))) for n in {upr, *rng.integers(1, upr + 1, 3).tolist()} if n > 1
+        n: (float(rng.normal() * 1e-3), float(rng.uniform(0, 6)))
+        for n in {upr, *rng.integers(1, upr + 1, 3).tolist()}
+        if n > 1
     }
     angle, fine = np.sort(rng.uniform(0, 2 * np.pi, 400)) if seed % 2 else turn(1, 100), turn(1, 4000)
     if widest_gap(angle) * upr / 2 > 1.5:
@@ -216,7 +239,10 @@ def test_nothing_rises_higher_between_samples(upr, seed):
     true = measured(fine, offset=1.0, lobes=lobes)
     assert true.max() <= profile.largest_radius(upr=upr) + 1e-9
     heights = form(fine, lobes)
-    assert np.abs(heights).max() <= profile.rise_between_samples(upr) * np.abs(form(profile.part_angle, lobes)).max() + 1e-7
+    assert (
+        np.abs(heights).max()
+        <= profile.rise_between_samples(upr) * np.abs(form(profile.part_angle, lobes)).max() + 1e-7
+    )
 
 
 def test_the_rise_of_even_turns():
@@ -263,7 +289,15 @@ def test_it_does_not_change(profiles):
     assert kept == first
     assert copy.deepcopy(first) is first
     assert pickle.loads(pickle.dumps(first)) == first
-    for array in (first.angle, first.reading, first.part_angle, first.radii, first.deviation, first.points, first.residuals):
+    for array in (
+        first.angle,
+        first.reading,
+        first.part_angle,
+        first.radii,
+        first.deviation,
+        first.points,
+        first.residuals,
+    ):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
     with pytest.raises(AttributeError):
@@ -282,7 +316,9 @@ def test_pictures(profiles):
 
 @pytest.mark.parametrize(("offset", "arc"), [(40.0, 360), (3.6, 220)])
 def test_the_title_is_the_roundness(offset, arc):
-    """About the circle of the points, not that of the readings; the two differ where points lie unevenly about the part."""
+    """About the circle of the points, not that of the readings; the two differ where points lie unevenly
+    about the part.
+    """
     angle = np.radians(np.arange(0.0, arc))
     lobes = {2: (5e-3, 0.2), 3: (2e-3, 0.4), 4: (1e-3, 1.0)}
     profile = Profile(angle, measured(angle, offset=offset, lobes=lobes), tip_radius=TIP)

@@ -55,13 +55,18 @@ def test_speeds_are_the_filter_s_own_recursion():
     b, a = signal.butter(3, (25.0, 40.0), btype="bandstop", fs=1000.0)
     out = np.zeros(61)
     for n in range(61):
-        out[n] = sum(b[j] * TEN for j in range(min(n, 6) + 1)) - sum(a[j] * out[n - j] for j in range(1, min(n, 6) + 1))
+        out[n] = sum(b[j] * TEN for j in range(min(n, 6) + 1)) - sum(
+            a[j] * out[n - j] for j in range(1, min(n, 6) + 1)
+        )
     assert np.allclose(profile.velocity, out[:-1], atol=1e-9)
-    assert np.allclose(profile.velocity_at(np.arange(60) / 1000.0 + 5e-4), (out[1:] + out[:-1]) / 2, atol=1e-9)
+    assert np.allclose(
+        profile.velocity_at(np.arange(60) / 1000.0 + 5e-4), (out[1:] + out[:-1]) / 2, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize(
-    ("model", "low", "reach"), [(PRINTED, 25.0, 27.0), (PRINTED, 20.0, 37.0), (IDENTIFIED, 25.0, 33.0), (IDENTIFIED, 20.0, 30.0)]
+    ("model", "low", "reach"),
+    [(PRINTED, 25.0, 27.0), (PRINTED, 20.0, 37.0), (IDENTIFIED, 25.0, 33.0), (IDENTIFIED, 20.0, 30.0)],
 )
 def test_part_keeps_to_its_line(model, low, reach):
     """x - v t after 0.05 s: the source has less than 40 um."""
@@ -86,35 +91,51 @@ def test_printed_part_keeps_contact_with_the_filter():
 
 @pytest.mark.parametrize(("rate", "peak"), [(1000.0, 23.482), (4000.0, 36.169)])
 def test_peak_of_a_light_part_is_the_first_sample(rate, peak):
-    """2500 mm/min through 10-100 Hz: the peak is the damper's jump, and goes back to b v as the sampling is refined."""
+    """2500 mm/min through 10-100 Hz: the peak is the damper's jump, and goes back to b v as the sampling is
+    refined.
+    """
     profile = band_stop_profile(2500.0 / 60.0, 0.4, band=(10.0, 100.0), sample_rate=rate, allow_reverse=True)
     trace = simulate_push(LIGHT, profile)
     assert abs(trace.peak_force - peak) < 1e-3
     assert math.isclose(trace.peak_force, LIGHT.contact_damping * profile.velocity[0], rel_tol=1e-12)
     assert -0.26 < profile.velocity.min() / (2500.0 / 60.0) < -0.24
-    assert math.isclose(simulate_push(LIGHT, TipProfile.constant_speed(2500.0 / 60.0, 0.4)).peak_force, 41.667, abs_tol=1e-3)
+    assert math.isclose(
+        simulate_push(LIGHT, TipProfile.constant_speed(2500.0 / 60.0, 0.4)).peak_force, 41.667, abs_tol=1e-3
+    )
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.floats(1.0, 80.0), st.floats(0.003, 0.5), st.floats(10.0, 60.0), st.floats(1.05, 1.6), st.integers(1, 4))
+@given(
+    st.floats(1.0, 80.0),
+    st.floats(0.003, 0.5),
+    st.floats(10.0, 60.0),
+    st.floats(1.05, 1.6),
+    st.integers(1, 4),
+)
 def test_profiles_scale_with_the_speed_and_last_as_asked(speed, duration, low, ratio, order):
     band = (low, low * ratio)
     profile = band_stop_profile(speed, duration, band=band, order=order, allow_reverse=True)
     assert math.isclose(profile.total_time, duration, rel_tol=1e-9)
     one = band_stop_profile(1.0, duration, band=band, order=order, allow_reverse=True)
     assert np.allclose(profile.segments, one.segments * [1.0, speed, speed], rtol=1e-9, atol=1e-9)
-    assert np.allclose(profile.velocity[1:], (profile.velocity + profile.acceleration * profile.duration)[:-1], atol=1e-9)
+    assert np.allclose(
+        profile.velocity[1:], (profile.velocity + profile.acceleration * profile.duration)[:-1], atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("band", [(0.0, 40.0), (40.0, 25.0), (25.0, 25.0), (25.0, 500.0), (-1.0, 40.0)])
 def test_bands_that_are_none(band):
-    with pytest.raises(ValueError, match=r"band must be two frequencies, 0 < f1 < f2 < sample_rate/2 = 500 \(Hz\); got"):
+    with pytest.raises(
+        ValueError, match=r"band must be two frequencies, 0 < f1 < f2 < sample_rate/2 = 500 \(Hz\); got"
+    ):
         band_stop_profile(TEN, 0.4, band=band)
 
 
 @pytest.mark.parametrize("band", [(5.0, 40.0), (10.0, 100.0)])
 def test_pusher_does_not_reverse_without_leave(band):
-    with pytest.raises(ValueError, match=r"band must be such that the filtered speed is never negative.* got \("):
+    with pytest.raises(
+        ValueError, match=r"band must be such that the filtered speed is never negative.* got \("
+    ):
         band_stop_profile(TEN, 0.4, band=band)
     assert band_stop_profile(TEN, 0.4, band=band, allow_reverse=True).velocity.min() < 0.0
 

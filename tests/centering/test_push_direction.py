@@ -4,7 +4,19 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from push_inside import _push_on_table, after, at, back, forward, landing, profile_of, remaining, ring_state, slide, touch_back
+from push_inside import (
+    _push_on_table,
+    after,
+    at,
+    back,
+    forward,
+    landing,
+    profile_of,
+    remaining,
+    ring_state,
+    slide,
+    touch_back,
+)
 from scipy.integrate import solve_ivp
 
 from centering import TipProfile, preset, simulate_push
@@ -26,7 +38,9 @@ def _back(radius, w, rows, offset):
 
 
 def _path(w, rows, start, reverse):
-    """The quasi-static push in the plane, c' = w J c + s n with s = -(n . w J c) - v n_x, from a place of (c, p)."""
+    """The quasi-static push in the plane, c' = w J c + s n with s = -(n . w J c) - v n_x, from a place of (c,
+    p).
+    """
     state = np.array(start, dtype=float)
     for duration, velocity, acceleration in rows[::-1] if reverse else rows:
         span = (duration, 0.0) if reverse else (0.0, duration)
@@ -48,7 +62,9 @@ def test_start_of_the_specification():
     np.testing.assert_allclose(start[:2], [10.01141, -1.19093], atol=5e-6)
     out = _back(61.94, SPEED, [(0.13, 83.333, 0.0)], math.hypot(*start[:2]))
     d = math.hypot(*start[:2])
-    np.testing.assert_allclose((d * math.cos(out[back.ANGLE]), d * math.sin(out[back.ANGLE])), start[:2], atol=1e-8)
+    np.testing.assert_allclose(
+        (d * math.cos(out[back.ANGLE]), d * math.sin(out[back.ANGLE])), start[:2], atol=1e-8
+    )
     assert math.isclose(out[back.ANGLE], -units.deg(6.784), abs_tol=units.deg(5e-4))
     assert math.isclose(0.13 - out[back.TIME], 0.12, abs_tol=1e-9)
 
@@ -68,7 +84,9 @@ def test_quasi_static_push_ends_on_the_axis_with_the_planned_profile(offset, rpm
 
 @pytest.mark.parametrize(("offset", "speed"), [(1.0, 10.0), (10.0, 83.333), (0.01, 5.0)])
 def test_slow_tables_lead_by_half_the_push(offset, speed):
-    """For small w T the centre of the push is led: the angle is w times the mean of the time left, weighted by the way."""
+    """For small w T the centre of the push is led: the angle is w times the mean of the time left, weighted
+    by the way.
+    """
     w = 1e-3
     rows = TipProfile.move(offset + 0.5, speed, 2560.0).segments
     out = _back(89.5, w, rows, offset)
@@ -79,7 +97,9 @@ def test_slow_tables_lead_by_half_the_push(offset, speed):
 
 
 def _stepped(model, radius, w, rows, offset, angle, step):
-    """The twin of `push_on_table`, in the frame of the table (complex numbers): there a resting ring rests, and Coriolis acts."""
+    """The twin of `push_on_table`, in the frame of the table (complex numbers): there a resting ring rests,
+    and Coriolis acts.
+    """
     m, k, b, f_s, f_k, k_v = model.parameters
     q, u, time, rests, peak = offset * np.exp(1j * angle), 0.0, 0.0, True, 0.0
     tip = q.real + math.sqrt(radius**2 - q.imag**2)
@@ -148,7 +168,8 @@ def test_push_on_a_resting_table_is_the_reaction_model(mass, speed):
     state = ring_state(20.0, 0.0, 89.5, 0.0)
     push_on_table(model.parameters, 89.5, 0.0, profile.segments, 1e-10, state)
     assert state[at.Y] == 0.0
-    assert math.isclose(20.0 - state[at.X], trace.final_position, abs_tol=1e-7)  # a slide begins by a step of 2 us
+    # a slide begins by a step of 2 us
+    assert math.isclose(20.0 - state[at.X], trace.final_position, abs_tol=1e-7)
     assert math.isclose(state[at.PEAK_FORCE], trace.peak_force, rel_tol=5e-5)  # between steps by a parabola
     assert math.isclose(state[at.FREE_MAX], trace.free_slide, abs_tol=1e-7)
 
@@ -163,7 +184,12 @@ def test_error_is_what_is_asked():
 
 def _stepped_slide(law, w, tip, touching, start, time, steps):
     """Where a smooth slide leads in so many equal steps."""
-    ring, y, end, k = (law, 89.5, w), np.array(start), np.empty(slide.MOTION), np.empty((slide.STAGES, slide.MOTION))
+    ring, y, end, k = (
+        (law, 89.5, w),
+        np.array(start),
+        np.empty(slide.MOTION),
+        np.empty((slide.STAGES, slide.MOTION)),
+    )
     for _ in range(steps):
         opened(slide._slope)(ring, tip, touching, y, k[0])
         opened(slide._stride)(ring, tip, touching, time / steps, y, k, end)
@@ -174,7 +200,10 @@ def _stepped_slide(law, w, tip, touching, start, time, steps):
 def test_steps_are_of_fifth_order():
     """Twice as many err by 32 times less: a ring that slides on the tip, over a table that turns."""
     start, tip = [1.0, 0.2, -20.0, 5.0, 0.0], (90.48, 30.0, -500.0)
-    ends = [_stepped_slide(PRINTED.model.parameters, 8.0, tip, True, start, 0.01, steps)[:2] for steps in (5, 10, 20, 640)]
+    ends = [
+        _stepped_slide(PRINTED.model.parameters, 8.0, tip, True, start, 0.01, steps)[:2]
+        for steps in (5, 10, 20, 640)
+    ]
     errors = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
     assert errors[0] > 25.0 * errors[1] > 25.0**2 * errors[2] > 0.0
 
@@ -190,7 +219,9 @@ def test_a_free_slide_keeps_its_line():
 
 @pytest.mark.parametrize("share", [1.02, 1.4])
 def test_a_ring_that_the_table_throws_off_slides_as_its_equation_says(share):
-    """Between F_k and twice that the table throws it outward; once it gives way it goes on, and no step adds to that."""
+    """Between F_k and twice that the table throws it outward; once it gives way it goes on, and no step adds
+    to that.
+    """
     model = PRINTED.model
     w = math.sqrt(share * model.mu_static * 9807.0 / 5.0)
     state = ring_state(5.0, 0.0, 89.5, w)
@@ -224,7 +255,9 @@ def test_push_goes_on_from_where_it_was():
 
 
 def test_a_slow_push_is_followed_until_the_ring_rests():
-    """At 1 mm/s friction would stop a free ring in 3 ms; pressed by the tip it swings, for some 12 ms in a half."""
+    """At 1 mm/s friction would stop a free ring in 3 ms; pressed by the tip it swings, for some 12 ms in a
+    half.
+    """
     touch = plan_touch(PRINTED, offset=0.1, spindle_speed=1.0, push_speed=1.0)
     state = ring_state(0.1, -touch.angle, 89.5, 1.0)
     where = landing(PRINTED.model, 1.0, touch.push_profile.segments, state, 1e-10)
@@ -256,7 +289,8 @@ def test_a_ring_that_is_thrown_off_is_not_said_to_rest():
     """Friction would hold it at rest; once it slides it goes on, and it is not followed for ever."""
     state, w = _let_go(1.1, 10.0)
     usual = 2.0 * 6.0 / (0.15 * 9807.0) + 2.0 * math.pi * math.sqrt(0.8e-3 / 1200.0)
-    assert state[at.RESTS] == 0.0 and state[at.CLOCK] < 1e-3 + 32.0 * usual + 1e-9  # twice, where 1/16 of mu_k g is left
+    # twice, where 1/16 of mu_k g is left
+    assert state[at.RESTS] == 0.0 and state[at.CLOCK] < 1e-3 + 32.0 * usual + 1e-9
     assert w * w * math.hypot(state[at.X], state[at.Y]) > 1.1 * 0.15 * 9807.0
 
 
@@ -264,7 +298,9 @@ def test_a_ring_out_of_reach_is_carried_round():
     state = ring_state(3.0, 0.4, 89.5, 6.0)
     state[at.TIP] = 110.0
     push_on_table(PRINTED.model.parameters, 89.5, 6.0, np.array([[0.7, 0.0, 0.0]]), 1e-10, state)
-    np.testing.assert_allclose(state[[at.X, at.Y]], 3.0 * np.array([math.cos(4.6), math.sin(4.6)]), atol=1e-12)
+    np.testing.assert_allclose(
+        state[[at.X, at.Y]], 3.0 * np.array([math.cos(4.6), math.sin(4.6)]), atol=1e-12
+    )
     assert state[at.PEAK_FORCE] == 0.0 and state[at.TOUCH] < 0.0 and state[at.RESTS] == 1.0
 
 
@@ -287,7 +323,9 @@ def test_a_gap_is_met_at_its_time():
 
 def _sideways(problem, offset, w, speed, direction, shape="trapezoid"):
     """Distance from the axis at which the push leads past it, mm."""
-    touch = plan_touch(problem, offset=offset, spindle_speed=w, push_speed=speed, direction=direction, shape=shape)
+    touch = plan_touch(
+        problem, offset=offset, spindle_speed=w, push_speed=speed, direction=direction, shape=shape
+    )
     start = offset * np.exp(-1j * touch.angle)
     rows = _withdrawn(touch.push_profile.segments) if shape == "trapezoid" else touch.push_profile.segments
     rest = np.vstack((rows, [[0.1, -1.0, 0.0]]))
@@ -298,7 +336,9 @@ def _sideways(problem, offset, w, speed, direction, shape="trapezoid"):
 @pytest.mark.parametrize("shape", ["trapezoid", "gentle"])
 @pytest.mark.parametrize(("mass", "rpm", "offset", "speed"), CASES)
 def test_exact_direction_goes_through_the_axis(mass, rpm, offset, speed, shape):
-    """Within 0.3 deg of it; a direction without inertia misses by degrees, about w v/(mu_k g) where the ring does not stick."""
+    """Within 0.3 deg of it; a direction without inertia misses by degrees, about w v/(mu_k g) where the ring
+    does not stick.
+    """
     problem, w = PRINTED.replace(mass=mass), units.rpm(rpm)
     exact, quasi = (_sideways(problem, offset, w, speed, kind, shape) for kind in ("exact", "quasi-static"))
     assert exact < 0.005 * offset
@@ -318,8 +358,12 @@ def test_rows_from_a_travel_on():
     for travel in (1e-6, 0.05, 1.0, 1.9, 2.0):
         rows = after(profile.segments, travel)
         assert math.isclose(profile_of(rows, 0.0).stroke, travel, rel_tol=1e-7)
-        assert math.isclose(profile.total_time - rows[:, 0].sum(), profile.total_time - profile_of(rows, 0.0).total_time)
-        assert math.isclose(remaining(profile.segments, profile.total_time - rows[:, 0].sum()), travel, rel_tol=1e-7)
+        assert math.isclose(
+            profile.total_time - rows[:, 0].sum(), profile.total_time - profile_of(rows, 0.0).total_time
+        )
+        assert math.isclose(
+            remaining(profile.segments, profile.total_time - rows[:, 0].sum()), travel, rel_tol=1e-7
+        )
     back = np.vstack((profile.segments, [[0.01, 0.0, -100.0], [0.01, -1.0, 0.0]]))
     assert len(forward(back)) == len(profile.segments) and len(after(back, 1.0)) == 4
 

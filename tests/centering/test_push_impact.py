@@ -7,18 +7,28 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from centering import preset
-from centering.push import contact_stiffness, energy_balance_speed, free_slide, mass_ratio, restitution, sliding_speed
+from centering.push import (
+    contact_stiffness,
+    energy_balance_speed,
+    free_slide,
+    mass_ratio,
+    restitution,
+    sliding_speed,
+)
 from sdpgrind import units
 
 PROBLEM = preset("printed")
 MODEL = PROBLEM.model
-DISTANCE, FORCE = [0.010, 0.015, 0.020, 0.025, 0.030, 0.035], [10.7, 16.0, 22.4, 31.0, 37.4, 40.6]  # Table 3.1
+# Table 3.1
+DISTANCE, FORCE = [0.010, 0.015, 0.020, 0.025, 0.030, 0.035], [10.7, 16.0, 22.4, 31.0, 37.4, 40.6]
 HIT = {"slide_before": 139.0, "slide_after": 104.0, "part_after": 222.0}  # (3.13)
 
 
 def test_stiffness_of_table_3_1():
     assert math.isclose(contact_stiffness(DISTANCE, FORCE) / 1000, 1.15056, abs_tol=1e-4)
-    assert math.isclose(contact_stiffness(DISTANCE, FORCE, method="least_squares") / 1000, 1.1836, abs_tol=1e-4)
+    assert math.isclose(
+        contact_stiffness(DISTANCE, FORCE, method="least_squares") / 1000, 1.1836, abs_tol=1e-4
+    )
 
 
 def test_restitution_and_masses_of_3_13():
@@ -93,7 +103,10 @@ def test_speed_and_slide_are_inverse(viscous, distance):
             r"restitution must be in \[0, 1\] \(1\); got 1.2",
         ),
         (lambda: energy_balance_speed(PROBLEM, -1.0), r"distance must be >= 0 \(mm\); got -1.0"),
-        (lambda: energy_balance_speed(PROBLEM, 1.0, slide_mass=0.0), r"slide_mass must be > 0 \(kg\); got 0.0"),
+        (
+            lambda: energy_balance_speed(PROBLEM, 1.0, slide_mass=0.0),
+            r"slide_mass must be > 0 \(kg\); got 0.0",
+        ),
         (lambda: free_slide(MODEL, -1.0), r"speed must be >= 0 \(mm/s\); got -1.0"),
         (lambda: contact_stiffness([1.0], [1.0, 2.0]), "distance and force must be of one length >= 1"),
         (lambda: contact_stiffness([0.0], [1.0]), r"distance must be > 0 \(mm\); got 0.0"),

@@ -43,7 +43,9 @@ def test_rim_motion_is_the_derivative_of_the_distance(d, angle):
     scale = 30.0 * (30.0 / (30.0 - d)) ** 3  # of the further derivatives
     assert math.isclose(here.distance, float(_rim(angle, d, 30.0)), rel_tol=1e-14)
     assert math.isclose(here.slope, (after - before) / (2 * h), abs_tol=h * h * scale)
-    assert math.isclose(here.curvature, (after - 2 * here.distance + before) / h**2, abs_tol=h * h * scale**2 / 30 + 1e-5)
+    assert math.isclose(
+        here.curvature, (after - 2 * here.distance + before) / h**2, abs_tol=h * h * scale**2 / 30 + 1e-5
+    )
 
 
 @given(st.floats(0.01, 29.9))
@@ -71,7 +73,9 @@ def test_every_reason_can_be_the_smallest():
         spindle_speed_limit(PROBLEM, offset=0.1, samples_per_turn=50).reason,
         spindle_speed_limit(PROBLEM, offset=0.1, samples_per_turn=200).reason,
         spindle_speed_limit(PROBLEM, offset=25.0).reason,
-        spindle_speed_limit(PROBLEM.replace(limits=limits.replace(acceleration_max=300.0)), offset=10.0).reason,
+        spindle_speed_limit(
+            PROBLEM.replace(limits=limits.replace(acceleration_max=300.0)), offset=10.0
+        ).reason,
         spindle_speed_limit(PROBLEM.replace(mu_static=0.05, mu_kinetic=0.04), offset=25.0).reason,
         spindle_speed_limit(PROBLEM, offset=10.0, push_speed=10.0).reason,
     }
@@ -103,18 +107,26 @@ def test_closing_is_the_worst_of_all_phases():
 
 
 def test_printed_stop_is_more_where_the_slide_withdraws_fast_enough():
-    """The 14.7 mm of (3.6) hold for a slide that withdraws at 154 mm/s; at 120 mm/s the rim comes 0.9 mm nearer."""
+    """The 14.7 mm of (3.6) hold for a slide that withdraws at 154 mm/s; at 120 mm/s the rim comes 0.9 mm
+    nearer.
+    """
     w, slope = units.rpm(42.2916), 34.861
     printed = stopping_way(120.0 + slope * w, 2560.0).distance
-    limited = closing_distance(offset=25.0, radius=30.0, spindle_speed=w, slide_speed=120.0, acceleration=2560.0)
+    limited = closing_distance(
+        offset=25.0, radius=30.0, spindle_speed=w, slide_speed=120.0, acceleration=2560.0
+    )
     assert printed + 0.5 < limited < printed + 1.5
     slower = units.rpm(20.0)
-    easy = closing_distance(offset=25.0, radius=30.0, spindle_speed=slower, slide_speed=120.0, acceleration=2560.0)
+    easy = closing_distance(
+        offset=25.0, radius=30.0, spindle_speed=slower, slide_speed=120.0, acceleration=2560.0
+    )
     assert easy < stopping_way(120.0 + slope * slower, 2560.0).distance
 
 
 def _gauge(force, moment):
-    """How near a ring is to slipping: the greatest power of the load over that of full friction, over all ways to slip."""
+    """How near a ring is to slipping: the greatest power of the load over that of full friction, over all
+    ways to slip.
+    """
     tilt = np.linspace(0, np.pi / 2, 2001)[:, None]
     around = 2 * np.pi * (np.arange(400) + 0.5) / 400
     along, turned = np.cos(tilt), np.sin(tilt)
@@ -127,7 +139,9 @@ def _gauge(force, moment):
 def test_a_change_of_speed_is_at_the_edge_of_slipping(d, w):
     alpha, most = spindle_acceleration_limit(PROBLEM, offset=d, spindle_speed=w), 0.2 * 9807.0
     assert alpha > 0.0
-    assert math.isclose(_gauge(math.hypot(w * w * d, alpha * d) / most, alpha * 89.5 / most), 1.0, rel_tol=2e-6)
+    assert math.isclose(
+        _gauge(math.hypot(w * w * d, alpha * d) / most, alpha * 89.5 / most), 1.0, rel_tol=2e-6
+    )
 
 
 def test_a_limit_is_copied_and_sent():
@@ -136,10 +150,15 @@ def test_a_limit_is_copied_and_sent():
 
 
 def test_change_of_speed_alone_and_at_the_limit():
-    assert math.isclose(spindle_acceleration_limit(PROBLEM, offset=0.0, spindle_speed=10.0), 0.2 * 9807 / 89.5, rel_tol=1e-12)
+    assert math.isclose(
+        spindle_acceleration_limit(PROBLEM, offset=0.0, spindle_speed=10.0), 0.2 * 9807 / 89.5, rel_tol=1e-12
+    )
     fast = spindle_speed_limit(PROBLEM, offset=20.0).all["friction"]
     assert spindle_acceleration_limit(PROBLEM, offset=20.0, spindle_speed=1.0001 * fast) == 0.0
-    falling = [spindle_acceleration_limit(PROBLEM, offset=20.0, spindle_speed=s * fast) for s in (0.1, 0.5, 0.9, 0.999)]
+    falling = [
+        spindle_acceleration_limit(PROBLEM, offset=20.0, spindle_speed=s * fast)
+        for s in (0.1, 0.5, 0.9, 0.999)
+    ]
     assert all(np.diff(falling) < 0)
 
 
@@ -157,13 +176,21 @@ def test_advance_of_the_rim_is_what_is_left_to_its_farthest_place(angle, d):
             r"offset must be < radius = 30, or the probe finds no part \(mm\); got 30.0",
         ),
         (lambda: spindle_speed_limit(PROBLEM, offset=-1.0), r"offset must be >= 0 \(mm\); got -1.0"),
-        (lambda: spindle_speed_limit(PROBLEM, offset=1.0, samples_per_turn=0), "samples_per_turn must be >= 1; got 0"),
+        (
+            lambda: spindle_speed_limit(PROBLEM, offset=1.0, samples_per_turn=0),
+            "samples_per_turn must be >= 1; got 0",
+        ),
         (
             lambda: plan_push(PROBLEM, offset=10.0, spindle_speed=20.0, push_speed=10.0),
             r"spindle_speed must be <= 10.472 at an offset of 10 mm \(table\) \(rad/s\); got 20.0",
         ),
         (
-            lambda: plan_push(PROBLEM.replace(mu_static=0.05, mu_kinetic=0.04), offset=10.0, spindle_speed=8.0, push_speed=10.0),
+            lambda: plan_push(
+                PROBLEM.replace(mu_static=0.05, mu_kinetic=0.04),
+                offset=10.0,
+                spindle_speed=8.0,
+                push_speed=10.0,
+            ),
             r"spindle_speed must be <= 7.0025 at an offset of 10 mm \(friction\) \(rad/s\); got 8.0",
         ),
     ],

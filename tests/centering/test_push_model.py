@@ -60,9 +60,13 @@ def test_replace_reaches_the_part_through_the_problem():
 
 def test_replace_reaches_limits_and_scatter():
     changed = PRINTED.replace(slide_speed_max=90.0, stop_sd=0.001, mass=5.0)
-    assert changed.limits == PRINTED.limits.replace(slide_speed_max=90.0) and changed.model == PRINTED.model.replace(mass=5.0)
+    assert changed.limits == PRINTED.limits.replace(
+        slide_speed_max=90.0
+    ) and changed.model == PRINTED.model.replace(mass=5.0)
     assert changed.scatter == PRINTED.scatter.replace(stop_sd=0.001)
-    both = r"approach_speed and push_speed_max must be <= slide_speed_max = 60; lower both \(mm/s\); got 83\.3"
+    both = (
+        r"approach_speed and push_speed_max must be <= slide_speed_max = 60; lower both \(mm/s\); got 83\.3"
+    )
     with pytest.raises(ValueError, match=both):
         PRINTED.replace(slide_speed_max=60.0)
 
@@ -73,9 +77,13 @@ def test_note_of_the_quantum_has_the_numbers():
 
 
 def test_problem_survives_a_file():
-    text = stored.encode(PRINTED.replace(limits=CenteringLimits(settle_time=0.0), scatter=PushScatter(stop_sd=0.0)))
+    text = stored.encode(
+        PRINTED.replace(limits=CenteringLimits(settle_time=0.0), scatter=PushScatter(stop_sd=0.0))
+    )
     json.loads(text)
-    assert stored.decode(text) == PRINTED.replace(limits=CenteringLimits(settle_time=0.0), scatter=PushScatter(stop_sd=0.0))
+    assert stored.decode(text) == PRINTED.replace(
+        limits=CenteringLimits(settle_time=0.0), scatter=PushScatter(stop_sd=0.0)
+    )
 
 
 def test_presets_are_told():
@@ -112,7 +120,9 @@ def test_bad_parts_are_refused():
 
 
 def test_equal_coefficients_are_warned_of():
-    with pytest.warns(UserWarning, match="mu_static equals mu_kinetic = 0.15: the part will not stick and slip"):
+    with pytest.warns(
+        UserWarning, match="mu_static equals mu_kinetic = 0.15: the part will not stick and slip"
+    ):
         _model(mu_static=0.15)
 
 
@@ -125,10 +135,19 @@ def test_equal_coefficients_are_warned_of():
         ),
         (lambda: CenteringLimits(acceleration_max=0.0), r"acceleration_max must be > 0 \(mm/s\^2\); got 0.0"),
         (lambda: CenteringLimits(settle_time=-1.0), r"settle_time must be >= 0 \(s\); got -1.0"),
-        (lambda: PushScatter(friction_part_sd=1.5), r"friction_part_sd must be in \[0, 1\) \(relative\); got 1.5"),
+        (
+            lambda: PushScatter(friction_part_sd=1.5),
+            r"friction_part_sd must be in \[0, 1\) \(relative\); got 1.5",
+        ),
         (lambda: PushScatter(stop_sd=-1.0), r"stop_sd must be >= 0 \(mm\); got -1.0"),
-        (lambda: PRINTED.replace(offset_max=90.0), r"offset_max must be < the radius of the part = 89.5 \(mm\); got 90.0"),
-        (lambda: PRINTED.replace(offset_max=0.001), r"tolerance must be < a tenth of offset_max, 0.0001; units.um\(...\) for"),
+        (
+            lambda: PRINTED.replace(offset_max=90.0),
+            r"offset_max must be < the radius of the part = 89.5 \(mm\); got 90.0",
+        ),
+        (
+            lambda: PRINTED.replace(offset_max=0.001),
+            r"tolerance must be < a tenth of offset_max, 0.0001; units.um\(...\) for",
+        ),
         (lambda: PRINTED.replace(pushes_max=0), "pushes_max must be >= 1; got 0"),
     ],
 )
@@ -140,23 +159,35 @@ def test_bad_problems_are_refused(make, message):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"spindle_speed_max": 60.0}, "spindle_speed_max must be < 30; units.rpm(...) for rev/min (rad/s); got 60.0"),
+        (
+            {"spindle_speed_max": 60.0},
+            "spindle_speed_max must be < 30; units.rpm(...) for rev/min (rad/s); got 60.0",
+        ),
         ({"acceleration_max": 1.5}, "acceleration_max must be > 20; 1000 times m/s^2 (mm/s^2); got 1.5"),
         ({"slide_speed_max": 5000.0}, "slide_speed_max must be < 2000; mm/min over 60 (mm/s); got 5000.0"),
         ({"settle_time": 50.0}, "settle_time must be < 5; ms/1000 (s); got 50.0"),
         ({"sample_time": 10.0}, "sample_time must be < 1; ms/1000 (s); got 10.0"),
         ({"safety": 500.0}, "safety must be < 100; units.um(...) for micrometres (mm); got 500.0"),
         ({"follow_gap": 7928.0}, "follow_gap must be < 200; units.um(...) for micrometres (mm); got 7928.0"),
-        ({"stroke_offset_max": 500.0}, "stroke_offset_max must be < 50; units.um(...) for micrometres (mm); got 500.0"),
+        (
+            {"stroke_offset_max": 500.0},
+            "stroke_offset_max must be < 50; units.um(...) for micrometres (mm); got 500.0",
+        ),
         ({"mu_static": 16.0}, "mu_static must be < 2; percent/100; got 16.0"),
         ({"mu_static": 20.0, "mu_kinetic": 15.0}, "mu_static must be < 2; percent/100; got 20.0"),
         ({"mu_kinetic": 15.0}, "mu_kinetic must be < 2; percent/100; got 15.0"),
-        ({"contact_stiffness": 1.2e6}, "contact_stiffness must be < 200000; N/m over 1000 (N/mm); got 1200000.0"),
+        (
+            {"contact_stiffness": 1.2e6},
+            "contact_stiffness must be < 200000; N/m over 1000 (N/mm); got 1200000.0",
+        ),
         ({"mass": 5000.0}, "mass must be < 500; grams/1000 (kg); got 5000.0"),
         ({"direction_sd": 1.5}, "direction_sd must be < 0.3; units.deg(...) for degrees (rad); got 1.5"),
         ({"stop_sd": 0.5}, "stop_sd must be < 0.1; units.um(...) for micrometres (mm); got 0.5"),
         ({"measuring_sd": 0.3}, "measuring_sd must be < 0.1; units.um(...) for micrometres (mm); got 0.3"),
-        ({"tolerance": 4.0}, "tolerance must be < a tenth of offset_max, 1; units.um(...) for micrometres (mm); got 4.0"),
+        (
+            {"tolerance": 4.0},
+            "tolerance must be < a tenth of offset_max, 1; units.um(...) for micrometres (mm); got 4.0",
+        ),
     ],
 )
 def test_values_that_smell_of_another_unit_are_refused_with_the_way_to_write_them(changes, message):

@@ -14,7 +14,8 @@ from centering.push import OptimalPush, Part, PushStatus, gentle_profile, minimu
 HEAVY = preset("printed").replace(limits=preset("printed").limits.replace(push_speed_max=40.0))
 LIGHT = HEAVY.replace(part=Part(0.8, 30.0))
 FITTED = preset("identified").replace(limits=HEAVY.limits)
-FLOOR = 0.2 * HEAVY.model.coulomb_force / HEAVY.model.contact_stiffness  # mm: what contacts of 0.9 and 1.1 differ by
+# mm: what contacts of 0.9 and 1.1 differ by
+FLOOR = 0.2 * HEAVY.model.coulomb_force / HEAVY.model.contact_stiffness
 
 
 PROBLEMS = {"heavy": HEAVY, "light": LIGHT, "fitted": FITTED}
@@ -34,7 +35,10 @@ def _gentle(problem, distance, friction):
     """Time until rest, and stop errors, of the rule that is to be beaten."""
     profile = gentle_profile(problem.model, distance, problem.limits.push_speed_max)
     traces = [simulate_push(_scaled(problem.model, r), profile) for r in friction]
-    rests = [max(t for t, mode in zip(e.phases[1:, 0], e.event_mode, strict=True) if mode in ("slip", "free")) for e in traces]
+    rests = [
+        max(t for t, mode in zip(e.phases[1:, 0], e.event_mode, strict=True) if mode in ("slip", "free"))
+        for e in traces
+    ]
     return max(rests), np.array([trace.final_position for trace in traces]) - distance
 
 
@@ -54,7 +58,9 @@ def test_faster_than_the_gentle_rule_and_nearer(name, distance, problem, saved):
     assert np.abs(push.stop_error).max() < 2.52e-3
     if name != "light":  # whose gentle stops are within 0.5 um
         assert np.abs(push.stop_error).max() < np.abs(errors).max()
-    assert push.spread < max(np.ptp(errors), 1.01 * 0.2 * problem.model.coulomb_force / problem.model.contact_stiffness)
+    assert push.spread < max(
+        np.ptp(errors), 1.01 * 0.2 * problem.model.coulomb_force / problem.model.contact_stiffness
+    )
 
 
 def test_no_friction_between_leaves_the_bounds():
@@ -86,16 +92,21 @@ def test_part_moves_as_an_integrator_says():
 @pytest.mark.parametrize(("name", "distance"), [("heavy", 5.0), ("light", 1.0)])
 def test_limits_are_kept_and_are_what_holds_the_push_back(name, distance):
     push, limits = _push(name, distance), HEAVY.limits
-    speeds = np.concatenate((push.profile.velocity, push.profile.velocity + push.profile.acceleration * push.profile.duration))
+    speeds = np.concatenate(
+        (push.profile.velocity, push.profile.velocity + push.profile.acceleration * push.profile.duration)
+    )
     moving = push.profile.duration[:-2].sum()
     assert speeds.max() < limits.push_speed_max * (1 + 1e-6)
     assert np.abs(push.profile.acceleration).max() < limits.acceleration_max * (1 + 1e-6)
-    assert np.abs(push.profile.velocity[1:] - speeds[push.profile.duration.size :][:-1]).max() < 1e-4  # no jump: 0.1 µm/s
+    # no jump: 0.1 µm/s
+    assert np.abs(push.profile.velocity[1:] - speeds[push.profile.duration.size :][:-1]).max() < 1e-4
     inside = np.linspace(0.0, moving, 20001)
     speed = push.profile.velocity_at(inside)
     acceleration = np.gradient(speed, inside)
     force = push.traces[0].at(np.clip(inside, 0.0, push.rest_time[0])).contact_force.values
-    at_limit = (speed > 0.99 * limits.push_speed_max) | (np.abs(acceleration) > 0.98 * limits.acceleration_max)
+    at_limit = (speed > 0.99 * limits.push_speed_max) | (
+        np.abs(acceleration) > 0.98 * limits.acceleration_max
+    )
     at_margin = force < 0.15 * HEAVY.model.coulomb_force * (1.0 if name == "heavy" else 0.8 / 18.9)
     assert np.mean(at_limit | at_margin) > 0.97
 
@@ -105,7 +116,8 @@ def test_margin_costs_time_and_is_kept():
     wide, narrow = _push(), _push(contact_margin=8.0)
     assert narrow.ok and narrow.time > wide.time
     assert narrow.least_force.min() > 7.0 and wide.least_force.min() > 0.7
-    end = narrow.profile.segments[-5:-2]  # where the force at the least friction is the margin, and tip and part are of one speed
+    # where the force at the least friction is the margin, and tip and part are of one speed
+    end = narrow.profile.segments[-5:-2]
     middle = end[:, 1] + 0.5 * end[:, 2] * end[:, 0]
     slowing = 0.9 * HEAVY.model.coulomb_force - 8.0 + HEAVY.model.viscous_coefficient * middle
     assert np.allclose(end[:, 2], -slowing / HEAVY.model.inertia, rtol=0.03)
@@ -134,14 +146,20 @@ def test_first_guesses_lead_to_one_time(monkeypatch):
 
 @pytest.mark.parametrize(("name", "distance"), [("heavy", 5.0), ("heavy", 1.0), ("light", 1.0)])
 def test_time_is_between_bounds(name, distance):
-    """No faster than a part that has its greatest speed at once and is braked by friction alone; little slower."""
+    """No faster than a part that has its greatest speed at once and is braked by friction alone; little
+    slower.
+    """
     push = _push(name, distance)
     problem = PROBLEMS[name]
     for trace, ratio in zip(push.traces, push.friction, strict=True):
         most = trace.part_velocity.max()
-        slowing = ratio * problem.model.mu_kinetic * GRAVITY + problem.model.viscous_coefficient * most / problem.model.inertia
+        slowing = (
+            ratio * problem.model.mu_kinetic * GRAVITY
+            + problem.model.viscous_coefficient * most / problem.model.inertia
+        )
         assert push.time > (distance - 2.5e-3) / most + 0.5 * most / slowing
-    tip = TipProfile.move(distance, 40.0, problem.limits.acceleration_max).total_time  # at rest at both ends, no part
+    # at rest at both ends, no part
+    tip = TipProfile.move(distance, 40.0, problem.limits.acceleration_max).total_time
     assert 0.75 * tip < push.time < 1.1 * tip
 
 
@@ -151,7 +169,9 @@ def test_parts_in_contact_spread_by_their_contacts():
 
 
 def test_creeping_on_beats_the_gentle_rule_at_less_spread():
-    """What contact alone does not give: each part sticks and jumps once more, and ends (2 F_k - F_s)/k behind the tip."""
+    """What contact alone does not give: each part sticks and jumps once more, and ends (2 F_k - F_s)/k behind
+    the tip.
+    """
     push = _push(stop_error_max=1.95e-3)
     time, errors = _gentle(HEAVY, 5.0, push.friction)
     assert push.ok and push.time < 0.88 * time and push.spread < np.ptp(errors) < FLOOR
@@ -176,7 +196,9 @@ def test_one_friction_stops_where_it_should():
 
 
 def test_early_touch_is_borne():
-    """The rim is known to some 0.3 um: a push that begins 1 um too early or late keeps contact and stops at its place."""
+    """The rim is known to some 0.3 um: a push that begins 1 um too early or late keeps contact and stops at
+    its place.
+    """
     push = _push()
     for start in (-1e-3, 1e-3):
         moved = TipProfile(push.profile.duration, push.profile.velocity, push.profile.acceleration, start)
@@ -232,9 +254,15 @@ def test_picture():
         ({"friction": (0.0, 1.0)}, "friction must be one or more ratios > 0"),
         ({"friction": (1.0, math.nan)}, r"friction\[1\] must be finite \(1\); got nan"),
         ({"contact_margin": -1.0}, r"contact_margin must be >= 0 \(N\); got -1.0"),
-        ({"contact_margin": 26.0}, "contact_margin must be < 25.02, the least Coulomb force, which has to brake the part"),
+        (
+            {"contact_margin": 26.0},
+            "contact_margin must be < 25.02, the least Coulomb force, which has to brake the part",
+        ),
         ({"stop_error_max": 0.0}, r"stop_error_max must be > 0 \(mm\); got 0.0"),
-        ({"force_max": 30.0}, r"force_max must be > the margin and 40.78, which the part breaks away at \(N\); got 30.0"),
+        (
+            {"force_max": 30.0},
+            r"force_max must be > the margin and 40.78, which the part breaks away at \(N\); got 30.0",
+        ),
         ({"fineness": 0.0}, r"fineness must be > 0 \(1\); got 0.0"),
     ],
 )
@@ -258,6 +286,11 @@ def test_a_fastest_push_is_kept_in_a_file(tmp_path, status):
     assert again.status is status and again.traces == push.traces
     assert again != dataclasses.replace(push, steps=push.steps + 1)
     data = push.dataset
-    assert np.array_equal(data["friction"], push.friction) and np.array_equal(data["stop_error"], push.stop_error)
-    told = {name: data[name].attrs["units"] for name in ("stop_error", "rest_time", "least_force", "velocity", "distance")}
+    assert np.array_equal(data["friction"], push.friction) and np.array_equal(
+        data["stop_error"], push.stop_error
+    )
+    told = {
+        name: data[name].attrs["units"]
+        for name in ("stop_error", "rest_time", "least_force", "velocity", "distance")
+    }
     assert told == dict(zip(told, ("mm", "s", "N", "mm/s", "mm"), strict=True))

@@ -17,11 +17,21 @@ SLOW = units.rpm(20.0)
 V_R = 83.333
 LIMITS = PRINTED.limits.replace(approach_speed=V_R, push_speed_max=V_R)
 SOURCE = PRINTED.replace(part=Part(18.9, 61.94), limits=LIMITS)  # "as written"
-ROWS = [(1.0, 10.0, 38.749828, 8.7047237, 0.3229152, 4.303), (10.0, V_R, 36.407758, 15.6911104, 0.3033980, 6.618)]
+ROWS = [
+    (1.0, 10.0, 38.749828, 8.7047237, 0.3229152, 4.303),
+    (10.0, V_R, 36.407758, 15.6911104, 0.3033980, 6.618),
+]
 
 
 def _at(problem=SOURCE, offset=1.0, rpm=20.0, push_speed=10.0, **further):
-    return plan_push(problem, offset=offset, follow_gap=7.928, spindle_speed=units.rpm(rpm), push_speed=push_speed, **further)
+    return plan_push(
+        problem,
+        offset=offset,
+        follow_gap=7.928,
+        spindle_speed=units.rpm(rpm),
+        push_speed=push_speed,
+        **further,
+    )
 
 
 @pytest.mark.parametrize(("offset", "speed", "angle", "stroke", "time", "slip"), ROWS)
@@ -53,7 +63,12 @@ def test_lead_follows_where_iteration_does_not_converge():
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.floats(0.01, 10.0), st.floats(1.0, 60.0), st.floats(2.0, 80.0), st.sampled_from(["end", "contact", "quasi-static"]))
+@given(
+    st.floats(0.01, 10.0),
+    st.floats(1.0, 60.0),
+    st.floats(2.0, 80.0),
+    st.sampled_from(["end", "contact", "quasi-static"]),
+)
 def test_a_plan_meets_the_rim_at_its_place(offset, rpm, speed, direction):
     try:
         push = _at(offset=offset, rpm=rpm, push_speed=speed, direction=direction)
@@ -62,7 +77,9 @@ def test_a_plan_meets_the_rim_at_its_place(offset, rpm, speed, direction):
         return
     r, w = 61.94, units.rpm(rpm)
     profile, touch = push.profile, push.touch
-    assert math.isclose(profile.stroke, push.stroke, rel_tol=1e-9) and math.isclose(push.stroke, push.rough + push.fine)
+    assert math.isclose(profile.stroke, push.stroke, rel_tol=1e-9) and math.isclose(
+        push.stroke, push.rough + push.fine
+    )
     assert math.isclose(profile.total_time, push.time, rel_tol=1e-9)
     time = np.linspace(0.0, push.time - touch.time, 200)
     angle = w * time - push.lead_angle
@@ -77,7 +94,9 @@ def test_a_plan_meets_the_rim_at_its_place(offset, rpm, speed, direction):
 @pytest.mark.parametrize("direction", ["end", "quasi-static"])
 def test_push_that_lasts_longer_than_the_rim_is_away_is_refused(direction):
     """The tip is in reach of the rim for a turn: the rim meets it on the round before."""
-    with pytest.raises(ValueError, match=r"push_speed must be higher .* the rim arrives before the push \(mm/s\); got 1.0"):
+    with pytest.raises(
+        ValueError, match=r"push_speed must be higher .* the rim arrives before the push \(mm/s\); got 1.0"
+    ):
         plan_touch(PRINTED, offset=2.0, spindle_speed=units.rpm(60.0), push_speed=1.0, direction=direction)
 
 
@@ -86,7 +105,8 @@ def test_alignment_is_where_it_was_asked():
     end = _at(direction="end")
     assert math.isclose(end.touch.angle, units.rpm(20.0) * end.touch.time, abs_tol=1e-9)
     quasi = _at(direction="quasi-static").touch
-    assert math.isclose(quasi.angle, units.rpm(20.0) * quasi.time / 2, rel_tol=0.05)  # half a turn of the push
+    # half a turn of the push
+    assert math.isclose(quasi.angle, units.rpm(20.0) * quasi.time / 2, rel_tol=0.05)
 
 
 def test_beyond_half_a_turn_the_part_waits():
@@ -129,7 +149,9 @@ def test_correction_may_take_the_whole_run_up():
 def test_gentle_push_asks_no_more_than_the_slide_can_do(direction):
     """Its way back as well."""
     weak = PRINTED.replace(limits=PRINTED.limits.replace(acceleration_max=800.0))
-    push = plan_push(weak, offset=1.0, spindle_speed=SLOW, push_speed=10.0, direction=direction, shape="gentle")
+    push = plan_push(
+        weak, offset=1.0, spindle_speed=SLOW, push_speed=10.0, direction=direction, shape="gentle"
+    )
     assert np.abs(push.profile.acceleration).max() == pytest.approx(800.0, rel=1e-12)
 
 
@@ -151,16 +173,21 @@ def test_simulation_is_that_of_the_model():
 
 @pytest.mark.parametrize("shape", ["trapezoid", "gentle"])
 @pytest.mark.parametrize(
-    ("mass", "rpm", "offset", "speed"), [(18.9, 20.0, 1.0, 10.0), (18.9, 100.0, 5.0, 40.0), (0.8, 60.0, 0.2, 5.0)]
+    ("mass", "rpm", "offset", "speed"),
+    [(18.9, 20.0, 1.0, 10.0), (18.9, 100.0, 5.0, 40.0), (0.8, 60.0, 0.2, 5.0)],
 )
 def test_exact_push_stops_at_the_axis(mass, rpm, offset, speed, shape):
-    """To the 1e-8 of the offset that its search asks for, and what its own steps add to that; without, it stops mm off."""
+    """To the 1e-8 of the offset that its search asks for, and what its own steps add to that; without, it
+    stops mm off.
+    """
     problem, w = PRINTED.replace(mass=mass), units.rpm(rpm)
     touch = plan_touch(problem, offset=offset, spindle_speed=w, push_speed=speed, shape=shape)
     rows, model = touch.push_profile.segments, problem.model
     state = ring_state(offset, -touch.angle, model.part.radius, w)
     assert abs(landing(model, w, rows, state, 1e-11)) < 1e-7 * offset
-    assert math.isclose(touch.push_profile.position(np.linspace(0, touch.time + 0.01, 4001)).max(), touch.travel, rel_tol=1e-4)
+    assert math.isclose(
+        touch.push_profile.position(np.linspace(0, touch.time + 0.01, 4001)).max(), touch.travel, rel_tol=1e-4
+    )
 
 
 def _left(problem, w, offset, speed):
@@ -179,7 +206,8 @@ def test_ring_that_is_thrown_is_pushed_less_far():
 
 def test_ring_that_sticks_is_aimed_at_the_axis():
     with pytest.warns(UserWarning, match="leaves the ring 0.01 mm from the axis .*: it sticks"):
-        stuck, touch = _left(PRINTED, SLOW, 0.01, 5.0)  # the contact gives way by more before the ring breaks away
+        # the contact gives way by more before the ring breaks away
+        stuck, touch = _left(PRINTED, SLOW, 0.01, 5.0)
     assert math.isclose(abs(stuck), 0.01, rel_tol=1e-9) and math.isclose(touch.travel, 0.01, rel_tol=1e-3)
     assert math.isclose(touch.miss, 0.01, rel_tol=1e-9)
 
@@ -191,7 +219,9 @@ def test_what_is_left_is_told_although_it_is_within_the_tolerance():
 
 
 def test_push_says_what_it_misses():
-    """To the 1e-8 of the offset that the search asks for, in each of two numbers; of other directions nothing is known."""
+    """To the 1e-8 of the offset that the search asks for, in each of two numbers; of other directions nothing
+    is known.
+    """
     exact, other = (_at(PRINTED, direction=direction) for direction in ("exact", "contact"))
     assert 0.0 <= exact.miss < 1.5e-8 and math.isnan(other.miss)
     assert exact.arrival().offset < 1e-4 < other.arrival().offset
@@ -208,10 +238,14 @@ FAST_RIMS = [
 
 @pytest.mark.parametrize(("rpm", "offset", "speed", "shape"), FAST_RIMS)
 def test_push_against_a_rim_that_is_faster_reaches_the_axis(rpm, offset, speed, shape):
-    """The tip meets the rim nearly a radian before alignment; what its way doubles there adds to 1e-8 of the offset."""
+    """The tip meets the rim nearly a radian before alignment; what its way doubles there adds to 1e-8 of the
+    offset.
+    """
     touch = plan_touch(PRINTED, offset=offset, spindle_speed=units.rpm(rpm), push_speed=speed, shape=shape)
     state = ring_state(offset, -touch.angle, 89.5, units.rpm(rpm))
-    assert abs(landing(PRINTED.model, units.rpm(rpm), touch.push_profile.segments, state, 1e-11)) < 1e-6 * offset
+    assert (
+        abs(landing(PRINTED.model, units.rpm(rpm), touch.push_profile.segments, state, 1e-11)) < 1e-6 * offset
+    )
 
 
 def test_push_that_cannot_reach_the_axis_is_refused():
@@ -229,7 +263,10 @@ def test_exact_push_for_which_the_rim_comes_first_is_refused():
 
 @pytest.mark.parametrize(
     ("rpm", "offset", "speed", "why"),
-    [(72.733, 0.47124, 2.46157, "the rim is as fast as the tip"), (68.656, 0.0551366, 7.36737, "it is thrown beyond")],
+    [
+        (72.733, 0.47124, 2.46157, "the rim is as fast as the tip"),
+        (68.656, 0.0551366, 7.36737, "it is thrown beyond"),
+    ],
 )
 def test_push_that_leaves_some_of_the_offset_says_how_much(rpm, offset, speed, why):
     with pytest.warns(UserWarning, match=why) as told:
@@ -242,12 +279,16 @@ def test_push_that_leaves_some_of_the_offset_says_how_much(rpm, offset, speed, w
 def test_push_is_drawn():
     push = _at(PRINTED)
     (axis,) = push.plot().axes
-    assert axis.get_ylabel() == "place on the push line [mm]" and axis.get_xlabel() == "time since the trigger [ms]"
+    assert (
+        axis.get_ylabel() == "place on the push line [mm]"
+        and axis.get_xlabel() == "time since the trigger [ms]"
+    )
     lines = {line.get_label(): line.get_xydata() for line in axis.lines}
     (place,) = lines["first touch"]
     tip = lines["tip"]
     assert np.interp(place[0], *tip.T) == pytest.approx(place[1], abs=1e-3)
-    assert tip[0, 1] - lines["rim, until it is touched"][0, 1] == pytest.approx(7.928, abs=1e-6)  # the gap that is followed with
+    # the gap that is followed with
+    assert tip[0, 1] - lines["rim, until it is touched"][0, 1] == pytest.approx(7.928, abs=1e-6)
     told = {text.get_text() for text in axis.figure.legends[0].get_texts()}
     assert told >= {*lines, "approach", "pause", "run-up", "push"}
     assert axis.get_title().startswith("1 mm off the axis at 20 rpm: begin 33.63° before")
@@ -290,9 +331,13 @@ def test_ring_pushed_from_its_side_is_refused():
         plan_touch(PRINTED, offset=10.0, spindle_speed=20.0, push_speed=1.0)
 
 
-@pytest.mark.parametrize("further", [{}, {"direction": "end", "timing": "printed"}, {"shape": "gentle", "stroke_offset": 0.1}])
+@pytest.mark.parametrize(
+    "further", [{}, {"direction": "end", "timing": "printed"}, {"shape": "gentle", "stroke_offset": 0.1}]
+)
 def test_a_push_is_kept_in_a_file(tmp_path, further):
-    """By value, so that it is simulated and arrives as before; what a slide needs of it stands there with its units."""
+    """By value, so that it is simulated and arrives as before; what a slide needs of it stands there with its
+    units.
+    """
     push = _at(**further)
     push.save(tmp_path / "push.nc")
     again = sdpgrind.load(tmp_path / "push.nc")
@@ -301,7 +346,11 @@ def test_a_push_is_kept_in_a_file(tmp_path, further):
     assert again.simulate() == push.simulate()
     data = push.dataset
     assert np.array_equal(
-        np.column_stack([data[name] for name in ("duration", "velocity", "acceleration")]), push.profile.segments
+        np.column_stack([data[name] for name in ("duration", "velocity", "acceleration")]),
+        push.profile.segments,
     )
-    told = {name: data[name].attrs["units"] for name in ("duration", "velocity", "acceleration", "start", "lead_angle", "time")}
+    told = {
+        name: data[name].attrs["units"]
+        for name in ("duration", "velocity", "acceleration", "start", "lead_angle", "time")
+    }
     assert told == dict(zip(told, ("s", "mm/s", "mm/s^2", "mm", "rad", "s"), strict=True))

@@ -29,7 +29,9 @@ def test_resonances_of_the_specification(model, line):
 
 def test_resonance_is_that_of_part_and_contact_while_they_touch():
     """The damped frequency of the slip phase; the short sticking in each period takes 0.3 Hz."""
-    damped = math.sqrt(PRINTED.contact_stiffness / PRINTED.inertia - (1.1 / (2 * PRINTED.inertia)) ** 2) / (2 * math.pi)
+    damped = math.sqrt(PRINTED.contact_stiffness / PRINTED.inertia - (1.1 / (2 * PRINTED.inertia)) ** 2) / (
+        2 * math.pi
+    )
     found = stiction_resonance(_constant(PRINTED, 300.0))
     assert "free" not in _constant(PRINTED, 300.0).event_mode
     assert abs(found.line - damped) < 0.4 and abs(found.spacing - damped) < 0.4
@@ -41,7 +43,8 @@ def test_resonance_falls_once_the_part_bounces(model, ends):
     spacing = [each.spacing for each in found]
     assert all(np.diff(spacing) < 0.0)
     assert abs(spacing[0] - ends[0]) < 0.5
-    assert ends[1] - 3.0 < min(found[-1].line, spacing[-1]) < ends[1] + 3.0  # bounces decay: each window has its own mean
+    # bounces decay: each window has its own mean
+    assert ends[1] - 3.0 < min(found[-1].line, spacing[-1]) < ends[1] + 3.0
 
 
 def test_identified_part_sticks_long_when_pushed_slowly():
@@ -59,11 +62,16 @@ def test_peaks_of_the_force_are_the_breakaways():
 
 
 def test_first_flight_lasts_as_long_as_friction_takes():
-    """About 2 (v_0 - v)/(mu_k g), what a period is longer by; exactly, with the viscous share, from losing to meeting the tip."""
+    """About 2 (v_0 - v)/(mu_k g), what a period is longer by; exactly, with the viscous share, from losing to
+    meeting the tip.
+    """
     trace = _constant(PRINTED, 2000.0)
     k, tip = trace.event_mode.index("free"), 2000.0 / 60.0
     flight, v, gap = trace.phases[k + 1, 0] - trace.phases[k, 0], trace.phases[k, 6], trace.phases[k, 5]
-    final, rate = PRINTED.coulomb_force / PRINTED.viscous_coefficient, PRINTED.viscous_coefficient / PRINTED.inertia
+    final, rate = (
+        PRINTED.coulomb_force / PRINTED.viscous_coefficient,
+        PRINTED.viscous_coefficient / PRINTED.inertia,
+    )
 
     def ahead(t):
         return (v + final) * -math.expm1(-rate * t) / rate - (final + tip) * t - gap
@@ -97,11 +105,17 @@ def test_datasets_of_a_trace_give_the_same():
 def test_stiffness_gives_the_frequency_back():
     light = PRINTED.replace(part=Part(0.8, 30.0))
     damping = light.contact_damping + light.viscous_coefficient
-    damped = math.sqrt(light.contact_stiffness / light.inertia - (damping / (2 * light.inertia)) ** 2) / (2 * math.pi)
+    damped = math.sqrt(light.contact_stiffness / light.inertia - (damping / (2 * light.inertia)) ** 2) / (
+        2 * math.pi
+    )
     assert abs(damped - 162.0) < 1.0
-    assert math.isclose(implied_stiffness(damped, mass=0.8, damping=damping), light.contact_stiffness, rel_tol=1e-12)
+    assert math.isclose(
+        implied_stiffness(damped, mass=0.8, damping=damping), light.contact_stiffness, rel_tol=1e-12
+    )
     undamped = math.sqrt(1200.0 / 8e-4) / (2 * math.pi)
-    assert abs(undamped - 195.0) < 0.1 and math.isclose(implied_stiffness(undamped, mass=0.8), 1200.0, rel_tol=1e-12)
+    assert abs(undamped - 195.0) < 0.1 and math.isclose(
+        implied_stiffness(undamped, mass=0.8), 1200.0, rel_tol=1e-12
+    )
 
 
 def test_force_without_peaks_has_no_spacing():
@@ -115,7 +129,10 @@ def test_force_without_peaks_has_no_spacing():
         (_recorded(np.ones(100)), r"contact_force must be changing \(N\); got 1.0"),
         (_recorded(np.arange(8.0)), "time and contact_force must be of one length >= 16"),
         (_recorded(np.array([*np.ones(50), np.nan])), r"contact_force\[50\] must be finite \(N\); got nan"),
-        (_recorded(np.arange(64.0) ** 2).assign_coords(time=np.arange(64.0) ** 2), "time must be evenly spaced and increasing"),
+        (
+            _recorded(np.arange(64.0) ** 2).assign_coords(time=np.arange(64.0) ** 2),
+            "time must be evenly spaced and increasing",
+        ),
     ],
 )
 def test_bad_records(data, told):

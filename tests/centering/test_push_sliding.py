@@ -45,7 +45,11 @@ def test_friction_is_bounded_and_symmetric(v, s):
 def test_pure_motions_are_those_of_school():
     assert slide_to_rest(MODEL, speed=50.0, spin=0.0) == (50.0**2 / (2 * BRAKE), 0.0, 50.0 / BRAKE)
     spun = slide_to_rest(MODEL, speed=0.0, spin=-2.0)
-    assert spun.distance == 0.0 and math.isclose(spun.turn, -(4.0 * R / (2 * BRAKE))) and math.isclose(spun.time, 2 * R / BRAKE)
+    assert (
+        spun.distance == 0.0
+        and math.isclose(spun.turn, -(4.0 * R / (2 * BRAKE)))
+        and math.isclose(spun.time, 2 * R / BRAKE)
+    )
 
 
 @pytest.mark.parametrize(("speed", "spin"), [(100.0, 0.3), (60.0, 60.0 / 89.5), (40.0, -1.5), (5.0, 4.0)])
@@ -60,7 +64,9 @@ def test_slide_is_that_of_the_equations_of_motion(speed, spin):
         return math.hypot(y[2], R * y[3]) - 1e-3 * speed
 
     rests.terminal = True
-    run = solve_ivp(motion, (0.0, 1.0), [0.0, 0.0, speed, abs(spin)], events=rests, rtol=1e-7, atol=1e-9, max_step=1e-3)
+    run = solve_ivp(
+        motion, (0.0, 1.0), [0.0, 0.0, speed, abs(spin)], events=rests, rtol=1e-7, atol=1e-9, max_step=1e-3
+    )
     slide = slide_to_rest(MODEL, speed=speed, spin=spin)
     assert math.isclose(slide.distance, run.y[0, -1], rel_tol=1e-5)  # what is left then is 1e-6 of it
     assert math.isclose(slide.turn, math.copysign(run.y[1, -1], spin), rel_tol=1e-5)
@@ -89,13 +95,18 @@ def test_there_is_one_pair_of_speeds(speed, spin):
     slide = slide_to_rest(MODEL, speed=speed, spin=spin)
     launch = launch_for(MODEL, distance=slide.distance, turn=slide.turn)
     size = math.hypot(speed, R * spin)
-    assert math.isclose(launch.speed, speed, abs_tol=1e-6 * size) and math.isclose(launch.spin * R, spin * R, abs_tol=1e-6 * size)
+    assert math.isclose(launch.speed, speed, abs_tol=1e-6 * size) and math.isclose(
+        launch.spin * R, spin * R, abs_tol=1e-6 * size
+    )
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: ring_friction(0.0, 0.0), r"speed must be > 0 where the ring does not spin \(mm/s\); got 0.0"),
+        (
+            lambda: ring_friction(0.0, 0.0),
+            r"speed must be > 0 where the ring does not spin \(mm/s\); got 0.0",
+        ),
         (lambda: ring_friction(-1.0, 0.0), r"speed must be >= 0 \(mm/s\); got -1.0"),
         (lambda: slide_to_rest(MODEL, speed=-1.0, spin=0.0), r"speed must be >= 0 \(mm/s\); got -1.0"),
         (lambda: launch_for(MODEL, distance=-1.0, turn=0.0), r"distance must be >= 0 \(mm\); got -1.0"),
@@ -107,7 +118,9 @@ def test_bad_values_are_refused(call, message):
         call()
 
 
-@pytest.mark.parametrize(("distance", "turn"), [(1e-9, 1.0), (1e-6, 1.0), (1e-4, 2.0), (5.0, 1e-12), (50.0, 1e-7), (1e-3, -0.5)])
+@pytest.mark.parametrize(
+    ("distance", "turn"), [(1e-9, 1.0), (1e-6, 1.0), (1e-4, 2.0), (5.0, 1e-12), (50.0, 1e-7), (1e-3, -0.5)]
+)
 def test_launch_of_nearly_pure_motions_is_that_of_the_slide(distance, turn):
     launch = launch_for(MODEL, distance=distance, turn=turn)
     slide = slide_to_rest(MODEL, speed=launch.speed, spin=launch.spin)

@@ -15,7 +15,9 @@ distances, jerks = st.floats(1e-3, 100.0), st.floats(1e3, 1e7)
 
 
 def _travelled(time, peak, a, j):
-    """Distance of two ramps of limited jerk and a cruise between, phase by phase; the second ramp mirrors the first."""
+    """Distance of two ramps of limited jerk and a cruise between, phase by phase; the second ramp mirrors the
+    first.
+    """
     top = min(a, math.sqrt(peak * j))  # acceleration that is reached
     x = v = accelerated = 0.0
     for duration, jerk in ((top / j, j), (peak / top - top / j, 0.0), (top / j, -j)):
@@ -29,7 +31,9 @@ def _travelled(time, peak, a, j):
 
 def test_stop_of_the_source():
     stop = stopping_way(274.3, A)
-    assert math.isclose(stop.time, 0.10715, abs_tol=1e-5) and math.isclose(stop.distance, 14.6954, rel_tol=1e-5)
+    assert math.isclose(stop.time, 0.10715, abs_tol=1e-5) and math.isclose(
+        stop.distance, 14.6954, rel_tol=1e-5
+    )
 
 
 def test_move_of_the_specification():
@@ -37,7 +41,9 @@ def test_move_of_the_specification():
 
 
 def test_following_over_a_whole_gap_cannot_be_faster():
-    """Of the published 0.11 s: the fastest way to 99 % of the gap; then the last of the brake is still to come."""
+    """Of the published 0.11 s: the fastest way to 99 % of the gap; then the last of the brake is still to
+    come.
+    """
     gap, v = 7.928, 120.0
     whole = move_time(gap, speed=v, acceleration=A)
     assert math.isclose(whole, 0.1129, abs_tol=1e-4)
@@ -77,7 +83,9 @@ def test_peak_speed_is_the_root_of_its_equation(d, a, j):
 
 def test_jerk_limited_times_by_hand():
     """Without limits of speed and acceleration t = (32 d/j)^(1/3); with a great jerk the trapezoid."""
-    assert math.isclose(move_time(4.0, speed=1e6, acceleration=1e9, jerk=1e4), (32 * 4.0 / 1e4) ** (1 / 3), rel_tol=1e-12)
+    assert math.isclose(
+        move_time(4.0, speed=1e6, acceleration=1e9, jerk=1e4), (32 * 4.0 / 1e4) ** (1 / 3), rel_tol=1e-12
+    )
     trapezoid = move_time(4.0, speed=50.0, acceleration=A)
     assert math.isclose(move_time(4.0, speed=50.0, acceleration=A, jerk=1e12), trapezoid, rel_tol=1e-6)
 
@@ -96,7 +104,10 @@ def test_jerk_takes_time_continuously():
         ({"acceleration": -1.0}, r"acceleration must be > 0 \(mm/s\^2\); got -1.0"),
         ({"jerk": 0.0}, r"jerk must be > 0 \(mm/s\^3\); got 0.0"),
         ({"timing": "legacy"}, "timing must be one of exact, printed; got 'legacy'"),
-        ({"timing": "printed", "jerk": 1e5}, r"jerk must be infinite where timing is printed \(mm/s\^3\); got 100000.0"),
+        (
+            {"timing": "printed", "jerk": 1e5},
+            r"jerk must be infinite where timing is printed \(mm/s\^3\); got 100000.0",
+        ),
     ],
 )
 def test_bad_moves_are_refused(arguments, message):

@@ -30,7 +30,9 @@ def test_a_trace_says_what_a_batch_says():
 
 def test_samples_follow_the_equation_of_motion():
     trace = simulate_push(MODEL, THROWN)
-    np.testing.assert_allclose(trace.tip_position, THROWN.position(np.minimum(trace.time, THROWN.total_time)), atol=1e-12)
+    np.testing.assert_allclose(
+        trace.tip_position, THROWN.position(np.minimum(trace.time, THROWN.total_time)), atol=1e-12
+    )
     time = np.linspace(0.03, 0.12, 5)
     step = 1e-7
     for t in time:
@@ -59,7 +61,9 @@ def test_a_trace_is_kept_in_a_file(tmp_path):
     assert again != simulate_push(MODEL, TipProfile.constant_speed(10.0, 0.1))
     assert hash(again) == hash(trace)
     data = trace.dataset
-    assert {name: data[name].attrs["units"] for name in ("time", "tip_position", "part_velocity", "contact_force")} == {
+    assert {
+        name: data[name].attrs["units"] for name in ("time", "tip_position", "part_velocity", "contact_force")
+    } == {
         "time": "s",
         "tip_position": "mm",
         "part_velocity": "mm/s",
@@ -86,7 +90,10 @@ def test_pictures_show_tip_part_force_and_modes():
         ((0.02, 1200.0, -1.0, 37.0, 28.0, 0.1), r"parameters\[:, 2\], b, must be >= 0 \(N s/mm\); got -1.0"),
         ((0.02, 1200.0, 1.0, 27.0, 28.0, 0.1), r"parameters\[:, 3\], F_s, must be >= F_k \(N\)"),
         ((0.02, 1200.0, 1.0, 37.0, 0.0, 0.1), r"parameters\[:, 4\], F_k, must be > 0 \(N\); got 0.0"),
-        ((0.02, 1200.0, 1.0, 37.0, 28.0, -0.1), r"parameters\[:, 5\], k_v, must be >= 0 \(N s/mm\); got -0.1"),
+        (
+            (0.02, 1200.0, 1.0, 37.0, 28.0, -0.1),
+            r"parameters\[:, 5\], k_v, must be >= 0 \(N s/mm\); got -0.1",
+        ),
         ((0.02, 1200.0, np.nan, 37.0, 28.0, 0.1), r"parameters\[2\] must be finite"),
         ((0.02, 1200.0), r"parameters must be of shape \(m, 6\)"),
     ],

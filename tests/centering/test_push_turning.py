@@ -48,14 +48,20 @@ def _slip(state, w):
 def test_a_table_that_stands_adds_nothing_but_the_slant(offset, angle, v):
     push = TipProfile.constant_speed(v, 0.01)
     found = turning_profile(push, MODEL, offset=offset, touch_angle=angle, spindle_speed=0.0)
-    assert found.velocity[0] == pytest.approx(v * np.sqrt(1 - (offset * np.sin(angle) / RADIUS) ** 2), rel=1e-9)
+    assert found.velocity[0] == pytest.approx(
+        v * np.sqrt(1 - (offset * np.sin(angle) / RADIUS) ** 2), rel=1e-9
+    )
     assert found.held[0] == 0.0 and found.slid[0] == pytest.approx(0.0, abs=1e-6)
 
 
 @settings(deadline=None)
-@given(offset=st.floats(0.01, 20.0), angle=st.floats(0.0, 1.0), v=st.floats(0.5, 80.0), rpm=st.floats(1.0, 100.0))
+@given(
+    offset=st.floats(0.01, 20.0), angle=st.floats(0.0, 1.0), v=st.floats(0.5, 80.0), rpm=st.floats(1.0, 100.0)
+)
 def test_speed_at_first_touch_is_that_of_slide_and_rim(offset, angle, v, rpm):
-    """The rim on the push line, r = d cos + sqrt(R^2 - d^2 sin^2), rises by dr/dt; both along the slanted normal."""
+    """The rim on the push line, r = d cos + sqrt(R^2 - d^2 sin^2), rises by dr/dt; both along the slanted
+    normal.
+    """
     w = units.rpm(rpm)
 
     def rim(t):
@@ -79,23 +85,39 @@ CASES = [
 
 @pytest.mark.parametrize(("mass", "rpm", "shape", "offset", "speed"), CASES)
 def test_it_is_the_push_in_the_plane(mass, rpm, shape, offset, speed):
-    """Way along the normal to 0.3 %, whole way to 2.5 %, free slide to 3 %; force to 0.3 %, to 1.5 % where a step is long."""
+    """Way along the normal to 0.3 %, whole way to 2.5 %, free slide to 3 %; force to 0.3 %, to 1.5 % where a
+    step is long.
+    """
     problem, w = PROBLEM.replace(mass=mass), units.rpm(rpm)
-    touch = plan_touch(problem, offset=offset, spindle_speed=w, push_speed=speed, direction="quasi-static", shape=shape)
+    touch = plan_touch(
+        problem, offset=offset, spindle_speed=w, push_speed=speed, direction="quasi-static", shape=shape
+    )
     state, along = in_the_plane(problem.model, touch, offset, w)
-    profile = turning_profile(touch.push_profile, problem.model, offset=offset, touch_angle=touch.angle, spindle_speed=w)
+    profile = turning_profile(
+        touch.push_profile, problem.model, offset=offset, touch_angle=touch.angle, spindle_speed=w
+    )
     trace = simulate_table_push(problem.model, profile)
     assert trace.energy_balance < 1e-9
-    assert trace.peak_force == pytest.approx(state[at.PEAK_FORCE], rel=1.5e-2 if mass < 1.0 else 3e-3)  # at the first touch
+    # at the first touch
+    assert trace.peak_force == pytest.approx(state[at.PEAK_FORCE], rel=1.5e-2 if mass < 1.0 else 3e-3)
     assert trace.final_position == pytest.approx(along, rel=3e-3)
     assert -0.025 * offset < trace.final_position - state[at.WAY] < 1e-3 * offset
     assert trace.free_slide == pytest.approx(state[at.FREE_MAX], rel=0.03, abs=1e-3)
 
 
 def test_what_the_table_adds():
-    """18.9 kg over 5 mm at 40 mm/s: 192 N on a table that stands, and what the rim's advance and the throw outward add."""
+    """18.9 kg over 5 mm at 40 mm/s: 192 N on a table that stands, and what the rim's advance and the throw
+    outward add.
+    """
     peaks = [
-        plan_push(PROBLEM, offset=5.0, follow_gap=30.0, spindle_speed=units.rpm(rpm), push_speed=40.0, direction="quasi-static")
+        plan_push(
+            PROBLEM,
+            offset=5.0,
+            follow_gap=30.0,
+            spindle_speed=units.rpm(rpm),
+            push_speed=40.0,
+            direction="quasi-static",
+        )
         .simulate()
         .peak_force
         for rpm in (0.1, 20.0, 100.0)
@@ -103,19 +125,31 @@ def test_what_the_table_adds():
     plain = simulate_push(MODEL, TipProfile.constant_speed(40.0, 0.05)).peak_force
     assert peaks[0] == pytest.approx(plain, rel=2e-3) and peaks[0] < peaks[1] < peaks[2]
     w = units.rpm(100.0)
-    contact = turning_profile(TipProfile.move(1.0, 40.0, 2560.0), MODEL, offset=5.0, touch_angle=0.0, spindle_speed=w)
+    contact = turning_profile(
+        TipProfile.move(1.0, 40.0, 2560.0), MODEL, offset=5.0, touch_angle=0.0, spindle_speed=w
+    )
     thrown = MODEL.inertia * w * w * 5.0
-    assert contact.held[0] == pytest.approx(thrown, rel=0.03) and contact.slid[0] == pytest.approx(thrown, rel=0.03)
+    assert contact.held[0] == pytest.approx(thrown, rel=0.03) and contact.slid[0] == pytest.approx(
+        thrown, rel=0.03
+    )
 
 
 def test_samples_are_those_of_the_pieces():
-    """Between two samples the part gains speed by what acts on it: contact, loaded friction, in each piece its own."""
+    """Between two samples the part gains speed by what acts on it: contact, loaded friction, in each piece
+    its own.
+    """
     push = plan_push(PROBLEM, offset=1.0, follow_gap=12.0, spindle_speed=units.rpm(60.0), push_speed=10.0)
     trace = push.simulate()
     time = np.linspace(0.0, trace.duration, 60_001)
     shown = trace.at(time)
-    assert shown.contact_force.max() == pytest.approx(trace.peak_force, rel=1e-4) and shown.contact_force.min() >= 0.0
-    piece = np.minimum(np.searchsorted(np.cumsum(trace.profile.duration), time[:-1], side="right"), trace.profile.slid.size - 1)
+    assert (
+        shown.contact_force.max() == pytest.approx(trace.peak_force, rel=1e-4)
+        and shown.contact_force.min() >= 0.0
+    )
+    piece = np.minimum(
+        np.searchsorted(np.cumsum(trace.profile.duration), time[:-1], side="right"),
+        trace.profile.slid.size - 1,
+    )
     speed, force = shown.part_velocity.values, shown.contact_force.values
     friction = MODEL.coulomb_force + trace.profile.slid[piece] + MODEL.viscous_coefficient * speed[:-1]
     gained = (force[:-1] - friction) / MODEL.inertia * np.diff(time)
@@ -152,7 +186,9 @@ def test_friction_is_learned_from_pushes_on_a_turning_table(factor, rpm):
         touch = plan_touch(PROBLEM, offset=offset, spindle_speed=w, push_speed=v, direction="quasi-static")
         state = ring_state(offset, -touch.angle, RADIUS, w)
         landing(true, w, touch.push_profile.segments, state, 1e-8)
-        profile = turning_profile(touch.push_profile, MODEL, offset=offset, touch_angle=touch.angle, spindle_speed=w)
+        profile = turning_profile(
+            touch.push_profile, MODEL, offset=offset, touch_angle=touch.angle, spindle_speed=w
+        )
         estimator.update(profile=profile, peak_force=state[at.PEAK_FORCE], final_position=state[at.WAY])
     estimate = estimator.estimate
     assert estimator.refused == 0
@@ -172,11 +208,23 @@ def test_friction_is_learned_from_the_trace_of_a_push():
 PUSH = TipProfile.constant_speed(10.0, 0.1)
 GIVEN = {"model": MODEL, "offset": 1.0, "touch_angle": 0.1, "spindle_speed": 2.0}
 REFUSED = [
-    (lambda: turning_profile(TipProfile.constant_speed(10.0, 0.1, start=-1.0), **GIVEN), "profile.start must be 0"),
-    (lambda: turning_profile(PUSH, **GIVEN | {"offset": 90.0}), "offset must be < the radius of the part = 89.5 (mm); got 90.0"),
+    (
+        lambda: turning_profile(TipProfile.constant_speed(10.0, 0.1, start=-1.0), **GIVEN),
+        "profile.start must be 0",
+    ),
+    (
+        lambda: turning_profile(PUSH, **GIVEN | {"offset": 90.0}),
+        "offset must be < the radius of the part = 89.5 (mm); got 90.0",
+    ),
     (lambda: turning_profile(PUSH, **GIVEN | {"offset": -1.0}), "offset must be >= 0 (mm); got -1.0"),
-    (lambda: turning_profile(PUSH, **GIVEN | {"spindle_speed": np.nan}), "spindle_speed must be finite (rad/s); got nan"),
-    (lambda: turning_profile(PUSH, **GIVEN | {"touch_angle": np.inf}), "touch_angle must be finite (rad); got inf"),
+    (
+        lambda: turning_profile(PUSH, **GIVEN | {"spindle_speed": np.nan}),
+        "spindle_speed must be finite (rad/s); got nan",
+    ),
+    (
+        lambda: turning_profile(PUSH, **GIVEN | {"touch_angle": np.inf}),
+        "touch_angle must be finite (rad); got inf",
+    ),
     (lambda: TableProfile([0.1], [1.0], [0.0], held=[1.0, 2.0]), "held must be of the 1 segments; got (2,)"),
 ]
 

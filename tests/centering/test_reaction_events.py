@@ -1,4 +1,6 @@
-"""Pushes of any part by any tip: they end, they keep the energy, and small steps come nearer and nearer to them."""
+"""Pushes of any part by any tip: they end, they keep the energy, and small steps come nearer and nearer to
+them.
+"""
 
 from math import exp, log
 
@@ -22,7 +24,8 @@ def pushes(draw):
     mass, k = draw(span(0.5, 70.0)) / 1e3, draw(span(50.0, 5000.0))
     weight = mass * 9807.0
     viscous = draw(st.one_of(st.just(0.0), st.floats(0.0, 1.0)))
-    damping = draw(st.one_of(st.just(0.0), st.floats(0.0, 3.0), st.just(2.0 * np.sqrt(mass * k))))  # the last: critical
+    # the last: critical
+    damping = draw(st.one_of(st.just(0.0), st.floats(0.0, 3.0), st.just(2.0 * np.sqrt(mass * k))))
     kinetic = draw(st.floats(0.03, 0.5))
     static = kinetic * draw(st.one_of(st.just(1.0), st.floats(1.0, 2.5)))
     parameters = np.array([mass, k, damping, static * weight, kinetic * weight, viscous])
@@ -65,7 +68,10 @@ def test_small_steps_come_to_the_same_place(push):
 def test_small_steps_converge_at_first_order(name):
     """The typical error of a dozen pushes: that of one depends on where an event lies between two steps."""
     parameters = preset(name).model.parameters
-    profiles = [TipProfile.move(2.0, v, 2560.0).then(TipProfile.move(-0.5, v, 2560.0)) for v in np.linspace(12.0, 60.0, 12)]
+    profiles = [
+        TipProfile.move(2.0, v, 2560.0).then(TipProfile.move(-0.5, v, 2560.0))
+        for v in np.linspace(12.0, 60.0, 12)
+    ]
     exact = simulate_pushes(parameters, profiles)
     steps = 1.6e-5 / 4.0 ** np.arange(5)
     errors = np.empty((steps.size, len(profiles), 3))
@@ -101,7 +107,10 @@ def integrated_events(parameters, profile):
         return tip_at(profile.segments, profile.start, t)[0] - s[0]
 
     laws = {
-        "stick": (lambda t, s: (0.0, 0.0), [(lambda t, s: force(t, s) - static, 1, "slip"), (force, -1, "rest")]),
+        "stick": (
+            lambda t, s: (0.0, 0.0),
+            [(lambda t, s: force(t, s) - static, 1, "slip"), (force, -1, "rest")],
+        ),
         "slip": (
             lambda t, s: (s[1], (force(t, s) - coulomb - viscous * s[1]) / mass),
             [(force, -1, "free"), (lambda t, s: s[1], -1, "stick")],
@@ -118,7 +127,16 @@ def integrated_events(parameters, profile):
         watched = []
         for function, direction, _ in events:
             watched.append(terminal(function, direction))
-        run = solve_ivp(law, (t, profile.total_time), state, "DOP853", events=watched, rtol=1e-12, atol=1e-13, max_step=1e-3)
+        run = solve_ivp(
+            law,
+            (t, profile.total_time),
+            state,
+            "DOP853",
+            events=watched,
+            rtol=1e-12,
+            atol=1e-13,
+            max_step=1e-3,
+        )
         t, state = run.t[-1], run.y[:, -1]
         hit = [i for i, times in enumerate(run.t_events) if times.size]
         if not hit:
@@ -129,7 +147,9 @@ def integrated_events(parameters, profile):
     return found
 
 
-@pytest.mark.parametrize(("name", "speed"), [("printed", 100.0 / 3.0), ("identified", 50.0 / 3.0), ("identified", 1.5)])
+@pytest.mark.parametrize(
+    ("name", "speed"), [("printed", 100.0 / 3.0), ("identified", 50.0 / 3.0), ("identified", 1.5)]
+)
 def test_event_times_against_an_integrator(name, speed):
     parameters = preset(name).model.parameters
     profile = TipProfile.constant_speed(speed, 0.2)
@@ -145,9 +165,11 @@ def test_critical_damping_is_no_seam(damping):
     mass, k = 0.0008, 80.0
     b = 2.0 * damping * np.sqrt(mass * k)
     out = [
-        simulate_pushes(np.array([mass, k, c, 1.6, 1.2, 0.0]), TipProfile.move(2.0, 40.0, 2560.0))[0] for c in (b, b * (1 + 1e-9))
+        simulate_pushes(np.array([mass, k, c, 1.6, 1.2, 0.0]), TipProfile.move(2.0, 40.0, 2560.0))[0]
+        for c in (b, b * (1 + 1e-9))
     ]
-    np.testing.assert_allclose(np.delete(out[0], 5), np.delete(out[1], 5), rtol=1e-6)  # all but the energy residual
+    # all but the energy residual
+    np.testing.assert_allclose(np.delete(out[0], 5), np.delete(out[1], 5), rtol=1e-6)
 
 
 def test_a_graze_is_not_missed():
@@ -168,7 +190,8 @@ def test_jumps_of_the_tip_speed_decide_the_mode_anew():
     jump = there.then(TipProfile.constant_speed(60.0, 0.01))  # b times the jump is 50 N, above breaking away
     assert simulate_push(model, jump).event_mode[:2] == ("stick", "slip")
     assert simulate_push(model, jump).breakaway_time == 0.002
-    back = there.then(TipProfile(np.array([0.01]), np.array([-30.0]), np.zeros(1)))  # k delta is 24 N, b times the jump 40 N
+    # k delta is 24 N, b times the jump 40 N
+    back = there.then(TipProfile(np.array([0.01]), np.array([-30.0]), np.zeros(1)))
     trace = simulate_push(model, back)
     assert trace.event_mode == ("stick", "rest", "rest")
     assert trace.final_position == 0.0
@@ -187,5 +210,8 @@ def test_a_tip_that_comes_back_before_the_spring_is_clear():
 
 def test_too_many_phases_are_told():
     model = preset("printed").model.replace(mass=0.05, contact_stiffness=20_000.0, contact_damping=0.0)
-    with pytest.raises(ValueError, match=r"a push must have at most 200000 phases; push 0 has more: make it shorter or faster"):
+    with pytest.raises(
+        ValueError,
+        match=r"a push must have at most 200000 phases; push 0 has more: make it shorter or faster",
+    ):
         simulate_pushes(model, TipProfile.constant_speed(0.01, 1000.0))

@@ -33,7 +33,9 @@ def test_converged_peaks_and_slides(name, peaks, slides):
     np.testing.assert_allclose(1e3 * out[:, 1], slides, atol=0.006)
 
 
-@pytest.mark.parametrize(("name", "slide_rms", "peak_rms"), [("identified", 21.5, 5.0), ("printed", 65.0, 15.9)])
+@pytest.mark.parametrize(
+    ("name", "slide_rms", "peak_rms"), [("identified", 21.5, 5.0), ("printed", 65.0, 15.9)]
+)
 def test_distance_to_the_tables_of_the_source(name, slide_rms, peak_rms):
     out = push_at(name, TABLE)
     wanted = np.array(list(TABLE.values()))
@@ -72,7 +74,11 @@ def test_slow_jumps_are_the_quantum_and_what_the_tip_moves_meanwhile(mass):
     model = preset("printed").model.replace(mass=mass, contact_damping=0.0, viscous_coefficient=0.0)
     quantum, slow = model.stick_slip_quantum, 1e-3
     trace = simulate_push(model, TipProfile.constant_speed(slow, 4.5 * quantum / slow + 31.0))
-    at_rest = [x for x, mode in zip(trace.phases[:, 2] - trace.phases[:, 5], trace.event_mode, strict=False) if mode == "stick"]
+    at_rest = [
+        x
+        for x, mode in zip(trace.phases[:, 2] - trace.phases[:, 5], trace.event_mode, strict=False)
+        if mode == "stick"
+    ]
     rate = sqrt(model.contact_stiffness / model.inertia)
     jump = quantum + slow * (pi + 2 * atan2(2 * slow / rate, quantum)) / rate
     assert np.diff(at_rest) == pytest.approx(jump, rel=1e-9)
@@ -84,7 +90,9 @@ def test_thrown_off_it_slides_by_its_kinetic_energy():
     trace = simulate_push(model, TipProfile.constant_speed(50.0, 0.4))
     first = next(i for i, mode in enumerate(trace.event_mode) if mode == "free")
     speed = trace.phases[first, 6]
-    clear = simulate_push(model, TipProfile.constant_speed(50.0, trace.event_time[first]).then(TipProfile.move(-5.0, 1e4, 1e6)))
+    clear = simulate_push(
+        model, TipProfile.constant_speed(50.0, trace.event_time[first]).then(TipProfile.move(-5.0, 1e4, 1e6))
+    )
     assert clear.free_slide == pytest.approx(speed**2 / (2 * model.coulomb_force / model.inertia), rel=1e-12)
 
 

@@ -21,7 +21,11 @@ ROUND = on_rays(TURN, 30.0 + 0.002 * np.cos(3 * TURN) + 0.001 * np.cos(2 * TURN 
         (ROUND[:3], "MZC", "points must be at least 4; got 3"),
         (ROUND[:2], "LSC", "points must be at least 3; got 2"),
         (ROUND.T, "LSC", r"points must be of shape \(n, 2\) \(mm\); got \(2, 72\)"),
-        (np.where(np.arange(72)[:, np.newaxis] == 5, np.nan, ROUND), "MCC", r"points\[10\] must be finite \(mm\); got nan"),
+        (
+            np.where(np.arange(72)[:, np.newaxis] == 5, np.nan, ROUND),
+            "MCC",
+            r"points\[10\] must be finite \(mm\); got nan",
+        ),
         (np.column_stack([TURN, 2 * TURN]), "LSC", "points must go around a circle; they lie on a line"),
         (np.ones((10, 2)), "MZC", "points must go around a circle; they lie on a line"),
         (ROUND[:30], "LSC", r"points must cover at least 180 deg about their circle; they cover 14\d"),
@@ -35,11 +39,16 @@ def test_points_that_are_refused(points, kind, message):
 
 
 def test_other_values_that_are_refused():
-    with pytest.raises(ValueError, match=r"tip_radius must be < 30, the radius of the circle of the tip's centre \(mm\); got 31"):
+    with pytest.raises(
+        ValueError,
+        match=r"tip_radius must be < 30, the radius of the circle of the tip's centre \(mm\); got 31",
+    ):
         reference_circle(ROUND, tip_radius=31.0)
     with pytest.raises(ValueError, match=r"noise_sd must be >= 0 \(mm\); got -0.1"):
         reference_circle(ROUND, noise_sd=-0.1)
-    with pytest.raises(ValueError, match=r"noise_sd must be one number or one for each of 72 points \(mm\); got \(3,\)"):
+    with pytest.raises(
+        ValueError, match=r"noise_sd must be one number or one for each of 72 points \(mm\); got \(3,\)"
+    ):
         reference_circle(ROUND, noise_sd=[1.0, 2.0, 3.0])
     with pytest.raises(TypeError, match=r"points must be numbers \(mm\); got 'circle'"):
         reference_circle("circle")
@@ -55,14 +64,23 @@ def test_a_circle_that_leaves_by_a_gap_is_refused():
 def test_half_a_turn_is_one_rule_for_points_and_profiles():
     """Of a ring without form 179 deg are refused, whatever the step; 180 deg are enough."""
     for step in (1.0, 0.1):
-        short, enough = np.radians(np.arange(0.0, 179.0 + step / 2, step)), np.radians(np.arange(0.0, 180.0 + step / 2, step))
+        short, enough = (
+            np.radians(np.arange(0.0, 179.0 + step / 2, step)),
+            np.radians(np.arange(0.0, 180.0 + step / 2, step)),
+        )
         for kind in ("LSC", "MCC", "MIC", "MZC"):
-            with pytest.raises(ValueError, match="points must cover at least 180 deg about their circle; they cover 179 deg"):
+            with pytest.raises(
+                ValueError, match="points must cover at least 180 deg about their circle; they cover 179 deg"
+            ):
                 reference_circle(on_rays(short, 30.0), kind)
-            with pytest.raises(ValueError, match="points must cover at least 180 deg about their circle; they cover 179 deg"):
+            with pytest.raises(
+                ValueError, match="points must cover at least 180 deg about their circle; they cover 179 deg"
+            ):
                 Profile(short, np.full(short.size, 30.0)).roundness(kind)
             assert reference_circle(on_rays(enough, 30.0), kind).radius == pytest.approx(30.0, abs=1e-9)
-            assert Profile(enough, np.full(enough.size, 30.0)).roundness(kind).radius == pytest.approx(30.0, abs=1e-9)
+            assert Profile(enough, np.full(enough.size, 30.0)).roundness(kind).radius == pytest.approx(
+                30.0, abs=1e-9
+            )
 
 
 def test_the_axis_may_lie_outside_the_points():
@@ -77,7 +95,9 @@ def test_uncertainty_against_simulated_noise(kind):
     points = random_profile(rng, 15, "uneven", 0.01)
     found = reference_circle(points, kind, noise_sd=1e-6)
     out = (points - found.center) / np.hypot(*(points - found.center).T)[:, np.newaxis]
-    values = [reference_circle(points + 1e-6 * rng.normal(size=(15, 1)) * out, kind).value for _ in range(2000)]
+    values = [
+        reference_circle(points + 1e-6 * rng.normal(size=(15, 1)) * out, kind).value for _ in range(2000)
+    ]
     assert np.std(values) == pytest.approx(found.value_sd, rel=0.2)  # of 64 draws and 2000
     assert np.mean(values) == pytest.approx(found.value, abs=5 * found.value_sd / np.sqrt(2000))
 
@@ -104,7 +124,8 @@ def test_what_is_found_cannot_be_changed():
             array[0] = 0
 
 
-# Pictures -------------------------------------------------------------------------------------------------------------
+# Pictures
+# -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("kind", ["LSC", "MCC", "MIC", "MZC"])

@@ -76,7 +76,9 @@ def test_four_points_alternate_from_the_start(n):
 def test_extremes_and_crossings():
     points = random_profile(RNG, 50, "uneven", 0.1)
     away = distances(points, (1.0, 2.0))[0]
-    assert extremes(*arrays(points), 1.0, 2.0) == pytest.approx((away.argmax(), away.max(), away.argmin(), away.min()), rel=1e-15)
+    assert extremes(*arrays(points), 1.0, 2.0) == pytest.approx(
+        (away.argmax(), away.max(), away.argmin(), away.min()), rel=1e-15
+    )
     center = crossing(*arrays(points), 3, 17, 8, 40)
     away = distances(points, center)[0]
     assert away[3] == pytest.approx(away[17], rel=1e-13) and away[8] == pytest.approx(away[40], rel=1e-13)
@@ -91,7 +93,9 @@ def test_parting_and_standing_are_by_angle():
         alternates = abs(int(np.flatnonzero(order == 0)[0]) - int(np.flatnonzero(order == 1)[0])) == 2
         assert (parting(x, y, 0.0, 0.0, 0, 1, 2, 3) > 0) == alternates
         three = np.sort(angle[:3])
-        assert (standing(x, y, 0.0, 0.0, 0, 1, 2) > 0) == (np.diff(three, append=three[0] + 2 * np.pi).max() < np.pi)
+        assert (standing(x, y, 0.0, 0.0, 0, 1, 2) > 0) == (
+            np.diff(three, append=three[0] + 2 * np.pi).max() < np.pi
+        )
 
 
 @pytest.mark.parametrize("zone", [True, False])
@@ -110,7 +114,9 @@ def test_steepness_is_the_least_slope_of_all_directions(zone):
 
 @pytest.mark.parametrize("zone", [True, False])
 def test_no_centre_in_the_ball_of_contacts_is_better(zone):
-    """The lower bound of the contacts alone, at random centers in the ball of four or three that stand about the origin."""
+    """The lower bound of the contacts alone, at random centers in the ball of four or three that stand about
+    the origin.
+    """
     angle = np.array([0.2, 3.5, 1.4, 4.9]) if zone else np.array([0.2, 2.1, 4.4])
     x, y = arrays(on_rays(angle, np.array([50.4, 50.4, 50.0, 50.0]) if zone else 50.0))
     basis = np.arange(angle.size)

@@ -1,4 +1,6 @@
-"""Reference circles against brute force, Voronoi diagrams, Welzl's way, linear and cone programs, and published forms."""
+"""Reference circles against brute force, Voronoi diagrams, Welzl's way, linear and cone programs, and
+published forms.
+"""
 
 import numpy as np
 import pytest
@@ -29,7 +31,9 @@ def profiles(count, smallest=5, largest=11):
     """Small profiles of all samplings, with forms from a ten-thousandth of the radius to a fifth."""
     rng = np.random.default_rng(181)
     for k in range(count):
-        yield random_profile(rng, int(rng.integers(smallest, largest)), SAMPLINGS[k % 5], 10 ** rng.uniform(-4, -0.7))
+        yield random_profile(
+            rng, int(rng.integers(smallest, largest)), SAMPLINGS[k % 5], 10 ** rng.uniform(-4, -0.7)
+        )
 
 
 def covers(points):
@@ -59,7 +63,9 @@ def test_zone_equals_brute_force():
 
 def test_circumscribed_equals_brute_force():
     for points in SMALL:
-        assert reference_circle(points, "MCC").radius == pytest.approx(brute_circumscribed(points), abs=ROUNDING)
+        assert reference_circle(points, "MCC").radius == pytest.approx(
+            brute_circumscribed(points), abs=ROUNDING
+        )
 
 
 def test_inscribed_equals_brute_force_or_is_refused_where_nothing_holds_it():
@@ -102,14 +108,16 @@ def test_circumscribed_equals_welzl_and_a_cone_program(sampling):
     points = smooth_profile(rng, 300, sampling, noise=1e-4)
     found = reference_circle(points, "MCC")
     assert found.radius == pytest.approx(welzl(points, rng), abs=ROUNDING)
-    assert found.radius == pytest.approx(cone_circle(points), abs=2e-6)  # the solver's tolerance is of 1 in scaled units
+    # the solver's tolerance is of 1 in scaled units
+    assert found.radius == pytest.approx(cone_circle(points), abs=2e-6)
 
 
 @pytest.mark.parametrize("form", [1e-5, 1e-2, 0.2])
 def test_least_squares_equals_scipy(form):
     points = smooth_profile(np.random.default_rng(3), 200, "uneven", form=form)
     found = reference_circle(points, "LSC")
-    tight = {"jac": "3-point", "xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}  # of first order, slopes leave 1.5e-7 mm
+    # of first order, slopes leave 1.5e-7 mm
+    tight = {"jac": "3-point", "xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
     best = least_squares(lambda c: distances(points, c[:2])[0] - c[2], [3, -2, 60], **tight)
     assert [*found.center, found.radius] == pytest.approx(best.x, abs=1e-7)
     assert found.ron_q**2 * 200 <= 2 * best.cost * (1 + 1e-12)
@@ -119,7 +127,8 @@ def test_least_squares_equals_scipy(form):
     assert np.abs([*level, found.deviation.sum()]).max() < 1e-9  # mm, of sums of 200 of rounding 1e-14
 
 
-# Forms that are known -------------------------------------------------------------------------------------------------
+# Forms that are known
+# -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("kind", ["LSC", "MCC", "MIC", "MZC"])
@@ -134,7 +143,8 @@ def test_two_lobes_have_a_circle_on_a_diameter():
     angle = np.radians(np.arange(0.0, 360.0, 0.25))
     found = reference_circle(on_rays(angle, 30 + 0.01 * np.cos(2 * angle - 0.5)), "MCC")
     assert found.contacts.size == 2 and found.outer.all()
-    assert found.radius == pytest.approx(30.01, abs=1e-7)  # the samples next to the crests are at most 0.125 deg off
+    # the samples next to the crests are at most 0.125 deg off
+    assert found.radius == pytest.approx(30.01, abs=1e-7)
     assert found.value == pytest.approx(0.02, abs=1e-6)
     assert "ends of a diameter" in found.certificate
 
@@ -157,7 +167,9 @@ def test_a_spike_in_one_of_many_turns_is_found():
 
 
 def test_alternatives_of_one_direction_bound_the_width():
-    """Readings of one direction that differ by 6 um in two turns: no centre helps, and every one within a region is as good."""
+    """Readings of one direction that differ by 6 um in two turns: no centre helps, and every one within a
+    region is as good.
+    """
     angle = np.tile(np.radians(np.arange(0.0, 360.0, 10.0)), 2)
     radius = np.full(angle.size, 61.94)
     radius[4], radius[40] = 61.943, 61.937
@@ -167,7 +179,9 @@ def test_alternatives_of_one_direction_bound_the_width():
 
 
 def test_two_optima_of_an_inscribed_circle_are_told_apart():
-    """Across two lobes the circle slides along the trough to either side: of two local optima the larger is given."""
+    """Across two lobes the circle slides along the trough to either side: of two local optima the larger is
+    given.
+    """
     angle = np.radians(np.arange(0.0, 360.0, 3.0)) + 0.01
     points = on_rays(angle, 30 * (1 + 0.08 * np.cos(2 * angle)))
     points[20] *= 0.999
@@ -201,7 +215,8 @@ def test_three_directions_many_times():
     assert found.bound == pytest.approx(found.value, abs=EXACT)
 
 
-# Forms on which no three points hold a circle well -------------------------------------------------------------------------
+# Forms on which no three points hold a circle well
+# -------------------------------------------------------------------------
 
 
 def racetrack(n, noise=0.0):
@@ -214,7 +229,9 @@ def racetrack(n, noise=0.0):
 
 @pytest.mark.parametrize("noise", [0.0, 1e-6, 1e-4])
 def test_an_inscribed_circle_between_flats_is_bounded(noise):
-    """All centers along the flats are as good: there are as many optima as points. The search ends in time, and tells."""
+    """All centers along the flats are as good: there are as many optima as points. The search ends in time,
+    and tells.
+    """
     points = racetrack(1024, noise)
     found = reference_circle(points, "MIC")
     assert found.radius == pytest.approx(30.0, abs=5 * noise + 1e-6)
@@ -226,13 +243,17 @@ def test_an_inscribed_circle_between_flats_is_bounded(noise):
 
 def test_optima_of_an_oval_are_not_told_as_equally_good():
     angle = np.arange(4096) * 2 * np.pi / 4096
-    found = reference_circle(on_rays(angle, 30 + 0.03 * np.cos(2 * angle + 0.3) + 1e-3 * np.cos(3 * angle)), "MIC")
+    found = reference_circle(
+        on_rays(angle, 30 + 0.03 * np.cos(2 * angle + 0.3) + 1e-3 * np.cos(3 * angle)), "MIC"
+    )
     assert "as good" not in found.certificate and found.bound == pytest.approx(found.radius, abs=EXACT)
 
 
 @pytest.mark.parametrize("n", [3, 4, 5, 16, 40])
 def test_points_on_a_centre_and_many_ties(n):
-    """A grid: one point lies on the centre that exchanges start from, others on those of squares that are searched."""
+    """A grid: one point lies on the centre that exchanges start from, others on those of squares that are
+    searched.
+    """
     points = np.array([(i, j) for i in range(n) for j in range(n)], dtype=float)
     inside, zone = reference_circle(points, "MIC"), reference_circle(points, "MZC")
     assert inside.radius == pytest.approx(np.sqrt(0.5), abs=1e-9)

@@ -66,7 +66,9 @@ def test_contacts_of_the_circumscribed_circle_prove_it(points):
     assert away(points, found).max() <= found.radius + 1e-12
     contacts = points[found.contacts] - found.center
     assert np.hypot(*contacts.T) == pytest.approx(found.radius, abs=1e-11)
-    weights, rest, *_ = np.linalg.lstsq(np.vstack([contacts.T / 50, np.ones(len(contacts))]), [0, 0, 1], rcond=None)
+    weights, rest, *_ = np.linalg.lstsq(
+        np.vstack([contacts.T / 50, np.ones(len(contacts))]), [0, 0, 1], rcond=None
+    )
     assert weights.min() > -1e-9 and np.all(rest < 1e-18)
     assert found.bound == pytest.approx(found.radius, abs=1e-12) and found.outer.all()
 
@@ -102,7 +104,8 @@ def test_moving_turning_scaling_and_mirroring_change_nothing_else(points, kind, 
     turned = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]) * scale
     moved = held((points * [1, -1] if mirror else points) @ turned + np.array(place), kind)
     assert moved.value == pytest.approx(scale * found.value, abs=ROUNDING)
-    assert moved.radius == pytest.approx(scale * found.radius, abs=100 * ROUNDING)  # about a flat optimum the centre is looser
+    # about a flat optimum the centre is looser
+    assert moved.radius == pytest.approx(scale * found.radius, abs=100 * ROUNDING)
 
 
 @settings(deadline=None)  # the first call loads the kernels
@@ -111,7 +114,9 @@ def test_order_copies_and_points_between_change_nothing(points, kind, random):
     found = held(points, kind)
     low, high = found.radius - found.ron_v, found.radius + found.ron_p
     angle = np.array([random.uniform(0, 7) for _ in range(20)])
-    between = found.center + on_rays(angle, low + (high - low) * np.array([random.uniform(0.1, 0.9) for _ in range(20)]))
+    between = found.center + on_rays(
+        angle, low + (high - low) * np.array([random.uniform(0.1, 0.9) for _ in range(20)])
+    )
     more = np.concatenate([points, between, points[:3]])
     again = held(more[random.sample(range(len(more)), len(more))], kind)
     assert again.value == pytest.approx(found.value, abs=ROUNDING)
@@ -133,12 +138,17 @@ def test_a_tip_changes_the_radius_alone(points, tip):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(5))
 def test_uncertainty_is_that_of_small_noise(kind, seed):
-    """Against the change of the value as readings change one by one, by far less than what makes other points contacts."""
+    """Against the change of the value as readings change one by one, by far less than what makes other points
+    contacts.
+    """
     points = random_profile(np.random.default_rng(seed), 16, "uneven", 1e-4)
     found = reference_circle(points, kind, noise_sd=1e-7)
     out = (points - found.center) / away(points, found)[:, np.newaxis]
     changes = 1e-7 * np.eye(len(points))[:, :, np.newaxis] * out
-    slopes = [(reference_circle(points + e, kind).value - reference_circle(points - e, kind).value) / 2e-7 for e in changes]
+    slopes = [
+        (reference_circle(points + e, kind).value - reference_circle(points - e, kind).value) / 2e-7
+        for e in changes
+    ]
     assert 1e-7 * np.linalg.norm(slopes) == pytest.approx(
         found.value_sd, rel=0.2
     )  # of 64 draws each slope is exact, their sum is not

@@ -48,7 +48,10 @@ def test_uncertainty_is_that_of_a_study(form, kind):
 def test_what_noise_adds_is_that_of_a_study(form, kind):
     rng = np.random.default_rng(6)
     found = [reference_circle(noisy(form, rng), kind, noise_sd=NOISE) for _ in range(240)]
-    true = np.mean([circle.value for circle in found]) - reference_circle(on_rays(TURN, 30 + FORMS[form]), kind).value
+    true = (
+        np.mean([circle.value for circle in found])
+        - reference_circle(on_rays(TURN, 30 + FORMS[form]), kind).value
+    )
     told = np.mean([circle.value_bias for circle in found[:16]])
     assert 0.7 * true - 0.4 * NOISE < told < 1.4 * true + (2 if "rough" in form else 0.4) * NOISE
     if form == "round":

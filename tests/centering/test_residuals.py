@@ -1,4 +1,6 @@
-"""Checks of what a fit leaves, against statsmodels, and the source's normality argument, which validates nothing."""
+"""Checks of what a fit leaves, against statsmodels, and the source's normality argument, which validates
+nothing.
+"""
 
 import numpy as np
 import pytest
@@ -8,7 +10,18 @@ from statsmodels.tsa.stattools import acf
 from centering.circle import residual_checks
 from sdpgrind.base import stored
 
-LINES = {43: 0.235, 3: 0.206, 2: 0.155, 6: 0.048, 44: 0.040, 21: 0.038, 22: 0.036, 42: 0.029, 4: 0.018, 18: 0.018}
+LINES = {
+    43: 0.235,
+    3: 0.206,
+    2: 0.155,
+    6: 0.048,
+    44: 0.040,
+    21: 0.038,
+    22: 0.036,
+    42: 0.029,
+    4: 0.018,
+    18: 0.018,
+}
 """Table 6.5: undulations per revolution -> amplitude, um."""
 
 
@@ -39,7 +52,9 @@ def test_against_statsmodels(kind, count):
 
 def test_more_lags():
     left = samples("normal")
-    assert residual_checks(left, lags=40).ljung_box == pytest.approx(acorr_ljungbox(left, [40]).lb_stat.iloc[0], rel=1e-9)
+    assert residual_checks(left, lags=40).ljung_box == pytest.approx(
+        acorr_ljungbox(left, [40]).lb_stat.iloc[0], rel=1e-9
+    )
 
 
 def test_unit_and_mean_do_not_matter():
@@ -68,15 +83,19 @@ def test_normal_and_uniform_are_told_apart():
 
 
 def test_pure_form_passes_for_normal_noise():
-    """79 % of parts of Table 6.5 with random phases are "normal"; their residuals have nothing independent about them."""
+    """79 % of parts of Table 6.5 with random phases are "normal"; their residuals have nothing independent
+    about them.
+    """
     rng = np.random.default_rng(3)
     found = [residual_checks(form(rng)) for _ in range(1000)]
     assert np.mean([one.normal for one in found]) == pytest.approx(0.79, abs=4 * np.sqrt(0.79 * 0.21 / 1000))
     assert not any(one.independent for one in found)
     lags, squares = np.array([one.lag_1 for one in found]), {n: a * a for n, a in LINES.items()}
     power = sum(squares.values())
-    lag = sum(square * np.cos(np.radians(n)) for n, square in squares.items()) / power  # of a turn that closes, of any phases
-    closing = sum(LINES.values()) ** 2 / (360 * power / 2)  # at most, of the one product that an open turn lacks
+    # of a turn that closes, of any phases
+    lag = sum(square * np.cos(np.radians(n)) for n, square in squares.items()) / power
+    # at most, of the one product that an open turn lacks
+    closing = sum(LINES.values()) ** 2 / (360 * power / 2)
     assert np.abs(lags - lag).max() <= closing < 0.03
     assert lags.mean() == pytest.approx(lag * (1 - 1 / 360), abs=4 * lags.std() / np.sqrt(1000))
     assert found[0].inflation == pytest.approx(np.sqrt((1 + lags[0]) / (1 - lags[0])), rel=1e-12)
@@ -106,7 +125,10 @@ def test_saved_and_loaded():
         (lambda: residual_checks(np.arange(7.0)), r"residual must be at least 8 residuals; got 7"),
         (lambda: residual_checks(np.full(20, 3.0)), r"residual must be not all the same \(mm\); got 3\.0"),
         (lambda: residual_checks([*range(9), np.nan]), r"residual\[9\] must be finite \(mm\); got nan"),
-        (lambda: residual_checks(np.arange(9.0), lags=9), r"lags must be < the number of residuals, 9; got 9"),
+        (
+            lambda: residual_checks(np.arange(9.0), lags=9),
+            r"lags must be < the number of residuals, 9; got 9",
+        ),
         (lambda: residual_checks(np.arange(9.0), lags=0), r"lags must be >= 1; got 0"),
     ],
 )

@@ -34,7 +34,11 @@ def spiked(angle, offset, share, rng, burst=False):
     """Readings with noise, a share of them 50 to 150 standard deviations too high."""
     reading = circle_reading(angle, RADIUS, offset, PHI) + rng.normal(0, SIGMA, angle.size)
     count = round(share * angle.size)
-    hit = (rng.integers(angle.size) + np.arange(count)) % angle.size if burst else rng.choice(angle.size, count, replace=False)
+    hit = (
+        (rng.integers(angle.size) + np.arange(count)) % angle.size
+        if burst
+        else rng.choice(angle.size, count, replace=False)
+    )
     reading[hit] += rng.uniform(50, 150, count) * SIGMA
     return reading
 
@@ -58,17 +62,24 @@ def over_bound(errors, angle, offset):
 @pytest.mark.parametrize("loss", LOSSES)
 @pytest.mark.parametrize("share", [0.05, 0.1])
 @pytest.mark.parametrize(
-    ("degrees", "offset"), [(90, OFFSET), (120, OFFSET), (180, OFFSET), (270, OFFSET), (360, OFFSET), (360, 0.9 * RADIUS)]
+    ("degrees", "offset"),
+    [(90, OFFSET), (120, OFFSET), (180, OFFSET), (270, OFFSET), (360, OFFSET), (360, 0.9 * RADIUS)],
 )
 def test_spikes(loss, share, degrees, offset):
-    """At most three times the bound is wanted; 1.3 times is had. The covariance is true, the spikes are counted."""
+    """At most three times the bound is wanted; 1.3 times is had. The covariance is true, the spikes are
+    counted.
+    """
     angle = arc_of(degrees)
     errors, chi, away = trials(angle, offset, share, loss, 150)
     assert over_bound(errors, angle, offset) < 1.3
     assert chi == pytest.approx(1.0, abs=0.3)  # the mean of 150 scatters by 0.085
     spikes = round(share * angle.size)
-    assert spikes <= away < spikes + 0.025 * angle.size + 0.5  # the normal ones beyond 2.3 or 2.7 scales join them
-    plain = [fit_circle(angle, spiked(angle, offset, share, np.random.default_rng(k))).value - truth(offset) for k in range(40)]
+    # the normal ones beyond 2.3 or 2.7 scales join them
+    assert spikes <= away < spikes + 0.025 * angle.size + 0.5
+    plain = [
+        fit_circle(angle, spiked(angle, offset, share, np.random.default_rng(k))).value - truth(offset)
+        for k in range(40)
+    ]
     assert over_bound(np.array(plain), angle, offset) > 5
 
 
@@ -83,7 +94,9 @@ def test_survives_thirty_percent(degrees, burst):
 
 
 def test_dust_does_not_push_the_radius():
-    """It only adds: a loss that merely bounds its influence would leave 0.18 sigma at 10 %, 3.5 times the sd of the radius."""
+    """It only adds: a loss that merely bounds its influence would leave 0.18 sigma at 10 %, 3.5 times the sd
+    of the radius.
+    """
     angle = arc_of(360)
     errors, _, _ = trials(angle, OFFSET, 0.1, "huber", 150)
     assert abs(errors[:, 0].mean()) < 4 * np.sqrt(bound(angle, OFFSET)[0, 0] / 150) + 0.01 * SIGMA
@@ -94,7 +107,8 @@ def test_dust_does_not_push_the_radius():
 def test_without_spikes_little_is_lost(loss, degrees):
     angle = arc_of(degrees)
     errors, chi, _ = trials(angle, OFFSET, 0.0, loss, 400)
-    assert over_bound(errors, angle, OFFSET) < 1.12  # 1.026 in the long run; the estimate of it scatters by 3.5 %
+    # 1.026 in the long run; the estimate of it scatters by 3.5 %
+    assert over_bound(errors, angle, OFFSET) < 1.12
     assert chi == pytest.approx(1.0, abs=0.2)
 
 
@@ -107,7 +121,9 @@ def test_against_scipy(loss, degrees):
     found = fit_circle(angle, reading, tip_radius=3.75, loss=loss)
     left = reading - found.reading(angle)
     assert np.abs(left).max() < robust.FAR * found.noise_sd  # or the two would differ
-    scale = 1.4826022185056018 * np.sort(np.abs(left))[angle.size // 2] * np.sqrt(angle.size / (angle.size - 3))
+    scale = (
+        1.4826022185056018 * np.sort(np.abs(left))[angle.size // 2] * np.sqrt(angle.size / (angle.size - 3))
+    )
     assert found.noise_sd == pytest.approx(scale, rel=1e-3)
 
     def rows(q):
@@ -185,7 +201,8 @@ def test_what_is_far_off_is_judged_by_the_readings():
     assert found.down_weighted == 0
     assert found.value == pytest.approx(truth(OFFSET), abs=1e-9)  # form of 7 upr over a turn pulls to no side
     spread = fit_circle(angle, reading, loss="huber").noise_sd
-    assert spread == pytest.approx(0.02 * np.sqrt(0.5) * 1.4826, rel=0.02)  # half of a wave lies above the sine of 45 degrees
+    # half of a wave lies above the sine of 45 degrees
+    assert spread == pytest.approx(0.02 * np.sqrt(0.5) * 1.4826, rel=0.02)
 
 
 @pytest.mark.parametrize("loss", LOSSES)
@@ -199,7 +216,8 @@ def test_the_axis_outside_of_the_part(loss):
         fit_circle(angle, reading, loss=loss)
 
 
-# Kernels and their slow twins -----------------------------------------------------------------------------------------
+# Kernels and their slow twins
+# -----------------------------------------------------------------------------------------
 
 
 def test_least_median():
@@ -233,7 +251,11 @@ def test_weigh_and_sift(loss):
     bend = robust.BEND
     score = np.clip(z, -bend, bend) if loss == robust.HUBER else z / np.sqrt(1 + (z / bend) ** 2)
     step = 1e-6
-    further = np.clip(z + step, -bend, bend) if loss == robust.HUBER else (z + step) / np.sqrt(1 + ((z + step) / bend) ** 2)
+    further = (
+        np.clip(z + step, -bend, bend)
+        if loss == robust.HUBER
+        else (z + step) / np.sqrt(1 + ((z + step) / bend) ** 2)
+    )
     assert mean == pytest.approx(np.mean((further - score)[kept]) / step, abs=1e-5)
     assert weight[kept] ** 2 * z[kept] == pytest.approx(score[kept])
     assert np.all(weight[~kept] == 0)
@@ -243,7 +265,9 @@ def test_weigh_and_sift(loss):
 @pytest.mark.parametrize("count", [7, 8, 10, 15, 20])
 @pytest.mark.parametrize("loss", LOSSES)
 def test_few_readings(loss, count):
-    """A circle through three of them must not have the others taken for dust: of 7, 36 in 2000 had no scatter, 10 % missed."""
+    """A circle through three of them must not have the others taken for dust: of 7, 36 in 2000 had no
+    scatter, 10 % missed.
+    """
     angle, rng = np.arange(count) * 2 * np.pi / count, np.random.default_rng(count)
     clean, out = circle_reading(angle, RADIUS, OFFSET, PHI), 0
     for _ in range(600):

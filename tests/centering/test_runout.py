@@ -15,10 +15,14 @@ TONE = 1.5e-3  # mm
 RATIO = RADIUS / TIP  # 16.517
 
 
-def scan(turns=4.0, *, points=360, offset=3.6, seed=0, noise=1e-4, tip=TIP, amplitude=TONE, phase=0.6, **told):
+def scan(
+    turns=4.0, *, points=360, offset=3.6, seed=0, noise=1e-4, tip=TIP, amplitude=TONE, phase=0.6, **told
+):
     angle = turn(turns, points)
     runout = (amplitude, RADIUS / tip, phase)
-    reading = measured(angle, offset=offset, lobes=phases(seed), tip=tip, runout=runout, noise=noise, rng=seed, **told)
+    reading = measured(
+        angle, offset=offset, lobes=phases(seed), tip=tip, runout=runout, noise=noise, rng=seed, **told
+    )
     return Profile(angle, reading, tip_radius=TIP)
 
 
@@ -26,13 +30,15 @@ def scan(turns=4.0, *, points=360, offset=3.6, seed=0, noise=1e-4, tip=TIP, ampl
 def test_harmonics_and_runout_of_four_turns(offset):
     """At noise of 0.1 um 99.7 % of all amplitudes, each harmonic's and the runout's, are within 15 nm.
 
-    No estimate can do better than a sd of 0.1 µm sqrt(2/1440) = 3.7 nm: of 50 harmonics one is beyond 15 nm in two scans of 100.
-    """
+    No estimate can do better than a sd of 0.1 µm sqrt(2/1440) = 3.7 nm: of 50 harmonics one is beyond 15 nm
+    in two scans of 100."""
     profile, errors = scan(offset=offset, noise=0.0), []
     for seed in range(6):
         noise = 1e-4 * np.random.default_rng(seed).normal(size=profile.angle.size)
         clean = Profile(profile.angle, profile.reading + noise, tip_radius=TIP).remove_runout()
-        errors.extend(np.abs(clean.spectrum(50).amplitude[1:] - [LOBES.get(upr, 0.0) for upr in range(2, 51)]))
+        errors.extend(
+            np.abs(clean.spectrum(50).amplitude[1:] - [LOBES.get(upr, 0.0) for upr in range(2, 51)])
+        )
         errors.append(abs(clean.runout.amplitude - TONE))
     assert np.quantile(errors, 0.997) < 15e-6
     assert np.sqrt(np.mean(np.square(errors))) < 1.1 * np.sqrt(2) * 1e-4 * np.sqrt(
@@ -52,7 +58,9 @@ def test_fast_form_is_no_noise(lobe):
     assert profile.remove_runout(upr_max=50).noise_sd > 6e-4
 
 
-@pytest.mark.parametrize(("offset", "tip"), [(0.0, 3.75), (3.6, 3.75), (3.6, 3.765), (-3.6, 3.735), (30.0, 3.75)])
+@pytest.mark.parametrize(
+    ("offset", "tip"), [(0.0, 3.75), (3.6, 3.75), (3.6, 3.765), (-3.6, 3.735), (30.0, 3.75)]
+)
 def test_without_noise_all_is_exact(offset, tip):
     clean = scan(offset=offset, tip=tip, noise=0.0).remove_runout()
     found = clean.spectrum(60)
@@ -67,7 +75,9 @@ def test_without_noise_all_is_exact(offset, tip):
     assert np.abs(clean.residuals).max() < 1e-10
 
 
-@pytest.mark.parametrize(("ratio", "turns", "told"), [(16.517, 1, 122), (16.517, 2, 1.45), (16.05, 1, 803), (16.05, 4, 5.8)])
+@pytest.mark.parametrize(
+    ("ratio", "turns", "told"), [(16.517, 1, 122), (16.517, 2, 1.45), (16.05, 1, 803), (16.05, 4, 5.8)]
+)
 def test_conditions(ratio, turns, told):
     angle = turn(turns, 360)
     profile = Profile(angle, measured(angle, runout=(TONE, ratio, 0.0)), tip_radius=TIP)
@@ -94,7 +104,9 @@ def test_the_fit_equals_dense_least_squares():
     assert clean.runout.covariance[:2, :2] == pytest.approx(covariance[-2:, -2:], rel=1e-5)
     assert clean.circle.covariance == pytest.approx(covariance[:3, :3], rel=1e-4, abs=1e-16)
     assert clean.noise_sd == pytest.approx(np.sqrt(left[0] / (angle.size - 123)), rel=1e-6)
-    assert clean.spectrum(60).amplitude[1:] == pytest.approx(np.hypot(solution[3:-2:2], solution[4:-2:2]), abs=1e-10)
+    assert clean.spectrum(60).amplitude[1:] == pytest.approx(
+        np.hypot(solution[3:-2:2], solution[4:-2:2]), abs=1e-10
+    )
 
 
 def test_it_is_as_sure_as_it_says():
@@ -103,7 +115,9 @@ def test_it_is_as_sure_as_it_says():
         "amplitude": [(p.runout.amplitude - TONE) / p.runout.amplitude_sd for p in found],
         "phase": [(p.runout.phase - 0.6) / p.runout.phase_sd for p in found],
         "tip_radius": [(p.runout.tip_radius - TIP) / p.runout.tip_radius_sd for p in found],
-        "center_x": [(p.circle.center_x - 3.6 * np.cos(0.7)) / np.sqrt(p.circle.covariance[1, 1]) for p in found],
+        "center_x": [
+            (p.circle.center_x - 3.6 * np.cos(0.7)) / np.sqrt(p.circle.covariance[1, 1]) for p in found
+        ],
     }
     for name, values in errors.items():
         assert kstest(values, "norm").pvalue > 1e-3, name
@@ -119,7 +133,8 @@ def test_harmonics_of_one_turn_say_how_little_they_know():
         lobes = {upr: phases(seed).get(upr, (0.0, 0.0)) for upr in (3, 16, 17)}
         errors.append([abs(vector(spectrum, upr) - a * np.exp(1j * p)) for upr, (a, p) in lobes.items()])
         told.append([spectrum.sd[upr - 1] for upr in lobes])
-    assert np.mean(np.square(errors), axis=0) == pytest.approx(2 * np.mean(np.square(told), axis=0), rel=0.5)  # two parts each
+    # two parts each
+    assert np.mean(np.square(errors), axis=0) == pytest.approx(2 * np.mean(np.square(told), axis=0), rel=0.5)
     known, *others = np.mean(told, axis=0)
     assert min(others) > 5 * known
 
@@ -133,7 +148,9 @@ def test_a_ratio_that_the_turns_do_not_tell_is_kept(turns, told):
 
 
 def test_why_the_angle_about_the_part():
-    """Fitted over the spindle's angle the runout of an offset ring is too small, and its side bands take the 43 upr line."""
+    """Fitted over the spindle's angle the runout of an offset ring is too small, and its side bands take the
+    43 upr line.
+    """
     angle = turn(4, 360)
     reading = measured(angle, offset=3.6, lobes=phases(0), runout=(TONE, RATIO, 0.6))
     profile = Profile(angle, reading, tip_radius=TIP)
@@ -147,7 +164,9 @@ def test_why_the_angle_about_the_part():
 @pytest.mark.parametrize("slid", [0.4, 1.0])
 def test_a_roller_that_slips(slid):
     angle = turn(4, 360)
-    reading = measured(angle, offset=1.0, lobes=phases(0), runout=(TONE, RATIO, 0.6), slip=(4 * np.pi, slid), noise=3e-5)
+    reading = measured(
+        angle, offset=1.0, lobes=phases(0), runout=(TONE, RATIO, 0.6), slip=(4 * np.pi, slid), noise=3e-5
+    )
     clean = Profile(angle, reading, tip_radius=TIP).remove_runout()
     assert clean.runout.slipped
     assert 0.2 * slid < clean.runout.slip < slid  # part of it is taken for another ratio
@@ -164,7 +183,10 @@ def test_without_slip_its_probability_is_uniform(turns, points, offset, told):
     angle = turn(turns, points)
     clean = measured(angle, offset=offset, lobes=phases(0), runout=(TONE, RATIO, 0.6))
     noise = [1e-4 * np.random.default_rng(seed).normal(size=angle.size) for seed in range(100)]
-    found = [Profile(angle, clean + each, tip_radius=TIP).remove_runout(**told).runout.slip_probability for each in noise]
+    found = [
+        Profile(angle, clean + each, tip_radius=TIP).remove_runout(**told).runout.slip_probability
+        for each in noise
+    ]
     assert kstest(found, "uniform").pvalue > 1e-3
     assert min(found) > 1e-4
 
@@ -178,7 +200,9 @@ def test_an_offset_ring_needs_the_tip_radius():
     """Without it the phase of a roller would be wrong by offset over radius: it would seem to slip."""
     angle = turn(4, 360)
     reading = measured(angle, offset=3.6, lobes=phases(0), runout=(TONE, RATIO, 0.6))
-    with pytest.raises(ValueError, match=r"tip_radius must be > 0 \(mm\) for a ring that is 3.6 mm off the spindle, .* 0.002"):
+    with pytest.raises(
+        ValueError, match=r"tip_radius must be > 0 \(mm\) for a ring that is 3.6 mm off the spindle, .* 0.002"
+    ):
         Profile(angle, reading).remove_runout(RATIO)
     assert not Profile(angle, reading, tip_radius=TIP).remove_runout(RATIO).runout.slipped
 
@@ -189,13 +213,19 @@ def test_a_round_roller_loses_nothing():
     assert clean.runout.ratio == pytest.approx(profile.circle.radius / TIP)
     assert clean.tip_radius == TIP
     assert clean.runout.amplitude < 4 * clean.runout.amplitude_sd
-    assert clean.spectrum(50).amplitude == pytest.approx([LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=15e-6)
+    assert clean.spectrum(50).amplitude == pytest.approx(
+        [LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=15e-6
+    )
 
 
 def test_a_ring_felt_by_a_round_tip():
-    """Another simulation, in which the tip touches the lobes where it does, not where its centre is: 0.1 nm apart at most."""
+    """Another simulation, in which the tip touches the lobes where it does, not where its centre is: 0.1 nm
+    apart at most.
+    """
     ring = hwsim.Ring(RADIUS, 3.6, 0.7, lobes=phases(0))
-    quiet = hwsim.ProbeErrors(probe_quantum=0.0, slide_quantum=0.0, noise_sd=0.0, runout=TONE, runout_phase=0.6)
+    quiet = hwsim.ProbeErrors(
+        probe_quantum=0.0, slide_quantum=0.0, noise_sd=0.0, runout=TONE, runout_phase=0.6
+    )
     read = hwsim.Probe(ring, tip_radius=TIP, samples_per_turn=400, errors=quiet).scan(turns=4.0, rng=0)
     clean = Profile(read.angle, read.reading, tip_radius=TIP).remove_runout()
     found = clean.spectrum(60)
@@ -224,7 +254,9 @@ def test_an_oval_roller_is_taken_off_in_two():
     clean = Profile(angle, reading, tip_radius=TIP).remove_runout().remove_runout(2 * RATIO)
     assert clean.runout.amplitude == pytest.approx(4e-4, rel=1e-3)
     assert len(clean.steps) == 2
-    assert clean.spectrum(50).amplitude == pytest.approx([LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=1e-6)
+    assert clean.spectrum(50).amplitude == pytest.approx(
+        [LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=1e-6
+    )
 
 
 def test_a_second_wave_near_a_whole_number_keeps_its_ratio():
@@ -257,16 +289,24 @@ def test_an_encoder_that_starts_again():
     profile = scan()
     wrapped = Profile(np.mod(profile.angle, 2 * np.pi), profile.reading, tip_radius=TIP)
     assert wrapped.turns == pytest.approx(4.0)
-    assert wrapped.remove_runout().runout.amplitude == pytest.approx(profile.remove_runout().runout.amplitude, rel=1e-9)
+    assert wrapped.remove_runout().runout.amplitude == pytest.approx(
+        profile.remove_runout().runout.amplitude, rel=1e-9
+    )
     backwards = Profile(-profile.angle, profile.reading, tip_radius=TIP)
-    assert backwards.remove_runout().runout.amplitude == pytest.approx(profile.remove_runout().runout.amplitude, rel=1e-6)
+    assert backwards.remove_runout().runout.amplitude == pytest.approx(
+        profile.remove_runout().runout.amplitude, rel=1e-6
+    )
 
 
 def test_as_many_harmonics_as_samples_allow():
     assert scan(points=72).remove_runout().runout.upr_max == 35
-    wide = Profile(turn(3, 360), measured(turn(3, 360), tip=1.1, runout=(TONE, RADIUS / 1.1, 0.0)), tip_radius=1.1)
+    wide = Profile(
+        turn(3, 360), measured(turn(3, 360), tip=1.1, runout=(TONE, RADIUS / 1.1, 0.0)), tip_radius=1.1
+    )
     assert wide.remove_runout().runout.upr_max == 179
-    once = Profile(turn(1, 360), measured(turn(1, 360), tip=1.1, runout=(TONE, RADIUS / 1.1, 0.0)), tip_radius=1.1)
+    once = Profile(
+        turn(1, 360), measured(turn(1, 360), tip=1.1, runout=(TONE, RADIUS / 1.1, 0.0)), tip_radius=1.1
+    )
     assert once.remove_runout(refine=False).runout.upr_max == 67
     assert wide.remove_runout().runout.amplitude == pytest.approx(TONE, abs=1e-9)
 
@@ -283,7 +323,9 @@ def test_a_ratio_without_a_tip_radius():
 def test_more_turns_as_advised_do():
     angle = turn(1, 360)
     profile = Profile(angle, measured(angle, runout=(TONE, 16.03, 0.0)), tip_radius=TIP)
-    with pytest.raises(ValueError, match=r"angle must cover enough turns .* 16.03 upr .*with 1 turns; about 0.5 turns more"):
+    with pytest.raises(
+        ValueError, match=r"angle must cover enough turns .* 16.03 upr .*with 1 turns; about 0.5 turns more"
+    ):
         profile.remove_runout(16.03, refine=False)
     longer = turn(1.5, 360)
     profile = Profile(longer, measured(longer, runout=(TONE, 16.03, 0.0)), tip_radius=TIP)
@@ -294,7 +336,8 @@ def test_a_bare_part_of_the_turn():
     angle = turn(4, 360)
     angle = angle[np.mod(angle, 2 * np.pi) > 1.5]
     with pytest.raises(
-        ValueError, match=r"a gap of 8[67].* degrees or the offset leaves part of the turn bare: upr_max must be lower"
+        ValueError,
+        match=r"a gap of 8[67].* degrees or the offset leaves part of the turn bare: upr_max must be lower",
     ):
         Profile(angle, measured(angle), tip_radius=TIP).remove_runout()
 
@@ -307,7 +350,11 @@ def test_a_bare_part_of_the_turn():
         (TIP, {"ratio": 16.01}, r"ratio must be at least 0.02 from a whole number; got 16.01: .* 16 upr"),
         (RADIUS / 16, {}, "ratio must be at least 0.02 from a whole number; got 16"),
         (TIP, {"upr_max": 46}, "upr_max must be <= 45, half of the points of one turn"),
-        (TIP, {"upr_max": 45, "ratio": 7.4}, "reading must have at least 93 samples for 45 harmonics and the runout; got 90"),
+        (
+            TIP,
+            {"upr_max": 45, "ratio": 7.4},
+            "reading must have at least 93 samples for 45 harmonics and the runout; got 90",
+        ),
         (TIP, {"upr_max": 0}, "upr_max must be >= 1; got 0"),
     ],
 )
@@ -328,7 +375,8 @@ def test_a_ratio_near_a_whole_number_where_that_is_told():
 
 def test_another_roller_than_told():
     with pytest.raises(
-        ValueError, match=r"got 16.5173 \(61.94 mm over a tip_radius of 3.75 mm\), and the runout is strongest at the edge"
+        ValueError,
+        match=r"got 16.5173 \(61.94 mm over a tip_radius of 3.75 mm\), and the runout is strongest at the edge",
     ):
         scan(tip=3.72).remove_runout()
 
@@ -345,24 +393,32 @@ def test_a_runout_is_frozen_and_equal_by_value():
     assert runout != runout.replace(slip=1.0)
     assert runout != 1
     place = np.linspace(0, 7, 15)
-    assert runout.deviation(place) == pytest.approx(runout.amplitude * np.cos(runout.ratio * place - runout.phase), abs=1e-15)
+    assert runout.deviation(place) == pytest.approx(
+        runout.amplitude * np.cos(runout.ratio * place - runout.phase), abs=1e-15
+    )
     step = np.array([1e-8, 1e-8, 1e-6])
     for k in range(3):
         ahead, behind = (
-            Runout(runout.value + s * step * (np.arange(3) == k), runout.covariance).deviation(place) for s in (1, -1)
+            Runout(runout.value + s * step * (np.arange(3) == k), runout.covariance).deviation(place)
+            for s in (1, -1)
         )
         assert runout.derivatives(place)[:, k] == pytest.approx((ahead - behind) / (2 * step[k]), abs=1e-8)
     none = Runout(np.array([0.0, 0.0, 16.5]), np.diag([1e-12, 1e-12, 0.0]))
     assert none.phase_sd == np.inf
 
 
-@given(angle=hnp.arrays(float, st.integers(1, 40), elements=st.floats(-30.0, 30.0)), upr_max=st.integers(1, 12))
+@given(
+    angle=hnp.arrays(float, st.integers(1, 40), elements=st.floats(-30.0, 30.0)), upr_max=st.integers(1, 12)
+)
 def test_products_of_harmonics_are_sums_of_harmonics(angle, upr_max):
-    """Each entry sums n products <= 1, each addition rounds; powers multiplied up 2 upr_max times are off by as much."""
+    """Each entry sums n products <= 1, each addition rounds; powers multiplied up 2 upr_max times are off by
+    as much.
+    """
     basis, rows = Basis.of(angle, upr_max), harmonic_rows(angle, upr_max)
     assert np.abs(basis.gram - rows @ rows.T).max() <= (4 * upr_max + angle.size) * angle.size * 2**-52
     waves = [wave(k * angle) for k in range(1, upr_max + 1) for wave in (np.cos, np.sin)]
-    assert np.abs(rows - np.vstack([np.ones_like(angle), *waves])).max() <= 30 * upr_max * 2**-52  # k angle is rounded, too
+    # k angle is rounded, too
+    assert np.abs(rows - np.vstack([np.ones_like(angle), *waves])).max() <= 30 * upr_max * 2**-52
 
 
 def test_what_harmonics_leave_of_further_rows():

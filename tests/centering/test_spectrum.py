@@ -10,7 +10,9 @@ from sdpgrind.base.stored import decode, encode
 
 
 def dense(angle, values, degree):
-    """Harmonics by least squares of all columns: solution, inverse normal matrix, condition of the exponential basis."""
+    """Harmonics by least squares of all columns: solution, inverse normal matrix, condition of the
+    exponential basis.
+    """
     waves = [wave(k * angle) for k in range(1, degree + 1) for wave in (np.cos, np.sin)]
     columns = np.column_stack([np.ones_like(angle), *waves])
     solution = np.linalg.lstsq(columns, values, rcond=None)[0]
@@ -65,7 +67,11 @@ def test_lines_of_a_ring_at_any_offset(offset):
         amplitude, phase = lobes.get(upr, (0.0, 0.0))
         assert abs(vector(found, upr) - amplitude * np.exp(1j * phase)) < 1e-11
     assert found.nyquist == pytest.approx(360)
-    assert found.largest(3) == [(43.0, pytest.approx(0.235e-3)), (3.0, pytest.approx(0.206e-3)), (2.0, pytest.approx(0.155e-3))]
+    assert found.largest(3) == [
+        (43.0, pytest.approx(0.235e-3)),
+        (3.0, pytest.approx(0.206e-3)),
+        (2.0, pytest.approx(0.155e-3)),
+    ]
 
 
 @settings(max_examples=20, deadline=None)
@@ -73,7 +79,9 @@ def test_lines_of_a_ring_at_any_offset(offset):
 def test_a_turned_part_has_turned_phases(by, direction):
     angle, lobes = turn(1, 240), {2: (1e-3, 0.3), 5: (2e-3, -1.0), 17: (5e-4, 2.0)}
     turned = {upr: (a, p + upr * by) for upr, (a, p) in lobes.items()}
-    found = Profile(angle, measured(angle, offset=2.0, direction=direction, lobes=turned), tip_radius=TIP).spectrum(20)
+    found = Profile(
+        angle, measured(angle, offset=2.0, direction=direction, lobes=turned), tip_radius=TIP
+    ).spectrum(20)
     for upr, (amplitude, phase) in lobes.items():
         assert abs(vector(found, upr) - amplitude * np.exp(1j * (phase + upr * by))) < 1e-10
 
@@ -98,7 +106,8 @@ def test_sd_where_hardly_anything_is_left():
     angle = turn(1, 360)
     profile = Profile(angle, measured(angle, lobes={3: (1e-3, 0.5)}, noise=1e-4))
     found = profile.spectrum()
-    assert found.upr[-1] in (178, 179)  # what is left of one turn tells no noise: that of fewer harmonics is taken
+    # what is left of one turn tells no noise: that of fewer harmonics is taken
+    assert found.upr[-1] in (178, 179)
     assert found.sd[2] == pytest.approx(1e-4 * np.sqrt(2 / 360), rel=0.25)
     assert Profile(turn(1, 5), measured(turn(1, 5))).spectrum(2).sd[1] == np.inf
 
@@ -108,13 +117,18 @@ def test_table_6_5():
     assert lines.rms == pytest.approx(0.2548e-3, abs=1e-7)
     assert lines.bound == pytest.approx(1.646e-3, abs=1e-12)
     rng, place = np.random.default_rng(6), turn(1, 1024)
-    heights = [np.ptp(lines.replace(phase=rng.uniform(0, 2 * np.pi, len(TABLE))).deviation(place)) for _ in range(2000)]
+    heights = [
+        np.ptp(lines.replace(phase=rng.uniform(0, 2 * np.pi, len(TABLE))).deviation(place))
+        for _ in range(2000)
+    ]
     low, median, high = np.quantile(heights, [0.05, 0.5, 0.95])
     assert (1e3 * low, 1e3 * median, 1e3 * high) == pytest.approx((1.13, 1.23, 1.34), abs=0.02)
 
 
 def test_what_one_turn_without_the_joint_fit_would_show():
-    """Runout of 1.5 um at 16.517 upr leaks into the lines of one turn: why FFT, or a band-stop, of one turn will not do."""
+    """Runout of 1.5 um at 16.517 upr leaks into the lines of one turn: why FFT, or a band-stop, of one turn
+    will not do.
+    """
     angle, worst = turn(1, 360), np.zeros(180)
     for phase in np.linspace(0, np.pi, 37):
         tone = 1.5e-3 * np.cos(16.517 * angle - phase)
@@ -146,7 +160,9 @@ def test_a_spectrum_is_frozen_and_equal_by_value():
 
 
 def test_a_picture_names_the_largest():
-    figure = Spectrum(np.arange(1, 61), [LOBES.get(n, 0.0) for n in range(1, 61)], np.zeros(60), np.full(60, 1e-5)).plot()
+    figure = Spectrum(
+        np.arange(1, 61), [LOBES.get(n, 0.0) for n in range(1, 61)], np.zeros(60), np.full(60, 1e-5)
+    ).plot()
     assert {text.get_text() for text in figure.axes[0].texts} == {"43", "3", "2", "6", "44"}
 
 
@@ -174,7 +190,10 @@ def test_what_samples_cannot_tell():
     with pytest.raises(ValueError, match="upr_max must be >= 1; got 0"):
         profile.spectrum(0)
     half = Profile(angle[:70], measured(angle[:70]))
-    with pytest.raises(ValueError, match=r"upr_max must leave the samples a condition <= 1000; got .* with a gap of 112 degrees"):
+    with pytest.raises(
+        ValueError,
+        match=r"upr_max must leave the samples a condition <= 1000; got .* with a gap of 112 degrees",
+    ):
         half.spectrum(20)
 
 
@@ -182,7 +201,10 @@ def test_what_samples_cannot_tell():
 def test_an_arc_has_no_spectrum(arc):
     angle = np.radians(np.arange(0.0, arc))
     profile = Profile(angle, measured(angle, offset=1.0, lobes={3: (1e-3, 0.4)}), tip_radius=TIP)
-    with pytest.raises(ValueError, match=r"angle must leave no gap above 90 degrees for a spectrum, .* 2 upr are sure; got \d+"):
+    with pytest.raises(
+        ValueError,
+        match=r"angle must leave no gap above 90 degrees for a spectrum, .* 2 upr are sure; got \d+",
+    ):
         profile.spectrum()
     figure = profile.plot()
     assert not figure.axes[1].axison
@@ -192,7 +214,9 @@ def test_an_arc_has_no_spectrum(arc):
 def test_a_gap_in_a_spectrum_is_warned_of():
     angle = np.radians(np.arange(0.0, 300.0))
     profile = Profile(angle, measured(angle, offset=1.0, lobes={20: (2e-3, 0.4)}), tip_radius=TIP)
-    with pytest.warns(UserWarning, match=r"a gap of 61.\d degrees leaves 2 upr sure: faster form is taken for noise"):
+    with pytest.warns(
+        UserWarning, match=r"a gap of 61.\d degrees leaves 2 upr sure: faster form is taken for noise"
+    ):
         found = profile.spectrum()
     assert found.upr.tolist() == [1, 2]
     assert profile.spectrum(2) == found  # asked for, it is given without a word

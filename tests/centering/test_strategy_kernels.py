@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from push_inside import FRACTIONS, FRICTION_SCALES, WORTH, KindOfPush, Size, draws, posterior, prepared, push_once, waiting_time
+from push_inside import (
+    FRACTIONS,
+    FRICTION_SCALES,
+    WORTH,
+    KindOfPush,
+    Size,
+    draws,
+    posterior,
+    prepared,
+    push_once,
+    waiting_time,
+)
 from strategy_twins import made_up_table, posterior_twin, push_twin, stroke_twin, travel_twin, waiting_twin
 
 from centering import preset
@@ -67,7 +78,9 @@ def test_waiting_turns_until_all_is_done(phase, busy, speed, arc, before, accele
     assert here >= busy + arc / speed - 1e-9
 
 
-@pytest.mark.parametrize(("travel", "offset", "phase"), [(0.9, 0.1, 2 * pi), (1.1, 0.1, pi), (0.0, 1.0, 2 * pi)])
+@pytest.mark.parametrize(
+    ("travel", "offset", "phase"), [(0.9, 0.1, 2 * pi), (1.1, 0.1, pi), (0.0, 1.0, 2 * pi)]
+)
 def test_after_too_little_a_whole_turn_after_too_much_half(travel, offset, phase):
     after, angle = push_once(1.0, travel, 0.0)
     assert after == pytest.approx(offset)
@@ -91,7 +104,9 @@ def test_all_draws_against_one_by_one(ground, kind, seen):
     friction, share = rng.uniform(scale.low, scale.high, 12), rng.choice(FRACTIONS, 12)
     time, (starts, columns, weights) = KindOfPush(ground, kind, 6)._follow(offset, friction, share, seen)
     for p in range(12):
-        slow, on_nodes = push_twin(ground, kind, offset[p], friction[p], share[p], seen, WORTH, draws(ground.problem))
+        slow, on_nodes = push_twin(
+            ground, kind, offset[p], friction[p], share[p], seen, WORTH, draws(ground.problem)
+        )
         assert time[p] == pytest.approx(slow, rel=1e-9)
         row = dict(zip(columns[starts[p] : starts[p + 1]], weights[starts[p] : starts[p + 1]], strict=True))
         assert sum(row.values()) <= 1 + 1e-12
@@ -131,12 +146,15 @@ def test_posterior_against_a_fine_grid(travelled):
 
 @pytest.mark.parametrize("scale", [0.5, 0.6, 1.6, 2.0])
 def test_a_travel_far_outside_what_is_believed_begins_the_belief_anew(scale):
-    """Of 0.08 mm of stroke the travel falls by 0.038 mm per unit of scale: the noise of 0.5 µm is 0.013, a push's own 0.04."""
+    """Of 0.08 mm of stroke the travel falls by 0.038 mm per unit of scale: the noise of 0.5 µm is 0.013, a
+    push's own 0.04.
+    """
     travelled = TABLE.expected(0, 0.08, scale)
     mean, sd, wrong = posterior(TABLE.travel[0], TABLE.grid, 0.08, (1.0, 0.08), 0.04, 5e-4, travelled)
     own = np.hypot(0.04 * scale, 5e-4 / 0.038)
     assert wrong and abs(mean - scale) < own
-    assert sd == pytest.approx(own, rel=0.3)  # the nodes of the part are apart by up to a fifth of what it is off 1
+    # the nodes of the part are apart by up to a fifth of what it is off 1
+    assert sd == pytest.approx(own, rel=0.3)
 
 
 @pytest.mark.parametrize("deviation", [-3.0, -1.5, 0.0, 1.5, 3.0])

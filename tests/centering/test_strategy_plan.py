@@ -56,7 +56,9 @@ def by_hand(ground):
     offset, friction = (
         x.ravel()
         for x in np.meshgrid(
-            np.geomspace(where.low, where.high, where.nodes), np.linspace(scale.low, scale.high, scale.nodes), indexing="ij"
+            np.geomspace(where.low, where.high, where.nodes),
+            np.linspace(scale.low, scale.high, scale.nodes),
+            indexing="ij",
         )
     )
 
@@ -65,8 +67,12 @@ def by_hand(ground):
         for kind in range(len(ground.outcomes.kinds)):
             for share in FRACTIONS:
                 push = KindOfPush(ground, kind, SETTLED)
-                time, (starts, columns, weights) = push._follow(offset, friction, np.full(offset.size, share), seen)
-                out.append((time, sparse.csr_array((weights, columns, starts), shape=(offset.size, offset.size))))
+                time, (starts, columns, weights) = push._follow(
+                    offset, friction, np.full(offset.size, share), seen
+                )
+                out.append(
+                    (time, sparse.csr_array((weights, columns, starts), shape=(offset.size, offset.size)))
+                )
         return out
 
     value, settled = np.full(offset.size, GIVEN_UP), steps(SETTLED)
@@ -149,7 +155,9 @@ def test_choices_are_sound(heavy, offset, friction, evidence):
     assert 0 < choice.spindle_speed <= HEAVY.limits.spindle_speed_max
     assert choice.spindle_speed**2 * offset < HEAVY.model.mu_static * 9807.0
     profile = heavy.profile(choice)
-    position = np.cumsum((profile.velocity + 0.5 * profile.acceleration * profile.duration) * profile.duration)
+    position = np.cumsum(
+        (profile.velocity + 0.5 * profile.acceleration * profile.duration) * profile.duration
+    )
     assert position.max() == pytest.approx(choice.stroke, rel=1e-9)
     assert heavy.value(offset=offset, friction=friction, evidence=evidence) > 0.2
 
@@ -175,7 +183,9 @@ def test_a_table_of_other_friction_scales_is_refused(light):
 
 @pytest.mark.parametrize("offset", [0.0026, 0.004])
 def test_a_part_nearly_centred_is_thrown_as_far_as_it_jumps(rough, offset):
-    """Where stick and slip jump by more than the tolerance: it does not stick, with friction a deviation above the mean, too."""
+    """Where stick and slip jump by more than the tolerance: it does not stick, with friction a deviation
+    above the mean, too.
+    """
     choice = rough.push(offset=offset, evidence=4)
     assert rough.outcomes.expected(choice.kind, choice.stroke, 1.0 + rough.belief.next_sd(4)) > 1e-3  # mm
 
@@ -187,14 +197,20 @@ def test_kept_and_loaded(heavy, tmp_path):
     assert again == heavy
     assert again != again.problem
     for offset in (0.004, 0.1, 7.0):
-        assert again.push(offset=offset, friction=1.05, evidence=2) == heavy.push(offset=offset, friction=1.05, evidence=2)
+        assert again.push(offset=offset, friction=1.05, evidence=2) == heavy.push(
+            offset=offset, friction=1.05, evidence=2
+        )
 
 
 def test_a_value_between_nodes_lies_between_them(light):
     nodes = light.dataset.offset.values
     for k in (3, 20, 50):
         ends = [light.value(offset=float(nodes[k + i])) for i in (0, 1)]
-        assert min(ends) - 1e-12 <= light.value(offset=float(np.sqrt(nodes[k] * nodes[k + 1]))) <= max(ends) + 1e-12
+        assert (
+            min(ends) - 1e-12
+            <= light.value(offset=float(np.sqrt(nodes[k] * nodes[k + 1])))
+            <= max(ends) + 1e-12
+        )
     assert light.value(offset=light.finish) == 0.0
 
 
@@ -206,7 +222,9 @@ def test_pictures(heavy, light):
 
 def test_a_tolerance_below_half_the_quantum_is_told():
     with (
-        pytest.warns(UserWarning, match=r"tolerance of 2.5 µm is below half the jump of stick and slip, 7.72 µm"),
+        pytest.warns(
+            UserWarning, match=r"tolerance of 2.5 µm is below half the jump of stick and slip, 7.72 µm"
+        ),
         pytest.raises(_Enough),
     ):
         plan(HEAVY, progress=_stop)
@@ -238,7 +256,9 @@ def test_bad_input_is_refused(arguments, message):
 
 
 def test_what_a_strategy_refuses(light):
-    with pytest.raises(ValueError, match=r"offset must be > 0.00205, at which the part is centred \(mm\); got 0.001"):
+    with pytest.raises(
+        ValueError, match=r"offset must be > 0.00205, at which the part is centred \(mm\); got 0.001"
+    ):
         light.push(offset=0.001)
     with pytest.raises(ValueError, match=r"start must be in \(0, 10\] \(mm\); got 11.0"):
         light.simulate(runs=2, start=11.0)
@@ -272,7 +292,9 @@ def test_table_speeds_are_within_the_limits_of_the_push(which, mass):
 
 
 def test_a_slower_table_takes_longer():
-    fast, slow = (quick_strategy(HEAVY, kinds=FEW, size=Size(24, 3), spindle_speed=w) for w in ("scheduled", 2.0))
+    fast, slow = (
+        quick_strategy(HEAVY, kinds=FEW, size=Size(24, 3), spindle_speed=w) for w in ("scheduled", 2.0)
+    )
     assert slow.cycle_time(1.0) > 1.5 * fast.cycle_time(1.0)
 
 
@@ -292,7 +314,9 @@ def test_load_knows_the_kind(heavy, tmp_path):
 @pytest.mark.parametrize("offset", [15.1, 30.0, 3000.0])
 def test_an_offset_beyond_the_strategy_is_refused(light, offset):
     for ask in (light.push, light.value):
-        with pytest.raises(ValueError, match=rf"offset must be <= 15 \(the strategy's\) \(mm\); got {offset}"):
+        with pytest.raises(
+            ValueError, match=rf"offset must be <= 15 \(the strategy's\) \(mm\); got {offset}"
+        ):
             ask(offset=offset)
     with pytest.raises(ValueError, match="offset must be <= 15"):
         light.cycle_time(offset)
@@ -306,14 +330,18 @@ def test_a_strategy_cannot_be_changed_from_outside(light):
             variable.values[:] = 0
     assert (light.push(offset=1.0), light.value(offset=1.0)) == before
     given = light._speeds.copy()
-    one = Strategy(light.problem, light.outcomes, light.timing, given, (light._value, light._kind, light._share))
+    one = Strategy(
+        light.problem, light.outcomes, light.timing, given, (light._value, light._kind, light._share)
+    )
     given[:] = 0.0
     assert one == light and one.push(offset=1.0).spindle_speed > 0.0
 
 
 def test_tables_are_equal_by_value_and_say_what_they_are_in_a_line(light):
     table = light.outcomes
-    assert table == table.replace(travel=table.travel.copy()) and hash(table) == hash(table.replace(travel=table.travel.copy()))
+    assert table == table.replace(travel=table.travel.copy()) and hash(table) == hash(
+        table.replace(travel=table.travel.copy())
+    )
     assert table != table.replace(travel=table.travel + 1e-9)
     assert (
         repr(table)

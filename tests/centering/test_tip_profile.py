@@ -20,7 +20,9 @@ def test_a_move_goes_from_rest_to_rest_in_least_time(size, speed, acceleration, 
     profile = TipProfile.move(way * size, speed, acceleration)
     assert profile.stroke == pytest.approx(way * size, rel=1e-9)
     assert profile.final_velocity == pytest.approx(0.0, abs=1e-9 * speed)
-    assert profile.total_time == pytest.approx(move_time(size, speed=speed, acceleration=acceleration), rel=1e-9)
+    assert profile.total_time == pytest.approx(
+        move_time(size, speed=speed, acceleration=acceleration), rel=1e-9
+    )
     assert np.abs(profile.velocity).max() <= speed * (1 + 1e-12)
 
 
@@ -29,9 +31,14 @@ def test_a_jerk_limited_move_keeps_its_limits(size, speed, acceleration, jerk):
     profile = TipProfile.jerk_limited(size, speed, acceleration, jerk)
     assert profile.stroke == pytest.approx(size, rel=1e-9)
     assert profile.final_velocity == pytest.approx(0.0, abs=1e-9 * speed)
-    assert profile.total_time == pytest.approx(move_time(size, speed=speed, acceleration=acceleration, jerk=jerk), rel=1e-9)
+    assert profile.total_time == pytest.approx(
+        move_time(size, speed=speed, acceleration=acceleration, jerk=jerk), rel=1e-9
+    )
     assert np.abs(profile.acceleration).max() <= acceleration * (1 + 1e-12)
-    assert np.abs(profile.velocity[1:] - (profile.velocity + profile.acceleration * profile.duration)[:-1]).max() < 1e-9 * speed
+    assert (
+        np.abs(profile.velocity[1:] - (profile.velocity + profile.acceleration * profile.duration)[:-1]).max()
+        < 1e-9 * speed
+    )
 
 
 @settings(deadline=None)
@@ -59,7 +66,9 @@ def test_a_move_by_the_printed_model_ends_where_it_ends():
 
 
 def test_position_and_speed_are_those_of_the_segments():
-    profile = TipProfile(np.array([0.1, 0.2, 0.1]), np.array([5.0, -1.0, 2.0]), np.array([10.0, 0.0, -30.0]), -0.3)
+    profile = TipProfile(
+        np.array([0.1, 0.2, 0.1]), np.array([5.0, -1.0, 2.0]), np.array([10.0, 0.0, -30.0]), -0.3
+    )
     times = np.array([0.0, 0.03, 0.15, 0.35, 0.4, 0.5])
     wanted = np.array([tip_at(profile.segments, profile.start, t) for t in times])
     np.testing.assert_allclose(profile.position(times), wanted[:, 0], rtol=1e-12, atol=1e-15)
@@ -95,10 +104,19 @@ def test_samples_are_joined_by_straight_lines():
         (lambda: TipProfile.constant_speed(0.0, 1.0), r"speed must be > 0 \(mm/s\); got 0.0"),
         (lambda: TipProfile.move(0.0, 1.0, 1.0), r"distance must be other than 0 \(mm\)"),
         (lambda: TipProfile.move(1.0, 1.0, -1.0), r"acceleration must be > 0 \(mm/s\^2\); got -1.0"),
-        (lambda: TipProfile(np.array([0.0]), np.ones(1), np.ones(1)), r"duration must be > 0 in every segment \(s\); got 0.0"),
-        (lambda: TipProfile(np.ones(1), np.array([np.nan]), np.ones(1)), r"velocity\[0\] must be finite \(mm/s\)"),
+        (
+            lambda: TipProfile(np.array([0.0]), np.ones(1), np.ones(1)),
+            r"duration must be > 0 in every segment \(s\); got 0.0",
+        ),
+        (
+            lambda: TipProfile(np.ones(1), np.array([np.nan]), np.ones(1)),
+            r"velocity\[0\] must be finite \(mm/s\)",
+        ),
         (lambda: TipProfile(np.ones(2), np.ones(1), np.ones(1)), "of one length >= 1"),
-        (lambda: gentle_profile(preset("printed").model, -1.0, 10.0), r"distance must be > 0 \(mm\); got -1.0"),
+        (
+            lambda: gentle_profile(preset("printed").model, -1.0, 10.0),
+            r"distance must be > 0 \(mm\); got -1.0",
+        ),
         (lambda: tap_profile(1.0, 0.0), r"speed must be > 0 \(mm/s\); got 0.0"),
     ],
 )
@@ -115,7 +133,9 @@ def test_a_gentle_push_ends_where_it_stops_whatever_the_friction():
     """18.9 kg, 40 mm/s, 5 mm, friction times 0.9, 1 and 1.1: at constant speed, and gently."""
     models = scaled(preset("printed").model, (0.9, 1.0, 1.1))
     stop = 40.0**2 / 2 / 2560.0
-    hard = TipProfile(np.array([(5.0 - stop) / 40.0, 40.0 / 2560.0]), np.array([40.0, 40.0]), np.array([0.0, -2560.0]))
+    hard = TipProfile(
+        np.array([(5.0 - stop) / 40.0, 40.0 / 2560.0]), np.array([40.0, 40.0]), np.array([0.0, -2560.0])
+    )
     thrown, led = simulate_pushes(models, hard), simulate_pushes(models, gentle_profile(models[1], 5.0, 40.0))
     np.testing.assert_allclose(1e3 * (thrown[:, 0] - 5.0), (427, 277, 165), atol=0.5)
     np.testing.assert_allclose(1e3 * (led[:, 0] - 5.0), (0.2, -1.0, -3.8), atol=0.05)
@@ -130,11 +150,15 @@ def test_ramps_of_whole_periods_leave_only_the_spring_uncertain(distance, speed)
     """18.9 kg, friction times 0.92 and 1.08: the part trails by F_k/k, and little else depends on friction."""
     model = preset("printed").model
     trail = 0.08 * model.coulomb_force / model.contact_stiffness
-    ends = simulate_pushes(scaled(model, (0.92, 1.08)), gentle_profile(model, distance, speed, whole_periods=True))[:, 0]
+    ends = simulate_pushes(
+        scaled(model, (0.92, 1.08)), gentle_profile(model, distance, speed, whole_periods=True)
+    )[:, 0]
     assert abs(ends[0] - ends[1]) < 2 * 1.6 * trail
 
 
-@given(st.floats(1e-3, 10.0), st.floats(0.2, 120.0), st.sampled_from(["printed", "identified"]), st.booleans())
+@given(
+    st.floats(1e-3, 10.0), st.floats(0.2, 120.0), st.sampled_from(["printed", "identified"]), st.booleans()
+)
 def test_a_gentle_push_goes_as_far_as_told_within_its_limits(distance, speed, name, whole):
     profile = gentle_profile(preset(name).model, distance, speed, whole_periods=whole)
     edges = np.concatenate(((0.0,), np.cumsum(profile.duration)))
@@ -146,10 +170,14 @@ def test_a_gentle_push_goes_as_far_as_told_within_its_limits(distance, speed, na
     assert np.abs(profile.acceleration).max() <= 2560.0
 
 
-@pytest.mark.parametrize(("name", "mass", "least"), [("printed", 18.9, 2.1), ("printed", 0.8, 0.03), ("identified", 5.0, 4.6)])
+@pytest.mark.parametrize(
+    ("name", "mass", "least"), [("printed", 18.9, 2.1), ("printed", 0.8, 0.03), ("identified", 5.0, 4.6)]
+)
 @pytest.mark.parametrize("speed", [3.0, 10.0, 40.0])
 def test_taps_move_a_part_by_any_travel_above_a_small_one(name, mass, least, speed):
-    """Travel grows with the stroke; its smallest is an eighth of the jump of a slow push (printed), and no gap comes after."""
+    """Travel grows with the stroke; its smallest is an eighth of the jump of a slow push (printed), and no
+    gap comes after.
+    """
     model = preset(name).model.replace(mass=mass)
     closing = model.breakaway_force / model.contact_stiffness
     strokes = closing * np.geomspace(0.2, 5.0, 2000)
@@ -172,7 +200,8 @@ def test_a_retract_makes_the_smallest_jump_small():
 
 
 @pytest.mark.parametrize(
-    ("mass", "speed", "least", "most"), [(0.8, 40.0, 0.0, 0.0), (18.9, 10.0, 3e-3, 7e-3), (18.9, 40.0, 0.2, 0.3)]
+    ("mass", "speed", "least", "most"),
+    [(0.8, 40.0, 0.0, 0.0), (18.9, 10.0, 3e-3, 7e-3), (18.9, 40.0, 0.2, 0.3)],
 )
 def test_a_heavy_part_leaves_a_gentle_tip_for_a_moment(mass, speed, least, most):
     """As far as it says, before the tip is drawn back; in whole periods it does not."""

@@ -18,7 +18,11 @@ def turned(degrees, start=0.0):
 
 
 def clean(angle, offset, model):
-    return offset * np.cos(angle - PHI) + 50.0 if model == "limacon" else circle_reading(angle, RADIUS, offset, PHI)
+    return (
+        offset * np.cos(angle - PHI) + 50.0
+        if model == "limacon"
+        else circle_reading(angle, RADIUS, offset, PHI)
+    )
 
 
 def first_valids(offset, model, runs, turns, noise=None, **settings):
@@ -28,7 +32,11 @@ def first_valids(offset, model, runs, turns, noise=None, **settings):
     estimator = GeometryEstimator(**{"noise_sd": SIGMA, "model": model, **settings})
     for seed in range(runs):
         estimator.reset()
-        error = np.random.default_rng(seed).normal(0.0, SIGMA, angle.size) if noise is None else noise(seed, angle)
+        error = (
+            np.random.default_rng(seed).normal(0.0, SIGMA, angle.size)
+            if noise is None
+            else noise(seed, angle)
+        )
         count = estimator.first_valid(angle, still + error)
         assert count is not None
         value = estimator.estimate.value
@@ -54,7 +62,8 @@ def test_statement_covers(offset, model):
 def test_statement_covers_small_offset_over_turns():
     count, amplitude, center, band = first_valids(0.1, "exact", 100, 15, joint=False)
     assert np.count_nonzero(amplitude > band) <= allowed_misses(100)
-    assert np.count_nonzero(center > band) <= allowed_misses(100, 0.0045)  # one coordinate's quantile for both
+    # one coordinate's quantile for both
+    assert np.count_nonzero(center > band) <= allowed_misses(100, 0.0045)
     assert count.min() > 360
     assert_allclose(np.median(count), 3850, rtol=0.03)  # 2 (z sigma/0.03 d)^2, and the scatter of d
 
@@ -90,7 +99,9 @@ def test_white_noise_is_not_punished():
     inflated = 0
     for seed in range(300):
         estimator = GeometryEstimator()
-        estimator.extend(angle, clean(angle, 1.0, "exact") + np.random.default_rng(seed).normal(0.0, SIGMA, 360))
+        estimator.extend(
+            angle, clean(angle, 1.0, "exact") + np.random.default_rng(seed).normal(0.0, SIGMA, 360)
+        )
         inflated += estimator.estimate.inflation > 1
     assert inflated <= binom.ppf(0.9999, 300, 0.0099)
 
@@ -121,11 +132,15 @@ def test_what_a_known_radius_is_worth(arc, unknown, to_1_mm, to_tenth, after_tur
 
 @pytest.mark.parametrize("offset", [0.1, 3.6, 40.0])
 def test_a_known_radius_is_used_exactly(offset):
-    """Wrong by 5 standard deviations of the data's own: least squares of scipy with the radius as one more residual."""
+    """Wrong by 5 standard deviations of the data's own: least squares of scipy with the radius as one more
+    residual.
+    """
     from scipy.optimize import least_squares
 
     angle, sigma, known, known_sd = turned(91, 20.0), 0.01, RADIUS + 0.05, 0.01
-    reading = circle_reading(angle, RADIUS, offset, 0.7) + np.random.default_rng(0).normal(0.0, sigma, angle.size)
+    reading = circle_reading(angle, RADIUS, offset, 0.7) + np.random.default_rng(0).normal(
+        0.0, sigma, angle.size
+    )
     estimator = GeometryEstimator(radius_prior=(known, known_sd))
     estimator.extend(angle, reading)
     noise = estimator.estimate.noise_sd
@@ -134,10 +149,13 @@ def test_a_known_radius_is_used_exactly(offset):
         d, phi = np.hypot(p[1], p[2]), np.arctan2(p[2], p[1])
         return np.append((circle_reading(angle, p[0], d, phi) - reading) / noise, (p[0] - known) / known_sd)
 
-    fit = least_squares(residuals, [RADIUS, offset * np.cos(0.7), offset * np.sin(0.7)], xtol=1e-12, x_scale=[1, 1, 1])
+    fit = least_squares(
+        residuals, [RADIUS, offset * np.cos(0.7), offset * np.sin(0.7)], xtol=1e-12, x_scale=[1, 1, 1]
+    )
     covariance = np.linalg.inv(fit.jac.T @ fit.jac)
     difference = estimator.estimate.value - fit.x
-    assert difference @ np.linalg.solve(covariance, difference) < 0.1**2  # weights from the slopes, not from the last fit
+    # weights from the slopes, not from the last fit
+    assert difference @ np.linalg.solve(covariance, difference) < 0.1**2
     assert_allclose(estimator.estimate.sd, np.sqrt(np.diag(covariance)), rtol=0.02)
 
 
@@ -151,7 +169,8 @@ ARCS = [30, 60, 90, 120, 180, 270, 360]
 
 @pytest.mark.parametrize("upr", [2, 3, 5])
 def test_form_gain(upr):
-    found = [form_gain(np.radians(np.linspace(0.0, arc, 721)), upr) for arc in ARCS]  # both ends of an arc are counted
+    # both ends of an arc are counted
+    found = [form_gain(np.radians(np.linspace(0.0, arc, 721)), upr) for arc in ARCS]
     assert_allclose(found, TABLE[upr], rtol=4e-3, atol=6e-3)
 
 
@@ -165,7 +184,8 @@ def test_form_bound_is_that_of_the_readings(arc):
     assert_allclose(limacon.estimate.form_bound, expected, rtol=1e-9)
     centred = GeometryEstimator(form=form)
     centred.extend(angle, clean(angle, 1e-3, "exact"))
-    assert_allclose(centred.estimate.form_bound, expected, rtol=2e-3)  # the exact curve of a centred part is the limacon
+    # the exact curve of a centred part is the limacon
+    assert_allclose(centred.estimate.form_bound, expected, rtol=2e-3)
 
 
 @pytest.mark.parametrize("offset", [0.5, 20.0])
@@ -177,7 +197,9 @@ def test_form_bound_holds_and_is_reached(offset):
         for _ in range(20):  # where the probe's line meets the surface
             x, y = reading * np.cos(angle), reading * np.sin(angle) - offset
             lobe = amplitude * np.cos(upr * np.arctan2(y, x) - phase)
-            reading = offset * np.cos(angle - PHI) + np.sqrt((RADIUS + lobe) ** 2 - (offset * np.sin(angle - PHI)) ** 2)
+            reading = offset * np.cos(angle - PHI) + np.sqrt(
+                (RADIUS + lobe) ** 2 - (offset * np.sin(angle - PHI)) ** 2
+            )
         estimator = GeometryEstimator(form={upr: amplitude})
         estimator.extend(angle, reading)
         worst = max(worst, np.hypot(estimator.estimate.center_x, estimator.estimate.center_y - offset))
@@ -197,7 +219,9 @@ def lobed(angle, offset, lobes, tip=0.0):
 
 class Known:
     def __init__(self, lobes):
-        self.upr, self.amplitude, self.phase = (np.array(column, dtype=float) for column in zip(*lobes, strict=True))
+        self.upr, self.amplitude, self.phase = (
+            np.array(column, dtype=float) for column in zip(*lobes, strict=True)
+        )
 
 
 @pytest.mark.parametrize("offset", [0.5, 8.0])
@@ -244,7 +268,9 @@ def test_no_arc_is_needed_where_it_is_valid():
     angle, valid = turned(150), 0
     for seed in range(40):
         estimator = GeometryEstimator(noise_sd=SIGMA, abs_tol=0.108, rel_tol=0.0)
-        estimator.extend(angle, clean(angle, 3.6, "exact") + np.random.default_rng(seed).normal(0.0, SIGMA, 150))
+        estimator.extend(
+            angle, clean(angle, 3.6, "exact") + np.random.default_rng(seed).normal(0.0, SIGMA, 150)
+        )
         valid += estimator.valid
         assert (estimator.estimate.arc_needed == 0.0) == estimator.valid
     assert valid >= binom.ppf(1e-4, 40, 0.98)  # at a look each of two windows doubts one in a hundred
@@ -256,9 +282,14 @@ def test_arc_needed_over_turns():
     estimator = GeometryEstimator(noise_sd=SIGMA, rel_tol=0.0, abs_tol=0.003)
     estimator.extend(angle, reading)
     estimate = estimator.estimate
-    assert_allclose(estimate.arc_needed, units.deg(3850 * max(1.0, estimate.noise_sd / SIGMA) ** 2 - 360), rtol=0.02)
+    assert_allclose(
+        estimate.arc_needed, units.deg(3850 * max(1.0, estimate.noise_sd / SIGMA) ** 2 - 360), rtol=0.02
+    )
     assert estimate.limited_by == "noise"
-    assert f"valid after {np.ceil(np.degrees(estimate.arc_needed)):.0f} deg more at this noise" in estimate.message
+    assert (
+        f"valid after {np.ceil(np.degrees(estimate.arc_needed)):.0f} deg more at this noise"
+        in estimate.message
+    )
 
 
 def test_says_what_limits():
@@ -308,7 +339,9 @@ def test_band_is_that_of_the_estimate():
     for joint in (False, True):
         for noise_sd in (None, 0.1):
             estimator = GeometryEstimator(noise_sd=noise_sd, joint=joint, confidence=0.99, form={2: 1e-4})
-            estimator.extend(angle, clean(angle, 1.0, "exact") + np.random.default_rng(0).normal(0.0, SIGMA, 150))
+            estimator.extend(
+                angle, clean(angle, 1.0, "exact") + np.random.default_rng(0).normal(0.0, SIGMA, 150)
+            )
             assert_allclose(estimator.band, estimator.estimate.uncertainty(0.99, joint=joint), rtol=1e-8)
 
 
@@ -329,13 +362,18 @@ def test_a_kept_radius_is_not_claimed_too_surely(step, sigma, noise_sd):
             if estimator.first_valid(seen, reading) is None:
                 continue
             value, count = estimator.estimate.value, count + (push > 0)
-            missed += push > 0 and np.hypot(value[1] - 3.6 * np.cos(phi), value[2] - 3.6 * np.sin(phi)) > estimator.band
+            missed += (
+                push > 0
+                and np.hypot(value[1] - 3.6 * np.cos(phi), value[2] - 3.6 * np.sin(phi)) > estimator.band
+            )
     assert count > 1100
     assert missed <= allowed_misses(count)
 
 
 def test_a_kept_radius_is_as_wide_as_its_few_readings():
-    """Of 7 readings, 4 degrees of freedom: at 99.9 % of the normal law; without Student's factor 3 % would be missed."""
+    """Of 7 readings, 4 degrees of freedom: at 99.9 % of the normal law; without Student's factor 3 % would be
+    missed.
+    """
     angle, missed = np.radians(np.arange(0.0, 420.0, 60.0)), 0
     clean = circle_reading(angle, RADIUS, 3.6, PHI)
     estimator, noise = GeometryEstimator(), np.random.default_rng(5).normal(0.0, SIGMA, (2000, 7))
@@ -368,21 +406,25 @@ def test_no_surer_than_the_given_noise(joint):
 
 
 @pytest.mark.parametrize(
-    ("step", "sigma", "offset", "changing"), [(2e-3, 1e-4, 0.02, 1.0), (2e-3, 1e-4, 5e-4, 0.8), (1e-3, 1e-4, 3.6, 1.0)]
+    ("step", "sigma", "offset", "changing"),
+    [(2e-3, 1e-4, 0.02, 1.0), (2e-3, 1e-4, 5e-4, 0.8), (1e-3, 1e-4, 3.6, 1.0)],
 )
 def test_rounding_of_the_probe_is_in_the_band(step, sigma, offset, changing):
     """Readings of a nearly centred part repeat: their residuals say nothing of the error of rounding.
 
-    Offset and three sigma, 0.8 µm, reach over an edge of a step of 2 µm from four radii in five; else nothing changes, and
-    nothing is valid.
-    """
+    Offset and three sigma, 0.8 µm, reach over an edge of a step of 2 µm from four radii in five; else nothing
+    changes, and nothing is valid."""
     angle, valid = turned(720), 0
     for seed in range(60):
         rng = np.random.default_rng(seed)
         phi, exact = rng.uniform(-np.pi, np.pi), RADIUS + rng.uniform(0.0, step)
-        reading = np.round((circle_reading(angle, exact, offset, phi) + rng.normal(0.0, sigma, 720)) / step) * step
+        reading = (
+            np.round((circle_reading(angle, exact, offset, phi) + rng.normal(0.0, sigma, 720)) / step) * step
+        )
         estimator = GeometryEstimator(joint=True, confidence=0.99)
         if estimator.first_valid(angle, reading) is not None:
             value, valid = estimator.estimate.value, valid + 1
-            assert np.hypot(value[1] - offset * np.cos(phi), value[2] - offset * np.sin(phi)) <= estimator.band
+            assert (
+                np.hypot(value[1] - offset * np.cos(phi), value[2] - offset * np.sin(phi)) <= estimator.band
+            )
     assert valid >= binom.ppf(1e-4, 60, changing)

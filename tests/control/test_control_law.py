@@ -89,7 +89,9 @@ def test_messages():
     model, filter, _ = internal()
     with pytest.raises(ValueError, match=r"L must be of shape \(1,\); got \(2,\)"):
         Law(Sampled([[1.0]], [1.0], [1.0], 0.0, 1.0), [1.0, 2.0])
-    with pytest.raises(ValueError, match=r"model.D must be 0 \(a plant that answers after its command\); got 0.2"):
+    with pytest.raises(
+        ValueError, match=r"model.D must be 0 \(a plant that answers after its command\); got 0.2"
+    ):
         Law.internal_model(filter, filter)
     with pytest.raises(ValueError, match="sample_time must be the same in both"):
         Law.internal_model(model, sampled([1.0], [1.0, 1.0], 0.5))

@@ -79,7 +79,11 @@ def test_run_is_a_recursive_filter():
     u = rng.standard_normal(50)
     b, a = scipy.signal.butter(2, 0.3)
     system = Sampled(
-        *(scipy.signal.tf2ss(b, a)[0],), scipy.signal.tf2ss(b, a)[1][:, 0], scipy.signal.tf2ss(b, a)[2][0], b[0], 1.0
+        *(scipy.signal.tf2ss(b, a)[0],),
+        scipy.signal.tf2ss(b, a)[1][:, 0],
+        scipy.signal.tf2ss(b, a)[2][0],
+        b[0],
+        1.0,
     )
     assert system.run(u) == pytest.approx(scipy.signal.lfilter(b, a, u), abs=1e-12)
 

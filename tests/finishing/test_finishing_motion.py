@@ -1,4 +1,6 @@
-"""A motion: where it goes, that it keeps its limits, what it costs to rest at corners; saved and loaded; what is refused."""
+"""A motion: where it goes, that it keeps its limits, what it costs to rest at corners; saved and loaded; what
+is refused.
+"""
 
 import numpy as np
 import pytest
@@ -25,7 +27,12 @@ def tips(problem, motion, joints):
             (q1, 400, 0, np.pi / 2), (q2, 0, 300, 0), (q3, 0, 250, 0), (q4 + np.pi / 2, 0, 0, np.pi / 2), (q5, 100, 0, 0),
         ):  # fmt: skip
             c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-            pose = pose @ [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+            pose = pose @ [
+                [c, -s * ca, s * sa, a * c],
+                [s, c * ca, -c * sa, a * s],
+                [0, sa, ca, d],
+                [0, 0, 0, 1],
+            ]
         out.append(pose[:3, 3] + problem.lever_arm * pose[:3, 2] - [x, y, 0] - motion.posture.placement)
     return np.array(out)
 
@@ -40,7 +47,9 @@ def test_the_tip_is_on_the_path_at_the_rows_and_between(motion):
 
 
 def test_the_tool_stands_at_the_contact_angle(motion):
-    """In the frame of the work: the axis leans by the contact angle against the tangent plane, y_P lies in it."""
+    """In the frame of the work: the axis leans by the contact angle against the tangent plane, y_P lies in
+    it.
+    """
     axis, shaft = motion.poses[:, :3, 2], motion.poses[:, :3, 1]
     normal = motion.problem.path.at(motion.length).normal
     lean = np.arcsin(-np.einsum("ij,ij->i", axis, normal))
@@ -67,7 +76,9 @@ def turns(nodes):
 def test_limits_are_held_between_the_rows(motion):
     """Differences of the joints on a grid of its own, not what the plan says of itself."""
     arm, step = motion.problem.arm, 1e-4
-    inner = np.concatenate([np.linspace(a + 3 * step, b - 3 * step, 20) for a, b in zip(*pieces(motion), strict=True)])
+    inner = np.concatenate(
+        [np.linspace(a + 3 * step, b - 3 * step, 20) for a, b in zip(*pieces(motion), strict=True)]
+    )
     before, here, after = (motion.at(inner + shift).joints for shift in (-step, 0.0, step))
     speed, force = (after - before) / (2 * step), (after - 2 * here + before) / step**2
     assert np.abs(speed / arm.speed_max).max() <= 1.001
@@ -103,7 +114,9 @@ def test_rows_are_whole_and_the_profile_has_each_time_once(motion):
     assert motion.time[0] == 0 and motion.length[-1] == pytest.approx(DIE.length, rel=1e-9)
     assert np.all(np.diff(motion.time) >= 0) and np.all(np.diff(motion.profile[:, 0]) > 0)
     assert motion.poses.shape == (len(motion.time), 4, 4) and motion.profile.shape[1] == 8
-    np.testing.assert_allclose(np.interp(motion.time, motion.profile[:, 0], motion.profile[:, 6]), motion.joints[:, 5])
+    np.testing.assert_allclose(
+        np.interp(motion.time, motion.profile[:, 0], motion.profile[:, 6]), motion.joints[:, 5]
+    )
 
 
 def test_saved_and_loaded(motion, tmp_path):
@@ -127,7 +140,8 @@ def test_aligned_with_the_feed_a_corner_asks_for_a_jump():
     with pytest.raises(ValueError, match=r"table jumps by 7\d\d mm|table jumps by 7\d\d\.\d mm"):
         finishing.plan(aligned)
     with pytest.raises(
-        ValueError, match=r"without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading="
+        ValueError,
+        match=r"without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading=",
     ):
         finishing.plan(aligned.replace(path=FLAT.blended()))
 
@@ -140,9 +154,15 @@ REFUSED = [
     ({"lever_arm": 0.095}, r"lever_arm must be >= 1; 95.0 for 0.095 m \(mm\); got 0.095"),
     ({"acceleration": -1.0}, r"acceleration must be > 0 \(mm/s\^2\); got -1.0"),
     ({"lever_arm": 0.0}, r"lever_arm must be > 0 \(mm\); got 0.0"),
-    ({"contact_angle": 30.0}, r"contact_angle must be in \[0, pi/2\); units.deg\(30\) for degrees \(rad\); got 30.0"),
+    (
+        {"contact_angle": 30.0},
+        r"contact_angle must be in \[0, pi/2\); units.deg\(30\) for degrees \(rad\); got 30.0",
+    ),
     ({"contact_angle": -0.1}, r"contact_angle must be in \[0, pi/2\); .*; got -0.1"),
-    ({"contact_angle": units.deg(80), "friction_ratio": 0.3}, r"friction_ratio must be < 0.1763.*locks itself; got 0.3"),
+    (
+        {"contact_angle": units.deg(80), "friction_ratio": 0.3},
+        r"friction_ratio must be < 0.1763.*locks itself; got 0.3",
+    ),
     ({"heading": "free"}, r"heading must be one of fixed, feed_aligned; got 'free'"),
     ({"pushed": True}, r"pushed must be False where heading is 'fixed'"),
     ({"wrist_radius": (350.0, -1.0)}, r"wrist_radius\[1\] must be > 0 \(mm\); got -1.0"),
@@ -163,20 +183,32 @@ def only_ends(path, *, per_leg, sample=finishing.Path.sample):
 
 
 def test_refused_at_the_planner(monkeypatch):
-    with pytest.raises(TypeError, match=r"problem must be a FinishingProblem \(see finishing.preset\); got 3"):
+    with pytest.raises(
+        TypeError, match=r"problem must be a FinishingProblem \(see finishing.preset\); got 3"
+    ):
         finishing.plan(3)
     with pytest.raises(ValueError, match=r"method must be one of trapezoid, toppra, min_time; got 'fast'"):
         finishing.plan(EASY, method="fast")
-    with pytest.raises(ValueError, match=r"no branch within limits; nearest comes branch \d .*: q1 must be in .* at poses\[0\]"):
+    with pytest.raises(
+        ValueError,
+        match=r"no branch within limits; nearest comes branch \d .*: q1 must be in .* at poses\[0\]",
+    ):
         finishing.plan(EASY.replace(placement=(0.0, 0.0, 100.0)))
     great = finishing.FinishingProblem(finishing.hilbert(finishing.surface.flat_surface(6400.0), 5))
-    with monkeypatch.context() as patch, pytest.raises(ValueError, match=r"the arm must reach the path: .*Y must be in"):
+    with (
+        monkeypatch.context() as patch,
+        pytest.raises(ValueError, match=r"the arm must reach the path: .*Y must be in"),
+    ):
         patch.setattr(finishing.Path, "sample", only_ends)  # a step of 0.2 mm makes millions of samples
         finishing.plan(great)
     upside = FLAT.replace(surface=FLAT.surface.replace(outward=-1))
-    with pytest.raises(ValueError, match=r"surface must have its outward normals up; outward=-1 turns them \(runs\[0\] has"):
+    with pytest.raises(
+        ValueError, match=r"surface must have its outward normals up; outward=-1 turns them \(runs\[0\] has"
+    ):
         finishing.plan(EASY.replace(path=upside))
-    with pytest.raises(ValueError, match=r"try another azimuth \(now 0 rad\), placement or wrist_radius \(.*out of reach by"):
+    with pytest.raises(
+        ValueError, match=r"try another azimuth \(now 0 rad\), placement or wrist_radius \(.*out of reach by"
+    ):
         finishing.plan(EASY.replace(wrist_radius=700.0))
     with pytest.raises(ValueError, match=r"time must be in \[0, .*\] \(s\); got -1.0"):
         finishing.plan(EASY).at(-1.0)
@@ -204,7 +236,12 @@ def test_through_rounded_corners_is_faster():
 def test_a_job_tells_every_path_from_every_other():
     flat, nurbs = finishing.surface.flat_surface(16.0), finishing.Surface.nurbs
     bent = nurbs(flat.control_points, [[1.0, 1.0], [1.0, 2.0]], degree=(1, 1))
-    changes = [{"surface": flat.replace(outward=-1)}, {"surface": bent}, {"mapping": "equal_area"}, {"pattern": "mine"}]
+    changes = [
+        {"surface": flat.replace(outward=-1)},
+        {"surface": bent},
+        {"mapping": "equal_area"},
+        {"pattern": "mine"},
+    ]
     paths = [FLAT, FLAT.blended(0.01), FLAT.reversed(), *(FLAT.replace(**change) for change in changes)]
     jobs = [EASY.replace(path=path).job["path_digest"] for path in paths]
     assert len(set(jobs)) == len(jobs)
@@ -214,7 +251,14 @@ def test_a_job_tells_every_path_from_every_other():
 def test_nothing_in_a_motion_changes(motion, tmp_path):
     motion.save(tmp_path / "motion.nc")
     for one in (motion, sdpgrind.load(tmp_path / "motion.nc")):
-        for array in (one.time, one.joints, one.torque_per_force, one.poses, one.points, one.dataset["joints"].values):
+        for array in (
+            one.time,
+            one.joints,
+            one.torque_per_force,
+            one.poses,
+            one.points,
+            one.dataset["joints"].values,
+        ):
             with pytest.raises(ValueError, match="read-only"):
                 array[0] = 77.0
     assert motion.profile.flags.writeable  # one's own

@@ -73,7 +73,9 @@ class Public(NamedTuple):
         thing = _underlying(self.thing)
         if isinstance(self.thing, property | cached_property) or not callable(thing):
             return []
-        if inspect.isclass(thing) and (getattr(thing, "_is_protocol", False) or issubclass(thing, str | Enum)):
+        if inspect.isclass(thing) and (
+            getattr(thing, "_is_protocol", False) or issubclass(thing, str | Enum)
+        ):
             return []
         if inspect.isclass(thing) and thing.__name__ in MADE_HERE:
             return []
@@ -118,7 +120,9 @@ def _members(name: str, cls: type) -> list[Public]:
         if not base.__module__.startswith(("sdpgrind", "hwsim", "centering")):
             continue
         for key, thing in vars(base).items():
-            ours = inspect.isfunction(thing) or isinstance(thing, property | cached_property | staticmethod | classmethod)
+            ours = inspect.isfunction(thing) or isinstance(
+                thing, property | cached_property | staticmethod | classmethod
+            )
             if not key.startswith("_") and ours and all(each.name != f"{name}.{key}" for each in out):
                 out.append(Public(f"{name}.{key}", thing, cls))
     return out

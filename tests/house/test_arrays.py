@@ -64,7 +64,11 @@ def test_what_there_is_not_equals_what_there_is_not():
     assert not same(np.ones(1), None) and not same(None, np.ones(1)) and not same(1.0, "1.0")
 
 
-ROWS = hnp.arrays(np.float64, hnp.array_shapes(max_dims=2, max_side=3), elements=st.sampled_from([0.0, -0.0, 1.0, nan, np.inf]))
+ROWS = hnp.arrays(
+    np.float64,
+    hnp.array_shapes(max_dims=2, max_side=3),
+    elements=st.sampled_from([0.0, -0.0, 1.0, nan, np.inf]),
+)
 
 
 @given(one=ROWS, other=ROWS)

@@ -15,9 +15,14 @@ def test_a_law_of_many_passes_is_printed_in_a_line():
 
 def test_models_and_problems_are_printed_with_units_and_six_digits():
     process = weldbead.preset("P1").model.replace(specific_energy=10 / 3)
-    assert repr(process).startswith("GrindingProcess(specific_energy=3.33333 J/mm^3, idle_power=100 W, friction_ratio=0.3, ")
+    assert repr(process).startswith(
+        "GrindingProcess(specific_energy=3.33333 J/mm^3, idle_power=100 W, friction_ratio=0.3, "
+    )
     text = repr(plunge.preset("simulation"))
-    assert "stock=0.282 mm, command_rate_max=0.0448 mm/s, roundness_max=0.003 mm, time_constant=1.93341 s)" in text
+    assert (
+        "stock=0.282 mm, command_rate_max=0.0448 mm/s, roundness_max=0.003 mm, time_constant=1.93341 s)"
+        in text
+    )
 
 
 def test_a_point_and_an_estimate_of_scatter_are_printed_short():
@@ -28,11 +33,17 @@ def test_a_point_and_an_estimate_of_scatter_are_printed_short():
     depth = weldbead.Scatter("K2", 0.3).cut(process, force, feed).sample(rng)
     data = {"normal_force": force, "feed_rate": feed, "cut_depth": depth}
     text = repr(weldbead.identify(data, "scatter", model=process))
-    assert text.startswith("ScatterEstimate(K2 favoured of relative sd C1 0.") and " ± 0.0" in text and len(text) < 300
+    assert (
+        text.startswith("ScatterEstimate(K2 favoured of relative sd C1 0.")
+        and " ± 0.0" in text
+        and len(text) < 300
+    )
 
 
 def test_a_field_deeper_inside_is_shown_the_way():
-    with pytest.raises(ValueError, match=r"no field 'B'; take replace\(burning=x.model.burning.replace\(B=...\)\) of it, x"):
+    with pytest.raises(
+        ValueError, match=r"no field 'B'; take replace\(burning=x.model.burning.replace\(B=...\)\) of it, x"
+    ):
         plunge.preset("simulation").replace(B=3.0)
     with pytest.raises(ValueError, match="has no field 'stokc'; is stock meant"):
         plunge.preset("simulation").replace(stokc=0.3)
@@ -40,7 +51,9 @@ def test_a_field_deeper_inside_is_shown_the_way():
 
 def test_percent_for_a_share_is_asked_about():
     problem = weldbead.preset("P1")
-    with pytest.warns(UserWarning, match="relative_sd is 2.5, a share of the mean .*: divide by 100 where percent is meant"):
+    with pytest.warns(
+        UserWarning, match="relative_sd is 2.5, a share of the mean .*: divide by 100 where percent is meant"
+    ):
         problem.replace(scatter=weldbead.Scatter("K1", 2.5))
     problem.replace(scatter=weldbead.Scatter("K1", 1.0))
 

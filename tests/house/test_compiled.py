@@ -1,4 +1,6 @@
-"""Kernels are compiled again when, and only when, something that they depend on was edited; closed ones say so."""
+"""Kernels are compiled again when, and only when, something that they depend on was edited; closed ones say
+so.
+"""
 
 import os
 import pickle
@@ -80,7 +82,9 @@ def run(folder, text=RUN, **more):
         "PYTHONDONTWRITEBYTECODE": "1",  # an edit within one second must not be missed by Python itself
         **more,
     }
-    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env=known, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", text], capture_output=True, text=True, env=known, check=False
+    )
     assert done.returncode == 0, done.stderr
     return [*done.stdout.split(), done.stderr] if done.stderr else done.stdout.split()
 
@@ -130,7 +134,9 @@ def test_options_of_a_callee_are_seen(toy):
 
 
 def test_data_that_were_not_written_are_not_believed(toy):
-    """The index is written first: a process that ends there leaves data of an older source under the new promise."""
+    """The index is written first: a process that ends there leaves data of an older source under the new
+    promise.
+    """
     run(toy)
     data = next((toy / "cache").rglob("toy_caller.called*.1.nbc"))
     old = data.read_bytes()
@@ -167,7 +173,10 @@ def test_where_nothing_can_be_written_one_line_says_so(toy):
     *values, told = run(toy, text, XDG_CACHE_HOME=str(toy / "home"))
     assert values == ["1103.0", "0", "103.0", "0"]
     assert told.count("UserWarning") == 1
-    assert "compiled kernels cannot be kept on disk (no folder can be written), so every process compiles" in told
+    assert (
+        "compiled kernels cannot be kept on disk (no folder can be written), so every process compiles"
+        in told
+    )
 
 
 def test_what_was_typed_at_a_prompt_is_compiled_in_silence(toy):
@@ -203,7 +212,9 @@ def open_one(x):
 
 def test_a_closed_kernel_is_called_from_kernels_only():
     assert open_one(3.0) == 8.0
-    with pytest.raises(TypeError, match=r"_closed is a kernel that only kernels can call, as its name begins with '_'"):
+    with pytest.raises(
+        TypeError, match=r"_closed is a kernel that only kernels can call, as its name begins with '_'"
+    ):
         _closed(3.0)
     assert opened(_closed)(3.0) == 6.0
     assert opened(_closed) is opened(_closed)
@@ -322,10 +333,17 @@ print(kernel_digest.digest(f))
 
 
 def test_numba_still_has_what_the_cache_stands_on():
-    """Private parts of numba: where this fails, numba was changed, and `kernel_cache` must be read again beside it."""
+    """Private parts of numba: where this fails, numba was changed, and `kernel_cache` must be read again
+    beside it.
+    """
     probe = FunctionCache(even.py_func)
     assert {"_cache_path", "_cache_file", "_impl", "_enabled", "_py_func"} <= set(vars(probe))
-    assert set(FunctionCache.__mro__[1].__dict__) >= {"_index_key", "_load_overload", "_save_overload", "load_overload"}
+    assert set(FunctionCache.__mro__[1].__dict__) >= {
+        "_index_key",
+        "_load_overload",
+        "_save_overload",
+        "load_overload",
+    }
     assert set(vars(IndexDataCacheFile("folder", "name", "stamp"))) == {
         "_cache_path", "_index_name", "_index_path", "_data_name_pattern", "_source_stamp", "_version",
     }  # fmt: skip

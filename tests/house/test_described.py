@@ -73,7 +73,9 @@ class Spindle(Described):
     sense: str = choice("left", "right", default="left")
     name: str = text(default="")
     bearing: Bearing | None = part(Bearing, " (see toys)", default_factory=Bearing)
-    load: object = law({"spring": Spring}, "a load, such as Spring(2.0)", "force", default_factory=lambda: Spring(2.0))
+    load: object = law(
+        {"spring": Spring}, "a load, such as Spring(2.0)", "force", default_factory=lambda: Spring(2.0)
+    )
     note: object = custom(unit="mm", default=None)
 
     def _check(self):
@@ -108,9 +110,17 @@ class NewerSpindle(Spindle):
         ({"bearing": Bearing(100.0)}, ValueError, "radius must be > play = 100 (mm); got 90.0"),
         ({"radius": 0.09}, ValueError, "radius must be in mm, some 90; units.m(...) for metres; got 0.09"),
         ({"radius": 3.5}, ValueError, "radius must be in mm, some 90; units.inch(...) for inches; got 3.5"),
-        ({"radius": 90000}, ValueError, "radius must be in mm, some 90; units.um(...) for micrometres; got 90000"),
+        (
+            {"radius": 90000},
+            ValueError,
+            "radius must be in mm, some 90; units.um(...) for micrometres; got 90000",
+        ),
         ({"radius": 1e9}, ValueError, "radius must be in mm, some 90; got 1000000000.0"),
-        ({"speed": 8500}, ValueError, "speed must be in rad/s, some 500; units.rpm(...) for rev/min; got 8500"),
+        (
+            {"speed": 8500},
+            ValueError,
+            "speed must be in rad/s, some 500; units.rpm(...) for rev/min; got 8500",
+        ),
         ({"speed": 5}, ValueError, "speed must be in rad/s, some 500; units.hz(...) for Hz; got 5"),
     ],
 )
@@ -178,9 +188,13 @@ def test_arrays_and_what_checks_itself():
 def test_a_declaration_is_checked():
     with pytest.raises(ValueError, match='unit must be that of the quantity, "1" for a pure number'):
         quantity("")
-    with pytest.raises(ValueError, match="typical must be a number other than 0 where a usual range is given"):
+    with pytest.raises(
+        ValueError, match="typical must be a number other than 0 where a usual range is given"
+    ):
         quantity("mm", usual=(1.0, 2.0))
-    with pytest.raises(TypeError, match=r"Plain.width must be declared as quantity\(unit\), .*; it is a plain field"):
+    with pytest.raises(
+        TypeError, match=r"Plain.width must be declared as quantity\(unit\), .*; it is a plain field"
+    ):
 
         @described()
         class Plain(Described):
@@ -255,7 +269,9 @@ def all_described():
     while new:
         new = [cls for each in new for cls in each.__subclasses__() if cls not in found]
         found.update(new)
-    return sorted((cls for cls in found if cls.__module__.startswith(("sdpgrind", "centering", "hwsim"))), key=str)
+    return sorted(
+        (cls for cls in found if cls.__module__.startswith(("sdpgrind", "centering", "hwsim"))), key=str
+    )
 
 
 def _constants(nodes):
@@ -271,7 +287,9 @@ def _pairs(node):
         texts = _constants(node.elts if isinstance(node, ast.Tuple) else node.args)
         yield from ((texts[0], text) for text in texts[1:])
     elif isinstance(node, ast.For | ast.DictComp):
-        over, told = (node.iter, node.body) if isinstance(node, ast.For) else (node.generators[0].iter, [node.value])
+        over, told = (
+            (node.iter, node.body) if isinstance(node, ast.For) else (node.generators[0].iter, [node.value])
+        )
         texts = [text for each in told for inner in ast.walk(each) for text in _constants([inner])]
         yield from ((name, text) for name in _constants(ast.walk(over)) for text in texts)
 
@@ -283,7 +301,8 @@ def stated_twice(source, declared):
 
 
 ARGUMENTS = {
-    "hwsim/command/_finishing/toml.py": [("amplitude", "mm"), ("phase", "rad"), ("radius", "mm")],  # of wave, of zigzag
+    # of wave, of zigzag
+    "hwsim/command/_finishing/toml.py": [("amplitude", "mm"), ("phase", "rad"), ("radius", "mm")],
     "hwsim/command/_centering/toml.py": [("spindle_speed", "rad/s")],  # of plan
 }
 """What a file gives to functions, which no class declares, though a field elsewhere has the name and the unit."""
@@ -346,7 +365,9 @@ def test_docstrings_give_the_declared_units():
         for base in reversed(cls.__mro__):
             told |= documented(inspect.getdoc(base) or "") if base in all_described() else {}
         if told and not cls.__name__.startswith("_"):
-            missing = {name: unit for name, unit in units_of(cls).items() if not named(unit, told.get(name, ""))}
+            missing = {
+                name: unit for name, unit in units_of(cls).items() if not named(unit, told.get(name, ""))
+            }
             wrong |= {cls.__name__: missing} if missing else {}
     assert not wrong, f"the docstring gives no unit, or another than is declared: {wrong}"
 

@@ -9,7 +9,9 @@ UNITS = (
     "unit", "units", "Unit", "Units", "probability", "Probability", "probabilities", "ticks", "Ticks", "seconds",
     "dimensionless", "whole number", "dB", "ns", "bytes", "Bytes",
 )  # fmt: skip
-UNIT = re.compile(r"(?<![\w.'])(?:" + "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True)) + r")(?![\w])")
+UNIT = re.compile(
+    r"(?<![\w.'])(?:" + "|".join(sorted(map(re.escape, UNITS), key=len, reverse=True)) + r")(?![\w])"
+)
 
 # Names that hold no quantity, by what they are instead. Everything else must name a unit.
 NO_QUANTITY = {
@@ -55,11 +57,15 @@ NAMES = everything()
 
 def _inner(each: Public) -> bool:
     """Public by its name only."""
-    return "private to this package" in each.doc or any(re.search(pattern, each.name) for pattern in INNER.values())
+    return "private to this package" in each.doc or any(
+        re.search(pattern, each.name) for pattern in INNER.values()
+    )
 
 
 def _delegated(public: Public) -> str:
-    """Docstrings that this one names with "see `...`": of a method beside it, or of the same method of that class."""
+    """Docstrings that this one names with "see `...`": of a method beside it, or of the same method of that
+    class.
+    """
     own, _, last = public.name.rpartition(".")
     home = own.rpartition(".")[0]
     texts = re.findall(r"[Ss]ee `([\w.]+)`", public.doc)
@@ -93,7 +99,9 @@ def test_they_mention_every_parameter():
 def _without_unit(public: Public) -> bool:
     if public.name in EXEMPT or _inner(public):
         return False
-    return not UNIT.search(public.doc) and not any(re.search(pattern, public.name) for pattern in NO_QUANTITY.values())
+    return not UNIT.search(public.doc) and not any(
+        re.search(pattern, public.name) for pattern in NO_QUANTITY.values()
+    )
 
 
 def test_they_give_units():

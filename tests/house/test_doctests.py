@@ -7,7 +7,11 @@ import pytest
 from house_names import ROOT, modules
 
 FLAGS = doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL
-PAGES = sorted(path for path in (ROOT / "docs").rglob("*.rst") if ">>>" in path.read_text() and "gallery" not in path.parts)
+PAGES = sorted(
+    path
+    for path in (ROOT / "docs").rglob("*.rst")
+    if ">>>" in path.read_text() and "gallery" not in path.parts
+)
 
 
 def _found(name):

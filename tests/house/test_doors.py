@@ -1,4 +1,6 @@
-"""What a user hands over by mistake is refused at the door: the argument, the value, what it must be, its unit."""
+"""What a user hands over by mistake is refused at the door: the argument, the value, what it must be, its
+unit.
+"""
 
 import re
 import types
@@ -51,32 +53,62 @@ REFUSED = [
         lambda: hwsim.compare(STAND, Stop()),
         "controllers must be a mapping name -> controller, such as {'mine': controller}; got a",
     ),
-    (lambda: hwsim.run(STAND, Stop(), progress=3), "progress must be a function of the share done (0..1) and a text; got 3"),
-    (lambda: hwsim.run(STAND, Stop(), executor=3), "executor must be None or a concurrent.futures.Executor; got 3"),
-    (lambda: hwsim.run(STAND, Stop(), adapt=3), "adapt must be None or an adaptation, with next(controller, part_log); got 3"),
+    (
+        lambda: hwsim.run(STAND, Stop(), progress=3),
+        "progress must be a function of the share done (0..1) and a text; got 3",
+    ),
+    (
+        lambda: hwsim.run(STAND, Stop(), executor=3),
+        "executor must be None or a concurrent.futures.Executor; got 3",
+    ),
+    (
+        lambda: hwsim.run(STAND, Stop(), adapt=3),
+        "adapt must be None or an adaptation, with next(controller, part_log); got 3",
+    ),
     (lambda: hwsim.Journal(3), "path must be a path; got 3"),
     (lambda: sdpgrind.load(None), "path must be a path; got None"),
     (lambda: passes.plan(PASS).save(None), "path must be a path; got None"),
-    (lambda: P1.replace(burn_limit=3), "burn_limit must be ForceBurnLimit or PowerBurnLimit or MalkinBurnLimit; got 3"),
-    (lambda: PASS.replace(burn_limit=3), "burn_limit must be a ForceBurnLimit, PowerBurnLimit or MalkinBurnLimit; got 3"),
+    (
+        lambda: P1.replace(burn_limit=3),
+        "burn_limit must be ForceBurnLimit or PowerBurnLimit or MalkinBurnLimit; got 3",
+    ),
+    (
+        lambda: PASS.replace(burn_limit=3),
+        "burn_limit must be a ForceBurnLimit, PowerBurnLimit or MalkinBurnLimit; got 3",
+    ),
     (lambda: PASS.replace(disc=P1.model), "disc must be a TiltedDisc; got a GrindingProcess"),
     (lambda: passes.Contour("a", [1, 2]), "x must be numbers (mm); got 'a'"),
     (lambda: passes.plan(PASS).simulate(3), "model must be a TiltedDisc, the disc as it really is; got 3"),
     (lambda: follower(limits=4), "limits must be a Limits; got 4"),
     (lambda: force.ForceController(P1, LOOP), "as passes.plan gives it; a SequenceProblem has no time"),
-    (lambda: force.simulate_loop(None, duration=1.0), "as force.ForceController(plan, loop) makes one; got None"),
-    (lambda: force.simulate_loop(LOOP, duration=1.0), "controller must be a ForceController, as force.ForceController(plan"),
+    (
+        lambda: force.simulate_loop(None, duration=1.0),
+        "as force.ForceController(plan, loop) makes one; got None",
+    ),
+    (
+        lambda: force.simulate_loop(LOOP, duration=1.0),
+        "controller must be a ForceController, as force.ForceController(plan",
+    ),
     (lambda: looped(plant=3), "plant must be a ForcePlant; got 3"),
-    (lambda: looped(surface=3), "surface must be None or a function of times (s) that gives heights (mm); got 3"),
+    (
+        lambda: looped(surface=3),
+        "surface must be None or a function of times (s) that gives heights (mm); got 3",
+    ),
     (lambda: force.tuned_pi(3), "plant must be a ForcePlant; got 3"),
     (lambda: force.q_loop(limits=3), "limits must be a DesignLimits; got 3"),
-    (lambda: weldbead.SequenceController(P1), "policy must be a policy, as weldbead.plan gives it; got a SequenceProblem"),
+    (
+        lambda: weldbead.SequenceController(P1),
+        "policy must be a policy, as weldbead.plan gives it; got a SequenceProblem",
+    ),
     (lambda: hwsim.ForceTableStand(PASS, motor=3), "motor must be a Motor; got 3"),
     (lambda: hwsim.ForceTableStand(PASS, sequence=3), "sequence must be a SequenceProblem; got 3"),
     (lambda: units.deg("20"), "value must be a number or an array of numbers (degrees); got '20'"),
     (lambda: units.hz(True), "value must be a number or an array of numbers (Hz); got True"),
     (lambda: units.um([1.0]), "value must be a number or an array of numbers (um); got [1.0]"),
-    (lambda: units.rpm(np.array(["300"])), "value must be a number or an array of numbers (rev/min); got array(['300']"),
+    (
+        lambda: units.rpm(np.array(["300"])),
+        "value must be a number or an array of numbers (rev/min); got array(['300']",
+    ),
 ]
 
 
@@ -91,17 +123,26 @@ def test_a_surface_that_is_no_height_for_each_time():
         looped(surface=lambda t: t * np.nan)
     with pytest.raises(ValueError, match=r"one height \(mm\) for each time \(s\); got \(3,\) for \(1440,\)"):
         looped(surface=lambda t: t[:3])
-    np.testing.assert_array_equal(looped(surface=lambda t: 0.1).force, looped(surface=lambda t: np.full(t.size, 0.1)).force)
+    np.testing.assert_array_equal(
+        looped(surface=lambda t: 0.1).force, looped(surface=lambda t: np.full(t.size, 0.1)).force
+    )
 
 
 def test_one_controller_of_several_is_named():
-    with pytest.raises(ValueError, match=r"controllers\['no'\]: NoneType and WeldBeadStand do not fit: controller must be"):
+    with pytest.raises(
+        ValueError, match=r"controllers\['no'\]: NoneType and WeldBeadStand do not fit: controller must be"
+    ):
         hwsim.compare(STAND, {"yes": Stop(), "no": None})
 
 
 def test_a_cut_deeper_than_the_bead_is_warned_of():
-    """Heights may be measured from anything, so that only a warning is due; `parent` or `allow_overground` settle it."""
-    with pytest.warns(UserWarning, match=r"mean_cut of 1\.2 mm is deeper than the bead is high: 1\.15 mm above 0; parent says"):
+    """Heights may be measured from anything, so that only a warning is due; `parent` or `allow_overground`
+    settle it.
+    """
+    with pytest.warns(
+        UserWarning,
+        match=r"mean_cut of 1\.2 mm is deeper than the bead is high: 1\.15 mm above 0; parent says",
+    ):
         PASS.replace(mean_cut=1.2)
     PASS.replace(mean_cut=1.14)
     PASS.replace(mean_cut=1.2, allow_overground=True)
@@ -110,7 +151,9 @@ def test_a_cut_deeper_than_the_bead_is_warned_of():
 
 
 def test_a_cut_as_deep_as_the_disc_is_high_names_the_cut():
-    with pytest.raises(ValueError, match=r"must rise < 29\.07 .* \(mm\); got 40\.15; mean_cut is 40 mm of it"):
+    with pytest.raises(
+        ValueError, match=r"must rise < 29\.07 .* \(mm\); got 40\.15; mean_cut is 40 mm of it"
+    ):
         PASS.replace(mean_cut=40.0, allow_overground=True)
 
 

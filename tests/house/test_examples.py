@@ -45,4 +45,6 @@ def test_the_guided_tour_is_complete():
 def test_the_picture_of_the_readme_can_be_drawn(pyplot, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["make.py", str(tmp_path)])
     runpy.run_path(str(ROOT / "docs/pictures/make.py"), run_name="__main__")
-    assert [path.name for path in tmp_path.iterdir()] == [path.name for path in (ROOT / "docs/pictures").glob("*.png")]
+    assert [path.name for path in tmp_path.iterdir()] == [
+        path.name for path in (ROOT / "docs/pictures").glob("*.png")
+    ]

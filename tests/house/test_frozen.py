@@ -22,20 +22,30 @@ def test_own_fields_and_those_of_the_model():
 
 def test_a_pass_reaches_its_disc_and_the_process_in_it():
     changed = PASS.replace(specific_energy=12.0, rotational_stiffness=5e5, feed_rate=10.0)
-    assert changed.disc == DISC.replace(model=P1.model.replace(specific_energy=12.0), rotational_stiffness=5e5)
+    assert changed.disc == DISC.replace(
+        model=P1.model.replace(specific_energy=12.0), rotational_stiffness=5e5
+    )
     assert changed.feed_rate == 10.0 and changed.bead == PASS.bead
-    assert PASS.replace(idle_power=120.0).force_limit == PASS.replace(disc=DISC.replace(idle_power=120.0)).force_limit
+    assert (
+        PASS.replace(idle_power=120.0).force_limit
+        == PASS.replace(disc=DISC.replace(idle_power=120.0)).force_limit
+    )
 
 
 def test_a_new_model_and_a_field_of_it():
     other = P1.model.replace(idle_power=50.0)
     assert P1.replace(model=other, specific_energy=12.0).model == other.replace(specific_energy=12.0)
-    assert PASS.replace(disc=DISC.replace(model=other), specific_energy=12.0).disc.model == other.replace(specific_energy=12.0)
+    assert PASS.replace(disc=DISC.replace(model=other), specific_energy=12.0).disc.model == other.replace(
+        specific_energy=12.0
+    )
 
 
 @pytest.mark.parametrize("thing", [P1, P1.model, DISC, PASS], ids=lambda thing: type(thing).__name__)
 def test_unknown_names(thing):
-    with pytest.raises(ValueError, match=rf"^{type(thing).__name__} has no field 'specific_enrgy'; is specific_energy meant\?$"):
+    with pytest.raises(
+        ValueError,
+        match=rf"^{type(thing).__name__} has no field 'specific_enrgy'; is specific_energy meant\?$",
+    ):
         thing.replace(specific_enrgy=1.0)
     with pytest.raises(ValueError, match=r"has no field 'x1'; its fields are .*specific_energy"):
         thing.replace(x1=1.0)
@@ -78,6 +88,8 @@ def test_several_things_inside_are_reached_together():
 
 def test_what_is_in_two_of_them_is_refused():
     both = CART.replace(limits=Wheel(1.0))
-    with pytest.raises(ValueError, match="Cart has 'width' in model and in limits; replace the one that is meant"):
+    with pytest.raises(
+        ValueError, match="Cart has 'width' in model and in limits; replace the one that is meant"
+    ):
         both.replace(width=3.0)
     assert both.replace(limits=both.limits.replace(width=3.0)).limits.width == 3.0

@@ -21,7 +21,9 @@ PROCESS = weldbead.preset("P1").model
 BEAD = weldbead.preset("P1")
 RING = hwsim.Ring(61.94)
 STOCK = setup.Stock(mean=0.15, sd=0.02, roundness=0.01, roundness_sd=0.004)
-CHANGE = setup.Changeover(STOCK, finish_radius=35.0, gap=0.01, approach_rate=0.026, largest_radius=35.16, radius_sd=5e-4)
+CHANGE = setup.Changeover(
+    STOCK, finish_radius=35.0, gap=0.01, approach_rate=0.026, largest_radius=35.16, radius_sd=5e-4
+)
 CENTERING = centering.preset("printed")
 MALKIN = weldbead.MalkinBurnLimit.published(diameter=170.0)
 FINISHING = finishing.preset("specimen")
@@ -67,7 +69,11 @@ CALLS = [
     (BEAD, {"height_max": 0.002}, "mm, some 2; units.m(...) for metres; got 0.002"),
     (BEAD, {"min_cut": 50}, "mm, some 0.1; units.um(...) for micrometres; got 50"),
     (MALKIN, {"diameter": 0.17}, "mm, some 170; units.m(...) for metres; got 0.17"),
-    (weldbead.FinishCharge(1.0), {"reference_rate": 750}, "mm/s, some 10; units.mm_per_min(...) for mm/min; got 750"),
+    (
+        weldbead.FinishCharge(1.0),
+        {"reference_rate": 750},
+        "mm/s, some 10; units.mm_per_min(...) for mm/min; got 750",
+    ),
     (FINISHING, {"tool_diameter": 0.004}, "mm, some 4; units.m(...) for metres; got 0.004"),
     (FINISHING, {"tool_diameter": 4000}, "mm, some 4; units.um(...) for micrometres; got 4000"),
     (FINISHING, {"acceleration": 0.9}, "mm/s^2, some 1000; units.m(...) for m/s^2; got 0.9"),
@@ -85,17 +91,29 @@ CALLS = [
     (PASS, {"feed_rate": 0.02}, "mm/s, some 20; units.m_per_s(...) for m/s; got 0.02"),
     (PASS, {"feed_rate": 1200}, "mm/s, some 20; units.mm_per_min(...) for mm/min; got 1200"),
     (PASS, {"spacing": 5e-5}, "mm, some 0.05; units.m(...) for metres; got 5e-05"),
-    (passes.Freedom(5.0, 40.0), {"feed_rate_min": 0.005}, "mm/s, some 10; units.m_per_s(...) for m/s; got 0.005"),
+    (
+        passes.Freedom(5.0, 40.0),
+        {"feed_rate_min": 0.005},
+        "mm/s, some 10; units.m_per_s(...) for m/s; got 0.005",
+    ),
     (hwsim.Motor(300.0), {"free_speed": 8500}, "rad/s, some 300; units.rpm(...) for rev/min; got 8500"),
     (force.Limits(), {"command_rate_max": 0.02}, "mm/s, some 20; units.m_per_s(...) for m/s; got 0.02"),
     (force.Limits(), {"command_max": 20000}, "mm, some 10; units.um(...) for micrometres; got 20000"),
     (force.table_drive(), {"backlash": 10}, "mm, some 0.05; units.um(...) for micrometres; got 10"),
     (hwsim.ForceTableStand(PASS), {"runout": 100}, "mm, some 0.1; units.um(...) for micrometres; got 100"),
-    (hwsim.ForceTableStand(PASS), {"lead_in": 10000}, "mm, some 10; units.um(...) for micrometres; got 10000"),
+    (
+        hwsim.ForceTableStand(PASS),
+        {"lead_in": 10000},
+        "mm, some 10; units.um(...) for micrometres; got 10000",
+    ),
     (CHANGE, {"finish_radius": 0.035}, "mm, some 35; units.m(...) for metres; got 0.035"),
     (CHANGE, {"largest_radius": 0.03516}, "mm, some 35; units.m(...) for metres; got 0.03516"),
     (CHANGE, {"approach_rate": 2.6e-5}, "mm/s, some 0.03; units.m_per_s(...) for m/s; got 2.6e-05"),
-    (friction.LuGreFriction(37, 28), {"stribeck_speed": 1e-3}, "mm/s, some 1; units.m_per_s(...) for m/s; got 0.001"),
+    (
+        friction.LuGreFriction(37, 28),
+        {"stribeck_speed": 1e-3},
+        "mm/s, some 1; units.m_per_s(...) for m/s; got 0.001",
+    ),
     (RING, {"radius": 0.06194}, "mm, some 60; units.m(...) for metres; got 0.06194"),
     (RING, {"radius": 61940.0}, "mm, some 60; units.um(...) for micrometres; got 61940.0"),
     (hwsim.Probe(RING), {"tip_radius": 3750}, "mm, some 3.75; units.um(...) for micrometres; got 3750"),
@@ -107,13 +125,27 @@ CALLS = [
     (CENTERING, {"approach_speed": 5000.0}, "mm/s, some 80; units.mm_per_min(...) for mm/min; got 5000.0"),
     (CENTERING, {"follow_gap": 0.008}, "mm, some 8; units.m(...) for metres; got 0.008"),
     (centering.CycleSettings(), {"manual_lead": 10.0}, "rad, some 0.1; units.deg(...) for degrees; got 10.0"),
-    (centering.cycle.CycleTiming(), {"measuring_arc": 90.0}, "rad, some 1.6; units.deg(...) for degrees; got 90.0"),
-    (centering.cycle.FollowingLimits(), {"speed": 0.12}, "mm/s, some 120; units.m_per_s(...) for m/s; got 0.12"),
-    (hwsim.CenteringMachine(CENTERING), {"tip_radius": 3750.0}, "mm, some 4; units.um(...) for micrometres; got 3750.0"),
+    (
+        centering.cycle.CycleTiming(),
+        {"measuring_arc": 90.0},
+        "rad, some 1.6; units.deg(...) for degrees; got 90.0",
+    ),
+    (
+        centering.cycle.FollowingLimits(),
+        {"speed": 0.12},
+        "mm/s, some 120; units.m_per_s(...) for m/s; got 0.12",
+    ),
+    (
+        hwsim.CenteringMachine(CENTERING),
+        {"tip_radius": 3750.0},
+        "mm, some 4; units.um(...) for micrometres; got 3750.0",
+    ),
 ]
 
 
-@pytest.mark.parametrize(("thing", "change", "told"), CALLS, ids=[next(iter(change)) for _, change, _ in CALLS])
+@pytest.mark.parametrize(
+    ("thing", "change", "told"), CALLS, ids=[next(iter(change)) for _, change, _ in CALLS]
+)
 def test_the_conversion_is_named(thing, change, told):
     with pytest.raises(ValueError) as refused:
         thing.replace(**change)

@@ -13,7 +13,9 @@ from sdpgrind.weldbead import force, passes
 
 P1 = weldbead.preset("P1")
 FOLDERS = ("src", "docs/examples", "docs/reproductions", "docs/pictures")
-LABELLED = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py") if "label" in path.read_text()]
+LABELLED = [
+    path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py") if "label" in path.read_text()
+]
 LABEL = re.compile(r'(?:label\w*|title)[=(]r?f?"([^"]*)"')
 IN_PARENTHESES = re.compile(r"\((?:mm|[uµ]m|s|N|W|rad|J|1/mm|\\?\$)[^ )]*\)")
 
@@ -34,9 +36,13 @@ def test_units_stand_in_brackets(path):
 
 @pytest.mark.parametrize("path", LABELLED, ids=lambda path: path.stem)
 def test_micrometres_have_one_sign(path):
-    """As roundness instruments and drawings write them; ``units.um`` and the files of the command line keep to ASCII."""
+    """As roundness instruments and drawings write them; ``units.um`` and the files of the command line keep
+    to ASCII.
+    """
     assert not [
-        label for label in LABEL.findall(path.read_text()) if re.search(r"(?<!units\.)\bum\b|\N{GREEK SMALL LETTER MU}m", label)
+        label
+        for label in LABEL.findall(path.read_text())
+        if re.search(r"(?<!units\.)\bum\b|\N{GREEK SMALL LETTER MU}m", label)
     ]
 
 
@@ -45,11 +51,14 @@ def test_units_in_parentheses_would_be_found():
     assert IN_PARENTHESES.search(label) and not IN_PARENTHESES.search("height [mm], as f(x) says")
 
 
-# A force loop --------------------------------------------------------------------------------------------------------
+# A force loop
+# --------------------------------------------------------------------------------------------------------
 
 
 def record(runs=1):
-    plan = types.SimpleNamespace(time=[0.0, 1.0, 5.0], normal_force=[30.0, 30.0, 45.0], fly_height=[10.0, 10.0, 9.8])
+    plan = types.SimpleNamespace(
+        time=[0.0, 1.0, 5.0], normal_force=[30.0, 30.0, 45.0], fly_height=[10.0, 10.0, 9.8]
+    )
     controller = force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
     return force.simulate_loop(controller, duration=1.5, runs=runs, rng=1)
 
@@ -63,7 +72,9 @@ def test_picture_of_a_force_loop(pyplot):
     np.testing.assert_array_equal(lines["read"].get_ydata(), done.reading[0])
     (command,) = low.lines
     np.testing.assert_array_equal(command.get_ydata(), done.command[0])
-    np.testing.assert_allclose(np.diff(command.get_xdata()), done.time[-1] / done.command.shape[1], rtol=1e-12)
+    np.testing.assert_allclose(
+        np.diff(command.get_xdata()), done.time[-1] / done.command.shape[1], rtol=1e-12
+    )
     labels = top.get_ylabel(), low.get_ylabel(), low.get_xlabel()
     assert labels == ("normal force [N]", "platform command [mm]", "time [s]")
     assert top.figure.get_suptitle() == f"1 run: force {done.error_rms()[0]:.3g} N rms off the plan"
@@ -73,10 +84,15 @@ def test_picture_of_many_force_loops_names_each_line_once(pyplot):
     figure = record(runs=25).plot()
     top, low = figure.axes
     assert len(low.lines) == 20 and figure.get_suptitle().startswith("25 runs, the first 20 drawn: ")
-    assert sorted(text.get_text() for text in top.get_legend().get_texts()) == ["at the contact", "planned", "read"]
+    assert sorted(text.get_text() for text in top.get_legend().get_texts()) == [
+        "at the contact",
+        "planned",
+        "read",
+    ]
 
 
-# Runs ----------------------------------------------------------------------------------------------------------------
+# Runs
+# ----------------------------------------------------------------------------------------------------------------
 
 
 class Passes:
@@ -147,9 +163,12 @@ def test_what_a_pass_leaves_is_drawn_over_its_target(pyplot):
 def test_long_names_of_controllers_stand_aslant_and_once_a_column(pyplot):
     many = {f"a controller of {n} passes": Passes(n) for n in (1, 2, 3)}
     figure = hwsim.compare(hwsim.WeldBeadStand(P1), many, parts=3).plot()
-    assert all("less that of a controller of 1 passes" in " ".join(axis.get_title().split()) for axis in figure.axes)
+    assert all(
+        "less that of a controller of 1 passes" in " ".join(axis.get_title().split()) for axis in figure.axes
+    )
     figure.canvas.draw()
-    assert not any(axis.yaxis.get_offset_text().get_text() for axis in figure.axes)  # it would lie on the title
+    # it would lie on the title
+    assert not any(axis.yaxis.get_offset_text().get_text() for axis in figure.axes)
     named = [axis for axis in figure.axes if axis.xaxis.get_tick_params()["labelbottom"]]
     assert len(named) == min(3, len(figure.axes)) and len(figure.axes) > 3
     assert {label.get_rotation() for axis in named for label in axis.get_xticklabels()} == {30.0}
@@ -164,24 +183,36 @@ def test_controllers_that_did_the_same_leave_nothing_to_draw(pyplot):
 
 
 def test_a_hidden_range_of_decades_has_plain_ticks_and_its_limit_is_seen(pyplot):
-    """1, 2 and 5 of each decade and no minor labels; the limit lies over the response that meets it, and is dashed."""
+    """1, 2 and 5 of each decade and no minor labels; the limit lies over the response that meets it, and is
+    dashed.
+    """
     problem = locus.Problem(
         controls={"f": (0.05, 0.6), "v": (40.0, 260.0)},
         hidden={"w": (0.02, 0.5)},
         cost=lambda s, c: -c.f * c.v,
         constraints=[
-            locus.Varying(response=lambda s, c: (1.6 + 2.2 * s.w) * c.v, limit=lambda s, c: 95.0 - 0.25 * c.v, name="p")
+            locus.Varying(
+                response=lambda s, c: (1.6 + 2.2 * s.w) * c.v, limit=lambda s, c: 95.0 - 0.25 * c.v, name="p"
+            )
         ],
     )
     figure = locus.plan(problem).plot()
     figure.canvas.draw()
     *upper, lowest = (axis for axis in figure.axes if axis.get_xscale() == "log")
     low, high = lowest.get_xlim()
-    shown = [t.get_text() for x, t in zip(lowest.get_xticks(), lowest.get_xticklabels(), strict=True) if low <= x <= high]
+    shown = [
+        t.get_text()
+        for x, t in zip(lowest.get_xticks(), lowest.get_xticklabels(), strict=True)
+        if low <= x <= high
+    ]
     assert shown[:4] == ["0.02", "0.05", "0.1", "0.2"]
-    assert not any(label.get_text() for axis in (*upper, lowest) for label in axis.get_xticklabels(minor=True))
+    assert not any(
+        label.get_text() for axis in (*upper, lowest) for label in axis.get_xticklabels(minor=True)
+    )
     (limit,) = (line for line in lowest.lines if line.get_label() == "limit")
-    assert limit.get_linestyle() == "--" and limit.get_zorder() >= max(line.get_zorder() for line in lowest.lines)
+    assert limit.get_linestyle() == "--" and limit.get_zorder() >= max(
+        line.get_zorder() for line in lowest.lines
+    )
 
 
 def test_colours_of_a_policy_tell_small_penalties_apart(pyplot):

@@ -71,7 +71,9 @@ PICTURE = re.compile(r"(?:^|_)(?:picture|plot)s?$")
 def pictures_at_the_top(name):
     """Modules of pictures that a module imports when it is imported itself, or for type checkers."""
     tree = ast.parse(FILES[name].read_text())
-    plain = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.col_offset in (0, 4)]
+    plain = [
+        node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.col_offset in (0, 4)
+    ]
     inside = {node for each in ast.walk(tree) if isinstance(each, ast.FunctionDef) for node in ast.walk(each)}
     named = {f"{node.module}.{alias.name}" for node in plain if node not in inside for alias in node.names}
     return {each for each in named if any(PICTURE.search(part) for part in each.split(".")[:-1])}

@@ -18,7 +18,9 @@ DTYPES = st.sampled_from(["bool", "int8", "int16", "int32", "int64", "uint8", "f
 def test_round_trip_keeps_bits_dtypes_and_attributes(array, tmp_path_factory):
     path = tmp_path_factory.mktemp("records") / "file.nc"
     names = ("k", np.array([f"part {k}" for k in range(array.size)]))
-    data = xr.Dataset({"x": ("k", array, {"units": "mm"})}, {"k": names, "t": ("k", array, {"units": "s"})}, {"note": "n"})
+    data = xr.Dataset(
+        {"x": ("k", array, {"units": "mm"})}, {"k": names, "t": ("k", array, {"units": "s"})}, {"note": "n"}
+    )
     records.write(data, path, "test")
     back = records.read(path)
     for name in ("x", "t"):

@@ -63,7 +63,7 @@ policy = weldbead.plan(weldbead.preset("P4").replace(model=process, bead_length=
 tiers = weldbead.Hierarchy(policy, disc, loop, reestimate=True)              # one controller: sequence -> pass -> force
 log = hwsim.run(hwsim.ForceTableStand(problem), tiers, rng=1)                # log["sequence"], log["pass"], log["force"]
 log.plot(); hwsim.compare(hwsim.ForceTableStand(problem), {"replan": tiers, "fixed": weldbead.Hierarchy(policy, disc, loop, reestimate=False)}, parts=5, rng=0)
-"""  # noqa: E501 as it is written
+"""
 
 
 PLUNGE = """
@@ -85,7 +85,7 @@ hwsim.compare(grinder, {"ours": controller, "three stages": plunge.StagedControl
 
 estimate = plunge.identify(log, "time_constant", method="output_error")     # value, sd, or status "not identified" with its reason
 problem = problem.updated(estimate)
-"""  # noqa: E501 as it is written
+"""
 
 
 LOCUS = """
@@ -108,7 +108,7 @@ grinding = locus.preset("grinding")                       # "turning", "koren-ex
 curve = locus.plan(grinding)
 log = hwsim.run(hwsim.AdaptiveGrinder(grinding), locus.LocusController(curve, along="infeed_rate"), parts=5, rng=0)   # gain: designed
 log.outcome; log.plot()
-"""  # noqa: E501 as it is written
+"""
 
 
 FINISHING = """
@@ -131,7 +131,7 @@ hwsim.compare(hwsim.FinishingCell(problem), controllers, parts=5, rng=0).plot()
 
 study = fin.Study.published("wang-2001")                           # or fin.Study(fin.study.orthogonal_array("L18"), factors, response, ratio="smaller")
 study.anova(); study.best(); study.predict(study.best(), confirm=1); study.power(rng=0); study.next_runs(3); print(study.report())
-"""  # noqa: E501 as it is written
+"""
 
 
 CENTERING = """
@@ -152,7 +152,7 @@ clean.roundness("MZC")                             # LSC, MCC, MIC, MZC: value, 
 clean.spectrum(upr_max=60); clean.plot(); clean.save("ring.nc")
 stock = centering.setup.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
 centering.plan_changeover(profile, stock, finish_radius=61.9, gap=0.010, approach_rate=units.mm_per_min(1.56))   # position, time saved, probability of contact
-"""  # noqa: E501 as it is written
+"""
 
 PUSHES = """
 import centering, hwsim
@@ -175,7 +175,7 @@ machine = hwsim.CenteringMachine(problem)
 log = hwsim.run(machine, ours, rng=0); log.outcome                        # time, pushes, final offset, finished
 hwsim.compare(machine, {"source": source, "ours": ours}, parts=50, rng=0).plot()
 hwsim.run(hwsim.Recording(log), ours)                                     # replay: the same commands, or the first difference
-"""  # noqa: E501 as it is written
+"""
 
 
 @pytest.fixture
@@ -189,7 +189,9 @@ def elsewhere(tmp_path, monkeypatch):
 
 @pytest.fixture
 def coarse(monkeypatch):
-    """Plans are as exact as 1e-3 $ where the tour leaves it open; the lines of the README are run with the default."""
+    """Plans are as exact as 1e-3 $ where the tour leaves it open; the lines of the README are run with the
+    default.
+    """
     from sdpgrind import weldbead
 
     monkeypatch.setattr(weldbead, "plan", partial(weldbead.plan, tolerance=1e-3))
@@ -206,7 +208,8 @@ def test_the_tour_of_the_three_tiers_runs_as_written(elsewhere, coarse):
     names: dict = {}
     exec(compile(TIERS, "tiers", "exec"), names)
     plan = names["plan"]
-    assert plan.normal_force.max() == pytest.approx(90.0)  # limited on the crests, where it leaves something standing
+    # limited on the crests, where it leaves something standing
+    assert plan.normal_force.max() == pytest.approx(90.0)
     assert plan.volume + plan.shortfall == pytest.approx(0.25 * 12.7 * 150.0, rel=1e-4)
     log = names["log"]
     assert log.outcome.passes.item() >= 1
@@ -239,7 +242,10 @@ def test_the_tour_of_finishing_runs_as_written(elsewhere, capsys):
     motion, outcome = names["motion"], names["log"].outcome
     assert motion.worst_violation.held and len(motion.poses) == len(motion.joints) == len(motion.time)
     assert names["controllers"]["pidff"].poles.slowest < 40.0  # 1/s: slower than its observer alone
-    assert outcome.normal_force.item() == pytest.approx(1.11, abs=0.02) and 3e-3 < outcome.roughness_ra.item() < 5e-3
+    assert (
+        outcome.normal_force.item() == pytest.approx(1.11, abs=0.02)
+        and 3e-3 < outcome.roughness_ra.item() < 5e-3
+    )
     assert motion.mean_feed_rate < outcome.feed.item() < 25.0  # mm/s; the table overshoots at corners
     assert "normal_force" in capsys.readouterr().out
     assert not list(elsewhere.iterdir())
@@ -254,7 +260,11 @@ def test_the_tour_of_centering_runs_as_written(elsewhere):
     probe = hwsim.Probe(off, samples_per_turn=360)
     far = probe.replace(noise_sd=0.04).scan(turns=2, rng=1)
     near = probe.replace(ring=on).scan(turns=4, rng=2)
-    names = {"stream": list(zip(far.angle, far.reading, strict=True)), "angle": near.angle, "reading": near.reading}
+    names = {
+        "stream": list(zip(far.angle, far.reading, strict=True)),
+        "angle": near.angle,
+        "reading": near.reading,
+    }
     exec(compile(CENTERING, "centering", "exec"), names)
     assert names["circle"].radius == pytest.approx(62.0, abs=1e-3)
     assert names["circle"].offset == pytest.approx(0.002, abs=1e-3)
@@ -269,7 +279,9 @@ def few(monkeypatch):
     import hwsim
 
     compare = hwsim.compare
-    monkeypatch.setattr(hwsim, "compare", lambda *said, parts, **more: compare(*said, parts=min(parts, 2), **more))
+    monkeypatch.setattr(
+        hwsim, "compare", lambda *said, parts, **more: compare(*said, parts=min(parts, 2), **more)
+    )
 
 
 @pytest.mark.timeout(300)

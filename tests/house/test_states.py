@@ -45,7 +45,13 @@ def of_the_other(state):
 def test_a_record_knows_places_and_units():
     assert width(AXIS) == 6 and floats(AXIS).tolist() == [0.0] * 6
     assert places(AXIS) == (0, 1, 2, 3, 5) and places(AXIS, "ticks", "gain") == (5, 3)
-    assert units(AXIS) == {"angle": "rad", "speed": "rad/s", "load_torque": "N m", "gain": "N m/rad", "ticks": "1"}
+    assert units(AXIS) == {
+        "angle": "rad",
+        "speed": "rad/s",
+        "load_torque": "N m",
+        "gain": "N m/rad",
+        "ticks": "1",
+    }
 
 
 def test_names_and_places_give_the_same_bits():
@@ -71,7 +77,9 @@ def test_what_is_set_by_name_is_set_in_the_row():
     state.speed, state.gain, state.gain[1] = 2.0, 3.0, 4.0
     assert row.tolist() == [0.0, 2.0, 0.0, 3.0, 4.0, 0.0] and state.speed == 2.0
     kept = copy.deepcopy(row), pickle.loads(pickle.dumps(row))
-    assert all(type(each) is np.ndarray and each.dtype == float and each.tolist() == row.tolist() for each in kept)
+    assert all(
+        type(each) is np.ndarray and each.dtype == float and each.tolist() == row.tolist() for each in kept
+    )
 
 
 def test_an_order_that_changes_compiles_anew():

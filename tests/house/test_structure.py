@@ -1,4 +1,6 @@
-"""The house: which package may import which, what an import costs, what is exported, one version, nothing forgotten."""
+"""The house: which package may import which, what an import costs, what is exported, one version, nothing
+forgotten.
+"""
 
 import ast
 import re
@@ -19,7 +21,10 @@ ALLOWED = {
     "sdpgrind.physics": GROUND,
     "sdpgrind.control": GROUND,
     **{
-        f"sdpgrind.{area}": (*GROUND, *(f"sdpgrind.{name}" for name in ("sdp", "identify", "physics", "control")))
+        f"sdpgrind.{area}": (
+            *GROUND,
+            *(f"sdpgrind.{name}" for name in ("sdp", "identify", "physics", "control")),
+        )
         for area in AREAS
     },
 }
@@ -55,13 +60,20 @@ def home(name):
 
 def forbidden(where, other):
     """Whether a package must not import another."""
-    upwards = (where.startswith("sdpgrind") and other in ("hwsim", "centering")) or (where, other) == ("centering", "hwsim")
-    beside = where in ALLOWED and other.startswith("sdpgrind") and other != where and other not in ALLOWED[where]
+    upwards = (where.startswith("sdpgrind") and other in ("hwsim", "centering")) or (where, other) == (
+        "centering",
+        "hwsim",
+    )
+    beside = (
+        where in ALLOWED and other.startswith("sdpgrind") and other != where and other not in ALLOWED[where]
+    )
     return upwards or beside
 
 
 def test_arrows():
-    wrong = {(name, other) for name in modules() for other in imports(name) if forbidden(home(name), home(other))}
+    wrong = {
+        (name, other) for name in modules() for other in imports(name) if forbidden(home(name), home(other))
+    }
     assert not wrong
 
 
@@ -106,7 +118,8 @@ THEMES = {
     ),
 }  # fmt: skip
 """Themes of an area, from the ground up: imports run downward."""
-TOP = ("kernels", "_first_use")  # what an area shows to other packages, and what `warm` does: above all of its themes
+# what an area shows to other packages, and what `warm` does: above all of its themes
+TOP = ("kernels", "_first_use")
 
 
 def area(name):
@@ -123,7 +136,9 @@ def theme(name):
 
 def upward(name, imported):
     """What a module imports from a higher theme of its own area."""
-    return {(name, other) for other in imported if area(other) == area(name) and theme(other) > theme(name) >= 0}
+    return {
+        (name, other) for other in imported if area(other) == area(name) and theme(other) > theme(name) >= 0
+    }
 
 
 def test_imports_run_downward_between_themes():
@@ -131,9 +146,9 @@ def test_imports_run_downward_between_themes():
 
 
 def test_upward_imports_are_found():
-    assert upward("centering.push._plan.push", {"centering.cycle._control.states", "centering.circle", "hwsim.cli"}) == {
-        ("centering.push._plan.push", "centering.cycle._control.states")
-    }
+    assert upward(
+        "centering.push._plan.push", {"centering.cycle._control.states", "centering.circle", "hwsim.cli"}
+    ) == {("centering.push._plan.push", "centering.cycle._control.states")}
     assert upward("sdpgrind.plunge._model.model", {"sdpgrind.plunge.kernels"})
 
 
@@ -148,9 +163,16 @@ def test_every_theme_has_its_place():
 def test_every_room_stands_on_the_page():
     """With a sentence of its own."""
     listed = re.findall(r"^\.\. automodule:: (\S+)$", (ROOT / "docs" / "rooms.rst").read_text(), re.M)
-    rooms = {name for name in modules() if theme(name) >= 0 and SOURCE.joinpath(*name.split("."), "__init__.py").exists()}
+    rooms = {
+        name
+        for name in modules()
+        if theme(name) >= 0 and SOURCE.joinpath(*name.split("."), "__init__.py").exists()
+    }
     assert set(listed) == rooms | {"sdpgrind.base"} and len(set(listed)) == len(listed)
-    told = [ast.get_docstring(ast.parse(SOURCE.joinpath(*name.split("."), "__init__.py").read_text())) for name in rooms]
+    told = [
+        ast.get_docstring(ast.parse(SOURCE.joinpath(*name.split("."), "__init__.py").read_text()))
+        for name in rooms
+    ]
     assert len(set(told)) == len(rooms) and all(len(text.split()) > 5 for text in told)
 
 
@@ -192,7 +214,9 @@ def underscores(name):
 
 
 def test_one_underscore_on_a_path():
-    """At the first level that users may not name: public packages hold private modules, private ones plain names."""
+    """At the first level that users may not name: public packages hold private modules, private ones plain
+    names.
+    """
     open_names = {
         *PACKAGES,
         *(f"{where}.kernels" for where in PACKAGES),
@@ -227,8 +251,14 @@ def test_trespasses_are_found():
         "from sdpgrind.control._law import Law\nfrom sdpgrind.weldbead.sequence import _burn\n"
         "import numpy._core\nimport hwsim.plants._x"
     )
-    assert trespasses("sdpgrind.weldbead.force._drive", found) == {"sdpgrind.control._law.Law", "hwsim.plants._x"}
-    assert trespasses("hwsim._loop.loop", found) == {"sdpgrind.control._law.Law", "sdpgrind.weldbead.sequence._burn"}
+    assert trespasses("sdpgrind.weldbead.force._drive", found) == {
+        "sdpgrind.control._law.Law",
+        "hwsim.plants._x",
+    }
+    assert trespasses("hwsim._loop.loop", found) == {
+        "sdpgrind.control._law.Law",
+        "sdpgrind.weldbead.sequence._burn",
+    }
     assert trespasses("sdpgrind.control", found) == {"sdpgrind.weldbead.sequence._burn", "hwsim.plants._x"}
     assert trespasses("sdpgrind.controls", {"sdpgrind.control._law"}) == {"sdpgrind.control._law"}
     assert owner("sdpgrind.__version__") is None
@@ -258,7 +288,9 @@ def test_importing_the_machines_is_light():
     assert not _loaded("import hwsim") & set(HEAVY)
 
 
-@pytest.mark.parametrize("name", sorted(set(PACKAGES) - {"sdpgrind.units", "hwsim.devices", "hwsim.protocols"}))
+@pytest.mark.parametrize(
+    "name", sorted(set(PACKAGES) - {"sdpgrind.units", "hwsim.devices", "hwsim.protocols"})
+)
 def test_faces(name):
     """Every name of a stub is there, and nothing else is shown."""
     face = package(name)
@@ -269,7 +301,13 @@ def test_faces(name):
         _ = face.nothing
 
 
-AT_MOST = {"sdpgrind.weldbead": 25, "sdpgrind.plunge": 25, "sdpgrind.locus": 25, "sdpgrind.finishing": 25, "centering": 35}
+AT_MOST = {
+    "sdpgrind.weldbead": 25,
+    "sdpgrind.plunge": 25,
+    "sdpgrind.locus": 25,
+    "sdpgrind.finishing": 25,
+    "centering": 35,
+}
 
 
 @pytest.mark.parametrize("name", PACKAGES)
@@ -286,7 +324,9 @@ def test_names_of_version_0_1_warn():
     ) as told:
         assert centering.ring_friction is centering.push.turning.ring_friction
     assert told[0].filename == __file__
-    with pytest.warns(DeprecationWarning, match=r"finishing\.sn_ratio is now sdpgrind\.finishing\.study\.sn_ratio") as told:
+    with pytest.warns(
+        DeprecationWarning, match=r"finishing\.sn_ratio is now sdpgrind\.finishing\.study\.sn_ratio"
+    ) as told:
         from sdpgrind.finishing import sn_ratio
     assert sn_ratio is finishing.study.sn_ratio and told[0].filename == __file__
 
@@ -319,11 +359,23 @@ def tracked():
     folders = ("src", "tests", "docs", "benchmarks", "examples", ".ci")
     endings = {".py", ".md", ".rst", ".toml", ".cff", ""}
     paths = [path for folder in folders for path in (ROOT / folder).rglob("*") if path.is_file()]
-    skipped = {"__pycache__", "_build", "gallery", ".mypy_cache", ".ruff_cache", ".pytest_cache", ".hypothesis"}
+    skipped = {
+        "__pycache__",
+        "_build",
+        "gallery",
+        ".mypy_cache",
+        ".ruff_cache",
+        ".pytest_cache",
+        ".hypothesis",
+    }
     paths = [path for path in paths if path.suffix in endings and not skipped & set(path.parts)]
     return [
         *paths,
-        *(path for path in ROOT.iterdir() if path.is_file() and path.suffix in endings and path.name[0] != "."),
+        *(
+            path
+            for path in ROOT.iterdir()
+            if path.is_file() and path.suffix in endings and path.name[0] != "."
+        ),
     ]
 
 
@@ -333,7 +385,11 @@ ABSOLUTE = re.compile(r"""["'`\s(=](?:/(?:home|root|work|Users|opt)/|[A-Z]:\\\\)
 
 def test_nothing_is_forgotten():
     texts = {str(path.relative_to(ROOT)): path.read_text() for path in tracked()}
-    found = {name: each[0] for name, text in texts.items() if (each := FORGOTTEN.search(text) or ABSOLUTE.search(text))}
+    found = {
+        name: each[0]
+        for name, text in texts.items()
+        if (each := FORGOTTEN.search(text) or ABSOLUTE.search(text))
+    }
     assert "tests/house/test_structure.py" in texts and not found
 
 
@@ -350,7 +406,9 @@ def test_decisions_are_numbered_and_complete():
     assert [path.name[:4] for path in notes] == [f"{k + 1:04d}" for k in range(len(notes))]
     for path in notes:
         text = path.read_text()
-        assert all(f"\n{part}\n{'-' * len(part)}\n" in text for part in ("Context", "Decision", "Consequences")), path.name
+        assert all(
+            f"\n{part}\n{'-' * len(part)}\n" in text for part in ("Context", "Decision", "Consequences")
+        ), path.name
 
 
 SHARED = {

@@ -1,4 +1,6 @@
-"""English of docs/style.rst, as far as a machine can tell: phrases that go, lines, constants that say their source."""
+"""English of docs/style.rst, as far as a machine can tell: phrases that go, lines, constants that say their
+source.
+"""
 
 import ast
 import io
@@ -22,7 +24,9 @@ def files():
 def told(text):
     """Docstrings and comments, with the number of their line."""
     for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and (said := ast.get_docstring(node)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and (
+            said := ast.get_docstring(node)
+        ):
             yield getattr(node, "lineno", 1), said
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type == tokenize.COMMENT:
@@ -34,11 +38,15 @@ def riddles(text):
 
 
 def without_origin(text):
-    """Numbers at the top of a module whose comment, on their line or above, does not say where they come from."""
+    """Numbers at the top of a module whose comment, on their line or above, does not say where they come
+    from.
+    """
     lines = text.splitlines()
     for node in ast.parse(text).body:
         if isinstance(node, ast.Assign) and _is_number(node.value):
-            above = lines[node.lineno - 2] if node.lineno > 1 and lines[node.lineno - 2].startswith("#") else ""
+            above = (
+                lines[node.lineno - 2] if node.lineno > 1 and lines[node.lineno - 2].startswith("#") else ""
+            )
             if not ORIGIN.search(above + "".join(lines[node.lineno - 1 : node.end_lineno]).partition("#")[2]):
                 yield node.lineno, ast.unparse(node)
 
@@ -51,7 +59,9 @@ def _is_number(value):
 
 def test_no_riddles():
     assert files()
-    assert not {str(path.relative_to(SOURCE)): found for path in files() if (found := riddles(path.read_text()))}
+    assert not {
+        str(path.relative_to(SOURCE)): found for path in files() if (found := riddles(path.read_text()))
+    }
 
 
 def test_constants_say_where_they_come_from():
@@ -59,7 +69,9 @@ def test_constants_say_where_they_come_from():
     assert not {name: each for name, each in found.items() if each}
 
 
-@pytest.mark.parametrize("text", ['"""By how much it moves."""', "x = 1  # it gives way", 'def f():\n    """Reckoned."""'])
+@pytest.mark.parametrize(
+    "text", ['"""By how much it moves."""', "x = 1  # it gives way", 'def f():\n    """Reckoned."""']
+)
 def test_riddles_are_found(text):
     assert riddles(text.replace("Reckoned", "It is reckoned")) and not riddles('word = "it gives way"')
 

@@ -1,4 +1,6 @@
-"""Compiling tells how far it is, before a first use (`sdpgrind.warm`, ``hwsim warm``) or within it; then it is silent."""
+"""Compiling tells how far it is, before a first use (`sdpgrind.warm`, ``hwsim warm``) or within it; then it
+is silent.
+"""
 
 import io
 import os
@@ -60,7 +62,12 @@ def command(folder):
     """What `hwsim warm` of the toy says in a pipe: status, standard output, standard error."""
     known = {"PYTHONPATH": f"{SOURCE}{os.pathsep}{folder}", "NUMBA_CACHE_DIR": str(folder / "cache")}
     done = subprocess.run(
-        [sys.executable, "-c", TOY], capture_output=True, text=True, cwd=folder, env=os.environ | known, check=False
+        [sys.executable, "-c", TOY],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        env=os.environ | known,
+        check=False,
     )
     return done.returncode, done.stdout, done.stderr
 
@@ -82,7 +89,10 @@ def test_broken_off_what_is_compiled_stays(toy):
     (toy / "interrupted").write_text("")
     status, out, error = command(toy)
     assert (status, out) == (130, "")
-    assert error.splitlines()[-1] == "hwsim: interrupted; what is compiled stays, and the same command goes on from here"
+    assert (
+        error.splitlines()[-1]
+        == "hwsim: interrupted; what is compiled stays, and the same command goes on from here"
+    )
     (toy / "interrupted").unlink()
     assert command(toy)[:2] == (0, "weldbead: compiled already\n")
 

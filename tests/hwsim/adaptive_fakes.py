@@ -1,4 +1,6 @@
-"""Koren's (36) on the closed-form locus, written down once more from its page, for tests of the grinder it walks on."""
+"""Koren's (36) on the closed-form locus, written down once more from its page, for tests of the grinder it
+walks on.
+"""
 
 import numpy as np
 from scipy.optimize import brentq
@@ -7,7 +9,18 @@ from sdpgrind import locus
 
 PROBLEM = locus.preset("grinding")
 NOMINAL = PROBLEM.model
-U_B, B, U_CH, PLOUGH, C2, C3, WIDTH, WHEEL, WORK, WIDE = 6.2, 7.2, 13.8, 0.962, 7.55, 2.1e6, 9.3, 30e3, 60.0, 50.0
+U_B, B, U_CH, PLOUGH, C2, C3, WIDTH, WHEEL, WORK, WIDE = (
+    6.2,
+    7.2,
+    13.8,
+    0.962,
+    7.55,
+    2.1e6,
+    9.3,
+    30e3,
+    60.0,
+    50.0,
+)
 
 
 def burning(rate, rotation):
@@ -24,7 +37,9 @@ def needed(rate, rotation, area):
 
 
 def rotation_on_locus(rate):
-    """Work rotation of the locus, rad/s: R > 3 with B (D_e Z' v_w)^(1/4) (R - 3)/(2 (R - 1)) = (u_ch - u_b) Z' + F_pl V_s."""
+    """Work rotation of the locus, rad/s: R > 3 with B (D_e Z' v_w)^(1/4) (R - 3)/(2 (R - 1)) = (u_ch - u_b)
+    Z' + F_pl V_s.
+    """
     removal, unit = np.pi * WORK * rate, C2 * WHEEL * WIDE / C3
 
     def excess(ratio):

@@ -1,4 +1,6 @@
-"""A centering machine without errors, a controller that one can work out by hand, and ways to look inside a part."""
+"""A centering machine without errors, a controller that one can work out by hand, and ways to look inside a
+part.
+"""
 
 from math import atan2, cos, hypot, isfinite, pi, sin, sqrt
 from typing import ClassVar
@@ -36,13 +38,17 @@ def started(machine, speed=0.0, seed=0):
 
 
 def running(part, speed):
-    """The same part, its slide going toward the axis at that speed already: a profile that begins with it runs from the start."""
+    """The same part, its slide going toward the axis at that speed already: a profile that begins with it
+    runs from the start.
+    """
     part._state[slots.VELOCITY] = speed
     return part
 
 
 def center(part):
-    """Where the centre truly is: along the probe line and across it (in the sense of rising spindle angle), mm."""
+    """Where the centre truly is: along the probe line and across it (in the sense of rising spindle angle),
+    mm.
+    """
     state = part._state
     x, y, angle = state[slots.X], state[slots.Y], state[slots.ANGLE]
     return x * cos(angle) + y * sin(angle), y * cos(angle) - x * sin(angle)
@@ -57,13 +63,15 @@ def move(distance, speed, acceleration=2560.0):
     if distance < speed**2 / acceleration:
         speed = sqrt(distance * acceleration)
     ramp = speed / acceleration
-    return np.array([[ramp, 0.0, acceleration], [distance / speed - ramp, speed, 0.0], [ramp, speed, -acceleration]])[
-        [0, 2] if distance / speed - ramp <= 1e-12 else [0, 1, 2]
-    ]
+    return np.array(
+        [[ramp, 0.0, acceleration], [distance / speed - ramp, speed, 0.0], [ramp, speed, -acceleration]]
+    )[[0, 2] if distance / speed - ramp <= 1e-12 else [0, 1, 2]]
 
 
 class Follower:
-    """Follows the rim with the probe, measures a turn, pushes at the high point once a turn, and stops when it is near."""
+    """Follows the rim with the probe, measures a turn, pushes at the high point once a turn, and stops when
+    it is near.
+    """
 
     period = 0.01
     tier = "push"
@@ -82,7 +90,10 @@ class Follower:
             self.since = angle
         if isfinite(probe) and not pushing:
             self.rim.append((angle, slide + probe))
-        following = {"spindle_speed": self.speed, "velocity": -25.0 * (probe + 7.928) if isfinite(probe) else 0.0}
+        following = {
+            "spindle_speed": self.speed,
+            "velocity": -25.0 * (probe + 7.928) if isfinite(probe) else 0.0,
+        }
         if pushing or angle - self.since < 2 * pi:
             return following
         return following | self._act(np.array(self.rim), angle)
@@ -95,4 +106,8 @@ class Follower:
         self.made, self.rim = self.made + 1, []
         ahead = (atan2(y, x) - angle - 0.3) % (2 * pi)
         self.since = angle + ahead + 0.5
-        return {"velocity": 0.0, "profile": move(7.0 + 0.9 * hypot(x, y), 40.0), "profile_angle": angle + ahead}
+        return {
+            "velocity": 0.0,
+            "profile": move(7.0 + 0.9 * hypot(x, y), 40.0),
+            "profile_angle": angle + ahead,
+        }

@@ -38,7 +38,9 @@ def controller(of, kind="pidff", **options):
 def truth(of, **changes):
     """As believed, with a table that is always where it shall be; changes of the axis by name."""
     axis = AXIS.replace(**{name: changes.pop(name) for name in list(changes) if hasattr(AXIS, name)})
-    return hwsim.CellTruth(axis, **{"friction_ratio": of.friction_ratio, "table": None, "roughness_error": 0.0, **changes})
+    return hwsim.CellTruth(
+        axis, **{"friction_ratio": of.friction_ratio, "table": None, "roughness_error": 0.0, **changes}
+    )
 
 
 def cell(of, **changes):
@@ -49,7 +51,11 @@ def cell(of, **changes):
 def lever(of, friction_ratio=0.0, forward=1.0):
     """Torque over normal force, N m/N, for a share of the feed along the azimuth."""
     side = 1.0 if of.pushed else -1.0
-    return 1e-3 * of.lever_arm * (np.cos(of.contact_angle) - side * friction_ratio * np.sin(of.contact_angle) * forward)
+    return (
+        1e-3
+        * of.lever_arm
+        * (np.cos(of.contact_angle) - side * friction_ratio * np.sin(of.contact_angle) * forward)
+    )
 
 
 def by_the_loop(monkeypatch):

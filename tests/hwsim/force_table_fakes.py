@@ -44,7 +44,13 @@ class Held:
     """Holds the platform where it is told to, or a force by plain integral action."""
 
     period = 1 / 60
-    reads: ClassVar = {"force": "N", "friction_force": "N", "disk_speed": "rad/s", "pass_time": "s", "phase": ""}
+    reads: ClassVar = {
+        "force": "N",
+        "friction_force": "N",
+        "disk_speed": "rad/s",
+        "pass_time": "s",
+        "phase": "",
+    }
     commands: ClassVar = {"platform_command": "mm"}
 
     def __init__(self, position, force=None, gain=0.002):

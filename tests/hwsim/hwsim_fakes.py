@@ -9,7 +9,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Tank:
-    """Level falls by `flow` and a random leak, its hidden truth; event when an alarm level is passed; ends empty."""
+    """Level falls by `flow` and a random leak, its hidden truth; event when an alarm level is passed; ends
+    empty.
+    """
 
     level: float = 10.0
     tick: float = 0.1
@@ -66,7 +68,12 @@ class Water:
             self.time += ticks
 
     def outcome(self):
-        return {"level": self.level, "leak": self.leak, "levels": self.levels, "time": self.time * self.tank.tick}
+        return {
+            "level": self.level,
+            "leak": self.leak,
+            "levels": self.levels,
+            "time": self.time * self.tank.tick,
+        }
 
 
 class Drain:

@@ -1,4 +1,6 @@
-"""The fastest point that does not burn, as the adaptive grinder knows it: closed form, ends of ranges, brute force."""
+"""The fastest point that does not burn, as the adaptive grinder knows it: closed form, ends of ranges, brute
+force.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""The grinder under adaptive control: Koren's nominal run, exact lags, a wheel that dulls from part to part, hidden truth."""
+"""The grinder under adaptive control: Koren's nominal run, exact lags, a wheel that dulls from part to part,
+hidden truth.
+"""
 
 import copy
 
@@ -29,14 +31,16 @@ def started(**options):
     return GRINDER.replace(**options).start(np.random.default_rng(0))
 
 
-# The nominal run ------------------------------------------------------------------------------------------------------
+# The nominal run
+# ------------------------------------------------------------------------------------------------------
 
 
 def test_five_cycles_of_the_printed_controller(nominal):
     """Koren: 28 s, then about 4 s; the small violation is real."""
     outcome = nominal.outcome
     np.testing.assert_array_equal(outcome.convergence_time, [27.5, 4.0, 3.5, 3.5, 3.5])
-    # What `solve_ivp` finds for the same cycles, with laws, locus and controller (36) written once more apart from the library:
+    # What `solve_ivp` finds for the same cycles, with laws, locus and controller (36) written once more apart
+    # from the library:
     np.testing.assert_allclose(outcome.slack, [3.611, -3.199, -5.952, -5.941, -5.577], atol=0.02)
     np.testing.assert_array_equal(outcome.burned, [0, 1, 1, 1, 1])
     np.testing.assert_allclose(outcome.true_wear_flat_area, 0.006 + 1e-4 * np.arange(1, 6), rtol=2e-5)
@@ -50,7 +54,9 @@ def test_a_wheel_that_begins_to_cut_only_ploughs(nominal):
 
 
 def test_the_integral_winds_up_without_the_hold(nominal):
-    """The limit is that of the command, the power that of a slide which lags: the slack looks greater than it is."""
+    """The limit is that of the command, the power that of a slide which lags: the slack looks greater than it
+    is.
+    """
     last = nominal["controller"].infeed_rate_command.values[-2]
     hasty = hwsim.run(GRINDER.replace(wear_flat_area=0.0065), Printed(last, hold=0.0)).outcome
     assert hasty.slack.values < -15
@@ -59,7 +65,9 @@ def test_the_integral_winds_up_without_the_hold(nominal):
 def test_the_best_rate_is_that_of_the_closed_form(nominal):
     outcome = nominal.outcome.isel(part=1)
     known = np.isfinite(outcome.sample_time.values)
-    for time, best in zip(outcome.sample_time.values[known][::9], outcome.best_infeed_rate.values[known][::9], strict=True):
+    for time, best in zip(
+        outcome.sample_time.values[known][::9], outcome.best_infeed_rate.values[known][::9], strict=True
+    ):
         removed = float(np.interp(time, *columns(nominal, 1, "time", "removed")))
         area = nominal.outcome.true_wear_flat_area.values[0] + removed / 3e3
         assert best == pytest.approx(best_rate(area), rel=1e-6)
@@ -87,7 +95,8 @@ def test_samples_tell_what_is_true(nominal):
     assert abs(felt[-2] - power[-2]) < 2.0 < power[4] - felt[4]  # the monitor is late while the infeed rises
 
 
-# Exact ----------------------------------------------------------------------------------------------------------------
+# Exact
+# ----------------------------------------------------------------------------------------------------------------
 
 
 def exactly(plant, commands, seconds):
@@ -109,10 +118,15 @@ def exactly(plant, commands, seconds):
     return *state, least
 
 
-@pytest.mark.parametrize(("infeed_lag", "power_lag"), [(1.25, 0.2), (0.05, 0.2), (3.0, 0.01), (0.02, 0.03), (1.0, 5.0)])
+@pytest.mark.parametrize(
+    ("infeed_lag", "power_lag"), [(1.25, 0.2), (0.05, 0.2), (3.0, 0.01), (0.02, 0.03), (1.0, 5.0)]
+)
 @pytest.mark.parametrize("seconds", [0.5, 2.0])
 def test_lags_are_solved_to_1e_9(infeed_lag, power_lag, seconds):
-    commands = [{"infeed_rate": r, "work_rotation": n} for r, n in [(0.004, 8.0), (0.02, 12.0), (0.0, 12.0), (0.015, 40.0)]]
+    commands = [
+        {"infeed_rate": r, "work_rotation": n}
+        for r, n in [(0.004, 8.0), (0.02, 12.0), (0.0, 12.0), (0.015, 40.0)]
+    ]
     plant = GRINDER.replace(infeed_lag=infeed_lag, power_lag=power_lag, stock=3.0, dulling=0.02)
     machine = plant.start(np.random.default_rng(0))
     for command in commands:
@@ -124,7 +138,9 @@ def test_lags_are_solved_to_1e_9(infeed_lag, power_lag, seconds):
     assert machine.outcome()["part_slack"] == pytest.approx(least, abs=1e-3)
 
 
-@pytest.mark.parametrize("lags", [{}, {"infeed_lag": 0.0}, {"power_lag": 0.0}, {"infeed_lag": 0.01, "power_lag": 0.01}])
+@pytest.mark.parametrize(
+    "lags", [{}, {"infeed_lag": 0.0}, {"power_lag": 0.0}, {"infeed_lag": 0.01, "power_lag": 0.01}]
+)
 def test_many_short_steps_are_one_long_one(lags):
     one, many = started(**lags), started(**lags)
     for rate in (0.004, 0.02, 0.001):
@@ -191,19 +207,24 @@ def test_another_tick():
     np.testing.assert_allclose(times[:4], [0, 1 / 3, 2 / 3, 1], rtol=1e-12)
 
 
-# Truth and gauges -----------------------------------------------------------------------------------------------------
+# Truth and gauges
+# -----------------------------------------------------------------------------------------------------
 
 
 def test_the_truth_may_differ_from_the_model():
     truth = NOMINAL.replace(burning=physics.BurningLimit(u0=6.2, B=6.8))
     log = hwsim.run(GRINDER.replace(truth=truth), Printed(0.0145))
     assert log.outcome.slack.values < -40 and log.outcome.best_infeed_rate.values[0, 0] < 0.012
-    assert hwsim.run(GRINDER.replace(truth=NOMINAL), Printed()).outcome.equals(hwsim.run(GRINDER, Printed()).outcome)
+    assert hwsim.run(GRINDER.replace(truth=NOMINAL), Printed()).outcome.equals(
+        hwsim.run(GRINDER, Printed()).outcome
+    )
 
 
 def test_a_truth_that_is_drawn_for_each_part():
     def drawn(rng):
-        return NOMINAL.replace(power=physics.GrindingPower(specific_energy=13.8 * (1 + 0.02 * rng.standard_normal())))
+        return NOMINAL.replace(
+            power=physics.GrindingPower(specific_energy=13.8 * (1 + 0.02 * rng.standard_normal()))
+        )
 
     log = hwsim.run(GRINDER.replace(truth=drawn, dulling=0.0), Printed(), parts=4, rng=3)
     assert len(set(log.outcome.best_infeed_rate.values[:, 0])) == 4
@@ -234,7 +255,8 @@ def test_a_bias_moves_the_working_point_by_itself(nominal):
     assert one.slack.values[1] - plain.slack.values[1] == pytest.approx(20.0, abs=2.0)
 
 
-# Series ---------------------------------------------------------------------------------------------------------------
+# Series
+# ---------------------------------------------------------------------------------------------------------------
 
 
 class PowerCut(Exception):

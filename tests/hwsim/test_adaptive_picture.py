@@ -30,7 +30,14 @@ def labelled(axis):
 def test_the_picture_shows_what_the_log_holds(nominal, pyplot):
     figure = nominal.plot()
     axes = {axis.get_ylabel(): axis for axis in figure.axes}
-    assert list(axes) == ["slack [W]", "infeed rate [µm/s]", "power [W]", "work speed [mm/s]", "least slack [W]", "converged [s]"]
+    assert list(axes) == [
+        "slack [W]",
+        "infeed rate [µm/s]",
+        "power [W]",
+        "work speed [mm/s]",
+        "least slack [W]",
+        "converged [s]",
+    ]
     out = nominal.outcome
     first = np.isfinite(out.sample_time.values[0])
     rate = labelled(axes["infeed rate [µm/s]"])["true infeed"]
@@ -39,7 +46,9 @@ def test_the_picture_shows_what_the_log_holds(nominal, pyplot):
     np.testing.assert_array_equal(axes["least slack [W]"].lines[0].get_ydata(), out.slack)
     slack = labelled(axes["slack [W]"])["burning less grinding power"].get_ydata()
     np.testing.assert_allclose(slack, (out.burning_power - out.true_grinding_power).values[0][first][1:])
-    begins = [line.get_xdata()[0] for line in axes["infeed rate [µm/s]"].lines if line.get_linestyle() == "--"]
+    begins = [
+        line.get_xdata()[0] for line in axes["infeed rate [µm/s]"].lines if line.get_linestyle() == "--"
+    ]
     np.testing.assert_allclose(begins, [0, *np.cumsum(out.time.values)[:-1]], atol=1e-9)
     assert figure.get_suptitle() == "5 parts: 25.1 s each, 4 burned; wear flat area 0.0065 in the end"
 
@@ -49,7 +58,9 @@ def test_commands_lie_on_the_locus_that_is_drawn(nominal, pyplot):
     lines = labelled(axis)
     order = np.argsort(lines["command"].get_xdata())
     x, y = lines["command"].get_xdata()[order], lines["command"].get_ydata()[order]
-    np.testing.assert_allclose(y, np.interp(x, lines["locus"].get_xdata(), lines["locus"].get_ydata()), rtol=5e-3)
+    np.testing.assert_allclose(
+        y, np.interp(x, lines["locus"].get_xdata(), lines["locus"].get_ydata()), rtol=5e-3
+    )
 
 
 def test_what_burns_is_shaded(nominal, pyplot):
@@ -77,7 +88,11 @@ def test_another_law_and_a_part_without_commands_are_drawn_too(pyplot):
         log = hwsim.run(hwsim.AdaptiveGrinder(problem, max_time=5.0), Rest())
         assert log.outcome.timed_out.values == 1.0 and log.plot()
     known = NOMINAL.replace(power=physics.GrindingPower(sliding=physics.DongSliding()))
-    log = hwsim.run(hwsim.AdaptiveGrinder(PROBLEM.replace(model=known), wear_flat_area=0.02), Printed(0.01, factor=0.0), parts=6)
+    log = hwsim.run(
+        hwsim.AdaptiveGrinder(PROBLEM.replace(model=known), wear_flat_area=0.02),
+        Printed(0.01, factor=0.0),
+        parts=6,
+    )
     assert "locus" not in labelled(log.plot().axes[3])
     assert any(axis.get_title("left") == "The first 5 parts" for axis in log.plot().axes)
 

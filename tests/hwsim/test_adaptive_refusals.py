@@ -36,7 +36,10 @@ def test_values_out_of_range(options, message):
     [
         ({"truth": 3.0}, r"truth must be a Grinding \(see locus.processes.Grinding\); got 3.0"),
         ({"power_gauge": 2.0}, r"power_gauge must be a Gauge \(see hwsim.devices\); got 2.0"),
-        ({"problem": NOMINAL}, r'problem must be a Problem \(see locus.preset\("grinding"\)\); got a Grinding'),
+        (
+            {"problem": NOMINAL},
+            r'problem must be a Problem \(see locus.preset\("grinding"\)\); got a Grinding',
+        ),
     ],
 )
 def test_things_of_another_kind(options, message):
@@ -45,16 +48,28 @@ def test_things_of_another_kind(options, message):
 
 
 def test_problems_of_another_machine():
-    with pytest.raises(TypeError, match=r"problem.model must be a Grinding \(see locus.processes.Grinding\); got None"):
-        hwsim.AdaptiveGrinder(locus.Problem(controls={"u": (0, 1)}, hidden={"x": (0, 1)}, cost=lambda s, c: c.u, constraints=()))
-    with pytest.raises(ValueError, match=r"problem.controls must be infeed_rate and work_rotation; got 'infeed_rate'"):
+    with pytest.raises(
+        TypeError, match=r"problem.model must be a Grinding \(see locus.processes.Grinding\); got None"
+    ):
+        hwsim.AdaptiveGrinder(
+            locus.Problem(controls={"u": (0, 1)}, hidden={"x": (0, 1)}, cost=lambda s, c: c.u, constraints=())
+        )
+    with pytest.raises(
+        ValueError, match=r"problem.controls must be infeed_rate and work_rotation; got 'infeed_rate'"
+    ):
         hwsim.AdaptiveGrinder(PROBLEM.replace(controls={"infeed_rate": (0.0, 0.1)}))
-    with pytest.raises(ValueError, match=r'problem.controls\["work_rotation"\]\[0\] must be > 0 \(rad/s\); got 0.0'):
-        hwsim.AdaptiveGrinder(PROBLEM.replace(controls={"infeed_rate": (0.0, 0.1), "work_rotation": (0.0, 60.0)}))
+    with pytest.raises(
+        ValueError, match=r'problem.controls\["work_rotation"\]\[0\] must be > 0 \(rad/s\); got 0.0'
+    ):
+        hwsim.AdaptiveGrinder(
+            PROBLEM.replace(controls={"infeed_rate": (0.0, 0.1), "work_rotation": (0.0, 60.0)})
+        )
 
 
 def test_a_truth_that_draws_something_else():
-    with pytest.raises(TypeError, match=r"truth\(rng\) must be a Grinding \(see locus.processes.Grinding\); got None") as caught:
+    with pytest.raises(
+        TypeError, match=r"truth\(rng\) must be a Grinding \(see locus.processes.Grinding\); got None"
+    ) as caught:
         hwsim.run(GRINDER.replace(truth=lambda rng: None), Printed())
     assert caught.value.__notes__ == ["in part 0"]
 
@@ -65,7 +80,10 @@ def test_a_truth_that_draws_something_else():
         ({"infeed_rate": -0.01}, r"infeed_rate must be >= 0 \(mm/s\); got -0.01"),
         ({"infeed_rate": 1.0}, r"infeed_rate must be <= 0.05 \(mm/s\); got 1.0"),
         ({"work_rotation": 300.0}, r"work_rotation must be in \[0.4, 63\] \(rad/s\); got 300.0"),
-        ({"infeed_rate": 0.01}, r"work_rotation must be commanded with the first infeed_rate; got none \(rad/s\)"),
+        (
+            {"infeed_rate": 0.01},
+            r"work_rotation must be commanded with the first infeed_rate; got none \(rad/s\)",
+        ),
     ],
 )
 def test_commands_that_cannot_be_done(command, message):
@@ -85,15 +103,20 @@ def test_a_controller_in_other_units_is_refused():
     class Minutes(Printed):
         commands = {"infeed_rate": "mm/min", "work_rotation": "rad/s"}  # noqa: RUF012
 
-    with pytest.raises(ValueError, match="controller commands infeed_rate in mm/min, the plant accepts it in mm/s"):
+    with pytest.raises(
+        ValueError, match="controller commands infeed_rate in mm/min, the plant accepts it in mm/s"
+    ):
         hwsim.run(GRINDER, Minutes())
 
 
 def test_a_limit_of_roughness_is_another_machine():
     rough = NOMINAL.replace(roughness=locus.processes.Roughness(roughness_max=8e-4, base=5e-4, exponent=0.4))
-    with pytest.raises(ValueError, match=r"truth.roughness must be None: this machine has no gauge of roughness; got"):
+    with pytest.raises(
+        ValueError, match=r"truth.roughness must be None: this machine has no gauge of roughness; got"
+    ):
         GRINDER.replace(truth=rough)
     with pytest.raises(
-        TypeError, match=r"problem.model must be a Grinding \(see locus.processes.Grinding\); got a DressedGrinding"
+        TypeError,
+        match=r"problem.model must be a Grinding \(see locus.processes.Grinding\); got a DressedGrinding",
     ):
         hwsim.AdaptiveGrinder(locus.preset("grinding-roughness"))

@@ -29,7 +29,9 @@ def toy(monkeypatch):
     entry, known = EntryPoint("toy.flow", "toy_area:Flow", "sdpgrind.records"), records.entry_points
     monkeypatch.setattr(cli, "_AREAS", (*cli._AREAS, "toy_area"))
     monkeypatch.setattr(
-        records, "entry_points", lambda group, name: [entry] if name == "toy.flow" else known(group=group, name=name)
+        records,
+        "entry_points",
+        lambda group, name: [entry] if name == "toy.flow" else known(group=group, name=name),
     )
 
 
@@ -68,14 +70,28 @@ def test_runs_reports_and_keeps(tmp_path, capsys):
     out = tmp_path / "deep" / "run"
     lines = said(capsys, "--preset", "full", "--parts", 12, "--rng", 3, "--out", out).splitlines()
     log = hwsim.run(Tank(leak=0.5), Drain(2.0), parts=12, rng=3)
-    assert same(sdpgrind.load(out / "run.nc"), log) and sdpgrind.load(out / "plan.nc") == toy_area.Flow(toy_area.Draining())
+    assert same(sdpgrind.load(out / "run.nc"), log) and sdpgrind.load(out / "plan.nc") == toy_area.Flow(
+        toy_area.Draining()
+    )
     assert lines[0] == "full: 2 mm/s" and lines[1].split() == ["drain", "time", "s", "lost", "mm/s"]
     assert lines[2].split() == ["0", f"{log.outcome.time.values[0]:.2f}", f"{log.outcome.leak.values[0]:.3f}"]
     assert lines[12] == " ...  (2 more)" and lines[13].startswith("mean of 12 drains ")
     time = log.outcome.time.values
-    assert lines[14].split() == ["time", "(s)", "5.00", f"{time.mean():.2f}", f"{time.std(ddof=1) / 12**0.5:.2f}"]
+    assert lines[14].split() == [
+        "time",
+        "(s)",
+        "5.00",
+        f"{time.mean():.2f}",
+        f"{time.std(ddof=1) / 12**0.5:.2f}",
+    ]
     assert lines[-1] == f"kept in {out}: plan.nc, run.nc, run.db, plan.png, run.png"
-    assert sorted(file.name for file in out.iterdir()) == ["plan.nc", "plan.png", "run.db", "run.nc", "run.png"]
+    assert sorted(file.name for file in out.iterdir()) == [
+        "plan.nc",
+        "plan.png",
+        "run.db",
+        "run.nc",
+        "run.png",
+    ]
     again = said(capsys, "--preset", "full", "--parts", 12, "--rng", 3, "--out", out, "--no-pictures")
     assert again.splitlines()[:-1] == lines[:-1]
     fewer = said(capsys, "--preset", "full", "--parts", 2, "--rng", 3, "--out", out, "--no-pictures")
@@ -84,9 +100,16 @@ def test_runs_reports_and_keeps(tmp_path, capsys):
 
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_a_reader_that_is_gone_hears_no_complaint(unbuffered):
-    line = [sys.executable, "-c", "import time; time.sleep(0.2); from hwsim.cli import main; main()", "--help"]
+    line = [
+        sys.executable,
+        "-c",
+        "import time; time.sleep(0.2); from hwsim.cli import main; main()",
+        "--help",
+    ]
     environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
-    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    process = subprocess.Popen(
+        line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    )
     process.stdout.close()
     assert process.stderr.read() == "" and process.wait() == 0
     process.stderr.close()
@@ -103,7 +126,10 @@ def test_refusals_name_the_areas_words(tmp_path, capsys):
     toy_area.Flow(toy_area.Draining(5.0), error=None).save(other)
     assert refused(capsys) == "problem.toml, --preset or --plan must be given; try: hwsim toy --preset full"
     assert refused(capsys, "--preset", "full", "--tolerance", 0) == "--tolerance must be > 0 (mm/s); got 0.0"
-    assert refused(capsys, "--preset", "full", "--plan", other) == f"--plan {other} is for another problem: level differs"
+    assert (
+        refused(capsys, "--preset", "full", "--plan", other)
+        == f"--plan {other} is for another problem: level differs"
+    )
     asked = refused(capsys, "--plan", other, "--tolerance", 1)
     assert asked.startswith(
         f"--plan {other} holds a plan of unknown error, --tolerance asks for 1 mm/s: plan anew, without --plan"
@@ -113,8 +139,13 @@ def test_refusals_name_the_areas_words(tmp_path, capsys):
     assert wrong == f"--plan must be a saved plan of a tank; {tmp_path / 'log.nc'} holds a Log"
     said(capsys, "--plan", plan, "--parts", 1, "--out", tmp_path / "run", "--no-pictures")
     kept = refused(capsys, "--preset", "half", "--out", tmp_path / "run")
-    assert kept == f"--out {tmp_path / 'run'} holds a run of another problem (level differs): choose another folder"
-    assert "was begun with another plant" in refused(capsys, "--plan", plan, "--no-leak", "--out", tmp_path / "run")
+    assert (
+        kept
+        == f"--out {tmp_path / 'run'} holds a run of another problem (level differs): choose another folder"
+    )
+    assert "was begun with another plant" in refused(
+        capsys, "--plan", plan, "--no-leak", "--out", tmp_path / "run"
+    )
 
 
 def test_an_area_without_tolerance_has_no_such_option(monkeypatch, capsys):
@@ -125,7 +156,8 @@ def test_an_area_without_tolerance_has_no_such_option(monkeypatch, capsys):
     assert said(capsys, "--preset", "full", "--parts", 1)
 
 
-# What areas share ----------------------------------------------------------------------------------------------------
+# What areas share
+# ----------------------------------------------------------------------------------------------------
 
 
 class Words(AreaCommand):
@@ -167,7 +199,9 @@ def test_a_report_says_which_parts_were_broken_off():
     def summary(log, plan, job, finished):
         yield summary_line("time (s)", log.outcome.time.values[finished], ".1f", plan)
 
-    report = CommandReport([("time", ".1f")], {}, lambda *told: iter([f"{told}"]), summary, "ring", "it was tired")
+    report = CommandReport(
+        [("time", ".1f")], {}, lambda *told: iter([f"{told}"]), summary, "ring", "it was tired"
+    )
     assert report("a", Broken(), 3.0).splitlines() == [
         "('a', 3.0, None)",
         "",
@@ -188,7 +222,8 @@ def test_what_is_kept_is_said_below():
     assert with_kept("text", Path("runs"), ["a.nc", "a.png"]) == "text\n\nkept in runs: a.nc, a.png"
 
 
-# TOML ----------------------------------------------------------------------------------------------------------------
+# TOML
+# ----------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -79,8 +79,13 @@ def test_series_begin_with_the_same_plant_on_any_number_of_workers():
 
 def test_parts_in_parallel_are_refused():
     with ThreadPoolExecutor(1) as executor:
-        for work in (hwsim.run, lambda plant, tap, executor: hwsim.compare(plant, {"tap": tap}, executor=executor)):
-            with pytest.raises(ValueError, match=r"executor must be None on a Rusting, which each part leaves changed"):
+        for work in (
+            hwsim.run,
+            lambda plant, tap, executor: hwsim.compare(plant, {"tap": tap}, executor=executor),
+        ):
+            with pytest.raises(
+                ValueError, match=r"executor must be None on a Rusting, which each part leaves changed"
+            ):
                 work(Rusting(), Drain(), executor=executor)
 
 
@@ -100,5 +105,7 @@ def test_what_a_plant_does_with_an_outcome_leaves_the_log_alone():
 
 
 def test_an_adaptation_is_no_class():
-    with pytest.raises(TypeError, match=r"adapt must be an adaptation, not its class: Faster\(\); got Faster"):
+    with pytest.raises(
+        TypeError, match=r"adapt must be an adaptation, not its class: Faster\(\); got Faster"
+    ):
         hwsim.run(Rusting(), Drain(), parts=2, adapt=Faster)

@@ -1,4 +1,6 @@
-"""``hwsim centering``: jobs as TOML, what it prints and keeps, what it refuses, the source's controller beside ours."""
+"""``hwsim centering``: jobs as TOML, what it prints and keeps, what it refuses, the source's controller
+beside ours.
+"""
 
 from pathlib import Path
 
@@ -79,7 +81,8 @@ def finished(job, strategy):
     return folder
 
 
-# Runs -----------------------------------------------------------------------------------------------------------------
+# Runs
+# -----------------------------------------------------------------------------------------------------------------
 
 
 def in_python(job, strategy, parts=3):
@@ -108,7 +111,9 @@ def test_prints_the_strategy_beside_what_came_of_it(job, strategy, finished, cap
     row = next(line for line in lines if line.startswith("pushes")).split()
     assert float(row[2]) == pytest.approx(float(outcome.pushes.mean()), abs=6e-4)
     heads, first = lines[3], lines[4].split()
-    assert "offset µm" in heads and float(first[3]) == pytest.approx(1000 * float(outcome.offset[0]), abs=6e-3)
+    assert "offset µm" in heads and float(first[3]) == pytest.approx(
+        1000 * float(outcome.offset[0]), abs=6e-3
+    )
     row = next(line for line in lines if line.startswith("offset at the end (µm)")).split()
     assert float(row[-2]) == pytest.approx(1000 * float(outcome.offset.mean()), abs=6e-4)
     assert out.endswith(f"kept in {finished}: strategy.nc, run.nc, run.db\n")
@@ -141,7 +146,9 @@ def test_a_preset_says_that_slow_pushes_are_too_coarse_for_it(monkeypatch, capsy
 
 
 def test_the_sources_controller_on_the_same_parts(job, strategy, given, tmp_path, capsys):
-    out = said(capsys, *given, "--source", "--parts", 2, "--rng", 1, "--no-pictures", "--out", tmp_path / "both")
+    out = said(
+        capsys, *given, "--source", "--parts", 2, "--rng", 1, "--no-pictures", "--out", tmp_path / "both"
+    )
     kept = sdpgrind.load(tmp_path / "both" / "compare.nc").outcome
     made = read(job)
     both = {"source": made.source(strategy), "ours": made.controller(strategy)}
@@ -152,7 +159,8 @@ def test_the_sources_controller_on_the_same_parts(job, strategy, given, tmp_path
     assert sdpgrind.load(tmp_path / "both" / "strategy.nc") == strategy
 
 
-# Jobs -----------------------------------------------------------------------------------------------------------------
+# Jobs
+# -----------------------------------------------------------------------------------------------------------------
 
 
 def test_the_example_is_read():
@@ -160,7 +168,10 @@ def test_the_example_is_read():
     assert made.problem.model.part == centering.push.Part(5.0, 85.0)
     assert made.problem.tolerance == pytest.approx(0.0025)
     assert made.problem.limits.spindle_speed_max == pytest.approx(units.rpm(100))
-    assert made.stand.truth == made.problem.model.replace(mu_kinetic=0.16) and made.stand.start_offset == (1.0, 10.0)
+    assert made.stand.truth == made.problem.model.replace(mu_kinetic=0.16) and made.stand.start_offset == (
+        1.0,
+        10.0,
+    )
     assert made.spindle_speed == "scheduled" and made.settings.timeout == 60.0
 
 
@@ -177,17 +188,26 @@ def test_all_that_a_file_may_say(tmp_path):
     assert made.problem == known.replace(
         pushes_max=9, limits=known.limits.replace(safety=0.3), scatter=known.scatter.replace(stop_sd=0.0)
     )
-    assert made.spindle_speed == pytest.approx(units.rpm(30)) and made.settings.margin == 0.4 and made.settings.tip_radius == 5.0
+    assert (
+        made.spindle_speed == pytest.approx(units.rpm(30))
+        and made.settings.margin == 0.4
+        and made.settings.tip_radius == 5.0
+    )
     machine = made.stand
     assert machine.start_offset == 2.0 and machine.scheduler is None and not machine.gain_scheduling
-    assert machine.scatter.measuring_sd == pytest.approx(1e-3) and machine.errors.runout == pytest.approx(1e-3)
+    assert machine.scatter.measuring_sd == pytest.approx(1e-3) and machine.errors.runout == pytest.approx(
+        1e-3
+    )
 
 
 @pytest.mark.parametrize(
     ("line", "message"),
     [
         ('preset = "best"', "preset must be one of printed, identified; got 'best'"),
-        ('spindle_speed = "3000 rpm"', "spindle_speed must be <= spindle_speed_max = 10.472 (rad/s); got 314.159"),
+        (
+            'spindle_speed = "3000 rpm"',
+            "spindle_speed must be <= spindle_speed_max = 10.472 (rad/s); got 314.159",
+        ),
         ('spindle_speed = "3000 rpm"', ", from '3000 rpm'"),
         ("tolerence = 1", "tolerence is not a key; is tolerance meant?"),
         ('tolerance = "2 kg"', "tolerance"),
@@ -195,7 +215,10 @@ def test_all_that_a_file_may_say(tmp_path):
         ("[model]\nmu_static = 0.1", "[model] mu_static must be >= mu_kinetic = 0.15; got 0.1"),
         ("[limits]\nspindle_speed_max = 0", "[limits] spindle_speed_max must be > 0 (rad/s); got 0"),
         ("[machine]\nstart_offset = [5, 1]", "[machine] start_offset must be of a least and a greatest"),
-        ("[machine]\nstart_offset = [1, 15]", "[machine] start_offset must be <= offset_max = 10 (mm); got (1.0, 15.0)"),
+        (
+            "[machine]\nstart_offset = [1, 15]",
+            "[machine] start_offset must be <= offset_max = 10 (mm); got (1.0, 15.0)",
+        ),
         ("[machine]\nscheduler = 1", "machine.scheduler must be true or false; got 1"),
         ("[machine.truth]\nmu = 1", "machine.truth.mu is not a key"),
     ],
@@ -208,7 +231,9 @@ def test_faults_of_a_file_are_one_line(tmp_path, capsys, line, message):
 
 
 def test_what_cannot_be_asked_for(given, tmp_path, capsys):
-    assert refused(capsys).startswith("problem.toml, --preset or --strategy must be given; try: hwsim centering --preset printed")
+    assert refused(capsys).startswith(
+        "problem.toml, --preset or --strategy must be given; try: hwsim centering --preset printed"
+    )
     assert "--live must be left out with --source" in refused(capsys, *given, "--source", "--live")
     (tmp_path / "old.txt").write_text("")
     told = refused(capsys, *given, "--source", "--out", tmp_path)

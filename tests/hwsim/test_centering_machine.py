@@ -16,7 +16,8 @@ from centering import PrintedController, TipProfile
 from centering.circle import plot_centers
 from hwsim import CenteringMachine, Recording, Scheduler, Task
 
-# Tasks --------------------------------------------------------------------------------------------------------------
+# Tasks
+# --------------------------------------------------------------------------------------------------------------
 
 
 def slow(execution, jitter=0.0, **more):
@@ -33,7 +34,9 @@ def test_the_sample_is_taken_at_the_start_and_the_command_takes_effect_at_the_en
 
 
 def test_a_late_start_is_told_by_the_time_of_the_sample():
-    part = exact(ring=at(1.0), start_gap=20.0, scheduler=slow(0.001, jitter=0.005)).start(np.random.default_rng(0))
+    part = exact(ring=at(1.0), start_gap=20.0, scheduler=slow(0.001, jitter=0.005)).start(
+        np.random.default_rng(0)
+    )
     part.step({"profile": constant(10.0, 5.0)}, 10)
     begun = None
     for k in range(2, 30):
@@ -65,7 +68,8 @@ def test_tasks_of_the_angle_are_released_by_the_spindle():
     part.step({"spindle_speed": 4.0}, 10)
     while part.time < 2000:
         part.step({}, 10)
-    turned = 4.0 * (2.0 - 0.2) - 4.0 * 0.0005  # the ramp lasts 0.4 s, and the command takes about half a millisecond
+    # the ramp lasts 0.4 s, and the command takes about half a millisecond
+    turned = 4.0 * (2.0 - 0.2) - 4.0 * 0.0005
     released = part._tasks._core.schedule.report["model"].releases
     assert released == pytest.approx(turned / np.radians(5.0), abs=2)
     assert part.spindle()[0] == pytest.approx(turned, abs=0.01)
@@ -75,11 +79,15 @@ def test_a_controller_must_step_with_the_task():
     class Fast(Follower):
         period = 0.005
 
-    with pytest.raises(ValueError, match=r"period of the controller must be a whole number of those of the task control, 0\.01"):
+    with pytest.raises(
+        ValueError,
+        match=r"period of the controller must be a whole number of those of the task control, 0\.01",
+    ):
         hwsim.run(CenteringMachine(problem()), Fast())
 
 
-# Outcomes and runs --------------------------------------------------------------------------------------------------
+# Outcomes and runs
+# --------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -94,13 +102,18 @@ def test_a_cycle_is_closed(log):
     assert np.all((first[:, 0] >= 1.0) & (first[:, 0] <= 10.0))
     assert np.all(first[:, 1] < first[:, 0]) and out.offset.values == pytest.approx(first[:, 2], rel=1e-12)
     assert np.all(out.finished.values == (out.offset.values <= 0.0025)) and not out.timed_out.any()
-    assert np.all(out.true_mu_static / out.true_mu_kinetic == pytest.approx(4 / 3)) and out.true_mu_static.values.std() > 0
+    assert (
+        np.all(out.true_mu_static / out.true_mu_kinetic == pytest.approx(4 / 3))
+        and out.true_mu_static.values.std() > 0
+    )
     assert out.offset.units == "mm" and out.worst_response.units == "s"
 
 
 def test_parts_begin_within_the_greatest_offset_of_the_problem():
     machine = CenteringMachine(problem(offset_max=0.5))
-    first = [abs(complex(*machine.start(np.random.default_rng(k))._state[[slots.X, slots.Y]])) for k in range(50)]
+    first = [
+        abs(complex(*machine.start(np.random.default_rng(k))._state[[slots.X, slots.Y]])) for k in range(50)
+    ]
     assert 0.05 <= min(first) < 0.1 and 0.45 < max(first) <= 0.5
     assert CenteringMachine(problem(), start_offset=10.0)._offsets == (10.0, 10.0)
 
@@ -125,7 +138,9 @@ class Otherwise(Follower):
         return command | {"profile": self.of(command["profile"])} if "profile" in command else command
 
 
-@pytest.mark.parametrize("made", [np.ndarray.tolist, lambda rows: TipProfile(*rows.T)], ids=["list", "TipProfile"])
+@pytest.mark.parametrize(
+    "made", [np.ndarray.tolist, lambda rows: TipProfile(*rows.T)], ids=["list", "TipProfile"]
+)
 def test_a_profile_may_be_a_list_or_a_tip_profile_and_is_logged_like_an_array(log, made):
     other = hwsim.run(CenteringMachine(problem(mass=0.8)), Otherwise(made), parts=3, rng=7)
     np.testing.assert_array_equal(other["push"].profile_command, log["push"].profile_command)
@@ -145,7 +160,11 @@ def test_it_fits_and_is_drawn(log):
     pyplot = pytest.importorskip("matplotlib.pyplot")
     figure = log.plot()
     assert "0.8 kg" in figure.get_suptitle() and len(figure.axes) == 4
-    paths = [line.get_ydata() for line in figure.axes[2].lines if len(line.get_xdata()) == log.outcome.center_x.shape[1]]
+    paths = [
+        line.get_ydata()
+        for line in figure.axes[2].lines
+        if len(line.get_xdata()) == log.outcome.center_x.shape[1]
+    ]
     wanted = 1000 * np.hypot(log.outcome.center_x, log.outcome.center_y).values
     assert {tuple(each) for each in wanted} <= {tuple(each) for each in paths}  # every part, push by push
     pyplot.close(figure)
@@ -182,12 +201,20 @@ def test_a_copy_goes_on_by_itself():
 
 
 def test_retract_gives_up_and_finished_says_so_and_the_time_runs_out():
-    for command, said in ({"retract": 1.0}, 0.0), ({"retract": 1.0, "finished": 1.0}, 1.0), ({"finished": 1.0}, 1.0):
+    for command, said in (
+        ({"retract": 1.0}, 0.0),
+        ({"retract": 1.0, "finished": 1.0}, 1.0),
+        ({"finished": 1.0}, 1.0),
+    ):
         part = started(exact(ring=at(0.002)))
         part.step({}, 25)
         part.step(command, 10)
         outcome = part.outcome()
-        assert part.done and (outcome["said_finished"], outcome["finished"]) == (said, said) and outcome["time"] == 0.025
+        assert (
+            part.done
+            and (outcome["said_finished"], outcome["finished"]) == (said, said)
+            and outcome["time"] == 0.025
+        )
     part = started(exact(time_max=0.05))
     part.step({}, 2**62)
     assert part.done and part.outcome()["timed_out"] == 1.0 and part.time == 50
@@ -221,7 +248,9 @@ def test_a_controller_for_another_part_is_refused():
         hwsim.run(CenteringMachine(problem()), Other())
 
 
-@pytest.mark.parametrize("changed", ["acceleration_max", "spindle_acceleration_max", "slide_speed_max", "follow_gap"])
+@pytest.mark.parametrize(
+    "changed", ["acceleration_max", "spindle_acceleration_max", "slide_speed_max", "follow_gap"]
+)
 def test_a_controller_for_another_machine_is_refused(changed):
     of = problem()
     other = of.replace(limits=of.limits.replace(**{changed: 1.5 * getattr(of.limits, changed)}))
@@ -234,11 +263,23 @@ def test_a_controller_for_another_machine_is_refused(changed):
     [
         ({"problem": 3}, TypeError, r"problem must be a CenteringProblem \(see centering\.preset\); got 3"),
         ({"start_offset": 90.0}, ValueError, r"start_offset must be <= offset_max = 10 \(mm\); got 90\.0"),
-        ({"start_offset": (1.0, 15.0)}, ValueError, r"start_offset must be <= offset_max = 10 \(mm\); got \(1\.0, 15\.0\)"),
-        ({"start_offset": (3.0, 2.0)}, ValueError, r"start_offset must be of a least and a greatest \(mm\); got \(3\.0, 2\.0\)"),
+        (
+            {"start_offset": (1.0, 15.0)},
+            ValueError,
+            r"start_offset must be <= offset_max = 10 \(mm\); got \(1\.0, 15\.0\)",
+        ),
+        (
+            {"start_offset": (3.0, 2.0)},
+            ValueError,
+            r"start_offset must be of a least and a greatest \(mm\); got \(3\.0, 2\.0\)",
+        ),
         ({"start_offset": (3.0, nan)}, ValueError, r"start_offset\[1\] must be finite \(mm\); got nan"),
         ({"start_offset": (3.0,)}, ValueError, r"start_offset must be a number or a pair of them \(mm\)"),
-        ({"ring": at(1.0, radius=60.0)}, ValueError, r"radius of ring must be that of the part, 89\.5 \(mm\); got 60\.0"),
+        (
+            {"ring": at(1.0, radius=60.0)},
+            ValueError,
+            r"radius of ring must be that of the part, 89\.5 \(mm\); got 60\.0",
+        ),
         ({"ring": 1}, TypeError, r"ring must be a Ring or None; got 1"),
         (
             {"ring": at(1.0), "start_offset": 2.0},
@@ -258,8 +299,16 @@ def test_a_controller_for_another_machine_is_refused(changed):
         ({"scatter": 1}, TypeError, r"scatter must be a PushScatter or None; got 1"),
         ({"errors": 1}, TypeError, r"errors must be a ProbeErrors or None; got 1"),
         ({"scheduler": 1}, TypeError, r"scheduler must be a Scheduler or None; got 1"),
-        ({"scheduler": Scheduler([Task("data", 0.01)])}, ValueError, r"scheduler must be with a task named control"),
-        ({"tick": 0.003}, ValueError, r"period of the task control must be a whole number of ticks of 3/1000 s \(s\); got 0\.01"),
+        (
+            {"scheduler": Scheduler([Task("data", 0.01)])},
+            ValueError,
+            r"scheduler must be with a task named control",
+        ),
+        (
+            {"tick": 0.003},
+            ValueError,
+            r"period of the task control must be a whole number of ticks of 3/1000 s \(s\); got 0\.01",
+        ),
         ({"tip_radius": -1.0}, ValueError, r"tip_radius must be >= 0 \(mm\); got -1\.0"),
         ({"start_gap": 0.0}, ValueError, r"start_gap must be > 0 \(mm\); got 0\.0"),
         ({"gain_scheduling": 1}, TypeError, r"gain_scheduling must be a bool; got 1"),
@@ -289,10 +338,22 @@ def test_a_ring_as_far_out_as_parts_may_be_is_taken():
         ({"profile": [1.0, 2.0, 3.0]}, r"profile must be of shape \(n, 3\): rows of duration"),
         ({"profile": [[0.0, 1.0, 0.0]]}, r"profile\[:, 0\] must be durations > 0 \(s\); got 0\.0"),
         ({"profile": [[1.0, 1.0, nan]]}, r"profile\[2\] must be finite"),
-        ({"profile": [[0.1, 130.0, 0.0]]}, r"profile\[:, 1\] must be speeds <= slide_speed_max = 120 \(mm/s\); got 130\.0"),
-        ({"profile": [[0.1, 0.0, 1300.0]]}, r"profile\[:, 1\] must be speeds <= slide_speed_max = 120 \(mm/s\); got 130\.0"),
-        ({"profile": [[0.01, 0.0, 3e3]]}, r"profile\[:, 2\] must be accelerations <= acceleration_max = 2560 \(mm/s\^2\)"),
-        ({"profile": move(1.0, 10.0), "profile_angle": nan}, r"profile_angle must be finite \(rad\); got nan"),
+        (
+            {"profile": [[0.1, 130.0, 0.0]]},
+            r"profile\[:, 1\] must be speeds <= slide_speed_max = 120 \(mm/s\); got 130\.0",
+        ),
+        (
+            {"profile": [[0.1, 0.0, 1300.0]]},
+            r"profile\[:, 1\] must be speeds <= slide_speed_max = 120 \(mm/s\); got 130\.0",
+        ),
+        (
+            {"profile": [[0.01, 0.0, 3e3]]},
+            r"profile\[:, 2\] must be accelerations <= acceleration_max = 2560 \(mm/s\^2\)",
+        ),
+        (
+            {"profile": move(1.0, 10.0), "profile_angle": nan},
+            r"profile_angle must be finite \(rad\); got nan",
+        ),
     ],
 )
 def test_bad_commands_are_refused(command, message):

@@ -1,7 +1,8 @@
-"""The pushed ring of the centering machine: against the event-exact model, against two-dimensional dynamics, energy, slipping.
+"""The pushed ring of the centering machine: against the event-exact model, against two-dimensional dynamics,
+energy, slipping.
 
-Signs, seen from above at the spindle angle 0; the table turns clockwise, so that the point of the ring that comes to the probe
-line has a polar angle that grows with the spindle's::
+Signs, seen from above at the spindle angle 0; the table turns clockwise, so that the point of the ring that
+comes to the probe line has a polar angle that grows with the spindle's::
 
                  y of the table
                  |   ___
@@ -82,7 +83,9 @@ def test_on_a_table_at_rest_a_push_is_that_of_the_event_exact_model(name, mass, 
 @pytest.mark.parametrize("mass", [0.8, 18.9])
 @pytest.mark.parametrize(("spin", "speed"), [(2.0944, 40.0), (10.47, 10.0), (10.47, 80.0)])
 def test_on_a_turning_table_a_push_is_that_of_the_planner(mass, spin, speed):
-    """Two ways: here a frame that turns with the table, there that of the ground and small steps; the sense is mirrored."""
+    """Two ways: here a frame that turns with the table, there that of the ground and small steps; the sense
+    is mirrored.
+    """
     of = problem(mass=mass)
     ramp = speed / 2500
     rows = np.array([[1.0 / speed, speed, 0.0], [ramp, speed, -2500.0], [0.1, 0.0, 0.0]])
@@ -91,11 +94,14 @@ def test_on_a_turning_table_a_push_is_that_of_the_planner(mass, spin, speed):
     state[plane.X], state[plane.Y], state[plane.V_X], state[plane.V_Y] = 3.0, -1.0, spin, 3.0 * spin
     state[plane.RESTS], state[plane.TOUCH], state[plane.TIP] = 1.0, -1.0, 3.0 + sqrt(RADIUS**2 - 1.0) + 0.05
     opened(plane._push_on_table)(of.model.parameters, RADIUS, spin, rows, 2e-6, state)
-    assert center(part) == pytest.approx((state[plane.X], -state[plane.Y]), abs=1e-4)  # mm; the other way errs by its steps
+    # mm; the other way errs by its steps
+    assert center(part) == pytest.approx((state[plane.X], -state[plane.Y]), abs=1e-4)
 
 
 def test_between_events_the_ring_obeys_its_equations():
-    """A twin in the frame of the ground, with the spindle speeding up: a ring that is thrown by a hard push and slides freely."""
+    """A twin in the frame of the ground, with the spindle speeding up: a ring that is thrown by a hard push
+    and slides freely.
+    """
     of = problem(mass=5.0)
     machine = exact(of, ring=at(5.0), start_gap=TOUCHING)
     part = started(machine, 3.0)
@@ -119,13 +125,16 @@ def test_between_events_the_ring_obeys_its_equations():
 
     assert state[slots.FORCE] == 0.0 and state[slots.MOVING] == 1.0
     place, velocity = seen(0.030)
-    twin = solve_ivp(ground, (0.030, 0.036), [*place, *velocity, state[slots.SPIN]], rtol=1e-10, atol=1e-11).y[:, -1]
+    twin = solve_ivp(
+        ground, (0.030, 0.036), [*place, *velocity, state[slots.SPIN]], rtol=1e-10, atol=1e-11
+    ).y[:, -1]
     part.move_to(0.036)
     assert state[slots.FORCE] == 0.0 and state[slots.MOVING] == 1.0
     place, velocity = seen(0.036)
     np.testing.assert_allclose(place, twin[:2], atol=1e-7)
     np.testing.assert_allclose(velocity, twin[2:4], atol=1e-5)
-    assert state[slots.SPIN] == pytest.approx(twin[4], abs=1e-5) and abs(twin[4]) > 5.0  # mm/s: the table turns under it
+    # mm/s: the table turns under it
+    assert state[slots.SPIN] == pytest.approx(twin[4], abs=1e-5) and abs(twin[4]) > 5.0
 
 
 @settings(max_examples=25, deadline=None)
@@ -138,7 +147,9 @@ def test_between_events_the_ring_obeys_its_equations():
     speed=st.floats(1.0, 83.0),
 )
 def test_any_push_ends_and_moves_no_further_than_the_impact_could(mass, stiffness, damping, mu, ratio, speed):
-    of = problem(mass=mass, contact_stiffness=stiffness, contact_damping=damping, mu_kinetic=mu, mu_static=mu * ratio)
+    of = problem(
+        mass=mass, contact_stiffness=stiffness, contact_damping=damping, mu_kinetic=mu, mu_static=mu * ratio
+    )
     rows = move(1.0, speed)
     part = pushed(of, rows, wait=3.0)  # a heavily damped tip lets a ring creep on for long
     gone = 5.0 - center(part)[0]
@@ -146,15 +157,21 @@ def test_any_push_ends_and_moves_no_further_than_the_impact_could(mass, stiffnes
     thrown = (2.0 * 83.0) ** 2 / (2.0 * mu * 9807.0)  # as if it left at twice the tip's speed
     assert part._state[slots.MOVING] == 0.0
     assert 0.0 <= gone <= stroke + thrown
-    assert gone >= stroke - part._cell[slots.BREAKAWAY] / stiffness - 1e-9  # the spring holds no more than breaks away
+    # the spring holds no more than breaks away
+    assert gone >= stroke - part._cell[slots.BREAKAWAY] / stiffness - 1e-9
 
 
 def test_a_stiff_tip_without_slip_brings_the_ring_of_the_quasi_static_anchor_to_the_axis():
-    """R 61.94 mm, 20 rpm, 83.333 mm/s for 0.12 s brings (10.01141, -1.19093) to the axis; here mirrored, all ten times slower."""
+    """R 61.94 mm, 20 rpm, 83.333 mm/s for 0.12 s brings (10.01141, -1.19093) to the axis; here mirrored, all
+    ten times slower.
+    """
     contact = {"contact_stiffness": 5e4, "contact_damping": 10.0, "mu_kinetic": 1.9, "mu_static": 1.9001}
     of = problem(mass=0.5, radius=61.94, offset_max=11.0, **contact)
-    part = pushed(of, constant(25.0 / 3.0, 1.2), ring=at(10.01141, 1.19093, 61.94), speed=pi * 2 / 30, wait=0.0)
-    assert hypot(*center(part)) < 0.02  # the spring gives by about F_s/k = 2e-3 mm, the tip touches a little late
+    part = pushed(
+        of, constant(25.0 / 3.0, 1.2), ring=at(10.01141, 1.19093, 61.94), speed=pi * 2 / 30, wait=0.0
+    )
+    # the spring gives by about F_s/k = 2e-3 mm, the tip touches a little late
+    assert hypot(*center(part)) < 0.02
 
 
 def test_a_direction_error_turns_the_way_and_a_stop_error_shortens_it():
@@ -169,10 +186,13 @@ def test_a_direction_error_turns_the_way_and_a_stop_error_shortens_it():
         if name == "AIM":
             assert across / (along - 5.0) == pytest.approx(0.02, rel=0.02)
         else:
-            assert along == pytest.approx(center(plain)[0] - 0.05, abs=2e-3) and across == pytest.approx(0.0, abs=1e-12)
+            assert along == pytest.approx(center(plain)[0] - 0.05, abs=2e-3) and across == pytest.approx(
+                0.0, abs=1e-12
+            )
 
 
-# Without a push -----------------------------------------------------------------------------------------------------
+# Without a push
+# -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("speed", "slips"), [(13.9, 0.0), (14.1, 1.0)])
@@ -188,8 +208,12 @@ def test_a_ring_is_thrown_where_the_table_is_too_fast(speed, slips):
 
 
 @pytest.mark.parametrize(("share", "slips"), [(0.995, 0.0), (1.005, 1.0)])
-def test_a_table_that_speeds_up_holds_the_spin_of_the_ring_with_the_friction_that_holds_its_place(share, slips):
-    """M d |w^2, alpha| and M alpha R at d = 10 mm, w = 6.6 rad/s on the limit of even pressure: of a common slide and spin."""
+def test_a_table_that_speeds_up_holds_the_spin_of_the_ring_with_the_friction_that_holds_its_place(
+    share, slips
+):
+    """M d |w^2, alpha| and M alpha R at d = 10 mm, w = 6.6 rad/s on the limit of even pressure: of a common
+    slide and spin.
+    """
     of, static = problem(), 0.2 * 9807.0
 
     def rate_at(e):
@@ -203,7 +227,8 @@ def test_a_table_that_speeds_up_holds_the_spin_of_the_ring_with_the_friction_tha
     assert part.outcome()["slipped"] == slips
 
 
-# Spin ---------------------------------------------------------------------------------------------------------------
+# Spin
+# ---------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.019, 0.021, 0.4, 0.999, 1.0, 1.3, 60.0])
@@ -220,7 +245,11 @@ def test_what_is_left_for_the_place_is_on_the_limit():
         force = opened(friction._held)(moment)
         ratio = brentq(lambda e, moment=moment: shares_of(e, 1.0)[1] - moment, 1e-4, 200.0)
         assert force == pytest.approx(shares_of(ratio, 1.0)[0], abs=1e-5)
-    assert (opened(friction._held)(0.0), opened(friction._held)(1.0), opened(friction._held)(2.0)) == (1.0, 0.0, 0.0)
+    assert (opened(friction._held)(0.0), opened(friction._held)(1.0), opened(friction._held)(2.0)) == (
+        1.0,
+        0.0,
+        0.0,
+    )
 
 
 @given(st.floats(0.02, 1.5), st.floats(0.02, 1.5))
@@ -236,7 +265,9 @@ def test_a_ring_begins_to_move_the_way_in_which_it_is_set_in_motion(pull, turn):
 
 
 def test_a_table_that_speeds_up_throws_a_heavy_ring_on_little_friction_and_does_not_hang():
-    """At half the friction a table at 10 rad/s^2 leaves a third of it for the place: w^2 d of 4.95 mm is beyond at 8.4 rad/s."""
+    """At half the friction a table at 10 rad/s^2 leaves a third of it for the place: w^2 d of 4.95 mm is
+    beyond at 8.4 rad/s.
+    """
     of = problem(mass=18.9, radius=89.5, mu_static=0.1, mu_kinetic=0.075)
     part = started(exact(of, ring=at(4.95, radius=89.5), start_gap=20.0), 0.0)
     part.step({"spindle_speed": 10.4}, 0)
@@ -248,7 +279,9 @@ def test_a_table_that_speeds_up_throws_a_heavy_ring_on_little_friction_and_does_
     assert part.outcome()["slipped"] == 1.0 and hypot(*center(part)) > 4.95
 
 
-@pytest.mark.parametrize(("speed", "spin"), [(100.0, 0.0), (100.0, 0.1), (100.0, 0.9), (100.0, -2.0), (20.0, 1.0), (5.0, 1.0)])
+@pytest.mark.parametrize(
+    ("speed", "spin"), [(100.0, 0.0), (100.0, 0.1), (100.0, 0.9), (100.0, -2.0), (20.0, 1.0), (5.0, 1.0)]
+)
 def test_a_ring_that_slides_and_spins_comes_to_rest_where_the_closed_slide_ends(speed, spin):
     """Two ways: steps in time here, along the ratio of the speeds there; from mm/s and rad/s."""
     of = problem(viscous_coefficient=0.0)
@@ -258,12 +291,15 @@ def test_a_ring_that_slides_and_spins_comes_to_rest_where_the_closed_slide_ends(
     part.move_to(1.0)
     assert state[slots.MOVING] == 0.0 and state[slots.SPIN] == 0.0
     slid = slide_to_rest(of.model, speed=speed, spin=spin)
-    assert state[slots.Y] == pytest.approx(slid.distance, abs=1e-3)  # the last steps before it stands are coarse
+    # the last steps before it stands are coarse
+    assert state[slots.Y] == pytest.approx(slid.distance, abs=1e-3)
 
 
 @pytest.mark.parametrize("mass", [0.8, 18.9])
 def test_a_push_while_the_table_changes_its_speed_does_not_hang_on_the_step(mass):
-    """Steps of an eighth; and the spin takes friction from the place, so that it is not that of a steady table."""
+    """Steps of an eighth; and the spin takes friction from the place, so that it is not that of a steady
+    table.
+    """
     of, ends = problem(mass=mass), []
     for finer, speed in ((1.0, 8.0), (0.125, 8.0), (1.0, 2.5)):
         part = started(exact(of, ring=at(5.0), start_gap=0.05), 2.0)
@@ -285,7 +321,9 @@ def test_a_lost_ring_ends_the_part():
 
 
 def test_a_pusher_that_stands_in_the_way_of_the_rim_trims_the_ring():
-    """Parked at R + 2 mm under a ring 5 mm off: within turns no point of the rim stands out by more than 2 mm."""
+    """Parked at R + 2 mm under a ring 5 mm off: within turns no point of the rim stands out by more than 2
+    mm.
+    """
     of = problem(mass=0.8)
     part = started(exact(of, ring=at(5.0, 3.0), start_gap=1.0), 2.0)
     part._state[slots.REFERENCE] = RADIUS + 6.5
@@ -309,15 +347,17 @@ def test_the_tip_touches_the_rim_where_the_probe_says_that_it_is(lobes, speed):
     while part._state[slots.TOUCHES] == 0.0:
         before, after = after, part.step({}, 1)
     gaps = [each["slide"] - float(ring.reading([each["angle"]])[0]) for each in (before, after)]
-    # the tip is there within the tick; outside of a step of 0.5 ms the rim is 3 * 3 * 0.02 mm/s * 0.5 ms = 0.1 µm off
+    # the tip is there within the tick; outside of a step of 0.5 ms the rim is 3 * 3 * 0.02 mm/s * 0.5 ms =
+    # 0.1 µm off
     assert gaps[0] >= -1e-4 and gaps[1] <= 1e-4 and gaps[0] - gaps[1] < 1e-3 * (1.0 + 4.0 * speed) + 1e-9
 
 
 def test_a_tip_that_stands_still_trims_a_lobed_ring_as_the_lobes_come_round():
-    """A tip stands in the valley of a ring at the axis. Turned by 90 degrees, h = 0.2 (1 - cos 2t) mm of rim came against it.
+    """A tip stands in the valley of a ring at the axis. Turned by 90 degrees, h = 0.2 (1 - cos 2t) mm of rim
+    came against it.
 
-    The ring gives way by h along the line of the tip, and what it gave way before turns aside: c' = h, to 0.1 pi.
-    """
+    The ring gives way by h along the line of the tip, and what it gave way before turns aside: c' = h, to 0.1
+    pi."""
     of = problem(mass=0.8)
     ring = Ring(RADIUS, 0.0, 0.0, lobes={2: (0.2, pi)})
     part = started(exact(of, ring=ring, start_gap=1.0))

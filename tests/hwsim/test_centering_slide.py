@@ -23,11 +23,14 @@ def slide_of(part):
     return float(part._state[slots.REFERENCE] + part._state[slots.LAG])
 
 
-# Slide --------------------------------------------------------------------------------------------------------------
+# Slide
+# --------------------------------------------------------------------------------------------------------------
 
 
 def test_the_velocity_loop_has_lost_3_db_at_825_hz():
-    """Its own step response, transformed: H(iw) = 1 + iw * integral of (h - 1) e^{-iwt}; closed form 1/sqrt(2) at f_n."""
+    """Its own step response, transformed: H(iw) = 1 + iw * integral of (h - 1) e^{-iwt}; closed form
+    1/sqrt(2) at f_n.
+    """
     cell = np.zeros(slots.SETTINGS)
     cell[slots.LOOP], cell[slots.DAMPING] = LOOP, sqrt(0.5)
     time = np.linspace(0.0, 8e-3, 16_001)
@@ -80,7 +83,9 @@ def test_the_slide_keeps_to_its_limits_however_it_is_commanded():
     assert np.abs(speeds).max() <= 120.0 * (1 + 1e-3) and np.abs(rates).max() <= 2560.0 * (1 + 1e-8)
     assert np.abs(np.diff(speeds)).max() <= 2560.0 * 3e-3 * (1 + 1e-9)
     travelled = -np.diff(places)
-    assert np.all(np.abs(travelled) <= np.maximum(np.abs(speeds[:-1]), np.abs(speeds[1:])) * 3e-3 + 2560.0 * 3e-3**2)
+    assert np.all(
+        np.abs(travelled) <= np.maximum(np.abs(speeds[:-1]), np.abs(speeds[1:])) * 3e-3 + 2560.0 * 3e-3**2
+    )
 
 
 def test_a_profile_is_followed_to_its_end_and_begins_at_its_angle_inside_a_tick():
@@ -115,9 +120,12 @@ def test_a_profile_that_waits_is_replaced_or_taken_back_and_one_that_runs_is_not
 
 @pytest.mark.parametrize("speed", [0.0, 30.0, -30.0])
 def test_the_speed_that_a_slide_has_is_not_dropped_when_a_profile_begins_or_jumps(speed):
-    """It joins the profile at 2560 mm/s^2: a twin in steps of 5 us, and the way that it gains or loses in closed form."""
+    """It joins the profile at 2560 mm/s^2: a twin in steps of 5 us, and the way that it gains or loses in
+    closed form.
+    """
     part = running(far(), speed)
-    rows = np.array([[0.02, 0.0, 1000.0], [0.05, 60.0, 0.0], [0.05, 60.0, -800.0]])  # a jump of 40 mm/s after the first
+    # a jump of 40 mm/s after the first
+    rows = np.array([[0.02, 0.0, 1000.0], [0.05, 60.0, 0.0], [0.05, 60.0, -800.0]])
     begun, step = slide_of(part), 5e-6
     part.step({"profile": rows}, 0)
     velocity, place, twin, seen, speeds = speed, begun, [], [], []
@@ -148,7 +156,8 @@ def test_the_spindle_ramps_at_its_acceleration():
     assert part._state[slots.SPEED] == 0.0 and part._state[slots.ANGLE] == pytest.approx(5.0, rel=1e-12)
 
 
-# How late a loaded slide follows ------------------------------------------------------------------------------------
+# How late a loaded slide follows
+# ------------------------------------------------------------------------------------
 
 
 def test_the_lag_is_the_least_squares_of_the_source_s_table():
@@ -181,7 +190,8 @@ def test_a_slide_that_touches_nothing_does_not_lag():
     assert begun - slide_of(part) == pytest.approx(1.0, abs=1e-12)
 
 
-# Gauges -------------------------------------------------------------------------------------------------------------
+# Gauges
+# -------------------------------------------------------------------------------------------------------------
 
 
 def test_slide_and_probe_together_are_the_reading_while_table_and_slide_move():
@@ -196,9 +206,17 @@ def test_slide_and_probe_together_are_the_reading_while_table_and_slide_move():
 
 
 def test_encoders_and_force_sensor_have_steps_and_ends():
-    part = running(started(exact(ring=at(5.0), start_gap=1e-9, errors=ProbeErrors(noise_sd=0.0, runout=0.0)), 0.7), 110.0)
+    part = running(
+        started(exact(ring=at(5.0), start_gap=1e-9, errors=ProbeErrors(noise_sd=0.0, runout=0.0)), 0.7), 110.0
+    )
     seen = part.step({"profile": constant(110.0, 0.02)}, 3)
-    steps = {"angle": 2 * pi / 4000, "slide": 2e-5, "probe": 5e-5, "force": 892 / 4096, "peak_force": 892 / 4096}
+    steps = {
+        "angle": 2 * pi / 4000,
+        "slide": 2e-5,
+        "probe": 5e-5,
+        "force": 892 / 4096,
+        "peak_force": 892 / 4096,
+    }
     for name, step in steps.items():
         assert seen[name] / step == pytest.approx(round(seen[name] / step), abs=1e-6)
     part.step({}, 10)
@@ -207,7 +225,9 @@ def test_encoders_and_force_sensor_have_steps_and_ends():
 
 def test_the_peak_is_of_the_time_since_the_sample_before():
     part = started(exact(ring=at(5.0), start_gap=1e-9))
-    peaks = [part.step({"profile": constant(20.0, 0.05)} if not k else {}, 10)["peak_force"] for k in range(12)]
+    peaks = [
+        part.step({"profile": constant(20.0, 0.05)} if not k else {}, 10)["peak_force"] for k in range(12)
+    ]
     assert max(peaks) == pytest.approx(part.outcome()["peak_force"]) and peaks[0] > 20.0
     assert peaks[-1] == pytest.approx(part._state[slots.FORCE], abs=1e-9)  # the tip still leans on the ring
 

@@ -1,4 +1,6 @@
-"""The finishing cell: forces in closed form, the same bits whole and step by step, seeds, executors, journals."""
+"""The finishing cell: forces in closed form, the same bits whole and step by step, seeds, executors,
+journals.
+"""
 
 import copy
 import pickle
@@ -23,7 +25,8 @@ def outcome(plant, kind="damped", parts=1, **options):
     return hwsim.run(plant, controller(plant.problem, kind, **options), parts=parts).outcome
 
 
-# Force in closed form -------------------------------------------------------------------------------------------------
+# Force in closed form
+# -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("kind", ["pidff", "damped", "lqg"])
@@ -35,36 +38,49 @@ def test_a_flat_still_surface_without_friction_is_pressed_by_torque_over_lever(k
 
 
 def test_the_motor_presses_as_its_torque_constant_has_it():
-    plain, strong = (float(outcome(cell(problem(), torque_constant=0.185 * k)).normal_force[0]) for k in (1.0, 1.1))
+    plain, strong = (
+        float(outcome(cell(problem(), torque_constant=0.185 * k)).normal_force[0]) for k in (1.0, 1.1)
+    )
     assert strong / plain == pytest.approx(1.1, abs=1.5 * STEP / FORCE)
 
 
 @pytest.mark.parametrize("kind", ["pidff", "damped", "lqg"])
 def test_a_load_torque_is_taken_from_the_contact_whole(kind):
-    plain, loaded = (float(outcome(cell(problem(), load_torque=load), kind).normal_force[0]) for load in (0.0, 0.01))
+    plain, loaded = (
+        float(outcome(cell(problem(), load_torque=load), kind).normal_force[0]) for load in (0.0, 0.01)
+    )
     assert plain - loaded == pytest.approx(0.01 / lever(problem()), abs=1.5 * STEP)
 
 
 def test_a_load_torque_is_measured_on_the_way_down_and_then_taken_into_account():
-    """A larger gap gives a free motion from which the load torque is told; a controller that knows it holds the force."""
+    """A larger gap gives a free motion from which the load torque is told; a controller that knows it holds
+    the force.
+    """
     of = problem()
     plant = cell(of, load_torque=0.01).replace(gap=2.0)
     log = hwsim.run(plant, controller(of, "damped"), parts=4, rng=1)
     until = float(log.outcome.touch_down.min()) - AXIS.sample_time
     known = finishing.identify(log, "load_torque", axis=AXIS, until=until)
-    assert known["load_torque"] == pytest.approx(0.01, abs=4 * known.covariance[0, 0] ** 0.5) and known.covariance[0, 0] < 1e-6
+    assert (
+        known["load_torque"] == pytest.approx(0.01, abs=4 * known.covariance[0, 0] ** 0.5)
+        and known.covariance[0, 0] < 1e-6
+    )
     told = outcome(plant, load_torque=known["load_torque"])
     assert abs(log.outcome.normal_force[0] - FORCE) > 0.1 > 5 * abs(told.normal_force[0] - FORCE)
 
 
 def test_weight_presses_on_a_flat_surface():
     """Mass m at r towards the tip presses with m g r cos(theta_f), over the lever R cos(theta_f)."""
-    plain, heavy = (float(outcome(cell(problem(), tool_mass=m, mass_radius=40.0)).normal_force[0]) for m in (0.0, 0.05))
+    plain, heavy = (
+        float(outcome(cell(problem(), tool_mass=m, mass_radius=40.0)).normal_force[0]) for m in (0.0, 0.05)
+    )
     assert heavy - plain == pytest.approx(0.05 * 9.81 * 40.0 / 95.0, abs=1.5 * STEP)
 
 
 def straight(out, axis, feed=25.0, settle=0.4):
-    """Samples of each straight run at full feed along an axis (0: x, 1: y), without its first moments, and its direction."""
+    """Samples of each straight run at full feed along an axis (0: x, 1: y), without its first moments, and
+    its direction.
+    """
     time = out.sample_time.values
     speed = np.gradient(out[("true_x", "true_y")[axis]].values, time)
     steady = (np.abs(np.abs(speed) - feed) < 1e-6 * feed).astype(int)
@@ -93,7 +109,9 @@ def test_friction_changes_the_force_with_the_direction_of_feed(azimuth, believed
 
 @pytest.mark.parametrize("kind", ["damped", "pidff", "lqg"])
 def test_a_wave_on_the_surface_is_felt_as_the_loop_has_it(kind):
-    """2 Hz: amplitude of the force from the frequency response of the loop, and what converter and encoder add."""
+    """2 Hz: amplitude of the force from the frequency response of the loop, and what converter and encoder
+    add.
+    """
     of = line(contact_angle=0.0)
     found = controller(of, kind)
     out = hwsim.run(cell(of, height=hwsim.HeightField.wave(0.1, 12.5)), found).outcome.isel(part=0)
@@ -124,10 +142,14 @@ def test_the_force_that_is_wanted_gives_the_error():
     out = outcome(plant.replace(target_force=FORCE)).isel(part=0).drop_dims("sample")
     off = float(out.normal_force) - FORCE
     assert out.attrs["target_force"] == FORCE and "normal_force" not in out.attrs
-    assert float(out.force_error) == pytest.approx(np.hypot(off, float(out.normal_force_sd)), rel=1e-12) and off > 0.05
+    assert (
+        float(out.force_error) == pytest.approx(np.hypot(off, float(out.normal_force_sd)), rel=1e-12)
+        and off > 0.05
+    )
 
 
-# Motion ---------------------------------------------------------------------------------------------------------------
+# Motion
+# ---------------------------------------------------------------------------------------------------------------
 
 
 def test_a_motion_takes_its_time_and_half_the_override_takes_twice_as_long():
@@ -162,7 +184,12 @@ def test_a_part_that_is_never_played_is_broken_off():
     plant = cell(problem()).replace(max_time=0.2)
     for profile in (None, motion(problem()).profile):
         out = hwsim.run(plant, Steady(0.5, 0.0, profile)).outcome
-        assert out.time[0] == 0.2 and out.timed_out[0] == 1.0 and np.isnan(out.normal_force[0]) and np.isnan(out.roughness_ra[0])
+        assert (
+            out.time[0] == 0.2
+            and out.timed_out[0] == 1.0
+            and np.isnan(out.normal_force[0])
+            and np.isnan(out.roughness_ra[0])
+        )
         assert 0 < out.touch_down[0] < 0.2
 
 
@@ -179,7 +206,8 @@ def test_time_to_touch_down_is_that_of_the_fall():
     assert 0 <= out.touch_down[0] - fall < 1.001e-3
 
 
-# The same bits --------------------------------------------------------------------------------------------------------
+# The same bits
+# --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -227,7 +255,13 @@ def test_seeds_and_executors():
     assert same(hwsim.run(plant, found, parts=4, rng=7), log)
     with ThreadPoolExecutor(2) as pool:
         assert same(hwsim.run(plant, found, parts=4, rng=7, executor=pool), log)
-    for name in ("true_torque_constant", "true_friction_ratio", "true_load_torque", "normal_force", "roughness_ra"):
+    for name in (
+        "true_torque_constant",
+        "true_friction_ratio",
+        "true_load_torque",
+        "normal_force",
+        "roughness_ra",
+    ):
         assert len(set(log.outcome[name].values)) == 4
     assert not same(hwsim.run(plant, found, parts=4, rng=8), log)
 
@@ -235,8 +269,15 @@ def test_seeds_and_executors():
 def test_controllers_are_compared_on_equal_parts():
     of = problem(friction_ratio=0.3)
     plant = hwsim.FinishingCell(of, scatter=hwsim.CellScatter())
-    out = hwsim.compare(plant, {kind: controller(of, kind) for kind in ("pidff", "lqg")}, parts=3, rng=1).outcome
-    for name in ("true_torque_constant", "true_contact_angular_stiffness", "true_friction_ratio", "true_load_torque"):
+    out = hwsim.compare(
+        plant, {kind: controller(of, kind) for kind in ("pidff", "lqg")}, parts=3, rng=1
+    ).outcome
+    for name in (
+        "true_torque_constant",
+        "true_contact_angular_stiffness",
+        "true_friction_ratio",
+        "true_load_torque",
+    ):
         np.testing.assert_array_equal(out[name].sel(controller="pidff"), out[name].sel(controller="lqg"))
 
 
@@ -269,7 +310,8 @@ def test_a_log_is_saved_and_read_back(tmp_path):
     assert same(sdpgrind.load(tmp_path / "run.nc"), log)
 
 
-# Machine --------------------------------------------------------------------------------------------------------------
+# Machine
+# --------------------------------------------------------------------------------------------------------------
 
 
 def test_a_copy_goes_its_own_way():
@@ -332,14 +374,19 @@ def test_the_axis_has_the_lever_of_the_problem():
     plant = hwsim.FinishingCell(of)
     assert plant.axis is None and plant.torque_axis == finishing.TorqueAxis(lever_arm=90.0)
     found = finishing.TorqueController(plant.torque_axis, motion(of), normal_force=FORCE, kind="damped")
-    assert float(hwsim.run(plant.replace(truth=None), found).outcome.normal_force[0]) == pytest.approx(FORCE, abs=2 * STEP)
+    assert float(hwsim.run(plant.replace(truth=None), found).outcome.normal_force[0]) == pytest.approx(
+        FORCE, abs=2 * STEP
+    )
     assert hwsim.FinishingCell(problem()).replace(problem=of).torque_axis == plant.torque_axis
 
 
 def test_a_log_tells_which_motion_was_played(tmp_path):
     of = problem(order=1)
     played = {method: finishing.plan(of, method=method) for method in ("trapezoid", "min_time")}
-    found = {method: finishing.TorqueController(AXIS, each, normal_force=FORCE, kind="damped") for method, each in played.items()}
+    found = {
+        method: finishing.TorqueController(AXIS, each, normal_force=FORCE, kind="damped")
+        for method, each in played.items()
+    }
     plant, digests = hwsim.FinishingCell(of), set()
     for method, each in played.items():
         hwsim.run(plant, found[method]).save(tmp_path / "run.nc")
@@ -354,4 +401,6 @@ def test_a_log_tells_which_motion_was_played(tmp_path):
 def test_a_controller_without_a_motion_is_refused():
     of = problem()
     with pytest.raises(ValueError, match=r"controller must have a motion to be played in the cell"):
-        hwsim.run(hwsim.FinishingCell(of), finishing.TorqueController(finishing.TorqueAxis(), normal_force=1.3))
+        hwsim.run(
+            hwsim.FinishingCell(of), finishing.TorqueController(finishing.TorqueAxis(), normal_force=1.3)
+        )

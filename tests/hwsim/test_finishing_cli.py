@@ -65,7 +65,8 @@ def finished(job):
     return folder
 
 
-# Runs -----------------------------------------------------------------------------------------------------------------
+# Runs
+# -----------------------------------------------------------------------------------------------------------------
 
 
 def in_python(job, parts=3):
@@ -110,7 +111,9 @@ def test_prints_the_plan_beside_what_came_of_it(job, finished, capsys):
 def test_a_finished_run_is_reported_again_and_made_longer(job, finished, tmp_path, capsys):
     before = {name: (finished / name).read_bytes() for name in KEPT}
     arguments = job, "--rng", 2, "--no-pictures", "--out"
-    assert said(capsys, *arguments, finished, "--parts", 3) == said(capsys, *arguments, finished, "--parts", 3)
+    assert said(capsys, *arguments, finished, "--parts", 3) == said(
+        capsys, *arguments, finished, "--parts", 3
+    )
     assert before == {name: (finished / name).read_bytes() for name in KEPT}
     for parts in (1, 3):
         said(capsys, *arguments, tmp_path, "--parts", parts)
@@ -122,7 +125,8 @@ def test_a_kept_motion_is_played_again(job, finished, capsys):
     assert plain.splitlines()[5:] == said(capsys, job, "--parts", 2).splitlines()[5:]
     nominal = said(capsys, "--motion", finished / "motion.nc", "--nominal", "--parts", 2)
     rows = [line.split() for line in nominal.splitlines()[5:7]]
-    assert rows[0][1] == rows[1][1] and abs(float(rows[0][2]) - float(rows[1][2])) < 0.01  # but for the encoder's phase
+    # but for the encoder's phase
+    assert rows[0][1] == rows[1][1] and abs(float(rows[0][2]) - float(rows[1][2])) < 0.01
 
 
 def test_refusals(job, finished, tmp_path, capsys):
@@ -132,11 +136,16 @@ def test_refusals(job, finished, tmp_path, capsys):
     line = refused(capsys, job, "--nominal")
     assert line == "--nominal must be left out where a problem.toml describes the cell; got both"
     log = finished / "run.nc"
-    assert refused(capsys, "--motion", log) == f"--motion must be a saved motion of a finishing job; {log} holds a Log"
+    assert (
+        refused(capsys, "--motion", log)
+        == f"--motion must be a saved motion of a finishing job; {log} holds a Log"
+    )
     other = tmp_path / "job.toml"
     other.write_text(SMALL.replace('feed_rate = "10 mm/s"', "feed_rate = 12"))
     line = refused(capsys, other, "--out", finished)
-    assert line == f"--out {finished} holds a run of another problem (feed_rate differs): choose another folder"
+    assert (
+        line == f"--out {finished} holds a run of another problem (feed_rate differs): choose another folder"
+    )
     other.write_text(SMALL.replace("normal_force = 0.8", "normal_force = 0.9"))
     assert refused(capsys, other, "--rng", 2, "--out", finished).endswith("was begun with another plant")
     line = refused(capsys, job, "--study", "--motion", finished / "motion.nc")
@@ -152,7 +161,8 @@ def test_refusals(job, finished, tmp_path, capsys):
     assert "--study" in told and "--confirm N" in told
 
 
-# TOML -----------------------------------------------------------------------------------------------------------------
+# TOML
+# -----------------------------------------------------------------------------------------------------------------
 
 
 def test_the_example_is_the_preset_in_a_cell_that_scatters():
@@ -163,7 +173,9 @@ def test_the_example_is_the_preset_in_a_cell_that_scatters():
     assert made.controller(None).kind == "lqg" and made.controller(None).normal_force == 1.111
     published = finishing.Study.published("wang-2001")
     levels = {name: tuple(published.factors[name]) for name in published.factors}
-    assert {name: tuple(made.study[name]) for name in levels} == levels and made.study["pitch"] == pytest.approx(0.2)
+    assert {name: tuple(made.study[name]) for name in levels} == levels and made.study[
+        "pitch"
+    ] == pytest.approx(0.2)
 
 
 LONG = """
@@ -218,8 +230,15 @@ def test_everything_that_can_be_said(tmp_path):
     surface = finishing.Surface.bspline([[[0, 0, 0], [0, 30, 1]], [[30, 0, 0], [30, 30, 0]]], degree=(1, 1))
     assert problem.path == finishing.zigzag(surface, 5.0).blended(0.05) and made.method == "toppra"
     assert problem.placement == (400.0, 10.0, 100.0) and problem.contact_angle == pytest.approx(np.pi / 9)
-    assert stand.axis == finishing.TorqueAxis(inertia=0.0012, current_limit=0.9, bits=14) and stand.max_time == 60.0
-    assert truth.axis == stand.axis.replace(torque_constant=0.2) and truth.table is None and truth.tool_mass == 0.02
+    assert (
+        stand.axis == finishing.TorqueAxis(inertia=0.0012, current_limit=0.9, bits=14)
+        and stand.max_time == 60.0
+    )
+    assert (
+        truth.axis == stand.axis.replace(torque_constant=0.2)
+        and truth.table is None
+        and truth.tool_mass == 0.02
+    )
     assert truth.height == hwsim.HeightField.wave(0.02, 8.0, (0, 1, 0)) and stand.target_force == 1.111
     assert made.settings == {"kind": "pidff", "observer": "state", "prefilter": True, "settle_time": 0.5}
 
@@ -228,17 +247,33 @@ def test_everything_that_can_be_said(tmp_path):
     ("old", "new", "fault"),
     [
         ("[surface]", "[surfaec]", "surface is missing; is surfaec meant?"),
-        ('pattern = "zigzag"', 'pattern = "spiral"', "path.pattern must be one of hilbert, zigzag; got 'spiral'"),
+        (
+            'pattern = "zigzag"',
+            'pattern = "spiral"',
+            "path.pattern must be one of hilbert, zigzag; got 'spiral'",
+        ),
         ('pitch = "5 mm"', 'pitch = "5 s"', "path.pitch must have a unit like mm; got '5 s'"),
         ('pitch = "5 mm"', "pitch = 50", "[path] pitch must be < "),
         ("bits = 14", "bits = 14.5", "[axis] bits must be a whole number; got 14.5"),
         ('"900 mA"', '"9 A"', "[axis] current_limit must be <= current_range = 5 (A); got 9.0"),
         ("pushed = false", "pushed = 0", "tool.pushed must be true or false; got 0"),
         ('contact_angle = "20 deg"', 'contact_angle = "95 deg"', "[tool] contact_angle must be in [0, pi/2)"),
-        ('method = "toppra"', 'method = "fast"', "method must be one of trapezoid, toppra, min_time; got 'fast'"),
+        (
+            'method = "toppra"',
+            'method = "fast"',
+            "method must be one of trapezoid, toppra, min_time; got 'fast'",
+        ),
         ("table = false", "tables = false", "cell.truth.tables is not a key; is cell.truth.table meant?"),
-        ('"0.2 N m/A"', '"0.2 N m"', "cell.truth.axis.torque_constant must have a unit like N m/A; got '0.2 N m'"),
-        ("[controller]\n", "[controller]\nnormal_force = 0\n", "[controller] normal_force must be > 0 (N); got 0.0"),
+        (
+            '"0.2 N m/A"',
+            '"0.2 N m"',
+            "cell.truth.axis.torque_constant must have a unit like N m/A; got '0.2 N m'",
+        ),
+        (
+            "[controller]\n",
+            "[controller]\nnormal_force = 0\n",
+            "[controller] normal_force must be > 0 (N); got 0.0",
+        ),
         (
             "[controller]\n",
             "[controller]\nnormal_force = '9 N'\n",
@@ -253,7 +288,8 @@ def test_faults_name_the_key(tmp_path, capsys, old, new, fault):
     assert refused(capsys, path).startswith(f"{path}: {fault}")
 
 
-# Studies --------------------------------------------------------------------------------------------------------------
+# Studies
+# --------------------------------------------------------------------------------------------------------------
 
 STUDY = """
 [surface]
@@ -309,7 +345,9 @@ def test_a_study_finds_what_was_put_in(studied):
     assert studied.best["tool_diameter"] == 4.0 and studied.best["pattern"] == "hilbert5"
     off = (np.array(studied.model.coefficients) - truth.coefficients) / studied.model.standard_errors
     assert np.abs(off).max() < 3.5 and 0.04 < studied.model.residual_sd < 0.12
-    assert repr(studied).startswith("FinishingStudy(tool_diameter 4.0, pattern hilbert5, ") and "in 4 runs" in repr(studied)
+    assert repr(studied).startswith(
+        "FinishingStudy(tool_diameter 4.0, pattern hilbert5, "
+    ) and "in 4 runs" in repr(studied)
     assert studied.held == (abs(studied.confirmed - studied.prediction.mean) <= studied.prediction.ci_confirm)
 
 
@@ -339,17 +377,22 @@ def test_what_is_left_is_handed_to_the_planner(studied):
     assert costs[0] > costs[1] > costs[2] > 0
     law = studied.model.law("hilbert5", 4.0, studied.best["normal_force"])
     time = studied.outcome["time"][studied.study.settings["pattern"] == "hilbert5"].mean()
-    assert costs[0] == pytest.approx(1e4 * float(law.over(tolerance)) + time / 60, rel=2e-2)  # a table of 401 nodes
+    # a table of 401 nodes
+    assert costs[0] == pytest.approx(1e4 * float(law.over(tolerance)) + time / 60, rel=2e-2)
     dear = studied.refinishing(passes=3, machine_charge=1e3)
     assert bool(dear.action(roughness=1.2 * tolerance, passes_left=2).stop)
 
 
 def test_replicates_are_counted_as_runs(study_job, remembered):
     made = read(study_job)
-    found = hwsim.finishing_study(made.stand, kind="damped", replicates=2, confirm=2, rng=1, **dict(made.study))
+    found = hwsim.finishing_study(
+        made.stand, kind="damped", replicates=2, confirm=2, rng=1, **dict(made.study)
+    )
     assert found.study.readings.shape == (18, 2) and len(found.confirmation) == 4
     pairs = found.confirmation.outcome.roughness_ra.values.reshape(2, 2)
-    assert found.confirmed == pytest.approx(np.mean(-10 * np.log10(np.mean((pairs / 0.01) ** 2, axis=1))), rel=1e-12)
+    assert found.confirmed == pytest.approx(
+        np.mean(-10 * np.log10(np.mean((pairs / 0.01) ** 2, axis=1))), rel=1e-12
+    )
 
 
 def test_a_study_from_the_command_line(study_job, studied, tmp_path, capsys):

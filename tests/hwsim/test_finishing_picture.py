@@ -37,9 +37,19 @@ def test_it_shows_what_was_true(log, drawn):
     assert force.lines[1].get_ydata()[0] == 1.11 and feed.lines[1].get_ydata()[0] == 25.0
     np.testing.assert_array_equal(parts.lines[0].get_ydata(), 1e3 * log.outcome.roughness_ra)
     places = above.collections[0].get_offsets()
-    assert set(map(tuple, places)) <= set(zip(out.true_x.values, out.true_y.values, strict=True)) and len(places) > 100
+    assert (
+        set(map(tuple, places)) <= set(zip(out.true_x.values, out.true_y.values, strict=True))
+        and len(places) > 100
+    )
     labels = [axis.get_ylabel() for axis in (force, feed, height, above, parts, colours)]
-    assert labels == ["force [N]", "feed [mm/s]", "height error [µm]", "y [mm]", "roughness Ra [µm]", "normal force [N]"]
+    assert labels == [
+        "force [N]",
+        "feed [mm/s]",
+        "height error [µm]",
+        "y [mm]",
+        "roughness Ra [µm]",
+        "normal force [N]",
+    ]
 
 
 def test_its_title_says_the_main_thing(log, drawn):
@@ -59,7 +69,9 @@ def test_what_is_not_known_is_not_shown(drawn):
 def test_parts_beyond_the_model_are_hollow(zigzag, drawn):
     of = zigzag.replace(tool_diameter=6.0)
     figure = drawn(hwsim.run(hwsim.FinishingCell(of), controller(of)))
-    assert [text.get_text() for text in figure.axes[5].get_legend().get_texts()] == ["beyond the model's range"]
+    assert [text.get_text() for text in figure.axes[5].get_legend().get_texts()] == [
+        "beyond the model's range"
+    ]
 
 
 def test_a_part_without_contact_or_motion_is_drawn_too(drawn):
@@ -72,19 +84,27 @@ def test_controllers_side_by_side(zigzag, drawn):
     kinds = {kind: controller(zigzag, kind) for kind in ("constant", "pidff", "lqg")}
     figure = drawn(hwsim.compare(plant, kinds, parts=5, rng=0))
     titles = [axis.get_title().replace("\n", " ") for axis in figure.axes]
-    assert "normal force sd less that of constant [N]" in titles and "lift off less that of constant" in titles
+    assert (
+        "normal force sd less that of constant [N]" in titles and "lift off less that of constant" in titles
+    )
 
 
 def test_compared_controllers_leave_their_roughness_in_um(zigzag):
     controllers = {kind: controller(zigzag, kind=kind) for kind in ("damped", "lqg")}
-    compared = hwsim.compare(hwsim.FinishingCell(zigzag, scatter=hwsim.CellScatter()), controllers, parts=3, rng=1)
+    compared = hwsim.compare(
+        hwsim.FinishingCell(zigzag, scatter=hwsim.CellScatter()), controllers, parts=3, rng=1
+    )
     panels = {axis.get_title().replace("\n", " "): axis for axis in compared.plot().axes}
-    gained = compared.outcome.roughness_ra.sel(controller="lqg") - compared.outcome.roughness_ra.sel(controller="damped")
+    gained = compared.outcome.roughness_ra.sel(controller="lqg") - compared.outcome.roughness_ra.sel(
+        controller="damped"
+    )
     panel = panels["roughness ra less that of damped [µm]"]
     marks = [
         *(line.get_ydata() for line in panel.lines),
         *(dots.get_offsets()[:, 1] for dots in panel.collections if len(dots.get_offsets())),
     ]
-    assert any(len(y) == 3 and np.allclose(np.sort(y), np.sort(1e3 * gained.values), rtol=1e-9) for y in marks)
+    assert any(
+        len(y) == 3 and np.allclose(np.sort(y), np.sort(1e3 * gained.values), rtol=1e-9) for y in marks
+    )
     assert "normal force less that of damped [N]" in panels
     pyplot.close("all")

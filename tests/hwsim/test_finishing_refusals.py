@@ -16,7 +16,10 @@ CELL = hwsim.FinishingCell(problem())
         ({"gap": -0.1}, r"gap must be >= 0 \(mm\); got -0.1"),
         ({"max_time": 0.0}, r"max_time must be > 0 \(s\); got 0.0"),
         ({"target_force": -1.0}, r"target_force must be > 0 \(N\); got -1.0"),
-        ({"axis": AXIS.replace(lever_arm=80.0)}, r"axis.lever_arm must be that of the problem, 95 \(mm\); got 80.0"),
+        (
+            {"axis": AXIS.replace(lever_arm=80.0)},
+            r"axis.lever_arm must be that of the problem, 95 \(mm\); got 80.0",
+        ),
     ],
 )
 def test_values_out_of_range(options, message):
@@ -27,7 +30,10 @@ def test_values_out_of_range(options, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"problem": 3.0}, r'problem must be a FinishingProblem \(see finishing.preset\("nominal"\)\); got 3.0'),
+        (
+            {"problem": 3.0},
+            r'problem must be a FinishingProblem \(see finishing.preset\("nominal"\)\); got 3.0',
+        ),
         ({"axis": "big"}, r"axis must be a TorqueAxis or None; got 'big'"),
         ({"scatter": 0.1}, r"scatter must be a CellScatter or None; got 0.1"),
         ({"truth": 0.1}, r"truth must be a CellTruth, a function of rng, or None; got 0.1"),
@@ -39,7 +45,9 @@ def test_things_of_another_kind(options, message):
 
 
 def test_a_truth_that_draws_something_else():
-    with pytest.raises(TypeError, match=r"truth\(rng\) must be a CellTruth \(see hwsim.CellTruth\); got None") as caught:
+    with pytest.raises(
+        TypeError, match=r"truth\(rng\) must be a CellTruth \(see hwsim.CellTruth\); got None"
+    ) as caught:
         hwsim.run(CELL.replace(truth=lambda rng: None), controller(problem()))
     assert caught.value.__notes__ == ["in part 0"]
 
@@ -79,10 +87,19 @@ def test_impossible_scatter(changes, message):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: hwsim.HeightField([[1.0, 0.0, 0.0]], [0.0, 1.0], [0.1]), r"of shapes \(n, 3\), \(n,\) and \(n,\); got \(1, 3\)"),
-        (lambda: hwsim.HeightField([[np.nan, 0.0, 0.0]], [0.0], [0.1]), r"waves\[0\] must be finite \(rad/mm\); got nan"),
+        (
+            lambda: hwsim.HeightField([[1.0, 0.0, 0.0]], [0.0, 1.0], [0.1]),
+            r"of shapes \(n, 3\), \(n,\) and \(n,\); got \(1, 3\)",
+        ),
+        (
+            lambda: hwsim.HeightField([[np.nan, 0.0, 0.0]], [0.0], [0.1]),
+            r"waves\[0\] must be finite \(rad/mm\); got nan",
+        ),
         (lambda: hwsim.HeightField.wave(0.1, 0.0), r"wavelength must be > 0 \(mm\); got 0.0"),
-        (lambda: hwsim.HeightField.wave(0.1, 1.0, (0, 0, 0)), r"direction must be three coordinates, not all zero; got \(0, "),
+        (
+            lambda: hwsim.HeightField.wave(0.1, 1.0, (0, 0, 0)),
+            r"direction must be three coordinates, not all zero; got \(0, ",
+        ),
     ],
 )
 def test_impossible_fields(make, message):
@@ -90,7 +107,8 @@ def test_impossible_fields(make, message):
         make()
 
 
-# Commands -------------------------------------------------------------------------------------------------------------
+# Commands
+# -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -99,7 +117,10 @@ def test_impossible_fields(make, message):
         ({"current": np.inf}, r"current must be finite \(A\); got inf"),
         ({"feed_override": 1.5}, r"feed_override must be in \[0, 1\]; got 1.5"),
         ({"feed_override": 0.5}, r"feed_override must be 0 before a motion is given; got 0.5"),
-        ({"motion": np.zeros((3, 7))}, r"motion must be an array \(m, 8\) of times and seven joints, m >= 2; got .* \(3, 7\)"),
+        (
+            {"motion": np.zeros((3, 7))},
+            r"motion must be an array \(m, 8\) of times and seven joints, m >= 2; got .* \(3, 7\)",
+        ),
         ({"motion": np.full((2, 8), np.nan)}, r"motion\[0\] must be finite \(s, rad, mm\); got nan"),
         ({"motion": np.zeros((2, 8))}, r"times of motion must begin at 0 and rise \(s\)"),
     ],
@@ -112,14 +133,18 @@ def test_commands_that_cannot_be_done(command, message):
 def test_a_joint_beyond_its_end():
     profile = motion(problem()).profile.copy()
     profile[7, 6] = 250.0
-    with pytest.raises(ValueError, match=rf"X in motion at {profile[7, 0]:g} s must be in \[-200, 200\] \(mm\); got 250.0"):
+    with pytest.raises(
+        ValueError, match=rf"X in motion at {profile[7, 0]:g} s must be in \[-200, 200\] \(mm\); got 250.0"
+    ):
         CELL.start(np.random.default_rng(0)).step({"motion": profile}, 1)
 
 
 def test_a_motion_that_leaves_the_path():
     profile = motion(problem()).profile.copy()
     profile[9:, 6] += 5.0
-    with pytest.raises(ValueError, match=r"motion must follow the path of the problem; at .* s its tip is .* mm away"):
+    with pytest.raises(
+        ValueError, match=r"motion must follow the path of the problem; at .* s its tip is .* mm away"
+    ):
         CELL.start(np.random.default_rng(0)).step({"motion": profile}, 1)
 
 
@@ -130,10 +155,13 @@ def test_a_motion_is_given_once():
         machine.step({"motion": motion(problem()).profile}, 1)
 
 
-# Other jobs -----------------------------------------------------------------------------------------------------------
+# Other jobs
+# -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("other", [problem(order=1), problem(feed_rate=12.5), problem(contact_angle=0.3), line()])
+@pytest.mark.parametrize(
+    "other", [problem(order=1), problem(feed_rate=12.5), problem(contact_angle=0.3), line()]
+)
 def test_a_motion_of_another_problem_is_refused(other):
     report = hwsim.check(CELL, controller(other))
     assert not report and "controller is made for another part or machine: its " in str(report)
@@ -144,8 +172,12 @@ def test_a_motion_of_another_problem_is_refused(other):
 def test_a_controller_that_holds_another_force_is_refused():
     plant, found = CELL.replace(target_force=1.1), controller(problem(), normal_force=1.2)
     (said,) = hwsim.check(plant, found).faults
-    assert said == "controller is made for another part or machine: its target_force is 1.2 N, that of the plant 1.1 N"
-    assert hwsim.check(plant.replace(target_force=1.2), found) and hwsim.check(CELL, found)  # which was told nothing
+    assert (
+        said
+        == "controller is made for another part or machine: its target_force is 1.2 N, that of the plant 1.1 N"
+    )
+    # which was told nothing
+    assert hwsim.check(plant.replace(target_force=1.2), found) and hwsim.check(CELL, found)
 
 
 def test_its_own_motion_is_not():
@@ -164,7 +196,8 @@ def test_plans_and_problems_are_told_what_they_want():
     assert "as hwsim.FinishingCell(problem) is one" in hwsim.check(problem(), Steady(0.0, 0.0)).faults[0]
 
 
-# Studies --------------------------------------------------------------------------------------------------------------
+# Studies
+# --------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

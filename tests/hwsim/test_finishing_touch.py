@@ -1,4 +1,6 @@
-"""Where the tool touches, written down once more: exact geometry, the table by another solver, sums, traces that are thinned."""
+"""Where the tool touches, written down once more: exact geometry, the table by another solver, sums, traces
+that are thinned.
+"""
 
 import numpy as np
 import pytest
@@ -21,17 +23,29 @@ TICK = AXIS.sample_time
 
 def rough_truth(of, table=None):
     height = hwsim.HeightField.drawn(0.02, 3.0, np.random.default_rng(5))
-    return truth(of, friction_ratio=0.25, torque_constant=0.19, load_torque=0.003, tool_mass=0.02, height=height, table=table)
+    return truth(
+        of,
+        friction_ratio=0.25,
+        torque_constant=0.19,
+        load_torque=0.003,
+        tool_mass=0.02,
+        height=height,
+        table=table,
+    )
 
 
 def slow_twin(of, real, log):
-    """Everything that a part went through, from its commands, by other means: one tick after the other, in no compiled loop."""
+    """Everything that a part went through, from its commands, by other means: one tick after the other, in no
+    compiled loop.
+    """
     table = log["controller"]
     played, current = table.path_time.values, np.nan_to_num(table.current_command.values[:-1])
     profile = motion(of).profile
     joints = np.array([np.interp(played, profile[:, 0], column) for column in profile[:, 1:].T]).T
     late = joints[:, 5:7] - np.array([follow(real.table, joints[:, k], TICK) for k in (5, 6)]).T
-    poses = np.array([np.interp(played, profile[:, 0], c) for c in of.arm.forward_work(profile[:, 1:]).reshape(-1, 16).T]).T
+    poses = np.array(
+        [np.interp(played, profile[:, 0], c) for c in of.arm.forward_work(profile[:, 1:]).reshape(-1, 16).T]
+    ).T
     poses = poses.reshape(-1, 4, 4)
     tip = poses[:, :3, 3] + of.lever_arm * poses[:, :3, 2]
     tip += of.path.points[0] - tip[0]
@@ -45,7 +59,9 @@ def slow_twin(of, real, log):
     feed = np.linalg.norm(rate, axis=1)
     forward = np.sum(rate * azimuth[1:], axis=1) / np.maximum(feed, 0.5)
     step = 1e-6
-    slope = (real.height.at(tip + off + step * azimuth) - real.height.at(tip + off - step * azimuth)) / (2 * step)
+    slope = (real.height.at(tip + off + step * azimuth) - real.height.at(tip + off - step * azimuth)) / (
+        2 * step
+    )
     angle = of.contact_angle - np.arctan(slope[1:])
     arm = 0.095 * (np.cos(angle) + real.friction_ratio * np.sin(angle) * forward)
     weight = finishing.torque.gravity_torque(real.tool_mass, real.mass_radius, 0.0) * c
@@ -56,7 +72,13 @@ def slow_twin(of, real, log):
         load = real.load_torque - weight
         torque.axis_tick(axis_state, current[k], load, touched[k], touched[k + 1], real.axis.parameters)
         force[k] = axis_state[torque.MEAN_TORQUE] / arm[k]
-    return {"force": force, "feed": feed, "error": error[1:], "place": place[1:], "moving": np.diff(played) > 0}
+    return {
+        "force": force,
+        "feed": feed,
+        "error": error[1:],
+        "place": place[1:],
+        "moving": np.diff(played) > 0,
+    }
 
 
 def follow(table, command, tick):
@@ -93,7 +115,9 @@ def test_the_largest_deviation_is_that_across_the_path():
     place = slow_twin(of, real, log)["place"]
     planned, played = motion(of), log["controller"].path_time.values[1:]
     tips = np.array([np.interp(played, planned.time, column) for column in planned.points.T]).T
-    leg = np.clip(np.searchsorted(planned.profile[:, 0], played, side="right") - 1, 0, len(planned.profile) - 2)
+    leg = np.clip(
+        np.searchsorted(planned.profile[:, 0], played, side="right") - 1, 0, len(planned.profile) - 2
+    )
     once = np.concatenate([[True], np.diff(planned.time) > 0])
     ahead = np.diff(planned.points[once], axis=0)
     ahead /= np.linalg.norm(ahead, axis=1)[:, np.newaxis]
@@ -102,7 +126,8 @@ def test_the_largest_deviation_is_that_across_the_path():
     assert float(log.outcome.path_deviation[0]) == pytest.approx(across.max(), rel=1e-6)
 
 
-# Geometry -------------------------------------------------------------------------------------------------------------
+# Geometry
+# -------------------------------------------------------------------------------------------------------------
 
 
 def course_of_two(place, normal, azimuth, table=(0.0, 0.0)):
@@ -122,7 +147,10 @@ def course_of_two(place, normal, azimuth, table=(0.0, 0.0)):
 )
 def test_the_tool_swings_until_it_touches_a_plane(tilt, off, contact, side):
     """Swung exactly about the motor's axis; what is left out of a swing q is tan(theta) q^2/2 and less."""
-    normal, azimuth = np.array([-np.sin(tilt), 0.0, np.cos(tilt)]), np.array([np.cos(tilt), 0.0, np.sin(tilt)])
+    normal, azimuth = (
+        np.array([-np.sin(tilt), 0.0, np.cos(tilt)]),
+        np.array([np.cos(tilt), 0.0, np.sin(tilt)]),
+    )
     course = course_of_two([1.0, 2.0, 3.0], normal, azimuth, off)
     cell_now = np.zeros(core.SETTINGS)
     cell_now[[core.TICK, core.LEVER, core.CONTACT_ANGLE, core.SIDE]] = TICK, 95.0, contact, side
@@ -172,7 +200,8 @@ def test_a_long_part_has_no_more_samples_than_there_is_room():
     np.testing.assert_allclose(outcome["sample_time"], 4e-3 * np.arange(1, 3251), rtol=1e-12)
 
 
-# Height ---------------------------------------------------------------------------------------------------------------
+# Height
+# ---------------------------------------------------------------------------------------------------------------
 
 
 def test_a_drawn_field_has_its_spread_and_its_waves():
@@ -217,7 +246,8 @@ def test_equal_fields_are_equal():
     assert hwsim.HeightField.flat().at([[1.0, 2.0, 3.0]]) == [0.0]
 
 
-# Roughness ------------------------------------------------------------------------------------------------------------
+# Roughness
+# ------------------------------------------------------------------------------------------------------------
 
 
 def rough(path, **options):
@@ -232,13 +262,18 @@ def test_roughness_is_that_of_the_model_at_the_mean_force():
     for diameter, extrapolated in ((3.5, 0.0), (6.0, 1.0)):
         out = rough(path, tool_diameter=diameter)
         held = model.median("zigzag", diameter, float(out.normal_force), extrapolate=True)
-        assert float(out.roughness_ra) == pytest.approx(float(held), rel=1e-12) and float(out.extrapolated) == extrapolated
+        assert (
+            float(out.roughness_ra) == pytest.approx(float(held), rel=1e-12)
+            and float(out.extrapolated) == extrapolated
+        )
     out = rough(finishing.hilbert(surface, 2))
     assert np.isnan(float(out.roughness_ra)) and float(out.extrapolated) == 1.0
 
 
 def test_roughness_is_drawn_from_the_law_of_the_model():
-    of = finishing.FinishingProblem(finishing.zigzag(finishing.surface.flat_surface(6.4), pitch=1.6), friction_ratio=0.0)
+    of = finishing.FinishingProblem(
+        finishing.zigzag(finishing.surface.flat_surface(6.4), pitch=1.6), friction_ratio=0.0
+    )
     plant = hwsim.FinishingCell(of, truth=truth(of, roughness_error=None))
     read = hwsim.run(plant, controller(of, "damped"), parts=150, rng=1).outcome.roughness_ra.values
     logs = np.log(read)
@@ -250,5 +285,7 @@ def test_roughness_is_drawn_from_the_law_of_the_model():
 def test_the_lever_of_the_fakes_is_that_of_the_library():
     of = problem()
     for ratio, forward in ((0.0, 1.0), (0.3, 1.0), (0.3, 0.0), (0.3, -1.0)):
-        theirs = finishing.arm.torque_per_force(of.contact_angle, 95.0, friction_ratio=ratio, feed_angle=np.arccos(forward))
+        theirs = finishing.arm.torque_per_force(
+            of.contact_angle, 95.0, friction_ratio=ratio, feed_angle=np.arccos(forward)
+        )
         assert lever(of, ratio, forward) == pytest.approx(theirs, rel=1e-12)

@@ -28,7 +28,8 @@ def middle(log, name, cut=0.3):
     return values[int(cut * values.size) : -int(0.1 * values.size)]
 
 
-# What is cut ----------------------------------------------------------------------------------------------------------
+# What is cut
+# ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("feed_rate", [10.0, 20.0])
@@ -37,7 +38,9 @@ def test_steady_cut_is_the_static_cut_of_the_process(feed_rate):
     contour = log.outcome.contour.values[0]
     forces = middle(log, "force", 0.6)
     assert np.ptp(forces) < 0.02  # N, steady
-    assert 1.0 - contour[500:700].mean() == pytest.approx(float(PROCESS.mean_cut(forces.mean(), feed_rate)), rel=2e-3)
+    assert 1.0 - contour[500:700].mean() == pytest.approx(
+        float(PROCESS.mean_cut(forces.mean(), feed_rate)), rel=2e-3
+    )
 
 
 def test_the_stand_agrees_with_the_planner_s_simulation():
@@ -46,7 +49,9 @@ def test_the_stand_agrees_with_the_planner_s_simulation():
     machine.step({"start": 1.0, "feed_rate": 20.0, "platform_command": platform(0.75)}, FOREVER)
     x = np.arange(machine._setup.stand.start_x, 40 + 100, 1 / 42)
     height = np.full(x.size, -platform(0.75))
-    settled = passes.simulate(given.disc, given.bead, center_x=x, fly_height=height, feed_rate=20.0, spacing=0.05)
+    settled = passes.simulate(
+        given.disc, given.bead, center_x=x, fly_height=height, feed_rate=20.0, spacing=0.05
+    )
     nodes = np.linspace(0, 40, 801)
     # the platform settles while the disc is before the bead, so that both come to it at one height
     np.testing.assert_allclose(machine.outcome()["contour"], settled.contour.at(nodes), atol=1e-6)
@@ -59,7 +64,9 @@ def test_volume_is_kept():
     lost = PROCESS.bead_width * np.trapezoid(given.bead.at(x) - log.outcome.contour.values[0], x)
     volumes = log.outcome.true_volume.values[0]
     assert volumes.sum() == pytest.approx(lost, rel=1e-10)
-    np.testing.assert_allclose(volumes / (40 * PROCESS.bead_width), log.outcome.true_cut_depth.values[0], rtol=1e-12)
+    np.testing.assert_allclose(
+        volumes / (40 * PROCESS.bead_width), log.outcome.true_cut_depth.values[0], rtol=1e-12
+    )
 
 
 def test_volume_is_the_integral_of_the_removal_rate():
@@ -85,12 +92,15 @@ def test_spin_appears_at_its_alias():
 
 
 def test_wear_raises_the_contour_along_the_bead():
-    fresh, worn = (held(quiet(problem(grinding_ratio=G)), 0.7).outcome.contour.values[0] for G in (np.inf, 5.0))
+    fresh, worn = (
+        held(quiet(problem(grinding_ratio=G)), 0.7).outcome.contour.values[0] for G in (np.inf, 5.0)
+    )
     assert abs(fresh[700] - fresh[300]) < 1e-6
     assert 0.001 < worn[700] - worn[300] < 20 * 12.7 * np.sin(np.deg2rad(20)) / (2 * np.pi * 88.9 * 5)
 
 
-# Time -----------------------------------------------------------------------------------------------------------------
+# Time
+# -----------------------------------------------------------------------------------------------------------------
 
 
 def test_lead_in_and_lead_out_and_reset_take_time():
@@ -113,10 +123,19 @@ def test_commands_take_effect_after_the_delay():
     assert [moves(delay) for delay in (0, 1, 3)] == [0, 1, 3]
 
 
-# What is measured -----------------------------------------------------------------------------------------------------
+# What is measured
+# -----------------------------------------------------------------------------------------------------
 
 
-OF_PASS = ("height", "grinding_power", "removal_rate", "normal_force", "tangential_force", "feed_rate", "cut_depth")
+OF_PASS = (
+    "height",
+    "grinding_power",
+    "removal_rate",
+    "normal_force",
+    "tangential_force",
+    "feed_rate",
+    "cut_depth",
+)
 
 
 class Recording(Passes):
@@ -154,7 +173,11 @@ def test_nothing_is_read_outside_a_pass_and_scans_only_at_events():
     first = machine.step({}, 0)
     assert first["profile"].shape == first["profile_x"].shape == (161,) and np.isnan(first["force"])
     during = machine.step({"start": 1.0, "feed_rate": 20.0, "platform_command": platform(0.8)}, 30)
-    assert np.isnan(during["height"]) and np.isnan(during["profile"]) and during["pass_time"] == pytest.approx(0.5)
+    assert (
+        np.isnan(during["height"])
+        and np.isnan(during["profile"])
+        and during["pass_time"] == pytest.approx(0.5)
+    )
     after = machine.step({}, FOREVER)
     assert machine.event and after["cut_depth"] == pytest.approx(first["height"] - after["height"])
     assert after["time_left"] == pytest.approx(60.0 - machine.time / 60)
@@ -176,12 +199,15 @@ def test_a_spring_before_the_sensor_keeps_the_grinder_s_ringing_out():
     assert spread(5.4, True) < 0.85 * spread(5.4, False)
 
 
-# Motor ----------------------------------------------------------------------------------------------------------------
+# Motor
+# ----------------------------------------------------------------------------------------------------------------
 
 
 def test_air_motor_droops_and_stalls():
     motor = hwsim.Motor.air()
-    light, heavy = (held(quiet(problem(), motor=motor), 0.8, force=f, gain=0.001 * f / 10) for f in (20.0, 90.0))
+    light, heavy = (
+        held(quiet(problem(), motor=motor), 0.8, force=f, gain=0.001 * f / 10) for f in (20.0, 90.0)
+    )
     assert light.outcome.stalls.values == [0] and heavy.outcome.stalls.values == [1]
     speeds, forces = middle(light, "disk_speed", 0.8), middle(light, "force", 0.8)
     expected = motor.free_speed - motor.speed_droop * 0.33 * 88.9 * forces
@@ -201,12 +227,15 @@ def test_stall_guard_keeps_the_platform_from_rising():
     assert highest(hwsim.Motor.air().guard) < highest(0.0) - 0.2
 
 
-# Truth and seeds ------------------------------------------------------------------------------------------------------
+# Truth and seeds
+# ------------------------------------------------------------------------------------------------------
 
 
 def test_truth_is_drawn_for_each_pass_and_is_the_same_for_all_controllers():
     stand = hwsim.ForceTableStand(problem(15.0))
-    controllers = {f: Tiers(sequence=Passes(2), force=Held(platform(tip))) for f, tip in (("low", 0.8), ("high", 0.9))}
+    controllers = {
+        f: Tiers(sequence=Passes(2), force=Held(platform(tip))) for f, tip in (("low", 0.8), ("high", 0.9))
+    }
     out = hwsim.compare(stand, controllers, parts=2, rng=4).outcome
     for name in ("true_specific_energy", "true_idle_power", "true_friction_ratio"):
         np.testing.assert_array_equal(out[name][0], out[name][1])
@@ -255,7 +284,9 @@ def test_outcome_is_charged_for_height_lateness_and_what_is_ground_too_deep():
     assert late == pytest.approx(float(out.time[0]) - 1.0)
     assert float(out.penalty[0]) == pytest.approx(charges.height_charge(height) + 0.25 * late)
     assert float(out.overground_worst[0]) >= float(out.overground[0]) >= 0.0
-    hill = passes.PassProblem(disc(), passes.Contour([0, 15], [1, 1]), 0.1, 20.0, parent=passes.Contour([0, 15], [0, 0.9]))
+    hill = passes.PassProblem(
+        disc(), passes.Contour([0, 15], [1, 1]), 0.1, 20.0, parent=passes.Contour([0, 15], [0, 0.9])
+    )
     assert quiet(hill).start(np.random.default_rng(0)).step({}, 0)["height"] == pytest.approx(0.55)
 
 
@@ -266,7 +297,8 @@ def test_burning_is_told():
     assert gentle.burned.values == [0] and hard.burned.values == [1] and hard.burn_time.values > [0.1]
 
 
-# Refusals -------------------------------------------------------------------------------------------------------------
+# Refusals
+# -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -276,7 +308,10 @@ def test_burning_is_told():
         ({"overload": 0.0}, r"overload must be > 0 \(N\); got 0.0"),
         ({"delay_samples": -1}, "delay_samples must be >= 0; got -1"),
         ({"truth": 3.0}, "truth must be None, a TiltedDisc or a function of rng that gives one; got 3.0"),
-        ({"scanner": hwsim.devices.Scanner(spacing=50.0)}, r"bead must be longer than the scanner's spacing 50 \(mm\); got 40.0"),
+        (
+            {"scanner": hwsim.devices.Scanner(spacing=50.0)},
+            r"bead must be longer than the scanner's spacing 50 \(mm\); got 40.0",
+        ),
     ],
 )
 def test_bad_stands(options, message):
@@ -298,7 +333,10 @@ def test_inertia_needs_one_stiffness():
     [
         ({"start": 1.0}, r"a pass needs feed_rate \(mm/s\) with its start"),
         ({"start": 1.0, "feed_rate": 0.0}, r"feed_rate must be > 0 \(mm/s\); got 0.0"),
-        ({"start": 1.0, "feed_rate": 20.0, "start_x": 90.0}, r"start_x must be <= 83.5387, so that the tip is before the bead"),
+        (
+            {"start": 1.0, "feed_rate": 20.0, "start_x": 90.0},
+            r"start_x must be <= 83.5387, so that the tip is before the bead",
+        ),
         ({"platform_command": np.inf}, r"platform_command must be finite \(mm\); got inf"),
     ],
 )
@@ -343,7 +381,9 @@ def test_picture():
     class Scanning(Passes):
         reads: ClassVar = {"height": "mm", "profile": "mm", "profile_x": "mm"}
 
-    log = hwsim.run(hwsim.ForceTableStand(problem(15.0)), Tiers(sequence=Scanning(2), force=Held(platform(0.8))), parts=2)
+    log = hwsim.run(
+        hwsim.ForceTableStand(problem(15.0)), Tiers(sequence=Scanning(2), force=Held(platform(0.8))), parts=2
+    )
     figure = log.plot()
     contours = figure.axes[1].lines
     assert len(contours) == 3 + 2 and figure.axes[0].lines  # three scans, what was left, the target

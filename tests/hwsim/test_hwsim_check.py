@@ -45,7 +45,9 @@ def test_what_is_neither():
 def test_a_plan_is_told_what_follows_it():
     policy = weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51)
     (said,) = faults(hwsim.WeldBeadStand(weldbead.preset("P1")), policy)
-    assert said.startswith(f"controller must be a controller; got {policy!r}: weldbead.SequenceController(policy) follows it")
+    assert said.startswith(
+        f"controller must be a controller; got {policy!r}: weldbead.SequenceController(policy) follows it"
+    )
     with pytest.raises(ValueError, match=r"weldbead\.SequenceController\(policy\)"):
         hwsim.run(hwsim.WeldBeadStand(weldbead.preset("P1")), policy)
 
@@ -76,7 +78,9 @@ def test_machine_that_lacks_something():
         def start(self, rng):
             return object()
 
-    assert faults(Halved()) == tuple(f"machine lacks {name}" for name in ("time", "done", "event", "step", "outcome"))
+    assert faults(Halved()) == tuple(
+        f"machine lacks {name}" for name in ("time", "done", "event", "step", "outcome")
+    )
 
 
 def test_measurement_that_is_not_announced():
@@ -166,14 +170,24 @@ def test_protocols_are_checkable_at_run_time(thing, protocol):
 
 
 def test_public_names():
-    stands = {"CoefficientScatter", "ForceTableStand", "GrinderNoise", "Motor", "PlungeGrinder", "WeldBeadStand"}
-    assert {"Journal", "Log", "check", "compare", "devices", "protocols", "repeat", "run", *stands} <= set(hwsim.__all__)
+    stands = {
+        "CoefficientScatter",
+        "ForceTableStand",
+        "GrinderNoise",
+        "Motor",
+        "PlungeGrinder",
+        "WeldBeadStand",
+    }
+    assert {"Journal", "Log", "check", "compare", "devices", "protocols", "repeat", "run", *stands} <= set(
+        hwsim.__all__
+    )
     assert all(getattr(hwsim, name) is not None for name in hwsim.__all__) and dir(hwsim) == hwsim.__all__
     with pytest.raises(AttributeError, match="module 'hwsim' has no attribute 'Stand'"):
         assert hwsim.Stand
 
 
-# Part and machine -----------------------------------------------------------------------------------------------------
+# Part and machine
+# -----------------------------------------------------------------------------------------------------
 
 
 def with_job(thing, **job):
@@ -232,5 +246,8 @@ def test_adaptation_that_plans_for_another_job():
         def next(self, controller, part_log):
             return with_job(Drain(), width=(3.0, "mm"))
 
-    with pytest.raises(ValueError, match=r"must return a controller that fits: .* its width is 3.0 mm, that of the plant 2.0 mm"):
+    with pytest.raises(
+        ValueError,
+        match=r"must return a controller that fits: .* its width is 3.0 mm, that of the plant 2.0 mm",
+    ):
         hwsim.run(with_job(Tank(), width=(2.0, "mm")), Drain(), parts=2, adapt=Stray())

@@ -41,7 +41,11 @@ def test_no_circles():
 
 
 def test_circles_are_found():
-    texts = {"a.b": "from a import c", "a.c": "def f():\n    if TYPE_CHECKING:\n        from a.b import x", "a": "import a.b"}
+    texts = {
+        "a.b": "from a import c",
+        "a.c": "def f():\n    if TYPE_CHECKING:\n        from a.b import x",
+        "a": "import a.b",
+    }
     assert graph(texts) == {"a.b": {"a.c"}, "a.c": {"a.b"}, "a": {"a.b"}}
     with pytest.raises(CycleError):
         list(TopologicalSorter(graph(texts)).static_order())

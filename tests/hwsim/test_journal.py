@@ -79,7 +79,9 @@ def test_journal_opens_through_load_and_holds_the_log(tmp_path):
 def test_outcomes_can_be_read_with_sqlite_alone(tmp_path):
     log = hwsim.run(noisy_tank(), Drain(), parts=3, journal=tmp_path / "run.db")
     with sqlite3.connect(tmp_path / "run.db") as database:
-        levels = database.execute("SELECT json_extract(outcome, '$.level') FROM part ORDER BY number").fetchall()
+        levels = database.execute(
+            "SELECT json_extract(outcome, '$.level') FROM part ORDER BY number"
+        ).fetchall()
     database.close()
     assert [level for (level,) in levels] == log.outcome.level.values.tolist()
 
@@ -103,7 +105,11 @@ def test_another_process_reads_while_the_run_goes_on(tmp_path):
 
     def read(share, text):
         if text.startswith("part 2 "):
-            seen.append(subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True, check=True))
+            seen.append(
+                subprocess.run(
+                    [sys.executable, "-c", script, path], capture_output=True, text=True, check=True
+                )
+            )
 
     hwsim.run(noisy_tank(), Drain(), parts=4, journal=path, progress=read)
     assert seen[0].stdout == "2\n"
@@ -128,11 +134,15 @@ def test_journal_of_another_run_is_refused(tmp_path, change, named):
     begun = {"plant": noisy_tank(), "controller": Drain(), "rng": 3, "adapt": None}
     path = tmp_path / "run.db"
     for arguments in (begun, begun | change):
-        run = partial(hwsim.run, arguments["plant"], arguments["controller"], rng=arguments["rng"], journal=path)
+        run = partial(
+            hwsim.run, arguments["plant"], arguments["controller"], rng=arguments["rng"], journal=path
+        )
         if arguments is begun:
             run()
             continue
-        with pytest.raises(ValueError, match=f"journal must be of this run; .*run.db' was begun with another {named}$"):
+        with pytest.raises(
+            ValueError, match=f"journal must be of this run; .*run.db' was begun with another {named}$"
+        ):
             run(adapt=arguments["adapt"])
     with hwsim.Journal(path) as journal:
         assert journal.parts == 1
@@ -168,7 +178,9 @@ def test_files_that_are_no_journals(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"path must be an existing journal; got .*no.db"):
         hwsim.Journal(tmp_path / "no.db")
     (tmp_path / "text.db").write_text("not a database, but long enough to be taken for one by mistake" * 20)
-    with pytest.raises(ValueError, match=r"path must be the journal of a run; .*text.db' is not \(file is not a database"):
+    with pytest.raises(
+        ValueError, match=r"path must be the journal of a run; .*text.db' is not \(file is not a database"
+    ):
         hwsim.Journal(tmp_path / "text.db")
     sqlite3.connect(tmp_path / "other.db").execute("CREATE TABLE t (x)").connection.close()
     with pytest.raises(ValueError, match=r"other.db' is not \(no such table: run\)"):
@@ -184,11 +196,15 @@ def test_empty_journal_has_no_log(tmp_path):
 
     with pytest.raises(PowerCut):
         hwsim.run(Tank(), Broken(), journal=tmp_path / "run.db")
-    with hwsim.Journal(tmp_path / "run.db") as journal, pytest.raises(ValueError, match="holds no finished part yet"):
+    with (
+        hwsim.Journal(tmp_path / "run.db") as journal,
+        pytest.raises(ValueError, match="holds no finished part yet"),
+    ):
         journal.log()
 
 
-# Fingerprints ---------------------------------------------------------------------------------------------------------
+# Fingerprints
+# ---------------------------------------------------------------------------------------------------------
 
 
 def twice(x, factor=2):
@@ -240,13 +256,24 @@ def test_labelled_tables_are_told_by_what_they_hold():
     import xarray as xr
 
     def table(names=("q1", "q2"), last=2.0, **first):
-        return xr.Dataset({**first, "y": ("joint", [1.0, last]), "x": ("row", [3.0])}, {"joint": np.array(names, dtype=object)})
+        return xr.Dataset(
+            {**first, "y": ("joint", [1.0, last]), "x": ("row", [3.0])},
+            {"joint": np.array(names, dtype=object)},
+        )
 
     same = table(x=("row", [3.0]))
     same = same.assign_coords(joint=np.array(["q1", "q2"]))
     assert list(same.data_vars) != list(table().data_vars) and same.joint.dtype != table().joint.dtype
     assert fingerprint(same) == fingerprint(table())
-    assert len({fingerprint(each) for each in (table(), table(last=2.5), table(("q1", "q3")), table(z=("row", [3.0])))}) == 4
+    assert (
+        len(
+            {
+                fingerprint(each)
+                for each in (table(), table(last=2.5), table(("q1", "q3")), table(z=("row", [3.0])))
+            }
+        )
+        == 4
+    )
 
 
 def test_a_ring_of_references_ends():
@@ -265,6 +292,8 @@ def test_equal_in_another_process():
 
     from hwsim_fakes import rng_of
 
-    done = subprocess.run([sys.executable, "-c", script, Path(__file__).parent], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", script, Path(__file__).parent], capture_output=True, text=True, check=True
+    )
     here = fingerprint((Drain(), noisy_tank(), Faster(), {"c", "a", "b"}, rng_of, np.arange(3)))
     assert done.stdout.strip() == here

@@ -1,4 +1,6 @@
-"""kill -9 at random moments: the journal is readable, lacks at most the part under way, and the run resumes equal."""
+"""kill -9 at random moments: the journal is readable, lacks at most the part under way, and the run resumes
+equal.
+"""
 
 import importlib.util
 import signal

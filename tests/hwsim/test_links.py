@@ -16,7 +16,8 @@ from hwsim import Courier, Link, QueueLink
 MESSAGES = st.lists(st.binary(max_size=40), max_size=8)
 
 
-# Messages in a stream -------------------------------------------------------------------------------------------------
+# Messages in a stream
+# -------------------------------------------------------------------------------------------------
 
 
 def pieces(stream, cuts):
@@ -44,7 +45,9 @@ def test_a_broken_prefix_is_refused_after_what_was_whole(messages, junk, size):
     junk = b"\x00" + junk[1:]
     stream = b"".join(packed(message) for message in messages) + junk
     unpacker = Unpacker()
-    assert [each for k in range(0, len(stream), size) for each in unpacker.feed(stream[k : k + size])] == messages
+    assert [
+        each for k in range(0, len(stream), size) for each in unpacker.feed(stream[k : k + size])
+    ] == messages
     assert unpacker.fault().startswith("prefix of a message must begin with c35a; got 00")
     assert unpacker.feed(packed(b"more")) == []
 
@@ -63,7 +66,8 @@ def test_the_prefix_is_that_of_the_page():
         packed("abc")
 
 
-# The link in memory ---------------------------------------------------------------------------------------------------
+# The link in memory
+# ---------------------------------------------------------------------------------------------------
 
 
 @given(
@@ -86,7 +90,8 @@ def test_messages_arrive_late_in_order_and_once(steps, latency, jitter, seed):
         else:
             got += [(struct.unpack("d", each)[0], now) for each in far.receive()]
             missing = sent[len(got) :]
-            assert all(when + latency + jitter > now - 2e-9 for when in missing)  # none stays longer than it may
+            # none stays longer than it may
+            assert all(when + latency + jitter > now - 2e-9 for when in missing)
     assert [when for when, _ in got] == sent[: len(got)]
     assert all(arrival >= when + latency - 2e-9 for when, arrival in got)
 
@@ -158,7 +163,8 @@ def test_both_are_links():
         Courier(5)
 
 
-# Records that survive -------------------------------------------------------------------------------------------------
+# Records that survive
+# -------------------------------------------------------------------------------------------------
 
 
 def talk(machine, host, steps, tick=0.01, begin=0):
@@ -204,14 +210,14 @@ def test_no_record_is_lost_doubled_or_out_of_order(loss, jitter, breaks, number,
 
 
 def test_a_link_that_loses_every_second_message_is_got_over():
-    """640 records are ten windows; what is lost goes again as soon as a sign of life has told, and nothing else does.
+    """640 records are ten windows; what is lost goes again as soon as a sign of life has told, and nothing
+    else does.
 
-    A round of a record takes 4 ticks (latency there and back), and as many more as it takes until a later message arrives there
-    and one from there here: both geometric. So z**ticks of a round has the mean R = z**4 (0.5/(1 - 0.5 z))**2, that of a record,
-    of geometrically many rounds, 0.5 R/(1 - 0.5 R): 23 for z = 1.11. By Markov's inequality a record takes longer than 224 ticks
-    with a probability of less than 23 * 1.11**-224, one of the 640 with less than 1e-6, and a window lasts no longer than its
-    slowest record.
-    """
+    A round of a record takes 4 ticks (latency there and back), and as many more as it takes until a later
+    message arrives there and one from there here: both geometric. So z**ticks of a round has the mean R =
+    z**4 (0.5/(1 - 0.5 z))**2, that of a record, of geometrically many rounds, 0.5 R/(1 - 0.5 R): 23 for z =
+    1.11. By Markov's inequality a record takes longer than 224 ticks with a probability of less than 23 *
+    1.11**-224, one of the 640 with less than 1e-6, and a window lasts no longer than its slowest record."""
     near, far = QueueLink(latency=0.02, loss=0.5).start(11)
     machine, host = Courier(near), Courier(far)
     for k in range(640):
@@ -237,7 +243,8 @@ def test_only_what_was_lost_is_sent_again():
         machine.send(bytes([k]))
     talk(machine, host, 400)
     records = [each for each in sent if each is not None]
-    # geometric: 60/0.7 = 86 of sd (60 * 0.3)^(1/2)/0.7 = 6; go back n would send all from the first that was lost on
+    # geometric: 60/0.7 = 86 of sd (60 * 0.3)^(1/2)/0.7 = 6; go back n would send all from the first that was
+    # lost on
     assert machine.waiting == 0 and abs(len(records) - 86) < 4 * 6
 
 
@@ -330,7 +337,10 @@ def test_a_host_that_comes_back_goes_on_behind_what_another_took(number):
         host.attach(far)
         for k in range(records):
             machine.send(bytes([k]))
-        assert talk(machine, host, 10, begin=step)[0] == [bytes([k]) for k in range(records)] and machine.waiting == 0
+        assert (
+            talk(machine, host, 10, begin=step)[0] == [bytes([k]) for k in range(records)]
+            and machine.waiting == 0
+        )
         near.close()
         step += 10
 

@@ -19,7 +19,9 @@ PATIENCE = 20.0  # s
 
 @dataclass(frozen=True)
 class World:
-    """A slide that is driven towards a part 100 mm away; the host on the other end of the wire lives in the same world."""
+    """A slide that is driven towards a part 100 mm away; the host on the other end of the wire lives in the
+    same world.
+    """
 
     host: Courier | None = None
     link: Any = None
@@ -125,16 +127,23 @@ def test_a_dropped_link_stops_the_slide_and_loses_no_record(cut):
     lost = table["link_lost_planned"].values
     steps = int(np.isfinite(lost).sum())
     first = int(np.argmax(lost == 1.0))
-    # the last sign of life was heard before the cut at most a latency, a few lost messages and a step before it
+    # the last sign of life was heard before the cut at most a latency, a few lost messages and a step before
+    # it
     assert cut * 0.01 - 0.1 + 0.2 <= table.time.values[first] <= cut * 0.01 + 0.2 + 0.021
-    assert np.all(table.velocity_command.values[:first] == 30.0) and np.all(table.velocity_command.values[first:steps] == 0.0)
+    assert np.all(table.velocity_command.values[:first] == 30.0) and np.all(
+        table.velocity_command.values[first:steps] == 0.0
+    )
     assert np.all(table.retract_command.values[first:steps] == 1.0)
-    assert log.outcome.deepest.item() <= 30.0 * (cut * 0.01 + 0.2 + 0.021) and log.outcome.slide.item() <= -50.0
+    assert (
+        log.outcome.deepest.item() <= 30.0 * (cut * 0.01 + 0.2 + 0.021) and log.outcome.slide.item() <= -50.0
+    )
     records = after(machine, host)
     assert len(records) == steps
     np.testing.assert_allclose([each["time"] for each in records], np.arange(steps) * 0.01, atol=1e-12)
     np.testing.assert_array_equal([each["read"]["slide"] for each in records], table.slide.values[:steps])
-    np.testing.assert_array_equal([each["command"]["velocity"] for each in records], table.velocity_command.values[:steps])
+    np.testing.assert_array_equal(
+        [each["command"]["velocity"] for each in records], table.velocity_command.values[:steps]
+    )
     assert {each["tier"] for each in records} == {"controller"}
 
 
@@ -151,7 +160,10 @@ def test_who_is_never_heard_is_silent_from_the_beginning():
     log = hwsim.run(World(), Watchdog(Drive(), Courier(), timeout=0.2, safe_command=SAFE))
     lost = log["controller"].link_lost_planned.values
     assert np.argmax(lost == 1.0) == 21  # the first step after more than 0.2 s
-    assert np.isnan(log["controller"].wish_planned.values[21]) and log["controller"].wish_planned.values[20] == 79.0
+    assert (
+        np.isnan(log["controller"].wish_planned.values[21])
+        and log["controller"].wish_planned.values[20] == 79.0
+    )
 
 
 def test_each_tier_is_guarded():
@@ -167,8 +179,14 @@ def test_each_tier_is_guarded():
         assert late.row.size and np.all(late.velocity_command == 0.0) and np.all(late.retract_command == 1.0)
     assert np.nanmax(log["lamp"].light_command.values[log["lamp"].time.values > 1.225], initial=0.0) == 0.0
     records = after(machine, host)
-    assert sum(each["tier"] == "lamp" for each in records) == np.isfinite(log["lamp"].link_lost_planned.values).sum()
-    assert sum(each["tier"] == "drive" for each in records) == np.isfinite(log["drive"].link_lost_planned.values).sum()
+    assert (
+        sum(each["tier"] == "lamp" for each in records)
+        == np.isfinite(log["lamp"].link_lost_planned.values).sum()
+    )
+    assert (
+        sum(each["tier"] == "drive" for each in records)
+        == np.isfinite(log["drive"].link_lost_planned.values).sum()
+    )
 
 
 def test_a_controller_of_events_is_guarded_by_the_time_it_measures():
@@ -181,7 +199,9 @@ def test_a_controller_of_events_is_guarded_by_the_time_it_measures():
     assert late.any() and np.array_equal(table.velocity_command.values[stepped], np.where(late, 0.0, 30.0))
     guarded = Watchdog(Drive(None), Courier(), timeout=0.2, safe_command=SAFE)
     guarded.reset()
-    with pytest.raises(ValueError, match=r"time \(s\) must be measured where a guarded controller has no period"):
+    with pytest.raises(
+        ValueError, match=r"time \(s\) must be measured where a guarded controller has no period"
+    ):
         guarded.step(slide=0.0)
 
 
@@ -228,7 +248,9 @@ def test_readings_of_any_kind_are_recorded():
 
 def test_it_is_checked_like_what_it_guards():
     guarded = Watchdog(Drive(), Courier(), timeout=0.2, safe_command=SAFE)
-    assert hwsim.check(World(), guarded) and hwsim.check(World(), Watchdog(Two(), Courier(), timeout=0.2, safe_command=SAFE))
+    assert hwsim.check(World(), guarded) and hwsim.check(
+        World(), Watchdog(Two(), Courier(), timeout=0.2, safe_command=SAFE)
+    )
 
     class Needs(Drive):
         def step(self, *, temperature):
@@ -246,8 +268,16 @@ def test_it_is_checked_like_what_it_guards():
         ({"timeout": 0.01}, ValueError, r"timeout must be > period of the controller, 0.01 \(s\); got 0.01"),
         ({"timeout": -1.0}, ValueError, r"timeout must be > 0 \(s\); got -1.0"),
         ({"safe_command": {}}, TypeError, r"safe_command must be a mapping of commands; got {}"),
-        ({"safe_command": {"velocity": nan}}, ValueError, r"safe_command\['velocity'\] must be finite; got nan"),
-        ({"safe_command": {"stop": 1.0}}, ValueError, r"safe_command must be of commands of the controller; got 'stop'"),
+        (
+            {"safe_command": {"velocity": nan}},
+            ValueError,
+            r"safe_command\['velocity'\] must be finite; got nan",
+        ),
+        (
+            {"safe_command": {"stop": 1.0}},
+            ValueError,
+            r"safe_command must be of commands of the controller; got 'stop'",
+        ),
         ({"courier": None}, TypeError, r"courier must be a Courier; got None"),
         ({"controller": 5}, TypeError, r"controller must be a controller; got 5"),
     ],
@@ -258,7 +288,8 @@ def test_bad_input(change, error, message):
         Watchdog(settings.pop("controller"), settings.pop("courier"), **settings)
 
 
-# Over TCP -------------------------------------------------------------------------------------------------------------
+# Over TCP
+# -------------------------------------------------------------------------------------------------------------
 
 
 def answering(listener, got, leave):

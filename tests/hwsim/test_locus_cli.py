@@ -52,7 +52,8 @@ def table(out):
     return {line[:24].strip(): line[24:].split() for line in out.splitlines()}
 
 
-# Runs -----------------------------------------------------------------------------------------------------------------
+# Runs
+# -----------------------------------------------------------------------------------------------------------------
 
 
 def in_python(settings, **options):
@@ -67,11 +68,15 @@ def test_keeps_curve_log_journal_and_pictures(finished):
     with sdpgrind.load(finished / "run.db") as journal:
         assert same(journal.log(), log)
     curve = sdpgrind.load(finished / "curve.nc")
-    assert curve.problem == PROBLEM and curve.at(wear_flat_area=0.006) == locus.plan(PROBLEM).at(wear_flat_area=0.006)
+    assert curve.problem == PROBLEM and curve.at(wear_flat_area=0.006) == locus.plan(PROBLEM).at(
+        wear_flat_area=0.006
+    )
 
 
 def test_koren_s_cycles_from_the_command_line(finished):
-    np.testing.assert_array_equal(sdpgrind.load(finished / "run.nc").outcome.convergence_time, [27.5, 4.0, 3.5, 3.5, 3.5])
+    np.testing.assert_array_equal(
+        sdpgrind.load(finished / "run.nc").outcome.convergence_time, [27.5, 4.0, 3.5, 3.5, 3.5]
+    )
 
 
 def test_prints_the_best_beside_what_came_of_it(finished, capsys):
@@ -80,15 +85,35 @@ def test_prints_the_best_beside_what_came_of_it(finished, capsys):
     lines = out.splitlines()
     assert lines[0] == "grinding: 0.3 mm of stock, infeed up to 50 µm/s, work 0.4 to 63 rad/s"
     assert lines[1].startswith("curve: ") and lines[1].endswith("; best at 0.006: 15.104 µm/s, 10.453 rad/s")
-    assert lines[2].startswith("controller: begins at 1.000 µm/s, ") and lines[2].endswith(" rad/s; margin 0 W")
-    heads = ["part", "time", "s", "converged", "s", "slack", "W", "burned", "removal", "mm^3/s", "wear", "flats"]
+    assert lines[2].startswith("controller: begins at 1.000 µm/s, ") and lines[2].endswith(
+        " rad/s; margin 0 W"
+    )
+    heads = [
+        "part",
+        "time",
+        "s",
+        "converged",
+        "s",
+        "slack",
+        "W",
+        "burned",
+        "removal",
+        "mm^3/s",
+        "wear",
+        "flats",
+    ]
     assert lines[4].split() == heads
     for k in range(5):
-        first = [f"{outcome.time.values[k]:.2f}", f"{outcome.convergence_time.values[k]:.1f}", f"{outcome.slack.values[k]:.2f}"]
+        first = [
+            f"{outcome.time.values[k]:.2f}",
+            f"{outcome.convergence_time.values[k]:.1f}",
+            f"{outcome.slack.values[k]:.2f}",
+        ]
         last = [f"{outcome.removal_rate.values[k]:.2f}", f"{outcome.true_wear_flat_area.values[k]:.5f}"]
         assert lines[5 + k].split() == [str(k), *first, f"{outcome.burned.values[k]:.0f}", *last]
     rows = table(out)
-    assert float(rows["time (s)"][0]) < outcome.time.values.min() + 0.2  # nothing is faster than the best point
+    # nothing is faster than the best point
+    assert float(rows["time (s)"][0]) < outcome.time.values.min() + 0.2
     assert rows["removal rate (mm^3/s)"][1] == f"{outcome.removal_rate.values.mean():.3f}"
     assert rows["burned (%)"][:2] == ["0.0", "80.0"]
 
@@ -124,7 +149,17 @@ def test_a_series_is_made_longer_with_the_dull_wheel(finished, tmp_path, capsys)
 
 
 def test_every_part_begins_at_the_same_point(finished, tmp_path, capsys):
-    arguments = ["--curve", finished / "curve.nc", "--printed", "--parts", 5, "--rng", 2, "--no-adapt", "--no-pictures"]
+    arguments = [
+        "--curve",
+        finished / "curve.nc",
+        "--printed",
+        "--parts",
+        5,
+        "--rng",
+        2,
+        "--no-adapt",
+        "--no-pictures",
+    ]
     said(capsys, *arguments, "--out", tmp_path)
     assert same(sdpgrind.load(tmp_path / "run.nc"), in_python(PRINTED))
     assert refused(capsys, *JOB, "--no-adapt", "--out", finished).endswith("was begun with another adapt")
@@ -132,7 +167,9 @@ def test_every_part_begins_at_the_same_point(finished, tmp_path, capsys):
 
 def test_parts_that_are_never_done_are_told(tmp_path, capsys):
     path = tmp_path / "job.toml"
-    path.write_text(EXAMPLE.read_text().replace("[grinder.power_gauge]", 'max_time = "10 s"\n[grinder.power_gauge]'))
+    path.write_text(
+        EXAMPLE.read_text().replace("[grinder.power_gauge]", 'max_time = "10 s"\n[grinder.power_gauge]')
+    )
     assert main(["locus", str(path), "--parts", "2"]) == 1
     out = capsys.readouterr().out
     rows = table(out)
@@ -141,24 +178,35 @@ def test_parts_that_are_never_done_are_told(tmp_path, capsys):
 
 
 def test_other_refusals(finished, tmp_path, capsys):
-    assert refused(capsys) == "problem.toml, --preset or --curve must be given; try: hwsim locus --preset grinding"
+    assert (
+        refused(capsys)
+        == "problem.toml, --preset or --curve must be given; try: hwsim locus --preset grinding"
+    )
     assert refused(capsys, "--preset", "P1").endswith("got 'P1'")
-    assert refused(capsys, "--preset", "turning").endswith("as the preset grinding is: no other machine is here; got Turning")
+    assert refused(capsys, "--preset", "turning").endswith(
+        "as the preset grinding is: no other machine is here; got Turning"
+    )
     log = finished / "run.nc"
-    assert refused(capsys, "--curve", log) == f"--curve must be a saved curve of an optimal locus; {log} holds a Log"
+    assert (
+        refused(capsys, "--curve", log)
+        == f"--curve must be a saved curve of an optimal locus; {log} holds a Log"
+    )
     line = refused(capsys, EXAMPLE, "--printed")
     assert line == "--printed must be left out where a problem.toml sets the controller; got both"
     other = tmp_path / "job.toml"
     other.write_text(EXAMPLE.read_text().replace('width = "9.3 mm"', 'width = "9 mm"'))
     line = refused(capsys, other, "--out", finished)
     assert line == f"--out {finished} holds a run of another problem (model differs): choose another folder"
-    assert refused(capsys, *JOB[:2], "--rng", 2, "--out", finished).endswith("was begun with another controller")
+    assert refused(capsys, *JOB[:2], "--rng", 2, "--out", finished).endswith(
+        "was begun with another controller"
+    )
     with pytest.raises(SystemExit):
         main(["locus", "--help"])
     assert "--printed" in capsys.readouterr().out
 
 
-# kill -9 --------------------------------------------------------------------------------------------------------------
+# kill -9
+# --------------------------------------------------------------------------------------------------------------
 
 _SPEC = importlib.util.spec_from_file_location("kill", Path(__file__).parents[2] / "benchmarks" / "kill.py")
 kill = importlib.util.module_from_spec(_SPEC)
@@ -172,7 +220,9 @@ def test_killed_in_the_middle_and_resumed(tmp_path, capsys):
     """The journal holds whole parts; the same command gives the log of an uninterrupted run."""
     arguments = [str(EXAMPLE), "--parts", "100", "--rng", "3", "--no-pictures", "--out"]
     out = tmp_path / "killed"
-    with subprocess.Popen([sys.executable, "-m", "hwsim.cli", "locus", *arguments, str(out)], stdout=subprocess.DEVNULL) as run:
+    with subprocess.Popen(
+        [sys.executable, "-m", "hwsim.cli", "locus", *arguments, str(out)], stdout=subprocess.DEVNULL
+    ) as run:
         while run.poll() is None and kill.parts_in(out) < 3:
             time.sleep(0.02)
         run.kill()
@@ -182,7 +232,8 @@ def test_killed_in_the_middle_and_resumed(tmp_path, capsys):
     assert (out / "run.nc").read_bytes() == (tmp_path / "whole" / "run.nc").read_bytes()
 
 
-# TOML -----------------------------------------------------------------------------------------------------------------
+# TOML
+# -----------------------------------------------------------------------------------------------------------------
 
 
 def test_the_example_is_the_preset_on_another_machine():
@@ -194,7 +245,9 @@ def test_the_example_is_the_preset_on_another_machine():
     assert dict(job.settings) == {"margin": 6.0}
     truth = PROBLEM.model.replace(burning=physics.BurningLimit(u0=6.2, B=7.17))
     wheel = {"dulling": 3.3333e-4, "dress_at": 0.0075, "dressed_area": 0.006}
-    assert job.stand == hwsim.AdaptiveGrinder(job.problem, truth=truth, power_gauge=Gauge(noise_sd=1.0), **wheel)
+    assert job.stand == hwsim.AdaptiveGrinder(
+        job.problem, truth=truth, power_gauge=Gauge(noise_sd=1.0), **wheel
+    )
 
 
 def test_koren_s_own_settings_stand_in_the_example(tmp_path):
@@ -271,7 +324,13 @@ def test_every_table(job):
     assert got.problem.model == process
     assert got.problem.controls["infeed_rate"] == pytest.approx((5e-4, 0.05), rel=1e-14)
     assert got.problem.controls["work_rotation"] == pytest.approx((np.pi / 3, 20 * np.pi), rel=1e-14)
-    settings = {"along": "wear_flat_area", "x": (0.012, 0.028), "gain": "schedule", "start": "feasible", "hold": "none"}
+    settings = {
+        "along": "wear_flat_area",
+        "x": (0.012, 0.028),
+        "gain": "schedule",
+        "start": "feasible",
+        "hold": "none",
+    }
     assert dict(got.settings) == settings | {"method": "inversion", "filter": 0.5, "lag": 1.0, "period": 0.25}
     assert got.stand == hwsim.AdaptiveGrinder(
         got.problem, truth=process.replace(width=9.1), wear_flat_area=0.02, dulling=0.0, power_lag=0.0, idle_error=10.0,

@@ -1,4 +1,6 @@
-"""Controllers of the locus on the adaptive grinder: Koren's cycles, what the loop was designed for, what the lags cost."""
+"""Controllers of the locus on the adaptive grinder: Koren's cycles, what the loop was designed for, what the
+lags cost.
+"""
 
 import warnings
 
@@ -24,7 +26,8 @@ def ground(parts=5, grinder=GRINDER, **options):
     return hwsim.run(grinder, walking(**options), parts=parts, adapt=locus.LearnedStart()).outcome
 
 
-# Koren's cycles -------------------------------------------------------------------------------------------------------
+# Koren's cycles
+# -------------------------------------------------------------------------------------------------------
 
 
 def test_koren_s_controller_on_the_traced_locus_is_the_one_of_the_closed_form():
@@ -38,9 +41,8 @@ def test_koren_s_controller_on_the_traced_locus_is_the_one_of_the_closed_form():
 def test_what_the_hold_is_worth():
     """Later cycles: the worst slack without and with the hold.
 
-    The limit at the actual infeed alone does not undo the windup of (36), as commands still add up; a law that goes on from the
-    actual infeed does.
-    """
+    The limit at the actual infeed alone does not undo the windup of (36), as commands still add up; a law
+    that goes on from the actual infeed does."""
     changes = {"hold": "none"}, {}, {"at": "actual", "hold": "none"}
     naive, held, actual = (ground(**{**KOREN, **change}).slack.values[1:] for change in changes)
     assert naive.max() < -30
@@ -85,7 +87,10 @@ def test_a_known_lag_is_as_good_as_a_measured_one():
 
 
 def test_idle_power_that_is_taken_off_wrongly_costs_time():
-    times = [hwsim.run(GRINDER.replace(idle_error=error), walking(start=0.014)).outcome.time.values for error in (0.0, 100.0)]
+    times = [
+        hwsim.run(GRINDER.replace(idle_error=error), walking(start=0.014)).outcome.time.values
+        for error in (0.0, 100.0)
+    ]
     assert times[1] > 1.1 * times[0]
 
 
@@ -95,7 +100,8 @@ def test_inversion_is_there_at_once():
     assert abs(outcome.slack.values[1:]).max() < 2.0
 
 
-# The linear loop ------------------------------------------------------------------------------------------------------
+# The linear loop
+# ------------------------------------------------------------------------------------------------------
 
 
 def growth(width, area):
@@ -106,7 +112,9 @@ def growth(width, area):
     near = (area * 0.9999, area * 1.0001)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that these gains may step beyond the limit
-        controller = walking(curve, **{**KOREN, "hold": 12.0, "start": best * (1 - 1e-5), "floor": None}, x=near)
+        controller = walking(
+            curve, **{**KOREN, "hold": 12.0, "start": best * (1 - 1e-5), "floor": None}, x=near
+        )
     poles = controller.design.radius(KOREN["gain"], kp=KOREN["kp"], **LAGS, x=area)
     grinder = hwsim.AdaptiveGrinder(problem, wear_flat_area=area, dulling=0.0, stock=100.0, max_time=80.0)
     rates = hwsim.run(grinder, controller).column("controller", "infeed_rate_command")
@@ -115,7 +123,9 @@ def growth(width, area):
     return poles, float(np.exp(np.polyfit(10 * np.arange(10), largest, 1)[0]))
 
 
-@pytest.mark.parametrize(("width", "area"), [(9.3, 0.006), (40.0, 0.006), (43.0, 0.006), (45.0, 0.006), (28.0, 0.00833)])
+@pytest.mark.parametrize(
+    ("width", "area"), [(9.3, 0.006), (40.0, 0.006), (43.0, 0.006), (45.0, 0.006), (28.0, 0.00833)]
+)
 def test_a_small_error_grows_as_the_poles_say(width, area):
     poles, grown = growth(width, area)
     assert grown == pytest.approx(poles, abs=2e-3)
@@ -125,23 +135,31 @@ def test_a_small_error_grows_as_the_poles_say(width, area):
 def test_widths_beyond_which_the_printed_gains_are_unstable(rate, width):
     area = float(walking().stretch.at(rate).hidden)
     for share, stable in ((0.95, True), (1.05, False)):
-        design = locus.gains.design_gain(locus.plan(PROBLEM.replace(width=share * width)), along="infeed_rate")
+        design = locus.gains.design_gain(
+            locus.plan(PROBLEM.replace(width=share * width)), along="infeed_rate"
+        )
         assert (design.radius(KOREN["gain"], kp=KOREN["kp"], **LAGS, x=area) < 1) == stable
 
 
-# As a user writes it --------------------------------------------------------------------------------------------------
+# As a user writes it
+# --------------------------------------------------------------------------------------------------
 
 
 def test_a_run_in_three_lines():
     grinding = locus.preset("grinding")
     curve = locus.plan(grinding)
-    log = hwsim.run(hwsim.AdaptiveGrinder(grinding), locus.LocusController(curve, along="infeed_rate"), parts=5, rng=0)
+    log = hwsim.run(
+        hwsim.AdaptiveGrinder(grinding), locus.LocusController(curve, along="infeed_rate"), parts=5, rng=0
+    )
     assert log.outcome.sizes["part"] == 5 and list(log["controller"].data_vars)[:3] == [
         "grinding_power",
         "infeed_rate",
         "removed",
     ]
-    units = {name: log["controller"][name].units for name in ("coordinate_planned", "wear_flat_area_planned", "slack_planned")}
+    units = {
+        name: log["controller"][name].units
+        for name in ("coordinate_planned", "wear_flat_area_planned", "slack_planned")
+    }
     assert units == {"coordinate_planned": "mm/s", "wear_flat_area_planned": "1", "slack_planned": "W"}
 
 
@@ -154,9 +172,13 @@ def test_the_wear_that_the_controller_believes_is_true():
 
 
 def test_feedback_keeps_the_power_at_the_limit_of_the_model():
-    """A wider work needs more power and stands more: what is left is the margin, and the limit that the model does not know."""
+    """A wider work needs more power and stands more: what is left is the margin, and the limit that the model
+    does not know.
+    """
     truth = PROBLEM.model.replace(width=9.4)
-    outcome = hwsim.run(GRINDER.replace(truth=truth), walking(margin=5.0), parts=3, adapt=locus.LearnedStart()).outcome
+    outcome = hwsim.run(
+        GRINDER.replace(truth=truth), walking(margin=5.0), parts=3, adapt=locus.LearnedStart()
+    ).outcome
     limit = np.nanmin(outcome.burning_power.values[1:, 20:], axis=1)
     np.testing.assert_allclose(outcome.slack.values[1:], 5.0 + 0.1 / 9.4 * limit, atol=1.2)
 
@@ -164,7 +186,9 @@ def test_feedback_keeps_the_power_at_the_limit_of_the_model():
 def test_noise_needs_a_margin():
     noisy = GRINDER.replace(power_gauge=Gauge(noise_sd=5.0))
     burned = [
-        hwsim.run(noisy, walking(margin=m), parts=6, rng=1, adapt=locus.LearnedStart()).outcome.burned.values[1:].mean()
+        hwsim.run(noisy, walking(margin=m), parts=6, rng=1, adapt=locus.LearnedStart())
+        .outcome.burned.values[1:]
+        .mean()
         for m in (0.0, 15.0)
     ]
     assert burned == [1.0, 0.0]

@@ -29,7 +29,9 @@ class Thrice:
         return 0.1
 
     def action(self, height, time_left):
-        return SimpleNamespace(stop=height < 0.3, duration=10.0, feed_rate=6.25, normal_force=35.0, mean_cut=0.45, gap=0.0)
+        return SimpleNamespace(
+            stop=height < 0.3, duration=10.0, feed_rate=6.25, normal_force=35.0, mean_cut=0.45, gap=0.0
+        )
 
 
 LOGS = {
@@ -143,16 +145,21 @@ def test_what_a_controller_says_of_a_part_that_is_done_stands_in_the_outcome(tmp
     log = hwsim.run(noisy_tank(), Judging(period=0.5), parts=3)
     rows = np.bincount(log["tap"].part.values[np.isfinite(log["tap"].flow_command.values)])
     assert log.outcome.steps.values.tolist() == rows.tolist() and log.outcome.steps.units == "1/s"
-    assert np.all(log.outcome.level.values >= -0.25)  # what the plant says stands: at most 2.5 mm/s of flow, ticks of 0.1 s
+    # what the plant says stands: at most 2.5 mm/s of flow, ticks of 0.1 s
+    assert np.all(log.outcome.level.values >= -0.25)
     log.save(tmp_path / "run.nc")
     assert same(sdpgrind.load(tmp_path / "run.nc"), log)
-    both = hwsim.compare(noisy_tank(), {"says": Judging(period=0.5), "does not": Drain(period=0.5)}, parts=3).outcome
+    both = hwsim.compare(
+        noisy_tank(), {"says": Judging(period=0.5), "does not": Drain(period=0.5)}, parts=3
+    ).outcome
     assert both.steps.sel(controller="says").values.tolist() == rows.tolist()
     assert np.isnan(both.steps.sel(controller="does not")).all()
 
 
 def test_paired_differences_of_controllers():
-    """By hand: 1, 2, 3, 6 have mean 3 and standard deviation (14/3)^(1/2); Student's 97.5 % quantile at 3 is 3.182446."""
+    """By hand: 1, 2, 3, 6 have mean 3 and standard deviation (14/3)^(1/2); Student's 97.5 % quantile at 3 is
+    3.182446.
+    """
     from hwsim_inside import paired
 
     mean, half = paired(np.array([1.0, 2.0, 3.0, 6.0]))
@@ -168,6 +175,8 @@ def test_comparison_is_drawn_as_differences_on_the_same_parts():
     titles = {axis.get_title(): axis for axis in figure.axes}
     axis = titles["time less that of slow [s]"]
     shown = axis.lines[1].get_ydata()
-    np.testing.assert_allclose(shown, log.outcome.time.sel(controller="fast") - log.outcome.time.sel(controller="slow"))
+    np.testing.assert_allclose(
+        shown, log.outcome.time.sel(controller="fast") - log.outcome.time.sel(controller="slow")
+    )
     assert [tick.get_text() for tick in axis.get_xticklabels()] == ["fast"]
     pyplot.close(figure)

@@ -165,7 +165,8 @@ def test_text_and_scans_in_commands_and_measurements():
     assert column([np.ones((2, 3))] * 4).shape == (4, 6)
 
 
-# Parts ----------------------------------------------------------------------------------------------------------------
+# Parts
+# ----------------------------------------------------------------------------------------------------------------
 
 
 def test_part_k_is_the_same_whatever_the_number_of_parts():
@@ -212,7 +213,8 @@ def test_processes_give_the_same_parts():
 def dask():
     """An executor with two worker processes."""
     distributed = pytest.importorskip("distributed")
-    free_port = "127.0.0.1:0"  # without an address the scheduler listens on 8787, and warns where that is taken
+    # without an address the scheduler listens on 8787, and warns where that is taken
+    free_port = "127.0.0.1:0"
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=free_port) as cluster,
         distributed.Client(cluster) as client,
@@ -227,7 +229,9 @@ def test_dask_gives_the_same_parts(dask):
 
 def test_compare_gives_each_controller_the_same_parts():
     log = hwsim.compare(noisy_tank(), {"slow": Drain(1.0), "fast": Drain(3.0)}, parts=4, rng=2)
-    np.testing.assert_array_equal(log.outcome.leak.sel(controller="slow"), log.outcome.leak.sel(controller="fast"))
+    np.testing.assert_array_equal(
+        log.outcome.leak.sel(controller="slow"), log.outcome.leak.sel(controller="fast")
+    )
     assert set(log["tap"].controller.values) == {"slow", "fast"}
     for name, flow in (("slow", 1.0), ("fast", 3.0)):
         alone = hwsim.run(noisy_tank(), Drain(flow), parts=4, rng=2)
@@ -268,7 +272,8 @@ def test_a_machine_can_be_copied_at_any_tick():
     assert machine.step({}, 9) == twin.step({}, 9)
 
 
-# Refusals -------------------------------------------------------------------------------------------------------------
+# Refusals
+# -------------------------------------------------------------------------------------------------------------
 
 
 class Says(Drain):
@@ -316,7 +321,9 @@ def test_misfits_are_refused_before_the_first_tick():
 
 
 def test_period_that_the_plant_cannot_keep():
-    with pytest.raises(ValueError, match=r"no whole number of the plant's ticks of 0.1 s; a tick of 1/60 s would fit"):
+    with pytest.raises(
+        ValueError, match=r"no whole number of the plant's ticks of 0.1 s; a tick of 1/60 s would fit"
+    ):
         hwsim.run(FixedTank(), Drain(period=1 / 60))
 
 

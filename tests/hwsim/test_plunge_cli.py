@@ -52,7 +52,8 @@ def refused(capsys, *arguments):
     return error.removeprefix("hwsim: ").strip()
 
 
-# Runs -----------------------------------------------------------------------------------------------------------------
+# Runs
+# -----------------------------------------------------------------------------------------------------------------
 
 
 def in_python(**options):
@@ -78,9 +79,25 @@ def test_prints_the_bound_beside_what_came_of_it(finished, capsys):
     assert lines[1].startswith("plan: the fastest cycle takes 12.0195 s (known to ") and lines[1].endswith(
         "roundness binds at the end"
     )
-    assert lines[3].split() == ["part", "time", "s", "slack", "mm", "burned", "roundness", "mm", "out", "of", "round"]
+    assert lines[3].split() == [
+        "part",
+        "time",
+        "s",
+        "slack",
+        "mm",
+        "burned",
+        "roundness",
+        "mm",
+        "out",
+        "of",
+        "round",
+    ]
     for k in range(4):
-        first = [f"{outcome.time.values[k]:.2f}", f"{outcome.part_slack.values[k]:.4f}", f"{outcome.burned.values[k]:.0f}"]
+        first = [
+            f"{outcome.time.values[k]:.2f}",
+            f"{outcome.part_slack.values[k]:.4f}",
+            f"{outcome.burned.values[k]:.0f}",
+        ]
         assert lines[4 + k].split() == [str(k), *first, f"{outcome.roundness.values[k]:.5f}", "0"]
     by_name = {line[:24].strip(): line[24:].split() for line in lines}
     assert by_name["time (s)"][:2] == ["12.020", f"{outcome.time.values.mean():.3f}"]
@@ -103,7 +120,19 @@ def test_a_series_is_made_longer_and_margins_go_on(finished, tmp_path, capsys):
 
 
 def test_the_same_margins_for_every_part(finished, tmp_path, capsys):
-    said(capsys, "--plan", finished / "plan.nc", "--parts", 4, "--rng", 4, "--no-adapt", "--no-pictures", "--out", tmp_path)
+    said(
+        capsys,
+        "--plan",
+        finished / "plan.nc",
+        "--parts",
+        4,
+        "--rng",
+        4,
+        "--no-adapt",
+        "--no-pictures",
+        "--out",
+        tmp_path,
+    )
     assert same(sdpgrind.load(tmp_path / "run.nc"), in_python())
     line = refused(capsys, *JOB[1:], "--no-adapt", "--out", finished)
     assert line.endswith("was begun with another adapt")
@@ -123,7 +152,9 @@ def noisy(tmp_path, size_sd):
 
 
 def test_parts_that_are_broken_off_are_no_success(tmp_path, capsys):
-    """Noise of 50 µm looks like jumps of the gauge: no part is ground, none is in a mean, the last line and the status say so."""
+    """Noise of 50 µm looks like jumps of the gauge: no part is ground, none is in a mean, the last line and
+    the status say so.
+    """
     assert main(["plunge", str(noisy(tmp_path, 50)), "--parts", "2", "--no-pictures"]) == 1
     lines = capsys.readouterr().out.splitlines()
     why = "readings of size were missing, frozen or jumped"
@@ -161,24 +192,34 @@ def test_a_wrong_line_is_answered_by_one(tmp_path, capsys):
     with pytest.raises(SystemExit) as left:
         main(["plunge", "--parts", "x"])
     assert left.value.code == 2
-    assert capsys.readouterr().err == "hwsim plunge: argument --parts: invalid int value: 'x'; hwsim plunge --help says more\n"
+    assert (
+        capsys.readouterr().err
+        == "hwsim plunge: argument --parts: invalid int value: 'x'; hwsim plunge --help says more\n"
+    )
     missing = tmp_path / "none.toml"
     assert refused(capsys, missing) == f"{missing}: No such file or directory"
 
 
 def test_wear_is_planned_by_stages(tmp_path, capsys):
     path = tmp_path / "job.toml"
-    path.write_text(EXAMPLE.read_text().replace("# [model.wear]", "[model.wear]").replace("# growth =", "growth ="))
+    path.write_text(
+        EXAMPLE.read_text().replace("# [model.wear]", "[model.wear]").replace("# growth =", "growth =")
+    )
     out = said(capsys, path, "--parts", 2)
     assert "s, dp)" in out.splitlines()[1]
     assert read(path).problem.model.wear == plunge.Wear(0.02)
 
 
 def test_other_refusals(finished, capsys):
-    assert refused(capsys) == "problem.toml, --preset or --plan must be given; try: hwsim plunge --preset simulation"
+    assert (
+        refused(capsys)
+        == "problem.toml, --preset or --plan must be given; try: hwsim plunge --preset simulation"
+    )
     assert refused(capsys, "--preset", "P1").endswith("got 'P1'")
     log = finished / "run.nc"
-    assert refused(capsys, "--plan", log) == f"--plan must be a saved plan of a plunge cycle; {log} holds a Log"
+    assert (
+        refused(capsys, "--plan", log) == f"--plan must be a saved plan of a plunge cycle; {log} holds a Log"
+    )
     line = refused(capsys, "--preset", "experiment", "--out", finished)
     assert line.startswith(f"--out {finished} holds a run of another problem (model, stock, ")
     with pytest.raises(SystemExit):
@@ -186,7 +227,8 @@ def test_other_refusals(finished, capsys):
     assert "--no-adapt" in capsys.readouterr().out
 
 
-# TOML -----------------------------------------------------------------------------------------------------------------
+# TOML
+# -----------------------------------------------------------------------------------------------------------------
 
 
 def test_the_example_is_the_preset_on_another_machine():
@@ -194,8 +236,14 @@ def test_the_example_is_the_preset_on_another_machine():
     assert job.problem.model.replace(wheel_speed=1.0e4, work_rotation=20.0) == PROBLEM.model.replace(
         wheel_speed=1.0e4, work_rotation=20.0
     )
-    assert (job.problem.model.wheel_speed, job.problem.model.work_rotation) == pytest.approx((37e3, 10 * np.pi), rel=1e-14)
-    assert (job.problem.stock, job.problem.command_rate_max, job.problem.roundness_max) == (0.282, 0.0448, 0.003)
+    assert (job.problem.model.wheel_speed, job.problem.model.work_rotation) == pytest.approx(
+        (37e3, 10 * np.pi), rel=1e-14
+    )
+    assert (job.problem.stock, job.problem.command_rate_max, job.problem.roundness_max) == (
+        0.282,
+        0.0448,
+        0.003,
+    )
     assert dict(job.settings) == {"safety_margin": 0.02, "sparkout": "p_end"}
     assert job.stand.truth == job.problem.model.replace(wear_flat_area=0.0286)
     assert (job.stand.noise, job.stand.power_max) == (hwsim.GrinderNoise(), 3000.0)
@@ -289,21 +337,45 @@ FAULTS = [
     ("stock = 0.2", "stok = 0.2", "stock is missing; is stok meant?"),
     ("stock = 0.2", "stock = '0.2 s'", "stock must have a unit like mm; got '0.2 s'"),
     ("stock = 0.2", "stock = 0", "stock must be > 0 (mm); got 0.0"),
-    ('"4 um"', '"0.5 um"', "roundness_max must be > roundness_base = 0.001: no rate is round enough (mm); got 0.0005"),
+    (
+        '"4 um"',
+        '"0.5 um"',
+        "roundness_max must be > roundness_base = 0.001: no rate is round enough (mm); got 0.0005",
+    ),
     ('"20 ms"', '"1 s"', "sample_time must be <= time_constant/4 = 0.5 (s); got 1.0"),
     ("internal = false", "internal = 1", "model.internal must be true or false; got 1"),
-    ("internal = false", "internal = true", "[model] wheel_diameter must be < work_diameter = 50 in a bore (mm); got 400.0"),
-    ('"45 m/s"', "45", "[model] wheel_speed must be in mm/s, some 30000; units.m_per_s(...) for m/s; got 45.0"),
+    (
+        "internal = false",
+        "internal = true",
+        "[model] wheel_diameter must be < work_diameter = 50 in a bore (mm); got 400.0",
+    ),
+    (
+        '"45 m/s"',
+        "45",
+        "[model] wheel_speed must be in mm/s, some 30000; units.m_per_s(...) for m/s; got 45.0",
+    ),
     ("width = 20", "width = 20\ncolour = 3", "model.colour is not a key; keys here are"),
     ("stiffness", "stifness", "model.stiffness is missing; is model.stifness meant?"),
     ('"malkin"', '"coulomb"', "model.power.sliding must be one of dong, malkin; got 'coulomb'"),
     ("pressure = 7.0", "coefficient = 7.0", "model.power.coefficient is not a key; keys here are"),
     ("B = 12.0", "B = -7.2", "[model.burning] B must be > 0 (J/(mm^2 s^(1/2))); got -7.2"),
-    ('sparkout = "gauge"', 'sparkout = "q_k"', "[controller] sparkout must be one of p_end, gauge, printed; got 'q_k'"),
+    (
+        'sparkout = "gauge"',
+        'sparkout = "q_k"',
+        "[controller] sparkout must be one of p_end, gauge, printed; got 'q_k'",
+    ),
     ("observer_gain = 0.2", "observer_gain = 2", "[controller] observer_gain must be in (0, 1]; got 2.0"),
-    ("observer_gain = 0.2", "safety_margin = 0.3", "[controller] safety_margin must be < stock = 0.2 (mm); got 0.3"),
+    (
+        "observer_gain = 0.2",
+        "safety_margin = 0.3",
+        "[controller] safety_margin must be < stock = 0.2 (mm); got 0.3",
+    ),
     ("no_burn = true", "no_burn = 'yes'", "controller.no_burn must be true or false; got 'yes'"),
-    ('"nonlinear"', '"second_order"', "[grinder] dynamics must be one of nonlinear, first_order; got 'second_order'"),
+    (
+        '"nonlinear"',
+        '"second_order"',
+        "[grinder] dynamics must be one of nonlinear, first_order; got 'second_order'",
+    ),
     ("size_sd = 0", "size_sd = -1", "[grinder.noise] size_sd must be >= 0 (mm); got -1.0"),
     ("stiffness = 35e3", "wear_flat_area = 2", "[grinder.truth] wear_flat_area must be in (0, 1]; got 2.0"),
     ("stiffness = 35e3", "stock = 0.3", "grinder.truth.stock is not a key; keys here are"),
@@ -318,7 +390,8 @@ def test_one_clear_line_and_nothing_written(job, tmp_path, capsys, old, new, lin
     assert [file.name for file in tmp_path.iterdir()] == ["job.toml"]
 
 
-# The picture ----------------------------------------------------------------------------------------------------------
+# The picture
+# ----------------------------------------------------------------------------------------------------------
 
 
 def test_the_picture_shows_what_the_log_holds(finished, pyplot):
@@ -328,7 +401,9 @@ def test_the_picture_shows_what_the_log_holds(finished, pyplot):
     table = log["controller"]
     last = table.isel(row=np.flatnonzero(table.part.values == 3))
     lines = {line.get_label(): line for line in (*rates.lines, *stock.lines)}
-    np.testing.assert_array_equal(lines["remaining stock, by the gauge"].get_ydata(), PROBLEM.stock - last["size"].values)
+    np.testing.assert_array_equal(
+        lines["remaining stock, by the gauge"].get_ydata(), PROBLEM.stock - last["size"].values
+    )
     np.testing.assert_array_equal(lines["command"].get_ydata(), 1e3 * last.command_rate_command.values)
     damage = lines["depth of damage, by power"]
     assert damage.get_ydata().max() == pytest.approx(float(PROBLEM.model.burn_depth(0.0435)), abs=6e-3)
@@ -338,16 +413,24 @@ def test_the_picture_shows_what_the_log_holds(finished, pyplot):
     assert [axis.get_ylabel() for axis in figure.axes] == [
         "rate [µm/s]", "depth from the size [mm]", "time [s]", "part slack [µm]", "out-of-round [µm]",
     ]  # fmt: skip
-    assert figure.get_suptitle() == f"4 parts: {log.outcome.time.values.mean():.2f} s each, 0 burned, 0 out of round"
+    assert (
+        figure.get_suptitle()
+        == f"4 parts: {log.outcome.time.values.mean():.2f} s each, 0 burned, 0 out of round"
+    )
     verticals = [line for line in rates.lines if np.ptp(line.get_xdata()) == 0]
     assert len(verticals) == 2  # where balance and spark-out begin
 
 
 def test_a_burned_part_is_red(pyplot):
-    log = hwsim.run(hwsim.PlungeGrinder(PROBLEM), plunge.CycleController(PROBLEM.replace(wear_flat_area=0.02), online=False))
+    log = hwsim.run(
+        hwsim.PlungeGrinder(PROBLEM),
+        plunge.CycleController(PROBLEM.replace(wear_flat_area=0.02), online=False),
+    )
     figure = log.plot()
     assert log.outcome.burned.values == [1.0] and "s each, 1 burned, " in figure.get_suptitle()
-    (dot,) = (line for line in figure.axes[3].lines if line.get_color() == "tab:red" and len(line.get_xdata()))
+    (dot,) = (
+        line for line in figure.axes[3].lines if line.get_color() == "tab:red" and len(line.get_xdata())
+    )
     assert dot.get_ydata()[0] < 0
 
 

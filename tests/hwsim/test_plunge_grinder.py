@@ -1,4 +1,6 @@
-"""The plunge grinder: whole parts to the bits of the loop, durable and parallel runs, hidden truth, gauges, refusals."""
+"""The plunge grinder: whole parts to the bits of the loop, durable and parallel runs, hidden truth, gauges,
+refusals.
+"""
 
 import copy
 import math
@@ -22,7 +24,8 @@ PRINTED = plunge.CycleController(PROBLEM, sparkout="printed", safety_margin=0.02
 SAFE = plunge.CycleController(PROBLEM, safety_margin=0.005)
 
 
-# Whole parts ----------------------------------------------------------------------------------------------------------
+# Whole parts
+# ----------------------------------------------------------------------------------------------------------
 
 KINDS = {
     "plain": {},
@@ -35,7 +38,8 @@ KINDS = {
     "dulls": {"truth": MODEL.replace(wear=plunge.Wear(0.02, exponent=0.5))},
     "broken off": {"max_time": 3.0},
     "one sample": {"max_time": 0.01},
-    "never there": {"truth": MODEL.replace(stiffness=800.0), "max_time": 30.0},  # more than one block of random numbers
+    # more than one block of random numbers
+    "never there": {"truth": MODEL.replace(stiffness=800.0), "max_time": 30.0},
 }
 
 
@@ -71,7 +75,8 @@ def test_samples_are_exact_multiples(grinder):
     np.testing.assert_array_equal(table.time.values, np.arange(table.sizes["row"]) * 4 / 100)
 
 
-# Durable, parallel, copied --------------------------------------------------------------------------------------------
+# Durable, parallel, copied
+# --------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -121,7 +126,9 @@ def test_any_number_of_workers(grinder):
 def test_parts_do_not_depend_on_their_number(grinder):
     few, many = (hwsim.run(grinder, CONTROLLER, parts=parts, rng=8) for parts in (3, 9))
     np.testing.assert_array_equal(few.outcome.time, many.outcome.time[:3])
-    np.testing.assert_array_equal(few["controller"]["size"], many["controller"]["size"][: few["controller"].sizes["row"]])
+    np.testing.assert_array_equal(
+        few["controller"]["size"], many["controller"]["size"][: few["controller"].sizes["row"]]
+    )
 
 
 def test_a_copy_in_the_middle_goes_its_own_way():
@@ -162,7 +169,8 @@ def test_plant_and_controllers_fit():
         assert hwsim.check(hwsim.PlungeGrinder(PROBLEM), controller).faults == ()
 
 
-# One sample after the other -------------------------------------------------------------------------------------------
+# One sample after the other
+# -------------------------------------------------------------------------------------------
 
 
 def fed(commands, **options):
@@ -174,7 +182,10 @@ def fed(commands, **options):
 
 def test_nothing_happens_without_time():
     machine = hwsim.PlungeGrinder(PROBLEM).start(np.random.default_rng(0))
-    assert machine.step({}, 0) == machine.step({"command_rate": 0.04}, 0) == machine.step({}, 0) and machine.time == 0
+    assert (
+        machine.step({}, 0) == machine.step({"command_rate": 0.04}, 0) == machine.step({}, 0)
+        and machine.time == 0
+    )
 
 
 def test_a_command_holds():
@@ -185,7 +196,9 @@ def test_a_command_holds():
 
 
 def test_steady_state():
-    """The rate comes to the command, the power to that of the model, the deflection to what the command is ahead."""
+    """The rate comes to the command, the power to that of the model, the deflection to what the command is
+    ahead.
+    """
     seen, machine = fed([0.005] * 700)
     assert (seen["size"][-1] - seen["size"][-2]) / 0.04 == pytest.approx(0.005, rel=1e-5)
     assert seen["grinding_power"][-1] == pytest.approx(float(MODEL.grinding_power(0.005)), rel=1e-5)
@@ -197,7 +210,9 @@ def test_dead_time_of_touching():
     """Nothing comes off until the machine gives way by what ploughing takes: 0.236 s."""
     seen, _ = fed([0.0448] * 8)
     assert np.all(seen["size"][:6] == 0) and seen["size"][6] > 0
-    assert seen["grinding_power"][3] == pytest.approx(3 * 0.04 * 0.0448 / MODEL.core.K0 * float(MODEL.grinding_power(0.0)))
+    assert seen["grinding_power"][3] == pytest.approx(
+        3 * 0.04 * 0.0448 / MODEL.core.K0 * float(MODEL.grinding_power(0.0))
+    )
 
 
 def test_a_linear_machine():
@@ -227,20 +242,29 @@ def test_steps_do_not_spoil_a_part(quantum):
 def test_slack_is_the_least_while_balancing():
     machine = hwsim.PlungeGrinder(PROBLEM, noise=None).start(np.random.default_rng(0))
     machine.step({"command_rate": 0.0448}, 60)
-    left = [PROBLEM.stock - machine.step({"command_rate": 0.0448, "balancing": float(k == 1)}, 1)["size"] for k in range(3)]
+    left = [
+        PROBLEM.stock - machine.step({"command_rate": 0.0448, "balancing": float(k == 1)}, 1)["size"]
+        for k in range(3)
+    ]
     rate = machine.outcome()["roundness"] - MODEL.roundness_base
     assert np.isfinite(machine.outcome()["slack"])
     assert machine.outcome()["part_slack"] < machine.outcome()["slack"] < left[0]
     assert rate > 0
     machine.step({"retract": 1.0}, 1)
     rate *= MODEL.turns / MODEL.roundness_gain
-    assert machine.outcome()["part_slack"] == pytest.approx(left[-1] - float(MODEL.burn_depth(rate)), abs=1e-9)
+    assert machine.outcome()["part_slack"] == pytest.approx(
+        left[-1] - float(MODEL.burn_depth(rate)), abs=1e-9
+    )
 
 
 def test_a_part_that_is_left_alone_ends():
     machine = hwsim.PlungeGrinder(PROBLEM, max_time=2.0).start(np.random.default_rng(0))
     machine.step({}, FOREVER)
-    assert machine.done and (machine.time, machine.outcome()["timed_out"], machine.outcome()["time"]) == (50, 1.0, 2.0)
+    assert machine.done and (machine.time, machine.outcome()["timed_out"], machine.outcome()["time"]) == (
+        50,
+        1.0,
+        2.0,
+    )
     assert math.isnan(machine.outcome()["part_slack"]) and machine.outcome()["burned"] == 0
 
 
@@ -251,7 +275,9 @@ def test_the_longest_time_is_ten_times_the_slowest_cycle():
 
 
 def test_noise_has_the_stated_sd():
-    grinder = hwsim.PlungeGrinder(PROBLEM, noise=hwsim.GrinderNoise(size_sd=0.001, power_sd=0.02), power_gain=1.05)
+    grinder = hwsim.PlungeGrinder(
+        PROBLEM, noise=hwsim.GrinderNoise(size_sd=0.001, power_sd=0.02), power_gain=1.05
+    )
     quiet = hwsim.run(grinder.replace(noise=None), STAGES)["controller"]
     machine, reading = grinder.start(np.random.default_rng(4)), None
     rows = []
@@ -274,7 +300,8 @@ def test_hidden_truth(grinder):
     assert abs(np.corrcoef(area, zero)[0, 1]) < 0.3
 
 
-# What is refused ------------------------------------------------------------------------------------------------------
+# What is refused
+# ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

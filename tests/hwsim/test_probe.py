@@ -1,4 +1,6 @@
-"""The probe: scans to the bits of the loop, its noise floor, runout on the length rolled, dust, following, a part that moves."""
+"""The probe: scans to the bits of the loop, its noise floor, runout on the length rolled, dust, following, a
+part that moves.
+"""
 
 import copy
 import math
@@ -39,7 +41,9 @@ class Watch:
 
 def only(**errors):
     """A probe that is faultless but for some errors."""
-    return hwsim.ProbeErrors(**{"probe_quantum": 0.0, "slide_quantum": 0.0, "counts": 0, "noise_sd": 0.0, "runout": 0.0} | errors)
+    return hwsim.ProbeErrors(
+        **{"probe_quantum": 0.0, "slide_quantum": 0.0, "counts": 0, "noise_sd": 0.0, "runout": 0.0} | errors
+    )
 
 
 def drawn(rng):
@@ -53,7 +57,9 @@ KINDS = {
     "triggered, odd": {"samples_per_turn": 1001, "spindle_speed": 3.3, "start_angle": 6.001},
     "triggered, no counts": {"samples_per_turn": 360, "errors": None, "start_angle": 1.0},
     "no errors": {"errors": None},
-    "all errors": {"errors": hwsim.ProbeErrors(noise_sd=1e-3, skew=1e-3, slip=0.01, dust=0.05, runout_phase=1.0)},
+    "all errors": {
+        "errors": hwsim.ProbeErrors(noise_sd=1e-3, skew=1e-3, slip=0.01, dust=0.05, runout_phase=1.0)
+    },
     "bridged": {"ring": hwsim.Ring(61.94, 3.6, 0.5, lobes={43: (0.65, 0.3)})},
     "a point": {"tip_radius": 0.0},
     "drawn": {"truth": drawn},
@@ -77,7 +83,10 @@ def test_a_scan_is_the_loop_bit_for_bit(options):
 
 
 def test_a_scan_has_the_samples_of_whole_turns():
-    timed, triggered = hwsim.Probe(RING).scan(turns=3.0), hwsim.Probe(RING, samples_per_turn=360).scan(turns=3.0)
+    timed, triggered = (
+        hwsim.Probe(RING).scan(turns=3.0),
+        hwsim.Probe(RING, samples_per_turn=360).scan(turns=3.0),
+    )
     assert (timed.angle.size, triggered.angle.size) == (900, 1080)
     assert hwsim.Probe(RING).scan(turns=1e-6).angle.size == 1
     assert timed.time.tolist() == [k / 100 for k in range(900)]
@@ -89,7 +98,9 @@ def test_a_scan_is_told_in_one_line():
     lost = hwsim.Probe(RING, stroke=1.0, follow_time=0.3).scan(turns=2.0)
     missing = np.isnan(lost.reading).sum()
     assert missing > 0
-    assert repr(lost).startswith(f"ProbeScan(600 readings ({missing} without the surface) on 1.997 turns in 5.99 s: radius ")
+    assert repr(lost).startswith(
+        f"ProbeScan(600 readings ({missing} without the surface) on 1.997 turns in 5.99 s: radius "
+    )
     assert f"offset {RING.offset:g} mm)" in repr(lost) and "\n" not in repr(lost)
     assert "without" not in repr(hwsim.Probe(RING).scan(turns=2.0))
 
@@ -120,10 +131,13 @@ def test_controllers_are_compared_on_the_same_rings():
     assert np.all(log.outcome.samples[0] < log.outcome.samples[1])
 
 
-# Geometry -------------------------------------------------------------------------------------------------------------
+# Geometry
+# -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("options", [{}, {"samples_per_turn": 360}, {"start_angle": 2.0, "spindle_speed": 5.0}])
+@pytest.mark.parametrize(
+    "options", [{}, {"samples_per_turn": 360}, {"start_angle": 2.0, "spindle_speed": 5.0}]
+)
 def test_without_errors_it_reads_the_ring(options):
     scan = hwsim.Probe(RING, errors=None, **options).scan(turns=2.0)
     assert np.abs(scan.reading - RING.reading(scan.angle, 3.75)).max() < 1e-11
@@ -137,12 +151,16 @@ def test_angles_are_those_of_the_spindle():
     counts = triggered.angle * 4000 / TURN
     assert np.abs(counts - np.round(counts)).max() < 1e-9
     assert np.abs(triggered.angle - np.arange(360) * TURN / 360 - 0.3).max() <= TURN / 4000
-    assert np.all((late := triggered.time - (triggered.angle - triggered.angle[0]) / units.rpm(20.0)) < 1.0001e-6)
+    assert np.all(
+        (late := triggered.time - (triggered.angle - triggered.angle[0]) / units.rpm(20.0)) < 1.0001e-6
+    )
     assert np.all(late > -1e-12)  # latched at the edge, there at the next tick
 
 
 def test_the_reading_does_not_depend_on_where_the_slide_is():
-    """Section 1: slide and probe both count outward, so that a part that stands still reads the same wherever the slide is."""
+    """Section 1: slide and probe both count outward, so that a part that stands still reads the same wherever
+    the slide is.
+    """
     followed = hwsim.Probe(RING, errors=None, follow_time=0.01).scan()
     late, still = (
         hwsim.Probe(RING, errors=None, follow_time=0.3).scan(),
@@ -157,9 +175,13 @@ def test_the_reading_does_not_depend_on_where_the_slide_is():
 
 
 def test_the_slide_follows_with_its_time_constant():
-    """A first-order lag of T behind a rim of frequency w leaves w T/(1 + w^2 T^2)^(1/2) of the offset to the probe."""
+    """A first-order lag of T behind a rim of frequency w leaves w T/(1 + w^2 T^2)^(1/2) of the offset to the
+    probe.
+    """
     speed, lag = units.rpm(20.0), 0.2
-    scan = hwsim.Probe(hwsim.Ring(61.94, 1.0), errors=None, follow_time=lag, sample_time=0.001, tip_radius=0.0).scan(turns=3.0)
+    scan = hwsim.Probe(
+        hwsim.Ring(61.94, 1.0), errors=None, follow_time=lag, sample_time=0.001, tip_radius=0.0
+    ).scan(turns=3.0)
     settled = scan.probe[6000:]
     assert np.ptp(settled) / 2 == pytest.approx(speed * lag / math.hypot(1.0, speed * lag), rel=3e-3)
 
@@ -177,7 +199,9 @@ def test_another_speed_takes_effect_at_once():
     step = np.diff(log["probe"].angle.values)
     assert step[:10] == pytest.approx(0.01 * units.rpm(20.0), abs=1e-14)
     assert step[10:30] == pytest.approx(0.04, abs=1e-14) and step[30:] == pytest.approx(0.01, abs=1e-14)
-    triggered = hwsim.run(hwsim.Probe(RING, errors=None, samples_per_turn=360), Watch(speeds={10: 4.0}))["probe"]
+    triggered = hwsim.run(hwsim.Probe(RING, errors=None, samples_per_turn=360), Watch(speeds={10: 4.0}))[
+        "probe"
+    ]
     assert np.diff(triggered.angle) == pytest.approx(TURN / 360, abs=1e-12)
     assert np.diff(triggered.time)[15:] == pytest.approx(TURN / 360 / 4.0, abs=2e-6)
 
@@ -208,14 +232,17 @@ def test_a_part_that_is_moved_until_the_axis_is_near_its_rim(tip_radius):
     """From the side the tip may touch two lobes; where the part lay before, it could not."""
     centred = hwsim.Ring(61.94, lobes={40: (0.2, 0.0)})
     there = centred.replace(offset=0.999 * 61.74)
-    probe = hwsim.Probe(centred, errors=None, tip_radius=tip_radius, stroke=1e3, moved=(0.1, there.offset, 0.0))
+    probe = hwsim.Probe(
+        centred, errors=None, tip_radius=tip_radius, stroke=1e3, moved=(0.1, there.offset, 0.0)
+    )
     scan = probe.scan()
     after = scan.time >= 0.1
     for ring, when in ((centred, ~after), (there, after)):
         assert np.abs(scan.reading[when] - ring.reading(scan.angle[when], tip_radius)).max() < 1e-11
 
 
-# Errors ---------------------------------------------------------------------------------------------------------------
+# Errors
+# ---------------------------------------------------------------------------------------------------------------
 
 
 def off(probe, turns=1.0):
@@ -226,7 +253,9 @@ def off(probe, turns=1.0):
 
 @pytest.mark.parametrize(("offset", "rms"), [(3.6, 1.15 * UM), (20.0, 6.4 * UM)])
 def test_steps_of_the_spindle(offset, rms):
-    """d 3.2e-4 rms: a step of 2 pi/4000 over 12^(1/2) turns the rim by that, and 2^(1/2) is the mean over the turn."""
+    """d 3.2e-4 rms: a step of 2 pi/4000 over 12^(1/2) turns the rim by that, and 2^(1/2) is the mean over the
+    turn.
+    """
     probe = hwsim.Probe(hwsim.Ring(61.94, offset), errors=only(counts=4000), sample_time=0.00137)
     error = off(probe, turns=5.0)
     assert np.sqrt((error**2).mean()) == pytest.approx(offset * TURN / 4000 / math.sqrt(24), rel=0.02)
@@ -258,7 +287,9 @@ def test_skew_turns_the_part(options):
 
 @pytest.mark.parametrize("slip", [0.0, 0.01])
 def test_runout_follows_the_length_rolled(slip):
-    """phase = (R/rho) beta with beta about the part's centre: modulated by (d/rho) sin psi when the part is off-centre."""
+    """phase = (R/rho) beta with beta about the part's centre: modulated by (d/rho) sin psi when the part is
+    off-centre.
+    """
     errors = only(runout=1.5 * UM, runout_phase=0.7, slip=slip)
     probe = hwsim.Probe(PLAIN, errors=errors)
     scan = probe.scan(turns=3.0)
@@ -285,7 +316,9 @@ def test_each_part_has_its_own_phase_of_the_roller_unless_told():
     log = hwsim.run(hwsim.Probe(hwsim.Ring(61.94), errors=only(runout=1.5 * UM)), Watch(0.1), parts=4)
     first = log["probe"].reading.values[np.diff(log["probe"].part.values, prepend=-1) > 0]
     assert np.ptp(first) > 0.5 * UM
-    assert off(hwsim.Probe(hwsim.Ring(61.94), errors=only(runout=1.5 * UM, runout_phase=0.0)))[0] == pytest.approx(1.5 * UM)
+    assert off(hwsim.Probe(hwsim.Ring(61.94), errors=only(runout=1.5 * UM, runout_phase=0.0)))[
+        0
+    ] == pytest.approx(1.5 * UM)
 
 
 def test_noise_has_its_standard_deviation_and_its_part():
@@ -296,7 +329,9 @@ def test_noise_has_its_standard_deviation_and_its_part():
 
 def test_dust_only_adds():
     """1 sample in 100, by half to one and a half times its mean height; the other draws stay as they were."""
-    clean, dusty = (hwsim.Probe(RING, errors=only(noise_sd=0.1 * UM, dust=p, dust_size=0.01)) for p in (0.0, 0.01))
+    clean, dusty = (
+        hwsim.Probe(RING, errors=only(noise_sd=0.1 * UM, dust=p, dust_size=0.01)) for p in (0.0, 0.01)
+    )
     added = off(dusty, turns=40.0) - off(clean, turns=40.0)
     hit = np.abs(added) > 1e-12
     assert np.all(added[hit] > 0.005 - 1e-12) and np.all(added[hit] < 0.015 + 1e-12)
@@ -304,7 +339,8 @@ def test_dust_only_adds():
     assert added[hit].mean() == pytest.approx(0.01, abs=4 * 0.01 / math.sqrt(12 * hit.sum()))
 
 
-# The end of a part, refusals ------------------------------------------------------------------------------------------
+# The end of a part, refusals
+# ------------------------------------------------------------------------------------------
 
 
 def test_a_part_that_nobody_stops_is_broken_off():
@@ -336,24 +372,45 @@ REFUSED = {
     "sample time": ({"sample_time": -1.0}, "sample_time must be > 0"),
     "tip": ({"tip_radius": -1.0}, "tip_radius must be >= 0 [(]mm[)]; got -1.0"),
     "few samples": ({"samples_per_turn": 2}, "samples_per_turn must be >= 3"),
-    "more than edges": ({"samples_per_turn": 5000}, "samples_per_turn must be <= counts of the spindle's encoder, 4000"),
+    "more than edges": (
+        {"samples_per_turn": 5000},
+        "samples_per_turn must be <= counts of the spindle's encoder, 4000",
+    ),
     "errors": ({"errors": 0.1}, "errors must be a ProbeErrors or None"),
     "following": ({"follow_time": 0.0}, "follow_time must be > 0"),
     "moved": ({"moved": (1.0, 2.0)}, "moved must be [(]time in s, x in mm, y in mm[)] or None"),
     "moved before": ({"moved": (-1.0, 2.0, 0.0)}, r"moved\[0\] must be >= 0 [(]s[)]"),
     "stroke": ({"stroke": 0.0}, "stroke must be > 0"),
-    "moved off": ({"moved": (1.0, 60.0, 0.0)}, "offset that the part is moved to must be < radius less amplitudes .* got 63.1"),
+    "moved off": (
+        {"moved": (1.0, 60.0, 0.0)},
+        "offset that the part is moved to must be < radius less amplitudes .* got 63.1",
+    ),
     "moved off later": ({"moved": (1e6, 0.0, -80.0)}, "else there is no part at the axis [(]mm[)]; got 78.3"),
-    "moved, truth": ({"truth": hwsim.Ring(5.0), "moved": (1.0, 4.0, -3.0)}, "moved to must be < .* 5: .* got 5.0"),
-    "rpm": ({"spindle_speed": 1200.0}, "spindle_speed must be <= 209.4 for 3 samples in a turn; units.rpm.* got 1200.0"),
-    "rpm, triggered": ({"spindle_speed": 301.0, "samples_per_turn": 360}, "spindle_speed must be <= 300; units.rpm"),
+    "moved, truth": (
+        {"truth": hwsim.Ring(5.0), "moved": (1.0, 4.0, -3.0)},
+        "moved to must be < .* 5: .* got 5.0",
+    ),
+    "rpm": (
+        {"spindle_speed": 1200.0},
+        "spindle_speed must be <= 209.4 for 3 samples in a turn; units.rpm.* got 1200.0",
+    ),
+    "rpm, triggered": (
+        {"spindle_speed": 301.0, "samples_per_turn": 360},
+        "spindle_speed must be <= 300; units.rpm",
+    ),
     "too seldom": ({"sample_time": 10.0}, "spindle_speed must be <= 0.2094 for 3 samples in a turn"),
-    "degrees": ({"start_angle": 180.0}, "start_angle must be within a turn; units.deg.90. for degrees [(]rad[)]; got 180.0"),
+    "degrees": (
+        {"start_angle": 180.0},
+        "start_angle must be within a turn; units.deg.90. for degrees [(]rad[)]; got 180.0",
+    ),
     "endless": ({"turns_max": 0.0}, "turns_max must be > 0"),
 }
 BAD_ERRORS = {
     "quantum": ({"probe_quantum": -1.0}, "probe_quantum must be >= 0"),
-    "micrometres": ({"noise_sd": 1.0}, "noise_sd must be <= 0.25; units.um.* for micrometres [(]mm[)]; got 1.0"),
+    "micrometres": (
+        {"noise_sd": 1.0},
+        "noise_sd must be <= 0.25; units.um.* for micrometres [(]mm[)]; got 1.0",
+    ),
     "runout in micrometres": ({"runout": 1.5}, "runout must be <= 0.25; units.um"),
     "counts": ({"counts": -1}, "counts must be >= 0"),
     "skew": ({"skew": math.nan}, "skew must be finite [(]s[)]"),
@@ -381,10 +438,14 @@ def test_bad_truth_turns_and_commands_refused():
         hwsim.Probe(RING).scan(turns=0.0)
     with pytest.raises(ValueError, match=r"spindle_speed must be > 0 \(rad/s\); got -1.0"):
         hwsim.run(hwsim.Probe(RING), Watch(speeds={3: -1.0}))
-    with pytest.raises(ValueError, match=r"spindle_speed must be <= 209.4 for 3 samples in a turn; .* got 250.0"):
+    with pytest.raises(
+        ValueError, match=r"spindle_speed must be <= 209.4 for 3 samples in a turn; .* got 250.0"
+    ):
         hwsim.run(hwsim.Probe(RING), Watch(speeds={3: 250.0}))
     with pytest.raises(ValueError, match=r"offset that the part is moved to must be < .* got 62.9"):
-        hwsim.Probe(hwsim.Ring(61.94), truth=lambda rng: hwsim.Ring(61.94, 2.9), moved=(1.0, 60.0, 0.0)).scan()
+        hwsim.Probe(
+            hwsim.Ring(61.94), truth=lambda rng: hwsim.Ring(61.94, 2.9), moved=(1.0, 60.0, 0.0)
+        ).scan()
 
 
 def test_the_angle_triggers_at_speeds_that_a_clock_is_too_slow_for():

@@ -15,7 +15,9 @@ UM = 1000.0
 
 
 class Guess:
-    """Stops after half a turn; says that the centre is 2 um off the ring of the problem along x, give or take 5 um."""
+    """Stops after half a turn; says that the centre is 2 um off the ring of the problem along x, give or take
+    5 um.
+    """
 
     tier, period = "probe", None
 
@@ -33,7 +35,12 @@ class Guess:
     def report(self):
         if self.silent or self.angle < 0.1:
             return {}
-        return {"radius": 61.94, "center_x": RING.center_x + self.error, "center_y": RING.center_y, "band": 0.005}
+        return {
+            "radius": 61.94,
+            "center_x": RING.center_x + self.error,
+            "center_y": RING.center_y,
+            "band": 0.005,
+        }
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +52,9 @@ def pyplot():
 
 
 def lines(axis):
-    return {line.get_label(): (np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in axis.lines}
+    return {
+        line.get_label(): (np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in axis.lines
+    }
 
 
 def test_shows_readings_model_residuals_and_how_the_centre_came_to_be_known():
@@ -59,7 +68,9 @@ def test_shows_readings_model_residuals_and_how_the_centre_came_to_be_known():
     guessed = 61.94, math.hypot(x, y), math.atan2(y, x), 3.75
     assert np.abs(model - circle_reading(2 * math.pi * over, *guessed)).max() < 1e-12
     left = residual.lines[0].get_ydata()
-    assert np.abs(left - UM * (table.reading.values - circle_reading(table.angle.values, *guessed))).max() < 1e-9
+    assert (
+        np.abs(left - UM * (table.reading.values - circle_reading(table.angle.values, *guessed))).max() < 1e-9
+    )
     drawn = lines(history)
     assert drawn["from the true centre"][1] == pytest.approx(2.0)
     assert next(line for label, line in drawn.items() if label.startswith("band"))[1] == pytest.approx(5.0)
@@ -85,4 +96,7 @@ def test_from_a_file(tmp_path):
     log.save(tmp_path / "run.nc")
     again = sdpgrind.load(tmp_path / "run.nc").plot()
     for one, other in zip(log.plot().axes, again.axes, strict=True):
-        assert all(np.array_equal(a.get_xydata(), b.get_xydata(), True) for a, b in zip(one.lines, other.lines, strict=True))
+        assert all(
+            np.array_equal(a.get_xydata(), b.get_xydata(), True)
+            for a, b in zip(one.lines, other.lines, strict=True)
+        )

@@ -19,7 +19,9 @@ UM = 1e-3
 
 
 def turned(ring, angle, about):
-    """Place of the surface at polar angles about the part's centre, along and beside the probe line at a spindle angle."""
+    """Place of the surface at polar angles about the part's centre, along and beside the probe line at a
+    spindle angle.
+    """
     surface = ring.surface(about)
     along = ring.offset * math.cos(ring.offset_angle - angle) + surface * np.cos(about - angle)
     beside = ring.offset * math.sin(ring.offset_angle - angle) + surface * np.sin(about - angle)
@@ -27,7 +29,9 @@ def turned(ring, angle, about):
 
 
 def pushed_on(ring, angle, tip_radius, places=20001, rounds=3):
-    """The obvious way: every point of the surface holds the tip's centre off by so much; the largest counts. Refined."""
+    """The obvious way: every point of the surface holds the tip's centre off by so much; the largest counts.
+    Refined.
+    """
     low, high = angle - 1.55, angle + 1.55
     for _ in range(rounds):
         about = np.linspace(low, high, places)
@@ -51,7 +55,9 @@ def test_a_point_reads_the_surface_on_the_line():
     ring = hwsim.Ring(61.94, 10.0, 1.0, lobes={2: (0.5, 0.3), 7: (0.2, 1.0)})
     reading, about = ring.reading(ANGLES), ring.part_angle(ANGLES)
     for angle, read, at in zip(ANGLES, reading, about, strict=True):
-        beyond = brentq(lambda b, angle=angle: float(turned(ring, angle, b)[1]), angle - 1.5, angle + 1.5, xtol=1e-15)
+        beyond = brentq(
+            lambda b, angle=angle: float(turned(ring, angle, b)[1]), angle - 1.5, angle + 1.5, xtol=1e-15
+        )
         assert at == pytest.approx(beyond, abs=1e-13)
         assert read == pytest.approx(float(turned(ring, angle, beyond)[0]), abs=1e-12)
 
@@ -155,14 +161,22 @@ def test_the_contact_goes_on_over_turns():
 def test_roundness_is_peak_to_valley():
     ring = hwsim.Ring(61.94, lobes={2: (0.001, 0.3), 3: (0.002, 1.0)})
     fine = np.linspace(0.0, 2 * math.pi, 1_000_001)
-    assert ring.roundness == pytest.approx(np.ptp(0.001 * np.cos(2 * fine - 0.3) + 0.002 * np.cos(3 * fine - 1.0)), rel=1e-4)
+    assert ring.roundness == pytest.approx(
+        np.ptp(0.001 * np.cos(2 * fine - 0.3) + 0.002 * np.cos(3 * fine - 1.0)), rel=1e-4
+    )
     assert hwsim.Ring(61.94).roundness == 0.0
 
 
 REFUSED = {
     "no radius": ({"radius": 0.0}, "radius must be > 0"),
-    "beyond": ({"radius": 10.0, "offset": 10.0}, "offset must be < radius less amplitudes of lobes, 10: .* got 10.0"),
-    "beyond with lobes": ({"radius": 10.0, "offset": 9.5, "lobes": {2: (0.5, 0.0)}}, "less amplitudes of lobes, 9.5"),
+    "beyond": (
+        {"radius": 10.0, "offset": 10.0},
+        "offset must be < radius less amplitudes of lobes, 10: .* got 10.0",
+    ),
+    "beyond with lobes": (
+        {"radius": 10.0, "offset": 9.5, "lobes": {2: (0.5, 0.0)}},
+        "less amplitudes of lobes, 9.5",
+    ),
     "negative": ({"radius": 10.0, "offset": -1.0}, "offset must be >= 0"),
     "degrees": (
         {"radius": 10.0, "offset_angle": 30.0},
@@ -173,7 +187,10 @@ REFUSED = {
     "amplitude alone": ({"radius": 10.0, "lobes": {2: 0.1}}, "must be a pair"),
     "negative amplitude": ({"radius": 10.0, "lobes": {2: (-0.1, 0.0)}}, "amplitude of lobes.2. must be >= 0"),
     "infinite phase": ({"radius": 10.0, "lobes": {2: (0.1, math.inf)}}, "phase of lobes.2. must be finite"),
-    "steep": ({"radius": 10.0, "lobes": {43: (0.235, 0.0)}}, "lobes must be of upr times amplitude <= 5 together .* got 10.1"),
+    "steep": (
+        {"radius": 10.0, "lobes": {43: (0.235, 0.0)}},
+        "lobes must be of upr times amplitude <= 5 together .* got 10.1",
+    ),
     "no mapping": ({"radius": 10.0, "lobes": [(2, 0.1)]}, "lobes must be a mapping"),
 }
 
@@ -196,5 +213,7 @@ def test_a_ring_is_a_value():
     lobes = {3: (0.001, 0.0)}
     ring = hwsim.Ring(61.94, 3.6, lobes=lobes)
     lobes[5] = (0.1, 0.0)
-    assert ring == hwsim.Ring(61.94, 3.6, lobes={3: (0.001, 0)}) and hash(ring) == hash(hwsim.Ring(61.94, 3.6))
+    assert ring == hwsim.Ring(61.94, 3.6, lobes={3: (0.001, 0)}) and hash(ring) == hash(
+        hwsim.Ring(61.94, 3.6)
+    )
     assert (ring.center_x, ring.center_y) == (3.6, 0.0)

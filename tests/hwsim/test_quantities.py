@@ -48,7 +48,10 @@ def test_agrees_with_the_conversions_of_the_library(text, unit, same):
     assert quantity("x", text, unit) == pytest.approx(same, rel=1e-15)
 
 
-@given(st.floats(-1e6, 1e6), st.sampled_from(["mm", "J/mm^3", "rad/(s N mm)", "N/(mm/s)^(1/2)", "$/mm^2", "mm^3/s"]))
+@given(
+    st.floats(-1e6, 1e6),
+    st.sampled_from(["mm", "J/mm^3", "rad/(s N mm)", "N/(mm/s)^(1/2)", "$/mm^2", "mm^3/s"]),
+)
 def test_own_unit_changes_nothing(value, unit):
     assert quantity("x", f"{value!r} {unit}", unit) == value
 

@@ -40,10 +40,13 @@ def columns_of(log, tier, part=0):
     return table.isel(row=np.flatnonzero(table.part.values == part))
 
 
-# The same commands --------------------------------------------------------------------------------------------------
+# The same commands
+# --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("controller", [plunge.CycleController(PROBLEM), plunge.StagedController(PROBLEM, 0.1, 0.0075)])
+@pytest.mark.parametrize(
+    "controller", [plunge.CycleController(PROBLEM), plunge.StagedController(PROBLEM, 0.1, 0.0075)]
+)
 def test_a_plunge_cycle_is_replayed_row_by_row(controller):
     log = hwsim.run(hwsim.PlungeGrinder(PROBLEM), controller, parts=2, rng=4)
     for part in range(2):
@@ -52,7 +55,8 @@ def test_a_plunge_cycle_is_replayed_row_by_row(controller):
         np.testing.assert_array_equal(was.command_rate_command, is_now.command_rate_command)
         np.testing.assert_array_equal(was.size, is_now.size)
         np.testing.assert_array_equal(was.time, is_now.time)
-        assert replay.outcome.steps[0] == np.isfinite(was.command_rate_command).sum() + 1  # the last one retracts
+        # the last one retracts
+        assert replay.outcome.steps[0] == np.isfinite(was.command_rate_command).sum() + 1
 
 
 @pytest.mark.parametrize("samples_per_turn", [None, 100])
@@ -119,7 +123,8 @@ def test_a_log_from_a_file_is_replayed(tmp_path):
     same(hwsim.Log.from_file(tmp_path / "log.nc"), plunge.CycleController(PROBLEM))
 
 
-# The first difference -----------------------------------------------------------------------------------------------
+# The first difference
+# -----------------------------------------------------------------------------------------------
 
 
 class Late(Drain):
@@ -141,12 +146,16 @@ def test_the_first_command_that_differs_is_told():
 
 def test_a_controller_that_steps_too_rarely_differs_where_it_was_silent():
     outcome = replayed(drained(), Drain(period=1.0)).outcome.isel(part=0)
-    assert float(outcome.difference_time) == 0.5 and float(outcome.recorded) == 2.0 and isnan(outcome.commanded)
+    assert (
+        float(outcome.difference_time) == 0.5 and float(outcome.recorded) == 2.0 and isnan(outcome.commanded)
+    )
 
 
 def test_a_controller_that_steps_too_often_differs_where_none_was_recorded():
     outcome = replayed(drained(), Drain(period=0.25)).outcome.isel(part=0)
-    assert float(outcome.difference_time) == 0.25 and isnan(outcome.recorded) and float(outcome.commanded) == 2.0
+    assert (
+        float(outcome.difference_time) == 0.25 and isnan(outcome.recorded) and float(outcome.commanded) == 2.0
+    )
 
 
 class Told:
@@ -174,10 +183,18 @@ class Told:
         (np.zeros((3, 2)), np.zeros((3, 3)), "flow[0, 2]", nan, 0.0),
         (np.zeros((3, 2)), np.zeros((3, 1)), "flow[0, 1]", 0.0, nan),
         (np.zeros((64, 2)), np.eye(64, 2, -62), "flow[62, 0]", 0.0, 1.0),
-        (np.zeros((65, 2)), np.eye(65, 2, -62), "flow_digest", digest(np.zeros((65, 2))), digest(np.eye(65, 2, -62))),
+        (
+            np.zeros((65, 2)),
+            np.eye(65, 2, -62),
+            "flow_digest",
+            digest(np.zeros((65, 2))),
+            digest(np.eye(65, 2, -62)),
+        ),
     ],
 )
-def test_arrays_are_compared_entry_by_entry_and_motions_row_by_row_or_by_digests(first, second, name, recorded, commanded):
+def test_arrays_are_compared_entry_by_entry_and_motions_row_by_row_or_by_digests(
+    first, second, name, recorded, commanded
+):
     class Open(Tank):
         def start(self, rng):
             return Still()
@@ -200,7 +217,8 @@ def test_arrays_are_compared_entry_by_entry_and_motions_row_by_row_or_by_digests
     np.testing.assert_array_equal((float(outcome.recorded), float(outcome.commanded)), (recorded, commanded))
 
 
-# As a plant ---------------------------------------------------------------------------------------------------------
+# As a plant
+# ---------------------------------------------------------------------------------------------------------
 
 
 def test_units_and_names_come_out_of_the_log():
@@ -215,15 +233,19 @@ def test_it_fits_is_copied_and_pickled():
     assert hwsim.check(recording, Drain(period=0.5))
     for other in (copy.deepcopy(recording), pickle.loads(pickle.dumps(recording))):
         assert hwsim.run(other, Drain(period=0.5)).outcome.same[0] == 1
-    assert "close" in pickle.loads(pickle.dumps(recording.accepts))  # a command that is declared but was never given
+    # a command that is declared but was never given
+    assert "close" in pickle.loads(pickle.dumps(recording.accepts))
 
 
 def test_a_command_that_was_never_recorded_is_a_difference():
     replay = replayed(drained(), Told({"close": 1.0, "flow": 2.0}))
     outcome = replay.outcome.isel(part=0)
-    assert (str(outcome.difference_name.values), float(outcome.commanded)) == ("close", 1.0) and isnan(outcome.recorded)
+    assert (str(outcome.difference_name.values), float(outcome.commanded)) == ("close", 1.0) and isnan(
+        outcome.recorded
+    )
     assert replay[replay.tiers[0]].close_command.values[0] == 1.0
-    with pytest.raises(ValueError, match=r"must be one of flow.*got 'shut'"):  # by a machine it is refused, as before
+    # by a machine it is refused, as before
+    with pytest.raises(ValueError, match=r"must be one of flow.*got 'shut'"):
         hwsim.run(Tank(), Told({"shut": 1.0}))
 
 
@@ -256,7 +278,10 @@ def test_one_number_of_a_profile_is_a_difference(row, column, tmp_path):
         same(each, Pusher(ROWS))
         outcome = replayed(each, Pusher(changed)).outcome.isel(part=0)
         assert str(outcome.difference_name.values) == f"profile[{row}, {column}]"
-        assert (float(outcome.recorded), float(outcome.commanded)) == (ROWS[row][column], changed[row, column])
+        assert (float(outcome.recorded), float(outcome.commanded)) == (
+            ROWS[row][column],
+            changed[row, column],
+        )
         assert float(outcome.difference_time) == pytest.approx(0.01, abs=1e-4)  # when it was sampled
 
 
@@ -276,7 +301,9 @@ def test_a_log_from_before_it_held_rows_is_replayed_by_digests_and_by_numbers_of
 
 
 class Twice(Pusher):
-    """Pushes at two of its steps, the second time with fewer rows; takes one back in between, and leaves its parts different."""
+    """Pushes at two of its steps, the second time with fewer rows; takes one back in between, and leaves its
+    parts different.
+    """
 
     parts = 0
 
@@ -303,7 +330,10 @@ def test_the_rows_of_all_pushes_stand_below_each_other(tmp_path):
     with hwsim.Journal(tmp_path / "run.db") as journal:
         for each in log, hwsim.Log.from_file(tmp_path / "log.nc"), journal.log():
             rows = each["controller:profile"]
-            assert rows.part.values.tolist() == [0] * 4 + [1] * 5 and rows.profile_command.units == "s, mm/s, mm/s^2"
+            assert (
+                rows.part.values.tolist() == [0] * 4 + [1] * 5
+                and rows.profile_command.units == "s, mm/s, mm/s^2"
+            )
             np.testing.assert_allclose(rows.time, [0.01] * 3 + [0.24] + [0.01] * 3 + [0.24] * 2, rtol=1e-12)
             np.testing.assert_array_equal(rows.profile_command, ROWS + ROWS[:1] + ROWS + ROWS[:2])
             assert each.tiers == ("controller",) and log_same(each, log)
@@ -320,8 +350,13 @@ def test_a_run_begun_before_it_held_rows_goes_on(tmp_path):
     with closing(sqlite3.connect(tmp_path / "run.db")) as database, database:  # the rows come last
         ((names, arrays),) = database.execute("SELECT names, arrays FROM part")
         names = json.loads(names)
-        assert [name for name, _, _ in names[-2:]] == ["controller:profile/time", "controller:profile/profile_command"]
-        database.execute("UPDATE part SET names = ?, arrays = ?", (json.dumps(names[:-2]), arrays[: -8 * 3 * 4]))
+        assert [name for name, _, _ in names[-2:]] == [
+            "controller:profile/time",
+            "controller:profile/profile_command",
+        ]
+        database.execute(
+            "UPDATE part SET names = ?, arrays = ?", (json.dumps(names[:-2]), arrays[: -8 * 3 * 4])
+        )
     log = hwsim.run(plant, Pusher(ROWS), parts=2, rng=1, journal=tmp_path / "run.db")
     assert log["controller:profile"].part.values.tolist() == [1] * 3
     same(log, Pusher(ROWS), part=0)
@@ -337,7 +372,9 @@ def test_a_tier_with_a_colon_is_refused():
 
 
 def test_a_minus_before_a_zero_is_no_difference():
-    assert digest(np.array([[0.0, -1.0]])) == digest(np.array([[-0.0, -1.0]])) != digest(np.array([[0.0, 1.0]]))
+    assert (
+        digest(np.array([[0.0, -1.0]])) == digest(np.array([[-0.0, -1.0]])) != digest(np.array([[0.0, 1.0]]))
+    )
     assert digest(np.arange(6.0).reshape(3, 2).T) == digest(np.array([[0.0, 2.0, 4.0], [1.0, 3.0, 5.0]]))
 
 
@@ -346,7 +383,9 @@ def test_what_is_no_log_of_one_controller_is_refused():
         Recording(3)
     with pytest.raises(ValueError, match="part must be < the number of parts in the log, 1; got 1"):
         Recording(drained(), part=1)
-    both = hwsim.compare(Tank(alarm=-1.0), {"one": Drain(period=0.5), "other": Drain(3.0, period=0.5)}, parts=1)
+    both = hwsim.compare(
+        Tank(alarm=-1.0), {"one": Drain(period=0.5), "other": Drain(3.0, period=0.5)}, parts=1
+    )
     with pytest.raises(ValueError, match="log must be of one controller"):
         Recording(both)
     with pytest.raises(ValueError, match="log must be with a table"):

@@ -15,7 +15,9 @@ CONTROLLER = plunge.CycleController(PROBLEM.replace(wear_flat_area=0.0234), safe
 
 
 def again(**changes):
-    return hwsim.repeat(GRINDER, CONTROLLER, series=3, parts=4, rng=7, adapt=plunge.adaptation(PROBLEM), **changes)
+    return hwsim.repeat(
+        GRINDER, CONTROLLER, series=3, parts=4, rng=7, adapt=plunge.adaptation(PROBLEM), **changes
+    )
 
 
 def test_each_series_is_a_run_with_its_own_child():

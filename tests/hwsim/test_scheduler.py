@@ -1,4 +1,6 @@
-"""The scheduler against a twin that goes nanosecond by nanosecond, response-time analysis, and what must always hold."""
+"""The scheduler against a twin that goes nanosecond by nanosecond, response-time analysis, and what must
+always hold.
+"""
 
 import copy
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -34,7 +36,8 @@ def loops(seed):
     return LOOPS.run(2.0, seed, spindle=TURNING)
 
 
-# A slow twin ----------------------------------------------------------------------------------------------------------
+# A slow twin
+# ----------------------------------------------------------------------------------------------------------
 
 
 def twin(tasks, releases, end):
@@ -58,7 +61,9 @@ def twin(tasks, releases, end):
             if running is None or tasks[best].priority < tasks[running].priority:
                 if running is not None:
                     trace.append((now, Kind.PREEMPT, running, jobs[running]["number"]))
-                trace.append((now, Kind.RESUME if jobs[best]["begun"] else Kind.START, best, jobs[best]["number"]))
+                trace.append(
+                    (now, Kind.RESUME if jobs[best]["begun"] else Kind.START, best, jobs[best]["number"])
+                )
                 jobs[best]["begun"], running = True, best
             if jobs[running]["left"]:
                 break
@@ -79,7 +84,11 @@ def drawn(task, rng, end):
     drawn = []
     while len(drawn) < number:
         late = rng.uniform(0.0, task.jitter, DRAWN) if task.jitter else np.zeros(DRAWN)
-        seconds = rng.gamma((task.mean / task.sd) ** 2, task.sd**2 / task.mean, DRAWN) if task.sd else [task.mean] * DRAWN
+        seconds = (
+            rng.gamma((task.mean / task.sd) ** 2, task.sd**2 / task.mean, DRAWN)
+            if task.sd
+            else [task.mean] * DRAWN
+        )
         drawn += [(int(wait * NS), round(long * NS)) for wait, long in zip(late, seconds, strict=True)]
     return [(due + wait, long) for due, (wait, long) in zip(listed, drawn, strict=False)]
 
@@ -99,7 +108,11 @@ def small_tasks(draw):
         sd = draw(st.sampled_from([0.0, 0.3, 1.5])) * mean
         late = draw(st.sampled_from([0.0, 0.2, 0.9])) * period
         times = (mean / NS, sd / NS) if sd else mean / NS
-        tasks.append(Task(f"t{k}", period / NS, priority=draw(st.integers(1, 3)), execution_time=times, jitter=late / NS))
+        tasks.append(
+            Task(
+                f"t{k}", period / NS, priority=draw(st.integers(1, 3)), execution_time=times, jitter=late / NS
+            )
+        )
     assume(sum(task.share() for task in tasks) <= 1)
     return tasks
 
@@ -113,11 +126,14 @@ def test_as_the_twin_that_goes_nanosecond_by_nanosecond(tasks, seed):
     np.testing.assert_array_equal(schedule.trace, twin(tasks, releases, end))
 
 
-# Response-time analysis -----------------------------------------------------------------------------------------------
+# Response-time analysis
+# -----------------------------------------------------------------------------------------------
 
 
 def response(tasks, k):
-    """Joseph & Pandya (1986): the smallest R = C_k + sum of ceil(R/T_i) C_i over the more urgent tasks, in ns."""
+    """Joseph & Pandya (1986): the smallest R = C_k + sum of ceil(R/T_i) C_i over the more urgent tasks, in
+    ns.
+    """
     above = [task for task in tasks if task.priority < tasks[k].priority]
     own, answer = round(tasks[k].mean * NS), 0
     while answer <= 10 * round(tasks[k].period * NS):
@@ -149,7 +165,12 @@ def test_worst_response_is_that_of_the_analysis(rows):
 
 def test_what_liu_and_layland_print():
     """Two tasks that use the whole processor: 2 of 4 and 4 of 8 ms; the completion falls on the next release."""
-    schedule = Scheduler([Task("a", 0.004, priority=1, execution_time=0.002), Task("b", 0.008, priority=2, execution_time=0.004)])
+    schedule = Scheduler(
+        [
+            Task("a", 0.004, priority=1, execution_time=0.002),
+            Task("b", 0.008, priority=2, execution_time=0.004),
+        ]
+    )
     report = schedule.run(0.8).report
     assert schedule.utilisation == 1.0
     assert (report["a"].worst_response, report["b"].worst_response) == (0.002, 0.008)
@@ -157,7 +178,8 @@ def test_what_liu_and_layland_print():
     assert report["a"].utilisation + report["b"].utilisation == pytest.approx(1.0, abs=1e-12)
 
 
-# What must always hold ------------------------------------------------------------------------------------------------
+# What must always hold
+# ------------------------------------------------------------------------------------------------
 
 
 @given(st.integers(0, 2**32), st.floats(0.2, 1.9))
@@ -197,7 +219,9 @@ def test_how_time_is_cut_changes_nothing(seed, cuts, by_events):
     assert cut.schedule == whole.schedule
     if by_events:
         names = [task.name for task in periodic.tasks]
-        assert [(e.time, e.kind, names.index(e.task), e.job) for e in events] == list(map(tuple, whole.schedule.trace.tolist()))
+        assert [(e.time, e.kind, names.index(e.task), e.job) for e in events] == list(
+            map(tuple, whole.schedule.trace.tolist())
+        )
     else:
         assert listed == jobs
 
@@ -210,7 +234,10 @@ def test_a_job_waits_for_the_one_before_of_its_own_level():
 
 
 def test_an_overrun_is_missed_and_the_phase_kept():
-    tasks = [Task("urgent", 0.1, priority=1, execution_time=0.025), Task("often", 0.01, priority=2, execution_time=0.002)]
+    tasks = [
+        Task("urgent", 0.1, priority=1, execution_time=0.025),
+        Task("often", 0.01, priority=2, execution_time=0.002),
+    ]
     schedule = Scheduler(tasks).run(0.1)
     report = schedule.report["often"]
     assert (report.releases, report.overruns, report.completed) == (10, 2, 8)
@@ -226,11 +253,14 @@ def test_an_overrun_is_missed_and_the_phase_kept():
 def test_what_takes_no_time_is_sampled_and_complete_at_once():
     tasks = [Task("control", 0.01, priority=1), Task("model", 0.02, priority=2, execution_time=0.012)]
     schedule = Scheduler(tasks).run(0.04)
-    np.testing.assert_array_equal(schedule.jobs("control")[:, 1:], np.outer(np.arange(4) * 10_000_000, [1, 1, 1]))
+    np.testing.assert_array_equal(
+        schedule.jobs("control")[:, 1:], np.outer(np.arange(4) * 10_000_000, [1, 1, 1])
+    )
     assert schedule.report["model"].preemptions == 2 and schedule.report["model"].worst_response == 0.012
 
 
-# Releases -------------------------------------------------------------------------------------------------------------
+# Releases
+# -------------------------------------------------------------------------------------------------------------
 
 
 def test_60_hz_does_not_drift():
@@ -243,7 +273,9 @@ def test_60_hz_does_not_drift():
 @pytest.mark.parametrize("start", [0.0, 0.3, -7.1])
 def test_releases_by_angle_lie_on_the_multiples(start):
     step = np.deg2rad(5.0)
-    schedule = Scheduler([Task("model", angle_step=step)], spindle_speed_max=20.0).run(2.0, spindle=TURNING, start_angle=start)
+    schedule = Scheduler([Task("model", angle_step=step)], spindle_speed_max=20.0).run(
+        2.0, spindle=TURNING, start_angle=start
+    )
     seconds = schedule.jobs("model")[:, 1] / NS
     grid = np.linspace(0.0, 2.0, 2_000_001)  # the slow way: where the angle is on a fine grid of time
     angle, begun = np.full_like(grid, start), 0.0
@@ -256,12 +288,16 @@ def test_releases_by_angle_lie_on_the_multiples(start):
     first = [0.0] if start == 0.0 else []
     np.testing.assert_allclose(seconds, [*first, *expected], rtol=0, atol=1.1e-6)
     at = np.interp(seconds, grid, angle)
-    np.testing.assert_allclose(at, step * np.round(at / step), rtol=0, atol=2e-8)  # 10.5 rad/s for a nanosecond
+    # 10.5 rad/s for a nanosecond
+    np.testing.assert_allclose(at, step * np.round(at / step), rtol=0, atol=2e-8)
 
 
 def test_a_spindle_that_turns_back_releases_each_multiple_once():
-    rows = [(1.0, 1.0, -2.0), (1.0, -1.0, 2.0), (1.0, 1.0, 0.0)]  # from 0.04 to 0.29, back to -0.21, on to 1.04
-    schedule = Scheduler([Task("model", angle_step=0.1)], spindle_speed_max=2.0).run(3.0, spindle=rows, start_angle=0.04)
+    # from 0.04 to 0.29, back to -0.21, on to 1.04
+    rows = [(1.0, 1.0, -2.0), (1.0, -1.0, 2.0), (1.0, 1.0, 0.0)]
+    schedule = Scheduler([Task("model", angle_step=0.1)], spindle_speed_max=2.0).run(
+        3.0, spindle=rows, start_angle=0.04
+    )
     seconds = schedule.jobs("model")[:, 1] / NS
     # 0.1 and 0.2 on the way out, 0.3 ... 1.0 in the last second; never again what was passed
     out = [(1 - np.sqrt(1 - 4 * (angle - 0.04))) / 2 for angle in (0.1, 0.2)]
@@ -291,7 +327,8 @@ def test_what_is_passed_while_a_late_release_waits_comes_at_once():
         expected.append(last)
     np.testing.assert_allclose(releases, expected[: releases.size], rtol=0, atol=1)
     assert np.any(np.diff(releases) == 0) and releases.size >= 17
-    assert schedule.report["model"].overruns == np.sum(np.diff(releases) == 0)  # two at one instant: the second is missed
+    # two at one instant: the second is missed
+    assert schedule.report["model"].overruns == np.sum(np.diff(releases) == 0)
 
 
 def test_a_spindle_that_reverses_within_a_segment():
@@ -300,7 +337,10 @@ def test_a_spindle_that_reverses_within_a_segment():
     )
     # -t + t^2 = k - 0.5
     np.testing.assert_allclose(
-        schedule.jobs("model")[:, 1] / NS, [(1 + np.sqrt(1 + 4 * (k - 0.5))) / 2 for k in range(1, 13)], rtol=0, atol=1e-9
+        schedule.jobs("model")[:, 1] / NS,
+        [(1 + np.sqrt(1 + 4 * (k - 0.5))) / 2 for k in range(1, 13)],
+        rtol=0,
+        atol=1e-9,
     )
 
 
@@ -341,13 +381,17 @@ def test_execution_times_have_the_mean_and_deviation_asked_for():
     assert times.std() == pytest.approx(0.001, abs=4 * 1.4e-5)
 
 
-# The same, everywhere -------------------------------------------------------------------------------------------------
+# The same, everywhere
+# -------------------------------------------------------------------------------------------------
 
 
 def test_the_same_seed_gives_the_same_bytes_on_any_number_of_workers():
     serial = execute(loops, range(6))
     assert len({each.trace.tobytes() for each in serial}) == 6
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes, ThreadPoolExecutor(3) as threads:
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes,
+        ThreadPoolExecutor(3) as threads,
+    ):
         for executor in (processes, threads):
             for one, other in zip(serial, execute(loops, range(6), executor), strict=True):
                 assert one == other and one.trace.tobytes() == other.trace.tobytes()
@@ -376,7 +420,9 @@ def test_saved_and_read(tmp_path):
 
 
 def test_an_empty_beginning_can_be_reported():
-    schedule = Scheduler([Task("model", angle_step=1.0, execution_time=0.1)], spindle_speed_max=1.0).run(1.0, start_angle=0.5)
+    schedule = Scheduler([Task("model", angle_step=1.0, execution_time=0.1)], spindle_speed_max=1.0).run(
+        1.0, start_angle=0.5
+    )
     assert schedule.trace.shape == (0, 4)
     report = schedule.report["model"]
     assert (report.releases, report.worst_response, report.utilisation) == (0, 0.0, 0.0)
@@ -397,7 +443,8 @@ def test_the_picture_shows_all_work_of_its_window():
     pyplot.close("all")
 
 
-# Bad input ------------------------------------------------------------------------------------------------------------
+# Bad input
+# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -409,10 +456,16 @@ def test_the_picture_shows_all_work_of_its_window():
         (lambda: Task("a", 1e-10), r"period of a must be at least a nanosecond \(s\); got 1e-10"),
         (lambda: Task("a", angle_step=0.0), r"angle_step of a must be > 0 \(rad\); got 0.0"),
         (lambda: Task("a"), r"a must have a period \(s\) or an angle_step \(rad\), one of them"),
-        (lambda: Task("a", 0.1, angle_step=0.1), r"a must have a period \(s\) or an angle_step \(rad\), one of them"),
+        (
+            lambda: Task("a", 0.1, angle_step=0.1),
+            r"a must have a period \(s\) or an angle_step \(rad\), one of them",
+        ),
         (lambda: Task("a", 0.1, priority=0), r"priority of a must be >= 1; got 0"),
         (lambda: Task("a", 0.1, execution_time=-1.0), r"execution_time of a must be >= 0 \(s\); got -1.0"),
-        (lambda: Task("a", 0.1, execution_time=(0.0, 0.1)), r"execution_time of a must be of a mean > 0 where its sd is > 0"),
+        (
+            lambda: Task("a", 0.1, execution_time=(0.0, 0.1)),
+            r"execution_time of a must be of a mean > 0 where its sd is > 0",
+        ),
         (
             lambda: Task("a", 0.1, execution_time=(0.1,)),
             r"execution_time of a must be a time or \(mean, sd\) \(s\); got \(0.1,\)",
@@ -430,12 +483,21 @@ def test_the_picture_shows_all_work_of_its_window():
             lambda: Scheduler([Task("m", angle_step=0.1)]),
             r"spindle_speed_max must be given \(rad/s\), as m has an angle_step; got None",
         ),
-        (lambda: Scheduler([Task("a", 0.1), Task("a", 0.2)]), r"names of tasks must be without repeats; got 'a' twice"),
+        (
+            lambda: Scheduler([Task("a", 0.1), Task("a", 0.2)]),
+            r"names of tasks must be without repeats; got 'a' twice",
+        ),
         (lambda: LOOPS.run(0.0), r"duration must be > 0 \(s\); got 0.0"),
-        (lambda: LOOPS.run(1.0, spindle=[1.0, 2.0]), r"spindle must be of shape \(n, 3\) \(s, rad/s, rad/s\^2\); got \(2,\)"),
+        (
+            lambda: LOOPS.run(1.0, spindle=[1.0, 2.0]),
+            r"spindle must be of shape \(n, 3\) \(s, rad/s, rad/s\^2\); got \(2,\)",
+        ),
         (lambda: LOOPS.run(1.0, spindle=[(0.0, 1.0, 0.0)]), r"spindle\[0, 0\] must be > 0 \(s\); got 0.0"),
         (lambda: advanced_back(), r"to must be >= now, 20 \(ns\); got 10"),
-        (lambda: loops(0).jobs("contrl"), r"task must be one of control, data, model, communication; got 'contrl'"),
+        (
+            lambda: loops(0).jobs("contrl"),
+            r"task must be one of control, data, model, communication; got 'contrl'",
+        ),
         (lambda: loops(0).plot(3.0), r"first must be in \[0, 2\] \(s\); got 3.0"),
     ],
 )

@@ -92,20 +92,28 @@ def test_reset_forgets():
     controller = SequenceController(Thirds())
     controller.step(height=0.9, time_left=20.0)
     controller.reset()
-    with pytest.raises(ValueError, match=r"height \(mm\) and time_left \(s\) must both be read before the first pass"):
+    with pytest.raises(
+        ValueError, match=r"height \(mm\) and time_left \(s\) must both be read before the first pass"
+    ):
         controller.step(height=nan, time_left=20.0)
 
 
 def test_bead_beyond_the_plan_is_refused_with_advice():
     controller = SequenceController(Thirds())
-    with pytest.raises(ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.1: plan with a"):
+    with pytest.raises(
+        ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.1: plan with a"
+    ):
         controller.step(height=2.1, time_left=20.0)
-    with pytest.raises(ValueError, match=r"time_left must be <= horizon = 60 of the policy \(s\); got 61.0: plan with a"):
+    with pytest.raises(
+        ValueError, match=r"time_left must be <= horizon = 60 of the policy \(s\); got 61.0: plan with a"
+    ):
         controller.step(height=1.0, time_left=61.0)
 
 
 def test_only_policies_are_followed():
-    with pytest.raises(TypeError, match=r"policy must be a policy, as weldbead.plan gives it; got a SequenceProblem"):
+    with pytest.raises(
+        TypeError, match=r"policy must be a policy, as weldbead.plan gives it; got a SequenceProblem"
+    ):
         SequenceController(P1)
 
 
@@ -117,7 +125,9 @@ def test_a_bead_of_the_greatest_height_is_ground_whatever_the_scan_reads():
     assert (log["sequence"].height.values[log["sequence"].time.values == 0] > problem.height_max).any()
     exact, above = weldbead.SequenceController(policy), weldbead.SequenceController(policy)
     assert exact.step(height=2.0, time_left=30.0) == above.step(height=2.0199, time_left=30.0)
-    with pytest.raises(ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.0201"):
+    with pytest.raises(
+        ValueError, match=r"height must be <= height_max = 2 of the policy \(mm\); got 2.0201"
+    ):
         above.step(height=2.0201, time_left=30.0)
 
 
@@ -146,10 +156,16 @@ def test_the_next_policy_knows_the_last_pass_where_its_finish_is_charged():
 def test_coefficients_are_learned_though_the_bead_is_not_scanned_again():
     policy = weldbead.plan(P1, tolerance=None, nodes=51)
     disc = passes.TiltedDisc(P1.model, relaxed_angle=units.deg(20.0), rotational_stiffness=6e5)
-    tier = weldbead.Hierarchy(policy, disc, force.PI.design(crossover=units.hz(3.0)), replan=False).tiers["sequence"]
+    tier = weldbead.Hierarchy(policy, disc, force.PI.design(crossover=units.hz(3.0)), replan=False).tiers[
+        "sequence"
+    ]
     first = tier.step(height=1.5, time_left=30.0)
     learned = {"grinding_power": 900.0, "removal_rate": 60.0, "normal_force": 50.0, "tangential_force": 15.0}
     second = tier.step(height=0.1, time_left=18.0, **learned)
     assert second["specific_energy"] > first["specific_energy"]
     left = 1.5 - first["mean_cut"]
-    assert tier.report()["penalty"] > policy.value(height=left, time_left=18.0) > policy.value(height=0.1, time_left=18.0)
+    assert (
+        tier.report()["penalty"]
+        > policy.value(height=left, time_left=18.0)
+        > policy.value(height=0.1, time_left=18.0)
+    )

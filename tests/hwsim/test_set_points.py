@@ -66,7 +66,8 @@ def test_set_points_act_in_the_same_tick_and_are_held():
     assert [entry[0] for entry in book[:3]] == ["boss", "hand", "hand"]
     assert book[1][1] == book[2][1] == 1.0
     wanted = log["hand"].wanted.values
-    np.testing.assert_array_equal(wanted[log["hand"].time.values < 5.0], 1.0)  # the alarm at 5 mm is reached after 5 s
+    # the alarm at 5 mm is reached after 5 s
+    np.testing.assert_array_equal(wanted[log["hand"].time.values < 5.0], 1.0)
     assert wanted[-2] == 2.0
     np.testing.assert_array_equal(log["hand"].flow_command.values[:-1], wanted[:-1])
 
@@ -80,7 +81,8 @@ def test_arrays_pass_untouched():
 def test_tables_hold_what_tiers_read_and_command():
     log, book = run_both()
     assert set(log["boss"].data_vars) == {"level", "wanted_command", "curve_command"}
-    assert set(log["hand"].data_vars) == {"temperature", "wanted", "flow_command"}  # the curve stands once, with the boss
+    # the curve stands once, with the boss
+    assert set(log["hand"].data_vars) == {"temperature", "wanted", "flow_command"}
     assert log["boss"].wanted_command.units == log["hand"].wanted.units == "mm/s"
     assert log["boss"].curve_command.dims == ("row", "curve_command_index")
     assert "wanted" not in book[0][1]  # the upper tier does not see them
@@ -124,7 +126,8 @@ def test_logs_and_journals_keep_them(tmp_path):
         assert journal.log()["hand"].wanted.units == "mm/s"
 
 
-# Refusals -------------------------------------------------------------------------------------------------------------
+# Refusals
+# -------------------------------------------------------------------------------------------------------------
 
 
 def faults(**tiers):
@@ -147,7 +150,9 @@ def test_a_tier_above_does_not_get_set_points_of_one_below():
 def test_units_of_set_points():
     hand = Hand([])
     hand.reads = {**Hand.reads, "wanted": "l/min"}
-    assert faults(boss=Boss(), hand=hand) == ("controller hand reads wanted in l/min, the tier above commands it in mm/s",)
+    assert faults(boss=Boss(), hand=hand) == (
+        "controller hand reads wanted in l/min, the tier above commands it in mm/s",
+    )
     with pytest.raises(ValueError, match="reads wanted in l/min, the tier above commands it in mm/s"):
         hwsim.run(Tank(), Two(boss=Boss(), hand=hand))
 
@@ -184,16 +189,25 @@ def test_bad_set_points_at_run_time(given, message):
 def test_a_command_that_is_called_command_keeps_its_name():
     from hwsim_inside import Labels, command_column
 
-    assert (command_column("flow"), command_column("platform_command")) == ("flow_command", "platform_command")
+    assert (command_column("flow"), command_column("platform_command")) == (
+        "flow_command",
+        "platform_command",
+    )
     labels = Labels("", "", {}, {"platform_command": "mm", "flow": "mm/s"}, {}, {}, {})
     assert labels.column("platform_command") == {"units": "mm", "long_name": "platform commanded"}
     assert labels.column("flow_command") == {"units": "mm/s", "long_name": "flow commanded"}
 
 
 def test_a_pass_begins_after_its_set_points_came():
-    """The disc is still where the last pass left it: nothing is demanded before it comes to the plan, and nothing winds up."""
+    """The disc is still where the last pass left it: nothing is demanded before it comes to the plan, and
+    nothing winds up.
+    """
     time = np.arange(0.0, 2.0, 0.004)
-    points = {"plan_time": time, "normal_force_plan": np.where(time > 0, 40.0, 0.0), "fly_height_plan": np.full(time.size, 10.0)}
+    points = {
+        "plan_time": time,
+        "normal_force_plan": np.where(time > 0, 40.0, 0.0),
+        "fly_height_plan": np.full(time.size, 10.0),
+    }
     controller = force.ForceController(None, force.PI.design(crossover=units.hz(3.0)))
     command = controller.step(force=nan, **points, center_x_plan=20.0 * time)
     assert controller.report() == {"force_demand": 0.0, "force_reference": 0.0, "correction": 0.0}
@@ -208,7 +222,11 @@ def test_a_pass_begins_after_its_set_points_came():
 
 def test_without_place_and_clock_samples_are_counted():
     time = np.arange(0.0, 2.0, 0.004)
-    points = {"plan_time": time, "normal_force_plan": 10.0 + 20.0 * time, "fly_height_plan": np.full(time.size, 10.0)}
+    points = {
+        "plan_time": time,
+        "normal_force_plan": 10.0 + 20.0 * time,
+        "fly_height_plan": np.full(time.size, 10.0),
+    }
     controller = force.ForceController(None, force.PI.design(crossover=units.hz(3.0)))
     demands = []
     for _ in range(30):

@@ -142,7 +142,10 @@ def test_a_peer_that_does_not_read_blocks_nobody(raw):
     [
         (b"GET / HTTP/1.1\r\n\r\n", "prefix of a message must begin with c35a; got 4745"),
         (struct.pack("!HI", 0xC35A, 1001), "a message must be of at most 1000 bytes; got one of 1001"),
-        (struct.pack("!HI", 0xC35A, 2**32 - 1), "a message must be of at most 1000 bytes; got one of 4294967295"),
+        (
+            struct.pack("!HI", 0xC35A, 2**32 - 1),
+            "a message must be of at most 1000 bytes; got one of 4294967295",
+        ),
     ],
 )
 def test_what_is_refused(stream, reason):
@@ -171,7 +174,8 @@ def test_nobody_there(listener):
         TcpLink.connect(address)
 
 
-# Records over connections that break ----------------------------------------------------------------------------------
+# Records over connections that break
+# ----------------------------------------------------------------------------------
 
 
 def host(listener, lives, got, number):
@@ -186,7 +190,8 @@ def host(listener, lives, got, number):
             courier.advance(monotonic() - begun)
             got += courier.receive()
         if len(got) == number:
-            while not link.closed and monotonic() - begun < PATIENCE:  # until the machine has its acknowledgement and leaves
+            # until the machine has its acknowledgement and leaves
+            while not link.closed and monotonic() - begun < PATIENCE:
                 link.wait(0.05)
                 courier.advance(monotonic() - begun)
         link.close()

@@ -66,7 +66,8 @@ def test_prints_planned_beside_realised(finished, policy, capsys):
     outcome = sdpgrind.load(finished / "run.nc").outcome
     penalty = outcome.penalty.values
     planned = f"{outcome.penalty_planned.values.mean():.4f}"
-    assert float(planned) == pytest.approx(policy.value(height=1.5, time_left=30.0), abs=1e-3)  # by a noisy scan
+    # by a noisy scan
+    assert float(planned) == pytest.approx(policy.value(height=1.5, time_left=30.0), abs=1e-3)
     standard_error = f"{np.std(penalty, ddof=1) / np.sqrt(6):.4f}"
     assert lines["mean of 6 beads"] == ["planned", "realised", "std.", "error"]
     assert lines["penalty ($)"] == [planned, f"{penalty.mean():.4f}", standard_error]
@@ -87,7 +88,17 @@ def test_finished_run_is_reported_again_unchanged(finished, capsys):
 
 
 def test_policy_from_a_file_gives_the_same_run(finished, tmp_path, capsys):
-    arguments = ["weldbead", "--simple", "--policy", str(finished / "policy.nc"), "--parts", "6", "--rng", "4", "--no-pictures"]
+    arguments = [
+        "weldbead",
+        "--simple",
+        "--policy",
+        str(finished / "policy.nc"),
+        "--parts",
+        "6",
+        "--rng",
+        "4",
+        "--no-pictures",
+    ]
     assert main([*arguments, "--out", str(tmp_path)]) == 0
     assert sorted(file.name for file in tmp_path.iterdir()) == ["policy.nc", "run.db", "run.nc"]
     assert (tmp_path / "run.nc").read_bytes() == (finished / "run.nc").read_bytes()
@@ -127,7 +138,10 @@ def test_interrupted(finished, monkeypatch, capsys):
 
     monkeypatch.setattr(_area, "_run", interrupt)
     assert main(["weldbead", "--simple", "--policy", str(finished / "policy.nc")]) == 130
-    assert without_news(capsys.readouterr().err) == "hwsim: interrupted; the same command with the same --out goes on from here\n"
+    assert (
+        without_news(capsys.readouterr().err)
+        == "hwsim: interrupted; the same command with the same --out goes on from here\n"
+    )
 
 
 def test_journal_of_another_seed(finished, capsys):
@@ -139,21 +153,31 @@ def test_journal_of_another_seed(finished, capsys):
 
 def test_folder_of_another_problem_or_policy(finished, coarse, capsys):
     line = refused(capsys, "--preset", "P4", "--out", finished)
-    assert line == f"--out {finished} holds a run of another problem (burn_limit differs): choose another folder"
+    assert (
+        line == f"--out {finished} holds a run of another problem (burn_limit differs): choose another folder"
+    )
     line = refused(capsys, "--policy", coarse, "--out", finished)
     assert line == f"--out {finished} holds a run of another policy: choose another folder"
 
 
 def test_other_refusals(finished, tmp_path, capsys):
     policy, log = finished / "policy.nc", finished / "run.nc"
-    assert refused(capsys) == "problem.toml, --preset or --policy must be given; try: hwsim weldbead --preset P1"
-    assert refused(capsys, "a.toml", "--preset", "P1") == "either problem.toml or --preset must be given, not both"
+    assert (
+        refused(capsys) == "problem.toml, --preset or --policy must be given; try: hwsim weldbead --preset P1"
+    )
+    assert (
+        refused(capsys, "a.toml", "--preset", "P1")
+        == "either problem.toml or --preset must be given, not both"
+    )
     assert "No such file" in refused(capsys, tmp_path / "no.toml")
     assert refused(capsys, "--preset", "P9").endswith("got 'P9'")
     assert refused(capsys, "--preset", "P1", "--parts", 0) == "--parts must be >= 1; got 0"
     assert refused(capsys, "--preset", "P1", "--rng", -1) == "--rng must be >= 0; got -1"
     assert refused(capsys, "--preset", "P1", "--tolerance", 0) == "--tolerance must be > 0 ($); got 0.0"
-    assert refused(capsys, "--policy", log) == f"--policy must be a saved policy of a weld bead; {log} holds a Log"
+    assert (
+        refused(capsys, "--policy", log)
+        == f"--policy must be a saved policy of a weld bead; {log} holds a Log"
+    )
     differs = refused(capsys, "--preset", "P4", "--policy", policy)
     assert differs == f"--policy {policy} is for another problem: burn_limit differs"
     assert refused(capsys, "--preset", "P1", "--out", log) == f"--out must be a folder; {log} is a file"
@@ -172,7 +196,22 @@ def test_error_on_the_machine_names_part_and_time(finished, tmp_path, capsys):
 @pytest.fixture(scope="module")
 def three_tiers(finished, tmp_path_factory):
     folder = tmp_path_factory.mktemp("tiers")
-    assert main(["weldbead", "--policy", str(finished / "policy.nc"), "--parts", "2", "--rng", "4", "--out", str(folder)]) == 0
+    assert (
+        main(
+            [
+                "weldbead",
+                "--policy",
+                str(finished / "policy.nc"),
+                "--parts",
+                "2",
+                "--rng",
+                "4",
+                "--out",
+                str(folder),
+            ]
+        )
+        == 0
+    )
     return folder
 
 
@@ -188,11 +227,23 @@ def test_three_tiers_are_what_runs_unless_it_is_simple(three_tiers, policy):
 
 
 def test_three_tiers_are_reported_with_their_deepest_place(three_tiers, capsys):
-    again = ["weldbead", "--policy", str(three_tiers / "policy.nc"), "--parts", "2", "--rng", "4", "--out", str(three_tiers)]
+    again = [
+        "weldbead",
+        "--policy",
+        str(three_tiers / "policy.nc"),
+        "--parts",
+        "2",
+        "--rng",
+        "4",
+        "--out",
+        str(three_tiers),
+    ]
     assert main([*again, "--no-pictures"]) == 0
     lines = capsys.readouterr().out.splitlines()
     outcome = sdpgrind.load(three_tiers / "run.nc").outcome
-    assert lines[3].split()[-2:] == ["realised", "$"] and "mean over mm" in lines[3] and "deepest mm" in lines[3]
+    assert (
+        lines[3].split()[-2:] == ["realised", "$"] and "mean over mm" in lines[3] and "deepest mm" in lines[3]
+    )
     assert float(lines[4].split()[4]) == pytest.approx(outcome.overground.values[0], abs=6e-5)
     assert float(lines[4].split()[5]) == pytest.approx(outcome.overground_worst.values[0], abs=6e-4)
     assert any(line.startswith("deepest place (mm)") for line in lines)
@@ -214,9 +265,22 @@ def test_version(capsys):
 def test_a_reader_that_has_had_enough(finished, tmp_path):
     """As in ``hwsim weldbead ... | head``: no fault is told, and all is kept."""
     out = tmp_path / "kept"
-    line = ["weldbead", "--simple", "--policy", finished / "policy.nc", "--parts", "3", "--no-pictures", "--out", out]
+    line = [
+        "weldbead",
+        "--simple",
+        "--policy",
+        finished / "policy.nc",
+        "--parts",
+        "3",
+        "--no-pictures",
+        "--out",
+        out,
+    ]
     process = subprocess.Popen(
-        [sys.executable, "-m", "hwsim.cli", *map(str, line)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "hwsim.cli", *map(str, line)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     process.stdout.close()
     assert process.stderr.read() == "hwsim: running 3 beads ...\n" and process.wait() == 0
@@ -226,7 +290,16 @@ def test_a_reader_that_has_had_enough(finished, tmp_path):
 
 def test_fewer_parts_than_are_kept_throw_nothing_away(finished, tmp_path, capsys):
     out = tmp_path / "kept"
-    job = ["weldbead", "--simple", "--policy", str(finished / "policy.nc"), "--no-pictures", "--out", str(out), "--parts"]
+    job = [
+        "weldbead",
+        "--simple",
+        "--policy",
+        str(finished / "policy.nc"),
+        "--no-pictures",
+        "--out",
+        str(out),
+        "--parts",
+    ]
     assert main([*job, "3"]) == 0
     before = (out / "run.nc").read_bytes()
     capsys.readouterr()
@@ -236,11 +309,16 @@ def test_fewer_parts_than_are_kept_throw_nothing_away(finished, tmp_path, capsys
 
 
 def test_as_a_program():
-    done = subprocess.run([sys.executable, "-m", "hwsim.cli", "weldbead"], capture_output=True, text=True, check=False)
-    assert done.returncode == 2 and done.stderr.startswith("hwsim: problem.toml, --preset or --policy must be given")
+    done = subprocess.run(
+        [sys.executable, "-m", "hwsim.cli", "weldbead"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2 and done.stderr.startswith(
+        "hwsim: problem.toml, --preset or --policy must be given"
+    )
 
 
-# A folder with something in it ----------------------------------------------------------------------------------------
+# A folder with something in it
+# ----------------------------------------------------------------------------------------
 
 
 def content(folder):
@@ -282,20 +360,38 @@ def test_kept_policy_must_be_as_exact_as_is_asked_for(finished, capsys):
     before = content(finished)
     known = sdpgrind.load(finished / "policy.nc").error
     assert known < 1e-2
-    line = refused(capsys, "--simple", "--preset", "P1", "--rng", 4, "--tolerance", known / 2, "--out", finished)
+    line = refused(
+        capsys, "--simple", "--preset", "P1", "--rng", 4, "--tolerance", known / 2, "--out", finished
+    )
     said = f"holds a policy known to {known:.2g} $, --tolerance asks for {known / 2:g} $"
     assert line == f"--out {finished} {said}: choose another folder or tolerance"
     assert content(finished) == before
     # Where nothing is asked, what is kept will do: a run that was killed goes on.
     assert (
-        main(["weldbead", "--simple", "--preset", "P1", "--rng", "4", "--parts", "6", "--no-pictures", "--out", str(finished)])
+        main(
+            [
+                "weldbead",
+                "--simple",
+                "--preset",
+                "P1",
+                "--rng",
+                "4",
+                "--parts",
+                "6",
+                "--no-pictures",
+                "--out",
+                str(finished),
+            ]
+        )
         == 0
     )
 
 
 def test_policy_of_unknown_error_does_for_no_tolerance(coarse, tmp_path, capsys):
     line = refused(capsys, *JOB[1:], "--out", coarse.parent)
-    assert line.startswith(f"--out {coarse.parent} holds a policy of unknown error, --tolerance asks for 0.01 $: ")
+    assert line.startswith(
+        f"--out {coarse.parent} holds a policy of unknown error, --tolerance asks for 0.01 $: "
+    )
     line = refused(capsys, "--policy", coarse, "--tolerance", 1.0, "--out", tmp_path / "new")
     assert line.endswith("of unknown error, --tolerance asks for 1 $: plan anew, without --policy")
     assert list(content(coarse.parent)) == ["policy.nc"] and not (tmp_path / "new").exists()

@@ -128,7 +128,8 @@ def test_controller_goes_to_another_process_as_it_is(controller):
     assert twin.step(height=1.0, time_left=10.0) == controller.step(height=1.0, time_left=10.0)
 
 
-# A plan is for one part and machine -----------------------------------------------------------------------------------
+# A plan is for one part and machine
+# -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -139,7 +140,10 @@ def test_controller_goes_to_another_process_as_it_is(controller):
         ({"disk_radius": 80.0}, "its disk_radius is 85.0 mm, that of the plant 80.0 mm"),
         ({"reset_time": 1.0}, "its reset_time is 2.0 s, that of the plant 1.0 s"),
         ({"force_max": 40.0}, "its force_max is 50.0 N, that of the plant 40.0 N"),
-        ({"burn_limit": weldbead.ForceBurnLimit(40.0)}, "its burn_limit is None, that of the plant ForceBurnLimit("),
+        (
+            {"burn_limit": weldbead.ForceBurnLimit(40.0)},
+            "its burn_limit is None, that of the plant ForceBurnLimit(",
+        ),
     ],
 )
 def test_policy_of_another_job_is_refused(controller, stand, said):
@@ -151,9 +155,15 @@ def test_policy_of_another_job_is_refused(controller, stand, said):
 
 def test_what_is_estimated_charged_or_hidden_may_differ(controller):
     truth = P1.model.replace(specific_energy=12.0, bead_width=12.0, disk_radius=84.0)
-    other = P1.replace(specific_energy=11.0, idle_power=90.0, friction_ratio=0.31, free_speed=480.0, speed_droop=0.001)
+    other = P1.replace(
+        specific_energy=11.0, idle_power=90.0, friction_ratio=0.31, free_speed=480.0, speed_droop=0.001
+    )
     charged = other.replace(
-        pass_charge=0.1, horizon=80.0, durations=(6.0, 8.0), height_max=3.0, scatter=weldbead.Scatter("K1", 0.1)
+        pass_charge=0.1,
+        horizon=80.0,
+        durations=(6.0, 8.0),
+        height_max=3.0,
+        scatter=weldbead.Scatter("K1", 0.1),
     )
     log = hwsim.run(hwsim.WeldBeadStand(charged, truth=truth, height=1.0, time=20.0), controller, parts=2)
     assert len(log) == 2

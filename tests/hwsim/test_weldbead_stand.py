@@ -47,7 +47,8 @@ def mean_cut(process, coefficients, force, feed):
     return (power - idle) / (energy * process.bead_width * feed)
 
 
-# Hidden truth ---------------------------------------------------------------------------------------------------------
+# Hidden truth
+# ---------------------------------------------------------------------------------------------------------
 
 
 @given(
@@ -104,7 +105,8 @@ def test_more_power_than_the_drive_has_is_blamed_on_the_energy():
     assert mean_cut(process, truth, 50.0, 10.0) == pytest.approx(cut, rel=1e-9)
 
 
-# A pass ---------------------------------------------------------------------------------------------------------------
+# A pass
+# ---------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("attribution", NAMES)
@@ -149,7 +151,8 @@ def test_time_runs_with_passes_and_reset_only():
     machine = bead(time=30.0)
     assert machine.step({}, 0)["time_left"] == 30.0
     assert machine.step(PASS, FOREVER)["time_left"] == 22.0
-    assert machine.step({"feed_rate": 12.5, "normal_force": 20.0}, FOREVER)["time_left"] == 16.0  # 50/12.5 + 2
+    # 50/12.5 + 2
+    assert machine.step({"feed_rate": 12.5, "normal_force": 20.0}, FOREVER)["time_left"] == 16.0
     assert machine.event and machine.time == 14_000
 
 
@@ -177,7 +180,8 @@ def test_measuring_twice_gives_the_same_reading():
     assert machine.step({}, 0) == machine.step({}, 0)
 
 
-# Truth ----------------------------------------------------------------------------------------------------------------
+# Truth
+# ----------------------------------------------------------------------------------------------------------------
 
 
 def test_truth_as_process_problem_and_function():
@@ -216,7 +220,8 @@ def test_truth_does_not_move_the_other_draws():
     np.testing.assert_allclose(cuts[0], 2 * cuts[1], rtol=1e-12)
 
 
-# Outcome --------------------------------------------------------------------------------------------------------------
+# Outcome
+# --------------------------------------------------------------------------------------------------------------
 
 CHARGED = P1.replace(
     lateness_charge=sdp.Quadratic(0.01),
@@ -234,7 +239,9 @@ def test_penalty_by_hand():
     outcome = machine.outcome()
     height = 1.0 - sum(outcome["true_cut_depth"])
     assert machine.done and outcome["passes"] == 2 and outcome["time"] == 14.0 and outcome["lateness"] == 4.0
-    assert outcome["height"] == pytest.approx(height) and outcome["overground"] == max(0.0, -outcome["height"])
+    assert outcome["height"] == pytest.approx(height) and outcome["overground"] == max(
+        0.0, -outcome["height"]
+    )
     side = 2.0 * height if height > 0 else -10.0 * height
     assert outcome["penalty"] == pytest.approx(side + 0.01 * 4.0**2 + 0.4 * 12.5 / 12.5 + 2 * 0.03)
 
@@ -292,7 +299,8 @@ def test_check_finds_nothing_to_say():
     assert str(hwsim.check(hwsim.WeldBeadStand(P1), Passes())) == "Passes and WeldBeadStand fit"
 
 
-# Refusals -------------------------------------------------------------------------------------------------------------
+# Refusals
+# -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -302,8 +310,14 @@ def test_check_finds_nothing_to_say():
         ({"duration": 8.0, "normal_force": 0.0}, r"normal_force must be > 0 \(N\); got 0.0"),
         ({"feed_rate": -3.0, "normal_force": 30.0}, r"feed_rate must be > 0 \(mm/s\); got -3.0"),
         ({"duration": 2.0, "normal_force": 30.0}, r"duration must be > reset_time = 2 \(s\); got 2.0"),
-        ({"duration": 31.0, "normal_force": 30.0}, r"duration must be <= the 30 left before the fixed deadline \(s\)"),
-        ({"duration": 8.0}, r"a pass needs normal_force \(N\) and duration \(s\) or .* got {'duration': 8.0}"),
+        (
+            {"duration": 31.0, "normal_force": 30.0},
+            r"duration must be <= the 30 left before the fixed deadline \(s\)",
+        ),
+        (
+            {"duration": 8.0},
+            r"a pass needs normal_force \(N\) and duration \(s\) or .* got {'duration': 8.0}",
+        ),
         ({"normal_force": 8.0}, r"a pass needs duration \(s\) or feed_rate \(mm/s\); got"),
         (
             {"duration": 8.0, "feed_rate": 10.0, "normal_force": 30.0},
@@ -344,6 +358,8 @@ def test_stands_that_make_no_sense(options, error, message):
 def test_other_refusals():
     with pytest.raises(TypeError, match="problem must be a SequenceProblem; got"):
         hwsim.WeldBeadStand(P1.model)
-    with pytest.raises(TypeError, match=r"truth\(rng\) must give a GrindingProcess or a SequenceProblem; got 1.0"):
+    with pytest.raises(
+        TypeError, match=r"truth\(rng\) must give a GrindingProcess or a SequenceProblem; got 1.0"
+    ):
         bead(truth=lambda rng: 1.0)
     assert bead(CHARGED, time=-3.0).step({}, 0)["time_left"] == -3.0

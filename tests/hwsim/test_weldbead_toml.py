@@ -86,7 +86,9 @@ attribution = ["K1", "mu"]
 relative_sd = [0.1, "5 %"]
 law = "lognormal"
 """
-    stand = read(job("[process]", "pass_charge = 0.03\nmin_cut = '0.02 mm'\n[process]", more), simple=True).stand
+    stand = read(
+        job("[process]", "pass_charge = 0.03\nmin_cut = '0.02 mm'\n[process]", more), simple=True
+    ).stand
     p1 = weldbead.preset("P1")
     problem = p1.replace(
         lateness_charge=sdp.Quadratic(0.01),
@@ -95,7 +97,9 @@ law = "lognormal"
         pass_charge=0.03,
         min_cut=0.02,
     )
-    truth = problem.replace(specific_energy=14.0, scatter=weldbead.Scatter(("K1", "mu"), (0.1, 0.05), "lognormal"))
+    truth = problem.replace(
+        specific_energy=14.0, scatter=weldbead.Scatter(("K1", "mu"), (0.1, 0.05), "lognormal")
+    )
     assert stand == hwsim.WeldBeadStand(problem, truth=truth, height=1.2, time=20.0, height_noise=0.01)
 
 
@@ -165,10 +169,25 @@ def test_charges_of_every_kind(job):
 FAULTS = [
     ("bead_length", "bead_lenght", "", "bead_length is missing; is bead_lenght meant?"),
     ("bead_width = 12.5\n", "", "", "process.bead_width is missing"),
-    ("stage = 2\n", "stage = 2\ncolour = 1\n", "", "colour is not a key; keys here are bead_length, burn_limit"),
-    ("idle_power", "tip_power = 3\nidle_power", "", "process.tip_power is not a key; is process.idle_power meant?"),
+    (
+        "stage = 2\n",
+        "stage = 2\ncolour = 1\n",
+        "",
+        "colour is not a key; keys here are bead_length, burn_limit",
+    ),
+    (
+        "idle_power",
+        "tip_power = 3\nidle_power",
+        "",
+        "process.tip_power is not a key; is process.idle_power meant?",
+    ),
     ('"0.05 kN"', '"50 mm"', "", "force_max must have a unit like N; got '50 mm'"),
-    ('"0.05 kN"', '"50 Newton"', "", "force_max must have a unit like N; got '50 Newton': 'Newton' is no unit known"),
+    (
+        '"0.05 kN"',
+        '"50 Newton"',
+        "",
+        "force_max must have a unit like N; got '50 Newton': 'Newton' is no unit known",
+    ),
     ('"10 s"', '"10 mm"', "", "durations[2] must have a unit like s; got '10 mm'"),
     ("[6, 8", "6 #", "", "durations must be a list of numbers (s); got 6"),
     ('"0.05 kN"', "-3", "", "force_max must be > 0 (N); got -3.0"),
@@ -178,30 +197,85 @@ FAULTS = [
     ('"C1"', '"C4"', "", "[scatter] attribution must be one of C1, K1, K2, mu; got 'C4'"),
     ("relative_sd = 0.15", "relative_sd = -0.15", "", "[scatter] relative_sd must be >= 0; got -0.15"),
     ("{ linear = 2.0 }", "2.0", "", "height_charge.under must be a table; got 2.0"),
-    ("{ linear = 2.0 }", "{ cubic = 2.0 }", "", "height_charge.under.cubic is not a key; keys here are constant"),
-    ("{ linear = 2.0 }", "{}", "", "height_charge.under must have one of linear, quadratic, constant; got none"),
-    ("linear = 2.0", "linear = '2 $/s'", "", "height_charge.under.linear must have a unit like $/mm; got '2 $/s'"),
+    (
+        "{ linear = 2.0 }",
+        "{ cubic = 2.0 }",
+        "",
+        "height_charge.under.cubic is not a key; keys here are constant",
+    ),
+    (
+        "{ linear = 2.0 }",
+        "{}",
+        "",
+        "height_charge.under must have one of linear, quadratic, constant; got none",
+    ),
+    (
+        "linear = 2.0",
+        "linear = '2 $/s'",
+        "",
+        "height_charge.under.linear must have a unit like $/mm; got '2 $/s'",
+    ),
     ('"10 J/mm^3"', "-10", "", "[process] specific_energy must be > 0 (J/mm^3); got -10.0"),
-    ("linear = 2.0", "linear = -2.0", "", "[height_charge.under] rate must be >= 0 ($ per unit of distance); got -2.0"),
-    ("", "", "[burn_limit]\nkind = 'hot'\n", "burn_limit.kind must be one of force, power, malkin; got 'hot'"),
+    (
+        "linear = 2.0",
+        "linear = -2.0",
+        "",
+        "[height_charge.under] rate must be >= 0 ($ per unit of distance); got -2.0",
+    ),
+    (
+        "",
+        "",
+        "[burn_limit]\nkind = 'hot'\n",
+        "burn_limit.kind must be one of force, power, malkin; got 'hot'",
+    ),
     ("", "", "[stand]\nheigth = 1\n", "stand.heigth is not a key; is stand.height meant?"),
-    ("", "", "[stand.simple]\nheight_noise = -1\n", "[stand.simple] height_noise must be >= 0 (mm); got -1.0"),
+    (
+        "",
+        "",
+        "[stand.simple]\nheight_noise = -1\n",
+        "[stand.simple] height_noise must be >= 0 (mm); got -1.0",
+    ),
     ("", "", "[disc]\nrelaxed_angle = 20\n", "[disc] relaxed_angle must be"),
     ("", "", "[loop]\ncrossover = '3 s'\n", "loop.crossover must have a unit like rad/s; got '3 s'"),
     ("", "", "[stand]\nmotor = 'steam'\n", "stand.motor must be one of process, air; got 'steam'"),
-    ("", "", "[stand.pass_scatter]\nK1 = 0.1\n", "stand.pass_scatter.K1 is not a key; keys here are friction_ratio"),
-    ("", "", "[stand.truth]\ncolour = 3\n", "stand.truth.colour is not a key; keys here are bead_width, disk_radius"),
+    (
+        "",
+        "",
+        "[stand.pass_scatter]\nK1 = 0.1\n",
+        "stand.pass_scatter.K1 is not a key; keys here are friction_ratio",
+    ),
+    (
+        "",
+        "",
+        "[stand.truth]\ncolour = 3\n",
+        "stand.truth.colour is not a key; keys here are bead_width, disk_radius",
+    ),
     ("", "", "[stand]\nheight = 2.1\n", "stand.height must be > 0 and <= height_max = 2 (mm); got 2.1"),
     ("", "", "[stand]\nheight = 0\n", "stand.height must be > 0 and <= height_max = 2 (mm); got 0.0"),
     ("", "", "[stand]\ntime = '61 s'\n", "stand.time must be >= 0 and <= horizon = 60 (s); got 61.0"),
     ("", "", "[stand]\ntime = -1\n", "stand.time must be >= 0 and <= horizon = 60 (s); got -1.0"),
     ("", "", "[stand]\nwave = -0.1\n", "[stand] wave must be >= 0 (mm); got -0.1"),
-    ("", "", "[stand]\nwave = 5\n", "[stand] wave must be small enough to leave metal everywhere on a bead of 1.5 mm"),
+    (
+        "",
+        "",
+        "[stand]\nwave = 5\n",
+        "[stand] wave must be small enough to leave metal everywhere on a bead of 1.5 mm",
+    ),
     ("", "", "[stand]\nwave_length = 0\n", "[stand] wave_length must be >= 1 (mm); got 0.0"),
-    ("", "", "[stand]\ntime = '1.5 h'\n", "stand.time must be >= 0 and <= horizon = 60 (s); got 5400.0, from '1.5 h'\n"),
+    (
+        "",
+        "",
+        "[stand]\ntime = '1.5 h'\n",
+        "stand.time must be >= 0 and <= horizon = 60 (s); got 5400.0, from '1.5 h'\n",
+    ),
     ("", "", "[stand]\nwave = '-1 cm'\n", "[stand] wave must be >= 0 (mm); got -10.0, from '-1 cm'\n"),
     ("30 %", "high", "", 'process.friction_ratio must be a number (1) or a text such as "3 %"; got'),
-    ("stage = 2", "stage = = 2", "", "line 8, 'stage = = 2': no number, no true or false, and no text in quotes\n"),
+    (
+        "stage = 2",
+        "stage = = 2",
+        "",
+        "line 8, 'stage = = 2': no number, no true or false, and no text in quotes\n",
+    ),
     ("stage = 2", "stage = 2\nstage = 4", "", "line 9, 'stage = 4': the key is there twice\n"),
     ("[process]", "[process", "", "line 9, '[process': Expected ']' at the end of a table declaration\n"),
 ]

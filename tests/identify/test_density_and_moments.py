@@ -27,13 +27,17 @@ def through_all(sample, curve):
 
 
 def test_which_density_is_best():
-    # 50 Rayleigh data, median integrated squared error: kernel 0.010, reflected 0.016, log-kernel 0.020, monotone curve
-    # through all points 0.93, cubic spline 17 and negative on a part of the axis, 8 quantile bins 0.061; leak 2.4 %.
+    # 50 Rayleigh data, median integrated squared error: kernel 0.010, reflected 0.016, log-kernel 0.020,
+    # monotone curve
+    # through all points 0.93, cubic spline 17 and negative on a part of the axis, 8 quantile bins 0.061; leak
+    # 2.4 %.
     rng = np.random.default_rng(0)
     errors, leaks, negative = {}, [], []
     for _ in range(200):
         sample = rng.rayleigh(size=50)
-        densities = {name: identify.kernel_density(sample, method=name) for name in ("truncated", "reflected", "log")}
+        densities = {
+            name: identify.kernel_density(sample, method=name) for name in ("truncated", "reflected", "log")
+        }
         densities["quantile"] = identify.quantile_density(sample)
         curves = {name: density.pdf(AXIS) for name, density in densities.items()}
         curves["all"] = through_all(sample, PchipInterpolator)
@@ -63,7 +67,9 @@ def test_kernel_density_is_a_density_on_amounts(method, seed, n):
     assert float(density.cdf(-0.01)) == 0.0
     assert density.cdf(sample.max() * 50 + 50) == pytest.approx(1.0, abs=1e-6 if method != "log" else 0.02)
     a, b = 0.2, 1.7
-    mass = integrate.quad(lambda d: float(density.pdf(d)), a, b, points=np.sort(sample)[:5], epsabs=1e-8, limit=500)[0]
+    mass = integrate.quad(
+        lambda d: float(density.pdf(d)), a, b, points=np.sort(sample)[:5], epsabs=1e-8, limit=500
+    )[0]
     assert mass == pytest.approx(float(density.cdf(b) - density.cdf(a)), abs=1e-6)
 
 
@@ -105,7 +111,8 @@ def test_quantile_density():
     assert np.all(density.pdf(AXIS) >= 0)
 
 
-# Moments ----------------------------------------------------------------------------------------------------------
+# Moments
+# ----------------------------------------------------------------------------------------------------------
 
 
 def correlated(x, y, r, n=1_000_000):
@@ -131,10 +138,14 @@ def test_numbers_of_table_2_1():
     x, y = (3.0, 0.3), (2.0, 0.3)
     for r, true in [(-0.8, 0.319), (0.8, 2.047)]:
         assert identify.product_moments(x, y, correlation=r).sd ** 2 == pytest.approx(true, abs=5e-4)
-        assert identify.product_moments(x, y, correlation=r, method="printed").sd ** 2 == pytest.approx(1.932, abs=5e-4)
+        assert identify.product_moments(x, y, correlation=r, method="printed").sd ** 2 == pytest.approx(
+            1.932, abs=5e-4
+        )
     # 1/Y, c = 0.2: relative variance 0.0400 to first order, 0.0385 as printed; 0.0433 for a log-normal Y.
     assert identify.ratio_moments((1.0, 0.0), (1.0, 0.2)).sd ** 2 == pytest.approx(0.0400, abs=5e-5)
-    assert identify.ratio_moments((1.0, 0.0), (1.0, 0.2), method="printed").sd ** 2 == pytest.approx(0.0385, abs=5e-5)
+    assert identify.ratio_moments((1.0, 0.0), (1.0, 0.2), method="printed").sd ** 2 == pytest.approx(
+        0.0385, abs=5e-5
+    )
     s2 = log(1 + 0.2**2)
     mean = exp(s2 / 2) * exp(s2 / 2)  # E 1/Y of a log-normal Y with mean 1: here the second order is exact
     assert identify.ratio_moments((1.0, 0.0), (1.0, 0.2)).mean == pytest.approx(mean)
@@ -150,7 +161,9 @@ def test_printed_columns_disagree():
     assert identify.ratio_moments(x, y, method="printed").mean == 1.5
 
 
-@given(mx=st.floats(-5, 5), my=st.floats(1, 5), cx=st.floats(0, 0.3), cy=st.floats(0, 0.05), r=st.floats(-1, 1))
+@given(
+    mx=st.floats(-5, 5), my=st.floats(1, 5), cx=st.floats(0, 0.3), cy=st.floats(0, 0.05), r=st.floats(-1, 1)
+)
 def test_ratio_is_the_delta_method(mx, my, cx, cy, r):
     sx, sy = cx, cy * my
     covariance = [[sx**2, r * sx * sy], [r * sx * sy, sy**2]]
@@ -183,11 +196,20 @@ MESSAGES = [
         lambda: identify.kernel_density([0.5, -0.1, 0.2, -0.3]),
         "sample must be >= 0; got 2 of 4 values that are not, the least -0.3",
     ),
-    (lambda: identify.kernel_density([0.5, 0.0], method="log"), "sample must be > 0; got 1 of 2 values that are not"),
+    (
+        lambda: identify.kernel_density([0.5, 0.0], method="log"),
+        "sample must be > 0; got 1 of 2 values that are not",
+    ),
     (lambda: identify.kernel_density([0.5, np.nan]), r"sample\[1\] must be finite; got nan"),
     (lambda: identify.kernel_density([0.5, 0.6], bandwidth=0.0), "bandwidth must be > 0; got 0.0"),
-    (lambda: identify.kernel_density([0.5, 0.6], method="spline"), "method must be one of truncated, reflected, log"),
-    (lambda: identify.quantile_density([0.5, 0.5, 0.5, 0.9], bins=4), "bins must be so few that no two quantiles"),
+    (
+        lambda: identify.kernel_density([0.5, 0.6], method="spline"),
+        "method must be one of truncated, reflected, log",
+    ),
+    (
+        lambda: identify.quantile_density([0.5, 0.5, 0.5, 0.9], bins=4),
+        "bins must be so few that no two quantiles",
+    ),
     (lambda: identify.sum_moments((1, -1), (1, 1)), "x sd must be >= 0; got -1.0"),
     (
         lambda: identify.product_moments((1, 1), (1, 1), correlation=1.1),
@@ -198,7 +220,10 @@ MESSAGES = [
         r"y must have abs\(mean\) > 2 sd for a ratio; got mean 1.0 and sd 0.5",
     ),
     (lambda: identify.sample_moments([1.0]), r"sample must be at least two numbers; got \[1.0\]"),
-    (lambda: identify.delta_method(sum, [1.0, 2.0], [1.0]), r"covariance must fit 2 quantities; got shape \(1, 1\)"),
+    (
+        lambda: identify.delta_method(sum, [1.0, 2.0], [1.0]),
+        r"covariance must fit 2 quantities; got shape \(1, 1\)",
+    ),
     (
         lambda: identify.delta_method(sum, [1.0, 2.0], [[1.0, 2.0], [2.0, 1.0]]),
         "covariance must be without negative eigenvalues; got -1.0",

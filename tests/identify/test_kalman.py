@@ -1,4 +1,6 @@
-"""Random walks against the joint normal law of all that happened, and the steady state against its own iteration."""
+"""Random walks against the joint normal law of all that happened, and the steady state against its own
+iteration.
+"""
 
 import numpy as np
 import pytest
@@ -9,13 +11,17 @@ from sdpgrind import identify
 
 
 def posterior(prior_mean, prior_cov, walk, readings, rows, noise):
-    """Last state given all readings: the joint normal law of the states at all times, conditioned once. Slow and obvious."""
+    """Last state given all readings: the joint normal law of the states at all times, conditioned once. Slow
+    and obvious.
+    """
     size, times = prior_mean.size, len(readings)
     mean = np.tile(prior_mean, times)
     covariance = np.zeros((size * times, size * times))
     for i in range(times):
         for j in range(times):
-            covariance[i * size : (i + 1) * size, j * size : (j + 1) * size] = prior_cov + (min(i, j) + 1) * np.diag(walk)
+            covariance[i * size : (i + 1) * size, j * size : (j + 1) * size] = prior_cov + (
+                min(i, j) + 1
+            ) * np.diag(walk)
     looks, seen, noises = [], [], []
     for t, (reading, row) in enumerate(zip(readings, rows, strict=True)):
         for entry, line, variance in zip(reading, row, noise, strict=False):
@@ -132,7 +138,9 @@ def test_no_reading_whatever_kind_of_nan_says_so(nothing):
 def test_what_is_not_known_yet_does_not_disturb_what_is():
     half = identify.Estimate(("a", "b"), [1.0, 7.0], np.diag([0.5, np.inf]))
     both = identify.RandomWalk(half.names, walk_variance=0.1, noise_variance=0.2, prior=half)
-    alone = identify.RandomWalk(("a",), walk_variance=0.1, noise_variance=0.2, prior=identify.Estimate(("a",), [1.0], [[0.5]]))
+    alone = identify.RandomWalk(
+        ("a",), walk_variance=0.1, noise_variance=0.2, prior=identify.Estimate(("a",), [1.0], [[0.5]])
+    )
     for reading in (1.5, 0.3, np.nan, 2.0):
         both.update([reading, np.nan])
         alone.update(reading)
@@ -143,11 +151,13 @@ def test_what_is_not_known_yet_does_not_disturb_what_is():
         both.update(1.0, [1.0, 1.0])
 
 
-# Steady state -----------------------------------------------------------------------------------------------------
+# Steady state
+# -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("walk", "noise", "gain"), [(0.0005, 0.03, 0.121035), (0.005**2, 0.03**2, 0.153355), (0.0, 1.0, 0.0), (1.0, 0.0, 1.0)]
+    ("walk", "noise", "gain"),
+    [(0.0005, 0.03, 0.121035), (0.005**2, 0.03**2, 0.153355), (0.0, 1.0, 0.0), (1.0, 0.0, 1.0)],
 )
 def test_gain_settles(walk, noise, gain):
     assert identify.random_walk_gain(walk, noise) == pytest.approx(gain, abs=1e-6)
@@ -179,28 +189,51 @@ def test_response_of_the_source():
     assert 100 * (abs(simulated) - 1) == pytest.approx(-0.9015, abs=1e-3)
     assert np.rad2deg(np.angle(simulated)) == pytest.approx(-7.215, abs=1e-3)
     assert abs(simulated - 1) == pytest.approx(0.126, abs=5e-4)
-    prototype = identify.random_walk_response(identify.random_walk_gain(0.005**2, 0.03**2), step * np.array([1, 3, 43]))
+    prototype = identify.random_walk_response(
+        identify.random_walk_gain(0.005**2, 0.03**2), step * np.array([1, 3, 43])
+    )
     np.testing.assert_allclose(abs(prototype[0]), 0.9946, atol=5e-5)
     np.testing.assert_allclose(np.rad2deg(-np.angle(prototype[:2])), [5.5, 16], atol=0.3)
     assert 0.19 < abs(prototype[2]) < 0.225
 
 
 MESSAGES = [
-    (lambda: identify.random_walk_gain(0.0, 0.0), "walk_variance and noise_variance must not both be 0; got 0 and 0"),
+    (
+        lambda: identify.random_walk_gain(0.0, 0.0),
+        "walk_variance and noise_variance must not both be 0; got 0 and 0",
+    ),
     (lambda: identify.random_walk_gain(-1.0, 1.0), "walk_variance must be >= 0; got -1.0"),
     (lambda: identify.random_walk_gain(1.0, -1.0), "noise_variance must be >= 0; got -1.0"),
     (lambda: identify.random_walk_response(0.0, 1.0), r"gain must be in \(0, 1\] \(1\); got 0.0"),
     (lambda: identify.random_walk_response(0.5, np.nan), r"step\[0\] must be finite \(rad\); got nan"),
     (lambda: walker(walk_variance=-1.0), "walk_variance must be >= 0; got -1.0"),
     (lambda: walker(walk_variance=[0.0, 1.0], noise_variance=0.0), "must not both be 0"),
-    (lambda: walker(noise_variance=[1.0, 2.0, 3.0]), r"noise_variance must be a number or of shape \(2,\); got shape \(3,\)"),
-    (lambda: walker(prior=identify.Estimate(("x",), [0.0], [[1.0]])), "prior must be an estimate of a, b; got 'x'"),
-    (lambda: walker(prior=identify.Estimate(("a", "b"), [0.0, 0.0], -np.eye(2))), "variances of the prior must be >= 0"),
+    (
+        lambda: walker(noise_variance=[1.0, 2.0, 3.0]),
+        r"noise_variance must be a number or of shape \(2,\); got shape \(3,\)",
+    ),
+    (
+        lambda: walker(prior=identify.Estimate(("x",), [0.0], [[1.0]])),
+        "prior must be an estimate of a, b; got 'x'",
+    ),
+    (
+        lambda: walker(prior=identify.Estimate(("a", "b"), [0.0, 0.0], -np.eye(2))),
+        "variances of the prior must be >= 0",
+    ),
     (lambda: walker().update(1.0), r"reading must be finite or NaN, of shape \(2,\); got \[1.0\]"),
-    (lambda: walker().update([1.0, np.inf]), r"reading must be finite or NaN, of shape \(2,\); got \[1.0, inf\]"),
-    (lambda: walker(prior=KNOWN).update([1.0, 2.0], [1.0, 0.0]), r"reading must be finite or NaN, of shape \(1,\)"),
+    (
+        lambda: walker().update([1.0, np.inf]),
+        r"reading must be finite or NaN, of shape \(2,\); got \[1.0, inf\]",
+    ),
+    (
+        lambda: walker(prior=KNOWN).update([1.0, 2.0], [1.0, 0.0]),
+        r"reading must be finite or NaN, of shape \(1,\)",
+    ),
     (lambda: walker(prior=KNOWN).update(1.0, [1.0]), r"row must be of shape \(2,\); got \(1,\)"),
-    (lambda: walker().update(1.0, [1.0, 0.0]), "prior must be given, with finite variances, where rows are read; got None"),
+    (
+        lambda: walker().update(1.0, [1.0, 0.0]),
+        "prior must be given, with finite variances, where rows are read; got None",
+    ),
     (
         lambda: walker(prior=KNOWN, noise_variance=[1.0, 2.0]).update(1.0, [1.0, 0.0]),
         r"noise_variance must be one number > 0 where rows are read; got \[1.0, 2.0\]",

@@ -1,4 +1,6 @@
-"""Output error of any model against a solver of another kind; readings over time as they come apart into parts."""
+"""Output error of any model against a solver of another kind; readings over time as they come apart into
+parts.
+"""
 
 import numpy as np
 import pytest
@@ -19,7 +21,9 @@ def readings(seed=0, noise=0.02):
 
 
 def fitted(read, **options):
-    return identify.output_error(lambda v: read - decay(T, *v), [1.0, 1.0], scale=[1.0, 1.0], names=("start", "lag"), **options)
+    return identify.output_error(
+        lambda v: read - decay(T, *v), [1.0, 1.0], scale=[1.0, 1.0], names=("start", "lag"), **options
+    )
 
 
 def test_value_and_covariance_against_curve_fit():
@@ -40,7 +44,9 @@ def test_a_value_fitted_inside_costs_a_reading():
         return rest - rest.mean()
 
     inside = identify.output_error(off, [1.0, 1.0], scale=[1.0, 1.0], nuisance=1)
-    outside = identify.output_error(lambda v: read - decay(T, *v[:2]) - v[2], [1.0, 1.0, 0.0], scale=[1.0, 1.0, 1.0])
+    outside = identify.output_error(
+        lambda v: read - decay(T, *v[:2]) - v[2], [1.0, 1.0, 0.0], scale=[1.0, 1.0, 1.0]
+    )
     np.testing.assert_allclose(inside.value, outside.value[:2], rtol=1e-7)
     np.testing.assert_allclose(inside.covariance, outside.covariance[:2, :2], rtol=1e-5)
 
@@ -68,7 +74,8 @@ def test_what_is_not_determined():
         identify.output_error(lambda v: v, [1.0, 1.0], scale=[1.0, 1.0])
 
 
-# Readings over time -----------------------------------------------------------------------------------------------
+# Readings over time
+# -----------------------------------------------------------------------------------------------
 
 UNITS = {"rate": "mm/s", "size": "mm"}
 NAN = float("nan")
@@ -84,7 +91,8 @@ def table(**more):
 def test_parts_of_a_log():
     first, second = identify.series({"loop": table()}, UNITS, tier="loop", commands=("rate",))
     assert (first.label, second.label) == ("part 4", "part 5")
-    assert first["rate"].tolist() == [1.0, 1.0] and second["rate"].tolist() == [2.0, 2.0]  # the last command holds
+    # the last command holds
+    assert first["rate"].tolist() == [1.0, 1.0] and second["rate"].tolist() == [2.0, 2.0]
     np.testing.assert_array_equal(first["size"], [0.0, NAN])  # a missing reading keeps its place
     np.testing.assert_array_equal(second["size"], [0.0, NAN])
     (only,) = identify.series({"loop": table()}, UNITS, tier="loop", commands=("rate",), part=5)
@@ -107,10 +115,26 @@ def test_arrays_by_name():
     ("data", "options", "message"),
     [
         ({"time": [0.0], "rate": [1.0]}, {}, r"data must hold size \(mm\); it holds time, rate"),
-        ({"time": [0.0], "rate": [1.0], "size": [1.0, 2.0]}, {}, "size must have as many entries as time, 1; got 2"),
-        ({"time": [0.0, NAN], "rate": [1.0, 1.0], "size": [1.0, 2.0]}, {}, r"time\[1\] must be finite \(s\); got nan"),
-        ({"time": [0.0, 0.0], "rate": [1.0, 1.0], "size": [1.0, 2.0]}, {}, r"time must be rising \(s\); got 0 and then 0"),
-        ({"loop": table(time=[1.0, 0.0, 0.0, 1.0])}, {}, r"time must be rising in part 4 \(s\); got 1 and then 0"),
+        (
+            {"time": [0.0], "rate": [1.0], "size": [1.0, 2.0]},
+            {},
+            "size must have as many entries as time, 1; got 2",
+        ),
+        (
+            {"time": [0.0, NAN], "rate": [1.0, 1.0], "size": [1.0, 2.0]},
+            {},
+            r"time\[1\] must be finite \(s\); got nan",
+        ),
+        (
+            {"time": [0.0, 0.0], "rate": [1.0, 1.0], "size": [1.0, 2.0]},
+            {},
+            r"time must be rising \(s\); got 0 and then 0",
+        ),
+        (
+            {"loop": table(time=[1.0, 0.0, 0.0, 1.0])},
+            {},
+            r"time must be rising in part 4 \(s\); got 1 and then 0",
+        ),
         ({"loop": table()}, {"part": [4, 6]}, "part must be one of 4, 5; got 6"),
     ],
 )

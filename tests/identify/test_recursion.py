@@ -35,7 +35,10 @@ def argmin(rows, targets, weights, prior, left):
 
 
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 10_000), fading=st.lists(st.sampled_from([1.0, 0.98, 0.9, 0.6]), min_size=30, max_size=30))
+@given(
+    seed=st.integers(0, 10_000),
+    fading=st.lists(st.sampled_from([1.0, 0.98, 0.9, 0.6]), min_size=30, max_size=30),
+)
 @pytest.mark.parametrize("method", ["square_root", "covariance"])
 def test_least_of_its_objective_at_every_step(method, seed, fading):
     rows, targets = ring(seed)
@@ -51,7 +54,8 @@ def test_least_of_its_objective_at_every_step(method, seed, fading):
 
 @pytest.mark.parametrize("method", ["square_root", "covariance"])
 def test_covariance_counts_weights_as_weights(method):
-    # The value is linear in readings and prior mean: its covariance follows from its slopes, which are exact differences.
+    # The value is linear in readings and prior mean: its covariance follows from its slopes, which are exact
+    # differences.
     rows, targets = ring(3, 12)
     prior = drawn_prior(4)
 
@@ -88,7 +92,9 @@ def test_same_as_by_orthogonal_triangles_of_numpy(forgetting):
         inverse = np.linalg.inv(rows[: k + 1].T @ (weights[:, None] * rows[: k + 1]))
         sandwich = inverse @ (rows[: k + 1].T @ (weights[:, None] ** 2 * rows[: k + 1])) @ inverse
         squares = np.sum(weights * (targets[: k + 1] - rows[: k + 1] @ value) ** 2)
-        noise = squares / (weights.sum() - np.trace(inverse @ (rows[: k + 1].T @ (weights[:, None] ** 2 * rows[: k + 1]))))
+        noise = squares / (
+            weights.sum() - np.trace(inverse @ (rows[: k + 1].T @ (weights[:, None] ** 2 * rows[: k + 1])))
+        )
         np.testing.assert_allclose(rls.estimate.covariance, noise * sandwich, rtol=2e-4)
         assert rls.estimate.freedom == pytest.approx(max(weights.sum() ** 2 / np.sum(weights**2) - 3, 1))
 
@@ -134,7 +140,9 @@ def test_reset_goes_back_to_the_prior_and_copies_are_their_own(method):
 
 def at_rest(method, count, forgetting):
     prior = identify.Estimate(NAMES, np.zeros(3), 1e3 * np.eye(3))
-    rls = identify.RecursiveLeastSquares(NAMES, prior=prior, noise_sd=1.0, forgetting=forgetting, method=method)
+    rls = identify.RecursiveLeastSquares(
+        NAMES, prior=prior, noise_sd=1.0, forgetting=forgetting, method=method
+    )
     for _ in range(count):
         rls.update([1.0, np.cos(0.7), np.sin(0.7)], 1.0)
     return rls.estimate
@@ -154,7 +162,10 @@ def test_what_winds_up_is_said_to_be():
 def test_what_is_not_determined_is_named():
     rows, targets = ring(0)
     rows[:, 2] = 2 * rows[:, 1]
-    with pytest.raises(ValueError, match=r"do not determine all values: take points .* \(not determined: center_x, center_y\)"):
+    with pytest.raises(
+        ValueError,
+        match=r"do not determine all values: take points .* \(not determined: center_x, center_y\)",
+    ):
         identify.least_squares(rows, targets, names=NAMES)
     rls = identify.RecursiveLeastSquares(NAMES)
     for row, target in zip(rows, targets, strict=True):
@@ -174,17 +185,30 @@ MESSAGES = [
     ({"noise_sd": 0.0}, "noise_sd must be > 0; got 0.0"),
     ({"noise_sd": None}, "noise_sd must be given with a prior, which is weighed by it; got None"),
     ({"method": "qr"}, "method must be one of square_root, covariance; got 'qr'"),
-    ({"prior": identify.Estimate(("a",), [0.0], [[1.0]])}, "prior must be an estimate of radius, center_x, center_y; got 'a'"),
+    (
+        {"prior": identify.Estimate(("a",), [0.0], [[1.0]])},
+        "prior must be an estimate of radius, center_x, center_y; got 'a'",
+    ),
     (
         {"prior": identify.Estimate(NAMES, np.zeros(3), np.diag([1.0, -1.0, 1.0]))},
         r"variance of center_x in the prior must be > 0; got -1.0",
     ),
     (
-        {"prior": identify.Estimate(NAMES, np.zeros(3), np.ones((3, 3)) + np.eye(3) * -1e-3 + 1e-3 * np.ones((3, 3)))},
+        {
+            "prior": identify.Estimate(
+                NAMES, np.zeros(3), np.ones((3, 3)) + np.eye(3) * -1e-3 + 1e-3 * np.ones((3, 3))
+            )
+        },
         "prior must have a positive definite covariance",
     ),
-    ({"prior": None, "method": "covariance"}, "prior must be given, with finite variances, for method covariance; got None"),
-    ({"prior": FLAT, "method": "covariance"}, "prior must be given, with finite variances, for method covariance"),
+    (
+        {"prior": None, "method": "covariance"},
+        "prior must be given, with finite variances, for method covariance; got None",
+    ),
+    (
+        {"prior": FLAT, "method": "covariance"},
+        "prior must be given, with finite variances, for method covariance",
+    ),
 ]
 
 

@@ -1,4 +1,6 @@
-"""Recursive least squares where nothing new is seen and the old is forgotten: right to the digits, or said to be lost."""
+"""Recursive least squares where nothing new is seen and the old is forgotten: right to the digits, or said to
+be lost.
+"""
 
 import numpy as np
 import pytest
@@ -14,7 +16,9 @@ LEFT = 1e-6  # of a row's information: the prior of the covariance form
 def rows_of(size, still):
     """Rows [1, x] or [1, cos, sin] that vary, then the last of them again and again."""
     x = np.linspace(0.0, 1.0, VARIED)
-    varied = np.column_stack([np.ones(VARIED), x] if size == 2 else [np.ones(VARIED), np.cos(5 * x), np.sin(5 * x)])
+    varied = np.column_stack(
+        [np.ones(VARIED), x] if size == 2 else [np.ones(VARIED), np.cos(5 * x), np.sin(5 * x)]
+    )
     rows = np.vstack([varied, np.repeat(varied[-1:], still, axis=0)])
     return rows, rows @ np.arange(1.0, size + 1) + SIGMA * np.random.default_rng(0).standard_normal(len(rows))
 
@@ -22,9 +26,8 @@ def rows_of(size, still):
 def exact(rows, targets, forgetting, prior=0.0):
     """Value, covariance for noise of variance 1, and variance of the noise found, without a loss of digits.
 
-    In turned axes the still rows are (length, 0, ...) exactly, and what fades is scaled by how much it has: the scaled problem
-    is well conditioned however long the rest.
-    """
+    In turned axes the still rows are (length, 0, ...) exactly, and what fades is scaled by how much it has:
+    the scaled problem is well conditioned however long the rest."""
     count, size = rows.shape
     still = count - VARIED
     turn = np.linalg.qr(np.column_stack([rows[-1], np.eye(size)[:, : size - 1]]))[0]
@@ -32,7 +35,10 @@ def exact(rows, targets, forgetting, prior=0.0):
     inside[VARIED - 1 : count, 1:] = 0.0
     weights = np.append(forgetting ** np.arange(count - 1.0, -1.0, -1.0), np.full(size, forgetting**count))
     faded = np.append(1.0, np.full(size - 1, forgetting ** (-0.5 * still)))
-    weighted, goal = inside * np.sqrt(weights)[:, None] * faded, np.append(targets, np.zeros(size)) * np.sqrt(weights)
+    weighted, goal = (
+        inside * np.sqrt(weights)[:, None] * faded,
+        np.append(targets, np.zeros(size)) * np.sqrt(weights),
+    )
     value = np.linalg.lstsq(weighted, goal)[0]
     inverse = np.linalg.inv(weighted.T @ weighted)
     sandwich = inverse @ ((weighted * weights[:, None]).T @ weighted) @ inverse
@@ -42,7 +48,9 @@ def exact(rows, targets, forgetting, prior=0.0):
 
 
 def courses(size, forgetting, still, known, method="square_root"):
-    """Estimates after each still row, and how they compare: largest errors of standard deviations and values, in these."""
+    """Estimates after each still row, and how they compare: largest errors of standard deviations and values,
+    in these.
+    """
     rows, targets = rows_of(size, still)
     names, prior = ("radius", "center_x", "center_y")[:size], None
     if method == "covariance":
@@ -57,7 +65,11 @@ def courses(size, forgetting, still, known, method="square_root"):
             value, unit, variance = exact(rows[: k + 1], targets[: k + 1], forgetting, LEFT if prior else 0.0)
             sd = np.sqrt(np.diag(unit) * (SIGMA**2 if known else variance))
             wide = estimate.sd / sd - 1 if estimate.ok else np.zeros(size)
-            yield estimate, np.abs(wide).max(), np.abs((estimate.value - value) / sd).max() if estimate.ok else 0.0
+            yield (
+                estimate,
+                np.abs(wide).max(),
+                np.abs((estimate.value - value) / sd).max() if estimate.ok else 0.0,
+            )
 
 
 COURSES = {  # size, forgetting, rows at rest, after how many of them four digits are still right
@@ -116,7 +128,9 @@ def test_the_triangle_finds_back():
     weights = 0.98 ** np.arange(299.0, -1.0, -1.0)
     late, goal = np.vstack([rows[-250:], varied]), np.append(targets[-250:], read)
     inverse = np.linalg.inv((late * weights[:, None]).T @ late)
-    np.testing.assert_allclose(rls.estimate.value, inverse @ (late * weights[:, None]).T @ goal, atol=0.1 * SIGMA)
+    np.testing.assert_allclose(
+        rls.estimate.value, inverse @ (late * weights[:, None]).T @ goal, atol=0.1 * SIGMA
+    )
     sandwich = inverse @ ((late * weights[:, None] ** 2).T @ late) @ inverse
     np.testing.assert_allclose(rls.estimate.sd, SIGMA * np.sqrt(np.diag(sandwich)), rtol=0.01)
 
@@ -126,7 +140,9 @@ def test_a_weld_at_constant_power():
     estimator = PowerEstimator(forgetting=0.95)
     powers = np.append(rng.uniform(200.0, 400.0, 40), np.full(1500, 300.0))
     for k, power in enumerate(powers):
-        estimator.update(grinding_power=power, removal_rate=(power - 100.0) / 10.0 + 0.1 * rng.standard_normal())
+        estimator.update(
+            grinding_power=power, removal_rate=(power - 100.0) / 10.0 + 0.1 * rng.standard_normal()
+        )
         if k >= 3:
             estimate = estimator.estimate
             assert np.all(np.diag(estimate.covariance) >= 0)

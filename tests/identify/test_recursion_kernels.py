@@ -1,4 +1,6 @@
-"""Compiled recursion: each kernel against dense linear algebra, and what many rows of poor excitation do to both forms."""
+"""Compiled recursion: each kernel against dense linear algebra, and what many rows of poor excitation do to
+both forms.
+"""
 
 import numpy as np
 import pytest
@@ -42,7 +44,9 @@ def test_triangle_is_that_of_all_rows(seed, size, rhs):
     kernels.inverse(array, inverse)
     scale = np.linalg.cond(information) * 1e-13
     np.testing.assert_allclose(out, value[:, 0], rtol=0, atol=scale * max(1, np.abs(value).max()))
-    np.testing.assert_allclose(inverse, np.linalg.inv(information), rtol=0, atol=scale * np.abs(inverse).max())
+    np.testing.assert_allclose(
+        inverse, np.linalg.inv(information), rtol=0, atol=scale * np.abs(inverse).max()
+    )
     again = np.append(targets[0], rows[0])[-size:]
     assert kernels.spread(array, again, work) == pytest.approx(again @ inverse @ again, rel=1e-8)
 
@@ -97,7 +101,8 @@ def test_measure_conditions_a_normal_law(seed, size, noise):
     np.testing.assert_allclose(covariance, np.linalg.inv(information), rtol=1e-6, atol=1e-9)
 
 
-# Poor excitation --------------------------------------------------------------------------------------------------
+# Poor excitation
+# --------------------------------------------------------------------------------------------------
 
 
 @njit

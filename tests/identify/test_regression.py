@@ -74,7 +74,8 @@ def test_undetermined_values_are_said_to_be():
     np.testing.assert_array_equal(fit.correlation, np.eye(2))
 
 
-# Noise on both sides ----------------------------------------------------------------------------------------------
+# Noise on both sides
+# ----------------------------------------------------------------------------------------------
 
 
 def test_total_least_squares_minimises_what_it_says():
@@ -113,7 +114,9 @@ def test_total_least_squares_is_unbiased_and_knows_its_spread(ratio):
     spread = values.std(axis=0, ddof=1)
     np.testing.assert_allclose(values.mean(axis=0), [1.0, 1.5], atol=4 * spread.max() / sqrt(400))
     np.testing.assert_allclose(np.mean([fit.sd for fit in fits], axis=0), spread, rtol=0.12)
-    np.testing.assert_allclose(np.mean([fit.correlation[0, 1] for fit in fits]), np.corrcoef(values.T)[0, 1], atol=0.05)
+    np.testing.assert_allclose(
+        np.mean([fit.correlation[0, 1] for fit in fits]), np.corrcoef(values.T)[0, 1], atol=0.05
+    )
 
 
 def test_a_round_cloud_has_no_line():
@@ -124,7 +127,8 @@ def test_a_round_cloud_has_no_line():
     assert not identify.total_least_squares(np.ones(4), y, noise_ratio=1.0, throw=False).ok
 
 
-# Row by row -------------------------------------------------------------------------------------------------------
+# Row by row
+# -------------------------------------------------------------------------------------------------------
 
 
 def fed(matrix, y, forgetting=1.0):
@@ -146,7 +150,9 @@ def test_forgetting_is_a_weight():
     matrix, y = line_data()
     weights = 0.9 ** np.arange(39, -1, -1.0)
     np.testing.assert_allclose(
-        fed(matrix, y, 0.9).estimate.value, identify.least_squares(matrix, y, weights=weights).value, rtol=1e-11
+        fed(matrix, y, 0.9).estimate.value,
+        identify.least_squares(matrix, y, weights=weights).value,
+        rtol=1e-11,
     )
 
 
@@ -182,15 +188,21 @@ def test_many_rows_leave_a_covariance():
     for x in 1.0 + 1e-5 * rng.standard_normal(20_000):
         rls.update([1.0, x], 3.0 + 2.0 * x + 1e-6 * rng.standard_normal())
     covariance = rls.estimate.covariance
-    assert np.linalg.eigvalsh(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))).min() >= -1e-12
+    assert (
+        np.linalg.eigvalsh(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))).min()
+        >= -1e-12
+    )
     assert rls.estimate["slope"] == pytest.approx(2.0, abs=5 * rls.estimate.sd[1])
 
 
-# The estimate itself ----------------------------------------------------------------------------------------------
+# The estimate itself
+# ----------------------------------------------------------------------------------------------
 
 
 def test_estimate_shows_and_stores_itself():
-    fit = identify.Estimate(("a", "b"), [1.0, 2.0], [[4.0, 1.0], [1.0, 1.0]], units=("mm", "1"), message="of 5 points")
+    fit = identify.Estimate(
+        ("a", "b"), [1.0, 2.0], [[4.0, 1.0], [1.0, 1.0]], units=("mm", "1"), message="of 5 points"
+    )
     assert repr(fit) == "Estimate(a = 1 ± 2 mm, b = 2 ± 1; of 5 points)"
     np.testing.assert_allclose(fit.correlation, [[1.0, 0.5], [0.5, 1.0]])
     twin = stored.decode(stored.encode(fit))
@@ -209,13 +221,22 @@ MESSAGES = [
         r"matrix and target must be of shape \(n, p\) and \(n,\)",
     ),
     (lambda: identify.least_squares(MATRIX, TARGET, weights=[1, 1, 0, 1, 1]), "weights must be > 0; got 0.0"),
-    (lambda: identify.total_least_squares([1, 2], [1, 2], noise_ratio=1.0), "x must be at least 3 points; got 2"),
-    (lambda: identify.total_least_squares([1, 2, 3], [1, 2, 3], noise_ratio=0.0), "noise_ratio must be > 0; got 0.0"),
+    (
+        lambda: identify.total_least_squares([1, 2], [1, 2], noise_ratio=1.0),
+        "x must be at least 3 points; got 2",
+    ),
+    (
+        lambda: identify.total_least_squares([1, 2, 3], [1, 2, 3], noise_ratio=0.0),
+        "noise_ratio must be > 0; got 0.0",
+    ),
     (
         lambda: identify.total_least_squares([1, 2, 3], [1, 2], noise_ratio=1.0),
         "y must be one-dimensional with 3",
     ),
-    (lambda: identify.RecursiveLeastSquares(("a",), forgetting=0.0), r"forgetting must be in \(0, 1\] \(1\); got 0.0"),
+    (
+        lambda: identify.RecursiveLeastSquares(("a",), forgetting=0.0),
+        r"forgetting must be in \(0, 1\] \(1\); got 0.0",
+    ),
     (
         lambda: identify.RecursiveLeastSquares(("a",)).update([1.0, 2.0], 1.0),
         r"row must be of shape \(1,\); got",
@@ -226,7 +247,10 @@ MESSAGES = [
         r"value and covariance must be of shape \(1,\)",
     ),
     (lambda: identify.Estimate(("a",), [1.0], [[1.0]])["b"], "name must be one of a; got 'b'"),
-    (lambda: identify.Estimate(("a",), [1.0], [[1.0]]).interval(95), r"confidence must be in \(0, 1\) \(1\); got 95"),
+    (
+        lambda: identify.Estimate(("a",), [1.0], [[1.0]]).interval(95),
+        r"confidence must be in \(0, 1\) \(1\); got 95",
+    ),
 ]
 
 

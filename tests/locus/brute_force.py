@@ -1,4 +1,6 @@
-"""Constrained minimisation by brute force, and conditions of a best point by finite differences: nothing of the tracer in it."""
+"""Constrained minimisation by brute force, and conditions of a best point by finite differences: nothing of
+the tracer in it.
+"""
 
 from types import SimpleNamespace
 
@@ -14,7 +16,9 @@ def named(keys, values):
 
 
 def evaluated(problem, controls, hidden):
-    """Cost (...) and response - limit (m, ...) at controls (n, ...) and hidden states (h,), in the user's units, by numpy."""
+    """Cost (...) and response - limit (m, ...) at controls (n, ...) and hidden states (h,), in the user's
+    units, by numpy.
+    """
     s, c = named(problem.hidden_names, hidden), named(problem.names, controls)
     shape = np.broadcast_shapes(*(np.shape(value) for value in controls))
     parts = [problem.objective(s, c), *(one.response(s, c) - one.limit(s, c) for one in problem.varying)]
@@ -57,7 +61,9 @@ def local_minima(values):
 
 
 def least(problem, *hidden, starts=6, ticks=None, tolerance=1e-8):
-    """Least cost and its controls for hidden states: a grid, polished from its best places; (inf, None): nothing is feasible."""
+    """Least cost and its controls for hidden states: a grid, polished from its best places; (inf, None):
+    nothing is feasible.
+    """
     places, shape = grid(problem, ticks)
     with np.errstate(all="ignore"):
         cost, excess = evaluated(problem, value_of(problem, places), hidden)

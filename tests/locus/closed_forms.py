@@ -1,4 +1,6 @@
-"""Best points of the built-in processes by ways that know nothing of a tracer, and the numbers that must come out."""
+"""Best points of the built-in processes by ways that know nothing of a tracer, and the numbers that must come
+out.
+"""
 
 import math
 from types import SimpleNamespace
@@ -58,7 +60,10 @@ def turning_rates(wear):
     feeds = np.linspace(0.02, 0.5, 4801)
     best = feeds[np.argmin([cost(feed) for feed in feeds])]
     found = minimize_scalar(
-        cost, bounds=(max(best - 2e-4, 0.02), min(best + 2e-4, 0.5)), method="bounded", options={"xatol": 1e-12}
+        cost,
+        bounds=(max(best - 2e-4, 0.02), min(best + 2e-4, 0.5)),
+        method="bounded",
+        options={"xatol": 1e-12},
     )
     feed = found.x if found.fun < cost(best) else best
     return speed(feed), feed
@@ -67,12 +72,19 @@ def turning_rates(wear):
 def removal_rate_at(grinding, area, low=1e-4, high=300.0):
     """Z' (mm^2/s) of the locus at an area, from the calibration."""
     return math.exp(
-        brentq(lambda z: float(grinding.wear_flat_area_on_locus(math.exp(z))) - area, math.log(low), math.log(high), xtol=1e-14)
+        brentq(
+            lambda z: float(grinding.wear_flat_area_on_locus(math.exp(z))) - area,
+            math.log(low),
+            math.log(high),
+            xtol=1e-14,
+        )
     )
 
 
 def excess_power(grinding, removal_rate, work_speed, area):
-    """Power less burning power for each width (W/mm), written out from section 6 of the source and Brown (4.2), (4.3)."""
+    """Power less burning power for each width (W/mm), written out from section 6 of the source and Brown
+    (4.2), (4.3).
+    """
     a, wide = removal_rate / work_speed, grinding.equivalent_diameter
     sliding = (7.55 + 2.1e6 * work_speed / (grinding.wheel_speed * wide)) * math.sqrt(wide * a) * area
     power = 13.8 * work_speed * a + (0.962 + sliding) * grinding.wheel_speed / 1000
@@ -94,7 +106,9 @@ def fastest_removal(grinding, area, speeds=(12.0, 1890.0)):
     best = grid[np.argmax([removal(one) for one in grid])]
     step = grid[1] - grid[0]
     bounds = (max(best - step, ends[0]), min(best + step, ends[1]))
-    found = minimize_scalar(lambda one: -removal(one), bounds=bounds, method="bounded", options={"xatol": 1e-12})
+    found = minimize_scalar(
+        lambda one: -removal(one), bounds=bounds, method="bounded", options={"xatol": 1e-12}
+    )
     return -found.fun, math.exp(found.x)
 
 
@@ -122,7 +136,9 @@ def dressed_point(process, dullness, state):
 
     def misfit(logarithm):
         rate = math.exp(logarithm)
-        return process.wear_flat_area(lead(rate), dullness) / float(grinding.wear_flat_area_on_locus(rate)) - 1
+        return (
+            process.wear_flat_area(lead(rate), dullness) / float(grinding.wear_flat_area_on_locus(rate)) - 1
+        )
 
     rate = math.exp(brentq(misfit, math.log(0.05), math.log(20.0), xtol=1e-14))
     return rate, float(grinding.work_speed_on_locus(rate)), lead(rate)
@@ -152,7 +168,9 @@ def slsqp(problem, hidden, start):
 
 
 def koren_run(x, gain, steps, start=44 / 401):
-    """Koren's v(i+1) = v(i) + k e along the circle, with a hidden state that may change: (v, u, e) from the start on."""
+    """Koren's v(i+1) = v(i) + k e along the circle, with a hidden state that may change: (v, u, e) from the
+    start on.
+    """
     values = np.broadcast_to(np.asarray(x, dtype=float), (steps + 1,))
     v, out = start, []
     for value in values:

@@ -7,7 +7,9 @@ from sdpgrind.locus import Problem, Varying
 EXAMPLE = {
     "controls": {"u": (0.0, 5.0), "v": (0.0, 10.0)},
     "cost": lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2,
-    "constraints": [Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)],
+    "constraints": [
+        Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)
+    ],
 }
 
 

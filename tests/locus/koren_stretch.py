@@ -37,5 +37,12 @@ def koren(along="v", low=0.5, high=20.0, points=401, **options):
     given = {"ends": ("interior", "range"), "values": values, **options}
     controls, limit = np.column_stack([u, v]), 17 + u - 4 * v
     return Stretch.of_curve(
-        along, names=("u", "v"), hidden_name="x", controls=controls, hidden=x, limit=limit, tangents=tangents, **given
+        along,
+        names=("u", "v"),
+        hidden_name="x",
+        controls=controls,
+        hidden=x,
+        limit=limit,
+        tangents=tangents,
+        **given,
     )

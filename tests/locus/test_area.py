@@ -54,7 +54,9 @@ def test_vertex_by_two_linear_equations():
     for x, y in ((1.0, 1.0), (1.7, 0.8), (0.9, 1.9)):
         point = planned("two").at(x=x, y=y)
         assert point.kind == "vertex"
-        assert list(point.controls.values()) == pytest.approx(np.linalg.solve([[x, 0.3], [0.2, y]], [1.5, 1.2]), rel=1e-9)
+        assert list(point.controls.values()) == pytest.approx(
+            np.linalg.solve([[x, 0.3], [0.2, y]], [1.5, 1.2]), rel=1e-9
+        )
         assert min(point.multipliers.values()) > 0
 
 
@@ -64,7 +66,9 @@ def test_retrieval_finds_both_states_and_the_point(name):
     for _ in range(8):
         states = {key: float(rng.uniform(*ends)) for key, ends in area.problem.hidden.items()}
         controls = {key: float(rng.uniform(0.2, 1.5)) for key in area.names}
-        _, response, _ = area.system.values(np.array(list(controls.values())), np.array(list(states.values())))
+        _, response, _ = area.system.values(
+            np.array(list(controls.values())), np.array(list(states.values()))
+        )
         measured = dict(zip(area.responses, response.tolist(), strict=True))
         found = area.retrieve(**controls, **measured)
         assert found.hidden == pytest.approx(states, abs=1e-7)
@@ -90,7 +94,10 @@ def test_a_file_gives_the_same_area(tmp_path):
         (lambda a: a.at(x=1.0), "hidden states must be x, y; got x"),
         (lambda a: a.at(x=1.0, y=9.0), r"y must be .*\[0.5, 2\].*got 9"),
         (lambda a: a.at(x=float("nan"), y=1.0), "x must be .*finite.*nan"),
-        (lambda a: a.retrieve(u=1.0, v=1.0, first=1.0), "measured must be all of u, v and 2 of first, second; got first, u, v"),
+        (
+            lambda a: a.retrieve(u=1.0, v=1.0, first=1.0),
+            "measured must be all of u, v and 2 of first, second; got first, u, v",
+        ),
         (lambda a: a.retrieve(u=1.0, v=1.0, first=1.0, second=float("nan")), "second must be .*finite.*nan"),
     ],
 )

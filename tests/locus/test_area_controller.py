@@ -1,4 +1,6 @@
-"""Several hidden states by several measurements: against the best points themselves, and a model that is wrong."""
+"""Several hidden states by several measurements: against the best points themselves, and a model that is
+wrong.
+"""
 
 import functools
 
@@ -35,7 +37,9 @@ def walked(controller, hidden, steps, problem=None):
 def test_it_comes_to_the_best_point(theta):
     """Errors fall by the share theta: 1 in a few steps, as Newton's method."""
     controller = locus.AreaController(area(), theta=theta)
-    command = walked(controller, HIDDEN, 8 if theta == 1.0 else int(np.ceil(np.log(1e-9) / np.log(1 - theta))) + 8)
+    command = walked(
+        controller, HIDDEN, 8 if theta == 1.0 else int(np.ceil(np.log(1e-9) / np.log(1 - theta))) + 8
+    )
     best = area().at(**HIDDEN).controls
     np.testing.assert_allclose(list(command.values()), list(best.values()), rtol=1e-6)
     np.testing.assert_allclose(list(controller.report().values()), list(HIDDEN.values()), rtol=1e-6)
@@ -53,7 +57,9 @@ def test_near_the_best_point_errors_fall_by_theta():
 
 
 def test_a_wrong_model_keeps_the_true_limits():
-    """Chips take 3 % more energy than the model knows: readings come to the limits, the believed states not to the true."""
+    """Chips take 3 % more energy than the model knows: readings come to the limits, the believed states not
+    to the true.
+    """
     wheel = area().problem.model.grinding
     power = wheel.power.replace(specific_energy=1.03 * wheel.power.specific_energy)
     plant = area().problem.replace(grinding=wheel.replace(power=power))
@@ -98,15 +104,31 @@ def test_readings_that_are_missing_count_for_nothing():
     [
         (lambda: locus.AreaController(None), TypeError, "curve must be an Area"),
         (lambda: locus.AreaController(area(), theta=0.0), ValueError, r"theta must be in \(0, 1\]; got 0"),
-        (lambda: locus.AreaController(area(), start={"dullness": 1.0}), ValueError, "start must have dullness, dressing_state"),
-        (lambda: locus.AreaController(area(), start={**HIDDEN, "dullness": 9.0}), ValueError, r"start\['dullness'\] must be in"),
+        (
+            lambda: locus.AreaController(area(), start={"dullness": 1.0}),
+            ValueError,
+            "start must have dullness, dressing_state",
+        ),
+        (
+            lambda: locus.AreaController(area(), start={**HIDDEN, "dullness": 9.0}),
+            ValueError,
+            r"start\['dullness'\] must be in",
+        ),
         (
             lambda: locus.AreaController(area(), margin={"power": 1.0}),
             ValueError,
             "margin must be one of grinding_power, roughness",
         ),
-        (lambda: locus.AreaController(area()).step(roughness=0.001), ValueError, "measurement must have grinding_power"),
-        (lambda: locus.AreaController(area()).step(roughness="1", grinding_power=1.0), TypeError, "roughness must be a number"),
+        (
+            lambda: locus.AreaController(area()).step(roughness=0.001),
+            ValueError,
+            "measurement must have grinding_power",
+        ),
+        (
+            lambda: locus.AreaController(area()).step(roughness="1", grinding_power=1.0),
+            TypeError,
+            "roughness must be a number",
+        ),
     ],
 )
 def test_refusals(make, kind, message):

@@ -35,11 +35,14 @@ def corrections(run, x, tolerance=0.005):
     return None if off.size and off[-1] == run.coordinate.size - 1 else int(off[-1]) + 1
 
 
-# Koren, section 5 -----------------------------------------------------------------------------------------------------------
+# Koren, section 5
+# -----------------------------------------------------------------------------------------------------------
 
 
 def test_the_printed_run():
-    """x = 1, k = 0.6: v_1 to v_5; errors after five are below 0.5 %, after three that of P_b is 7.1 %, not below 4 %."""
+    """x = 1, k = 0.6: v_1 to v_5; errors after five are below 0.5 %, after three that of P_b is 7.1 %, not
+    below 4 %.
+    """
     run = LocusController(KOREN, **PRINTED).simulate(np.ones(20))
     np.testing.assert_allclose(run.coordinate[1:6], [1.36060, 2.42986, 2.88856, 2.98659, 2.99863], atol=1e-5)
     v = run.coordinate
@@ -87,7 +90,9 @@ def test_batches_are_steps(seed, kind, margin):
 
 
 def test_corrections_at_other_gains():
-    """Errata 2: u, v and P_b stay within 0.5 % after 20 (k 0.2), 5 (0.6), 5 (0.9) corrections; 0.9 overshoots."""
+    """Errata 2: u, v and P_b stay within 0.5 % after 20 (k 0.2), 5 (0.6), 5 (0.9) corrections; 0.9
+    overshoots.
+    """
     counts, worst = [], []
     for gain in (0.2, 0.6, 0.9):
         run = loud(gain=gain, x=(0.6, 2.0), start=START).simulate(np.ones(60))
@@ -133,7 +138,9 @@ def test_the_designed_schedule_violates_nothing():
 
 
 def test_a_ramp_that_relaxes():
-    """x from 1 to 0.52 by 0.01 (errata 5, 6): v within 1.21 %, u within 2.09 % from iteration 4 on; P = 0.0118 after it stops."""
+    """x from 1 to 0.52 by 0.01 (errata 5, 6): v within 1.21 %, u within 2.09 % from iteration 4 on; P =
+    0.0118 after it stops.
+    """
     x = np.concatenate([np.arange(100, 51, -1) / 100, np.full(40, 0.52)])
     run = loud(gain=0.6, x=(0.5, 4.0), start=START).simulate(x)
     v, best = run.coordinate, v_of(x)
@@ -170,16 +177,21 @@ def test_noise_of_5_and_20_percent():
 
 
 def test_a_model_that_is_wrong_in_x_only_does_not_matter():
-    """Errata 9: P_c = m x v + 16 - 4 v. Feedback finds the right point at any m, and so does inversion: only x is renamed."""
+    """Errata 9: P_c = m x v + 16 - 4 v. Feedback finds the right point at any m, and so does inversion: only
+    x is renamed.
+    """
     for options in (PRINTED, {"method": "inversion"}):
         controller = LocusController(KOREN, **options)
         for _ in range(60):
             command = controller.command
             command = controller.step(response=1.3 * 1.0 * command["v"] + 16 - 4 * command["v"])
-        assert command["v"] == pytest.approx(v_of(1.3), abs=1e-6) and command["u"] == pytest.approx(u_of(1.3), abs=1e-6)
+        assert command["v"] == pytest.approx(v_of(1.3), abs=1e-6) and command["u"] == pytest.approx(
+            u_of(1.3), abs=1e-6
+        )
 
 
-# Its state ------------------------------------------------------------------------------------------------------------------
+# Its state
+# ------------------------------------------------------------------------------------------------------------------
 
 
 def test_no_winding_up():
@@ -196,7 +208,8 @@ def test_a_missing_reading_keeps_the_command():
     first = controller.step(response=5.0)
     assert controller.step(response=float("nan")) == first
     slack = pb(first["v"]) - 3.0
-    assert controller.step(response=3.0)["v"] == pytest.approx(first["v"] + 0.02 * slack)  # no change of the error is known
+    # no change of the error is known
+    assert controller.step(response=3.0)["v"] == pytest.approx(first["v"] + 0.02 * slack)
 
 
 def test_pid_by_hand():
@@ -223,7 +236,10 @@ def test_a_filter_blends_inversions():
     rng = np.random.default_rng(2)
     noise = 0.2 * rng.standard_normal((300, 80))
     scatter = {
-        f: LocusController(KOREN, method="inversion", filter=f).simulate(np.ones((300, 80)), noise=noise).coordinate[:, 40:].std()
+        f: LocusController(KOREN, method="inversion", filter=f)
+        .simulate(np.ones((300, 80)), noise=noise)
+        .coordinate[:, 40:]
+        .std()
         for f in (1.0, 0.3)
     }
     assert scatter[0.3] == pytest.approx(scatter[1.0] * np.sqrt(0.3 / 1.7), rel=0.1)
@@ -259,9 +275,12 @@ def test_reports():
     }
     controller.step(response=6.0)
     assert controller.report()["slack"] == pytest.approx(1.0)
-    assert controller.reports == {"coordinate": "", "x": "", "slack": "", "saturated": ""} and controller.reads == {
-        "response": ""
-    }
+    assert controller.reports == {
+        "coordinate": "",
+        "x": "",
+        "slack": "",
+        "saturated": "",
+    } and controller.reads == {"response": ""}
     assert isinstance(controller, hwsim.protocols.Controller)
 
 
@@ -274,7 +293,9 @@ def test_a_command_that_is_saturated_while_the_limit_is_broken_says_so(options):
         assert controller.report()["slack"] < 0
     assert controller.report()["saturated"] == 1.0
     advice = "floor is lower" if "floor" in options else "wider range of x"
-    with pytest.warns(UserWarning, match=f"limit has been exceeded in 20 readings .* v stands at the end .*{advice}"):
+    with pytest.warns(
+        UserWarning, match=f"limit has been exceeded in 20 readings .* v stands at the end .*{advice}"
+    ):
         controller.step(response=100.0)
     controller.step(response=100.0)  # once is enough
     controller.step(response=float("nan"))
@@ -294,7 +315,9 @@ def test_an_end_with_slack_is_nothing_to_warn_of():
 @pytest.mark.parametrize("method", ["feedback", "inversion"])
 def test_a_margin_beyond_every_limit_is_refused(method):
     greatest = float(KOREN.limit.max())
-    with pytest.raises(ValueError, match=r"margin must be < [\d.]+, the greatest limit on the curve; got 6000"):
+    with pytest.raises(
+        ValueError, match=r"margin must be < [\d.]+, the greatest limit on the curve; got 6000"
+    ):
         LocusController(KOREN, margin=6000.0, method=method)
     LocusController(KOREN, margin=0.9 * greatest, method=method)
 
@@ -306,7 +329,8 @@ def test_a_coordinate_against_which_the_slack_rises():
     assert run.worst_violation < 1e-6
 
 
-# On the simulated grinder ---------------------------------------------------------------------------------------------------
+# On the simulated grinder
+# ---------------------------------------------------------------------------------------------------
 
 GRINDING = locus.preset("grinding")
 K36 = {"along": "infeed_rate", "gain": 3.3e-6, "kp": 5.3e-6, "start": 1e-3, "floor": 0.8e-3, "at": "command"}
@@ -319,7 +343,9 @@ def curve():
 
 def ground(controller, parts=3, adapt=True, **options):
     learned = locus.LearnedStart() if adapt else None
-    return hwsim.run(hwsim.AdaptiveGrinder(GRINDING, **options), controller, parts=parts, rng=0, adapt=learned).outcome
+    return hwsim.run(
+        hwsim.AdaptiveGrinder(GRINDING, **options), controller, parts=parts, rng=0, adapt=learned
+    ).outcome
 
 
 def test_koren_36(curve):
@@ -334,7 +360,9 @@ def test_koren_36(curve):
 
 
 def test_the_designed_controller_on_the_grinder(curve):
-    """Nothing is told to it of the plant: it sees the actual infeed. What the dulling costs, a margin takes back."""
+    """Nothing is told to it of the plant: it sees the actual infeed. What the dulling costs, a margin takes
+    back.
+    """
     became = ground(LocusController(curve, along="infeed_rate"))
     assert became.convergence_time[0] < 20 and np.all(became.convergence_time[1:] < 5)
     assert np.all(became.slack > -2.0) and np.all(became.slack < 0.0)
@@ -373,7 +401,8 @@ def test_readings_wait_until_the_lag_has_settled():
     assert [timed.step(response=10.0)["v"] == 2.0 for _ in range(4)] == [True, True, True, False]
 
 
-# Refused --------------------------------------------------------------------------------------------------------------------
+# Refused
+# --------------------------------------------------------------------------------------------------------------------
 
 REFUSED = [
     (
@@ -389,7 +418,10 @@ REFUSED = [
     (lambda: LocusController(KOREN, method="pid"), "method must be one of feedback, inversion; got 'pid'"),
     (lambda: LocusController(KOREN, hold="long"), "hold must be one of none, settled; got 'long'"),
     (lambda: LocusController(KOREN, hold=-1.0), "hold must be >= 0 (s); got -1.0"),
-    (lambda: LocusController(KOREN, hold=1.0, period=None), "period must be a number (s) where lag or hold is a time; got None"),
+    (
+        lambda: LocusController(KOREN, hold=1.0, period=None),
+        "period must be a number (s) where lag or hold is a time; got None",
+    ),
     (lambda: LocusController(KOREN, lag=-1.0), "lag must be >= 0 (s); got -1.0"),
     (lambda: LocusController(KOREN, margin=-0.1), "margin must be >= 0; got -0.1"),
     (lambda: LocusController(KOREN, filter=0.0), "filter must be in (0, 1]; got 0.0"),
@@ -408,14 +440,16 @@ def test_refused(call, said):
 
 def test_a_gain_that_a_lag_makes_unstable_is_refused(curve):
     with pytest.raises(
-        ValueError, match=r"gain must be smaller, or hold 'settled', to be stable with a lag of 1\.25 s; got 5e-05"
+        ValueError,
+        match=r"gain must be smaller, or hold 'settled', to be stable with a lag of 1\.25 s; got 5e-05",
     ):
         LocusController(curve, along="infeed_rate", gain=5e-5, lag=1.25, hold="none", at="command")
 
 
 def test_a_gain_that_may_violate_is_warned_of():
     with pytest.warns(
-        UserWarning, match=r"gain 0\.06 may step beyond the limit from the start at v = 0\.109726: it never does up to 0\.0543"
+        UserWarning,
+        match=r"gain 0\.06 may step beyond the limit from the start at v = 0\.109726: it never does up to 0\.0543",
     ):
         LocusController(KOREN, gain=0.06)
 
@@ -426,13 +460,19 @@ def test_a_schedule_that_may_violate_is_warned_of():
 
 
 def test_traced_and_closed_form_agree():
-    """The same controller on the traced locus; u and, in grinding, the work's rotation are refused as coordinates."""
+    """The same controller on the traced locus; u and, in grinding, the work's rotation are refused as
+    coordinates.
+    """
     curve = locus.plan(locus.preset("koren-example"))
     ours = LocusController(curve, along="v", **PRINTED).simulate(np.ones(12))
-    np.testing.assert_allclose(ours.coordinate, LocusController(KOREN, **PRINTED).simulate(np.ones(12)).coordinate, atol=1e-7)
+    np.testing.assert_allclose(
+        ours.coordinate, LocusController(KOREN, **PRINTED).simulate(np.ones(12)).coordinate, atol=1e-7
+    )
     with pytest.raises(ValueError, match="'u' is not, but v and x are"):
         LocusController(curve, along="u")
-    with pytest.raises(ValueError, match="along must be the name of a control or of the hidden state; got None"):
+    with pytest.raises(
+        ValueError, match="along must be the name of a control or of the hidden state; got None"
+    ):
         LocusController(curve)
 
 
@@ -442,7 +482,10 @@ def test_what_the_process_says_of_the_machine_is_passed_on(curve):
         def job(self):
             return {"width": (self.width, "mm")}
 
-    given = {name: getattr(GRINDING.model, name) for name in ("wheel_diameter", "work_diameter", "width", "wheel_speed")}
+    given = {
+        name: getattr(GRINDING.model, name)
+        for name in ("wheel_diameter", "work_diameter", "width", "wheel_speed")
+    }
     problem = GRINDING.replace(model=Known(**given))
     assert LocusController(locus.plan(problem, points=200), along="infeed_rate").job == {"width": (9.3, "mm")}
     assert LocusController(KOREN).job == {}
@@ -459,7 +502,9 @@ def test_no_controller_across_a_jump():
         controls={"p": (-3.0, 3.0), "q": (0.0, 5.0)},
         hidden={"x": (0.2, 4.0)},
         cost=lambda s, c: (c.p**2 - 1) ** 2 + 0.3 * c.p + 0.4 * (c.q - 3) ** 2,
-        constraints=[locus.Varying(response=lambda s, c: s.x + c.q * (1 - 0.4 * c.p), limit=lambda s, c: 4.0 + 0 * c.q)],
+        constraints=[
+            locus.Varying(response=lambda s, c: s.x + c.q * (1 - 0.4 * c.p), limit=lambda s, c: 4.0 + 0 * c.q)
+        ],
     )
     curve = locus.plan(problem)
     assert curve.jumps

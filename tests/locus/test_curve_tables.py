@@ -1,4 +1,6 @@
-"""Tables by one number, and the way from a measurement to the best point: against roots by scipy and exact points."""
+"""Tables by one number, and the way from a measurement to the best point: against roots by scipy and exact
+points.
+"""
 
 import functools
 
@@ -24,7 +26,9 @@ def tight():
     return locus.plan(locus.preset("koren-example").replace(hidden={"x": (0.5, 20.0)}))
 
 
-@pytest.mark.parametrize("name", ["koren", "for-a-while", "swap", "bounds", "one-control", "turning", "grinding", "motor"])
+@pytest.mark.parametrize(
+    "name", ["koren", "for-a-while", "swap", "bounds", "one-control", "turning", "grinding", "motor"]
+)
 def test_table_by_the_hidden_state_is_exact_between_its_nodes(name):
     """1e-7 of the span with 200 nodes; by twice the points at least 8 times better (fourth order)."""
     curve = traced(name)
@@ -32,7 +36,8 @@ def test_table_by_the_hidden_state_is_exact_between_its_nodes(name):
     x = low + (high - low) * (np.arange(60) + 0.31) / 60
     exact = np.array([list(curve.at(**{curve.hidden_name: value}).controls.values()) for value in x])
     errors = [
-        np.max(np.abs(curve.table(points=count).at(x) - exact) / (np.ptp(exact, axis=0) + 1e-300)) for count in (50, 100, 200)
+        np.max(np.abs(curve.table(points=count).at(x) - exact) / (np.ptp(exact, axis=0) + 1e-300))
+        for count in (50, 100, 200)
     ]
     assert errors[2] <= 1e-7
     assert errors[1] <= errors[0] / 8 or errors[1] < 1e-10
@@ -79,7 +84,9 @@ def test_inversion_and_retrieval_against_a_root(name, fine):
 
         measured = response(x)
         root = brentq(lambda state, r=response, m=measured: r(state) - m, low, high, xtol=1e-16)
-        found = curve.retrieve(**dict(zip(curve.names, controls, strict=True)), **{curve.responses[0]: measured})
+        found = curve.retrieve(
+            **dict(zip(curve.names, controls, strict=True)), **{curve.responses[0]: measured}
+        )
         assert found.hidden[curve.hidden_name] == pytest.approx(root, rel=1e-9)
         assert not found.clamped
         row, outside = inversion.at(measured, *controls)
@@ -94,13 +101,17 @@ def test_what_no_state_explains_is_told():
     assert found.clamped
     assert found.hidden == {"x": pytest.approx(20.0)}
     assert curve.inversion().at(1e3, 2.0, 3.0)[1]
-    with pytest.raises(ValueError, match=r"response must be what some hidden state in its range explains; got 1000"):
+    with pytest.raises(
+        ValueError, match=r"response must be what some hidden state in its range explains; got 1000"
+    ):
         curve.retrieve(u=2.0, v=3.0, response=1e3, throw=True)
 
 
 def test_where_a_response_tells_nothing():
     """At v = 0 the response of the example does not know x."""
-    with pytest.raises(ValueError, match="response must tell something of x; at these controls it tells nothing"):
+    with pytest.raises(
+        ValueError, match="response must tell something of x; at these controls it tells nothing"
+    ):
         traced("koren").retrieve(u=2.0, v=0.0, response=16.0)
 
 

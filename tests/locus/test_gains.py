@@ -35,13 +35,16 @@ def at(x):
 )
 def test_gains_of_one_state(x, stable, free):
     design = at(x)
-    assert design.stable == pytest.approx(2 / -loop_slope_of(x), rel=1e-5) and design.stable == pytest.approx(stable, abs=1e-4)
+    assert design.stable == pytest.approx(2 / -loop_slope_of(x), rel=1e-5) and design.stable == pytest.approx(
+        stable, abs=1e-4
+    )
     assert design.deadbeat == pytest.approx(free, abs=1e-4)
 
 
 def test_gains_of_the_whole_range():
     assert WHOLE.stable == pytest.approx(2 * 479 / (401 * 22), rel=1e-5)
-    assert WHOLE.violation_free == pytest.approx(479 / (401 * 22), rel=1e-5)  # e is concave: the steepest slope decides
+    # e is concave: the steepest slope decides
+    assert WHOLE.violation_free == pytest.approx(479 / (401 * 22), rel=1e-5)
     assert WHOLE.gain == pytest.approx(0.9 * WHOLE.violation_free)
     assert WHOLE.start == pytest.approx(START, abs=1e-9)
 
@@ -113,7 +116,9 @@ def test_a_convex_slack_allows_less_than_the_loop_slope():
     )  # fmt: skip
     design = gains.design_gain(stretch, x=(0.0, 0.5), start=0.0)
     ways = np.linspace(0, 1, 400, endpoint=False)
-    brute = min(np.min((best - best * ways) / (f(best) - f(best * ways))) for best in np.linspace(0.5, 1, 400))
+    brute = min(
+        np.min((best - best * ways) / (f(best) - f(best * ways))) for best in np.linspace(0.5, 1, 400)
+    )
     assert design.violation_free == pytest.approx(brute, rel=1e-3)
     assert design.violation_free < 0.4 * design.deadbeat
     assert design.gain == pytest.approx(0.9 * design.violation_free)
@@ -150,11 +155,14 @@ def test_the_schedule():
     assert WHOLE.theta_free == pytest.approx(brute, rel=1e-3)
 
 
-# Drift ----------------------------------------------------------------------------------------------------------------------
+# Drift
+# ----------------------------------------------------------------------------------------------------------------------
 
 
 def adversaries(rate, runs, steps, rng, low=0.5, high=20.0):
-    """Random walks, walks of full steps that turn now and then, and ramps from a loop that has settled; half of them tighten."""
+    """Random walks, walks of full steps that turn now and then, and ramps from a loop that has settled; half
+    of them tighten.
+    """
     walk = rng.uniform(-rate, rate, (runs, steps))
     turning = rate * np.cumprod(np.where(rng.random((runs, steps)) < 0.02, -1, 1), axis=1)
     ramp = np.where(np.arange(steps) < steps // 2, 0.0, rate) * np.ones((runs, 1))
@@ -180,7 +188,9 @@ def test_drifts_stay_within_the_margin_and_come_near_it(rate):
     if margin < (greatest := np.max(controller.stretch.limit)):
         assert controller.replace(margin=margin).simulate(x).worst_violation.max() <= 1e-9
     else:  # the fastest drift leaves nothing of the limit
-        with pytest.raises(ValueError, match=rf"margin must be < {greatest:.6g}, the greatest limit on the curve"):
+        with pytest.raises(
+            ValueError, match=rf"margin must be < {greatest:.6g}, the greatest limit on the curve"
+        ):
             controller.replace(margin=margin)
     assert (margin >= greatest) == (rate == 3.0)
 
@@ -198,12 +208,16 @@ def test_margin_of_a_gain_that_overshoots():
     margin = design.drift_margin(0.01, gain=0.6)
     with pytest.warns(UserWarning, match="may step beyond the limit"):
         controller = locus.LocusController(KOREN, gain=0.6, x=(0.52, 1.0))
-    worst = controller.simulate(adversaries(0.01, 1000, 200, np.random.default_rng(5), 0.52, 1.0)).worst_violation.max()
+    worst = controller.simulate(
+        adversaries(0.01, 1000, 200, np.random.default_rng(5), 0.52, 1.0)
+    ).worst_violation.max()
     assert 0 < worst <= margin <= 1.5 * worst
 
 
 @settings(deadline=None, max_examples=20)
-@given(st.floats(0.5, 4.0), st.floats(1.2, 4.0), st.floats(1e-3, 0.3), st.floats(0.2, 1.0), st.integers(0, 1000))
+@given(
+    st.floats(0.5, 4.0), st.floats(1.2, 4.0), st.floats(1e-3, 0.3), st.floats(0.2, 1.0), st.integers(0, 1000)
+)
 def test_margins_hold(low, ratio, rate, share, seed):
     high = min(low * ratio, 20.0)
     design = gains.design_gain(KOREN, x=(low, high))
@@ -221,7 +235,12 @@ def test_a_slow_drift_is_that_of_spec():
     slope = np.abs(2 - 8 * x - 2 * x**2) / (1 + x**2) ** 2
     assert WHOLE.drift_margin(1e-4) == pytest.approx(slope.max() * 1e-4 / WHOLE.gain, rel=0.05)
     assert WHOLE.drift_margin(2.0) >= v_of(0.5) * 2.0 * 0.9
-    assert WHOLE.drift_margin(1e-4) < WHOLE.drift_margin(1e-3) < WHOLE.drift_margin(1e-2) < WHOLE.drift_margin(0.1)
+    assert (
+        WHOLE.drift_margin(1e-4)
+        < WHOLE.drift_margin(1e-3)
+        < WHOLE.drift_margin(1e-2)
+        < WHOLE.drift_margin(0.1)
+    )
 
 
 def test_turning_walks_back_as_the_tool_wears():
@@ -239,7 +258,8 @@ def test_turning_walks_back_as_the_tool_wears():
         assert controller.replace(margin=margin).simulate(x).worst_violation.max() < 1e-6
 
 
-# Several gains --------------------------------------------------------------------------------------------------------------
+# Several gains
+# --------------------------------------------------------------------------------------------------------------
 
 
 def test_pid_poles_against_jury():
@@ -268,7 +288,9 @@ def test_pid_poles_against_a_run(ki, kp, kd, g):
 
 
 @settings(deadline=None)
-@given(st.floats(0.1, 3.0), st.floats(0.0, 1.0), st.floats(-0.5, 0.5), st.floats(0.05, 1.0), st.floats(0.2, 3.0))
+@given(
+    st.floats(0.1, 3.0), st.floats(0.0, 1.0), st.floats(-0.5, 0.5), st.floats(0.05, 1.0), st.floats(0.2, 3.0)
+)
 def test_the_lagged_map_against_small_steps(ki, kp, at_once, sensor, lag):
     """The map of one sample, against the plant integrated in small steps."""
     limit, response, period = (0.0, 0.7), (1.5, at_once), 0.5
@@ -328,7 +350,9 @@ def test_refused(call, said):
 
 
 def test_of_another_kind():
-    with pytest.raises(TypeError, match=r"curve must be a locus of one hidden state, .*, or a stretch; got 3"):
+    with pytest.raises(
+        TypeError, match=r"curve must be a locus of one hidden state, .*, or a stretch; got 3"
+    ):
         gains.design_gain(3)
 
 
@@ -344,7 +368,9 @@ def test_a_turning_slack_is_refused():
         response_slope=s - 0.5, controls_slope=np.ones((21, 1)), hidden_slope=np.ones(21), limit_slope=0 * s,
         ends=("range", "fold"), values=lambda c, h: (h, 0 * h),
     )  # fmt: skip
-    with pytest.raises(ValueError, match="a coordinate along which the slack changes one way; along 's' it does not"):
+    with pytest.raises(
+        ValueError, match="a coordinate along which the slack changes one way; along 's' it does not"
+    ):
         gains.design_gain(stretch)
     with pytest.raises(ValueError, match=r"x must lie in 0\.\.1, where the stretch ends \(range, fold\)"):
         gains.design_gain(stretch, x=(0.5, 1.5))

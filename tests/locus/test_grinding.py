@@ -1,4 +1,6 @@
-"""Grinding on the verge of burning: the locus in closed form against searches, published statements, dressing, refusals."""
+"""Grinding on the verge of burning: the locus in closed form against searches, published statements,
+dressing, refusals.
+"""
 
 import math
 
@@ -33,14 +35,19 @@ def of_diameter(equivalent):
     return GRINDING.replace(work_diameter=DIAMETERS[equivalent])
 
 
-@pytest.mark.parametrize(("area", "rate", "speed", "depth"), [(area, *point) for area, point in ON_GRINDING_LOCUS.items()])
+@pytest.mark.parametrize(
+    ("area", "rate", "speed", "depth"), [(area, *point) for area, point in ON_GRINDING_LOCUS.items()]
+)
 def test_points_of_the_locus(area, rate, speed, depth):
     removal = removal_rate_at(GRINDING, area)
     found = float(GRINDING.work_speed_on_locus(removal))
     assert (removal, found, 1e3 * removal / found) == (
         pytest.approx(rate, rel=2e-6), pytest.approx(speed, rel=2e-6), pytest.approx(depth, rel=1e-4)
     )  # fmt: skip
-    assert fastest_removal(GRINDING, area) == (pytest.approx(removal, rel=1e-9), pytest.approx(found, rel=1e-4))
+    assert fastest_removal(GRINDING, area) == (
+        pytest.approx(removal, rel=1e-9),
+        pytest.approx(found, rel=1e-4),
+    )
     point = {"infeed_rate": GRINDING.infeed_rate(removal), "work_rotation": GRINDING.work_rotation(found)}
     assert slacks(PROBLEM, {"wear_flat_area": area}, point)[0] == pytest.approx(0.0, abs=1e-9)
     best = slsqp(PROBLEM, {"wear_flat_area": area}, {name: 0.9 * value for name, value in point.items()})
@@ -102,7 +109,9 @@ def test_work_runs_slowest_at_one_removal_rate(wide):
 
 def test_dull_wheels_want_a_faster_work_again():
     grinding = of_diameter(100.0)
-    speeds = [float(grinding.work_speed_on_locus(removal_rate_at(grinding, area))) for area in (0.010, 0.015, 0.020)]
+    speeds = [
+        float(grinding.work_speed_on_locus(removal_rate_at(grinding, area))) for area in (0.010, 0.015, 0.020)
+    ]
     np.testing.assert_allclose(speeds, (260, 179, 409), atol=0.5)
 
 
@@ -134,7 +143,13 @@ def test_hidden_range_of_the_preset_has_best_points_inside_all_ranges(area):
 def test_an_arbitrarily_small_infeed_rate_burns():
     rotation = 10.0
     low, high = GRINDING.burn_free_rates(rotation, 0.006)
-    for rate, sign in ((1e-3 * low, -1), (0.99 * low, -1), (1.01 * low, 1), (0.99 * high, 1), (1.01 * high, -1)):
+    for rate, sign in (
+        (1e-3 * low, -1),
+        (0.99 * low, -1),
+        (1.01 * low, 1),
+        (0.99 * high, 1),
+        (1.01 * high, -1),
+    ):
         left = GRINDING.burning_power(rate, rotation) - GRINDING.grinding_power(rate, rotation, 0.006)
         assert left * sign > 0
     assert GRINDING.burn_free_rates(rotation, 0.02) == (math.inf, 0.0)
@@ -143,7 +158,9 @@ def test_an_arbitrarily_small_infeed_rate_burns():
 
 
 def test_loop_slope_and_limits_of_the_printed_gains():
-    """(36) with K1 3.3 and K2 5.3 um/(s kW): slope of limit - response along the locus, kW s/um, at A = 0.0060."""
+    """(36) with K1 3.3 and K2 5.3 um/(s kW): slope of limit - response along the locus, kW s/um, at A =
+    0.0060.
+    """
     area = 0.006
     rate = GRINDING.infeed_rate(removal_rate_at(GRINDING, area))
     assert 1e3 * rate == pytest.approx(15.10, abs=5e-3)
@@ -206,7 +223,9 @@ def test_a_dressing_that_stays_only_caps_the_removal_rate():
 
 
 def test_roughness_has_the_printed_powers():
-    law = Roughness(roughness_max=1e-3, base=5e-4, exponent=0.4, chip_thickness=1e-4, lead_reference=0.1, depth_ratio=16.0)
+    law = Roughness(
+        roughness_max=1e-3, base=5e-4, exponent=0.4, chip_thickness=1e-4, lead_reference=0.1, depth_ratio=16.0
+    )
     once = law.roughness(1e-4, 0.1, 1.0)
     assert once == pytest.approx(5e-4 * 2)
     assert law.roughness(1e-4, 0.4, 3.0) == pytest.approx(once * 2 * 3)
@@ -220,9 +239,18 @@ WHEEL = {"wheel_diameter": 300.0, "work_diameter": 60.0, "width": 9.3, "wheel_sp
     ("call", "words"),
     [
         (lambda: Grinding(**{**WHEEL, "width": 0.0}), "width must be > 0 .mm.; got 0.0"),
-        (lambda: Grinding(**{**WHEEL, "wheel_speed": 30.0}), "wheel_speed must be in mm/s, .*units.m_per_s.*; got 30.0"),
-        (lambda: Grinding(**WHEEL, internal=True), "wheel_diameter must be < work_diameter = 60 in a bore .mm.; got 300"),
-        (lambda: GRINDING.check({}, {"wear_flat_area": (0.4, 1.04)}), "wear_flat_area must be a part of 1.*percent; got 1.04"),
+        (
+            lambda: Grinding(**{**WHEEL, "wheel_speed": 30.0}),
+            "wheel_speed must be in mm/s, .*units.m_per_s.*; got 30.0",
+        ),
+        (
+            lambda: Grinding(**WHEEL, internal=True),
+            "wheel_diameter must be < work_diameter = 60 in a bore .mm.; got 300",
+        ),
+        (
+            lambda: GRINDING.check({}, {"wear_flat_area": (0.4, 1.04)}),
+            "wear_flat_area must be a part of 1.*percent; got 1.04",
+        ),
         (
             lambda: GRINDING.check({"work_rotation": (4.0, 600.0)}, {}),
             "work_rotation must be in rad/s, .*below 6000 mm/s; units.rpm.*; got 600.0",
@@ -234,8 +262,14 @@ WHEEL = {"wheel_diameter": 300.0, "work_diameter": 60.0, "width": 9.3, "wheel_sp
             "power.specific_energy must be > burning.u0 = 6.2 for a least work speed",
         ),
         (lambda: GRINDING.burn_free_rates(10.0, 1.5), "wear_flat_area must be in .0, 1.; got 1.5"),
-        (lambda: DressedGrinding(grinding=GRINDING, area=0.006, area_exponent=0.3), "grinding must have a roughness"),
-        (lambda: Roughness(roughness_max=0.8, base=5e-4, exponent=0.4), "roughness_max must be in mm, < 0.1; units.um"),
+        (
+            lambda: DressedGrinding(grinding=GRINDING, area=0.006, area_exponent=0.3),
+            "grinding must have a roughness",
+        ),
+        (
+            lambda: Roughness(roughness_max=0.8, base=5e-4, exponent=0.4),
+            "roughness_max must be in mm, < 0.1; units.um",
+        ),
         (lambda: Roughness(roughness_max=8e-4, base=5e-4, exponent=0.0), "exponent must be > 0"),
     ],
 )
@@ -246,5 +280,7 @@ def test_refusals(call, words):
 
 def test_closed_forms_are_of_malkins_sliding_only():
     other = GRINDING.replace(power=physics.GrindingPower(sliding=physics.DongSliding()))
-    with pytest.raises(TypeError, match=r"power\.sliding must be a MalkinSliding, whose locus has a closed form"):
+    with pytest.raises(
+        TypeError, match=r"power\.sliding must be a MalkinSliding, whose locus has a closed form"
+    ):
         other.work_speed_on_locus(1.0)

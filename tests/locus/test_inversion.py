@@ -1,11 +1,24 @@
-"""The hidden state that a measurement tells of: against scipy's brentq, at the ends, out of reach; and the best point there."""
+"""The hidden state that a measurement tells of: against scipy's brentq, at the ends, out of reach; and the
+best point there.
+"""
 
 import casadi
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from locus_inside import ABOVE, BELOW, INSIDE, NO_KEY, Inversion, LocusTable, find_state, run_many, tape, work_size
+from locus_inside import (
+    ABOVE,
+    BELOW,
+    INSIDE,
+    NO_KEY,
+    Inversion,
+    LocusTable,
+    find_state,
+    run_many,
+    tape,
+    work_size,
+)
 from locus_inside import inversion_kernels as kernels
 from scipy.optimize import brentq
 
@@ -36,7 +49,9 @@ def response(form, sign=1):
 
 def found(packed, control, measured, guess=2.0, direction=1.0, find=find_state):
     inputs = np.array([control, guess])
-    flag = find(packed, inputs, (1, 0, 1), LOW, HIGH, direction, measured, np.empty(work_size(packed)), np.empty(2))
+    flag = find(
+        packed, inputs, (1, 0, 1), LOW, HIGH, direction, measured, np.empty(work_size(packed)), np.empty(2)
+    )
     return inputs[1], flag
 
 
@@ -60,8 +75,15 @@ def test_the_root_that_brentq_finds(form, sign):
         measured = value(packed, control, wanted)
         x, flag = found(packed, control, measured, guess, sign)
         assert flag == INSIDE
-        reference = brentq(lambda p: value(packed, control, p) - measured, LOW + 1e-12, HIGH, xtol=1e-13, rtol=1e-14)  # noqa: B023
-        slope = max(abs(both(packed, control, wanted)[1]), 1e-11)  # where it is flat, rounding of the response tells
+        reference = brentq(
+            lambda p: value(packed, control, p) - measured,
+            LOW + 1e-12,
+            HIGH,
+            xtol=1e-13,
+            rtol=1e-14,  # noqa: B023
+        )
+        # where it is flat, rounding of the response tells
+        slope = max(abs(both(packed, control, wanted)[1]), 1e-11)
         assert abs(x - reference) < 1e-11 + 1e-15 * (1 + abs(measured)) / slope
         miss = abs(value(packed, control, x) - measured)
         assert miss <= abs(value(packed, control, reference) - measured) + 1e-12 * (1 + abs(measured))
@@ -107,13 +129,15 @@ def test_ends_are_inside_and_beyond_them_is_flagged():
     packed = response("line")
     for x in (LOW, HIGH):
         assert found(packed, 0.7, 0.7 * x) == (x, INSIDE)
-        assert found(packed, 0.7, np.nextafter(0.7 * x, x * np.inf if x == HIGH else -np.inf))[1] == INSIDE  # by rounding
+        # by rounding
+        assert found(packed, 0.7, np.nextafter(0.7 * x, x * np.inf if x == HIGH else -np.inf))[1] == INSIDE
     assert found(packed, 0.7, 0.7 * HIGH + 1e-9) == (HIGH, ABOVE)
     assert found(packed, 0.7, 0.7 * LOW - 1e-9) == (LOW, BELOW)
     assert found(packed, 0.7, np.inf) == (HIGH, ABOVE)
     assert found(packed, 0.7, -np.inf) == (LOW, BELOW)
     falling = response("line", -1)
-    assert found(falling, 0.7, -100.0, direction=-1.0) == (HIGH, ABOVE)  # of the state, not of the measurement
+    # of the state, not of the measurement
+    assert found(falling, 0.7, -100.0, direction=-1.0) == (HIGH, ABOVE)
     assert found(falling, 0.7, 100.0, direction=-1.0) == (LOW, BELOW)
 
 
@@ -164,7 +188,8 @@ def test_out_of_reach_of_the_response_or_of_the_table():
     point, clamped = inversion.at(100.0, 2.0, 3.0)
     assert clamped
     np.testing.assert_array_equal(point, [20.0, *inversion.table.columns[-1]])
-    point, clamped = inversion.at(0.3 * 3.0 + 16 - 12, 2.0, 3.0)  # a state with which the constraint is idle: not in the table
+    # a state with which the constraint is idle: not in the table
+    point, clamped = inversion.at(0.3 * 3.0 + 16 - 12, 2.0, 3.0)
     assert clamped
     np.testing.assert_allclose(point, [0.3, 1.0, 4.0], atol=1e-12)
 
@@ -196,5 +221,7 @@ def test_one_response_of_several_that_falls():
 def test_errors_at_a_reading():
     with pytest.raises(ValueError, match=r"^response must be a number, no NaN; got nan$"):
         koren().at(np.nan, 2.0, 3.0)
-    with pytest.raises(ValueError, match=r"^controls must be where the model has a response; it has none at 2.0, nan$"):
+    with pytest.raises(
+        ValueError, match=r"^controls must be where the model has a response; it has none at 2.0, nan$"
+    ):
         koren().at(7.0, 2.0, np.nan)

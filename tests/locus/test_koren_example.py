@@ -25,14 +25,17 @@ def test_published_points():
     np.testing.assert_allclose((v[1], u[1]), (0.1097257, 1.1945137), atol=5e-8)
     assert EXAMPLE.multiplier(1.0) == pytest.approx(2.0)
     turn = (1 + math.sqrt(5)) / 2
-    np.testing.assert_allclose(EXAMPLE.point(turn), (math.sqrt(5), 2.0), rtol=1e-14)  # u is greatest here, and no coordinate
+    # u is greatest here, and no coordinate
+    np.testing.assert_allclose(EXAMPLE.point(turn), (math.sqrt(5), 2.0), rtol=1e-14)
 
 
 @pytest.mark.parametrize("x", [0.3, 0.52, 1.0, 4.0, 20.0])
 def test_points_against_a_convex_solver(x):
     u, v = cp.Variable(), cp.Variable()
     limit = x * v + 16 - 4 * v <= 17 + u - 4 * v
-    cp.Problem(cp.Minimize((u - 1) ** 2 + (v - 4) ** 2), [limit, u >= 0, u <= 5, v <= 10]).solve(solver=cp.CLARABEL)
+    cp.Problem(cp.Minimize((u - 1) ** 2 + (v - 4) ** 2), [limit, u >= 0, u <= 5, v <= 10]).solve(
+        solver=cp.CLARABEL
+    )
     np.testing.assert_allclose(EXAMPLE.point(x), (u.value, v.value), atol=2e-6)
     np.testing.assert_allclose(EXAMPLE.multiplier(x), limit.dual_value, atol=1e-5)
 
@@ -82,7 +85,9 @@ def test_limits_of_the_printed_gains():
     assert EXAMPLE.gain_without_overshoot(np.linspace(0.5, 20, 2001)).min() == pytest.approx(0.0543, abs=5e-5)
 
 
-@pytest.mark.parametrize(("gain", "rest", "wander"), [(0.6, 4.02, 4.08), (0.9, 2.60, 2.64), (0.9, 0.56, 0.54)])
+@pytest.mark.parametrize(
+    ("gain", "rest", "wander"), [(0.6, 4.02, 4.08), (0.9, 2.60, 2.64), (0.9, 0.56, 0.54)]
+)
 def test_runs_come_to_rest_inside_these_limits_only(gain, rest, wander):
     for x, settles in ((rest, True), (wander, False)):
         path = koren_run(x, gain, 4000)
@@ -96,7 +101,8 @@ def test_run_of_the_paper():
     limit = 17 + u - 4 * v
     errors = 100 * np.abs(np.array([v / 3, u / 2, limit / 7]) - 1)
     np.testing.assert_allclose(errors[:, 5], (0.046, 0.034, 0.088), atol=1e-3)  # printed: all < 0.5 %
-    np.testing.assert_allclose(errors[:, 3], (3.715, 2.597, 7.110), atol=1e-3)  # printed: all < 4 %, which the limit is not
+    # printed: all < 4 %, which the limit is not
+    np.testing.assert_allclose(errors[:, 3], (3.715, 2.597, 7.110), atol=1e-3)
 
 
 def test_ramp_of_the_paper():
@@ -107,7 +113,9 @@ def test_ramp_of_the_paper():
     np.testing.assert_allclose(behind.max(axis=0), (1.21, 2.09), atol=0.01)  # printed: < 3 %
     assert path[:49, 2].min() > 0  # never violated while it runs ...
     assert path[49:, 2].min() == pytest.approx(-0.0118, abs=2e-4)  # ... but just after it stops
-    tightening = koren_run(np.minimum(0.52 + 0.01 * np.arange(200), 1.0), 0.6, 199, start=float(EXAMPLE.point(0.52)[1]))
+    tightening = koren_run(
+        np.minimum(0.52 + 0.01 * np.arange(200), 1.0), 0.6, 199, start=float(EXAMPLE.point(0.52)[1])
+    )
     assert tightening[:, 2].min() == pytest.approx(-0.0397, abs=2e-4)
 
 
@@ -116,7 +124,8 @@ def test_retrieval_runs_away_from_6_92738_on():
     assert limit == pytest.approx(6.92738, abs=1e-5)
     np.testing.assert_allclose(EXAMPLE.retrieval_multiplier([1.0, 20.0]), (0.667, -6.6), rtol=2e-2)
     v = EXAMPLE.point(3.0)[1]
-    step, rate = 1e-6, EXAMPLE.retrieval_multiplier(3.0)  # by hand: response read at v + step, then v of the limit that equals it
+    # by hand: response read at v + step, then v of the limit that equals it
+    step, rate = 1e-6, EXAMPLE.retrieval_multiplier(3.0)
     read = 3.0 * (v + step) + 16 - 4 * (v + step)
     called = brentq(lambda w: 17 + math.sqrt(5 - (w - 2) ** 2) - 4 * w - read, v - 0.1, v + 0.1, xtol=1e-15)
     assert (called - v) / step == pytest.approx(float(rate), rel=1e-4)
@@ -124,7 +133,9 @@ def test_retrieval_runs_away_from_6_92738_on():
 
 @pytest.mark.parametrize("scale", [0.7, 1.3])
 def test_an_unknown_scale_calibrates_by_x_anew_but_not_by_the_response(scale):
-    """Uncertainty and hidden state enter by their product alone: the optimum as a function of the response does not know it."""
+    """Uncertainty and hidden state enter by their product alone: the optimum as a function of the response
+    does not know it.
+    """
     problem = _presets.preset("koren-example").replace(scale=scale)
     for x in (1.0, 5.0):
         found = minimize(
@@ -136,7 +147,8 @@ def test_an_unknown_scale_calibrates_by_x_anew_but_not_by_the_response(scale):
         assert problem.model.hidden_state(v) == pytest.approx(x, abs=1e-5)
         assert EXAMPLE.hidden_state(v) == pytest.approx(scale * x, abs=1e-5)
         response = problem.varying[0].response(named(x=x), named(u=u, v=v))
-        assert response == pytest.approx(17 + math.sqrt(5 - (v - 2) ** 2) - 4 * v, abs=1e-6)  # the limit of scale 1 at that v
+        # the limit of scale 1 at that v
+        assert response == pytest.approx(17 + math.sqrt(5 - (v - 2) ** 2) - 4 * v, abs=1e-6)
 
 
 @pytest.mark.parametrize(

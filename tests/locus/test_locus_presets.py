@@ -1,4 +1,6 @@
-"""Presets of problems on a locus: they are whole, they can be saved, and floats, arrays and symbols pass through them."""
+"""Presets of problems on a locus: they are whole, they can be saved, and floats, arrays and symbols pass
+through them.
+"""
 
 import casadi as ca
 import numpy as np

@@ -65,7 +65,11 @@ def test_a_degenerate_locus_comes_back_degenerate(tmp_path):
         cost=lambda s, c: -c.u * c.v,
         constraints=[
             locus.Varying(name="cap", response=lambda s, c: c.u * c.v, limit=lambda s, c: 0.5 + 0 * c.u),
-            locus.Varying(name="heat", response=lambda s, c: s.x * (c.u**2 + 0.5 * c.v**2), limit=lambda s, c: 2 + 0 * c.u),
+            locus.Varying(
+                name="heat",
+                response=lambda s, c: s.x * (c.u**2 + 0.5 * c.v**2),
+                limit=lambda s, c: 2 + 0 * c.u,
+            ),
         ],
     )
     curve = locus.plan(flat)
@@ -76,4 +80,5 @@ def test_a_degenerate_locus_comes_back_degenerate(tmp_path):
     assert loaded.at(x=0.77) == curve.at(x=0.77)
     u, v = curve.at(x=0.77).controls.values()
     assert u * v == pytest.approx(0.5, abs=1e-6)
-    assert v**2 == pytest.approx(2 * u**2, rel=1e-5)  # of all with u v = 1/2, the least heat, so the most slack
+    # of all with u v = 1/2, the least heat, so the most slack
+    assert v**2 == pytest.approx(2 * u**2, rel=1e-5)

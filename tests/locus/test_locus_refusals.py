@@ -40,35 +40,71 @@ SYMBOLS = "must be made of operators, \\*\\* and functions that take symbols"
 @pytest.mark.parametrize(
     ("make", "error", "told"),
     [
-        (lambda: made(controls={}), TypeError, "controls must be a mapping of names to .* with one name at least"),
+        (
+            lambda: made(controls={}),
+            TypeError,
+            "controls must be a mapping of names to .* with one name at least",
+        ),
         (
             lambda: made(controls={"u": (1.0, 0.0)}),
             ValueError,
             r"controls\['u'\] must be \(least, greatest\) with least < greatest; got \(1.0, 0.0\)",
         ),
         (lambda: made(controls={"u": (1.0, 1.0)}), ValueError, "least < greatest"),
-        (lambda: made(controls={"u": (0.0, math.inf)}), ValueError, r"controls\['u'\]\[1\] must be .*finite.*inf"),
-        (lambda: made(controls={"u": (0.0, 1.0, 2.0)}), TypeError, r"controls\['u'\] must be \(least, greatest\)"),
-        (lambda: made(controls={"u": 1.0}), TypeError, r"controls\['u'\] must be \(least, greatest\); got 1.0"),
-        (lambda: made(controls={"2u": (0.0, 1.0)}), ValueError, "controls must be named by identifiers; got '2u'"),
-        (lambda: made(hidden={"u": (0.0, 1.0)}), ValueError, "names of controls, hidden states and constraints must"),
+        (
+            lambda: made(controls={"u": (0.0, math.inf)}),
+            ValueError,
+            r"controls\['u'\]\[1\] must be .*finite.*inf",
+        ),
+        (
+            lambda: made(controls={"u": (0.0, 1.0, 2.0)}),
+            TypeError,
+            r"controls\['u'\] must be \(least, greatest\)",
+        ),
+        (
+            lambda: made(controls={"u": 1.0}),
+            TypeError,
+            r"controls\['u'\] must be \(least, greatest\); got 1.0",
+        ),
+        (
+            lambda: made(controls={"2u": (0.0, 1.0)}),
+            ValueError,
+            "controls must be named by identifiers; got '2u'",
+        ),
+        (
+            lambda: made(hidden={"u": (0.0, 1.0)}),
+            ValueError,
+            "names of controls, hidden states and constraints must",
+        ),
         (lambda: made(hidden={"x": (float("nan"), 1.0)}), ValueError, r"hidden\['x'\]\[0\] must be .*nan"),
         (lambda: made(hidden={"x": (2.0, 1.0)}), ValueError, r"hidden\['x'\] must be .*got \(2.0, 1.0\)"),
-        (lambda: made(cost=None), TypeError, r"cost must be a function f\(s, c\) of hidden states and controls; got None"),
+        (
+            lambda: made(cost=None),
+            TypeError,
+            r"cost must be a function f\(s, c\) of hidden states and controls; got None",
+        ),
         (lambda: made(cost=3.0), TypeError, "cost must be a function"),
-        (lambda: locus.Varying(response=1.0, limit=lambda s, c: c.u), TypeError, "Varying.response must be a function"),
+        (
+            lambda: locus.Varying(response=1.0, limit=lambda s, c: c.u),
+            TypeError,
+            "Varying.response must be a function",
+        ),
         (
             lambda: locus.Varying(response=lambda s, c: c.u, limit=lambda s, c: c.u, name="a b"),
             ValueError,
             "name must be named by identifiers",
         ),
         (
-            lambda: locus.Problem(controls=BOX, hidden={"x": (0.0, 1.0)}, cost=lambda s, c: c.u, constraints=[3]),
+            lambda: locus.Problem(
+                controls=BOX, hidden={"x": (0.0, 1.0)}, cost=lambda s, c: c.u, constraints=[3]
+            ),
             TypeError,
             r"constraints\[0\] must be .*Varying",
         ),
         (
-            lambda: locus.Problem(hidden={"x": (0.2, 1.0)}, **(EXAMPLE | {"constraints": EXAMPLE["constraints"] * 2})),
+            lambda: locus.Problem(
+                hidden={"x": (0.2, 1.0)}, **(EXAMPLE | {"constraints": EXAMPLE["constraints"] * 2})
+            ),
             ValueError,
             "names of controls, hidden states and constraints must",
         ),
@@ -87,7 +123,11 @@ def test_problems_are_checked_at_the_door(make, error, told):
 @pytest.mark.parametrize(
     ("given", "error", "told"),
     [
-        (made(cost=lambda s, c: c.w), ValueError, "cost must use names of hidden states and controls, x, u, v; got 'w'"),
+        (
+            made(cost=lambda s, c: c.w),
+            ValueError,
+            "cost must use names of hidden states and controls, x, u, v; got 'w'",
+        ),
         (
             made(response=lambda s, c: s.y * c.u),
             ValueError,
@@ -104,12 +144,28 @@ def test_problems_are_checked_at_the_door(make, error, told):
         (made(limit=lambda s, c: min(c.u, 1.0)), ValueError, rf"constraints\[0\].limit {SYMBOLS}"),
         (made(cost=lambda s, c: float(c.u)), ValueError, "cost must be finite somewhere"),
         (made(cost=lambda s, c: 1 / 0 + c.u), ValueError, f"cost {SYMBOLS}; division by zero"),
-        (made(cost=lambda s, c: [c.u, c.v]), (TypeError, ValueError), "cost must give (a|one) number for each point"),
+        (
+            made(cost=lambda s, c: [c.u, c.v]),
+            (TypeError, ValueError),
+            "cost must give (a|one) number for each point",
+        ),
         (made(cost=lambda s, c: None), TypeError, "cost must give a number for each point; got NoneType"),
         (made(cost=lambda s, c: "no"), TypeError, "cost must give a number for each point; got str"),
-        (made(cost=lambda s, c: np.array([c.u, c.v])), (TypeError, ValueError), "cost must give (a|one) number for each point"),
-        (made(cost=lambda s, c: c.u * float("nan")), ValueError, "cost must be finite somewhere in the ranges"),
-        (made(response=lambda s, c: (-1 - c.u - s.x) ** 0.5), ValueError, r"constraints\[0\] must be finite somewhere"),
+        (
+            made(cost=lambda s, c: np.array([c.u, c.v])),
+            (TypeError, ValueError),
+            "cost must give (a|one) number for each point",
+        ),
+        (
+            made(cost=lambda s, c: c.u * float("nan")),
+            ValueError,
+            "cost must be finite somewhere in the ranges",
+        ),
+        (
+            made(response=lambda s, c: (-1 - c.u - s.x) ** 0.5),
+            ValueError,
+            r"constraints\[0\] must be finite somewhere",
+        ),
         (made(cost=lambda s: s), ValueError, f"cost {SYMBOLS}; .*positional argument"),
     ],
 )
@@ -120,10 +176,15 @@ def test_functions_are_read_once_and_told_of(given, error, told):
 
 def test_costs_that_single_out_nothing():
     """By the most slack where that tells points apart; told where not even that does."""
-    curve = locus.plan(made(cost=lambda s, c: 1.0, response=lambda s, c: s.x - c.u * (1 - c.u) - c.v * (1.2 - c.v)))
+    curve = locus.plan(
+        made(cost=lambda s, c: 1.0, response=lambda s, c: s.x - c.u * (1 - c.u) - c.v * (1.2 - c.v))
+    )
     assert curve.degenerate
     assert curve.at(x=0.3).controls == pytest.approx({"u": 0.5, "v": 0.6}, abs=1e-6)
-    with pytest.raises(ValueError, match="cost must single out a point: over u, v many cost the same, and leave the same slack"):
+    with pytest.raises(
+        ValueError,
+        match="cost must single out a point: over u, v many cost the same, and leave the same slack",
+    ):
         locus.plan(made(cost=lambda s, c: 1.0))
 
 
@@ -142,7 +203,10 @@ def test_costs_that_single_out_nothing():
             made(response=lambda s, c: s.x * (c.u - 0.4)),
             "hidden states must move a constraint one way .* limit of response rises with x at some controls and falls",
         ),
-        (made(response=lambda s, c: c.u + c.v), "hidden states must be seen in what is measured; nothing of it depends on x"),
+        (
+            made(response=lambda s, c: c.u + c.v),
+            "hidden states must be seen in what is measured; nothing of it depends on x",
+        ),
         (
             made(response=lambda s, c: 3 + s.x + c.u),
             "constraints must leave a feasible point at some hidden state; none was found over x = 0 to 1",
@@ -179,7 +243,10 @@ def test_where_feasibility_ends_is_told():
         (lambda c: c.at(x=math.inf), "x must be .*finite.*inf"),
         (lambda c: c.at(x=21.0), r"x must be in \[0.2, 20\], where best points are known; got 21"),
         (lambda c: c.retrieve(u=1.0, v=1.0), "measured must be all of u, v and one of response; got u, v"),
-        (lambda c: c.retrieve(u=1.0, response=1.0), "measured must be all of u, v and one of response; got response, u"),
+        (
+            lambda c: c.retrieve(u=1.0, response=1.0),
+            "measured must be all of u, v and one of response; got response, u",
+        ),
         (lambda c: c.retrieve(u=1.0, v=1.0, w=2.0, response=1.0), "measured must be .*got response, u, v, w"),
         (lambda c: c.retrieve(u=1.0, v=1.0, response=float("nan")), "response must be .*finite.*nan"),
         (lambda c: c.retrieve(u=math.inf, v=1.0, response=7.0), "u must be .*finite.*inf"),
@@ -191,9 +258,15 @@ def test_where_feasibility_ends_is_told():
             lambda c: c.stretch("v", x=(0.2, 0.4)),
             "x must hold states at which a measured constraint is active: from 0.2 to 0.4 none is",
         ),
-        (lambda c: c.stretch("v", x=(2.0, 1.0)), r"x must be \(least, greatest\) within \[0.2, 20\]; got \(2.0, 1.0\)"),
+        (
+            lambda c: c.stretch("v", x=(2.0, 1.0)),
+            r"x must be \(least, greatest\) within \[0.2, 20\]; got \(2.0, 1.0\)",
+        ),
         (lambda c: c.stretch("v", x=3.0), "x must be the least and the greatest x to reckon with; got 3.0"),
-        (lambda c: c.stretch("u"), "along must be single-valued on the locus; 'u' is not, but v (and x are|is)"),
+        (
+            lambda c: c.stretch("u"),
+            "along must be single-valued on the locus; 'u' is not, but v (and x are|is)",
+        ),
     ],
 )
 def test_look_ups(call, told):
@@ -216,7 +289,9 @@ def test_a_controller_over_a_jump_or_beyond_a_fold_is_refused():
         one(lambda s, c: s.x + (c.u - 1) ** 2 + (c.v - 0.5) ** 2, lambda s, c: 1.0),
         x=(-2.0, 2.0), u=(-1.0, 4.0), v=(-2.0, 2.0),
     )  # fmt: skip
-    with pytest.raises(ValueError, match=r"x must stay where the locus goes on: it ends \(infeasible\) at x = 1"):
+    with pytest.raises(
+        ValueError, match=r"x must stay where the locus goes on: it ends \(infeasible\) at x = 1"
+    ):
         locus.plan(wave).stretch("u", x=(-1.0, 1.5))
 
 
@@ -247,7 +322,9 @@ def test_a_table_does_not_lead_over_a_jump():
         )
     )
     assert curve.jumps
-    with pytest.raises(ValueError, match=r"key must lead along the locus without a jump|key must change one way"):
+    with pytest.raises(
+        ValueError, match=r"key must lead along the locus without a jump|key must change one way"
+    ):
         curve.table("u")
 
 
@@ -267,4 +344,6 @@ def test_controls_far_from_their_range_are_refused():
     with pytest.raises(ValueError, match=r"u must be in \[-0.25, 5.25\]; got -20"):
         example().retrieve(u=-20.0, v=2.0, response=7.0)
     with pytest.raises(ValueError, match=r"infeed_rate must be in \[0, 0.052495\] \(mm/s\); got 10"):
-        locus.plan(locus.preset("grinding")).retrieve(infeed_rate=10.0, work_rotation=10.0, grinding_power=900.0)
+        locus.plan(locus.preset("grinding")).retrieve(
+            infeed_rate=10.0, work_rotation=10.0, grinding_power=900.0
+        )

@@ -1,4 +1,6 @@
-"""Modifier adaptation: the conditions of a best point of the plant, what slopes cost, and when it beats a locus."""
+"""Modifier adaptation: the conditions of a best point of the plant, what slopes cost, and when it beats a
+locus.
+"""
 
 from copy import deepcopy
 from itertools import product
@@ -18,7 +20,11 @@ def problem(power=1.0, slope=0.0, x=(0.2, 5.0)):
         controls={"u": (0.0, 5.0), "v": (0.0, 10.0)},
         hidden={"x": x},
         cost=lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2 + slope * c.u * c.v,
-        constraints=[locus.Varying(response=lambda s, c: s.x * c.v**power + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)],
+        constraints=[
+            locus.Varying(
+                response=lambda s, c: s.x * c.v**power + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v
+            )
+        ],
     )
 
 
@@ -60,12 +66,16 @@ def test_where_it_rests_the_conditions_of_the_plant_hold(feedback, x, power, slo
         options={"ftol": 1e-15},
     )
     np.testing.assert_allclose((u, v), best.x, atol=1e-5)
-    assert np.hypot(u - locus.plan(problem()).at(x=x).controls["u"], v) > 0.1  # the model alone would be elsewhere
+    # the model alone would be elsewhere
+    assert np.hypot(u - locus.plan(problem()).at(x=x).controls["u"], v) > 0.1
 
 
 def test_the_error_falls_with_the_square_of_the_dither():
     best = settle(ModifierController(problem(), hidden=1.2, dither=2e-4), 1.0, 1.2, 0.0)
-    errors = [settle(ModifierController(problem(), hidden=1.2, dither=d), 1.0, 1.2, 0.0)["v"] - best["v"] for d in (0.008, 0.004)]
+    errors = [
+        settle(ModifierController(problem(), hidden=1.2, dither=d), 1.0, 1.2, 0.0)["v"] - best["v"]
+        for d in (0.008, 0.004)
+    ]
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.05)
 
 
@@ -142,7 +152,10 @@ def test_a_copy_goes_its_own_way_and_reset_forgets():
         ({"filter": 0.0}, r"filter must be in \(0, 1\]"),
         ({"hidden": 9.0}, "x must be"),
         ({"period": 0.0}, "period must be"),
-        ({"problem": locus.preset("grinding-roughness")}, "problem must have one hidden state and one constraint; got 2 and 2"),
+        (
+            {"problem": locus.preset("grinding-roughness")},
+            "problem must have one hidden state and one constraint; got 2 and 2",
+        ),
     ],
 )
 def test_messages(given, message):
@@ -164,7 +177,9 @@ def ways():
     robust = robust_locus([MODEL, problem(1.3, x=(0.6, 5.0))], along="v")
     walk = {"along": "v", "period": None, "x": (0.8, 4.0)}
     return {
-        "nominal": locus.LocusController(curve, gain=locus.gains.design_gain(curve, along="v", x=(0.8, 4)).schedule(0.5), **walk),
+        "nominal": locus.LocusController(
+            curve, gain=locus.gains.design_gain(curve, along="v", x=(0.8, 4)).schedule(0.5), **walk
+        ),
         "robust": locus.LocusController(
             robust, gain=locus.gains.design_gain(robust, along="v", x=(0.8, 4)).schedule(0.5), **walk
         ),
@@ -179,7 +194,10 @@ def charge(controller, power, rate, noise):
     curve, rng = locus.plan(problem(power, x=(0.6, 5.0))), np.random.default_rng(7)
     tops = {float(x): curve.at(x=float(x)) for x in np.linspace(1.0, 3.0, 41)}
     grid = np.array(list(tops))
-    least, price = np.array([p.cost for p in tops.values()]), np.array([p.multipliers["response"] for p in tops.values()])
+    least, price = (
+        np.array([p.cost for p in tops.values()]),
+        np.array([p.multipliers["response"] for p in tops.values()]),
+    )
     total = 0.0
     for i in range(280):
         x = 1 + abs((i * rate + 1) % 4 - 2)
@@ -194,7 +212,9 @@ def charge(controller, power, rate, noise):
 
 
 def test_when_it_beats_the_locus(ways):
-    """A right model: the locus. A wrong one, still: modifiers. One of the models that were reckoned with: the robust locus."""
+    """A right model: the locus. A wrong one, still: modifiers. One of the models that were reckoned with: the
+    robust locus.
+    """
     still = {power: {name: charge(one, power, 0.0, 0.0) for name, one in ways.items()} for power in POWERS}
     assert still[1.0]["nominal"] < 1e-3 < still[1.0]["both"] < 0.006  # the dither
     for power in (1.15, 1.3):

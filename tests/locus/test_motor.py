@@ -35,7 +35,10 @@ def test_torque_is_spent_and_the_speed_is_stationary(inertia):
     assert torque == pytest.approx(1.0)
     limit = PROBLEM.varying[0].limit(None, named(**point))
     assert limit == pytest.approx(torque * point["speed"])  # W
-    slower, faster = (AXIS.cost(None, named(speed=point["speed"] * k, acceleration=point["acceleration"])) for k in (0.99, 1.01))
+    slower, faster = (
+        AXIS.cost(None, named(speed=point["speed"] * k, acceleration=point["acceleration"]))
+        for k in (0.99, 1.01)
+    )
     time = AXIS.cost(None, named(**point))
     assert slower > time
     assert faster > time or point["speed"] == 300.0

@@ -9,7 +9,8 @@ from sdpgrind import locus
 
 
 @pytest.mark.parametrize(
-    ("held", "kind"), [((0, 0, 0), "interior"), ((0, 0, 1), "locus"), ((0, -1, 1), "bound"), ((1, 1, 0), "bound")]
+    ("held", "kind"),
+    [((0, 0, 0), "interior"), ((0, 0, 1), "locus"), ((0, -1, 1), "bound"), ((1, 1, 0), "bound")],
 )
 def test_names_of_sets(held, kind):
     assert _pieces.kind_of(np.array(held), 2) == kind
@@ -22,7 +23,9 @@ def test_as_many_active_as_controls_is_a_vertex():
 @pytest.mark.parametrize("points", [20, 200, 1000])
 def test_about_as_many_points_as_asked_for(points):
     curve = locus.plan(PROBLEMS["bounds"], points=points)
-    assert sum(len(piece.table.hidden) for piece in curve.pieces) == pytest.approx(points, abs=2 * len(curve.pieces))
+    assert sum(len(piece.table.hidden) for piece in curve.pieces) == pytest.approx(
+        points, abs=2 * len(curve.pieces)
+    )
     assert all(len(piece.table.hidden) >= 2 for piece in curve.pieces)
 
 
@@ -51,7 +54,8 @@ def test_bound_multipliers_are_what_a_bound_costs():
     pull = np.interp(1.2, piece.table.hidden, piece.table.bound_multipliers[:, 0])
     controls = dict(PROBLEMS["bounds"].controls)
     costs = [
-        locus.plan(PROBLEMS["bounds"].replace(controls=controls | {"u": (0.2, 1.5 + d)})).at(x=1.2).cost for d in (-1e-4, 1e-4)
+        locus.plan(PROBLEMS["bounds"].replace(controls=controls | {"u": (0.2, 1.5 + d)})).at(x=1.2).cost
+        for d in (-1e-4, 1e-4)
     ]
     assert (costs[0] - costs[1]) / 2e-4 == pytest.approx(pull, rel=1e-3)
 

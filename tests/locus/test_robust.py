@@ -1,4 +1,6 @@
-"""Loci for models that disagree: against brute force, against the second-order loss, and with a sensor that is biased."""
+"""Loci for models that disagree: against brute force, against the second-order loss, and with a sensor that
+is biased.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -22,7 +24,9 @@ def model(power=1.0, slope=0.0, x=RANGE, **changed):
         "hidden": {"x": x},
         "cost": lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2 + slope * c.u,
         "constraints": [
-            locus.Varying(response=lambda s, c: s.x * c.v**power + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)
+            locus.Varying(
+                response=lambda s, c: s.x * c.v**power + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v
+            )
         ],
     }
     return locus.Problem(**given | changed)
@@ -67,7 +71,9 @@ def test_a_sample_without_weight_does_not_count():
 
 
 def sampled_loss(v, u, weights, models):
-    """Mean loss of a polygon of a locus by its definition: where each constraint crosses it, for many hidden states."""
+    """Mean loss of a polygon of a locus by its definition: where each constraint crosses it, for many hidden
+    states.
+    """
     x, total = np.linspace(*RANGE, 1501), 0.0
     for weight, (power, slope) in zip(weights, models, strict=True):
         belongs = (u + 1) / v**power  # falls with v
@@ -102,7 +108,8 @@ def test_the_worst_loss_is_least_at_every_coordinate(three):
 
     def largest(v, u):
         return max(
-            (u - 1) ** 2 + (v - 4) ** 2 + a * u - optimum(p, a, (u + 1) / v**p)[0] for p, a in [(1, 0), (1.3, 0.3), (0.9, -0.2)]
+            (u - 1) ** 2 + (v - 4) ** 2 + a * u - optimum(p, a, (u + 1) / v**p)[0]
+            for p, a in [(1, 0), (1.3, 0.3), (0.9, -0.2)]
         )
 
     for v in (1.2, 1.7, 2.2):
@@ -128,11 +135,14 @@ def test_losses_against_searches(mean):
             assert float(losses.loss[j, 2, k]) == pytest.approx(opened, abs=1e-9)
     assert float(losses.loss.sel(way=["nominal", "robust"]).min()) > -1e-9
     assert abs(losses.violation.sel(way=["nominal", "robust"])).max() < 1e-9
-    assert losses.loss.sel(way="open loop").min() < -0.01 < 0.1 < losses.violation.max()  # cheap, as it violates the limit
+    # cheap, as it violates the limit
+    assert losses.loss.sel(way="open loop").min() < -0.01 < 0.1 < losses.violation.max()
 
 
 def test_the_loss_of_a_wrong_locus_is_half_t_squared_of_the_lagrangian():
-    """A locus that is shifted by t along a straight constraint of a quadratic cost loses t^2 (1/2 * 2): exactly, either way."""
+    """A locus that is shifted by t along a straight constraint of a quadratic cost loses t^2 (1/2 * 2):
+    exactly, either way.
+    """
     curve, x = locus.plan(model()), 1.7
     true = np.array([u_of(x), v_of(x)])
     along = np.array([x, 1.0]) / np.hypot(x, 1.0)  # on x v - u - 1 = 0
@@ -149,12 +159,16 @@ def shifted(stretch, by):
     """A locus that is wrong by the same everywhere."""
     controls = stretch.controls + by
     coordinate = stretch.coordinate + by[1]
-    return replace(stretch, controls=controls, coordinate=coordinate, limit=17 + controls[:, 0] - 4 * controls[:, 1])
+    return replace(
+        stretch, controls=controls, coordinate=coordinate, limit=17 + controls[:, 0] - 4 * controls[:, 1]
+    )
 
 
 @pytest.mark.parametrize("bias", [0.02, -0.02, 0.3, -0.3])
 def test_a_biased_sensor_shifts_to_first_order_and_bends_to_second(bias):
-    """With the true locus, what is lost beyond the shifted limit's own optimum is of second order; the shift itself is not."""
+    """With the true locus, what is lost beyond the shifted limit's own optimum is of second order; the shift
+    itself is not.
+    """
     truth = robust_locus([model(), model()], along="v")
     loss = truth.losses_with(points=9, bias=bias)
     for k, x in enumerate(loss.x.values):
@@ -166,7 +180,9 @@ def test_a_biased_sensor_shifts_to_first_order_and_bends_to_second(bias):
         bend = lost - shift
         assert lost == pytest.approx(multiplier * bias, abs=2.5 * bias**2)
         assert -1e-9 <= bend < 0.75 * bias**2
-    assert max(loss.loss.sel(way="nominal")[0].values, key=abs) / bias == pytest.approx(2 * (np.sqrt(5) - 1), rel=0.3)
+    assert max(loss.loss.sel(way="nominal")[0].values, key=abs) / bias == pytest.approx(
+        2 * (np.sqrt(5) - 1), rel=0.3
+    )
 
 
 def test_the_bend_is_what_the_calibration_by_a_biased_reading_costs():
@@ -198,9 +214,13 @@ def test_slopes_of_the_table_are_exact(mean):
         k = int(np.argmin(np.abs(path.coordinate - v)))
         s = path.coordinate[k]
         near = path.rows(np.array([s - step, s + step]))
-        np.testing.assert_allclose(path.controls_slope[k], (near[1, :2] - near[0, :2]) / (2 * step), rtol=1e-4)
+        np.testing.assert_allclose(
+            path.controls_slope[k], (near[1, :2] - near[0, :2]) / (2 * step), rtol=1e-4
+        )
         np.testing.assert_allclose(path.hidden_slope[k], (near[1, 2] - near[0, 2]) / (2 * step), rtol=1e-4)
-    coarse = robust_locus([model(1.0), model(1.3, slope=0.3), model(0.9, slope=-0.2)], along="v", weights=[2, 1, 1], points=60)
+    coarse = robust_locus(
+        [model(1.0), model(1.3, slope=0.3), model(0.9, slope=-0.2)], along="v", weights=[2, 1, 1], points=60
+    )
     v = np.linspace(0.8, 3.2, 50)
     np.testing.assert_allclose(coarse.path.rows(v)[:, 0], path.rows(v)[:, 0], atol=2e-5)
 
@@ -211,7 +231,9 @@ def test_grinding_with_a_wrong_sliding_power():
     sliding = first.model.power.sliding
     other = first.replace(
         model=first.model.replace(
-            power=first.model.power.replace(sliding=sliding.replace(curvature_pressure=0.6 * sliding.curvature_pressure))
+            power=first.model.power.replace(
+                sliding=sliding.replace(curvature_pressure=0.6 * sliding.curvature_pressure)
+            )
         )
     )
     robust = robust_locus([first, other], along="infeed_rate", x=(0.005, 0.009))
@@ -233,9 +255,19 @@ def test_grinding_with_a_wrong_sliding_power():
         ({"weights": [-1.0, 2.0]}, "weights must be 2 numbers"),
         ({"x": (2.0, 1.0)}, "x must be the least and the greatest x, rising"),
         ({"x": 1.0}, "x must be the least and the greatest x"),
-        ({"samples": [model(), locus.preset("grinding")]}, r"samples\[1\] must have controls and hidden state of samples\[0\]"),
         (
-            {"samples": [model(), model(constraints=[locus.Varying(response=lambda s, c: s.x * c.v, limit=lambda s, c: c.u)])]},
+            {"samples": [model(), locus.preset("grinding")]},
+            r"samples\[1\] must have controls and hidden state of samples\[0\]",
+        ),
+        (
+            {
+                "samples": [
+                    model(),
+                    model(
+                        constraints=[locus.Varying(response=lambda s, c: s.x * c.v, limit=lambda s, c: c.u)]
+                    ),
+                ]
+            },
             r"samples\[1\] must have the limit of samples\[0\]",
         ),
     ],

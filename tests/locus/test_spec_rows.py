@@ -1,4 +1,6 @@
-"""The tracer against closed forms of the built-in processes, published numbers and conditions of optimality of its own tables."""
+"""The tracer against closed forms of the built-in processes, published numbers and conditions of optimality
+of its own tables.
+"""
 
 import functools
 
@@ -47,7 +49,9 @@ def event(curve, kind):
 
 @pytest.mark.parametrize("name", ONE_HIDDEN)
 def test_every_point_of_the_table_satisfies_the_conditions_of_a_best_point(name):
-    """With derivatives of the process's own functions, in the user's units: nothing of the tracer but its numbers."""
+    """With derivatives of the process's own functions, in the user's units: nothing of the tracer but its
+    numbers.
+    """
     curve = traced(name)
     problem = curve.problem
     z, x = ca.SX.sym("z", len(problem.names)), ca.SX.sym("x")
@@ -58,7 +62,9 @@ def test_every_point_of_the_table_satisfies_the_conditions_of_a_best_point(name)
     assert curve.error < 1e-10
     for piece in curve.best:
         t = piece.table
-        by_cost, by_limit, left, limit = (np.asarray(part) for part in parts.map(len(t.hidden))(t.controls.T, t.hidden))
+        by_cost, by_limit, left, limit = (
+            np.asarray(part) for part in parts.map(len(t.hidden))(t.controls.T, t.hidden)
+        )
         size = np.abs(by_cost * t.controls.T).max(axis=0) + 1e-3
         pull = (by_cost + t.multipliers.T * by_limit) * t.controls.T / size
         for k, control in enumerate(problem.names):
@@ -90,15 +96,23 @@ def test_slopes_are_differences_of_solved_points(name):
             before, at, after = (curve.at(**{curve.hidden_name: value}) for value in (x - step, x, x + step))
             for control in curve.names:
                 difference = (after.controls[control] - before.controls[control]) / (2 * step)
-                assert at.slope[control] == pytest.approx(difference, rel=1e-6, abs=1e-8 * at.controls[control] / (high - low))
+                assert at.slope[control] == pytest.approx(
+                    difference, rel=1e-6, abs=1e-8 * at.controls[control] / (high - low)
+                )
 
 
 @pytest.mark.parametrize(
     ("name", "along", "x"),
-    [("turning", "cutting_speed", (0.18, 0.58)), ("grinding", "infeed_rate", None), ("motor", "acceleration", (600.0, 1500.0))],
+    [
+        ("turning", "cutting_speed", (0.18, 0.58)),
+        ("grinding", "infeed_rate", None),
+        ("motor", "acceleration", (600.0, 1500.0)),
+    ],
 )
 def test_reading_the_response_again_and_again_runs_away_on_every_physical_locus(name, along, x):
-    """Limit and slack move against each other along it: rho = 1 - e_s/P_b,s is above 1. Of the motor it is 3: 3/2 over 1/2."""
+    """Limit and slack move against each other along it: rho = 1 - e_s/P_b,s is above 1. Of the motor it is 3:
+    3/2 over 1/2.
+    """
     known = traced(name).stretch(along, x=x).calibrated()
     assert known.monotone
     assert np.all(known.rho > 1)
@@ -113,18 +127,28 @@ def test_reading_the_response_again_and_again_runs_away_on_every_physical_locus(
 def test_example_is_unconstrained_up_to_one_half():
     point = traced("koren-example").at(x=0.3)
     assert point.kind == "interior"
-    assert (point.controls["u"], point.controls["v"]) == (pytest.approx(1.0, abs=1e-9), pytest.approx(4.0, abs=1e-9))
+    assert (point.controls["u"], point.controls["v"]) == (
+        pytest.approx(1.0, abs=1e-9),
+        pytest.approx(4.0, abs=1e-9),
+    )
     assert event(traced("koren-example"), "response active").hidden == pytest.approx(0.5, abs=1e-9)
 
 
 def test_example_at_one():
     point = traced("koren-example").at(x=1.0)
-    found = [point.controls["u"], point.controls["v"], point.response, point.limit, point.multipliers["response"]]
+    found = [
+        point.controls["u"],
+        point.controls["v"],
+        point.response,
+        point.limit,
+        point.multipliers["response"],
+    ]
     np.testing.assert_allclose(found, (2, 3, 7, 7, 2), atol=1e-9)
 
 
 def test_example_is_found_from_one_measurement():
-    retrieved = traced("koren-example").retrieve(u=2.1, v=2.8, response=2.8 + 16 - 4 * 2.8)  # what x = 1 gives there
+    # what x = 1 gives there
+    retrieved = traced("koren-example").retrieve(u=2.1, v=2.8, response=2.8 + 16 - 4 * 2.8)
     np.testing.assert_allclose(list(retrieved.controls.values()), (2, 3), atol=1e-9)
 
 
@@ -144,13 +168,18 @@ def test_example_stability_from_the_traced_loop_slope():
     np.testing.assert_allclose(walk.loop_slope, EXAMPLE.loop_slope(walk.hidden), rtol=1e-9)
     for x, (stable, no_overshoot) in GAINS.items():
         slope = abs(walk.at(walk.coordinate_of(x)).loop_slope)
-        assert (2 / slope, 1 / slope) == (pytest.approx(stable, abs=5e-5), pytest.approx(no_overshoot, abs=5e-5))
+        assert (2 / slope, 1 / slope) == (
+            pytest.approx(stable, abs=5e-5),
+            pytest.approx(no_overshoot, abs=5e-5),
+        )
 
     def slope(x):
         return abs(walk.at(walk.coordinate_of(x)).loop_slope)
 
     for gain, bracket, limit in ((0.6, (2, 10), 4.05217), (0.9, (0.5, 1.0), 0.54758), (0.9, (2, 4), 2.61890)):
-        assert brentq(lambda x, gain=gain: gain * slope(x) - 2, *bracket, xtol=1e-12) == pytest.approx(limit, abs=1e-5)
+        assert brentq(lambda x, gain=gain: gain * slope(x) - 2, *bracket, xtol=1e-12) == pytest.approx(
+            limit, abs=1e-5
+        )
 
 
 def test_example_by_its_response():
@@ -188,14 +217,18 @@ def test_runs_of_the_paper_on_the_traced_locus():
 # Turning and milling
 
 
-@pytest.mark.parametrize(("wear", "speed", "feed"), [(wear, *point) for wear, point in ON_TURNING_LOCUS.items()])
+@pytest.mark.parametrize(
+    ("wear", "speed", "feed"), [(wear, *point) for wear, point in ON_TURNING_LOCUS.items()]
+)
 def test_turning_points(wear, speed, feed):
     point = traced("turning").at(flank_wear=wear)
     found = point.controls["cutting_speed"] / M_PER_MIN, point.controls["feed"]
     assert found == (pytest.approx(speed, rel=1e-6), pytest.approx(feed, rel=2e-6))  # digits printed
     np.testing.assert_allclose(found, turning_rates(wear), rtol=1e-6)
     force = traced("turning").problem.model.breaking(found[1])
-    assert traced("turning").problem.model.force_residual(found[0] * M_PER_MIN, found[1]) == pytest.approx(0.0, abs=1e-8 * force)
+    assert traced("turning").problem.model.force_residual(found[0] * M_PER_MIN, found[1]) == pytest.approx(
+        0.0, abs=1e-8 * force
+    )
     assert point.kind == "locus"
 
 
@@ -219,7 +252,8 @@ def test_turning_corner_onset_and_end():
     assert onset.hidden == pytest.approx(model.onset_wear(0.5), abs=1e-10)
     assert end.hidden == pytest.approx(0.599836, abs=1e-6)
     assert end.hidden == pytest.approx(model.end_wear(350 * M_PER_MIN), abs=1e-9)
-    assert end.controls["feed"] == pytest.approx(0.098897, abs=2e-5)  # there the feed falls with infinite slope
+    # there the feed falls with infinite slope
+    assert end.controls["feed"] == pytest.approx(0.098897, abs=2e-5)
     assert worn.at(flank_wear=0.595).controls["cutting_speed"] == pytest.approx(350 * M_PER_MIN)
 
 
@@ -250,7 +284,9 @@ def test_milling_keeps_the_greatest_feed():
 # Grinding
 
 
-@pytest.mark.parametrize(("area", "rate", "speed", "depth"), [(area, *point) for area, point in ON_GRINDING_LOCUS.items()])
+@pytest.mark.parametrize(
+    ("area", "rate", "speed", "depth"), [(area, *point) for area, point in ON_GRINDING_LOCUS.items()]
+)
 def test_grinding_points(area, rate, speed, depth):
     point, model = traced("grinding").at(wear_flat_area=area), traced("grinding").problem.model
     found = -point.cost, model.work_speed(point.controls["work_rotation"])
@@ -265,7 +301,9 @@ def test_grinding_locus_is_that_of_the_closed_form():
     controls, area, _ = rows(traced("grinding"))
     model = traced("grinding").problem.model
     removal = model.specific_removal_rate(controls[:, 0])
-    np.testing.assert_allclose(model.work_speed(controls[:, 1]), model.work_speed_on_locus(removal), rtol=1e-8)
+    np.testing.assert_allclose(
+        model.work_speed(controls[:, 1]), model.work_speed_on_locus(removal), rtol=1e-8
+    )
     np.testing.assert_allclose(area, model.wear_flat_area_on_locus(removal), rtol=1e-10)
     slowest = removal[np.argmin(controls[:, 1])]
     assert slowest == pytest.approx(1.2658, rel=0.02)  # between points of the table
@@ -318,7 +356,9 @@ def test_motor_leaves_its_greatest_speed_at_the_onset():
 # Two hidden states, two limits, three controls
 
 
-@pytest.mark.parametrize(("dullness", "state"), [(0.8, 0.7), (0.83, 1.37), (1.0, 1.0), (1.21, 0.93), (1.6, 0.7), (1.6, 1.4)])
+@pytest.mark.parametrize(
+    ("dullness", "state"), [(0.8, 0.7), (0.83, 1.37), (1.0, 1.0), (1.21, 0.93), (1.6, 0.7), (1.6, 1.4)]
+)
 def test_dressed_grinding(dullness, state):
     """Both limits are active, and the work speed is that of the locus of the area: against the closed form."""
     area = traced("grinding-roughness")
@@ -345,16 +385,25 @@ def test_dressed_grinding(dullness, state):
 
 
 def test_a_dressing_that_stays_leaves_the_work_speed_open():
-    """On the cap of Z' the speed of most burning power to spare is taken; where power limits, it is the locus of before."""
-    law, plain = locus.processes.Roughness(roughness_max=4e-4, base=5e-4, exponent=0.4), locus.preset("grinding")
+    """On the cap of Z' the speed of most burning power to spare is taken; where power limits, it is the locus
+    of before.
+    """
+    law, plain = (
+        locus.processes.Roughness(roughness_max=4e-4, base=5e-4, exponent=0.4),
+        locus.preset("grinding"),
+    )
     model = plain.model
     rough = locus.Varying(
-        response=lambda s, c: law.roughness(model.specific_removal_rate(c.infeed_rate) / model.wheel_speed, law.lead, 1.0),
+        response=lambda s, c: law.roughness(
+            model.specific_removal_rate(c.infeed_rate) / model.wheel_speed, law.lead, 1.0
+        ),
         limit=lambda s, c: law.roughness_max,
         name="roughness",
     )
     constraints = (*model.constraints, rough)
-    curve = locus.plan(locus.Problem(controls=plain.controls, hidden=plain.hidden, cost=model.cost, constraints=constraints))
+    curve = locus.plan(
+        locus.Problem(controls=plain.controls, hidden=plain.hidden, cost=model.cost, constraints=constraints)
+    )
     assert curve.degenerate
     cap = law.chip_thickness_max(law.lead, 1.0) * model.wheel_speed
     onset = event(curve, "grinding_power active").hidden
@@ -363,5 +412,7 @@ def test_a_dressing_that_stays_leaves_the_work_speed_open():
     assert -capped.cost == pytest.approx(cap, rel=1e-9)
     speeds = np.geomspace(20, 1800, 20001)
     spare = [-excess_power(model, cap, speed, 0.006) for speed in speeds]
-    assert model.work_speed(capped.controls["work_rotation"]) == pytest.approx(speeds[np.argmax(spare)], rel=1e-3)
+    assert model.work_speed(capped.controls["work_rotation"]) == pytest.approx(
+        speeds[np.argmax(spare)], rel=1e-3
+    )
     assert -free.cost == pytest.approx(removal_rate_at(model, 0.01), rel=1e-6)

@@ -21,7 +21,9 @@ def test_a_stretch_is_the_closed_form(x):
     s = KOREN.coordinate_of(x)
     assert s == pytest.approx(v_of(x), abs=2e-7)
     point = KOREN.at(v_of(x))
-    assert point.controls["u"] == pytest.approx(u_of(x), abs=1e-8) and point.controls["v"] == pytest.approx(v_of(x), abs=1e-12)
+    assert point.controls["u"] == pytest.approx(u_of(x), abs=1e-8) and point.controls["v"] == pytest.approx(
+        v_of(x), abs=1e-12
+    )
     assert point.hidden == pytest.approx(x, rel=1e-6)
     assert point.limit == pytest.approx(17 + u_of(x) - 4 * v_of(x), abs=1e-8)
     assert point.loop_slope == pytest.approx(loop_slope_of(x), rel=1e-5)
@@ -51,9 +53,12 @@ def test_tables_converge_with_the_fourth_power():
 
 def test_by_the_hidden_state():
     stretch = koren(along="x")
-    np.testing.assert_allclose(stretch.at(np.array([1.0, 4.0])).controls["v"], v_of(np.array([1.0, 4.0])), atol=1e-6)
+    np.testing.assert_allclose(
+        stretch.at(np.array([1.0, 4.0])).controls["v"], v_of(np.array([1.0, 4.0])), atol=1e-6
+    )
     assert stretch.coordinate_of(3.0) == pytest.approx(3.0, abs=1e-12)
-    assert stretch.at(2.0).loop_slope == pytest.approx(v_of(2.0), rel=1e-5)  # P_x: the slack of a fixed x grows
+    # P_x: the slack of a fixed x grows
+    assert stretch.at(2.0).loop_slope == pytest.approx(v_of(2.0), rel=1e-5)
 
 
 def test_calibration_by_the_response():
@@ -63,12 +68,16 @@ def test_calibration_by_the_response():
     k = int(np.argmin(np.abs(found.hidden - 1.0)))
     x, v = found.hidden[k], KOREN.coordinate[k]
     assert found.rho[k] == pytest.approx((x - 4) / ((2 - v) / u_of(x) - 4), rel=1e-9)
-    assert koren(low=7.0).calibrated().usable == () and koren(high=6.9).calibrated().usable[0][1] == pytest.approx(6.9)
+    assert koren(low=7.0).calibrated().usable == () and koren(high=6.9).calibrated().usable[0][
+        1
+    ] == pytest.approx(6.9)
 
 
 @pytest.mark.parametrize(("x", "settles"), [(1.0, True), (6.8, True), (7.1, False), (9.0, False)])
 def test_reading_off_again_and_again(x, settles):
-    """Koren's retrieval (errata 8): read the response at a point, take the point with that limit; it converges for |rho| < 1."""
+    """Koren's retrieval (errata 8): read the response at a point, take the point with that limit; it
+    converges for |rho| < 1.
+    """
     order = np.argsort(KOREN.limit)
     s = v_of(x) * 1.001
     for _ in range(2000):
@@ -80,7 +89,10 @@ def test_reading_off_again_and_again(x, settles):
 
 def test_a_limit_that_turns_calibrates_nothing():
     flat = koren().limit * 0 + 3.0
-    given = {name: getattr(KOREN, name) for name in ("coordinate", "controls", "hidden", "controls_slope", "hidden_slope")}
+    given = {
+        name: getattr(KOREN, name)
+        for name in ("coordinate", "controls", "hidden", "controls_slope", "hidden_slope")
+    }
     stretch = Stretch(
         along="v", names=("u", "v"), hidden_name="x", **given, limit=flat, limit_slope=0 * flat,
         response_slope=KOREN.response_slope, ends=KOREN.ends, values=values,
@@ -96,7 +108,16 @@ def test_a_copy_is_itself_and_tables_stay():
 
 
 def changed(**changes):
-    names = ["coordinate", "controls", "hidden", "limit", "response_slope", "controls_slope", "hidden_slope", "limit_slope"]
+    names = [
+        "coordinate",
+        "controls",
+        "hidden",
+        "limit",
+        "response_slope",
+        "controls_slope",
+        "hidden_slope",
+        "limit_slope",
+    ]
     columns = {name: getattr(KOREN, name) for name in names}
     plain = {"along": "v", "names": ("u", "v"), "hidden_name": "x", "ends": KOREN.ends, "values": values}
     return Stretch(**(columns | plain | changes))
@@ -110,12 +131,21 @@ REFUSED = [
     (lambda: KOREN.at(5.0), "v must be in [0.109726, 4], where the stretch ends (interior); got 5"),
     (lambda: KOREN.at(np.nan), "v[0] must be finite; got nan"),
     (lambda: KOREN.coordinate_of(0.3), "x must be in [0.5, 20], where the stretch ends (interior); got 0.3"),
-    (lambda: changed(hidden=bent), "x must change strictly one way along the stretch; it turns, as at a fold"),
+    (
+        lambda: changed(hidden=bent),
+        "x must change strictly one way along the stretch; it turns, as at a fold",
+    ),
     (lambda: changed(coordinate=KOREN.controls[:, 0]), "coordinate 'v' must rise strictly; but v and x are"),
     (lambda: changed(hidden=KOREN.hidden[:-1]), "hidden must be of shape (401,); got (400,)"),
-    (lambda: changed(hidden_slope=-KOREN.hidden_slope), "hidden_slope must have the sign of the change of x everywhere"),
+    (
+        lambda: changed(hidden_slope=-KOREN.hidden_slope),
+        "hidden_slope must have the sign of the change of x everywhere",
+    ),
     (lambda: changed(limit=KOREN.limit * np.nan), "limit[0] must be finite; got nan"),
-    (lambda: changed(ends=("range", "edge")), "ends must be one of range, interior, bound, fold, jump; got 'edge'"),
+    (
+        lambda: changed(ends=("range", "edge")),
+        "ends must be one of range, interior, bound, fold, jump; got 'edge'",
+    ),
     (lambda: changed(coordinate=np.array([1.0])), "coordinate must be a row of 2 numbers or more; got (1,)"),
 ]
 
@@ -132,19 +162,29 @@ def test_a_clamped_state():
 
 
 def test_pieces_that_meet_at_a_kink():
-    """Where pieces meet a point stands twice, with the slopes of either side: cos t goes over into a straight line."""
+    """Where pieces meet a point stands twice, with the slopes of either side: cos t goes over into a straight
+    line.
+    """
     t = np.concatenate([np.linspace(0.0, 1.0, 41), np.linspace(1.0, 2.0, 21)])
     second = np.arange(62) > 40
     x = np.where(second, np.cos(1.0) - 3 * (t - 1), np.cos(t))
     dx = np.where(second, -3.0, -np.sin(t))
     dx[0] = -1e-3
-    given = {"names": ("s",), "hidden_name": "x", "limit": 2 * t, "ends": ("range", "range"), "values": values}
+    given = {
+        "names": ("s",),
+        "hidden_name": "x",
+        "limit": 2 * t,
+        "ends": ("range", "range"),
+        "values": values,
+    }
     made = {}
     for sign in (1, -1):  # tangents may point either way
         tangents = sign * np.ones((62, 1)), sign * dx, sign * 2 + 0 * t, sign * np.where(second, 5.0, 3.0)
         made[sign] = Stretch.of_curve("s", controls=t[:, None], hidden=x, tangents=tangents, **given)
     at = np.array([0.3, 0.77, 0.999, 1.001, 1.5])
     point = made[1].at(at)
-    np.testing.assert_allclose(point.hidden, np.where(at > 1, np.cos(1.0) - 3 * (at - 1), np.cos(at)), atol=1e-6)
+    np.testing.assert_allclose(
+        point.hidden, np.where(at > 1, np.cos(1.0) - 3 * (at - 1), np.cos(at)), atol=1e-6
+    )
     np.testing.assert_allclose(point.loop_slope, np.where(at > 1, -3.0, -1.0), atol=1e-9)
     np.testing.assert_allclose(made[-1].at(at).hidden, point.hidden, atol=1e-12)

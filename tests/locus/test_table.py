@@ -1,4 +1,6 @@
-"""Tables with exact slopes: cubics are exact, errors fall with the fourth power, ends clamp, and Koren's locus is met to 1e-7."""
+"""Tables with exact slopes: cubics are exact, errors fall with the fourth power, ends clamp, and Koren's
+locus is met to 1e-7.
+"""
 
 import numpy as np
 import pytest
@@ -11,7 +13,9 @@ from sdpgrind.locus.kernels import look_up
 
 
 def waves(key):
-    return LocusTable(key, np.column_stack([np.sin(key), np.exp(-key)]), np.column_stack([np.cos(key), -np.exp(-key)]))
+    return LocusTable(
+        key, np.column_stack([np.sin(key), np.exp(-key)]), np.column_stack([np.cos(key), -np.exp(-key)])
+    )
 
 
 def koren(x):
@@ -38,7 +42,9 @@ def test_everywhere_the_hermite_cubic_of_scipy(key, places):
     rising = slice(None, None, 1 if key[-1] > key[0] else -1)
     reference = CubicHermiteSpline(key[rising], table.columns[rising], table.slopes[rising])
     at = np.concatenate([table.low + (table.high - table.low) * np.array(places), key])
-    np.testing.assert_allclose(table.at(at), reference(np.clip(at, table.low, table.high)), rtol=1e-9, atol=1e-13)
+    np.testing.assert_allclose(
+        table.at(at), reference(np.clip(at, table.low, table.high)), rtol=1e-9, atol=1e-13
+    )
 
 
 @settings(max_examples=100, deadline=None)
@@ -77,7 +83,8 @@ def test_two_hundred_points_of_the_locus_of_koren(x):
     assert 150 <= table.key.size <= 200
     at, exact, _ = koren(np.geomspace(0.5, 20, 30001))
     error = np.abs(table.at(at) - exact).max()
-    assert error < 1e-8  # 3.1e-8 with Hermite and 1.4e-6 with PCHIP are what the same number of points gave elsewhere
+    # 3.1e-8 with Hermite and 1.4e-6 with PCHIP are what the same number of points gave elsewhere
+    assert error < 1e-8
     assert error < 1.3 * table.errors().max()
 
 
@@ -86,7 +93,8 @@ def test_thinning_keeps_ends_and_spreads_the_error():
     thin = full.thinned(60)
     assert (thin.low, thin.high) == (full.low, full.high)
     even = np.linspace(full.low, full.high, 60)
-    blunt = full.at(even)  # nodes at equal steps of the key, with slopes from differences of a table 1e4 times finer
+    # nodes at equal steps of the key, with slopes from differences of a table 1e4 times finer
+    blunt = full.at(even)
     slopes = (full.at(even + 1e-6) - full.at(even - 1e-6)) / 2e-6
     slopes[[0, -1]] = full.slopes[[0, -1]]
     assert LocusTable(even, blunt, slopes).errors().max() > 5 * thin.errors().max()
@@ -95,7 +103,9 @@ def test_thinning_keeps_ends_and_spreads_the_error():
 
 def test_thinning_a_straight_line_and_falling_keys():
     key = np.linspace(5, 0, 100)
-    line = LocusTable(key, np.column_stack([3 * key, 0 * key]), np.column_stack([3 + 0 * key, 0 * key])).thinned(10)
+    line = LocusTable(
+        key, np.column_stack([3 * key, 0 * key]), np.column_stack([3 + 0 * key, 0 * key])
+    ).thinned(10)
     assert 2 <= line.key.size <= 10
     np.testing.assert_allclose(line.at([0.0, 1.234, 5.0]), [[0, 0], [3.702, 0], [15, 0]], atol=1e-12)
 
@@ -161,8 +171,18 @@ def test_nodes_too_close_to_be_told_apart_by_the_guide():
     ("key", "columns", "slopes", "message"),
     [
         ([0, 1, 1, 2], (4, 1), (4, 1), r"key must rise or fall strictly; key\[1\] and key\[2\] are 1 and 1"),
-        ([0, 1, 2, 1.5], (4, 1), (4, 1), r"key must rise or fall strictly; key\[2\] and key\[3\] are 2 and 1.5"),
-        ([2, 1, 0, 1.5], (4, 1), (4, 1), r"key must rise or fall strictly; key\[2\] and key\[3\] are 0 and 1.5"),
+        (
+            [0, 1, 2, 1.5],
+            (4, 1),
+            (4, 1),
+            r"key must rise or fall strictly; key\[2\] and key\[3\] are 2 and 1.5",
+        ),
+        (
+            [2, 1, 0, 1.5],
+            (4, 1),
+            (4, 1),
+            r"key must rise or fall strictly; key\[2\] and key\[3\] are 0 and 1.5",
+        ),
         ([0, 0, 1], (3, 1), (3, 1), r"key must rise or fall strictly; key\[0\] and key\[1\] are 0 and 0"),
         ([0, np.nan], (2, 1), (2, 1), r"key\[1\] must be finite; got nan"),
         ([0], (1, 1), (1, 1), r"key must be a row of 2 numbers or more; got \(1,\)"),

@@ -29,8 +29,14 @@ AWKWARD = [
     np.nan,
 ]
 ONE = {
-    **{name: getattr(casadi, name) for name in ("sqrt", "exp", "log", "fabs", "sin", "cos", "tan", "asin", "acos", "atan")},
-    **{name: getattr(casadi, name) for name in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "erf", "log1p", "expm1")},
+    **{
+        name: getattr(casadi, name)
+        for name in ("sqrt", "exp", "log", "fabs", "sin", "cos", "tan", "asin", "acos", "atan")
+    },
+    **{
+        name: getattr(casadi, name)
+        for name in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "erf", "log1p", "expm1")
+    },
     **{name: getattr(casadi, name) for name in ("sign", "floor", "ceil")},
     "neg": lambda x: -x,
     "sq": lambda x: x**2,
@@ -39,7 +45,10 @@ ONE = {
     "not": casadi.logic_not,
 }
 TWO = {
-    **{name: getattr(casadi, name) for name in ("atan2", "fmin", "fmax", "fmod", "remainder", "copysign", "hypot")},
+    **{
+        name: getattr(casadi, name)
+        for name in ("atan2", "fmin", "fmax", "fmod", "remainder", "copysign", "hypot")
+    },
     "if_else_zero": lambda x, y: casadi.if_else(x, y, 0),
     "add": lambda x, y: x + y,
     "sub": lambda x, y: x - y,
@@ -117,9 +126,12 @@ def test_powers_of_one_number_share_what_is_dear(exponent):
     code = tape(function)
     assert _operation_counts(code).get(Op.CONSTPOW, 0) <= (0 if exponent % 0.25 == 0 else 2)
     for point in (0.0, 1e-300, 1e-9, 0.3, 1.0, 7.7, 1e9, np.inf):
-        # a product or a quotient for each whole number between exponents, and 2.6 - 1 is not 1.6 to the last bit: times log(x)
+        # a product or a quotient for each whole number between exponents, and 2.6 - 1 is not 1.6 to the last
+        # bit: times log(x)
         got, wanted = evaluated(function, [point, 0, 0]), expected(function, [point, 0, 0])
-        np.testing.assert_allclose(got, wanted, rtol=1e-15 * (4 + 20 * (abs(np.log(point)) if 0 < point < np.inf else 0)), atol=0)
+        np.testing.assert_allclose(
+            got, wanted, rtol=1e-15 * (4 + 20 * (abs(np.log(point)) if 0 < point < np.inf else 0)), atol=0
+        )
 
 
 def _operation_counts(code):
@@ -158,7 +170,8 @@ def _joined(depth):
 @given(_joined(25), st.lists(st.floats(-4, 4), min_size=3, max_size=3))
 def test_composed_expressions_and_their_gradients(expression, point):
     function = casadi.Function("f", [X], [casadi.SX(expression), casadi.gradient(expression, X)])
-    # the same operations in the same order: the last bits of sinh and its like apart, and what later operations make of them
+    # the same operations in the same order: the last bits of sinh and its like apart, and what later
+    # operations make of them
     got, wanted = evaluated(function, point), expected(function, point)
     np.testing.assert_array_equal(np.isnan(got), np.isnan(wanted))
     usual = np.isfinite(wanted) & (np.abs(wanted) < 1e6)
@@ -168,7 +181,9 @@ def test_composed_expressions_and_their_gradients(expression, point):
 def test_powers_of_grinding_with_gradient_and_hessian():
     infeed, speed, flat = X[0], X[1], X[2]
     burning = 6.2 * infeed + 7.2 * (50 * infeed * speed) ** 0.25
-    power = 13.8 * infeed + 28.86 + (7.55 + 2.1e6 * speed / (3e4 * 50)) * (50 * infeed / speed) ** 0.5 * flat * 30
+    power = (
+        13.8 * infeed + 28.86 + (7.55 + 2.1e6 * speed / (3e4 * 50)) * (50 * infeed / speed) ** 0.5 * flat * 30
+    )
     lagrangian = -infeed + 1.3 * (power - burning)
     function = casadi.Function("L", [X], [lagrangian, *casadi.hessian(lagrangian, X)])
     for point in ([4.21736, 430.734, 0.005], [0.218862, 514.491, 0.01], [1e-8, 200.0, 0.0]):
@@ -244,7 +259,9 @@ def test_many_rows_are_as_many_runs():
 
 
 def test_a_tape_is_a_plain_array(tmp_path):
-    function = casadi.Function("f", [X], [casadi.exp(X[0]) - 1e-300, casadi.hessian(X[0] ** 1.5 * X[1], X)[0]])
+    function = casadi.Function(
+        "f", [X], [casadi.exp(X[0]) - 1e-300, casadi.hessian(X[0] ** 1.5 * X[1], X)[0]]
+    )
     packed = tape(function)
     assert packed.dtype == np.float64
     assert packed.ndim == 1
@@ -266,11 +283,15 @@ class Counter(casadi.Callback):
         return [given[0]]
 
 
-@pytest.mark.parametrize("make", [lambda: casadi.interpolant("t", "linear", [[0.0, 1.0, 2.0]], [0.0, 1.0, 4.0]), Counter])
+@pytest.mark.parametrize(
+    "make", [lambda: casadi.interpolant("t", "linear", [[0.0, 1.0, 2.0]], [0.0, 1.0, 4.0]), Counter]
+)
 def test_what_has_no_expression_is_refused(make):
     x = casadi.MX.sym("x")
     called = make()
-    wanted = r"^cost must be made of expressions: operators, \*\* and .*; got a call of something that has none$"
+    wanted = (
+        r"^cost must be made of expressions: operators, \*\* and .*; got a call of something that has none$"
+    )
     with pytest.raises(ValueError, match=wanted):
         tape(casadi.Function("cost", [x], [called(x)]))
 

@@ -1,4 +1,6 @@
-"""The tracer against brute force and against conditions of a best point, on problems of every kind of trouble."""
+"""The tracer against brute force and against conditions of a best point, on problems of every kind of
+trouble.
+"""
 
 import functools
 import warnings
@@ -70,10 +72,18 @@ def expressions(problem):
     s, c = named(problem.hidden_names, [x]), named(problem.names, ca.vertsplit(z))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # of numpy's functions on symbols
-        cost, excess = problem.objective(s, c), [one.response(s, c) - one.limit(s, c) for one in problem.varying]
+        cost, excess = (
+            problem.objective(s, c),
+            [one.response(s, c) - one.limit(s, c) for one in problem.varying],
+        )
     multipliers = ca.SX.sym("l", len(excess))
     lagrangian = cost + ca.dot(multipliers, ca.vertcat(*excess))
-    parts = [ca.gradient(cost, z), ca.jacobian(ca.vertcat(*excess), z), ca.vertcat(*excess), ca.hessian(lagrangian, z)[0]]
+    parts = [
+        ca.gradient(cost, z),
+        ca.jacobian(ca.vertcat(*excess), z),
+        ca.vertcat(*excess),
+        ca.hessian(lagrangian, z)[0],
+    ]
     return ca.Function("f", [z, x, multipliers], [ca.densify(ca.SX(part)) for part in parts])
 
 
@@ -87,7 +97,9 @@ def reduced_curvature(hessian, rows):
 
 
 def check_conditions(curve, piece):
-    """At every point of a piece: in controls as shares of their ranges, cost and excess as shares of how they spread."""
+    """At every point of a piece: in controls as shares of their ranges, cost and excess as shares of how they
+    spread.
+    """
     problem, table, system = curve.problem, piece.table, curve.system
     f, (low, high) = expressions(problem), np.array(list(problem.controls.values())).T
     for z, x, multipliers in zip(table.controls, table.hidden, table.multipliers, strict=True):
@@ -115,7 +127,11 @@ def check_conditions(curve, piece):
                 assert share <= 1e-9
                 assert abs(multipliers[j]) <= 1e-12 * size
         rows = by_limit[[varying.name in piece.active for varying in problem.varying]][:, free]
-        assert reduced_curvature(hessian[np.ix_(free, free)], rows * 1.0) >= -1e-8 * np.abs(hessian).max() if any(free) else True
+        assert (
+            reduced_curvature(hessian[np.ix_(free, free)], rows * 1.0) >= -1e-8 * np.abs(hessian).max()
+            if any(free)
+            else True
+        )
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -173,7 +189,9 @@ def test_fold_is_where_the_curvature_is_none():
     """u^3 - u + x = 0 turns at x = 2/(3 sqrt 3)."""
     curve = traced("fold")
     np.testing.assert_allclose([fold.hidden for fold in curve.folds], [-2 / 27**0.5, 2 / 27**0.5], atol=1e-9)
-    np.testing.assert_allclose([fold.controls["u"] for fold in curve.folds], [-1 / 3**0.5, 1 / 3**0.5], atol=1e-4)
+    np.testing.assert_allclose(
+        [fold.controls["u"] for fold in curve.folds], [-1 / 3**0.5, 1 / 3**0.5], atol=1e-4
+    )
     assert [jump.hidden for jump in curve.jumps] == [pytest.approx(0.0, abs=1e-9)]
 
 
@@ -220,7 +238,12 @@ def test_corners_by_hand():
 def test_one_bound_gives_way_where_a_limit_reaches_a_corner():
     """From the corner (1, 1) the dearer control is held, the other gives way: it was told as a fold once."""
     curve = locus.plan(
-        problem(lambda s, c: -2 * c.u - c.v, one(lambda s, c: s.x + c.u + c.v, lambda s, c: 2.5), u=(-1.0, 1.0), v=(-1.0, 1.0))
+        problem(
+            lambda s, c: -2 * c.u - c.v,
+            one(lambda s, c: s.x + c.u + c.v, lambda s, c: 2.5),
+            u=(-1.0, 1.0),
+            v=(-1.0, 1.0),
+        )
     )
     assert kinds(curve) == ["response active"]
     assert event(curve, "response active").hidden == pytest.approx(0.5, abs=1e-12)
@@ -278,7 +301,12 @@ def test_ends_of_the_range_are_within():
     for ends in ((0.1, 0.7), (1 / 3, 2 / 3), (1e-3, 0.3), (-0.3, 0.1), (0.2, 20.0), (1e-9, 1e9)):
         x = {"x": ends}
         curve = locus.plan(
-            problem(lambda s, c: (c.u - 2) ** 2, one(lambda s, c: s.x + c.u, lambda s, c: 3.0 + 1e9), u=(0.0, 1.0), **x)
+            problem(
+                lambda s, c: (c.u - 2) ** 2,
+                one(lambda s, c: s.x + c.u, lambda s, c: 3.0 + 1e9),
+                u=(0.0, 1.0),
+                **x,
+            )
         )
         for end in ends:
             assert not curve.at(x=end).clamped
@@ -304,7 +332,9 @@ def test_what_rounding_leaves_of_a_slope_is_none(slope):
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12))
 def test_random_convex_problems(numbers):
-    """Quadratic cost, linear constraint that tightens: brute force agrees, and the least cost never falls (nested sets)."""
+    """Quadratic cost, linear constraint that tightens: brute force agrees, and the least cost never falls
+    (nested sets).
+    """
     a, b, c, d, e, f, g, h, p, q, r, w = numbers
     convex = problem(
         lambda s, z: (1 + a * a) * z.u**2 + (1 + b * b) * z.v**2 + c * z.u * z.v + d * z.u + e * z.v,
@@ -329,7 +359,12 @@ def test_random_convex_problems(numbers):
 def random_problem(seed):
     """Cubic and wavy cost, curved and wavy constraint, over two controls."""
     rng = np.random.default_rng(seed)
-    root, linear, cubic, centre = rng.normal(size=(2, 2)), rng.normal(size=2), 0.5 * rng.normal(size=2), rng.uniform(-0.7, 0.7, 2)
+    root, linear, cubic, centre = (
+        rng.normal(size=(2, 2)),
+        rng.normal(size=2),
+        0.5 * rng.normal(size=2),
+        rng.uniform(-0.7, 0.7, 2),
+    )
     waves, phases, heights = rng.uniform(1, 5, (2, 2)), rng.uniform(0, 6.3, 2), rng.uniform(0, 0.8, 2)
     slope, bend, rate = rng.normal(size=2), 0.5 * rng.normal(size=(2, 2)), rng.uniform(0.5, 2)
     room, ripple, depth = rng.uniform(0.2, 1.5), rng.uniform(1, 4, 2), rng.uniform(0, 0.6)
@@ -338,27 +373,44 @@ def random_problem(seed):
     def cost(s, c):
         z = (c.u, c.v)
         total = sum(cubic[i] * z[i] ** 3 + linear[i] * z[i] for i in range(2))
-        total += sum(square[i, j] * (z[i] - centre[i]) * (z[j] - centre[j]) for i in range(2) for j in range(2))
-        return total + sum(heights[k] * np.sin(waves[k, 0] * z[0] + waves[k, 1] * z[1] + phases[k]) for k in range(2))
+        total += sum(
+            square[i, j] * (z[i] - centre[i]) * (z[j] - centre[j]) for i in range(2) for j in range(2)
+        )
+        return total + sum(
+            heights[k] * np.sin(waves[k, 0] * z[0] + waves[k, 1] * z[1] + phases[k]) for k in range(2)
+        )
 
     def response(s, c):
         z = (c.u, c.v)
-        total = rate * s.x + depth * np.sin(ripple[0] * z[0] + ripple[1] * z[1]) + slope[0] * z[0] + slope[1] * z[1]
+        total = (
+            rate * s.x
+            + depth * np.sin(ripple[0] * z[0] + ripple[1] * z[1])
+            + slope[0] * z[0]
+            + slope[1] * z[1]
+        )
         return total + sum(bend[i, j] * z[i] * z[j] for i in range(2) for j in range(2))
 
-    return problem(cost, one(response, lambda s, c: room + 0 * c.u), x=(-1.0, 1.0), u=(-1.0, 1.0), v=(-1.0, 1.0))
+    return problem(
+        cost, one(response, lambda s, c: room + 0 * c.u), x=(-1.0, 1.0), u=(-1.0, 1.0), v=(-1.0, 1.0)
+    )
 
 
 @pytest.mark.parametrize("seed", [3, 4, 9, 30, 37, 38, 41, 146, 198])
 def test_random_problems_that_were_missed_once(seed):
-    """Corners, searches that left their valley, branches between the places where searches begin, jumps near an end."""
+    """Corners, searches that left their valley, branches between the places where searches begin, jumps near
+    an end.
+    """
     curve = locus.plan(random_problem(seed))
     assert curve.error <= 1e-10
     for x in np.linspace(-1, 1, 11):
         best, there = least(curve.problem, x, ticks=41, starts=4)
         known = cost_at(curve, x)[0]
         assert known <= best + 1e-7 if there is not None else True
-        cost, excess = evaluated(curve.problem, cost_at(curve, x)[1], [x]) if np.isfinite(known) else (np.inf, np.zeros(1))
+        cost, excess = (
+            evaluated(curve.problem, cost_at(curve, x)[1], [x])
+            if np.isfinite(known)
+            else (np.inf, np.zeros(1))
+        )
         assert np.isinf(known) or (excess[0] <= 1e-9 and cost == pytest.approx(known, rel=1e-9, abs=1e-9))
 
 

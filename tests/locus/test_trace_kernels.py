@@ -15,7 +15,9 @@ exchange = opened(_exchange)
 def given(system, point, hidden):
     """What the tape gives at a point."""
     d = np.empty(opened(kkt._sizes)(system.kkt_tape, system.n, system.m, system.h))
-    opened(kkt._evaluate)(system.kkt_tape, system.n, system.h, point, hidden, 0, np.empty(work_size(system.kkt_tape)), d)
+    opened(kkt._evaluate)(
+        system.kkt_tape, system.n, system.h, point, hidden, 0, np.empty(work_size(system.kkt_tape)), d
+    )
     return d
 
 
@@ -62,7 +64,10 @@ def test_reduced_curvature_by_singular_values(name):
     point, held = rng.uniform(0.2, 0.8, n + m + 2), np.zeros(n + m, dtype=np.int64)
     held[n] = 1
     d = given(system, point, np.zeros(1))
-    gradient, hessians = d[1 + m + n : 1 + m + 2 * n], d[(1 + m) * (1 + n) :][: (1 + m) * n * n].reshape(1 + m, n, n)
+    gradient, hessians = (
+        d[1 + m + n : 1 + m + 2 * n],
+        d[(1 + m) * (1 + n) :][: (1 + m) * n * n].reshape(1 + m, n, n),
+    )
     basis = np.linalg.svd(gradient[None])[2][1:]
     hessian = np.tensordot(point[n : n + 1 + m], hessians, 1) / point[n]
     assert opened(kkt._curvature)(d, point, held, n, m) == pytest.approx(

@@ -38,7 +38,9 @@ def test_onset_end_and_strongest_feed():
     assert feeds[np.argmax(wear)] == pytest.approx(TURNING.strongest_feed, abs=3e-6)
 
 
-@pytest.mark.parametrize(("wear", "speed", "feed"), [(wear, *point) for wear, point in ON_TURNING_LOCUS.items()])
+@pytest.mark.parametrize(
+    ("wear", "speed", "feed"), [(wear, *point) for wear, point in ON_TURNING_LOCUS.items()]
+)
 def test_points_of_the_locus(wear, speed, feed):
     assert turning_rates(wear) == (pytest.approx(speed, rel=1e-6), pytest.approx(feed, rel=2e-6))
 
@@ -50,7 +52,10 @@ def test_points_of_the_locus(wear, speed, feed):
     found = brentq(residual, 0.8 * feed, min(1.2 * feed, 0.5), xtol=1e-15)
     assert found == pytest.approx(feed, abs=6e-7)
     best = slsqp(PROBLEM, {"flank_wear": wear}, {"cutting_speed": 4000.0, "feed": 0.2})
-    assert (best["cutting_speed"] / M_PER_MIN, best["feed"]) == (pytest.approx(speed, rel=1e-5), pytest.approx(feed, rel=1e-5))
+    assert (best["cutting_speed"] / M_PER_MIN, best["feed"]) == (
+        pytest.approx(speed, rel=1e-5),
+        pytest.approx(feed, rel=1e-5),
+    )
 
 
 def test_before_the_onset_the_corner_is_best_and_near_the_end_the_greatest_speed():
@@ -78,7 +83,9 @@ def test_residuals_are_stationarity_of_cost_and_limit(speed, feed, wear):
     ):
         s = named(flank_wear=w)
         slack = varying.limit(s, c) - varying.response(s, c)
-        slopes = ca.Function("slopes", [q], [ca.gradient(process.cost(s, c), q), ca.gradient(slack, q), slack])
+        slopes = ca.Function(
+            "slopes", [q], [ca.gradient(process.cost(s, c), q), ca.gradient(slack, q), slack]
+        )
         cost, limit, left = (np.asarray(part).ravel() for part in slopes(at))
         assert abs(left[0]) < 1e-9 * 6000
         size = abs(cost[0] * limit[1]) + abs(cost[1] * limit[0])
@@ -106,7 +113,9 @@ def test_power_and_force_together_leave_one_point():
 
 @pytest.mark.parametrize("wear", [0.0, 0.09, 0.2, 0.4, 0.6])
 def test_a_spindle_at_its_limit_wants_the_greatest_feed(wear):
-    """At the greatest feed the speed is that of Taylor, or the one that takes the whole power, a root of a square."""
+    """At the greatest feed the speed is that of Taylor, or the one that takes the whole power, a root of a
+    square.
+    """
     model = MILLING.model
     force = model.cutting_force(0.0, 0.25, wear)
     spent = (force - math.sqrt(force**2 - 4 * model.speed_force * 14e6)) / (2 * model.speed_force)
@@ -131,7 +140,9 @@ def test_price_of_a_worn_edge():
         total = other + time + 90.0 * edges
         return total, gain - 0.0125 * total - 1.5 * edges
 
-    best = minimize_scalar(lambda v: -parts(v)[1] / parts(v)[0], bounds=(500, 8000), method="bounded", options={"xatol": 1e-9})
+    best = minimize_scalar(
+        lambda v: -parts(v)[1] / parts(v)[0], bounds=(500, 8000), method="bounded", options={"xatol": 1e-9}
+    )
     tau = tool_change_time(**price, profit_rate=-best.fun)
     assert 90.0 < tau < 210.0
     assert TURNING.replace(tool_change_time=tau).taylor_speed(0.3) == pytest.approx(best.x, rel=1e-6)
@@ -142,7 +153,10 @@ def test_price_of_a_worn_edge():
     [
         ({"taylor_v_exp": 1.0}, "taylor_v_exp must be > 1: else the fastest cut is the cheapest; got 1.0"),
         ({"tool_change_time": 0.0}, "tool_change_time must be > 0 .s.; got 0.0"),
-        ({"breaking_exponent": 0.75}, "breaking_exponent must be < force_exponent = 0.75: else no feed is too great"),
+        (
+            {"breaking_exponent": 0.75},
+            "breaking_exponent must be < force_exponent = 0.75: else no feed is too great",
+        ),
         ({"breaking_force": None}, "breaking_force .N. or power_max .W. must be given"),
         ({"power_max": -5.0}, "power_max must be > 0 .W."),
         ({"life_speed": math.inf}, "life_speed must be finite"),
@@ -159,7 +173,9 @@ def test_refusals_of_closed_forms():
         _ = MILLING.model.strongest_feed
     with pytest.raises(ValueError, match="power_max must be given for power_residual"):
         TURNING.power_residual(3000.0, 0.2)
-    with pytest.raises(ValueError, match="taylor_f_exp must be < taylor_v_exp = 4: else the least feed is the cheapest"):
+    with pytest.raises(
+        ValueError, match="taylor_f_exp must be < taylor_v_exp = 4: else the least feed is the cheapest"
+    ):
         TURNING.replace(taylor_f_exp=4.0).onset_wear(0.5)
     with pytest.raises(ValueError, match="machine_rate must be > 0"):
         tool_change_time(change=1.0, edge_cost=1.0, machine_rate=0.0)

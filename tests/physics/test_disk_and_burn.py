@@ -20,7 +20,10 @@ def test_power_of_a_droopy_disc():
 
 def test_peak_torque_is_the_maximum():
     found = minimize_scalar(
-        lambda t: -physics.disk_power(t, 560.0, 0.1), bounds=(0, 5600), method="bounded", options={"xatol": 1e-8}
+        lambda t: -physics.disk_power(t, 560.0, 0.1),
+        bounds=(0, 5600),
+        method="bounded",
+        options={"xatol": 1e-8},
     )
     assert physics.peak_torque(560.0, 0.1) == pytest.approx(found.x, rel=1e-6)
 
@@ -59,5 +62,7 @@ def test_arrays_broadcast():
 def test_root_without_cancellation():
     torque = 1e-7
     power = physics.disk_power(torque, 500.0, 0.1)
-    expected = brentq(lambda t: physics.disk_power(t, 500.0, 0.1) / power - 1, 0, 1e-6, xtol=1e-22, rtol=1e-15)
+    expected = brentq(
+        lambda t: physics.disk_power(t, 500.0, 0.1) / power - 1, 0, 1e-6, xtol=1e-22, rtol=1e-15
+    )
     assert physics.torque_of_power(power, 500.0, 0.1) == pytest.approx(expected, rel=1e-12)

@@ -21,7 +21,9 @@ def run(controller, problem=PROBLEM, rng=0, noise=None, **options):
 
 def became(controller, **options):
     """Outcome of one part, name -> number."""
-    return {str(name): float(value[0]) for name, value in run(controller, **options).outcome.data_vars.items()}
+    return {
+        str(name): float(value[0]) for name, value in run(controller, **options).outcome.data_vars.items()
+    }
 
 
 def zero_at(contact_zero):

@@ -13,7 +13,9 @@ EXPERIMENT = plunge.preset("experiment")
 
 def cycle(size=SIZE, time=TIME, command_rate=None, power=None):
     u = np.full(time.size, RATE) if command_rate is None else command_rate
-    return {"time": time, "command_rate": u, "size": size} | ({} if power is None else {"grinding_power": power})
+    return {"time": time, "command_rate": u, "size": size} | (
+        {} if power is None else {"grinding_power": power}
+    )
 
 
 def noisy(sd, seed, offset=0.0):
@@ -32,7 +34,9 @@ def spread(sd, count, offset=0.0, **options):
 
 
 def cramer_rao(sd, long, first=0):
-    """Least standard deviation of any unbiased estimate with an unknown offset: readings each 0.04 s, from the first on."""
+    """Least standard deviation of any unbiased estimate with an unknown offset: readings each 0.04 s, from
+    the first on.
+    """
     t = STEP * np.arange(first, round(long / STEP) + 1)
     slope = -RATE * (1 - np.exp(-t / TAU) * (1 + t / TAU))
     return sd / np.sqrt(np.sum((slope - slope.mean()) ** 2))

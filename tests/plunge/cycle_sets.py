@@ -1,4 +1,6 @@
-"""Cycles that several tests plan: the nominal one, and parameters drawn at large; commands played by an integrator of scipy."""
+"""Cycles that several tests plan: the nominal one, and parameters drawn at large; commands played by an
+integrator of scipy.
+"""
 
 import warnings
 from functools import cache
@@ -64,7 +66,9 @@ def play(best):
 
 
 def _rate(model, y, area):
-    """Rate (mm/s) of a deflection beyond ploughing at another area: the sliding part of it grows with the area."""
+    """Rate (mm/s) of a deflection beyond ploughing at another area: the sliding part of it grows with the
+    area.
+    """
     c = model.core
     scaled = c._replace(K2=c.K2 * area / model.wear_flat_area)
     high = max(y / scaled.K1, 1e-30)

@@ -33,7 +33,9 @@ class Wheel:
 
     def rate(self, y):
         """Infeed rate (mm/s) of a deflection y beyond ploughing."""
-        return brentq(lambda v: self.beyond(v) - y, 0.0, y / self.K1, xtol=1e-300, rtol=1e-14) if y > 0 else 0.0
+        return (
+            brentq(lambda v: self.beyond(v) - y, 0.0, y / self.K1, xtol=1e-300, rtol=1e-14) if y > 0 else 0.0
+        )
 
     def slope(self, v):
         return self.K1 + 0.85 * self.K2 * v**-0.15
@@ -44,17 +46,25 @@ class Wheel:
     def burn_depth(self, v):
         """Signed depth of damage, mm."""
         removal = math.pi * self.diameter * self.width * v
-        stood = self.u0 * removal + self.B * self.width * (self.d_e * v / self.turns) ** 0.25 * math.sqrt(self.v_w)
+        stood = self.u0 * removal + self.B * self.width * (self.d_e * v / self.turns) ** 0.25 * math.sqrt(
+            self.v_w
+        )
         reach = math.sqrt(self.alpha * math.sqrt(self.d_e * v / self.turns) / self.v_w) / 0.915
         return reach * math.log((self.power(v) - self.u0 * removal) / (stood - self.u0 * removal))
 
     def burn_rate(self, high):
-        """Where damage begins, by a scan from above: its sign and a root; None where the work burns at every rate."""
+        """Where damage begins, by a scan from above: its sign and a root; None where the work burns at every
+        rate.
+        """
         rates = np.geomspace(high, 1e-6, 400)
         depths = [self.burn_depth(v) for v in rates]
         for v, below, depth in zip(rates[:-1], rates[1:], depths[1:], strict=True):
             if depth < 0:
-                return high if v == high and self.burn_depth(high) <= 0 else brentq(self.burn_depth, below, v, rtol=1e-14)
+                return (
+                    high
+                    if v == high and self.burn_depth(high) <= 0
+                    else brentq(self.burn_depth, below, v, rtol=1e-14)
+                )
         return None
 
     def step(self, y, command, duration):
@@ -71,14 +81,20 @@ class Wheel:
 
 
 def ground(model, commands, sample_time, y, worn=1.0):
-    """Deflection beyond ploughing and stock that is gone (mm) and wear after each command, by an integrator of high order."""
+    """Deflection beyond ploughing and stock that is gone (mm) and wear after each command, by an integrator
+    of high order.
+    """
     wear, rows = model.wear, []
     removed = 0.0
 
     def slope(command, state):
         wheel = Wheel(model, model.wear_flat_area * state[2])
         v = wheel.rate(state[0])
-        grows = 0.0 if wear is None else wear.growth * (v / wear.reference_rate) ** wear.exponent * v / model.wear_flat_area
+        grows = (
+            0.0
+            if wear is None
+            else wear.growth * (v / wear.reference_rate) ** wear.exponent * v / model.wear_flat_area
+        )
         return [command - v, v, grows]
 
     for held in commands:
@@ -209,5 +225,7 @@ class Printed:
             deepest = self.wheel.burn_depth(p.command_rate_max)
             aim = p.command_rate_max
             if deepest > target:
-                aim = brentq(lambda v: self.wheel.burn_depth(v) - target, self.burn_rate, aim, xtol=1e-300, rtol=1e-14)
+                aim = brentq(
+                    lambda v: self.wheel.burn_depth(v) - target, self.burn_rate, aim, xtol=1e-300, rtol=1e-14
+                )
         return min(max((aim - self.pole * v) / (1 - self.pole), 0.0), p.command_rate_max)

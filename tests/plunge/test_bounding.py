@@ -1,4 +1,6 @@
-"""Bounding of constraints between parts: the theory of (9), the model's optimum two ways and by brute force, whole series."""
+"""Bounding of constraints between parts: the theory of (9), the model's optimum two ways and by brute force,
+whole series.
+"""
 
 import functools
 import math
@@ -102,7 +104,9 @@ def test_a_margin_moves_as_a_bound_does(rule):
     controller, found = plunge.CycleController(COARSE, safety_margin=0.05), [0.05 - shortfall]
     for _ in range(12):
         slack = controller.safety_margin - shortfall
-        controller = bounding.next(controller, types.SimpleNamespace(figure=lambda name, slack=slack: np.array([slack])))
+        controller = bounding.next(
+            controller, types.SimpleNamespace(figure=lambda name, slack=slack: np.array([slack]))
+        )
         found.append(controller.safety_margin - shortfall)
     np.testing.assert_allclose(found, slacks(found[0], 0.25, buffer, rule, 12), atol=1e-12)
 
@@ -113,7 +117,9 @@ def test_a_margin_moves_as_a_bound_does(rule):
 def test_stages_change_where_the_stock_is():
     """Between samples: time and slack follow the stock without stairs."""
     remaining = np.linspace(0.087, 0.089, 9)
-    times, left, _ = np.array([ground(COARSE, believed(COARSE, stage_remaining=r, stage_rate=0.007)) for r in remaining]).T
+    times, left, _ = np.array(
+        [ground(COARSE, believed(COARSE, stage_remaining=r, stage_rate=0.007)) for r in remaining]
+    ).T
     assert np.all(np.diff(times) > 0) and np.all(np.diff(left) > 0)
     np.testing.assert_allclose(np.diff(left), np.diff(remaining), rtol=0.4)
 
@@ -146,7 +152,11 @@ def test_the_closed_form_against_the_simulated_part(chosen):
     assert found == pytest.approx(time, abs=1e-3)
     assert reached["burned_layer"] == pytest.approx(-slack, abs=1e-4)
     assert reached["roundness"] == pytest.approx(roundness, abs=1e-5)
-    power = hwsim.run(hwsim.PlungeGrinder(problem, noise=None), controller).column("controller", "grinding_power").max()
+    power = (
+        hwsim.run(hwsim.PlungeGrinder(problem, noise=None), controller)
+        .column("controller", "grinding_power")
+        .max()
+    )
     assert reached["grinding_power"] == pytest.approx(power, rel=1e-4)
 
 
@@ -155,7 +165,13 @@ def test_the_closed_form_against_the_simulated_part(chosen):
 
 def best(margin, power=np.inf, method="qp", moving=SETTINGS, problem=COARSE):
     bounds = {"burned_layer": -margin, "roundness": problem.roundness_max - 2e-5, "grinding_power": power}
-    return optimum(problem, settings_of(believed(problem, stage_remaining=0.1)), bounds=bounds, moving=moving, method=method)
+    return optimum(
+        problem,
+        settings_of(believed(problem, stage_remaining=0.1)),
+        bounds=bounds,
+        moving=moving,
+        method=method,
+    )
 
 
 @pytest.mark.parametrize("power", [1e4, 2500.0, 2000.0])
@@ -171,14 +187,18 @@ def test_quadratic_programs_and_ipopt_agree(margin, power):
 
 
 def test_the_optimum_against_brute_force():
-    """No rate of the second stage does better, each with the least stock that leaves the margin, in the simulated part."""
+    """No rate of the second stage does better, each with the least stock that leaves the margin, in the
+    simulated part.
+    """
     problem, margin = COARSE.replace(sample_time=0.01), 0.003
     found = best(margin, problem=problem)
     final = found.settings["final_rate"]
     times = []
     for rate in np.linspace(0.006, 0.0082, 12):
         part = functools.partial(believed, problem, stage_rate=rate, final_rate=final)
-        remaining = brentq(lambda r, part=part: ground(problem, part(stage_remaining=r))[1] - margin, 0.05, 0.2, xtol=1e-6)
+        remaining = brentq(
+            lambda r, part=part: ground(problem, part(stage_remaining=r))[1] - margin, 0.05, 0.2, xtol=1e-6
+        )
         times.append(ground(problem, part(stage_remaining=remaining))[0])
     assert min(times) - 0.01 < found.time < min(times) + 1e-3
     time, slack, _ = ground(problem, plunge.StagedController(problem, **found.settings))
@@ -210,7 +230,9 @@ def test_the_statement_in_cvxpy_has_the_solution_of_osqp():
 
 
 def test_slopes_against_differences():
-    task = StageTask(program(COARSE), settings_of(believed(COARSE, stage_remaining=0.1)), {"roundness": 0.003}, SETTINGS)
+    task = StageTask(
+        program(COARSE), settings_of(believed(COARSE, stage_remaining=0.1)), {"roundness": 0.003}, SETTINGS
+    )
     x, prices = task.start, np.linspace(0, 1, task.ceilings.size)
     slope, _, slopes, curvature = (np.asarray(each) for each in task.program.derivatives(x, prices))
 
@@ -223,7 +245,9 @@ def test_slopes_against_differences():
         return gradient.ravel() + jacobian.T @ prices
 
     for k, step in enumerate(1e-6 * np.eye(x.size)):
-        np.testing.assert_allclose((of(x + step) - of(x - step)) / 2e-6, np.append(slope[k], slopes[:, k]), atol=1e-6)
+        np.testing.assert_allclose(
+            (of(x + step) - of(x - step)) / 2e-6, np.append(slope[k], slopes[:, k]), atol=1e-6
+        )
         np.testing.assert_allclose((pull(x + step) - pull(x - step)) / 2e-6, curvature[:, k], atol=1e-5)
 
 
@@ -249,7 +273,11 @@ def test_noise_does_not_bias_what_is_measured():
         cleared.append([found["burned_layer"] + float(log.outcome.part_slack[0]), found["grinding_power"]])
         raw.append(np.max(log.column("controller", "grinding_power")))
     layer, power = np.mean(cleared, axis=0)
-    true = hwsim.run(hwsim.PlungeGrinder(COARSE, noise=None), controller).column("controller", "grinding_power").max()
+    true = (
+        hwsim.run(hwsim.PlungeGrinder(COARSE, noise=None), controller)
+        .column("controller", "grinding_power")
+        .max()
+    )
     assert abs(layer) < 6e-4  # of a scatter of 0.9e-3 in each part
     assert power == pytest.approx(true, rel=0.003) and np.mean(raw) > 1.01 * true
 
@@ -259,16 +287,23 @@ def test_readings_that_are_missing_or_clipped():
     plain = hwsim.run(hwsim.PlungeGrinder(FINE, noise=None), controller)
     true = -float(plain.outcome.part_slack[0])
     clipped = hwsim.run(hwsim.PlungeGrinder(FINE, noise=None, power_max=2000.0), controller)
-    assert readings.measured(clipped, controller)["burned_layer"] == pytest.approx(true, abs=4e-4)  # of the model where clipped
+    # of the model where clipped
+    assert readings.measured(clipped, controller)["burned_layer"] == pytest.approx(true, abs=4e-4)
     columns = {name: plain.column("controller", name).copy() for name in readings._READ}
     columns["size"][::7] = columns["grinding_power"][::5] = np.nan
-    log = types.SimpleNamespace(column=lambda tier, name: columns[name], figure=lambda name: np.array([0.003]))
+    log = types.SimpleNamespace(
+        column=lambda tier, name: columns[name], figure=lambda name: np.array([0.003])
+    )
     assert readings.measured(log, controller)["burned_layer"] == pytest.approx(true, abs=6e-4)
     columns["size"][:] = np.nan
     assert math.isnan(readings.measured(log, controller)["burned_layer"])
 
 
-@given(st.lists(st.tuples(st.floats(0.001, 0.1), st.floats(0.0, 0.1), st.floats(1e-4, 2e-3)), min_size=1, max_size=12))
+@given(
+    st.lists(
+        st.tuples(st.floats(0.001, 0.1), st.floats(0.0, 0.1), st.floats(1e-4, 2e-3)), min_size=1, max_size=12
+    )
+)
 @settings(max_examples=30, deadline=None)
 def test_the_mean_of_a_greatest_noisy_value(rows):
     """Against drawn numbers: noise counts where the value stays above 0."""
@@ -298,7 +333,9 @@ def bounding(**options):
 
 
 def test_the_fixed_point_is_the_true_optimum_where_as_much_is_active_as_is_free():
-    """Two limits, two settings: the model is wrong by 30 %, and yet no other pair is faster on the real machine."""
+    """Two limits, two settings: the model is wrong by 30 %, and yet no other pair is faster on the real
+    machine.
+    """
     learner = bounding(settings=("stage_remaining", "final_rate"))
     controller, outcomes = series(hwsim.PlungeGrinder(FINE, noise=None), believed(DULL), learner, 16)
     assert learner.status == "solved" and not any(outcome.burned[0] for outcome in outcomes)
@@ -321,7 +358,9 @@ def test_the_fixed_point_is_not_the_true_optimum_where_a_setting_is_left_over():
     assert learner.left["roundness"] == pytest.approx(5e-5, abs=2e-5)
     time, slack, _ = ground(FINE, controller)
     other = controller.replace(stage_rate=0.0075)
-    remaining = brentq(lambda r: ground(FINE, other.replace(stage_remaining=r))[1] - slack, 0.05, 0.2, xtol=1e-6)
+    remaining = brentq(
+        lambda r: ground(FINE, other.replace(stage_remaining=r))[1] - slack, 0.05, 0.2, xtol=1e-6
+    )
     faster = ground(FINE, other.replace(stage_remaining=remaining))
     assert faster[1] >= slack - 1e-5 and faster[2] <= FINE.roundness_max
     assert faster[0] < 0.99 * time  # 12.24 of 12.46 s: what modifier adaptation would gain
@@ -334,7 +373,11 @@ def test_three_limits_three_settings():
     assert learner.left["grinding_power"] == pytest.approx(0.0, abs=2.0)
     assert learner.left["burned_layer"] == pytest.approx(0.003, abs=1e-4)
     assert learner.left["roundness"] == pytest.approx(5e-5, abs=2e-5)
-    peak = hwsim.run(hwsim.PlungeGrinder(FINE, noise=None), controller).column("controller", "grinding_power").max()
+    peak = (
+        hwsim.run(hwsim.PlungeGrinder(FINE, noise=None), controller)
+        .column("controller", "grinding_power")
+        .max()
+    )
     assert peak == pytest.approx(2300.0, abs=2.0) and controller.rough_rate < FINE.command_rate_max
     assert set(learner.bounds) == set(CONSTRAINTS)
 
@@ -342,7 +385,9 @@ def test_three_limits_three_settings():
 @pytest.mark.parametrize("noise", [None, hwsim.GrinderNoise()])
 def test_twenty_five_parts(noise):
     start = believed(COARSE.replace(wear_flat_area=0.0234))
-    log = hwsim.run(hwsim.PlungeGrinder(COARSE, noise=noise), start, parts=25, rng=3, adapt=plunge.ConstraintBounding())
+    log = hwsim.run(
+        hwsim.PlungeGrinder(COARSE, noise=noise), start, parts=25, rng=3, adapt=plunge.ConstraintBounding()
+    )
     outcome = log.outcome
     assert not outcome.burned.any() and not outcome.timed_out.any()
     assert not outcome.out_of_round[10:].any()
@@ -354,7 +399,9 @@ def test_both_methods_settle_alike():
     ends = []
     for method in ("qp", "nlp"):
         learner = bounding(method=method)
-        ends.append(settings_of(series(hwsim.PlungeGrinder(COARSE, noise=None), believed(COARSE), learner, 8)[0]))
+        ends.append(
+            settings_of(series(hwsim.PlungeGrinder(COARSE, noise=None), believed(COARSE), learner, 8)[0])
+        )
     for name in SETTINGS:
         assert ends[0][name] == pytest.approx(ends[1][name], rel=1e-3)
 
@@ -396,7 +443,11 @@ def shown(monkeypatch, learner, *parts, start=None):
     """Bounds of the burned layer after parts that left so much (mm)."""
     controller, bounds = start or believed(COARSE), []
     for left in parts:
-        seen = {"burned_layer": -left, "roundness": COARSE.roundness_max - BUFFER["roundness"], "grinding_power": 1000.0}
+        seen = {
+            "burned_layer": -left,
+            "roundness": COARSE.roundness_max - BUFFER["roundness"],
+            "grinding_power": 1000.0,
+        }
         monkeypatch.setattr("sdpgrind.plunge._learn.bounding.measured", lambda *_, seen=seen: seen)
         monkeypatch.setattr("sdpgrind.plunge._learn.bounding.at_size", lambda _: True)
         controller = learner.next(controller, None)
@@ -447,14 +498,26 @@ def test_no_bound_goes_beyond_its_cap(monkeypatch):
         ({"step": 1.5}, r"step must be in \[0, 1\]; got 1\.5"),
         ({"step": -0.1}, r"step must be in \[0, 1\]; got -0\.1"),
         ({"step": {"burn": 0.5}}, "step must be one of burned_layer, roundness, grinding_power; got 'burn'"),
-        ({"noise_buffer": {"roundness": -1e-5}}, r"noise_buffer\['roundness'\] must be >= 0 \(mm\); got -1e-05"),
-        ({"noise_buffer": {"slack": 0.1}}, "noise_buffer must be one of burned_layer, roundness, grinding_power; got 'slack'"),
+        (
+            {"noise_buffer": {"roundness": -1e-5}},
+            r"noise_buffer\['roundness'\] must be >= 0 \(mm\); got -1e-05",
+        ),
+        (
+            {"noise_buffer": {"slack": 0.1}},
+            "noise_buffer must be one of burned_layer, roundness, grinding_power; got 'slack'",
+        ),
         ({"cap": {"grinding_power": math.inf}}, r"cap\['grinding_power'\] must be finite \(W\); got inf"),
         ({"power_max": 0.0}, r"power_max must be > 0 \(W\); got 0\.0"),
         ({"rule": "newest"}, "rule must be one of contracting, printed; got 'newest'"),
         ({"method": "slsqp"}, "method must be one of qp, nlp; got 'slsqp'"),
-        ({"settings": ["speed"]}, "settings must be one of rough_rate, stage_rate, stage_remaining, final_rate; got 'speed'"),
-        ({"settings": ["stage_rate", "stage_rate"]}, "settings must be without repeats; got 'stage_rate' twice"),
+        (
+            {"settings": ["speed"]},
+            "settings must be one of rough_rate, stage_rate, stage_remaining, final_rate; got 'speed'",
+        ),
+        (
+            {"settings": ["stage_rate", "stage_rate"]},
+            "settings must be without repeats; got 'stage_rate' twice",
+        ),
     ],
 )
 def test_bad_arguments(options, said):
@@ -463,9 +526,14 @@ def test_bad_arguments(options, said):
 
 
 def test_of_another_kind():
-    with pytest.raises(TypeError, match=r"noise_buffer must be a mapping of burned_layer, .* to amounts \(mm, W\); got 0\.005"):
+    with pytest.raises(
+        TypeError,
+        match=r"noise_buffer must be a mapping of burned_layer, .* to amounts \(mm, W\); got 0\.005",
+    ):
         plunge.ConstraintBounding(noise_buffer=0.005)
-    with pytest.raises(TypeError, match="controller must be a StagedController to be adapted; got a CycleController"):
+    with pytest.raises(
+        TypeError, match="controller must be a StagedController to be adapted; got a CycleController"
+    ):
         plunge.ConstraintBounding().next(plunge.CycleController(COARSE), None)
     with pytest.raises(ValueError, match="statement must be asked for after a part, with method='qp'"):
         _ = plunge.ConstraintBounding().statement

@@ -1,4 +1,6 @@
-"""Cycles by collocation: against the exact ones, brute force over rotations, dynamic programming, an integrator apart."""
+"""Cycles by collocation: against the exact ones, brute force over rotations, dynamic programming, an
+integrator apart.
+"""
 
 import subprocess
 import sys
@@ -31,7 +33,9 @@ def test_end_so_slow_that_ploughing_alone_would_seem_to_burn():
     """The final rate lies below the lower root of burning, an artefact that is no limit."""
     fine = NOMINAL.replace(roundness_max=units.um(1.6))
     assert fine.final_rate < fine.model.burn_onset[0]
-    assert plunge.plan(fine, method="collocation", steps=60).time == pytest.approx(plunge.plan(fine).time, rel=2e-3)
+    assert plunge.plan(fine, method="collocation", steps=60).time == pytest.approx(
+        plunge.plan(fine).time, rel=2e-3
+    )
 
 
 def test_order_of_convergence():
@@ -82,7 +86,10 @@ def test_wear_that_fades_gives_the_time_without():
     def time(problem):
         return plunge.plan(problem, method="collocation", steps=60).time
 
-    plain, *times = time(NOMINAL), *(time(NOMINAL.replace(wear=plunge.Wear(g, 1.0))) for g in (1e-8, 0.01, 0.03))
+    plain, *times = (
+        time(NOMINAL),
+        *(time(NOMINAL.replace(wear=plunge.Wear(g, 1.0))) for g in (1e-8, 0.01, 0.03)),
+    )
     assert times[0] == pytest.approx(plain, rel=1e-5)
     assert times[0] < times[1] < times[2]
 
@@ -98,7 +105,9 @@ def test_area_is_what_the_law_of_wear_adds_up_to():
 
 
 def test_a_wheel_that_wears_more_when_fed_faster_is_spared():
-    """Of two laws that wear alike at 0.02 mm/s, that which punishes high rates makes the fastest cycle feed slower."""
+    """Of two laws that wear alike at 0.02 mm/s, that which punishes high rates makes the fastest cycle feed
+    slower.
+    """
     plain, steep = (
         plunge.plan(NOMINAL.replace(wear=plunge.Wear(0.02, exponent, 0.02)), method="collocation", steps=60)
         for exponent in (0.0, 2.0)
@@ -133,12 +142,16 @@ def test_range_of_one_rotation_gives_the_exact_time():
 
 def test_narrow_range_gives_nearly_the_exact_time():
     rotation = malkin().model.work_rotation
-    best = plunge.plan(malkin(), method="collocation", work_rotation_range=(rotation, 1.0001 * rotation), steps=120)
+    best = plunge.plan(
+        malkin(), method="collocation", work_rotation_range=(rotation, 1.0001 * rotation), steps=120
+    )
     assert best.time == pytest.approx(plunge.plan(malkin()).time, rel=2e-4)
 
 
 def test_no_constant_rotation_is_as_fast(turned):
-    """Brute force: the exact time at each of many rotations. Slow turns need less force, fast ones burn and shake less."""
+    """Brute force: the exact time at each of many rotations. Slow turns need less force, fast ones burn and
+    shake less.
+    """
     constant = [_constant(rotation) for rotation in np.linspace(*RANGE, 25)]
     assert turned.time < 0.9 * min(constant)
     assert turned.solution.ok and np.isfinite(turned.error)
@@ -152,7 +165,9 @@ def _constant(rotation):
 
 
 def by_grids(problem, rotations, stages=60, nodes=150):
-    """Least time over grids of stock, deflection and rotation, free in each stage: every local minimum is in it."""
+    """Least time over grids of stock, deflection and rotation, free in each stage: every local minimum is in
+    it.
+    """
     model, u = problem.model, problem.command_rate_max
     left, cores = _dp.places(problem, 0.0, stages), [core_at(model, float(n)) for n in rotations]
     limit = np.array([_greatest(problem, core, n, left) for core, n in zip(cores, rotations, strict=True)])
@@ -164,12 +179,16 @@ def by_grids(problem, rotations, stages=60, nodes=150):
         for core, bound in zip(cores, limit, strict=True):
             top, rate = min(most[k - 1], bound[k - 1]), _dp._rates(y, core)
             least = np.maximum(y - drop, 0.0)
-            greatest = np.maximum(np.minimum(ground._full(y, rate, drop, core, most[k - 1]), top), np.minimum(least, top))
+            greatest = np.maximum(
+                np.minimum(ground._full(y, rate, drop, core, most[k - 1]), top), np.minimum(least, top)
+            )
             allowed = (y <= bound[k] * (1 + 1e-9)) & (least <= top * (1 + 1e-9))
             for spared in (0.0, 0.3, 1.0):
                 after = greatest - spared * (greatest - np.minimum(least, greatest))
                 time = drop / np.maximum(_dp.mean_rate(rate, _dp._rates(after, core), core), 1e-12)
-                best = np.minimum(best, np.where(allowed, time + np.interp(after / most[k - 1], share, value), np.inf))
+                best = np.minimum(
+                    best, np.where(allowed, time + np.interp(after / most[k - 1], share, value), np.inf)
+                )
         value = best
     return value[0] + model.core.K0 / u
 
@@ -184,7 +203,9 @@ def _greatest(problem, core, rotation, left):
 
 
 def test_near_the_least_of_all_local_minima(turned):
-    """A coarse grid is some 1 % slow; it may turn the work at any rate in the last instant, which gains next to nothing."""
+    """A coarse grid is some 1 % slow; it may turn the work at any rate in the last instant, which gains next
+    to nothing.
+    """
     grids = by_grids(malkin(), np.linspace(*RANGE, 13))
     assert 0.98 * grids < turned.time < grids
 
@@ -197,7 +218,10 @@ def test_limits_are_kept_at_every_rotation(turned):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for k in range(0, t.time.size, 37):
-            here, rate = malkin().model.replace(work_rotation=float(t.work_rotation[k])), float(t.infeed_rate[k])
+            here, rate = (
+                malkin().model.replace(work_rotation=float(t.work_rotation[k])),
+                float(t.infeed_rate[k]),
+            )
             if rate > here.burn_rate > 0:
                 assert float(here.burn_depth(rate)) <= float(t.remaining[k]) + 5e-6
     last = malkin().model.replace(work_rotation=float(t.work_rotation[-1]))
@@ -217,7 +241,11 @@ def test_saved_and_loaded(turned, tmp_path):
 
     turned.save(tmp_path / "cycle.nc")
     again = sdpgrind.load(tmp_path / "cycle.nc")
-    assert (again.solution, again.status, again.roundness) == (turned.solution, turned.status, turned.roundness)
+    assert (again.solution, again.status, again.roundness) == (
+        turned.solution,
+        turned.status,
+        turned.roundness,
+    )
 
 
 # -- what cannot be solved
@@ -226,12 +254,16 @@ def test_saved_and_loaded(turned, tmp_path):
 def test_a_solver_that_fails(monkeypatch):
     monkeypatch.setitem(collocation.IPOPT, "max_iter", 8)
     words = "problem must be one that method 'collocation' can solve; it was not solved: IPOPT says Maximum_Iterations_Exceeded"
-    with pytest.raises(plunge.CycleError, match=words + " after 8 iterations with 40 steps: try other steps") as caught:
+    with pytest.raises(
+        plunge.CycleError, match=words + " after 8 iterations with 40 steps: try other steps"
+    ) as caught:
         plunge.plan(NOMINAL, method="collocation", steps=40)
     assert np.isfinite(caught.value.plan.time) and caught.value.plan.error == np.inf
     again = plunge.plan(NOMINAL, method="collocation", steps=40, throw=False)
     assert not again.solution.ok and again.status == caught.value.plan.status
-    assert not np.any(np.isnan(again.trajectory.infeed_rate)) and not np.any(np.isnan(again.trajectory.burn_depth))
+    assert not np.any(np.isnan(again.trajectory.infeed_rate)) and not np.any(
+        np.isnan(again.trajectory.burn_depth)
+    )
 
 
 @pytest.mark.parametrize(
@@ -250,5 +282,7 @@ def test_ranges_that_are_none(asked, message):
 
 def test_solvers_are_loaded_when_they_are_needed():
     code = "import sys; from sdpgrind import plunge; plunge.plan(plunge.preset('simulation')); print('casadi' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=50)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=50
+    )
     assert done.stdout.strip() == "False"

@@ -1,4 +1,6 @@
-"""Controllers of plunge cycles on a simulated grinder: published and independent numbers, the bound, contact, baselines."""
+"""Controllers of plunge cycles on a simulated grinder: published and independent numbers, the bound, contact,
+baselines.
+"""
 
 import numpy as np
 import pytest
@@ -10,7 +12,8 @@ from plunge_inside import state as places
 import hwsim
 from sdpgrind import physics, plunge
 
-# The printed cycle. Rows marked (cal) fixed the preset: they test this code, not the model -----------------------------
+# The printed cycle. Rows marked (cal) fixed the preset: they test this code, not the model
+# -----------------------------
 
 
 @pytest.mark.parametrize(
@@ -41,16 +44,20 @@ def test_roundness_by_both_rules():
 
 
 def test_without_any_damage():
-    """Spark-out begins up to a sample late, and size is seen up to a sample late: both in stock, then in roundness."""
+    """Spark-out begins up to a sample late, and size is seen up to a sample late: both in stock, then in
+    roundness.
+    """
     out = became(plunge.CycleController(PROBLEM, no_burn=True, **PRINTED))
     assert out["time"] == pytest.approx(35.56, abs=1.01 * SAMPLE)
-    assert out["roundness"] == pytest.approx(3.06e-3, abs=4e-5)  # printed; of the two phases of sampling that are possible
+    # printed; of the two phases of sampling that are possible
+    assert out["roundness"] == pytest.approx(3.06e-3, abs=4e-5)
     late = MODEL.burn_rate * SAMPLE / float(MODEL.local_time_constant(PROBLEM.final_rate))  # mm/s too fast
     assert 2.97e-3 < out["roundness"] < 3e-3 + MODEL.roundness_gain * float(MODEL.depth_of_cut(late))
     assert np.isnan(out["part_slack"]) and out["burned"] == 0
     fine = PROBLEM.replace(sample_time=0.005)
     out = became(plunge.CycleController(fine, no_burn=True, **PRINTED), problem=fine)
-    assert out["roundness"] == pytest.approx(3e-3, abs=2e-5)  # the linear q_k is exact between these two rates
+    # the linear q_k is exact between these two rates
+    assert out["roundness"] == pytest.approx(3e-3, abs=2e-5)
 
 
 @pytest.mark.parametrize(("share", "time", "roundness"), [(0.9, None, 3.33e-3), (1.1, 1.2, None)])
@@ -68,7 +75,9 @@ def test_a_wheel_that_is_believed_too_sharp():
 
 
 def test_wear_that_nobody_knows():
-    """Shorter, and burned: the source says slightly longer; the rate in the first section is lower, as printed."""
+    """Shorter, and burned: the source says slightly longer; the rate in the first section is lower, as
+    printed.
+    """
     controller = plunge.CycleController(PROBLEM, **PRINTED)
     worn, new = run(controller, truth=WORN), run(controller)
     out = worn.outcome
@@ -100,7 +109,8 @@ def test_wear_that_lets_less_and_less_rate_go_without_damage(growth):
     assert plunge.plan(dulling, method="dp", steps=60).time * 0.999 < out["time"]
 
 
-# The bound ------------------------------------------------------------------------------------------------------------
+# The bound
+# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("sparkout", ["p_end", "gauge"])
@@ -123,7 +133,9 @@ random_cycles = given(
 
 @settings(max_examples=40, deadline=None)
 @random_cycles
-def test_the_bound_is_never_beaten(rate_max, B, stock, stiffness, area, roundness, rotation, margin, sparkout):
+def test_the_bound_is_never_beaten(
+    rate_max, B, stock, stiffness, area, roundness, rotation, margin, sparkout
+):
     """By no run that keeps every limit; a run that is faster has broken one."""
     try:
         problem = PROBLEM.replace(
@@ -132,7 +144,9 @@ def test_the_bound_is_never_beaten(rate_max, B, stock, stiffness, area, roundnes
         )  # fmt: skip
     except ValueError:
         assume(False)
-    controller = plunge.CycleController(problem, safety_margin=min(margin, 0.5 * stock), sparkout=sparkout, **EXACT)
+    controller = plunge.CycleController(
+        problem, safety_margin=min(margin, 0.5 * stock), sparkout=sparkout, **EXACT
+    )
     out, bound = became(controller, problem=problem), plunge.plan(problem)
     kept = not (out["burned"] or out["out_of_round"] or out["timed_out"]) and out["remaining"] <= 1e-12
     if kept:
@@ -141,7 +155,10 @@ def test_the_bound_is_never_beaten(rate_max, B, stock, stiffness, area, roundnes
         assert out["burned"] == 0
         late = problem.command_rate_max * 0.02
         assert (
-            out["roundness"] <= roundness + 1e-5 + float(problem.model.roundness_gain * problem.model.depth_of_cut(late)) * 0.02
+            out["roundness"]
+            <= roundness
+            + 1e-5
+            + float(problem.model.roundness_gain * problem.model.depth_of_cut(late)) * 0.02
         )
         with_margin = plunge.plan(problem, safety_margin=controller.safety_margin).time
         assert out["time"] <= 1.01 * with_margin + 0.04
@@ -189,7 +206,8 @@ def test_a_wheel_that_burns_at_every_rate_still_ends():
     assert out["timed_out"] == 0 and out["burned"] == 1
 
 
-# Contact --------------------------------------------------------------------------------------------------------------
+# Contact
+# --------------------------------------------------------------------------------------------------------------
 
 
 def test_a_command_that_is_trusted_needs_the_contact_zero():
@@ -215,7 +233,9 @@ def test_the_gauge_does_not(zero):
 @pytest.mark.parametrize("online", [True, False])
 def test_parts_come_with_more_or_less_stock(offset, online):
     """The gauge shows what is missing to size: a part that begins elsewhere ends at size all the same."""
-    controller = plunge.CycleController(PROBLEM, safety_margin=0.005, sparkout="gauge", online=online, **EXACT)
+    controller = plunge.CycleController(
+        PROBLEM, safety_margin=0.005, sparkout="gauge", online=online, **EXACT
+    )
     out = became(controller, size_offset=offset)
     assert out["remaining"] - offset == pytest.approx(0.0, abs=1.1e-4)  # of what the gauge shows
     assert out["part_slack"] - offset == pytest.approx(0.005, abs=1e-5)
@@ -224,7 +244,9 @@ def test_parts_come_with_more_or_less_stock(offset, online):
 
 def test_it_learns_sharpness_and_stiffness():
     """Within three of its own standard deviations, where both are wrong."""
-    controller = plunge.CycleController(PROBLEM.replace(wear_flat_area=0.0234, normal_force_ratio=9.0), safety_margin=0.01)
+    controller = plunge.CycleController(
+        PROBLEM.replace(wear_flat_area=0.0234, normal_force_ratio=9.0), safety_margin=0.01
+    )
     machine = hwsim.PlungeGrinder(PROBLEM).start(np.random.default_rng(3))
     reading = machine.step({}, 0)
     while not machine.done:
@@ -236,17 +258,23 @@ def test_it_learns_sharpness_and_stiffness():
 
 
 def test_a_part_is_not_left_before_it_is_round():
-    """Size is known no better than to a sample or two of spark-out, each of which makes 27 nm of roundness: it waits for both."""
+    """Size is known no better than to a sample or two of spark-out, each of which makes 27 nm of roundness:
+    it waits for both.
+    """
     controller = plunge.CycleController(PROBLEM, safety_margin=0.004, roundness_margin=3e-5)
     outcome = hwsim.repeat(hwsim.PlungeGrinder(PROBLEM), controller, series=400, rng=9)
     excess = outcome.roundness.values - (PROBLEM.roundness_max - 3e-5)
-    sample = float(MODEL.roundness(controller.final_rate * (1 + SAMPLE / 2.02)) - MODEL.roundness(controller.final_rate))
+    sample = float(
+        MODEL.roundness(controller.final_rate * (1 + SAMPLE / 2.02)) - MODEL.roundness(controller.final_rate)
+    )
     assert sample == pytest.approx(2.7e-5, abs=1e-6)
     assert excess.max() < 0.3 * sample and excess.std() < 0.2 * sample
-    assert outcome.remaining.min() > -1e-3 and outcome.remaining.mean() > -1e-4  # mm: little is ground off for it
+    # mm: little is ground off for it
+    assert outcome.remaining.min() > -1e-3 and outcome.remaining.mean() > -1e-4
 
 
-# Baselines ------------------------------------------------------------------------------------------------------------
+# Baselines
+# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -255,22 +283,30 @@ def best_stages():
 
 
 def test_three_stages_do_not_beat_the_bound_either():
-    problem = PROBLEM.replace(command_rate_max=0.07, stock=0.2, wear_flat_area=0.015, roundness_max=4e-3, time_constant=None)
+    problem = PROBLEM.replace(
+        command_rate_max=0.07, stock=0.2, wear_flat_area=0.015, roundness_max=4e-3, time_constant=None
+    )
     out = became(plunge.StagedController(problem, safety_margin=0.0, observer_gain=1.0), problem=problem)
     assert (out["burned"], out["out_of_round"]) == (0, 0)
     assert plunge.plan(problem).time <= out["time"] < 1.1 * plunge.plan(problem).time
 
 
 def test_the_best_three_stages(best_stages):
-    """12.05 s at a begin of 0.0875 mm and 0.008 mm/s: 0.2 % above the bound. Damage that comes off is what saves time."""
+    """12.05 s at a begin of 0.0875 mm and 0.008 mm/s: 0.2 % above the bound. Damage that comes off is what
+    saves time.
+    """
     best = best_stages
-    assert best.stage_remaining == pytest.approx(0.0875, abs=3e-3) and best.stage_rate == pytest.approx(0.008, abs=3e-4)
+    assert best.stage_remaining == pytest.approx(0.0875, abs=3e-3) and best.stage_rate == pytest.approx(
+        0.008, abs=3e-4
+    )
     out = became(best)
     assert out["time"] == pytest.approx(12.05, abs=SAMPLE) and (out["burned"], out["out_of_round"]) == (0, 0)
     assert plunge.plan(PROBLEM).time < out["time"] < 1.003 * plunge.plan(PROBLEM).time
     published = became(plunge.StagedController(PROBLEM, 0.0875, 0.008, observer_gain=1.0))
     assert out["time"] <= published["time"] == pytest.approx(12.05, abs=SAMPLE)
-    assert became(plunge.CycleController(PROBLEM, no_burn=True))["time"] / out["time"] == pytest.approx(3.0, abs=0.1)
+    assert became(plunge.CycleController(PROBLEM, no_burn=True))["time"] / out["time"] == pytest.approx(
+        3.0, abs=0.1
+    )
 
 
 @pytest.mark.parametrize("rate", [0.006, 0.0083])

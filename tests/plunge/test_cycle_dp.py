@@ -28,7 +28,9 @@ def test_second_order_in_the_stages(number):
     """Sixteen times less with four times the stages; corners of the course fall unevenly into them."""
     touch = problem(number).model.core.K0 / problem(number).command_rate_max
     exact = plunge.plan(problem(number)).time - touch
-    coarse, fine = (abs(_dp.solve(problem(number), 0.0, stages).duration.sum() - exact) for stages in (100, 400))
+    coarse, fine = (
+        abs(_dp.solve(problem(number), 0.0, stages).duration.sum() - exact) for stages in (100, 400)
+    )
     assert coarse > 10 * fine
 
 
@@ -46,12 +48,16 @@ def test_stages_are_those_of_a_problem_that_the_solver_takes():
 
 
 def test_full_rate_between_two_deflections():
-    """(y' - y + drop) times the mean rate is what the command gives; the mean is that of the rate over the deflection."""
+    """(y' - y + drop) times the mean rate is what the command gives; the mean is that of the rate over the
+    deflection.
+    """
     ground = _dp.Ground(NOMINAL, 0.0, 60)
     stage, y = 55, np.array([0.0, 1e-4, 5e-3, 2e-2])
     after, core, drop = ground.reach(stage, y)[1], ground.cores[54], ground.drop[54]
     rate = [np.interp(np.linspace(0, 1, 4001), [0, 1], [a, b]) for a, b in zip(y, after, strict=True)]
-    mean = np.array([np.trapezoid(NOMINAL.model.infeed_rate(path + core.K0), path) / np.ptp(path) for path in rate])
+    mean = np.array(
+        [np.trapezoid(NOMINAL.model.infeed_rate(path + core.K0), path) / np.ptp(path) for path in rate]
+    )
     np.testing.assert_allclose((after - y + drop) * mean, NOMINAL.command_rate_max * drop, rtol=1e-5)
     np.testing.assert_allclose(ground.time(stage, y, after), drop / mean, rtol=1e-5)
 
@@ -68,21 +74,29 @@ def test_commands_played_by_another_integrator(growth):
 
 
 def test_limits_are_kept_all_along():
-    """Those of the command to the last bit; burning and roundness as the model says, at every place that is told."""
+    """Those of the command to the last bit; burning and roundness as the model says, at every place that is
+    told.
+    """
     t = plunge.plan(NOMINAL, method="dp").trajectory
     rate, command = t.infeed_rate.values, t.command_rate.values
     assert np.all((command >= 0) & (command <= NOMINAL.command_rate_max * (1 + 1e-12)))
     burning = rate > NOMINAL.model.burn_rate
     assert np.max(NOMINAL.model.burn_depth(rate[burning]) - t.remaining.values[burning]) < 5e-6
     assert float(NOMINAL.model.roundness(rate[-1])) == pytest.approx(NOMINAL.roundness_max, rel=1e-6)
-    np.testing.assert_allclose(t.grinding_power.values[1:], NOMINAL.model.grinding_power(rate[1:]) * (rate[1:] > 0), rtol=1e-12)
+    np.testing.assert_allclose(
+        t.grinding_power.values[1:], NOMINAL.model.grinding_power(rate[1:]) * (rate[1:] > 0), rtol=1e-12
+    )
 
 
 def least_bound(problem, nodes=20_001):
-    """The least time by the running minimum, the area being a function of the stock that is left; all by plain sums."""
+    """The least time by the running minimum, the area being a function of the stock that is left; all by
+    plain sums.
+    """
     model, u = problem.model, problem.command_rate_max
     left = np.linspace(0.0, problem.stock, nodes)
-    cores = [core_at(model, area=model.wear_flat_area + model.wear.growth * (problem.stock - r)) for r in left]
+    cores = [
+        core_at(model, area=model.wear_flat_area + model.wear.growth * (problem.stock - r)) for r in left
+    ]
     y = np.array([_most(problem, core, r) for core, r in zip(cores, left, strict=True)])
     y = np.minimum.accumulate(y - left) + left
 
@@ -95,7 +109,9 @@ def least_bound(problem, nodes=20_001):
         return state[0] - np.interp(state[1], left, y)
 
     meets.terminal, meets.direction = True, 1.0
-    start = solve_ivp(slope, (0.0, 100.0), [0.0, problem.stock], events=meets, rtol=1e-9, atol=1e-12, max_step=0.05)
+    start = solve_ivp(
+        slope, (0.0, 100.0), [0.0, problem.stock], events=meets, rtol=1e-9, atol=1e-12, max_step=0.05
+    )
     met = float(start.y_events[0][0][1])
     below = np.append(left[left < met], met)
     bound = np.interp(below, left, y)
@@ -108,11 +124,22 @@ def _most(problem, core, left):
     """Largest deflection (mm) that burns no deeper than what is left."""
 
     def depth(v):
-        return float(core.reach * v**0.25 * np.log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / v**0.25)) - left
+        return (
+            float(
+                core.reach
+                * v**0.25
+                * np.log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / v**0.25)
+            )
+            - left
+        )
 
     rates = np.geomspace(2e-3, problem.command_rate_max, 60)
     over = [k for k in range(60) if depth(rates[k]) > 0]
-    v = problem.command_rate_max if not over else brentq(depth, rates[over[0] - 1], rates[over[0]], xtol=1e-14)
+    v = (
+        problem.command_rate_max
+        if not over
+        else brentq(depth, rates[over[0] - 1], rates[over[0]], xtol=1e-14)
+    )
     if left == 0.0:
         v = min(v, problem.final_rate)
     return core.K1 * v + core.K2 * v**core.p
@@ -134,17 +161,23 @@ def test_wear_in_proportion_to_the_stock_against_the_least_bound():
 
 def test_wear_that_fades_gives_the_time_without():
     plain = plunge.plan(NOMINAL, method="dp", steps=60).time
-    times = [plunge.plan(NOMINAL.replace(wear=plunge.Wear(g)), method="dp", steps=60).time for g in (0.0, 1e-7, 0.03)]
+    times = [
+        plunge.plan(NOMINAL.replace(wear=plunge.Wear(g)), method="dp", steps=60).time
+        for g in (0.0, 1e-7, 0.03)
+    ]
     assert times[0] == plain and times[1] == pytest.approx(plain, rel=1e-6)
     assert times[1] < times[2]
-    assert plunge.plan(NOMINAL.replace(wear=plunge.Wear(0.0))).time == plunge.plan(NOMINAL).time  # no growth is no wear
+    # no growth is no wear
+    assert plunge.plan(NOMINAL.replace(wear=plunge.Wear(0.0))).time == plunge.plan(NOMINAL).time
 
 
 @pytest.mark.filterwarnings("ignore:an area of one sliding law")
 def test_wheel_at_another_rotation_and_area():
     """The laws of scale against the model built anew."""
     malkin = NOMINAL.replace(
-        power=physics.GrindingPower(sliding=physics.MalkinSliding()), burning=physics.BurningLimit(6.2, 7.0), wear_flat_area=0.006
+        power=physics.GrindingPower(sliding=physics.MalkinSliding()),
+        burning=physics.BurningLimit(6.2, 7.0),
+        wear_flat_area=0.006,
     ).model
     for model in (NOMINAL.model, malkin):
         other = model.replace(work_rotation=20.0, wear_flat_area=0.8 * model.wear_flat_area)
@@ -158,7 +191,12 @@ def test_saved_and_loaded(tmp_path):
     best = plunge.plan(NOMINAL, method="dp", steps=40)
     best.save(tmp_path / "cycle.nc")
     again = sdpgrind.load(tmp_path / "cycle.nc")
-    assert (again.method, again.solution, again.status, again.error) == (best.method, best.solution, best.status, best.error)
+    assert (again.method, again.solution, again.status, again.error) == (
+        best.method,
+        best.solution,
+        best.status,
+        best.error,
+    )
     assert (again.time, again.switches, again.problem) == (best.time, best.switches, best.problem)
 
 
@@ -185,8 +223,16 @@ def test_arguments_that_are_none(arguments, message):
     ("wear", "method", "message"),
     [
         (plunge.Wear(0.02), "exact", "method must be 'dp' or 'collocation' where the model has wear"),
-        (plunge.Wear(0.02, 0.5), "dp", "method must be 'collocation' where wear depends on the rate, exponent = 0.5; got 'dp'"),
-        (plunge.Wear(1.0), "dp", r"wear must be less: at the end the wear flat area is 0.308, .*; got growth = 1 \(1/mm\)"),
+        (
+            plunge.Wear(0.02, 0.5),
+            "dp",
+            "method must be 'collocation' where wear depends on the rate, exponent = 0.5; got 'dp'",
+        ),
+        (
+            plunge.Wear(1.0),
+            "dp",
+            r"wear must be less: at the end the wear flat area is 0.308, .*; got growth = 1 \(1/mm\)",
+        ),
     ],
 )
 def test_wear_that_a_method_cannot_do(wear, method, message):
@@ -195,9 +241,8 @@ def test_wear_that_a_method_cannot_do(wear, method, message):
 
 
 def test_nothing_is_spared_anywhere():
-    """What the proof of the exact cycle says: more deflection is never worse. Nor do look-ups between nodes mix in the other
-    end of the control where both ends are one, as on the way of no command.
-    """
+    """What the proof of the exact cycle says: more deflection is never worse. Nor do look-ups between nodes
+    mix in the other end of the control where both ends are one, as on the way of no command."""
     ground = _dp.Ground(NOMINAL, 0.0, 50)
     policy = sdp.plan(_dp.described(ground))
     for left in range(1, 51):

@@ -9,7 +9,8 @@ from cycle_parts import EXACT, MODEL, PROBLEM, SAMPLE, SHARP, became, nan, run, 
 import hwsim
 from sdpgrind import plunge
 
-# Gauges that fail -----------------------------------------------------------------------------------------------------
+# Gauges that fail
+# -----------------------------------------------------------------------------------------------------
 
 
 def grind(controller, spoil, rng=0, noise=None, **options):
@@ -77,7 +78,9 @@ def test_a_frozen_gauge_ends_the_part_before_it_is_spoiled(controller, begin):
 @ALL
 @pytest.mark.parametrize("jump", [-0.05, -0.01, 0.01, 0.05])
 def test_a_size_that_jumps_is_not_used(controller, jump):
-    """Backwards by more than noise, forwards by more than the feed: once it is bridged, for good it ends the part."""
+    """Backwards by more than noise, forwards by more than the feed: once it is bridged, for good it ends the
+    part.
+    """
     whole = grind(controller, lambda _, reading: reading)
     for number in (1, 3):
         out = grind(controller, replaced("size", 60, number, lambda size: size + jump))
@@ -114,7 +117,9 @@ def test_a_grinder_without_a_power_monitor():
 
 @pytest.mark.parametrize("share", [1.0, 0.98, 0.9, 0.7])
 def test_clipped_power_does_not_fool_it(share):
-    """10 % less power at full rate would be 17 um less damage; what is flagged is not used, and nothing burns."""
+    """10 % less power at full rate would be 17 um less damage; what is flagged is not used, and nothing
+    burns.
+    """
     power = float(MODEL.grinding_power(0.0448))
     assert MODEL.burn_depth(0.0448, 0.9 * power) == pytest.approx(0.0708, abs=2e-4)  # of 0.0882 mm
     controller = plunge.CycleController(SHARP, safety_margin=0.01)
@@ -142,12 +147,18 @@ class Believing:
 
 
 def test_gauges_without_noise():
-    for sds in ({"power_sd": 0.0}, {"size_sd": 0.0}, {"power_sd": 0.0, "size_sd": 0.0}, {"deflection_sd": 0.0}):
+    for sds in (
+        {"power_sd": 0.0},
+        {"size_sd": 0.0},
+        {"power_sd": 0.0, "size_sd": 0.0},
+        {"deflection_sd": 0.0},
+    ):
         out = became(plunge.CycleController(PROBLEM, **EXACT, **sds), **zero_at(0.004))
         assert out["time"] == pytest.approx(12.12, abs=1.01 * SAMPLE) and out["burned"] == 0
 
 
-# What is refused ------------------------------------------------------------------------------------------------------
+# What is refused
+# ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -157,14 +168,20 @@ def test_gauges_without_noise():
         ({"safety_margin": 0.3}, r"safety_margin must be < stock = 0.282 \(mm\); got 0.3"),
         ({"safety_margin": nan}, r"safety_margin must be finite \(mm\); got nan"),
         ({"sparkout": "q_k"}, "sparkout must be one of p_end, gauge, printed; got 'q_k'"),
-        ({"roundness_margin": 2e-3}, r"roundness_margin must be < roundness_max - roundness_base = 0.00141 \(mm\); got 0.002"),
+        (
+            {"roundness_margin": 2e-3},
+            r"roundness_margin must be < roundness_max - roundness_base = 0.00141 \(mm\); got 0.002",
+        ),
         ({"roundness_margin": -1e-5}, r"roundness_margin must be >= 0 \(mm\)"),
         ({"observer_gain": 0.0}, r"observer_gain must be in \(0, 1\]; got 0"),
         ({"observer_gain": 1.5}, r"observer_gain must be in \(0, 1\]; got 1.5"),
         ({"size_sd": -1e-3}, r"size_sd must be >= 0 \(mm\); got -0.001"),
         ({"power_sd": -0.1}, "power_sd must be >= 0"),
         ({"contact_zero_sd": -0.1}, r"contact_zero_sd must be >= 0 \(mm\)"),
-        ({"online": True, "sparkout": "printed"}, "online must be False with sparkout='printed' or a linear model; got True"),
+        (
+            {"online": True, "sparkout": "printed"},
+            "online must be False with sparkout='printed' or a linear model; got True",
+        ),
     ],
 )
 def test_controllers_that_are_none(options, message):
@@ -178,7 +195,10 @@ def test_controllers_that_are_none(options, message):
         ({"stage_rate": 0.01}, "stage_remaining and stage_rate must both be given, or none"),
         ({"stage_remaining": 0.3, "stage_rate": 0.01}, r"stage_remaining must be .*0.282.*\(mm\); got 0.3"),
         ({"stage_remaining": 0.1, "stage_rate": 0.0}, r"stage_rate must be > 0 \(mm/s\); got 0"),
-        ({"stage_remaining": 0.1, "stage_rate": 0.01, "observer_gain": 2.0}, r"observer_gain must be in \(0, 1\]; got 2"),
+        (
+            {"stage_remaining": 0.1, "stage_rate": 0.01, "observer_gain": 2.0},
+            r"observer_gain must be in \(0, 1\]; got 2",
+        ),
     ],
 )
 def test_stages_that_are_none(options, message):
@@ -195,7 +215,9 @@ def test_problems_that_are_none(make):
 def test_a_gauge_that_shows_more_than_the_stock_at_the_start():
     for controller in (SAFE, OFFLINE, STAGES):
         controller.reset()
-        with pytest.raises(ValueError, match=r"size must be < stock = 0.282 before any feed \(mm\); got 0.29"):
+        with pytest.raises(
+            ValueError, match=r"size must be < stock = 0.282 before any feed \(mm\); got 0.29"
+        ):
             controller.step(size=0.29, grinding_power=0.0)
     with pytest.raises(ValueError, match=r"size must be < stock = 0.282 before any feed \(mm\); got 0.3"):
         run(SAFE, size_offset=0.3)

@@ -1,4 +1,6 @@
-"""Every compiled loop of plunge cycles against a slow twin: roots by Brent, motion by an integrator, the filter by matrices."""
+"""Every compiled loop of plunge cycles against a slow twin: roots by Brent, motion by an integrator, the
+filter by matrices.
+"""
 
 import itertools
 import math
@@ -21,7 +23,10 @@ PROBLEM = plunge.preset("simulation")
 MODEL = PROBLEM.model
 wheels = st.builds(
     lambda area, stiffness, B, rotation: MODEL.replace(
-        wear_flat_area=area, stiffness=stiffness, burning=physics.BurningLimit(6.205, B), work_rotation=rotation
+        wear_flat_area=area,
+        stiffness=stiffness,
+        burning=physics.BurningLimit(6.205, B),
+        work_rotation=rotation,
     ),
     area=st.floats(0.004, 0.06),
     stiffness=st.floats(2e3, 4e4),
@@ -30,7 +35,8 @@ wheels = st.builds(
 )
 
 
-# Roots ----------------------------------------------------------------------------------------------------------------
+# Roots
+# ----------------------------------------------------------------------------------------------------------------
 
 
 @settings(max_examples=60, deadline=None)
@@ -63,7 +69,11 @@ def test_depth_of_damage(model, v):
 def test_ploughing_alone_is_no_damage():
     low, high = MODEL.burn_onset
     assert _kernels.burn_depth(low / 2, MODEL.core) > 0 == opened(_kernels._damage)(low / 2, MODEL.core)
-    assert opened(_kernels._damage)(1.01 * high, MODEL.core) > 0 == opened(_kernels._damage)(0.99 * high, MODEL.core)
+    assert (
+        opened(_kernels._damage)(1.01 * high, MODEL.core)
+        > 0
+        == opened(_kernels._damage)(0.99 * high, MODEL.core)
+    )
     assert opened(_kernels._damage)(0.0, MODEL.core) == 0.0
 
 
@@ -109,8 +119,12 @@ def test_least_of_deflection_less_damage(model, scale, rate_max, share):
     over = np.array([scale * wheel.beyond(v) - wheel.burn_depth(v) for v in np.geomspace(low, high, 2001)])
     between = float(np.abs(np.diff(over, 2)).max()) / 8
     found = opened(_kernels._least_over_burn)(scale, low, high, model.core)
-    assert min(found, over[-1]) == pytest.approx(over.min(), abs=between + 1e-11)  # damage of both to 1e-9 of itself
-    assert found == math.inf or found in (pytest.approx(over[0], abs=1e-11), pytest.approx(turned(over), abs=between + 1e-11))
+    # damage of both to 1e-9 of itself
+    assert min(found, over[-1]) == pytest.approx(over.min(), abs=between + 1e-11)
+    assert found == math.inf or found in (
+        pytest.approx(over[0], abs=1e-11),
+        pytest.approx(turned(over), abs=between + 1e-11),
+    )
     if np.diff(over).max() < 0:
         assert found == math.inf
 
@@ -123,16 +137,28 @@ def turned(over):
 
 def test_a_turn_is_found_wherever_it_lies():
     """In the first cell, in the last one, and just before the end; never at the end itself."""
-    model = MODEL.replace(wear_flat_area=0.015625, stiffness=4041.0, burning=physics.BurningLimit(6.205, 3.0), work_rotation=22.0)
+    model = MODEL.replace(
+        wear_flat_area=0.015625,
+        stiffness=4041.0,
+        burning=physics.BurningLimit(6.205, 3.0),
+        work_rotation=22.0,
+    )
     turn = brentq(lambda v: opened(_kernels._over_burn)(v, 1.0, model.core)[1], 0.01, 0.06, xtol=1e-15)
     least = Wheel(model).beyond(turn) - Wheel(model).burn_depth(turn)
     for below, above in itertools.product((0.5, 1e-2, 1e-5), (1e-6, 1e-3, 0.05, 1.0)):
         found = opened(_kernels._least_over_burn)(1.0, turn * (1 - below), turn * (1 + above), model.core)
         assert found == pytest.approx(least, abs=1e-11)
     for low, high in ((0.5, 1 - 1e-6), (1.0, 1.0)):
-        assert opened(_kernels._least_over_burn)(1.0, low * turn * (1 - 1e-6), high * turn * (1 - 1e-6), model.core) == math.inf
+        assert (
+            opened(_kernels._least_over_burn)(
+                1.0, low * turn * (1 - 1e-6), high * turn * (1 - 1e-6), model.core
+            )
+            == math.inf
+        )
     rising = opened(_kernels._least_over_burn)(1.0, 1.01 * turn, 2 * turn, model.core)
-    assert rising == pytest.approx(Wheel(model).beyond(1.01 * turn) - Wheel(model).burn_depth(1.01 * turn), abs=1e-11)
+    assert rising == pytest.approx(
+        Wheel(model).beyond(1.01 * turn) - Wheel(model).burn_depth(1.01 * turn), abs=1e-11
+    )
 
 
 @settings(max_examples=40, deadline=None)
@@ -140,18 +166,27 @@ def test_a_turn_is_found_wherever_it_lies():
 def test_slope_of_deflection_less_damage(model, scale, v):
     """By differences over a step h of the logarithm, of fourth order: wrong by h^4 and by rounding over h."""
     wheel, h = Wheel(model), 1e-3
-    over = [scale * wheel.beyond(v * math.exp(k * h)) - wheel.burn_depth(v * math.exp(k * h)) for k in (-2, -1, 0, 1, 2)]
+    over = [
+        scale * wheel.beyond(v * math.exp(k * h)) - wheel.burn_depth(v * math.exp(k * h))
+        for k in (-2, -1, 0, 1, 2)
+    ]
     value, slope = opened(_kernels._over_burn)(v, scale, model.core)
     assert value == pytest.approx(over[2], abs=1e-11)
-    assert slope == pytest.approx((over[0] - 8 * over[1] + 8 * over[3] - over[4]) / (12 * h), abs=1e-10, rel=1e-9)
+    assert slope == pytest.approx(
+        (over[0] - 8 * over[1] + 8 * over[3] - over[4]) / (12 * h), abs=1e-10, rel=1e-9
+    )
 
 
 def test_wear_multiplies_sliding_alone():
-    worn, fresh = opened(_kernels._worn)(MODEL.core, 1.3), MODEL.replace(wear_flat_area=1.3 * MODEL.wear_flat_area).core
+    worn, fresh = (
+        opened(_kernels._worn)(MODEL.core, 1.3),
+        MODEL.replace(wear_flat_area=1.3 * MODEL.wear_flat_area).core,
+    )
     np.testing.assert_allclose(worn, fresh, rtol=1e-13)
 
 
-# Motion ---------------------------------------------------------------------------------------------------------------
+# Motion
+# ---------------------------------------------------------------------------------------------------------------
 
 
 def commands(rng, samples=120):
@@ -162,7 +197,9 @@ def commands(rng, samples=120):
 
 
 @pytest.mark.parametrize(
-    "wear", [None, plunge.Wear(0.02), plunge.Wear(0.03, exponent=0.7, reference_rate=0.02)], ids=["sharp", "dulls", "by rate"]
+    "wear",
+    [None, plunge.Wear(0.02), plunge.Wear(0.03, exponent=0.7, reference_rate=0.02)],
+    ids=["sharp", "dulls", "by rate"],
 )
 def test_the_part_moves_as_an_integrator_has_it(wear):
     model = MODEL.replace(wear=wear)
@@ -194,13 +231,18 @@ def test_what_is_fed_is_ground_off_or_deflection():
 def test_power_of_the_plant_is_that_of_the_model():
     rig, state = kernels.rig(MODEL, PROBLEM.stock, 0.04), np.zeros(kernels.STATES)
     wheel = Wheel(MODEL)
-    for y, power in ((wheel.beyond(0.02), wheel.power(0.02)), (-0.5 * wheel.K0, 0.5 * wheel.power(0.0)), (-2 * wheel.K0, 0.0)):
+    for y, power in (
+        (wheel.beyond(0.02), wheel.power(0.02)),
+        (-0.5 * wheel.K0, 0.5 * wheel.power(0.0)),
+        (-2 * wheel.K0, 0.0),
+    ):
         kernels.start_part(state, rig)
         state[kernels.Y], state[kernels.RATE] = y, wheel.rate(y)
         assert kernels.true_power(state, rig) == pytest.approx(power, rel=1e-12)
 
 
-# Gauges ---------------------------------------------------------------------------------------------------------------
+# Gauges
+# ---------------------------------------------------------------------------------------------------------------
 
 
 def test_readings():
@@ -237,29 +279,45 @@ def test_late_and_slow_gauges():
         assert seen == pytest.approx(lagged, rel=1e-12)
 
 
-# The filter -----------------------------------------------------------------------------------------------------------
+# The filter
+# -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_filter_against_matrices(seed):
-    """A whole noisy part of another wheel than the controller believes, with readings that are missing now and then."""
+    """A whole noisy part of another wheel than the controller believes, with readings that are missing now
+    and then.
+    """
     controller = plunge.CycleController(PROBLEM.replace(wear_flat_area=0.0234), safety_margin=0.01)
-    machine = hwsim.PlungeGrinder(PROBLEM, contact_zero_sd=0.01, power_max=2600.0).start(np.random.default_rng(seed))
-    rng, twin, state, reading = np.random.default_rng(seed), Filter(controller), controller.state, machine.step({}, 0)
+    machine = hwsim.PlungeGrinder(PROBLEM, contact_zero_sd=0.01, power_max=2600.0).start(
+        np.random.default_rng(seed)
+    )
+    rng, twin, state, reading = (
+        np.random.default_rng(seed),
+        Filter(controller),
+        controller.state,
+        machine.step({}, 0),
+    )
     command = {}
     while not machine.done:
         twin.predict(command.get("command_rate", 0.0))
         missing = rng.uniform(size=2) < 0.05 if machine.time > 20 else (False, False)
         size, power = (
-            math.nan if gone else reading[name] for gone, name in zip(missing, ("size", "grinding_power"), strict=True)
+            math.nan if gone else reading[name]
+            for gone, name in zip(missing, ("size", "grinding_power"), strict=True)
         )
         command = controller.step(size=size, grinding_power=power, power_saturated=reading["power_saturated"])
-        twin.read(size if state[places.MISSED] == 0 else math.nan, math.nan if reading["power_saturated"] else power)
+        twin.read(
+            size if state[places.MISSED] == 0 else math.nan, math.nan if reading["power_saturated"] else power
+        )
         if twin.touched:
             got = state[[places.Y, places.ZERO, places.SCALE, places.SHARPNESS]] + [twin.base.K0, 0, 0, 0]
             np.testing.assert_allclose(got, twin.mean, rtol=1e-7, atol=1e-10)
             np.testing.assert_allclose(
-                state[places.COVARIANCE :].reshape(4, 4), twin.covariance, rtol=1e-5, atol=1e-12 * twin.covariance.max()
+                state[places.COVARIANCE :].reshape(4, 4),
+                twin.covariance,
+                rtol=1e-5,
+                atol=1e-12 * twin.covariance.max(),
             )
         reading = machine.step(command, 1)
     assert twin.touched and machine.time > 250
@@ -285,7 +343,8 @@ def test_jacobian_against_differences(y, command):
     assert got[3] == pytest.approx(by_area, rel=0.03, abs=1e-9)
 
 
-# The printed cycle ----------------------------------------------------------------------------------------------------
+# The printed cycle
+# ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,6 @@
-"""Margins that are learned: published series, the law of (9), what noise does to a least value, and parts that must not burn."""
+"""Margins that are learned: published series, the law of (9), what noise does to a least value, and parts
+that must not burn.
+"""
 
 import numpy as np
 import pytest
@@ -17,16 +19,23 @@ QUIET = hwsim.PlungeGrinder(PROBLEM, noise=None)
 
 
 def quiet(step, rule, parts=9):
-    return hwsim.run(QUIET, PRINTED, parts=parts, adapt=plunge.MarginBounding(step, 0.005, rule=rule, slack="true")).outcome
+    return hwsim.run(
+        QUIET, PRINTED, parts=parts, adapt=plunge.MarginBounding(step, 0.005, rule=rule, slack="true")
+    ).outcome
 
 
 def test_seven_cycles_at_a_quarter():
-    """Calibration targets: times of the specification's prototype to a sample, and the printed 15.7 to 13.2 s in seven cycles."""
+    """Calibration targets: times of the specification's prototype to a sample, and the printed 15.7 to 13.2 s
+    in seven cycles.
+    """
     outcome = quiet(0.25, "printed", parts=8)
-    np.testing.assert_allclose(outcome.time[:7], [15.68, 14.88, 14.20, 13.72, 13.48, 13.28, 13.24], atol=0.041)
+    np.testing.assert_allclose(
+        outcome.time[:7], [15.68, 14.88, 14.20, 13.72, 13.48, 13.28, 13.24], atol=0.041
+    )
     assert outcome.time[7] == outcome.time[6]  # it has stopped
     assert not outcome.burned.any()
-    assert float(outcome.time[0] - outcome.time[6]) == pytest.approx(2.44, abs=0.08)  # "approximately 2.4 seconds"
+    # "approximately 2.4 seconds"
+    assert float(outcome.time[0] - outcome.time[6]) == pytest.approx(2.44, abs=0.08)
 
 
 @pytest.mark.parametrize(("step", "cycles", "time"), [(0.10, 17, 13.28), (0.40, 5, 13.44)])
@@ -72,7 +81,9 @@ def margins(adapt, beta, parts, start=0.1):
 @settings(max_examples=60, deadline=None)
 @given(c=st.floats(0.05, 1.0), n=st.floats(1e-4, 0.01), beta=st.floats(0.0, 0.05))
 def test_law_of_nine_on_a_line(c, n, beta):
-    """d+ = (1 - c) d - c n while d > n, as printed: never burned for c <= 1/2; (1 - c) d + c n, contracting: never."""
+    """d+ = (1 - c) d - c n while d > n, as printed: never burned for c <= 1/2; (1 - c) d + c n, contracting:
+    never.
+    """
     d = margins(plunge.MarginBounding(c, n, rule="printed", slack="true"), beta, 40)
     free = (d[:-1] > n) & (beta + (1 - c) * d[:-1] - c * n > 0) & (np.minimum.accumulate(d)[:-1] > n)
     np.testing.assert_allclose(d[1:][free], ((1 - c) * d[:-1] - c * n)[free], atol=1e-12)
@@ -152,7 +163,10 @@ def test_scatter_of_one_reading():
     controller = plunge.CycleController(PROBLEM, 0.004)
     reckoned = noise_of_slack(controller)[2]
     rate = np.linspace(PROBLEM.model.burn_rate, 0.04, 50)
-    steep = (PROBLEM.model.burn_depth(rate, 1.001 * PROBLEM.model.grinding_power(rate)) - PROBLEM.model.burn_depth(rate)) / 0.001
+    steep = (
+        PROBLEM.model.burn_depth(rate, 1.001 * PROBLEM.model.grinding_power(rate))
+        - PROBLEM.model.burn_depth(rate)
+    ) / 0.001
     low, high = (np.hypot(5e-4, 0.01 * each) for each in (steep.min(), steep.max()))
     assert low < reckoned < high
     assert scatter_of_slack(hwsim.run(QUIET, controller), controller) < 0.02 * reckoned
@@ -171,7 +185,9 @@ def test_clipped_power_is_no_slack():
 
 
 def test_mean_slack_would_burn():
-    """The trap of the specification: the mean slack of a section is larger than the least, by more than the margin left."""
+    """The trap of the specification: the mean slack of a section is larger than the least, by more than the
+    margin left.
+    """
     log = hwsim.run(QUIET, plunge.CycleController(SHARPER, 0.01, online=False, roundness_margin=0.0))
     used = log.column("controller", "balancing_command") > 0
     left = log.column("controller", "remaining_planned")[used]
@@ -188,7 +204,9 @@ def test_share_of_series_with_a_burned_part(step, rule, least, most):
     """The specification's 36 to 42 % to ten points, at most 3 %, and none, of 200 series."""
     controller = plunge.CycleController(SHARPER, 0.05, sparkout="printed", roundness_margin=0.0)
     grinder = hwsim.PlungeGrinder(PROBLEM)
-    outcome = hwsim.repeat(grinder, controller, series=200, parts=8, rng=3, adapt=plunge.MarginBounding(step, 0.005, rule=rule))
+    outcome = hwsim.repeat(
+        grinder, controller, series=200, parts=8, rng=3, adapt=plunge.MarginBounding(step, 0.005, rule=rule)
+    )
     assert least <= float((outcome.burned.sum("part") > 0).mean()) <= most
 
 
@@ -205,7 +223,9 @@ def recommended():
 
 
 def test_recommended_chain(recommended):
-    """2400 parts: none burned, at most 2 in 1000 out of round, within 2 % of the optimum from the third part on."""
+    """2400 parts: none burned, at most 2 in 1000 out of round, within 2 % of the optimum from the third part
+    on.
+    """
     assert not recommended.burned.any() and float(recommended.out_of_round.mean()) <= 0.002
     assert not recommended.out_of_round[:40, :6].any()
     assert float(recommended.time.isel(part=slice(2, None)).mean()) < 1.02 * FASTEST
@@ -230,7 +250,9 @@ def test_recommended_chain_elsewhere(name, factor):
 
 
 def test_roundness_has_a_margin_of_its_own(recommended):
-    """Without one some are beyond the limit, as rate and size are estimates: the mean is below it by two standard deviations."""
+    """Without one some are beyond the limit, as rate and size are estimates: the mean is below it by two
+    standard deviations.
+    """
     roundness = recommended.roundness.isel(part=slice(1, None))
     assert float(roundness.mean() + 2 * roundness.std()) < PROBLEM.roundness_max
     bare = plunge.CycleController(PROBLEM, 0.003, roundness_margin=0.0)
@@ -242,10 +264,16 @@ def test_a_part_that_was_broken_off_teaches_no_roundness():
     controller, margin = plunge.CycleController(PROBLEM, 0.004), plunge.RoundnessMargin()
     aimed = margin.next(controller, hwsim.run(QUIET, controller))
     assert aimed.roundness_margin != controller.roundness_margin
-    jumps, left = hwsim.PlungeGrinder(PROBLEM, noise=hwsim.GrinderNoise(0.02)), hwsim.PlungeGrinder(PROBLEM, max_time=4.0)
+    jumps, left = (
+        hwsim.PlungeGrinder(PROBLEM, noise=hwsim.GrinderNoise(0.02)),
+        hwsim.PlungeGrinder(PROBLEM, max_time=4.0),
+    )
     for grinder, roundness in ((jumps, 1.59e-3), (left, 24e-3)):
         broken = hwsim.run(grinder, controller, rng=1)
-        assert broken.outcome.roundness[0] == pytest.approx(roundness, rel=0.1) and broken.outcome.remaining[0] > 0.01
+        assert (
+            broken.outcome.roundness[0] == pytest.approx(roundness, rel=0.1)
+            and broken.outcome.remaining[0] > 0.01
+        )
         assert margin.next(aimed, broken) == aimed
 
 
@@ -257,7 +285,10 @@ def test_roundness_on_another_machine():
         diffusivity=12.0, roundness_base=5e-4, roundness_gain=0.5, internal=False,
     )  # fmt: skip
     shaft = plunge.CycleProblem(model, stock=0.15, command_rate_max=0.04, roundness_max=1.5e-3)
-    grinder, controller = hwsim.PlungeGrinder(shaft, contact_zero_sd=0.005), plunge.CycleController(shaft, 0.01)
+    grinder, controller = (
+        hwsim.PlungeGrinder(shaft, contact_zero_sd=0.005),
+        plunge.CycleController(shaft, 0.01),
+    )
     outcome = hwsim.repeat(grinder, controller, series=20, parts=8, rng=1, adapt=plunge.adaptation(shaft))
     assert outcome.out_of_round.isel(part=slice(1, None)).mean() < 0.01 and not outcome.burned.any()
 
@@ -265,7 +296,9 @@ def test_roundness_on_another_machine():
 @pytest.mark.parametrize("gain", [0.98, 1.02])
 @pytest.mark.parametrize("ratio", [0.9, 1.1])
 def test_all_that_may_be_wrong_at_once(ratio, gain):
-    """Contact, force, gain of the power monitor, area that scatters: no part burns, 1 % are out of round from the second on."""
+    """Contact, force, gain of the power monitor, area that scatters: no part burns, 1 % are out of round from
+    the second on.
+    """
     model = PROBLEM.model.replace(normal_force_ratio=ratio * 9.78)
 
     def drawn(rng):
@@ -273,14 +306,18 @@ def test_all_that_may_be_wrong_at_once(ratio, gain):
 
     grinder = hwsim.PlungeGrinder(PROBLEM, truth=drawn, contact_zero_sd=0.01, power_gain=gain)
     chain = plunge.adaptation(PROBLEM, power_gain_tolerance=0.02)
-    outcome = hwsim.repeat(grinder, plunge.CycleController(SHARPER, 0.05), series=25, parts=6, rng=1, adapt=chain)
+    outcome = hwsim.repeat(
+        grinder, plunge.CycleController(SHARPER, 0.05), series=25, parts=6, rng=1, adapt=chain
+    )
     assert not outcome.burned.any()
     assert outcome.out_of_round.isel(part=slice(1, None)).mean() <= 0.01
 
 
 def test_a_gain_that_nobody_told_burns():
     grinder = hwsim.PlungeGrinder(PROBLEM, power_gain=0.98)
-    untold = hwsim.repeat(grinder, plunge.CycleController(SHARPER, 0.05), series=5, parts=3, adapt=plunge.adaptation(PROBLEM))
+    untold = hwsim.repeat(
+        grinder, plunge.CycleController(SHARPER, 0.05), series=5, parts=3, adapt=plunge.adaptation(PROBLEM)
+    )
     assert untold.burned.isel(part=slice(1, None)).any()
 
 
@@ -309,7 +346,10 @@ def test_a_cut_series_goes_on_as_if_it_had_not_been(tmp_path):
         (lambda: plunge.MarginBounding(rule="(9)"), "rule must be one of contracting, printed"),
         (lambda: plunge.MarginBounding(slack="guessed"), "slack must be one of measured, true"),
         (lambda: plunge.ChanceMargin(1.0), r"confidence must be a probability in \[0.5, 1\); got 1.0"),
-        (lambda: plunge.ChanceMargin(power_gain_tolerance=2.0), r"power_gain_tolerance must be in \[0, 0.5\]; got 2.0"),
+        (
+            lambda: plunge.ChanceMargin(power_gain_tolerance=2.0),
+            r"power_gain_tolerance must be in \[0, 0.5\]; got 2.0",
+        ),
         (lambda: plunge.RoundnessMargin(part_sd=-1.0), r"part_sd must be >= 0 \(mm\); got -1.0"),
     ],
 )

@@ -13,17 +13,23 @@ CUT = WORK | {"dressing_depth": 0.01, "infeed_rate": 0.0255}
 
 
 def test_the_published_wheel():
-    """R_a 0.7 um, a_d 0.01 mm at 0.0255 mm/s: 0.0999 mm a turn; by hand, in um and with logarithms to base 10."""
+    """R_a 0.7 um, a_d 0.01 mm at 0.0255 mm/s: 0.0999 mm a turn; by hand, in um and with logarithms to base
+    10.
+    """
     lead = LAW.dressing_lead(units.um(0.7), **CUT)
     assert lead == pytest.approx(0.0999, abs=5e-5)
-    assert lead == pytest.approx((0.7 / 98.0 * (37e3 / (3.14159265 * 70.0 * 0.0255)) ** 0.3 * 100.0**0.25) ** 2, rel=1e-8)
+    assert lead == pytest.approx(
+        (0.7 / 98.0 * (37e3 / (3.14159265 * 70.0 * 0.0255)) ** 0.3 * 100.0**0.25) ** 2, rel=1e-8
+    )
 
 
 def test_as_printed_the_lead_vanishes():
     """(10) has a_d^(1/y): 1e-8 in the place of 3.16, squared."""
     printed = LAW.dressing_lead(units.um(0.7), **CUT, method="printed")
     assert printed == pytest.approx(1e-18, rel=0.01)
-    assert printed == pytest.approx(LAW.dressing_lead(units.um(0.7), **CUT) * (0.01**4 / 0.01**-0.25) ** 2, rel=1e-9)
+    assert printed == pytest.approx(
+        LAW.dressing_lead(units.um(0.7), **CUT) * (0.01**4 / 0.01**-0.25) ** 2, rel=1e-9
+    )
 
 
 share = st.floats(0.1, 2.0)
@@ -58,9 +64,18 @@ def test_it_can_be_stored():
         (lambda: plunge.RoughnessLaw(roughness_scale=0.0), r"roughness_scale must be > 0 \(mm\); got 0.0"),
         (lambda: plunge.RoughnessLaw(lead_exponent=-1.0), "lead_exponent must be > 0; got -1.0"),
         (lambda: LAW.dressing_lead(-1.0, **CUT), r"roughness must be > 0 \(mm\); got -1.0"),
-        (lambda: LAW.roughness(0.1, **(CUT | {"dressing_depth": 0.0})), r"dressing_depth must be > 0 \(mm\); got 0.0"),
-        (lambda: LAW.roughness(0.1, **(CUT | {"infeed_rate": 0.0})), r"infeed_rate must be > 0 \(mm/s\); got 0.0"),
-        (lambda: LAW.dressing_lead(1e-3, **CUT, method="exact"), "method must be one of solved, printed; got 'exact'"),
+        (
+            lambda: LAW.roughness(0.1, **(CUT | {"dressing_depth": 0.0})),
+            r"dressing_depth must be > 0 \(mm\); got 0.0",
+        ),
+        (
+            lambda: LAW.roughness(0.1, **(CUT | {"infeed_rate": 0.0})),
+            r"infeed_rate must be > 0 \(mm/s\); got 0.0",
+        ),
+        (
+            lambda: LAW.dressing_lead(1e-3, **CUT, method="exact"),
+            "method must be one of solved, printed; got 'exact'",
+        ),
     ],
 )
 def test_messages(call, message):

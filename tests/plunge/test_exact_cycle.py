@@ -1,4 +1,6 @@
-"""The fastest cycle: published and independent numbers, optimality conditions, and cycles that must not be faster."""
+"""The fastest cycle: published and independent numbers, optimality conditions, and cycles that must not be
+faster.
+"""
 
 import numpy as np
 import pytest
@@ -18,11 +20,16 @@ NOMINAL = plunge.preset("simulation")
 
 def test_model_against_the_specification():
     model = NOMINAL.model
-    np.testing.assert_allclose(model.burn_depth([0.003, 0.010, 0.020, 0.0448]), [-0.0101, 0.0046, 0.0316, 0.0882], atol=6e-5)
+    np.testing.assert_allclose(
+        model.burn_depth([0.003, 0.010, 0.020, 0.0448]), [-0.0101, 0.0046, 0.0316, 0.0882], atol=6e-5
+    )
     np.testing.assert_allclose(model.local_time_constant([0.0448, 0.003]), [1.65, 2.02], atol=5e-3)
     assert model.burn_rate == pytest.approx(0.0082569, abs=1e-7)
     assert model.core.K0 / NOMINAL.command_rate_max == pytest.approx(0.236, abs=5e-4)
-    assert (NOMINAL.final_rate, NOMINAL.time_constant) == (pytest.approx(0.002564, abs=1e-6), pytest.approx(1.9334, abs=1e-4))
+    assert (NOMINAL.final_rate, NOMINAL.time_constant) == (
+        pytest.approx(0.002564, abs=1e-6),
+        pytest.approx(1.9334, abs=1e-4),
+    )
 
 
 def test_deflection_and_its_inverse():
@@ -92,7 +99,9 @@ def test_no_limit_is_broken_and_each_binds(best):
     assert np.all(burn[touching] <= left[touching] + 1e-12)
     tracking = t.piece.values == 4
     np.testing.assert_allclose(burn[tracking], left[tracking], atol=1e-12)
-    assert rate[-1] == pytest.approx(NOMINAL.final_rate, rel=1e-10) and left[-1] == pytest.approx(0.0, abs=1e-12)
+    assert rate[-1] == pytest.approx(NOMINAL.final_rate, rel=1e-10) and left[-1] == pytest.approx(
+        0.0, abs=1e-12
+    )
     assert np.all((t.command_rate.values >= 0) & (t.command_rate.values <= NOMINAL.command_rate_max + 1e-15))
     assert best.roundness == pytest.approx(3e-3, rel=1e-9)
 
@@ -101,7 +110,9 @@ def test_command_is_used_up(best):
     """Conservation: what was commanded is what was ground off and what the machine still gives way."""
     t = best.trajectory
     inside = np.diff(t.time.values) > 0
-    commanded = np.sum((0.5 * (t.command_rate.values[1:] + t.command_rate.values[:-1]) * np.diff(t.time.values))[inside])
+    commanded = np.sum(
+        (0.5 * (t.command_rate.values[1:] + t.command_rate.values[:-1]) * np.diff(t.time.values))[inside]
+    )
     assert commanded == pytest.approx(NOMINAL.stock + float(t.deflection[-1]), abs=2e-4)
 
 
@@ -140,16 +151,22 @@ def test_bound_against_a_running_minimum(rate_max, B, stock, stiffness, area, ma
     rate = np.array([limits.rate_at(r) for r in left])
     rate[0] = min(rate[0], problem.final_rate)
     y = _beyond(model, rate)
-    np.testing.assert_allclose([envelope(r) for r in left], np.minimum.accumulate(y - left) + left, atol=2 * stock / 2000)
+    np.testing.assert_allclose(
+        [envelope(r) for r in left], np.minimum.accumulate(y - left) + left, atol=2 * stock / 2000
+    )
     t = plunge.plan(problem, safety_margin=margin).trajectory
     burning = t.infeed_rate.values > model.burn_rate
-    assert np.all(t.burn_depth.values[burning] <= np.maximum(t.remaining.values[burning] - margin, 0.0) + 1e-10)
+    assert np.all(
+        t.burn_depth.values[burning] <= np.maximum(t.remaining.values[burning] - margin, 0.0) + 1e-10
+    )
     assert np.all(np.diff(t.time.values) >= -1e-12) and np.all(np.diff(t.remaining.values) <= 1e-12)
     assert t.infeed_rate.values[-1] <= min(problem.final_rate, rate_max) * (1 + 1e-9)
 
 
 def _kept(problem, command, sample):
-    """Time (s) of a cycle of held commands on the simulated part, to a fraction of a sample; None: a limit is broken."""
+    """Time (s) of a cycle of held commands on the simulated part, to a fraction of a sample; None: a limit is
+    broken.
+    """
     rig, state = kernels.rig(problem.model, problem.stock, sample), np.zeros(kernels.STATES)
     kernels.start_part(state, rig)
     for k, u in enumerate(command):
@@ -165,15 +182,23 @@ def _kept(problem, command, sample):
 
 
 def test_no_command_within_the_limits_is_faster(best):
-    """Commands near the best ones, and far from them, ground on the simulated part: those that keep all limits take longer."""
+    """Commands near the best ones, and far from them, ground on the simulated part: those that keep all
+    limits take longer.
+    """
     sample, rng, t = 0.01, np.random.default_rng(0), best.trajectory
     at = (np.arange(1500) + 0.5) * sample
     command = np.interp(at, t.time.values, t.command_rate.values)
     command[at < best.switches[0]], command[at > best.switches[-2]] = NOMINAL.command_rate_max, 0.0
     times = []
     for _ in range(150):
-        middle, width, height = rng.uniform(0, 12), rng.uniform(0.02, 3.0), rng.normal() * 10 ** rng.uniform(-4.5, -2)
-        tried = (command + height * np.exp(-0.5 * ((at - middle) / width) ** 2)) * (1 - 10 ** rng.uniform(-6, -2.5))
+        middle, width, height = (
+            rng.uniform(0, 12),
+            rng.uniform(0.02, 3.0),
+            rng.normal() * 10 ** rng.uniform(-4.5, -2),
+        )
+        tried = (command + height * np.exp(-0.5 * ((at - middle) / width) ** 2)) * (
+            1 - 10 ** rng.uniform(-6, -2.5)
+        )
         times.append(_kept(NOMINAL, np.clip(tried, 0.0, NOMINAL.command_rate_max), sample))
     kept = [time for time in times if time is not None]
     assert 20 < len(kept) < 140
@@ -189,7 +214,12 @@ def test_saved_and_loaded(best, tmp_path):
 
     best.save(tmp_path / "cycle.nc")
     again = sdpgrind.load(tmp_path / "cycle.nc")
-    assert (again.time, again.problem, again.switches, again.error) == (best.time, best.problem, best.switches, best.error)
+    assert (again.time, again.problem, again.switches, again.error) == (
+        best.time,
+        best.problem,
+        best.switches,
+        best.error,
+    )
     np.testing.assert_array_equal(again.trajectory.infeed_rate, best.trajectory.infeed_rate)
 
 
@@ -203,9 +233,15 @@ def test_saved_and_loaded(best, tmp_path):
         ({"stock": 282.0}, r"stock must be radial and in mm, < work_diameter/4; units.um.* got 282.0"),
         ({"command_rate_max": 44.8}, r"command_rate_max must be in mm/s, < 1 mm a turn; units.um.* got 44.8"),
         ({"stock": -0.1}, r"stock must be > 0 \(mm\); got -0.1"),
-        ({"roundness_max": 1e-3}, r"roundness_max must be > roundness_base = 0.00159: no rate is round enough \(mm\)"),
+        (
+            {"roundness_max": 1e-3},
+            r"roundness_max must be > roundness_base = 0.00159: no rate is round enough \(mm\)",
+        ),
         ({"sample_time": 1.0}, r"sample_time must be <= time_constant/4 = 0.4834 \(s\); got 1.0"),
-        ({"burning": physics.BurningLimit(6.2, 0.5)}, "wear_flat_area must be less: the work burns at every infeed rate"),
+        (
+            {"burning": physics.BurningLimit(6.2, 0.5)},
+            "wear_flat_area must be less: the work burns at every infeed rate",
+        ),
     ],
 )
 def test_problems_that_are_none(changes, message):
@@ -230,7 +266,9 @@ def test_margins_that_are_none():
 
 
 def test_a_warning_points_at_the_line_of_who_caused_it():
-    """A call, a change, and a change of a change: the same line of this file, not one of ours or of dataclasses."""
+    """A call, a change, and a change of a change: the same line of this file, not one of ours or of
+    dataclasses.
+    """
     simulation = plunge.preset("simulation")
     with pytest.warns(UserWarning, match="no spark-out is needed") as told:
         slow = simulation.replace(command_rate_max=7e-4)
@@ -241,15 +279,21 @@ def test_a_warning_points_at_the_line_of_who_caused_it():
 
 def test_warnings():
     with pytest.warns(UserWarning, match="an area of one sliding law is none of another"):
-        NOMINAL.replace(power=physics.GrindingPower(sliding=physics.MalkinSliding()), burning=physics.BurningLimit(6.2, 70.0))
+        NOMINAL.replace(
+            power=physics.GrindingPower(sliding=physics.MalkinSliding()),
+            burning=physics.BurningLimit(6.2, 70.0),
+        )
     with pytest.warns(UserWarning, match="no spark-out is needed"):
         NOMINAL.replace(command_rate_max=0.002)
 
 
-# Thin stock, long stock -----------------------------------------------------------------------------------------------
+# Thin stock, long stock
+# -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("rate_max", "stock", "roundness"), [(0.0448, 0.004, 12e-3), (0.0125, 0.01, 8e-3), (0.1, 0.05, 40e-3)])
+@pytest.mark.parametrize(
+    ("rate_max", "stock", "roundness"), [(0.0448, 0.004, 12e-3), (0.0125, 0.01, 8e-3), (0.1, 0.05, 40e-3)]
+)
 def test_stock_that_is_gone_before_any_limit_is_met(rate_max, stock, roundness):
     """It is ground at full rate to the end, as an integrator has it; a bound met later is none."""
     thin = NOMINAL.replace(
@@ -277,10 +321,15 @@ def test_stock_that_is_gone_before_any_limit_is_met(rate_max, stock, roundness):
 
 @pytest.mark.parametrize("p", [0.5, 0.85, 1.0])
 def test_start_that_comes_near_the_full_rate(p):
-    """Time of a start until exp(-lag) of the full rate is missing, by quadrature over the lag; p = 1: in closed form."""
+    """Time of a start until exp(-lag) of the full rate is missing, by quadrature over the lag; p = 1: in
+    closed form.
+    """
     lag = np.array([1e-3, 1.0, 7.99, 8.01, 15.0, 30.0])
     got = _slowing(p, lag) * (-np.expm1(-lag)) ** p
     if p == 1.0:
         np.testing.assert_allclose(got, lag, rtol=1e-12)
-    by_parts = [quad(lambda x: p * (-np.expm1(-x)) ** (p - 1), 0, end, epsabs=0, epsrel=1e-11, limit=200)[0] for end in lag]
+    by_parts = [
+        quad(lambda x: p * (-np.expm1(-x)) ** (p - 1), 0, end, epsabs=0, epsrel=1e-11, limit=200)[0]
+        for end in lag
+    ]
     np.testing.assert_allclose(got, by_parts, rtol=1e-9)

@@ -1,4 +1,6 @@
-"""Damage that a part has still ahead of it: on soft machines it may fall more slowly than deflection is given back."""
+"""Damage that a part has still ahead of it: on soft machines it may fall more slowly than deflection is given
+back.
+"""
 
 import math
 
@@ -11,19 +13,30 @@ import hwsim
 from sdpgrind import physics, plunge
 from sdpgrind.plunge import kernels
 
-NAMES = ("command_rate_max", "B", "stock", "stiffness", "wear_flat_area", "roundness_max", "work_rotation", "sample_time")
+NAMES = (
+    "command_rate_max",
+    "B",
+    "stock",
+    "stiffness",
+    "wear_flat_area",
+    "roundness_max",
+    "work_rotation",
+    "sample_time",
+)
 TURNS = (0.0625, 3.0, 0.25, 4041.0, 0.015625, 0.00390625, 22.0, 0.02)
 """Burned by 15 nm in spark-out, where the turn lies in the last cell that is searched for it."""
 SOFT = [
     TURNS,
-    (0.08236, 3.114, 0.3333, 6420.0, 0.0281, 0.0059, 31.8, 0.04),  # without a look ahead: by 5.5 µm, 1.2 % below the bound
+    # without a look ahead: by 5.5 µm, 1.2 % below the bound
+    (0.08236, 3.114, 0.3333, 6420.0, 0.0281, 0.0059, 31.8, 0.04),
     (0.07126, 3.126, 0.3551, 5299.0, 0.02512, 0.005309, 28.68, 0.02),  # by 5.5 um
     (0.08515, 4.217, 0.3536, 6332.0, 0.0299, 0.005099, 22.54, 0.02),  # by 1.8 um
     (0.06248, 3.473, 0.2517, 4008.0, 0.02587, 0.005408, 21.5, 0.02),  # by 0.9 um
     (0.06426, 3.262, 0.2896, 4478.0, 0.01828, 0.003661, 20.54, 0.04),  # by 0.5 um
 ]
 STIFF = [
-    (0.08288, 5.145, 0.2361, 29870.0, 0.01558, 0.002731, 34.84, 0.04),  # by halves of both rates: 3.7 nm too deep
+    # by halves of both rates: 3.7 nm too deep
+    (0.08288, 5.145, 0.2361, 29870.0, 0.01558, 0.002731, 34.84, 0.04),
     (0.08105, 4.807, 0.2351, 27290.0, 0.01006, 0.005876, 22.21, 0.04),  # 2.8 nm
 ]
 FORMS = [("p_end", True), ("p_end", False), ("gauge", True), ("gauge", False)]
@@ -59,7 +72,10 @@ def test_no_part_burns_without_a_margin(values, sparkout, online):
     """To a tenth of a nanometre at the samples, to some between them, and not at the expense of time."""
     problem = problem_of(values)
     log = run(plunge.CycleController(problem, sparkout=sparkout, online=online, **EXACT), problem=problem)
-    out, bound = {name: float(value[0]) for name, value in log.outcome.data_vars.items()}, plunge.plan(problem).time
+    out, bound = (
+        {name: float(value[0]) for name, value in log.outcome.data_vars.items()},
+        plunge.plan(problem).time,
+    )
     assert out["part_slack"] > -1e-7 and (out["burned"], out["out_of_round"]) == (0, 0)
     assert least_between(problem, log["controller"].command_rate_command.values[:-1]) > -5e-6
     assert bound <= out["time"] <= bound + 1.01 * problem.sample_time
@@ -67,7 +83,9 @@ def test_no_part_burns_without_a_margin(values, sparkout, online):
 
 @pytest.mark.parametrize("values", SOFT)
 def test_these_machines_have_something_ahead(values):
-    """Deflection less damage is least inside, or where damage begins: not at the greatest rate, where the infeed comes from."""
+    """Deflection less damage is least inside, or where damage begins: not at the greatest rate, where the
+    infeed comes from.
+    """
     rates, over = over_damage(problem_of(values))
     assert over[-1] > over.min() + 1e-4
     inside = 0 < int(np.argmin(over)) < rates.size - 1
@@ -75,7 +93,9 @@ def test_these_machines_have_something_ahead(values):
 
 
 def test_nothing_is_commanded_until_the_turn_is_passed():
-    """Deflection less stock stays at the least of deflection less damage until the limit turns, and rises with it."""
+    """Deflection less stock stays at the least of deflection less damage until the limit turns, and rises
+    with it.
+    """
     problem = problem_of(TURNS)
     rates, over = over_damage(problem)
     least, turn = over.min(), rates[int(np.argmin(over))]
@@ -91,7 +111,8 @@ def test_nothing_is_commanded_until_the_turn_is_passed():
     after = int(np.flatnonzero(ahead > least + 1e-6)[0])
     assert rate[after] < turn
     depth = np.array([wheel.burn_depth(v) for v in rate[after : after + 4]])
-    np.testing.assert_allclose(depth, left[after : after + 4], rtol=0, atol=1e-7)  # on the limit again, before spark-out
+    # on the limit again, before spark-out
+    np.testing.assert_allclose(depth, left[after : after + 4], rtol=0, atol=1e-7)
 
 
 def test_a_margin_is_kept_on_the_way():
@@ -102,11 +123,15 @@ def test_a_margin_is_kept_on_the_way():
     assert bound <= float(log.outcome.time[0]) <= bound + 1.01 * problem.sample_time
 
 
-@pytest.mark.parametrize(("area", "stiffness", "margin"), [(0.06, 3e4, 0.05), (0.06, 1e4, 0.0), (0.1, 8e3, 0.01)])
+@pytest.mark.parametrize(
+    ("area", "stiffness", "margin"), [(0.06, 3e4, 0.05), (0.06, 1e4, 0.0), (0.1, 8e3, 0.01)]
+)
 def test_a_wheel_that_turns_out_to_burn_at_every_rate_is_not_waited_for(area, stiffness, margin):
     """Its least damage is never ground off before; what is then left of the stock goes at that rate."""
     stiff = PROBLEM.replace(stiffness=stiffness)
-    log = run(plunge.CycleController(stiff, margin), problem=stiff, truth=stiff.model.replace(wear_flat_area=area))
+    log = run(
+        plunge.CycleController(stiff, margin), problem=stiff, truth=stiff.model.replace(wear_flat_area=area)
+    )
     assert float(log.outcome.timed_out[0]) == 0 and abs(float(log.outcome.remaining[0])) < 5e-4
 
 
@@ -114,5 +139,12 @@ def test_noise_does_not_keep_a_part_from_its_end():
     """The look ahead is of what is learned, which moves: nothing may wait for ever."""
     problem = problem_of(SOFT[3])
     log = run(plunge.CycleController(problem, 0.02), problem=problem, noise=hwsim.GrinderNoise(), rng=4)
-    assert float(log.outcome.timed_out[0]) == float(log.outcome.unfinished[0]) == float(log.outcome.burned[0]) == 0
-    assert math.isclose(float(log.outcome.time[0]), plunge.plan(problem, safety_margin=0.02).time, rel_tol=0.02)
+    assert (
+        float(log.outcome.timed_out[0])
+        == float(log.outcome.unfinished[0])
+        == float(log.outcome.burned[0])
+        == 0
+    )
+    assert math.isclose(
+        float(log.outcome.time[0]), plunge.plan(problem, safety_margin=0.02).time, rel_tol=0.02
+    )

@@ -19,7 +19,9 @@ NODES, WEIGHTS = leggauss(160)
 
 
 def heat(x, z, half):
-    """Temperature at (x, z) of a band from -half to half, lengths in 2 alpha/v, temperature in 2 q alpha/(pi k v)."""
+    """Temperature at (x, z) of a band from -half to half, lengths in 2 alpha/v, temperature in 2 q alpha/(pi
+    k v).
+    """
     return _upto(x + half, z) - _upto(x - half, z)
 
 
@@ -38,7 +40,9 @@ def peak(z, half):
     places = np.linspace(-half - 5 * z - 3, half, 60)
     best = int(np.argmax([heat(x, z, half) for x in places]))
     low, high = places[max(best - 1, 0)], places[min(best + 1, places.size - 1)]
-    return -minimize_scalar(lambda x: -heat(x, z, half), bounds=(low, high), method="bounded", options={"xatol": 1e-5}).fun
+    return -minimize_scalar(
+        lambda x: -heat(x, z, half), bounds=(low, high), method="bounded", options={"xatol": 1e-5}
+    ).fun
 
 
 def half_band(rate):
@@ -53,7 +57,9 @@ def half_band(rate):
 )
 def test_decay_of_the_peak(half, depth, slope):
     """The published rows; what the model takes for all lies between them."""
-    assert np.log(peak(1e-6, half) / peak(depth, half)) / depth * np.sqrt(half) == pytest.approx(slope, abs=3e-3)
+    assert np.log(peak(1e-6, half) / peak(depth, half)) / depth * np.sqrt(half) == pytest.approx(
+        slope, abs=3e-3
+    )
     assert 0.869 < DECAY < 0.925
 
 
@@ -63,16 +69,22 @@ def test_the_range_in_which_it_holds():
 
 @pytest.mark.parametrize("rate", [0.0095, 0.012, 0.02, 0.03, 0.0448])
 def test_depth_of_damage(rate):
-    """Where the peak has come down to what the surface stands, of a heat that exceeds it by the ratio of powers: within 1.5 %."""
+    """Where the peak has come down to what the surface stands, of a heat that exceeds it by the ratio of
+    powers: within 1.5 %.
+    """
     chips = MODEL.burning.u0 * MODEL.width * MODEL.work_speed * MODEL.depth_of_cut(rate)
     ratio = float((MODEL.grinding_power(rate) - chips) / (MODEL.burning_power(rate) - chips))
     half = half_band(rate)
     depth = brentq(lambda z: peak(z, half) * ratio - peak(1e-6, half), 1e-6, 20.0, xtol=1e-4)
-    assert float(MODEL.burn_depth(rate)) == pytest.approx(depth * 2 * MODEL.diffusivity / MODEL.work_speed, rel=0.015)
+    assert float(MODEL.burn_depth(rate)) == pytest.approx(
+        depth * 2 * MODEL.diffusivity / MODEL.work_speed, rel=0.015
+    )
 
 
 def test_what_the_surface_stands():
-    """B = theta k sqrt(pi)/(2 sqrt(alpha)): the peak of a long band is 2 sqrt(pi half), less what it loses ahead."""
+    """B = theta k sqrt(pi)/(2 sqrt(alpha)): the peak of a long band is 2 sqrt(pi half), less what it loses
+    ahead.
+    """
     for half, short in ((10, 0.05), (30, 0.03)):
         whole = 2 * np.sqrt(np.pi * half)
         assert (1 - short) * whole < peak(1e-6, half) < whole

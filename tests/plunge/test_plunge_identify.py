@@ -1,4 +1,6 @@
-"""From readings back to the model: numbers by two ways, bounds, what may not matter, and what must be refused."""
+"""From readings back to the model: numbers by two ways, bounds, what may not matter, and what must be
+refused.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,8 @@ from scipy import integrate, optimize
 
 from sdpgrind import identify, plunge, units
 
-# Parts and logs ---------------------------------------------------------------------------------------------------
+# Parts and logs
+# ---------------------------------------------------------------------------------------------------
 
 
 def log(parts, faulty=()):
@@ -47,18 +50,23 @@ def test_all_parts_of_a_log():
 
 def test_a_part_that_fails_is_left_out_and_named():
     fit = found(log(range(3), faulty=[1]))
-    assert fit.ok and fit.message.startswith("from 2 parts; 1 left out, part 1: not identified: the gauge stands still at ")
+    assert fit.ok and fit.message.startswith(
+        "from 2 parts; 1 left out, part 1: not identified: the gauge stands still at "
+    )
     assert fit["time_constant"] == pytest.approx(found(log([0, 2]))["time_constant"], rel=1e-12)
 
 
 def test_parts_that_differ_are_no_surer_than_their_scatter():
-    shown = [identify.Estimate(("time_constant",), [value], [[1e-6]], units=("s",)) for value in (1.8, 1.9, 2.0)]
+    shown = [
+        identify.Estimate(("time_constant",), [value], [[1e-6]], units=("s",)) for value in (1.8, 1.9, 2.0)
+    ]
     fit = _records.pooled(shown)
     assert fit["time_constant"] == pytest.approx(1.9)
     assert fit.sd[0] == pytest.approx(0.1 / np.sqrt(3))
 
 
-# The model of the deflection --------------------------------------------------------------------------------------
+# The model of the deflection
+# --------------------------------------------------------------------------------------
 
 
 def policy():
@@ -89,7 +97,9 @@ def test_the_course_against_an_integrator(contact_zero, scale):
     def rate(t, q):
         return [float(model.infeed_rate((np.interp(t, data["time"], p) + contact_zero - q[0]) / scale))]
 
-    one = integrate.solve_ivp(rate, (0, 3.0), [0.0], max_step=0.02, rtol=1e-9, atol=1e-12, t_eval=[1.0, 2.0, 3.0])
+    one = integrate.solve_ivp(
+        rate, (0, 3.0), [0.0], max_step=0.02, rtol=1e-9, atol=1e-12, t_eval=[1.0, 2.0, 3.0]
+    )
     np.testing.assert_allclose(data["size"][[25, 50, 75]], one.y[0], atol=2e-7)
 
 
@@ -108,17 +118,25 @@ def test_contact_and_scale_are_found(problem):
         data = ground(problem, 0.008, 1.08, sd=5e-4, seed=seed)
         fits = {what: plunge.identify(data, what, **options) for what in truth}
         pulls.append([(fits[what][what] - true) / fits[what].sd[0] for what, true in truth.items()])
-    assert np.std(pulls, axis=0) == pytest.approx(1.0, abs=0.4) and np.all(abs(np.mean(pulls, axis=0)) < 4 / np.sqrt(16))
+    assert np.std(pulls, axis=0) == pytest.approx(1.0, abs=0.4) and np.all(
+        abs(np.mean(pulls, axis=0)) < 4 / np.sqrt(16)
+    )
 
 
 def test_the_linear_model_holds_about_one_rate():
     """Of a machine that gives way by the force the linear lag of roughing is shorter than that of spark-out."""
     model = NOMINAL.model
     blank = np.full(TIME.size, np.nan)
-    roughing = cycle(_contact.course(_records.Cycle("", TIME, np.full(TIME.size, RATE), blank, blank, blank), model).size)
+    roughing = cycle(
+        _contact.course(_records.Cycle("", TIME, np.full(TIME.size, RATE), blank, blank, blank), model).size
+    )
     linear, secant = found(roughing), found(roughing, problem=NOMINAL)
     assert linear.message.endswith("at other rates the lag is another; in spark-out with `problem`")
-    said = [found(ground(problem, sd=5e-4, seed=k)).message for problem in (NOMINAL, EXPERIMENT) for k in range(10)]
+    said = [
+        found(ground(problem, sd=5e-4, seed=k)).message
+        for problem in (NOMINAL, EXPERIMENT)
+        for k in range(10)
+    ]
     assert sum("leaves more than noise" in words for words in said[:10]) >= 7
     assert sum("leaves more than noise" in words for words in said[10:]) <= 1
     assert linear["time_constant"] < 1.85 < secant["time_constant"]
@@ -136,12 +154,15 @@ def test_a_wheel_that_is_loaded_from_the_start():
     model = EXPERIMENT.model
     blank = np.full(TIME.size, np.nan)
     for zero in (-0.01, 0.004):
-        exact = _contact.course(_records.Cycle("", TIME, np.full(TIME.size, RATE), blank, blank, blank), model, zero).size
+        exact = _contact.course(
+            _records.Cycle("", TIME, np.full(TIME.size, RATE), blank, blank, blank), model, zero
+        ).size
         for method in ("output_error", "recursive"):
             assert found(cycle(exact), method=method)["time_constant"] == pytest.approx(1.9347, rel=1e-5)
 
 
-# Wear flat area ---------------------------------------------------------------------------------------------------
+# Wear flat area
+# ---------------------------------------------------------------------------------------------------
 
 
 def test_the_area_from_the_power():
@@ -157,7 +178,9 @@ def test_the_area_from_the_power():
     assert np.std(pulls) == pytest.approx(1.0, abs=0.45) and abs(np.mean(pulls)) < 4 / np.sqrt(12)
     # Without a size the commanded infeed is believed.
     blind = {name: values for name, values in ground(NOMINAL, area=duller).items() if name != "size"}
-    assert plunge.identify(blind, "wear_flat_area", problem=NOMINAL)["wear_flat_area"] == pytest.approx(duller, rel=1e-5)
+    assert plunge.identify(blind, "wear_flat_area", problem=NOMINAL)["wear_flat_area"] == pytest.approx(
+        duller, rel=1e-5
+    )
 
 
 def test_power_that_resembles_its_neighbours_says_less():
@@ -192,12 +215,16 @@ def test_one_per_cent_of_power(rate, published):
 
 @pytest.mark.parametrize("told", ["by its limit", "by a flag", "by nothing"])
 def test_clipped_power_is_never_used(told):
-    """A monitor that ends at 1800 W: what is left of the cycle says the same; taken as it is, it would say 12 % less."""
+    """A monitor that ends at 1800 W: what is left of the cycle says the same; taken as it is, it would say 12
+    % less.
+    """
     data = ground(NOMINAL, sd=5e-4, power_sd=0.01)
     clipped = data | {"grinding_power": np.minimum(data["grinding_power"], 1800.0)}
     flags = {"power_saturated": (clipped["grinding_power"] >= 0.99 * 1800.0) * 1.0}
     known = {"by its limit": {"power_max": 1800.0}}.get(told, {})
-    fit = plunge.identify(clipped | (flags if told == "by a flag" else {}), "wear_flat_area", problem=NOMINAL, **known)
+    fit = plunge.identify(
+        clipped | (flags if told == "by a flag" else {}), "wear_flat_area", problem=NOMINAL, **known
+    )
     assert abs(fit["wear_flat_area"] - 0.026) < 4 * fit.sd[0] < 0.02 * 0.026
     believed = plunge.identify(clipped, "wear_flat_area", problem=NOMINAL, power_max=1e5)
     assert believed["wear_flat_area"] < 0.95 * 0.026
@@ -223,9 +250,14 @@ def test_wear_is_taken_off():
     """The area grows from 0.026 by 0.006: of a model that knows it, what it was when the part began."""
     wear = plunge.Wear(growth=0.006 / 0.282)
     data, model = ground(NOMINAL), NOMINAL.model
-    rate = model.infeed_rate(np.maximum(np.r_[0.0, np.cumsum(data["command_rate"][:-1]) * STEP] - data["size"], 0.0))
+    rate = model.infeed_rate(
+        np.maximum(np.r_[0.0, np.cumsum(data["command_rate"][:-1]) * STEP] - data["size"], 0.0)
+    )
     area = 0.026 + wear.growth * data["size"]
-    rest, one = (np.array([float(model.replace(wear_flat_area=a).grinding_power(v)) for v in rate]) for a in (1e-12, 0.01))
+    rest, one = (
+        np.array([float(model.replace(wear_flat_area=a).grinding_power(v)) for v in rate])
+        for a in (1e-12, 0.01)
+    )
     data["grinding_power"] = np.where(rate > 0, rest + (one - rest) / 0.01 * area, 0.0)
     plain = plunge.identify(data, "wear_flat_area", problem=NOMINAL)
     known = plunge.identify(data, "wear_flat_area", problem=NOMINAL.replace(wear=wear))
@@ -233,7 +265,8 @@ def test_wear_is_taken_off():
     assert known["wear_flat_area"] == pytest.approx(0.026, rel=5e-3)
 
 
-# The loop ---------------------------------------------------------------------------------------------------------
+# The loop
+# ---------------------------------------------------------------------------------------------------------
 
 
 def test_what_was_measured_updates_the_problem():
@@ -245,25 +278,34 @@ def test_what_was_measured_updates_the_problem():
     ratio = plunge.identify(ground(NOMINAL, scale=0.9), "normal_force_ratio", problem=NOMINAL)
     again = NOMINAL.updated(ratio)
     assert again.model.deflection(0.02) == pytest.approx(0.9 * NOMINAL.model.deflection(0.02), rel=1e-6)
-    assert again.replace(time_constant=None).time_constant == pytest.approx(0.9 * NOMINAL.time_constant, rel=1e-6)
+    assert again.replace(time_constant=None).time_constant == pytest.approx(
+        0.9 * NOMINAL.time_constant, rel=1e-6
+    )
 
 
 def test_what_a_problem_does_not_take():
     failed = found(cycle(SIZE[:5], TIME[:5]))
-    with pytest.raises(ValueError, match="estimate must have succeeded; got 'not identified: 2 readings of a moving size"):
+    with pytest.raises(
+        ValueError, match="estimate must have succeeded; got 'not identified: 2 readings of a moving size"
+    ):
         NOMINAL.updated(failed)
     contact = plunge.identify(ground(NOMINAL), "contact_zero", problem=NOMINAL)
-    with pytest.raises(ValueError, match=r"estimate.names must be one of time_constant, wheel_diameter.*; got 'contact_zero'"):
+    with pytest.raises(
+        ValueError, match=r"estimate.names must be one of time_constant, wheel_diameter.*; got 'contact_zero'"
+    ):
         NOMINAL.updated(contact)
     with pytest.raises(TypeError, match=r"estimate must be what plunge.identify gives; got 1.9"):
         NOMINAL.updated(1.9)
 
 
-# The experiments --------------------------------------------------------------------------------------------------
+# The experiments
+# --------------------------------------------------------------------------------------------------
 
 
 def test_the_two_experiments():
-    """Their roundness, 3.9 and 2.9 um, with 1.8 and 1.95 s: what the lag really was; v_f, k_r and the stock from it."""
+    """Their roundness, 3.9 and 2.9 um, with 1.8 and 1.95 s: what the lag really was; v_f, k_r and the stock
+    from it.
+    """
     runs = ((0.026, 1.8, 3.9), (0.0255, 1.95, 2.9))
 
     def off(values):
@@ -274,7 +316,11 @@ def test_the_two_experiments():
     assert 1 / rate == pytest.approx(1.9347, abs=1e-3) and 3.0 / gain == pytest.approx(0.00490, abs=1e-5)
     assert EXPERIMENT.model.linear_time_constant == pytest.approx(1 / rate, abs=1e-4)
     assert EXPERIMENT.final_rate == pytest.approx(3.0 / gain, rel=1e-4)
-    assert EXPERIMENT.model.roundness_gain == pytest.approx(5.0 * gain / 1000, rel=1e-4) == pytest.approx(3.063, abs=1e-3)
+    assert (
+        EXPERIMENT.model.roundness_gain
+        == pytest.approx(5.0 * gain / 1000, rel=1e-4)
+        == pytest.approx(3.063, abs=1e-3)
+    )
     # Spark-out from the steady rate with the assumed time constant leaves the published roundness.
     for u, assumed, left in runs:
         end = u - assumed * rate * (u - EXPERIMENT.final_rate)
@@ -316,7 +362,8 @@ def test_the_presets_are_told():
         plunge.preset("nominal")
 
 
-# Readings that are not to be believed -----------------------------------------------------------------------------
+# Readings that are not to be believed
+# -----------------------------------------------------------------------------
 
 
 def frozen():
@@ -337,10 +384,16 @@ def still():
 
 FAULTY = [
     (frozen, r"the gauge stands still at 0\.07\d\d mm from 3\.20 to 6\.40 s while the work is ground"),
-    (backwards, r"the size jumps back by 0\.01\d+ mm at 3\.20 s, more than 5 standard deviations of its noise"),
+    (
+        backwards,
+        r"the size jumps back by 0\.01\d+ mm at 3\.20 s, more than 5 standard deviations of its noise",
+    ),
     (still, r"0 readings of a moving size are too few: at least 10 are needed \(0 are missing\)"),
     (lambda: cycle(np.full(TIME.size, 0.1)), "0 readings of a moving size are too few"),
-    (lambda: cycle(np.full(TIME.size, np.nan)), r"0 readings of a moving size are too few: .* \(161 are missing\)"),
+    (
+        lambda: cycle(np.full(TIME.size, np.nan)),
+        r"0 readings of a moving size are too few: .* \(161 are missing\)",
+    ),
     (lambda: cycle(RATE * TIME), "command and size say too little of it"),
 ]
 
@@ -378,10 +431,15 @@ def test_a_pole_of_no_lag():
     data = cycle(0.02 * TIME + 1e-3 * (-1.0) ** np.arange(TIME.size) + rng.normal(0, 1e-5, TIME.size))
     fit = found(data, method="printed")
     assert not fit.ok and np.isfinite(fit["time_constant"])
-    assert fit.message.startswith("not identified: (4) gives a' = -") and fit.message.endswith("it must be in (0, 1)")
+    assert fit.message.startswith("not identified: (4) gives a' = -") and fit.message.endswith(
+        "it must be in (0, 1)"
+    )
 
 
-@given(data=st.lists(st.floats(-0.1, 0.5) | st.just(float("nan")), min_size=3, max_size=40), seed=st.integers(0, 9))
+@given(
+    data=st.lists(st.floats(-0.1, 0.5) | st.just(float("nan")), min_size=3, max_size=40),
+    seed=st.integers(0, 9),
+)
 @settings(max_examples=30, deadline=None)
 def test_never_nan(data, seed):
     """Whatever is read: a value with a variance, or a reason."""
@@ -393,18 +451,36 @@ def test_never_nan(data, seed):
 
 
 MESSAGES = [
-    (lambda: plunge.identify(cycle(), "colour"), "what must be one of time_constant, wear_flat_area, contact_zero, normal_force"),
-    (lambda: found(cycle(), method="kalman"), "method must be one of output_error, recursive, printed; got 'kalman'"),
+    (
+        lambda: plunge.identify(cycle(), "colour"),
+        "what must be one of time_constant, wear_flat_area, contact_zero, normal_force",
+    ),
+    (
+        lambda: found(cycle(), method="kalman"),
+        "method must be one of output_error, recursive, printed; got 'kalman'",
+    ),
     (lambda: found(cycle(), forgetting=0.0), r"forgetting must be in \(0, 1\] \(1\); got 0.0"),
     (lambda: plunge.TimeConstantEstimator(forgetting=1.5), r"forgetting must be in \(0, 1\] \(1\); got 1.5"),
-    (lambda: found(cycle(), method="printed", problem=NOMINAL), "problem must be left out with method 'printed'"),
-    (lambda: found({"time": TIME, "size": SIZE}), r"data must hold command_rate \(mm/s\); it holds time, size"),
+    (
+        lambda: found(cycle(), method="printed", problem=NOMINAL),
+        "problem must be left out with method 'printed'",
+    ),
+    (
+        lambda: found({"time": TIME, "size": SIZE}),
+        r"data must hold command_rate \(mm/s\); it holds time, size",
+    ),
     (lambda: found(cycle() | {"size": SIZE[:7]}), "size must have as many entries as time, 161; got 7"),
     (lambda: found(cycle(SIZE, TIME[::-1])), r"time must be rising \(s\); got 6.4 and then 6.36"),
     (lambda: found(log([0, 1]), part=7), r"part must be one of 0, 1; got 7"),
     (lambda: found(cycle(), part=1), "part must be left out of data without a column part; got 1"),
-    (lambda: plunge.identify(cycle(), "wear_flat_area", problem=NOMINAL), r"data must hold grinding_power \(W\)"),
-    (lambda: plunge.identify(cycle(), "wear_flat_area", problem=NOMINAL, power_max=0.0), r"power_max must be > 0 \(W\)"),
+    (
+        lambda: plunge.identify(cycle(), "wear_flat_area", problem=NOMINAL),
+        r"data must hold grinding_power \(W\)",
+    ),
+    (
+        lambda: plunge.identify(cycle(), "wear_flat_area", problem=NOMINAL, power_max=0.0),
+        r"power_max must be > 0 \(W\)",
+    ),
 ]
 
 
@@ -415,7 +491,10 @@ def test_messages(action, message):
 
 
 def test_kinds():
-    with pytest.raises(TypeError, match="problem must be a CycleProblem, whose model is corrected, for 'contact_zero'; got None"):
+    with pytest.raises(
+        TypeError,
+        match="problem must be a CycleProblem, whose model is corrected, for 'contact_zero'; got None",
+    ):
         plunge.identify(cycle(), "contact_zero")
     with pytest.raises(TypeError, match="data must be arrays by name, or a log; got float"):
         found(3.0)

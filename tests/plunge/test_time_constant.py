@@ -11,16 +11,21 @@ from scipy import integrate, signal
 
 from sdpgrind import identify, plunge
 
-# Time constant: the numbers of the source's own recipe and of the right one ----------------------------------------
+# Time constant: the numbers of the source's own recipe and of the right one
+# ----------------------------------------
 
 
 def test_the_bound():
-    """0.0032 s at 0.5 um over 6.4 s, 0.018 s after 2 s, of readings after the start; the slope by finite differences too."""
+    """0.0032 s at 0.5 um over 6.4 s, 0.018 s after 2 s, of readings after the start; the slope by finite
+    differences too.
+    """
     assert cramer_rao(5e-4, 6.4, first=1) == pytest.approx(0.0032, abs=5e-5)
     assert cramer_rao(5e-4, 2.0, first=1) == pytest.approx(0.018, abs=5e-4)
     low, high = (RATE * (TIME - tau * (1 - np.exp(-TIME / tau))) for tau in (TAU - 1e-5, TAU + 1e-5))
     slope = (high - low) / 2e-5
-    assert 5e-4 / np.sqrt(np.sum((slope - slope.mean()) ** 2)) == pytest.approx(cramer_rao(5e-4, 6.4), rel=1e-8)
+    assert 5e-4 / np.sqrt(np.sum((slope - slope.mean()) ** 2)) == pytest.approx(
+        cramer_rao(5e-4, 6.4), rel=1e-8
+    )
 
 
 @pytest.mark.parametrize(("sd", "published"), [(5e-4, 0.0030), (1e-3, 0.0061)])
@@ -44,7 +49,8 @@ def test_an_offset_has_no_effect():
 
 
 @pytest.mark.parametrize(
-    ("sd", "offset", "published", "scatter"), [(5e-4, 0.0, 1.801, 0.033), (1e-3, 0.0, 1.581, 0.061), (5e-4, 0.01, 1.373, 0.030)]
+    ("sd", "offset", "published", "scatter"),
+    [(5e-4, 0.0, 1.801, 0.033), (1e-3, 0.0, 1.581, 0.061), (5e-4, 0.01, 1.373, 0.030)],
 )
 def test_the_printed_equation_is_biased(sd, offset, published, scatter):
     mean, sd_of_it, _ = spread(sd, 50, offset, method="printed")
@@ -53,7 +59,9 @@ def test_the_printed_equation_is_biased(sd, offset, published, scatter):
 
 
 def test_the_printed_equation_without_noise():
-    """1.888 s of 1.935: a missing term takes half a sample and more; against a least-squares solution of its own."""
+    """1.888 s of 1.935: a missing term takes half a sample and more; against a least-squares solution of its
+    own.
+    """
     fit = found(cycle(), method="printed")
     assert fit["time_constant"] == pytest.approx(1.888, abs=5e-4)
     p = RATE * TIME
@@ -63,7 +71,9 @@ def test_the_printed_equation_without_noise():
 
 def test_recursive_is_batch_and_forgets():
     for seed in range(5):
-        batch, recursive = (found(noisy(5e-4, seed), method=method) for method in ("output_error", "recursive"))
+        batch, recursive = (
+            found(noisy(5e-4, seed), method=method) for method in ("output_error", "recursive")
+        )
         assert recursive["time_constant"] == pytest.approx(batch["time_constant"], abs=2e-6)
         assert recursive.sd[0] == pytest.approx(batch.sd[0], rel=1e-2)
     # The lag changes half way: the mean of both to the one, the new one to the other.
@@ -99,10 +109,13 @@ def test_streaming():
     assert estimator.estimate["time_constant"] == pytest.approx(first["time_constant"], abs=1e-9)
     assert estimator.estimate.sd[0] == pytest.approx(first.sd[0] / np.sqrt(2), rel=0.02)
     estimator.reset()
-    assert not estimator.estimate.ok and estimator.estimate.message.startswith("not identified: 0 readings are too few")
+    assert not estimator.estimate.ok and estimator.estimate.message.startswith(
+        "not identified: 0 readings are too few"
+    )
 
 
-# Any command, any sample time -------------------------------------------------------------------------------------
+# Any command, any sample time
+# -------------------------------------------------------------------------------------
 
 
 def lagged(time, u, tau):
@@ -132,7 +145,9 @@ def test_any_command_and_sample_time(tau, offset, seed):
 
 
 def test_a_touch_in_is_found_where_there_is_one():
-    """0.25 s and a half sample before the wheel grinds: without it the lag would be a quarter of a second off."""
+    """0.25 s and a half sample before the wheel grinds: without it the lag would be a quarter of a second
+    off.
+    """
     late = 0.27
     ground = np.maximum(TIME - late, 0.0)
     size = RATE * (ground - TAU * (1 - np.exp(-ground / TAU)))

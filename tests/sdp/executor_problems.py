@@ -26,7 +26,10 @@ def expensive_when_high(s, c):
 
 def dulling(nodes=21):
     """Two axes, a shift and a sampled move, more than one block of each."""
-    axes = [sdp.Axis("height", 0.0, 2.0, nodes, "mm", below="stop"), sdp.Axis("dull", 0.0, 1.0, 9, above="hold")]
+    axes = [
+        sdp.Axis("height", 0.0, 2.0, nodes, "mm", below="stop"),
+        sdp.Axis("dull", 0.0, 1.0, 9, above="hold"),
+    ]
     moves = [
         sdp.Move("grind", {"force": FORCES}, sdp.Shift("height", cut, wear), duration=2, charge=expensive_when_high),
         sdp.Move("dress", {}, sdp.Sampled(dressed, {"left": sdp.Discrete([0.0, 0.4])}), charge=0.02),
@@ -42,7 +45,10 @@ def push(s, c, e):
 
 def belief():
     """Two axes, without end."""
-    axes = [sdp.Axis("offset", 0.05, 1.0, 60, scale="log", below=0.0, above="hold"), sdp.Axis("friction", 0.6, 1.4, 40)]
+    axes = [
+        sdp.Axis("offset", 0.05, 1.0, 60, scale="log", below=0.0, above="hold"),
+        sdp.Axis("friction", 0.6, 1.4, 40),
+    ]
     step = sdp.Sampled(push, {"slip": sdp.Discrete([-0.2, 0.2])})
     return sdp.Problem(axes, [sdp.Move("push", {"aim": [0.8, 1.0]}, step, charge=1.0)], [], sdp.Forever())
 

@@ -126,10 +126,22 @@ def test_saved_and_restored():
 
 MESSAGES = [
     (lambda: sdp.Linear(-1.0), ValueError, r"rate must be >= 0 \(\$ per unit of distance\); got -1.0"),
-    (lambda: sdp.Quadratic(np.nan), ValueError, r"factor must be finite \(\$ per squared unit of distance\); got nan"),
-    (lambda: sdp.Constant(1.0, tolerance=-0.1), ValueError, r"tolerance must be >= 0 \(unit of distance\); got -0.1"),
+    (
+        lambda: sdp.Quadratic(np.nan),
+        ValueError,
+        r"factor must be finite \(\$ per squared unit of distance\); got nan",
+    ),
+    (
+        lambda: sdp.Constant(1.0, tolerance=-0.1),
+        ValueError,
+        r"tolerance must be >= 0 \(unit of distance\); got -0.1",
+    ),
     (lambda: sdp.Constant("much"), TypeError, r"amount must be a number \(\$\); got 'much'"),
-    (lambda: sdp.Charge(under=2.0), TypeError, "under must be a one-sided charge, a function or None; got 2.0"),
+    (
+        lambda: sdp.Charge(under=2.0),
+        TypeError,
+        "under must be a one-sided charge, a function or None; got 2.0",
+    ),
     (lambda: sdp.Charge(over=np.sqrt), TypeError, "over must be Constant, Linear, Quadratic or None; got"),
     (
         lambda: sdp.Charge(under=lambda z: z + 1).check(2.0),

@@ -44,8 +44,14 @@ def bounce(s, c, e):
 
 
 WRONG = {
-    "a misspelt coordinate": (bead(charge=lambda s, c: s.heigth), "move 'grind': s has no field 'heigth'; its fields are height"),
-    "a misspelt control": (bead(law=lambda s, c: sdp.Point(c.cutt)), "move 'grind': c has no field 'cutt'; its fields are cut"),
+    "a misspelt coordinate": (
+        bead(charge=lambda s, c: s.heigth),
+        "move 'grind': s has no field 'heigth'; its fields are height",
+    ),
+    "a misspelt control": (
+        bead(law=lambda s, c: sdp.Point(c.cutt)),
+        "move 'grind': c has no field 'cutt'; its fields are cut",
+    ),
     "the falling coordinate": (
         bead(law=lambda s, c: sdp.Point(s.height)),
         "move 'grind': s has no field 'height'; its fields are none",
@@ -62,7 +68,10 @@ WRONG = {
         ring(lambda s, c, e: (s.x, s.x)),
         "move 'push': step must return a tuple of 1 coordinates; got a tuple of 2",
     ),
-    "no tuple": (ring(lambda s, c, e: 0.5 * s.x), "move 'push': step must return a tuple of 1 coordinates; got ndarray"),
+    "no tuple": (
+        ring(lambda s, c, e: 0.5 * s.x),
+        "move 'push': step must return a tuple of 1 coordinates; got ndarray",
+    ),
     "a charge that is no number": (
         bead(charge=lambda s, c: np.where(s.height > 0.5, 1.0, np.nan)),
         "move 'grind': charge must be a number ($), infinite where it is not allowed; got NaN",
@@ -83,7 +92,10 @@ WRONG = {
         ring(stops=[sdp.Stop("s", lambda s: 0.0 if s.x > 1 else 1.0)]),
         "stop 's': callbacks must be written elementwise",
     ),
-    "no way out": (ring(bounce), "stages: the process never ends from x = 0.1 mm: no policy reaches a stop from there"),
+    "no way out": (
+        ring(bounce),
+        "stages: the process never ends from x = 0.1 mm: no policy reaches a stop from there",
+    ),
     "leaving an axis": (
         ring(outward),
         "move 'push' must keep x in [0.1, 1] (mm), or the axis needs another edge than 'refuse'; got 2",
@@ -164,9 +176,17 @@ def test_noise_is_laws_by_name(noise):
 
 def test_a_charge_that_is_no_number_is_refused():
     """It would look like a move that is never taken."""
-    move = sdp.Move("go", {"by": [0.1, 0.2]}, sdp.Sampled(lambda s, c, e: (s.x - c.by,)), charge=lambda s, c: np.nan * c.by)
+    move = sdp.Move(
+        "go",
+        {"by": [0.1, 0.2]},
+        sdp.Sampled(lambda s, c, e: (s.x - c.by,)),
+        charge=lambda s, c: np.nan * c.by,
+    )
     problem = sdp.Problem(
-        [sdp.Axis("x", 0.0, 1.0, 11, below="hold")], [move], [sdp.Stop("done", lambda s: np.abs(s.x))], sdp.Stages(3, 1.0)
+        [sdp.Axis("x", 0.0, 1.0, 11, below="hold")],
+        [move],
+        [sdp.Stop("done", lambda s: np.abs(s.x))],
+        sdp.Stages(3, 1.0),
     )
     with pytest.raises(ValueError, match="move 'go': charge must be a number"):
         sdp.plan(problem)
@@ -174,5 +194,7 @@ def test_a_charge_that_is_no_number_is_refused():
 
 
 def test_an_edge_that_is_no_number_is_refused():
-    with pytest.raises(ValueError, match=r"x.below and .above must be a word or a value-to-go \(\$\); got nan"):
+    with pytest.raises(
+        ValueError, match=r"x.below and .above must be a word or a value-to-go \(\$\); got nan"
+    ):
         sdp.Axis("x", 0.0, 1.0, 11, below=float("nan"))

@@ -26,8 +26,16 @@ def everything(executor):
     ever = sdp.plan(belief(), executor=executor)
     runs = sdp.plan(line()).simulate(runs=RUNS, rng=7, executor=executor, **START)
     sweep = weldbead.sweep(cases(), height=1.0, time_left=[6.0, 16.0], tolerance=1e-2, executor=executor)
-    tables = [getattr(p.table, name) for p in (two, ever) for name in ("value", "best", "control", "entry", "gap")]
-    return [*tables, runs.penalty, runs.moves, *runs.final.values(), *(np.asarray(sweep[name]) for name in sorted(sweep))]
+    tables = [
+        getattr(p.table, name) for p in (two, ever) for name in ("value", "best", "control", "entry", "gap")
+    ]
+    return [
+        *tables,
+        runs.penalty,
+        runs.moves,
+        *runs.final.values(),
+        *(np.asarray(sweep[name]) for name in sorted(sweep)),
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +71,9 @@ def test_spawned_processes(serial, workers):
 def test_dask(serial):
     distributed = pytest.importorskip("distributed")
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0") as cluster,
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
+        ) as cluster,
         distributed.Client(cluster) as client,
     ):
         assert_same_bits(everything(client.get_executor()), serial)

@@ -12,7 +12,9 @@ from sdpgrind.sdp._solve.bundles import Bundles
 
 @pytest.mark.parametrize("apart", [6e-10, 8e-8])  # a tie is 1e-9 + 1e-7 of the value, which is 1 to 10 here
 def test_actions_that_tie_do_not_follow_each_other_for_ever(apart):
-    """The first of two is taken within the width of a tie: its exact cost is off the least by that, at every sweep."""
+    """The first of two is taken within the width of a tie: its exact cost is off the least by that, at every
+    sweep.
+    """
 
     def step(s, c, e):
         return (s.x - 0.3 - 0.1 * e.n,)

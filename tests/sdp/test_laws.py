@@ -34,7 +34,11 @@ def lognormal_density(mean, sd):
 
 
 def normal_density(mean, sd):
-    return (lambda d: exp(-(((d - mean) / sd) ** 2) / 2) / (sd * sqrt(2 * pi))), mean - 9.5 * sd, mean + 9.5 * sd
+    return (
+        (lambda d: exp(-(((d - mean) / sd) ** 2) / 2) / (sd * sqrt(2 * pi))),
+        mean - 9.5 * sd,
+        mean + 9.5 * sd,
+    )
 
 
 CONTINUOUS = {
@@ -45,7 +49,9 @@ CONTINUOUS = {
 
 
 def by_quadrature(density, low, high, y, power, side):
-    """E((y - D)+)^p or E((D - y)+)^p by adaptive quadrature in panels; relative accuracy since nothing cancels."""
+    """E((y - D)+)^p or E((D - y)+)^p by adaptive quadrature in panels; relative accuracy since nothing
+    cancels.
+    """
     a, b = (low, min(max(y, low), high)) if side == "under" else (min(max(y, low), high), high)
     edges = np.linspace(a, b, 17)
     weight = (lambda d: (y - d) ** power) if side == "under" else (lambda d: (d - y) ** power)
@@ -92,7 +98,9 @@ def test_rayleigh_closed_form_of_the_source():
     mean, sd, y = 1.0, 0.15, 1.1
     q = sd / sqrt(2 - pi / 2)
     u = y - (mean - q * sqrt(pi / 2))
-    assert float(sdp.Rayleigh(mean, sd).under(y)) == pytest.approx(u - q * sqrt(pi / 2) * erf(u / (q * sqrt(2))), rel=1e-13)
+    assert float(sdp.Rayleigh(mean, sd).under(y)) == pytest.approx(
+        u - q * sqrt(pi / 2) * erf(u / (q * sqrt(2))), rel=1e-13
+    )
 
 
 def test_rayleigh_switch():
@@ -254,7 +262,9 @@ def test_rectified_normal_against_scipy():
     assert float(law.mean) == pytest.approx(first, rel=1e-10)
     assert float(law.sd) == pytest.approx(sqrt(second - first**2), rel=1e-9)
     assert float(law.under(0.0, 0)) == pytest.approx(norm.cdf(0), rel=1e-13)
-    assert float(law.under(0.25)) == pytest.approx(0.25 * norm.cdf(0) + norm.expect(lambda d: 0.25 - d, lb=0, ub=0.25), rel=1e-10)
+    assert float(law.under(0.25)) == pytest.approx(
+        0.25 * norm.cdf(0) + norm.expect(lambda d: 0.25 - d, lb=0, ub=0.25), rel=1e-10
+    )
     wholly_below = sdp.RectifiedNormal(-5.0, 0.1)
     assert float(wholly_below.mean) == pytest.approx(0.0, abs=1e-300)
     assert float(wholly_below.sd) == pytest.approx(0.0, abs=1e-150)
@@ -279,8 +289,12 @@ def test_smoothed_empirical_is_a_mixture_of_normals(bandwidth):
     mixture = sdp.Normal(centres, shrink * bandwidth)
     y = np.linspace(-2, 4, 201)
     for power in (0, 1, 2):
-        np.testing.assert_allclose(law.under(y, power), mixture.under(y[:, None], power).mean(axis=1), atol=2e-12)
-        np.testing.assert_allclose(law.over(y, power), mixture.over(y[:, None], power).mean(axis=1), atol=2e-12)
+        np.testing.assert_allclose(
+            law.under(y, power), mixture.under(y[:, None], power).mean(axis=1), atol=2e-12
+        )
+        np.testing.assert_allclose(
+            law.over(y, power), mixture.over(y[:, None], power).mean(axis=1), atol=2e-12
+        )
 
 
 def test_discrete_weights():

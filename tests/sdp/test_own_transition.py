@@ -17,17 +17,30 @@ class Half:
         after = menu.controls(choice, level).share * points[0]
         node, part = menu.grid.corners([menu.grid.index(0, after)])
         at = np.broadcast_to(np.arange(after.size), node.shape)
-        matrix = sparse.csr_array((part.ravel(), (at.ravel(), node.ravel())), shape=(after.size, menu.grid.size))
-        charge = np.broadcast_to(menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), after.shape)
-        return sdp.Rows(matrix, np.zeros(after.size, int) if mode is None else mode, charge.astype(float), np.zeros(after.size))
+        matrix = sparse.csr_array(
+            (part.ravel(), (at.ravel(), node.ravel())), shape=(after.size, menu.grid.size)
+        )
+        charge = np.broadcast_to(
+            menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), after.shape
+        )
+        return sdp.Rows(
+            matrix,
+            np.zeros(after.size, int) if mode is None else mode,
+            charge.astype(float),
+            np.zeros(after.size),
+        )
 
     def sample(self, menu, points, mode, stage, choice, level, rng):
         return (menu.controls(choice, level).share * points[0],), 0.0
 
 
 def problem(to, modes=("",)):
-    move = sdp.Move("go", {"share": sdp.Levels(0.25, 0.75, 33)}, to, charge=lambda s, c: 0.3 / c.share + 0.1 * s.x)
-    return sdp.Problem([sdp.Axis("x", 0.0, 8.0, 81)], [move], [sdp.Stop("stop", lambda s: s.x)], sdp.Stages(5, 1.0), modes)
+    move = sdp.Move(
+        "go", {"share": sdp.Levels(0.25, 0.75, 33)}, to, charge=lambda s, c: 0.3 / c.share + 0.1 * s.x
+    )
+    return sdp.Problem(
+        [sdp.Axis("x", 0.0, 8.0, 81)], [move], [sdp.Stop("stop", lambda s: s.x)], sdp.Stages(5, 1.0), modes
+    )
 
 
 @pytest.mark.parametrize("modes", [("",), ("a", "b")])

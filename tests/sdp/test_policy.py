@@ -1,4 +1,6 @@
-"""Policies: what look-ups give and refuse, files, Monte-Carlo, and the exact distribution of the final penalty."""
+"""Policies: what look-ups give and refuse, files, Monte-Carlo, and the exact distribution of the final
+penalty.
+"""
 
 import dataclasses
 import pickle
@@ -22,8 +24,18 @@ def cut(s, c):
 
 def bead(search=False, levels=33, nodes=41, count=6, late=None, **more):
     moves = [
-        sdp.Move("fast", {"mean": sdp.Levels(0.0, 0.6, levels, search=search)}, sdp.Shift("height", cut), charge=0.005),
-        sdp.Move("slow", {"mean": sdp.Levels(0.0, 1.2, levels, search=search)}, sdp.Shift("height", cut), duration=2),
+        sdp.Move(
+            "fast",
+            {"mean": sdp.Levels(0.0, 0.6, levels, search=search)},
+            sdp.Shift("height", cut),
+            charge=0.005,
+        ),
+        sdp.Move(
+            "slow",
+            {"mean": sdp.Levels(0.0, 1.2, levels, search=search)},
+            sdp.Shift("height", cut),
+            duration=2,
+        ),
     ]
     axis = sdp.Axis("height", 0.0, 2.0, nodes, "mm", below="stop")
     return sdp.Problem([axis], moves, [sdp.Stop("stop", CHARGE)], sdp.Stages(count, 2.0, late=late), **more)
@@ -56,7 +68,14 @@ def test_a_number_gives_numbers_and_arrays_give_arrays(policy):
     assert type(policy.gradient(height=1.0, time_left=8.0)["height"]) is float
     height, time = np.linspace(0, 2, 7)[:, None], np.arange(0.0, 13.0, 4.0)
     many, actions = policy.value(height=height, time_left=time), policy.action(height=height, time_left=time)
-    assert many.shape == actions.stop.shape == actions.name.shape == actions.mean.shape == actions.gap.shape == (7, 4)
+    assert (
+        many.shape
+        == actions.stop.shape
+        == actions.name.shape
+        == actions.mean.shape
+        == actions.gap.shape
+        == (7, 4)
+    )
     assert actions.stop.dtype == bool and np.isnan(actions.mean[actions.stop]).all()
     assert policy.gradient(height=height, time_left=time)["height"].shape == (7, 4)
     for i in range(7):
@@ -74,7 +93,8 @@ def test_nodes_are_as_in_the_table_and_between_them_linear(policy):
     straight = (policy.table.value[4, 0, 1:] + policy.table.value[4, 0, :-1]) / 2
     plain = policy.kinks.at[4, 0] < 0
     np.testing.assert_allclose(middle[plain], straight[plain], rtol=1e-13)
-    assert np.all(middle[~plain] >= straight[~plain] - 1e-15)  # the least of several costs has its kinks above the chord
+    # the least of several costs has its kinks above the chord
+    assert np.all(middle[~plain] >= straight[~plain] - 1e-15)
     assert 0 < np.sum(~plain) < 10
 
 
@@ -84,7 +104,10 @@ def test_between_nodes_the_lesser_of_two_costs_is_nearer_than_the_chord():
     for time in (4.0, 8.0, 12.0):
         truth = fine.value(height=x, time_left=time)
         chord = np.interp(x, coarse.grid.coordinates[0], coarse.table.value[round(time / 2), 0])
-        assert np.max(np.abs(coarse.value(height=x, time_left=time) - truth)) <= np.max(np.abs(chord - truth)) + 1e-12
+        assert (
+            np.max(np.abs(coarse.value(height=x, time_left=time) - truth))
+            <= np.max(np.abs(chord - truth)) + 1e-12
+        )
 
 
 def test_beyond_a_stopping_edge_the_charge_is_exact(policy):
@@ -108,14 +131,22 @@ def test_gradient_is_that_of_the_table_to_second_order():
     [
         ({"height": 2.1, "time_left": 4.0}, ValueError, r"height must be <= 2.*mm.*2\.1"),
         ({"height": np.nan, "time_left": 4.0}, ValueError, "height must be finite"),
-        ({"height": 1.0, "time_left": 12.5}, ValueError, r"time_left must be <= 12, the horizon of the policy.*s.*12\.5"),
+        (
+            {"height": 1.0, "time_left": 12.5},
+            ValueError,
+            r"time_left must be <= 12, the horizon of the policy.*s.*12\.5",
+        ),
         ({"height": 1.0, "time_left": -0.1}, ValueError, "time_left must be >= 0, where the policy ends"),
         ({"height": 1.0, "time_left": np.inf}, ValueError, "time_left must be <= 12"),
         ({"height": 1.0}, TypeError, "a state is given by height, time_left; got height"),
         ({"height": 1.0, "time_left": 2.0, "heat": 3.0}, TypeError, "a state is given by height, time_left"),
         ({"height": 1.0, "time_left": 2.0, "mode": 1}, ValueError, "mode must be"),
         ({"height": 1.0, "time_left": 2.0, "mode": "x"}, ValueError, "mode must be one of"),
-        ({"height": 1.0, "time_left": 2.0, "mode": 0.5}, ValueError, r"mode must be a whole number in \[0, 0\]; got 0.5"),
+        (
+            {"height": 1.0, "time_left": 2.0, "mode": 0.5},
+            ValueError,
+            r"mode must be a whole number in \[0, 0\]; got 0.5",
+        ),
     ],
 )
 def test_states_outside_the_table_are_refused_by_name(policy, state, error, message):
@@ -127,8 +158,11 @@ def test_states_outside_the_table_are_refused_by_name(policy, state, error, mess
 
 def test_late_states_off_the_lattice_are_refused():
     policy = sdp.plan(bead(late=sdp.Linear(0.1)))
-    assert policy.value(height=1.0, time_left=-4.0) == pytest.approx(policy.value(height=1.0, time_left=-2.0) + 0.2)
-    # Where the late side is the same at all times, any late time can be asked for; a finite table has its own lattice.
+    assert policy.value(height=1.0, time_left=-4.0) == pytest.approx(
+        policy.value(height=1.0, time_left=-2.0) + 0.2
+    )
+    # Where the late side is the same at all times, any late time can be asked for; a finite table has its own
+    # lattice.
     window = sdp.plan(bead(late=sdp.Quadratic(0.01)))
     with pytest.raises(ValueError, match="time_left must be a multiple of 2 where it is < 0"):
         window.value(height=1.0, time_left=-3.0)
@@ -218,7 +252,9 @@ def test_a_file_that_is_not_ours_is_refused(tmp_path):
 
 
 def differs(policy, fine):
-    """Largest difference of two plans in all stages, at the nodes of the finer and so between those of the other."""
+    """Largest difference of two plans in all stages, at the nodes of the finer and so between those of the
+    other.
+    """
     shape = fine.table.value.shape
     row, mode, *node = (x.ravel() for x in np.indices((*shape[:2], *fine.grid.shape)))
     index = [k * (n - 1) / (m - 1) for k, n, m in zip(node, policy.grid.shape, fine.grid.shape, strict=True)]
@@ -245,7 +281,9 @@ def test_refining_to_a_tolerance_reports_an_error_that_holds(tolerance, late):
 def test_the_error_covers_the_kinks_of_both_axes():
     """On two axes a look-up cuts kinks between the nodes."""
     shift = sdp.Shift(
-        "height", lambda s, c: sdp.Rayleigh(c.mean * (1 - 0.3 * s.wear), 0.15 * c.mean), lambda s, c: (s.wear + 0.1,)
+        "height",
+        lambda s, c: sdp.Rayleigh(c.mean * (1 - 0.3 * s.wear), 0.15 * c.mean),
+        lambda s, c: (s.wear + 0.1,),
     )
     axes = [sdp.Axis("height", 0.0, 1.0, 11, "mm", below="stop"), sdp.Axis("wear", 0.0, 1.0, 6, above="hold")]
     moves = [sdp.Move("grind", {"mean": sdp.Levels(0.05, 0.6, 33)}, shift, charge=0.05)]
@@ -259,12 +297,16 @@ def test_the_error_covers_the_quadrature_of_sampled_noise(points):
     """A kink at the target, and too few points across it."""
 
     def grind(points):
-        step = sdp.Sampled(lambda s, c, e: (s.x - c.by * e.noise,), {"noise": sdp.Normal(1.0, 0.15)}, points=points)
+        step = sdp.Sampled(
+            lambda s, c, e: (s.x - c.by * e.noise,), {"noise": sdp.Normal(1.0, 0.15)}, points=points
+        )
         return [sdp.Move("grind", {"by": np.linspace(0.05, 1.0, 8)}, step, charge=0.02)]
 
     axis = sdp.Axis("x", -1.0, 2.0, 31, below="hold", above="hold")
     stop = sdp.Stop("stop", lambda s: np.where(s.x > 0, 2 * s.x, -10 * s.x))
-    policy, true = to_tolerance(sdp.Problem([axis], grind(points), [stop], sdp.Stages(2, 1.0)), 2e-2, 4, moves=grind(2000))
+    policy, true = to_tolerance(
+        sdp.Problem([axis], grind(points), [stop], sdp.Stages(2, 1.0)), 2e-2, 4, moves=grind(2000)
+    )
     assert true <= policy.error <= 2e-2
     few = sdp.plan(sdp.Problem(policy.grid.axes, grind(points), [stop], sdp.Stages(2, 1.0)))
     assert differs(few, policy) > 2e-2
@@ -285,7 +327,8 @@ def test_the_mean_of_the_distribution_is_the_table_at_nodes(late):
 
 @pytest.mark.parametrize("nodes", [121, 2401])
 def test_total_probability_of_a_law_of_two_signs(nodes):
-    # On fine grids differences of E (y-D)+ are noise of either sign beyond the mean; dropped negatives once left 1 + 9e-10.
+    # On fine grids differences of E (y-D)+ are noise of either sign beyond the mean; dropped negatives once
+    # left 1 + 9e-10.
     problem = dataclasses.replace(bend(nodes), stages=sdp.Stages(2, 1.0, "hits_left", ""))
     policy = sdp.plan(problem)
     found = policy.distribution(error=2.0, hits_left=2)
@@ -329,12 +372,15 @@ def test_cvar_by_hand(confidence, expected):
     found = policy.distribution(x=2.0, time_left=1)
     # Charges 1, 0.5 and 10 * 0.2 $, with 5, 3 and 2 in ten. The worst 70 %: all of the 2 $, all of the 1 $.
     expected = {0.3: (0.2 * 2 + 0.5 * 1) / 0.7}.get(confidence, expected)
-    # The minimiser knows the level of an atom in a tail to 1.5e-8 of it; the slope there is up to 1/(1 - confidence).
+    # The minimiser knows the level of an atom in a tail to 1.5e-8 of it; the slope there is up to 1/(1 -
+    # confidence).
     assert found.cvar(confidence) == pytest.approx(expected, abs=4e-8 / (1 - confidence))
     assert found.on_the_way == pytest.approx(-10.0) and found.moves == pytest.approx(1.0)
     assert found.probability_below == pytest.approx(0.2)
     assert found.mean == pytest.approx(policy.value(x=2.0, time_left=1)) == pytest.approx(1.05 - 10)
-    assert found.exceeds(1.5) == pytest.approx(0.2, abs=1e-6) and found.exceeds(0.7) == pytest.approx(0.7, abs=1e-6)
+    assert found.exceeds(1.5) == pytest.approx(0.2, abs=1e-6) and found.exceeds(0.7) == pytest.approx(
+        0.7, abs=1e-6
+    )
 
 
 def test_negative_charges_have_a_mean_and_a_cvar_too():
@@ -350,7 +396,9 @@ def test_negative_charges_have_a_mean_and_a_cvar_too():
 
 
 def test_a_distribution_on_nodes_of_its_own():
-    """On those of the table it is the table's own; what is no row from end to end of the only axis is refused."""
+    """On those of the table it is the table's own; what is no row from end to end of the only axis is
+    refused.
+    """
     policy = sdp.plan(bead())
     state = {"height": 1.5, "time_left": 10.0}
     own, other = policy.distribution(**state), policy.distribution(nodes=policy.grid.coordinates[0], **state)
@@ -366,7 +414,9 @@ def test_a_distribution_on_nodes_of_its_own():
 @pytest.mark.parametrize("confidence", [0.5, 0.9, 0.99])
 def test_cvar_against_monte_carlo(confidence):
     problem = bead()
-    problem = dataclasses.replace(problem, moves=[dataclasses.replace(problem.moves[0], charge=0.0), problem.moves[1]])
+    problem = dataclasses.replace(
+        problem, moves=[dataclasses.replace(problem.moves[0], charge=0.0), problem.moves[1]]
+    )
     policy = sdp.plan(problem)
     runs = policy.simulate(height=1.7, time_left=6.0, runs=200_000, rng=2, snap=True)
     worst = np.sort(runs.penalty)[int(confidence * runs.penalty.size) :]
@@ -376,7 +426,9 @@ def test_cvar_against_monte_carlo(confidence):
     se = np.std(np.maximum(runs.penalty - level, 0)) / (1 - confidence) / np.sqrt(runs.penalty.size)
     assert worst.mean() == pytest.approx(found.cvar(confidence), abs=3.5 * se + 1e-9)
     overground = np.mean(runs.final["height"] < 0)
-    assert overground == pytest.approx(found.probability_below, abs=3.5 * np.sqrt(overground / 200_000) + 1e-9)
+    assert overground == pytest.approx(
+        found.probability_below, abs=3.5 * np.sqrt(overground / 200_000) + 1e-9
+    )
 
 
 # -- Monte-Carlo --------------------
@@ -407,9 +459,14 @@ def test_snapped_monte_carlo_is_the_table(name):
 
 
 def test_another_truth_is_another_outcome(policy):
-    worse = dataclasses.replace(bead(), moves=[dataclasses.replace(m, to=sdp.Shift("height", wild)) for m in bead().moves])
+    worse = dataclasses.replace(
+        bead(), moves=[dataclasses.replace(m, to=sdp.Shift("height", wild)) for m in bead().moves]
+    )
     state = {"height": 1.5, "time_left": 12.0}
-    planned, real = policy.simulate(runs=5000, rng=0, **state), policy.simulate(runs=5000, rng=0, problem=worse, **state)
+    planned, real = (
+        policy.simulate(runs=5000, rng=0, **state),
+        policy.simulate(runs=5000, rng=0, problem=worse, **state),
+    )
     assert real.mean > planned.mean + 5 * (real.standard_error + planned.standard_error)
 
 
@@ -418,12 +475,16 @@ def wild(s, c):
 
 
 def test_modes_alone_can_be_simulated_and_spread():
-    go = sdp.Move("go", {"to": [0, 1]}, sdp.Stay(), into=["a", "b"], charge=lambda s, c: 1.0 + 0.5 * s.mode - 0.2 * c.to)
+    go = sdp.Move(
+        "go", {"to": [0, 1]}, sdp.Stay(), into=["a", "b"], charge=lambda s, c: 1.0 + 0.5 * s.mode - 0.2 * c.to
+    )
     stop = sdp.Stop("end", lambda s: 5.0 - 3.0 * s.mode)
     policy = sdp.plan(sdp.Problem([], [go], [stop], sdp.Stages(3, 1.0), ("a", "b")))
     runs = policy.simulate(runs=10, time_left=3, mode="a")
     assert np.all(runs.penalty == policy.value(time_left=3, mode="a"))
-    assert policy.distribution(time_left=3, mode="a").mean + 0 == pytest.approx(policy.value(time_left=3, mode="a"))
+    assert policy.distribution(time_left=3, mode="a").mean + 0 == pytest.approx(
+        policy.value(time_left=3, mode="a")
+    )
 
 
 def test_alternatives_agree_with_the_table(policy):
@@ -440,7 +501,10 @@ def test_a_policy_pickles_when_its_problem_does():
     policy = sdp.plan(bead(nodes=11))
     again = pickle.loads(pickle.dumps(policy))
     assert np.array_equal(again.table.value, policy.table.value)
-    assert again.simulate(height=1.0, time_left=4.0, runs=50).mean == policy.simulate(height=1.0, time_left=4.0, runs=50).mean
+    assert (
+        again.simulate(height=1.0, time_left=4.0, runs=50).mean
+        == policy.simulate(height=1.0, time_left=4.0, runs=50).mean
+    )
 
 
 # -- invariants --------------------
@@ -463,7 +527,8 @@ def test_more_time_never_costs_more(nodes, levels, scatter):
 @pytest.mark.parametrize("levels", [3, 4, 9])
 @pytest.mark.parametrize("nodes", [4, 9])
 def test_a_search_between_coarse_levels_settles_on_the_late_side(nodes, levels):
-    # A parabola through coarse levels may undershoot: the sweeps wavered for ever, and were told to be free of charge.
+    # A parabola through coarse levels may undershoot: the sweeps wavered for ever, and were told to be free
+    # of charge.
     policy = sdp.plan(bead(True, levels, nodes, 2, sdp.Linear(0.1, tolerance=1.0)))
     plain = sdp.plan(bead(False, 401, nodes, 2, sdp.Linear(0.1, tolerance=1.0)))
     x = np.linspace(0, 2, 9)

@@ -1,4 +1,6 @@
-"""The shipped problems: the scripts of the documentation run, and every number they show is found in a second way."""
+"""The shipped problems: the scripts of the documentation run, and every number they show is found in a second
+way.
+"""
 
 import runpy
 from dataclasses import replace
@@ -76,11 +78,17 @@ def test_ski_trails_against_all_routes_and_against_dijkstra(example):
 def expected_charge(aim, sd):
     """E of 1 $/mm under and 4 $/mm over for a normal error: the newsboy's formula."""
     z = aim / sd
-    return aim * stats.norm.cdf(z) + sd * stats.norm.pdf(z) + 4 * (sd * stats.norm.pdf(z) - aim * stats.norm.sf(z))
+    return (
+        aim * stats.norm.cdf(z)
+        + sd * stats.norm.pdf(z)
+        + 4 * (sd * stats.norm.pdf(z) - aim * stats.norm.sf(z))
+    )
 
 
 def best_hit(error, expected, levels=8001):
-    """Least over 8000 bends in either direction: within curvature/2 * (0.25 um)^2, some 1e-6 $, of the minimum."""
+    """Least over 8000 bends in either direction: within curvature/2 * (0.25 um)^2, some 1e-6 $, of the
+    minimum.
+    """
     b = np.linspace(0, 4, levels)[1:]
     return min(np.min(expected(error - b, 0.1 * b)) + 0.02, np.min(expected(error + b, 0.15 * b)) + 0.05)
 
@@ -93,7 +101,8 @@ def test_one_hit_of_roll_bending_is_the_newsboy(example):
     policy = example("roll_bending")["policy"]
     dense = sdp.plan(example("roll_bending")["problem"](nodes=301, hits=1, levels=1601))
     for error in (-2.4, -0.4, 0.3, 1.0, 2.0, 2.8):
-        # On the grid the charge is linear between nodes, and one of them is the target: exact but for the search.
+        # On the grid the charge is linear between nodes, and one of them is the target: exact but for the
+        # search.
         expected = min(stopped(error), best_hit(error, expected_charge))
         off = abs(policy.value(error=error, hits_left=1) - expected)
         assert off <= policy.table.search_error and off < 2e-4
@@ -112,7 +121,9 @@ def test_two_hits_of_roll_bending_by_quadrature(example):
     policy = sdp.plan(example("roll_bending")["problem"](nodes=601, hits=2, levels=801))
     for error in (1.0, 2.0):
         # The same cells; trapezes of sd/50 across kinks, bends in steps of 2 um: some 1e-5.
-        assert policy.value(error=error, hits_left=2) == pytest.approx(best_hit(error, expected, 2001), abs=5e-5)
+        assert policy.value(error=error, hits_left=2) == pytest.approx(
+            best_hit(error, expected, 2001), abs=5e-5
+        )
 
 
 def test_roll_bending_by_monte_carlo(example):
@@ -176,7 +187,10 @@ def no_wear(s, c):
 
 
 def test_without_wear_every_dullness_is_a_bead_of_its_own(example):
-    cut, whole = example("wheel_dullness")["cut"], example("wheel_dullness")["problem"](no_wear, height=41, dullness=3)
+    cut, whole = (
+        example("wheel_dullness")["cut"],
+        example("wheel_dullness")["problem"](no_wear, height=41, dullness=3),
+    )
     forces = {"force": sdp.Levels(0.0, 50.0, 33, search=False)}
     whole = replace(whole, moves=[replace(whole.moves[0], controls=forces), whole.moves[1]])
     both = sdp.plan(whole)
@@ -220,10 +234,13 @@ def test_centering_by_value_iteration_and_by_a_linear_solve(example):
     steps = []
     for aim in np.linspace(0.7, 1.1, 21):
         travel = aim * z[:, None, None] * (1 + eta[:, None])
-        after = np.sqrt(z[:, None, None] ** 2 + travel**2 - 2 * z[:, None, None] * travel * np.cos(theta)).reshape(121, 12)
+        after = np.sqrt(
+            z[:, None, None] ** 2 + travel**2 - 2 * z[:, None, None] * travel * np.cos(theta)
+        ).reshape(121, 12)
         inside = after > 0.0025
         matrix = discretised(np.log(z), np.log(np.maximum(after, 0.0025)), weight)
-        for row in range(121):  # at and below the tolerance nothing is left to do: not the value of the first node
+        # at and below the tolerance nothing is left to do: not the value of the first node
+        for row in range(121):
             matrix[row, 0] -= weight[~inside[row]].sum()
         steps.append(matrix)
     value = np.zeros(121)
@@ -232,13 +249,16 @@ def test_centering_by_value_iteration_and_by_a_linear_solve(example):
         value = costs.min(axis=0)
     np.testing.assert_allclose(policy.table.value[0, 0], value, atol=1e-8)
     best = np.array(steps)[costs.argmin(axis=0), np.arange(121)]
-    np.testing.assert_allclose(spsolve(sparse.csc_array(np.eye(121) - best), np.full(121, 2.0)), value, atol=1e-8)
+    np.testing.assert_allclose(
+        spsolve(sparse.csc_array(np.eye(121) - best), np.full(121, 2.0)), value, atol=1e-8
+    )
 
 
 def test_centering_by_monte_carlo(example):
     policy = example("centering")["policy"]
     runs = policy.simulate(offset=2.0, runs=40_000, rng=5)
-    # The published 5.683 +- 0.018 s is that of the continuous offset; the table's own process is within its errors.
+    # The published 5.683 +- 0.018 s is that of the continuous offset; the table's own process is within its
+    # errors.
     assert runs.mean == pytest.approx(5.683, abs=3.5 * np.hypot(0.018, runs.standard_error))
     snapped = policy.simulate(offset=2.0, runs=40_000, rng=6, snap=True)
     assert abs(snapped.mean - policy.value(offset=2.0)) < 3.5 * snapped.standard_error
@@ -267,10 +287,17 @@ def test_p1_one_pass_by_quadrature_of_the_density():
         start = float(law.mean) - q * np.sqrt(np.pi / 2)
 
         def charge(d):
-            return (2 * max(x - d, 0) + 10 * max(d - x, 0)) * (d - start) / q**2 * np.exp(-((d - start) ** 2) / (2 * q * q))
+            return (
+                (2 * max(x - d, 0) + 10 * max(d - x, 0))
+                * (d - start)
+                / q**2
+                * np.exp(-((d - start) ** 2) / (2 * q * q))
+            )
 
         return sum(integrate.quad(charge, a, b, epsabs=1e-11)[0] for a, b in ((start, x), (x, start + 9 * q)))
 
     for x in (0.1, 0.25):
-        found = optimize.minimize_scalar(lambda f, x=x: cost(f, x), bounds=(low + 4, high), options={"xatol": 1e-7})
+        found = optimize.minimize_scalar(
+            lambda f, x=x: cost(f, x), bounds=(low + 4, high), options={"xatol": 1e-7}
+        )
         assert policy.value(x, 6.0) == pytest.approx(found.fun, abs=1e-6)

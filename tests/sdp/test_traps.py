@@ -1,4 +1,6 @@
-"""The traps that a solver of this kind falls into, each with a test; search, ties, orders of convergence, memory."""
+"""The traps that a solver of this kind falls into, each with a test; search, ties, orders of convergence,
+memory.
+"""
 
 import dataclasses
 import tracemalloc
@@ -143,16 +145,23 @@ def test_trap_8_stops_then_moves_in_order_then_the_lowest_control(difference):
     assert np.all(paid.table.best[1:] == 0) and np.all(paid.table.entry == 0)
     # The value is the least all the same, and a difference beyond rounding decides.
     assert paid.value(x=0.0, time_left=1) == pytest.approx(-0.5, abs=1e-12)
-    clear = sdp.plan(sdp.Problem([axis], [same("one", charge=-0.5 + 1e-6), same("two", charge=-0.5)], stops, stages))
+    clear = sdp.plan(
+        sdp.Problem([axis], [same("one", charge=-0.5 + 1e-6), same("two", charge=-0.5)], stops, stages)
+    )
     assert np.all(clear.table.best[1:] == 1)
 
 
 def test_trap_8_the_lowest_control_among_equals():
     levels = sdp.Levels(0.0, 1.0, 101, (0.4,))
     move = sdp.Move(
-        "go", {"u": levels}, sdp.Shift("x", lambda s, c: sdp.Point(0 * c.u)), charge=lambda s, c: np.maximum(0.4 - c.u, 0.0) - 1
+        "go",
+        {"u": levels},
+        sdp.Shift("x", lambda s, c: sdp.Point(0 * c.u)),
+        charge=lambda s, c: np.maximum(0.4 - c.u, 0.0) - 1,
     )
-    policy = sdp.plan(sdp.Problem([sdp.Axis("x", 0.0, 1.0, 5)], [move], [sdp.Stop("s", lambda s: s.x)], sdp.Stages(1, 1.0)))
+    policy = sdp.plan(
+        sdp.Problem([sdp.Axis("x", 0.0, 1.0, 5)], [move], [sdp.Stop("s", lambda s: s.x)], sdp.Stages(1, 1.0))
+    )
     assert policy.action(x=0.5, time_left=1).u == pytest.approx(0.4, abs=1e-12)
 
 
@@ -172,7 +181,9 @@ def test_trap_10_a_look_up_never_builds_the_labelled_table():
 
 def learn(s, c, e):
     """The offset after a push and the belief about friction, from the same draw."""
-    return np.abs(s.offset - c.aim * s.offset * (s.friction + e.slip)), np.clip(s.friction + 0.5 * e.slip, 0.6, 1.4)
+    return np.abs(s.offset - c.aim * s.offset * (s.friction + e.slip)), np.clip(
+        s.friction + 0.5 * e.slip, 0.6, 1.4
+    )
 
 
 def test_trap_11_a_counter_that_only_counts_up():
@@ -190,13 +201,17 @@ def test_trap_11_a_counter_that_only_counts_up():
 
 
 def test_trap_12_outcome_and_belief_move_on_the_same_draw():
-    # J of the next stage is offset * friction. From (1, 1) with aim 1 the slip is -0.2 or 0.2: the offset is 0.2
-    # either way, the friction 0.9 or 1.1. With aim 0.5: offset 0.6 or 0.4, so E = (0.6 * 0.9 + 0.4 * 1.1)/2 = 0.49;
+    # J of the next stage is offset * friction. From (1, 1) with aim 1 the slip is -0.2 or 0.2: the offset is
+    # 0.2
+    # either way, the friction 0.9 or 1.1. With aim 0.5: offset 0.6 or 0.4, so E = (0.6 * 0.9 + 0.4 * 1.1)/2 =
+    # 0.49;
     # drawn apart it were 0.5.
     step = sdp.Sampled(learn, {"slip": sdp.Discrete([-0.2, 0.2])})
     axes = [sdp.Axis("offset", 0.0, 1.0, 11), sdp.Axis("friction", 0.6, 1.4, 9)]
     move = sdp.Move("push", {"aim": [0.5]}, step)
-    policy = sdp.plan(sdp.Problem(axes, [move], [sdp.Stop("s", lambda s: s.offset * s.friction)], sdp.Stages(1, 1.0)))
+    policy = sdp.plan(
+        sdp.Problem(axes, [move], [sdp.Stop("s", lambda s: s.offset * s.friction)], sdp.Stages(1, 1.0))
+    )
     assert policy.value(offset=1.0, friction=1.0, time_left=1) == pytest.approx(0.49, abs=1e-12)
     runs = policy.simulate(offset=1.0, friction=1.0, time_left=1, runs=2000, rng=0)
     assert set(np.round(runs.penalty, 12)) == {0.54, 0.44}
@@ -207,13 +222,21 @@ def test_trap_12_outcome_and_belief_move_on_the_same_draw():
 
 def two_valleys(s, c):
     """A charge with a kink at 0.37 and a valley on either side; the one on the right is deeper."""
-    return np.where(c.u < 0.37, 0.2 + 3 * (c.u - 0.22) ** 2, 0.15 + 8 * np.abs(c.u - 0.371) + 4 * (c.u - 0.371) ** 2) - 2
+    return (
+        np.where(
+            c.u < 0.37, 0.2 + 3 * (c.u - 0.22) ** 2, 0.15 + 8 * np.abs(c.u - 0.371) + 4 * (c.u - 0.371) ** 2
+        )
+        - 2
+    )
 
 
 @pytest.mark.parametrize("breaks", [(0.37,), (0.37, 0.371)])
 def test_trap_13_search_stays_inside_a_regime_and_breaks_are_levels(breaks):
     move = sdp.Move(
-        "go", {"u": sdp.Levels(0.0, 1.0, 101, breaks)}, sdp.Shift("x", lambda s, c: sdp.Point(0 * c.u)), charge=two_valleys
+        "go",
+        {"u": sdp.Levels(0.0, 1.0, 101, breaks)},
+        sdp.Shift("x", lambda s, c: sdp.Point(0 * c.u)),
+        charge=two_valleys,
     )
     axis = sdp.Axis("x", 0.0, 1.0, 5)
     policy = sdp.plan(sdp.Problem([axis], [move], [sdp.Stop("s", lambda s: s.x)], sdp.Stages(1, 1.0)))
@@ -235,7 +258,8 @@ def test_trap_13_search_against_5000_levels():
         brute = np.min(2 * law.under(x) + 10 * law.over(x))
         expected = min(2 * x, brute)
         got = policy.value(height=x, time_left=6.0)
-        # 5000 levels are 0.01 N apart: their own error is that of the second order, 1e-6 $; the table is linear in x.
+        # 5000 levels are 0.01 N apart: their own error is that of the second order, 1e-6 $; the table is
+        # linear in x.
         assert got == pytest.approx(expected, abs=4e-6), x
 
 
@@ -253,7 +277,9 @@ def test_trap_14_a_process_that_cannot_end_is_refused_with_a_place():
 def test_trap_14_free_moves_that_lead_nowhere_are_not_taken_for_an_end():
     axis, stop = sdp.Axis("x", 0.1, 1.0, 19, "mm"), sdp.Stop("s", lambda s: s.x)
     rest = sdp.Move("rest", {}, sdp.Stay())
-    with pytest.raises(ValueError, match=r"the best policy never ends from x = 0.1 mm: a move that leads nowhere"):
+    with pytest.raises(
+        ValueError, match=r"the best policy never ends from x = 0.1 mm: a move that leads nowhere"
+    ):
         sdp.plan(sdp.Problem([axis], [rest], [stop], sdp.Forever()))
     policy = sdp.plan(sdp.Problem([axis], [dataclasses.replace(rest, charge=0.01)], [stop], sdp.Forever()))
     assert policy.value(x=0.4) == pytest.approx(0.4)
@@ -274,7 +300,8 @@ def order(errors, cells):
 
 
 def test_order_of_convergence_on_a_smooth_problem_is_two():
-    # J0 = exp(x); D normal, its sd fixed: J1 = exp(x - u + sd^2/2) + u, closed form; the interpolation error is h^2/8
+    # J0 = exp(x); D normal, its sd fixed: J1 = exp(x - u + sd^2/2) + u, closed form; the interpolation error
+    # is h^2/8
     # J''.
     errors, cells = [], np.array([16, 32, 64, 128])
     for n in cells:
@@ -292,10 +319,18 @@ def test_order_of_convergence_of_a_sampled_step_is_two():
         step = sdp.Sampled(lambda s, c, e: (0.3 + 0.6 * s.x + 0.1 * e.z,), {"z": sdp.Discrete([-1.0, 1.0])})
         axis = sdp.Axis("x", 0.0, 1.0, int(n) + 1)
         problem = sdp.Problem(
-            [axis], [sdp.Move("go", {}, step, charge=-10.0)], [sdp.Stop("s", lambda s: np.cos(3 * s.x))], sdp.Stages(2, 1.0)
+            [axis],
+            [sdp.Move("go", {}, step, charge=-10.0)],
+            [sdp.Stop("s", lambda s: np.cos(3 * s.x))],
+            sdp.Stages(2, 1.0),
         )
         x = np.array([0.0, 0.25, 0.5, 1.0])
-        exact = np.mean([np.cos(3 * (0.48 + 0.36 * x + 0.06 * a + 0.1 * b)) for a in (-1, 1) for b in (-1, 1)], axis=0) - 20
+        exact = (
+            np.mean(
+                [np.cos(3 * (0.48 + 0.36 * x + 0.06 * a + 0.1 * b)) for a in (-1, 1) for b in (-1, 1)], axis=0
+            )
+            - 20
+        )
         errors.append(np.max(np.abs(sdp.plan(problem).value(x=x, time_left=2) - exact)))
     assert order(errors, cells) >= 1.8  # nodes fall unevenly beside where the steps lead
 
@@ -304,9 +339,13 @@ def test_order_of_convergence_of_p1_is_between_one_and_two():
     # Kinks of J fall unevenly between nodes: stated as 2 on average, 1.5 at least for the largest error.
     problem, cells = weldbead.preset("P1"), np.array([25, 50, 100, 200])
     tables = [sdp.plan(sdp_problem(problem, nodes=int(n) + 1)).table.value[:, 0] for n in (*cells, 800)]
-    errors = [np.max(np.abs(table - tables[-1][:, :: 800 // n])) for table, n in zip(tables, cells, strict=False)]
+    errors = [
+        np.max(np.abs(table - tables[-1][:, :: 800 // n])) for table, n in zip(tables, cells, strict=False)
+    ]
     assert 1.3 < order(errors, cells) < 2.5
-    means = [np.mean(np.abs(table - tables[-1][:, :: 800 // n])) for table, n in zip(tables, cells, strict=False)]
+    means = [
+        np.mean(np.abs(table - tables[-1][:, :: 800 // n])) for table, n in zip(tables, cells, strict=False)
+    ]
     assert order(means, cells) > 1.8
 
 
@@ -320,8 +359,14 @@ def test_order_of_the_search_between_levels():
             sdp.Shift("x", lambda s, c: sdp.Point(0 * c.u)),
             charge=lambda s, c: np.exp(2 * c.u) - 5 * c.u - 9,
         )
-        policy = sdp.plan(sdp.Problem([sdp.Axis("x", 0.0, 1.0, 3)], [move], [sdp.Stop("s", lambda s: s.x)], sdp.Stages(1, 1.0)))
-        least = minimize_scalar(lambda u: np.exp(2 * u) - 5 * u - 9, bounds=(0, 1), options={"xatol": 1e-12}).fun
+        policy = sdp.plan(
+            sdp.Problem(
+                [sdp.Axis("x", 0.0, 1.0, 3)], [move], [sdp.Stop("s", lambda s: s.x)], sdp.Stages(1, 1.0)
+            )
+        )
+        least = minimize_scalar(
+            lambda u: np.exp(2 * u) - 5 * u - 9, bounds=(0, 1), options={"xatol": 1e-12}
+        ).fun
         errors.append(abs(policy.value(x=0.0, time_left=1) - least) + 1e-15)
     assert order(errors, counts) > 2.7
 
@@ -346,4 +391,6 @@ def test_a_saved_policy_is_no_larger_than_its_tables(tmp_path: Path):
     policy = sdp.plan(bead(nodes=201))
     policy.save(tmp_path / "p.nc")
     assert (tmp_path / "p.nc").stat().st_size < 1.1 * 201 * 5 * (8 + 8 + 8 + 2 + 2 + 4 + 4 * 8) + 20_000
-    assert sdpgrind.load(tmp_path / "p.nc").value(height=1.0, time_left=3.0) == policy.value(height=1.0, time_left=3.0)
+    assert sdpgrind.load(tmp_path / "p.nc").value(height=1.0, time_left=3.0) == policy.value(
+        height=1.0, time_left=3.0
+    )

@@ -29,7 +29,9 @@ def bead(law=discrete_cut, axis=None, charge=CHARGE, moves=None, stages=None, **
     cuts = sdp.Levels(0.05, 0.6, 7, (0.31,), search=False)
     moves = moves or [
         sdp.Move("fast", {"cut": cuts}, sdp.Shift("height", law), duration=2, charge=0.01),
-        sdp.Move("slow", {"cut": sdp.Levels(0.3, 0.9, 4, search=False)}, sdp.Shift("height", law), duration=3),
+        sdp.Move(
+            "slow", {"cut": sdp.Levels(0.3, 0.9, 4, search=False)}, sdp.Shift("height", law), duration=3
+        ),
     ]
     return sdp.Problem([axis], moves, [sdp.Stop("stop", charge)], stages or sdp.Stages(8, 1.0), **more)
 
@@ -62,7 +64,8 @@ def one_move(law, below, above, charge=CHARGE, nodes=17):
     [("hold", "hold"), ("stop", "hold"), ("stop", "stop"), ("hold", 1.5), (0.7, "stop"), (-0.3, 2.0)],
 )
 def test_expectation_of_a_shift_against_quadrature(name, below, above):
-    # The move is paid for (-9 $), so that it is always chosen: the table holds its expectation twice over. Accuracy:
+    # The move is paid for (-9 $), so that it is always chosen: the table holds its expectation twice over.
+    # Accuracy:
     # second differences of G over cells h = 0.11 lose eps/h; quadrature in pieces of at most sd/2 is exact to
     # rounding.
     compare(one_move(LAWS[name], below, above), tolerance=3e-12 if name != "lognormal" else 1e-11)
@@ -89,18 +92,25 @@ def test_continuous_law_over_several_stages():
 def test_lists_and_levels_together_with_masks():
     move = sdp.Move(
         "grind",
-        {"cut": sdp.Levels(0.05, 0.5, 5, search=False), "spread": [0.1, 0.3, 0.6], "price": [0.05, 0.02, 0.0]},
+        {
+            "cut": sdp.Levels(0.05, 0.5, 5, search=False),
+            "spread": [0.1, 0.3, 0.6],
+            "price": [0.05, 0.02, 0.0],
+        },
         sdp.Shift(
             "height",
             lambda s, c: sdp.Discrete(
-                np.asarray(c.cut)[..., None] + 0.05 * np.asarray(c.spread)[..., None] * np.array([-1.0, 0.0, 1.0])
+                np.asarray(c.cut)[..., None]
+                + 0.05 * np.asarray(c.spread)[..., None] * np.array([-1.0, 0.0, 1.0])
             ),
         ),
         charge=lambda s, c: c.price + 0.1 * c.cut * s.height,
         allowed=lambda s, c: (c.cut < s.height + 0.2) & (c.spread + s.height > 0.35),
     )
     stop = sdp.Stop("stop", CHARGE)
-    problem = sdp.Problem([sdp.Axis("height", 0.0, 1.0, 17, below="stop")], [move], [stop], sdp.Stages(4, 1.0))
+    problem = sdp.Problem(
+        [sdp.Axis("height", 0.0, 1.0, 17, below="stop")], [move], [stop], sdp.Stages(4, 1.0)
+    )
     compare(problem)
 
 
@@ -157,17 +167,35 @@ def test_modes_of_a_shift(into, law):
     ]
     finish = np.array([0.0, 0.2, 0.05])
     stop = sdp.Stop("stop", CHARGE, extra=lambda s: finish[np.asarray(s.mode)])
-    compare(sdp.Problem([sdp.Axis("height", 0.0, 1.0, 15, below="stop")], moves, [stop], sdp.Stages(5, 1.0), ("a", "b", "c")))
+    compare(
+        sdp.Problem(
+            [sdp.Axis("height", 0.0, 1.0, 15, below="stop")],
+            moves,
+            [stop],
+            sdp.Stages(5, 1.0),
+            ("a", "b", "c"),
+        )
+    )
 
 
 def test_stop_beyond_the_edge_is_charged_by_the_mode_of_arrival():
-    # One certain pass through the bottom: 10 * 0.3 over, and the finish of the mode it leads into, in both ways of
+    # One certain pass through the bottom: 10 * 0.3 over, and the finish of the mode it leads into, in both
+    # ways of
     # evaluation.
-    for step in (sdp.Shift("height", lambda s, c: sdp.Point(c.cut)), sdp.Sampled(lambda s, c, e: (s.height - c.cut,))):
+    for step in (
+        sdp.Shift("height", lambda s, c: sdp.Point(c.cut)),
+        sdp.Sampled(lambda s, c, e: (s.height - c.cut,)),
+    ):
         stop = sdp.Stop("stop", CHARGE, extra=lambda s: np.array([1.0, 7.0])[np.asarray(s.mode)])
         move = sdp.Move("go", {"cut": [1.3]}, step, into="b", charge=-50.0)
         policy = sdp.plan(
-            sdp.Problem([sdp.Axis("height", 0.0, 1.0, 11, below="stop")], [move], [stop], sdp.Stages(1, 1.0), ("a", "b"))
+            sdp.Problem(
+                [sdp.Axis("height", 0.0, 1.0, 11, below="stop")],
+                [move],
+                [stop],
+                sdp.Stages(1, 1.0),
+                ("a", "b"),
+            )
         )
         assert policy.value(height=1.0, time_left=1) == pytest.approx(-50 + 3 + 7, abs=1e-12)
 
@@ -185,13 +213,22 @@ LATE = {
 }
 
 
-@pytest.mark.parametrize(("name", "modes"), [*((name, False) for name in LATE), ("linear", True), ("quadratic", True)])
+@pytest.mark.parametrize(
+    ("name", "modes"), [*((name, False) for name in LATE), ("linear", True), ("quadratic", True)]
+)
 def test_late_charges(name, modes):
 
     late, depth = LATE[name]
     cuts = sdp.Levels(0.1, 0.5, 3, search=False)
     moves = [
-        sdp.Move(n, {"cut": cuts}, sdp.Shift("height", discrete_cut), duration=d, into=n if modes else None, charge=0.002)
+        sdp.Move(
+            n,
+            {"cut": cuts},
+            sdp.Shift("height", discrete_cut),
+            duration=d,
+            into=n if modes else None,
+            charge=0.002,
+        )
         for n, d in (("fast", 1), ("slow", 3))
     ]
     extra = (lambda s: np.array([0.0, 0.1, 0.02])[np.asarray(s.mode)]) if modes else None
@@ -203,7 +240,9 @@ def test_late_charges(name, modes):
     # Late look-ups come from the same equations, as far as the twin's own end is far away.
     height = np.linspace(0, 1, 9)
     for stage in range(-8, 0):
-        np.testing.assert_allclose(policy.value(height=height, time_left=float(stage)), values[stage][0], atol=1e-10)
+        np.testing.assert_allclose(
+            policy.value(height=height, time_left=float(stage)), values[stage][0], atol=1e-10
+        )
 
 
 def test_a_late_window_that_is_given_and_a_charge_that_is_concave():
@@ -215,7 +254,9 @@ def test_a_late_window_that_is_given_and_a_charge_that_is_concave():
 
 
 def test_late_with_sampled_and_stop_edge():
-    step = sdp.Sampled(lambda s, c, e: (s.height - c.cut * (1 + e.eta),), {"eta": sdp.Discrete([-0.3, 0.0, 0.4])})
+    step = sdp.Sampled(
+        lambda s, c, e: (s.height - c.cut * (1 + e.eta),), {"eta": sdp.Discrete([-0.3, 0.0, 0.4])}
+    )
     move = sdp.Move("grind", {"cut": [0.1, 0.3, 0.5]}, step)
     compare(bead(moves=[move], stages=sdp.Stages(3, 1.0, late=sdp.Linear(0.05))), 40)
 
@@ -228,14 +269,20 @@ def test_late_at_no_charge():
     )
     policy, _ = compare(problem, 40)
     forever = sdp.plan(sdp.Problem(problem.axes, problem.moves, problem.stops, sdp.Forever()))
-    np.testing.assert_allclose(policy.value(height=np.linspace(0, 1, 21), time_left=0.0), forever.table.value[0, 0], atol=1e-10)
+    np.testing.assert_allclose(
+        policy.value(height=np.linspace(0, 1, 21), time_left=0.0), forever.table.value[0, 0], atol=1e-10
+    )
 
 
 def test_what_has_no_late_side_is_refused():
     stages = sdp.Stages(3, 1.0, late=sdp.Quadratic(0.01))
-    with pytest.raises(ValueError, match="ends of the axis 'height' must not be numbers beside a late charge"):
+    with pytest.raises(
+        ValueError, match="ends of the axis 'height' must not be numbers beside a late charge"
+    ):
         bead(axis=sdp.Axis("height", 0.0, 1.0, 9, below=0.3), stages=stages)
-    masked = sdp.Problem(bead().axes, bead().moves, [sdp.Stop("stop", CHARGE, allowed=lambda s: s.height < 0.5)], stages)
+    masked = sdp.Problem(
+        bead().axes, bead().moves, [sdp.Stop("stop", CHARGE, allowed=lambda s: s.height < 0.5)], stages
+    )
     with pytest.raises(ValueError, match="late must be None where one may not stop everywhere"):
         sdp.plan(masked)
     timed = [sdp.Move("one", {"cut": [0.1]}, sdp.Shift("height", discrete_cut), timed=True)]
@@ -252,13 +299,20 @@ def ring_step(s, c, e):
     return (np.sqrt(s.offset**2 + x**2 - 2 * s.offset * x * np.cos(e.direction)),)
 
 
-NOISE = {"travel": sdp.Discrete([-0.12, 0.0, 0.12], [0.25, 0.5, 0.25]), "direction": sdp.Discrete([-0.03, 0.03])}
+NOISE = {
+    "travel": sdp.Discrete([-0.12, 0.0, 0.12], [0.25, 0.5, 0.25]),
+    "direction": sdp.Discrete([-0.03, 0.03]),
+}
 
 
 @pytest.mark.parametrize("compiled", [False, True, None], ids=["numpy", "compiled", "table"])
 def test_sampled_on_a_log_axis_until_done(compiled):
-    move = sdp.Move("push", {"aim": [0.7, 0.9, 1.0]}, sdp.Sampled(ring_step, NOISE, compiled=compiled), charge=2.0)
-    problem = sdp.Problem([sdp.Axis("offset", 0.01, 3.0, 15, "mm", scale="log", below=0.0)], [move], [], sdp.Forever())
+    move = sdp.Move(
+        "push", {"aim": [0.7, 0.9, 1.0]}, sdp.Sampled(ring_step, NOISE, compiled=compiled), charge=2.0
+    )
+    problem = sdp.Problem(
+        [sdp.Axis("offset", 0.01, 3.0, 15, "mm", scale="log", below=0.0)], [move], [], sdp.Forever()
+    )
     compare_forever(problem)
 
 
@@ -285,7 +339,10 @@ def test_sampled_in_two_dimensions_with_a_charge_of_arrival(compiled, monkeypatc
         sdp.Sampled(step_2d, noise, charge=arrival_charge, compiled=compiled),
         charge=-0.02,
     )
-    axes = [sdp.Axis("x", 0.0, 1.0, 6, below="hold", above="hold"), sdp.Axis("y", 0.1, 1.0, 5, scale="log", above=0.4)]
+    axes = [
+        sdp.Axis("x", 0.0, 1.0, 6, below="hold", above="hold"),
+        sdp.Axis("y", 0.1, 1.0, 5, scale="log", above=0.4),
+    ]
     compare(sdp.Problem(axes, [move], [sdp.Stop("end", charge_2d)], sdp.Stages(3, 1.0)))
 
 
@@ -352,7 +409,11 @@ def test_shift_in_two_dimensions(first, modes):
         ),
     ]
     stop = sdp.Stop("stop", CHARGE, extra=(lambda s: 0.03 * np.asarray(s.mode)) if modes else None)
-    compare(sdp.Problem(axes if first else axes[::-1], moves, [stop], sdp.Stages(4, 1.0), ("a", "b") if modes else ("",)))
+    compare(
+        sdp.Problem(
+            axes if first else axes[::-1], moves, [stop], sdp.Stages(4, 1.0), ("a", "b") if modes else ("",)
+        )
+    )
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -400,7 +461,9 @@ def test_a_masked_sampled_move_may_lead_anywhere(compiled, monkeypatch):
     step = sdp.Sampled(lambda s, c, e: (s.x - c.d,), compiled=compiled)
     move = sdp.Move("go", {"d": [0.25, 0.5]}, step, allowed=lambda s, c: s.x >= c.d - 1e-9, into="b")
     stop = sdp.Stop("stop", lambda s: s.x**2 + 0.01 * np.asarray(s.mode))
-    policy, _ = compare(sdp.Problem([sdp.Axis("x", 0.0, 1.0, 9)], [move], [stop], sdp.Stages(2, 1.0), ("a", "b")))
+    policy, _ = compare(
+        sdp.Problem([sdp.Axis("x", 0.0, 1.0, 9)], [move], [stop], sdp.Stages(2, 1.0), ("a", "b"))
+    )
     assert policy.action(x=np.linspace(0, 1, 30), time_left=1).gap.min() >= 0
 
 
@@ -410,7 +473,9 @@ def test_a_step_that_gives_no_number_is_refused(compiled, monkeypatch):
         monkeypatch.setattr("sdpgrind.sdp._solve.point_backup.KEEP", 0)
     step = sdp.Sampled(lambda s, c, e: (s.x * np.nan,), compiled=compiled)
     axis = sdp.Axis("x", 0.0, 1.0, 9, below="hold", above="hold")
-    problem = sdp.Problem([axis], [sdp.Move("go", {}, step)], [sdp.Stop("stop", lambda s: s.x)], sdp.Stages(2, 1.0))
+    problem = sdp.Problem(
+        [axis], [sdp.Move("go", {}, step)], [sdp.Stop("stop", lambda s: s.x)], sdp.Stages(2, 1.0)
+    )
     with pytest.raises(ValueError, match="move 'go': step must give numbers"):
         sdp.plan(problem)
 
@@ -424,8 +489,11 @@ def test_a_masked_shift_may_lead_anywhere():
         into="b",
     )
     stop = sdp.Stop("stop", lambda s: s.x**2 + 0.01 * np.asarray(s.mode))
-    policy, _ = compare(sdp.Problem([sdp.Axis("x", 0.0, 1.0, 9)], [move], [stop], sdp.Stages(2, 1.0), ("a", "b")))
-    # Between the last node where one must stop and the first where one may go, the edge of the mask is respected.
+    policy, _ = compare(
+        sdp.Problem([sdp.Axis("x", 0.0, 1.0, 9)], [move], [stop], sdp.Stages(2, 1.0), ("a", "b"))
+    )
+    # Between the last node where one must stop and the first where one may go, the edge of the mask is
+    # respected.
     assert policy.action(x=np.linspace(0, 1, 30), time_left=1).gap.min() >= 0
 
 
@@ -454,26 +522,43 @@ def test_timed_shifts_read_the_stage():
 
 
 def test_timed_moves_beside_a_late_charge():
-    move = sdp.Move("one", {"cut": [0.1, 0.3]}, sdp.Shift("height", lambda s, c: sdp.Point(c.cut + 0.0 * s.left)), timed=True)
+    move = sdp.Move(
+        "one",
+        {"cut": [0.1, 0.3]},
+        sdp.Shift("height", lambda s, c: sdp.Point(c.cut + 0.0 * s.left)),
+        timed=True,
+    )
     axis = sdp.Axis("height", 0.0, 1.0, 9, below="stop")
     compare(
-        sdp.Problem([axis], [move], [sdp.Stop("stop", CHARGE)], sdp.Stages(3, 1.0, "left", late=sdp.Quadratic(0.02))),
+        sdp.Problem(
+            [axis], [move], [sdp.Stop("stop", CHARGE)], sdp.Stages(3, 1.0, "left", late=sdp.Quadratic(0.02))
+        ),
         40,
     )
 
 
 def test_shift_without_end_with_modes():
     moves = [
-        sdp.Move("one", {"cut": sdp.Levels(0.1, 0.4, 4, search=False)}, sdp.Shift("height", by_mode), charge=0.02, into="b"),
+        sdp.Move(
+            "one",
+            {"cut": sdp.Levels(0.1, 0.4, 4, search=False)},
+            sdp.Shift("height", by_mode),
+            charge=0.02,
+            into="b",
+        ),
         sdp.Move("rest", {}, sdp.Stay(), charge=0.01, into="a"),
     ]
     stop = sdp.Stop("stop", CHARGE, extra=lambda s: 0.1 * np.asarray(s.mode))
-    compare_forever(sdp.Problem([sdp.Axis("height", 0.0, 1.0, 9, below="stop")], moves, [stop], sdp.Forever(), ("a", "b")))
+    compare_forever(
+        sdp.Problem([sdp.Axis("height", 0.0, 1.0, 9, below="stop")], moves, [stop], sdp.Forever(), ("a", "b"))
+    )
 
 
 def test_modes_alone():
     length = np.array([[9.0, 2.0, 7.0], [9.0, 9.0, 1.0], [9.0, 9.0, 9.0]])
-    go = sdp.Move("go", {"to": [0, 1, 2]}, sdp.Stay(), into=["a", "b", "c"], charge=lambda s, c: length[s.mode, c.to])
+    go = sdp.Move(
+        "go", {"to": [0, 1, 2]}, sdp.Stay(), into=["a", "b", "c"], charge=lambda s, c: length[s.mode, c.to]
+    )
     stop = sdp.Stop("home", lambda s: 0.0 * s.mode, allowed=lambda s: s.mode == 2)
     policy, value = compare_forever(sdp.Problem([], [go], [stop], sdp.Forever(), ("a", "b", "c")))
     assert value.tolist() == [3.0, 1.0, 0.0]
@@ -483,12 +568,21 @@ def test_modes_alone():
 def test_the_twin_itself_knows_a_case_that_can_be_done_by_hand():
     # From 1.0 a pass of 0.5 or 1.5 with equal odds; then stop: (2 * 0.5 + 10 * 0.5)/2 = 3 > 2 = stop at once.
     move = sdp.Move(
-        "go", {"cut": [1.0]}, sdp.Shift("height", lambda s, c: sdp.Discrete(np.stack([0.5 * c.cut, 1.5 * c.cut], -1)))
+        "go",
+        {"cut": [1.0]},
+        sdp.Shift("height", lambda s, c: sdp.Discrete(np.stack([0.5 * c.cut, 1.5 * c.cut], -1))),
     )
     twin = Twin(
-        sdp.Problem([sdp.Axis("height", 0.0, 1.0, 3, below="stop")], [move], [sdp.Stop("stop", CHARGE)], sdp.Stages(1, 1.0))
+        sdp.Problem(
+            [sdp.Axis("height", 0.0, 1.0, 3, below="stop")],
+            [move],
+            [sdp.Stop("stop", CHARGE)],
+            sdp.Stages(1, 1.0),
+        )
     )
     found, _ = twin.move_cost(move, (2,), [1.0], 0, 1, np.array([[0.0, 1.0, 2.0]]), 0.0)
     assert found == pytest.approx(3.0)
     values, weights = outcomes(sdp.Normal(0.3, 0.1))
-    assert weights.sum() == pytest.approx(1, abs=1e-13) and weights @ values**2 == pytest.approx(0.1, abs=1e-13)
+    assert weights.sum() == pytest.approx(1, abs=1e-13) and weights @ values**2 == pytest.approx(
+        0.1, abs=1e-13
+    )

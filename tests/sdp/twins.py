@@ -1,8 +1,9 @@
-"""Slow, obvious twins of the solver, written from the equations: loops over stages, modes, nodes, moves and controls.
+"""Slow, obvious twins of the solver, written from the equations: loops over stages, modes, nodes, moves and
+controls.
 
-One float at a time goes into the user's callbacks. Expectations are sums over outcomes: the atoms of a discrete law, or
-Gauss-Legendre points of a continuous density in pieces that no kink of the value-to-go divides.
-"""
+One float at a time goes into the user's callbacks. Expectations are sums over outcomes: the atoms of a
+discrete law, or Gauss-Legendre points of a continuous density in pieces that no kink of the value-to-go
+divides."""
 
 from collections import namedtuple
 from functools import cache
@@ -28,19 +29,36 @@ def density(law):
     if isinstance(law, sdp.Rayleigh):
         q = sd / sqrt(2 - pi / 2)
         start = mean - q * sqrt(pi / 2)
-        return (lambda d: (d - start) / q**2 * np.exp(-((d - start) ** 2) / (2 * q * q))), start, start + 9 * q, []
+        return (
+            (lambda d: (d - start) / q**2 * np.exp(-((d - start) ** 2) / (2 * q * q))),
+            start,
+            start + 9 * q,
+            [],
+        )
     if isinstance(law, sdp.LogNormal):
         var = log(1 + (sd / mean) ** 2)
         mu = log(mean) - var / 2
         low, high = exp(mu - 9 * sqrt(var)), exp(mu + 9 * sqrt(var))
-        return (lambda d: np.exp(-((np.log(d) - mu) ** 2) / (2 * var)) / (d * sqrt(2 * pi * var))), low, high, []
+        return (
+            (lambda d: np.exp(-((np.log(d) - mu) ** 2) / (2 * var)) / (d * sqrt(2 * pi * var))),
+            low,
+            high,
+            [],
+        )
     if isinstance(law, sdp.Normal):
-        return (lambda d: np.exp(-(((d - mean) / sd) ** 2) / 2) / (sd * sqrt(2 * pi))), mean - 9 * sd, mean + 9 * sd, []
+        return (
+            (lambda d: np.exp(-(((d - mean) / sd) ** 2) / 2) / (sd * sqrt(2 * pi))),
+            mean - 9 * sd,
+            mean + 9 * sd,
+            [],
+        )
     raise TypeError(f"no density for {law!r}")
 
 
 def outcomes(law, cuts=()):
-    """Values and probabilities of a law of shape (); `cuts` are values of D at which what is averaged has a kink."""
+    """Values and probabilities of a law of shape (); `cuts` are values of D at which what is averaged has a
+    kink.
+    """
     if isinstance(law, sdp.Discrete | sdp.Point) or float(law.sd) == 0:
         values, weights = law.nodes(50)
         return np.ravel(values), np.ravel(weights)
@@ -69,7 +87,8 @@ class Twin:
         self.problem = problem
         self.axes, self.modes = problem.axes, len(problem.modes)
         self.nodes = [
-            np.geomspace(a.low, a.high, a.nodes) if a.scale == "log" else np.linspace(a.low, a.high, a.nodes) for a in self.axes
+            np.geomspace(a.low, a.high, a.nodes) if a.scale == "log" else np.linspace(a.low, a.high, a.nodes)
+            for a in self.axes
         ]
         self.shape = tuple(a.nodes for a in self.axes)
         self.stages = problem.stages if isinstance(problem.stages, sdp.Stages) else None
@@ -105,7 +124,9 @@ class Twin:
         if isinstance(move.to, sdp.Shift):
             axis = [a.name for a in self.axes].index(move.to.axis)
             s = self.state(point, mode, told, without=move.to.axis)
-            values, weights = outcomes(move.to.law(s, c), point[axis] - np.append(self.nodes[axis], self._kinks(point[axis])))
+            values, weights = outcomes(
+                move.to.law(s, c), point[axis] - np.append(self.nodes[axis], self._kinks(point[axis]))
+            )
             rest = move.to.others(s, c) if move.to.others else [x for k, x in enumerate(point) if k != axis]
             after = [np.full(values.shape, float(x)) for x in rest]
             after.insert(axis, point[axis] - values)
@@ -115,7 +136,9 @@ class Twin:
         pairs = [law.nodes(move.to.points) for law in move.to.noise.values()]
         after, weights, extra = [], [], []
         for picked in product(*(range(np.size(x)) for x, _ in pairs)):
-            e = self.tuple_of("E", {n: float(np.ravel(x)[k]) for n, (x, _), k in zip(names, pairs, picked, strict=True)})
+            e = self.tuple_of(
+                "E", {n: float(np.ravel(x)[k]) for n, (x, _), k in zip(names, pairs, picked, strict=True)}
+            )
             nxt = move.to.step(s, c, e)
             after.append([float(x) for x in nxt])
             weights.append(np.prod([np.ravel(w)[k] for (_, w), k in zip(pairs, picked, strict=True)]))
@@ -168,7 +191,9 @@ class Twin:
             return np.full(len(after), float(table[mode]))
         scaled = [np.log(x) if a.scale == "log" else x for x, a in zip(self.nodes, self.axes, strict=True)]
         with np.errstate(divide="ignore"):
-            where = np.array([np.log(x) if a.scale == "log" else x for x, a in zip(inside.T, self.axes, strict=True)]).T
+            where = np.array(
+                [np.log(x) if a.scale == "log" else x for x, a in zip(inside.T, self.axes, strict=True)]
+            ).T
         bounded = np.clip(where, [x[0] for x in scaled], [x[-1] for x in scaled])
         inner = (
             np.interp(bounded[:, 0], scaled[0], table[mode])
@@ -205,7 +230,11 @@ class Twin:
             if found is None:
                 continue
             charge, after, weights, extra = found
-            arrival = mode if into is None else self.problem.modes.index(into if isinstance(into, str) else into[entry])
+            arrival = (
+                mode
+                if into is None
+                else self.problem.modes.index(into if isinstance(into, str) else into[entry])
+            )
             q = charge + float(weights @ (self.worth(table, after, arrival, late) + extra))
             if q < best - 1e-9 - 1e-7 * abs(q):
                 best, chosen = q, c
@@ -213,18 +242,34 @@ class Twin:
         return best, chosen
 
     def sweep(self, stage, ahead, late_at):
-        """J[mode, nodes...] and the names of what is best; `ahead(move)` gives the table it leads into, or None."""
-        value, name = np.full((self.modes, *self.shape), inf), np.empty((self.modes, *self.shape), dtype=object)
+        """J[mode, nodes...] and the names of what is best; `ahead(move)` gives the table it leads into, or
+        None.
+        """
+        value, name = (
+            np.full((self.modes, *self.shape), inf),
+            np.empty((self.modes, *self.shape), dtype=object),
+        )
         for mode in range(self.modes):
             for index in product(*(range(n) for n in self.shape)):
                 point = [x[k] for x, k in zip(self.nodes, index, strict=True)]
-                costs = [(self.stop_cost(stop, point, mode, stage, late_at(stage)), stop.name) for stop in self.problem.stops]
+                costs = [
+                    (self.stop_cost(stop, point, mode, stage, late_at(stage)), stop.name)
+                    for stop in self.problem.stops
+                ]
                 for move in self.problem.moves:
                     table = ahead(move)
                     if table is not None:
                         costs.append(
                             (
-                                self.move_cost(move, index, point, mode, stage, table, late_at((stage or 0) - move.duration))[0],
+                                self.move_cost(
+                                    move,
+                                    index,
+                                    point,
+                                    mode,
+                                    stage,
+                                    table,
+                                    late_at((stage or 0) - move.duration),
+                                )[0],
                                 move.name,
                             )
                         )
@@ -241,10 +286,14 @@ class Twin:
             return float(late(-stage * self.stages.step)) if late is not None and stage < 0 else 0.0
 
         values, names = {}, {}
-        for stage in range(-depth - max(m.duration for m in self.problem.moves), -depth if late is not None else -(10**9)):
+        for stage in range(
+            -depth - max(m.duration for m in self.problem.moves), -depth if late is not None else -(10**9)
+        ):
             values[stage], _ = self.sweep(stage, lambda move: None, late_at)
         for stage in range(-depth if late is not None else 0, self.stages.count + 1):
-            values[stage], names[stage] = self.sweep(stage, lambda move, stage=stage: values.get(stage - move.duration), late_at)
+            values[stage], names[stage] = self.sweep(
+                stage, lambda move, stage=stage: values.get(stage - move.duration), late_at
+            )
         return values, names
 
     def forever(self, sweeps=3000):
@@ -267,7 +316,8 @@ def plain_levels(levels):
 def compare(problem, depth=0, tolerance=1e-10):
     """Assert that `plan` and the twin agree at every stage, mode and node; return both."""
     twin, policy = Twin(problem), sdp.plan(problem)
-    with patch("sdpgrind.sdp._solve.stages.SMALL", 0):  # small problems in one axis go another way than large ones
+    # small problems in one axis go another way than large ones
+    with patch("sdpgrind.sdp._solve.stages.SMALL", 0):
         large = sdp.plan(problem)
     np.testing.assert_allclose(large.table.value, policy.table.value, rtol=1e-12, atol=1e-13)
     assert np.array_equal(large.table.best, policy.table.best)
@@ -276,7 +326,9 @@ def compare(problem, depth=0, tolerance=1e-10):
     for stage in range(0, problem.stages.count + 1):
         row = stage - policy.countdown.first
         got = policy.table.value[row].reshape(values[stage].shape)
-        np.testing.assert_allclose(got, values[stage], rtol=tolerance, atol=tolerance, err_msg=f"stage {stage}")
+        np.testing.assert_allclose(
+            got, values[stage], rtol=tolerance, atol=tolerance, err_msg=f"stage {stage}"
+        )
         best = policy.table.best[row].reshape(values[stage].shape)
         which = np.where(best < 0, -1 - best, best + len(problem.stops))
         clear = policy.table.gap[row].reshape(values[stage].shape) > 1e-6
@@ -290,5 +342,7 @@ def compare_forever(problem, tolerance=1e-9):
     """The same for a process without deadline."""
     policy = sdp.plan(problem)
     value, _ = Twin(problem).forever()
-    np.testing.assert_allclose(policy.table.value[0].reshape(value.shape), value, rtol=tolerance, atol=tolerance)
+    np.testing.assert_allclose(
+        policy.table.value[0].reshape(value.shape), value, rtol=tolerance, atol=tolerance
+    )
     return policy, value

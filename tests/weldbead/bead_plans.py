@@ -27,7 +27,9 @@ def plain(name):
 
 @cache
 def dense(name):
-    """A canonical problem on the grid of 0.005 mm, with levels so dense that the search errs by less than 1e-6 $."""
+    """A canonical problem on the grid of 0.005 mm, with levels so dense that the search errs by less than
+    1e-6 $.
+    """
     problem = weldbead.preset(name)
     return weldbead.SequencePolicy(problem, sdp.plan(weldbead.sequence.sdp_problem(problem, 401, levels=801)))
 

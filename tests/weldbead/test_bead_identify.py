@@ -24,12 +24,15 @@ def pass_data(attribution, relative_sd, process=BASE, law="rayleigh", seed=0):
     return {"normal_force": FORCES, "feed_rate": FEEDS, "cut_depth": depth}
 
 
-# Power ------------------------------------------------------------------------------------------------------------
+# Power
+# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("noise", "k1", "k2"), [(0.1, 9.44, 112), (0.2, 8.11, 142)])
 def test_the_printed_direction_is_biased(noise, k1, k2):
-    fits = [weldbead.identify(power_data(noise, seed=seed), "power", method="printed").value for seed in range(20)]
+    fits = [
+        weldbead.identify(power_data(noise, seed=seed), "power", method="printed").value for seed in range(20)
+    ]
     assert np.mean(fits, axis=0)[0] == pytest.approx(k1, abs=0.05)
     assert np.mean(fits, axis=0)[1] == pytest.approx(k2, abs=2.0)
 
@@ -39,19 +42,26 @@ def test_the_default_direction_is_not():
     values = np.array([fit.value for fit in fits])
     spread = values.std(axis=0, ddof=1)
     np.testing.assert_allclose(values.mean(axis=0), [10.0, 100.0], atol=4 * spread.max() / np.sqrt(200))
-    # Noise in proportion to the rate, so the covariance (of constant noise) is right to some ten percent only.
+    # Noise in proportion to the rate, so the covariance (of constant noise) is right to some ten percent
+    # only.
     np.testing.assert_allclose(np.mean([fit.sd for fit in fits], axis=0), spread, rtol=0.35)
 
 
 def test_covariance_with_constant_noise():
     rng, power = np.random.default_rng(3), np.linspace(150, 600, 40)
     fits = [
-        weldbead.identify({"grinding_power": power, "removal_rate": (power - 100) / 10 + rng.normal(0, 1, 40)}, "power")
+        weldbead.identify(
+            {"grinding_power": power, "removal_rate": (power - 100) / 10 + rng.normal(0, 1, 40)}, "power"
+        )
         for _ in range(400)
     ]
     values = np.array([fit.value for fit in fits])
-    np.testing.assert_allclose(np.mean([fit.sd for fit in fits], axis=0), values.std(axis=0, ddof=1), rtol=0.12)
-    assert np.mean([fit.correlation[0, 1] for fit in fits]) == pytest.approx(np.corrcoef(values.T)[0, 1], abs=0.03)
+    np.testing.assert_allclose(
+        np.mean([fit.sd for fit in fits], axis=0), values.std(axis=0, ddof=1), rtol=0.12
+    )
+    assert np.mean([fit.correlation[0, 1] for fit in fits]) == pytest.approx(
+        np.corrcoef(values.T)[0, 1], abs=0.03
+    )
 
 
 def test_both_readings_noisy():
@@ -94,7 +104,8 @@ def test_streaming():
     assert estimator.estimate.status is identify.Status.IMPOSSIBLE
 
 
-# Friction ---------------------------------------------------------------------------------------------------------
+# Friction
+# ---------------------------------------------------------------------------------------------------------
 
 
 def test_friction():
@@ -110,7 +121,8 @@ def test_friction():
     np.testing.assert_allclose(estimator.estimate.value, fit.value, rtol=1e-12)
 
 
-# Logs -------------------------------------------------------------------------------------------------------------
+# Logs
+# -------------------------------------------------------------------------------------------------------------
 
 
 class FakeLog:
@@ -132,7 +144,8 @@ def test_rows_without_a_reading_are_dropped_and_counted():
     assert fit.message == "from 30 passes, 2 more were of no use"
 
 
-# Scatter ----------------------------------------------------------------------------------------------------------
+# Scatter
+# ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["C1", "K1", "K2", "mu"])
@@ -142,7 +155,9 @@ def test_the_right_coefficient_is_found(name, process, law):
     true = 0.3 if name == "K2" else 0.15
     wins = 0
     for seed in range(5):
-        found = weldbead.identify(pass_data(name, true, process, law, seed), "scatter", model=process, law=law)
+        found = weldbead.identify(
+            pass_data(name, true, process, law, seed), "scatter", model=process, law=law
+        )
         assert abs(found[name] - true) < 4.5 * found.standard_error[found.names.index(name)]
         wins += name in found.plausible
     assert wins >= 4
@@ -150,7 +165,9 @@ def test_the_right_coefficient_is_found(name, process, law):
 
 def test_relative_sd_has_an_honest_error():
     found = [
-        weldbead.identify(pass_data("C1", 0.15, law="lognormal", seed=s), "scatter", model=BASE, law="lognormal")
+        weldbead.identify(
+            pass_data("C1", 0.15, law="lognormal", seed=s), "scatter", model=BASE, law="lognormal"
+        )
         for s in range(30)
     ]
     values = np.array([f["C1"] for f in found])
@@ -221,12 +238,15 @@ def test_law_of_the_depths():
     assert favoured.attribution in ("C1", "mu")
 
 
-# The loop ---------------------------------------------------------------------------------------------------------
+# The loop
+# ---------------------------------------------------------------------------------------------------------
 
 
 def test_what_was_measured_updates_the_problem():
     power = weldbead.identify(power_data(0.1), "power")
-    assert P1.updated(power).model == BASE.replace(specific_energy=power["specific_energy"], idle_power=power["idle_power"])
+    assert P1.updated(power).model == BASE.replace(
+        specific_energy=power["specific_energy"], idle_power=power["idle_power"]
+    )
     friction = identify.Estimate(("friction_ratio",), [0.33], [[1e-4]])
     assert P1.updated(friction).model.friction_ratio == 0.33
     scatter = weldbead.identify(pass_data("K1", 0.2), "scatter", model=BASE)
@@ -245,7 +265,10 @@ MESSAGES = [
         lambda: P1.updated(identify.Estimate(("stiffness",), [1.0], [[1.0]])),
         "estimate.names must be one of specific_energy, idle_power, friction_ratio, .*; got 'stiffness'",
     ),
-    (lambda: weldbead.identify(POWER, "colour"), "what must be one of power, friction, scatter, law; got 'colour'"),
+    (
+        lambda: weldbead.identify(POWER, "colour"),
+        "what must be one of power, friction, scatter, law; got 'colour'",
+    ),
     (
         lambda: weldbead.identify(POWER, "power", method="model"),
         "method must be one of regression, total, recursive, printed; got 'model'",
@@ -278,7 +301,10 @@ MESSAGES = [
         lambda: weldbead.identify(POWER, "power", method="total"),
         r"noise_ratio must be given with method 'total': .* \(J/mm\^3\); got None",
     ),
-    (lambda: weldbead.identify(POWER, "power", method="recursive", forgetting=2.0), r"forgetting must be in \(0, 1\]"),
+    (
+        lambda: weldbead.identify(POWER, "power", method="recursive", forgetting=2.0),
+        r"forgetting must be in \(0, 1\]",
+    ),
     (
         lambda: weldbead.identify({"normal_force": np.zeros(4), "tangential_force": np.zeros(4)}, "friction"),
         r"the data do not determine all values",
@@ -348,7 +374,9 @@ def test_noise_of_the_force_sensor_is_no_scatter():
         "cut_depth": column(depth, 1),
     }
     found = weldbead.identify({"sequence": table}, "scatter", model=BASE)
-    clean = weldbead.identify({"normal_force": force, "feed_rate": feed, "cut_depth": depth}, "scatter", model=BASE)
+    clean = weldbead.identify(
+        {"normal_force": force, "feed_rate": feed, "cut_depth": depth}, "scatter", model=BASE
+    )
     assert found.relative_sd == clean.relative_sd
     del table["normal_force_command"]
     blind = weldbead.identify({"sequence": table}, "scatter", model=BASE)
@@ -359,10 +387,18 @@ def test_a_forgotten_noise_of_the_scan_is_found_out():
     """2 um of noise in light passes, taken for scatter, would make the scatter ten times too small."""
     rng = np.random.default_rng(5)
     force, feed = rng.uniform(8.2, 40.0, 400), np.full(400, 12.5)
-    depth = weldbead.Scatter("C1", 0.2, law="lognormal").cut(BASE, force, feed).sample(rng) + rng.normal(0.0, 0.0028, 400)
+    depth = weldbead.Scatter("C1", 0.2, law="lognormal").cut(BASE, force, feed).sample(rng) + rng.normal(
+        0.0, 0.0028, 400
+    )
     data = {"normal_force": force, "feed_rate": feed, "cut_depth": depth}
     found = weldbead.identify(data, "scatter", model=BASE, depth_noise=0.0028, method="model")
     assert found.relative_sd[0] == pytest.approx(0.2, abs=0.03)
-    light = data | {"normal_force": np.r_[force, 8.05], "feed_rate": np.r_[feed, 12.5], "cut_depth": np.r_[depth, 0.012]}
-    with pytest.raises(ValueError, match=r"depth_noise must cover .* residual of \d+ standard deviations; got 0"):
+    light = data | {
+        "normal_force": np.r_[force, 8.05],
+        "feed_rate": np.r_[feed, 12.5],
+        "cut_depth": np.r_[depth, 0.012],
+    }
+    with pytest.raises(
+        ValueError, match=r"depth_noise must cover .* residual of \d+ standard deviations; got 0"
+    ):
         weldbead.identify(light, "scatter", model=BASE.replace(idle_power=102.4), method="model")

@@ -14,7 +14,8 @@ BASE = P1.model
 DROOPY = BASE.replace(free_speed=560.0, speed_droop=0.1)
 
 
-# Burn limits ----------------------------------------------------------------------------------------------------------
+# Burn limits
+# ----------------------------------------------------------------------------------------------------------
 
 
 def test_force_limit():
@@ -88,12 +89,15 @@ def test_malkin_limit_is_the_burning_of_a_wheel_that_only_ploughs(energy):
 def test_malkin_limit_of_a_motor_that_is_too_weak():
     process, limit = BASE.replace(idle_power=60.0), weldbead.MalkinBurnLimit.published(170.0)
     light = limit.interval(process, 10.0)[0]
-    weak = process.replace(speed_droop=process.free_speed**2 / (4e3 * 0.99 * float(process.grinding_power(light))))
+    weak = process.replace(
+        speed_droop=process.free_speed**2 / (4e3 * 0.99 * float(process.grinding_power(light)))
+    )
     assert limit.interval(weak, 10.0) == (np.inf, 0.0)  # light cuts burn, and deeper ones it cannot make
     assert np.all(limit.margin(weak, np.linspace(0.1, 1.0, 9) * weak.peak_force, 10.0) < 0)
 
 
-# The problem ----------------------------------------------------------------------------------------------------------
+# The problem
+# ----------------------------------------------------------------------------------------------------------
 
 
 def test_time_and_feed():
@@ -124,7 +128,8 @@ def test_min_cut_raises_the_least_force():
 
 
 def test_long_passes_under_a_burn_limit_remove_nothing():
-    # (5.12): delta = C1 C3 C_B u + C2 u^2, u = sqrt((T - t_R)/L); best at u* = C1 C3 C_B/(2 |C2|), zero at 2 u*.
+    # (5.12): delta = C1 C3 C_B u + C2 u^2, u = sqrt((T - t_R)/L); best at u* = C1 C3 C_B/(2 |C2|), zero at 2
+    # u*.
     p4 = weldbead.preset("P4").replace(durations=range(2 + 1, 400), stage=1.0, force_max=1e6, horizon=400)
     c = BASE.coefficients
     best = c.C1 * c.C3 * 16.0 / (2 * abs(c.C2))
@@ -132,7 +137,9 @@ def test_long_passes_under_a_burn_limit_remove_nothing():
     def depth(u):
         return float(BASE.mean_cut(p4.force_interval(2 + 50 * u * u)[1], 50 / (50 * u * u)))
 
-    found = minimize_scalar(lambda u: -depth(u), bounds=(0.1, 2 * best), method="bounded", options={"xatol": 1e-9})
+    found = minimize_scalar(
+        lambda u: -depth(u), bounds=(0.1, 2 * best), method="bounded", options={"xatol": 1e-9}
+    )
     assert found.x == pytest.approx(best, rel=1e-5)
     assert -found.fun == pytest.approx((c.C1 * c.C3 * 16.0) ** 2 / (4 * abs(c.C2)), rel=1e-10)
     assert depth(2.001 * best) == 0.0
@@ -229,11 +236,20 @@ MESSAGES = [
     (lambda: P1.replace(height_max=0), r"height_max must be > 0 \(mm\); got 0.0"),
     (lambda: P1.replace(durations=()), r"durations must be at least one number \(s\); got \(\)"),
     (lambda: P1.replace(durations=(2.0, 6.0)), r"durations\[0\] must be > reset_time, 2 s \(s\); got 2.0"),
-    (lambda: P1.replace(durations=(6.0, 7.0)), r"durations\[1\] must be a multiple of the stage, 2 s \(s\); got 7.0"),
-    (lambda: P1.replace(durations=(6.0, 6.0)), r"durations\[1\] must be > durations\[0\], 6 s \(s\); got 6.0"),
+    (
+        lambda: P1.replace(durations=(6.0, 7.0)),
+        r"durations\[1\] must be a multiple of the stage, 2 s \(s\); got 7.0",
+    ),
+    (
+        lambda: P1.replace(durations=(6.0, 6.0)),
+        r"durations\[1\] must be > durations\[0\], 6 s \(s\); got 6.0",
+    ),
     (lambda: P1.replace(durations=(-6.0,)), r"durations\[0\] must be >= 0 \(s\); got -6.0"),
     (lambda: P1.replace(horizon=61.0), r"horizon must be a multiple of the stage, 2 s \(s\); got 61.0"),
-    (lambda: P1.replace(force_max=7.0), r"force_max must be > the threshold force 7.84314 N, .* \(N\); got 7.0"),
+    (
+        lambda: P1.replace(force_max=7.0),
+        r"force_max must be > the threshold force 7.84314 N, .* \(N\); got 7.0",
+    ),
     (
         lambda: P1.replace(burn_limit=weldbead.ForceBurnLimit(1.0)),
         r"force_max, burn_limit and min_cut must leave a force",
@@ -252,7 +268,10 @@ MESSAGES = [
         lambda: P1.replace(height_charge=sdp.Charge(under=lambda z: np.sin(z * 2), over=LINEAR)),
         r"under must be >= 0 \(\$\); got -0.00\d* at distance 1.5",
     ),
-    (lambda: P1.replace(late_window=10.0), r"late_window must be None without a lateness_charge \(s\); got 10.0"),
+    (
+        lambda: P1.replace(late_window=10.0),
+        r"late_window must be None without a lateness_charge \(s\); got 10.0",
+    ),
     (
         lambda: P1.replace(lateness_charge=LINEAR, late_window=11.0),
         r"late_window must be a multiple of the stage, 2 s \(s\); got 11.0",
@@ -270,7 +289,10 @@ MESSAGES = [
         r"lateness_charge must be non-decreasing away from the target \(\$\); got 9.98 at distance 10.02",
     ),
     (lambda: weldbead.ForceBurnLimit(0.0), r"burn_coefficient must be > 0 \(N/\(mm/s\)\^\(1/2\)\); got 0.0"),
-    (lambda: weldbead.PowerBurnLimit(-1.0), r"burn_coefficient must be > 0 \(W/\(mm/s\)\^\(1/2\)\); got -1.0"),
+    (
+        lambda: weldbead.PowerBurnLimit(-1.0),
+        r"burn_coefficient must be > 0 \(W/\(mm/s\)\^\(1/2\)\); got -1.0",
+    ),
     (lambda: weldbead.MalkinBurnLimit(6.2, 7.2, 0.0), r"diameter must be > 0 \(mm\); got 0.0"),
     (lambda: weldbead.FinishCharge(-0.1), r"charge must be >= 0 \(\$\); got -0.1"),
     (lambda: weldbead.FinishCharge(0.1, exponent=-1), r"exponent must be >= 0; got -1.0"),
@@ -317,5 +339,7 @@ def test_a_convex_lateness_needs_no_window():
 
 
 def test_passes_that_are_all_longer_than_the_horizon():
-    with pytest.raises(ValueError, match=r"durations\[0\] must be <= horizon, 60 s, without a lateness_charge: no pass"):
+    with pytest.raises(
+        ValueError, match=r"durations\[0\] must be <= horizon, 60 s, without a lateness_charge: no pass"
+    ):
         weldbead.preset("P1").replace(durations=[70.0])

@@ -78,7 +78,8 @@ def test_more_force_or_less_feed_never_cuts_less(force, feed):
     assert DROOPY.mean_cut(force, feed) >= DROOPY.mean_cut(force, feed * 1.1)
 
 
-# Scatter --------------------------------------------------------------------------------------------------------------
+# Scatter
+# --------------------------------------------------------------------------------------------------------------
 
 
 def drawn_depths(process, attribution, r, force, feed, runs=400_000):
@@ -87,7 +88,11 @@ def drawn_depths(process, attribution, r, force, feed, runs=400_000):
     k1, k2, mu = process.specific_energy, process.idle_power, process.friction_ratio
     mu = mu * z if attribution == "mu" else mu
     power = (
-        1e-3 * mu * process.disk_radius * force * (process.free_speed - process.speed_droop * mu * process.disk_radius * force)
+        1e-3
+        * mu
+        * process.disk_radius
+        * force
+        * (process.free_speed - process.speed_droop * mu * process.disk_radius * force)
     )
     whole = process.bead_width * feed
     if attribution == "C1":
@@ -133,9 +138,13 @@ def test_faster_is_more_accurate_only_where_it_is():
     # At one mean cut: s = r (m + |C2|/V) for C1, r m for K1.
     m, feeds = 0.3, np.array([3.0, 6.0, 12.0])
     forces = BASE.normal_force(m, feeds)
-    np.testing.assert_allclose(weldbead.Scatter("C1", 0.15).moments(BASE, forces, feeds)[1], 0.15 * (m + 0.8 / feeds))
+    np.testing.assert_allclose(
+        weldbead.Scatter("C1", 0.15).moments(BASE, forces, feeds)[1], 0.15 * (m + 0.8 / feeds)
+    )
     np.testing.assert_allclose(weldbead.Scatter("K1", 0.15).moments(BASE, forces, feeds)[1], 0.15 * m)
-    np.testing.assert_allclose(weldbead.Scatter("K2", 0.15).moments(BASE, forces, feeds)[1], 0.15 * 0.8 / feeds)
+    np.testing.assert_allclose(
+        weldbead.Scatter("K2", 0.15).moments(BASE, forces, feeds)[1], 0.15 * 0.8 / feeds
+    )
 
 
 def test_sources_add_their_variances():
@@ -232,9 +241,18 @@ MESSAGES = [
         lambda: weldbead.Scatter(("C1", "K2"), (0.4, 0.4), law="normal"),
         r"relative_sd must be <= 0.5 with a normal law, the root of the sum of squares; got 0.5656",
     ),
-    (lambda: weldbead.Scatter(("C1", "mu"), 0.1), r"relative_sd must be one number \(1\) for each of \('C1', 'mu'\)"),
-    (lambda: weldbead.Scatter(("C1", "C1"), (0.1, 0.1)), "attribution must be without repeats; got 'C1' twice"),
-    (lambda: weldbead.Scatter("C1", 0.1, law="empirical"), "sample must be given with law 'empirical'; got None"),
+    (
+        lambda: weldbead.Scatter(("C1", "mu"), 0.1),
+        r"relative_sd must be one number \(1\) for each of \('C1', 'mu'\)",
+    ),
+    (
+        lambda: weldbead.Scatter(("C1", "C1"), (0.1, 0.1)),
+        "attribution must be without repeats; got 'C1' twice",
+    ),
+    (
+        lambda: weldbead.Scatter("C1", 0.1, law="empirical"),
+        "sample must be given with law 'empirical'; got None",
+    ),
     (
         lambda: weldbead.Scatter("C1", 0.1, sample=SAMPLE),
         "sample and bandwidth must be left out unless law is 'empirical'",

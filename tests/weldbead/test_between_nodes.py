@@ -10,7 +10,11 @@ P1, P5 = weldbead.preset("P1"), weldbead.preset("P5")
 
 def like_p1(idle_power, relative_sd, durations, horizon, *, attribution="C1", law="rayleigh", **changes):
     """P1 with another process, up to 1 mm."""
-    changes |= {"scatter": weldbead.Scatter(attribution, relative_sd, law=law), "durations": durations, "horizon": horizon}
+    changes |= {
+        "scatter": weldbead.Scatter(attribution, relative_sd, law=law),
+        "durations": durations,
+        "horizon": horizon,
+    }
     return P1.replace(model=P1.model.replace(idle_power=idle_power), height_max=1.0, **changes)
 
 
@@ -19,7 +23,9 @@ def values(policy, height):
     table = policy.table
     rows, modes, _ = table.table.value.shape
     row, mode, k = (x.ravel() for x in np.indices((rows, modes, height.size)))
-    return table.interpolated(row, mode, table.grid.index(0, height)[None, k]).reshape(rows, modes, height.size)
+    return table.interpolated(row, mode, table.grid.index(0, height)[None, k]).reshape(
+        rows, modes, height.size
+    )
 
 
 FINISH = {"finish_charge": weldbead.FinishCharge(0.35, reference_rate=12.5)}
@@ -33,7 +39,10 @@ MANY = {  # idle power (W), relative sd, durations (s), horizon (s); and the tol
     "many durations": (like_p1(31.8, 0.074, range(6, 21, 2), 20.0), 2e-3),
     "nothing at first": (like_p1(62.9, 0.098, (6, 8), 30.0, **SQUARES), 5e-4),
     "finish": (like_p1(2.6, 0.242, (6, 8), 20.0, law="lognormal", **FINISH, **SQUARES), 5e-4),
-    "finish, late": (like_p1(2.9, 0.266, (6, 8), 20.0, attribution="K1", law="normal", **FINISH, **LATE), 5e-4),
+    "finish, late": (
+        like_p1(2.9, 0.266, (6, 8), 20.0, attribution="K1", law="normal", **FINISH, **LATE),
+        5e-4,
+    ),
     "finish, K2": (like_p1(40.0, 0.15, (8, 14), 20.0, attribution="K2", **FINISH), 2e-3),
     "late": (like_p1(125.4, 0.118, (6, 12, 20), 20.0, attribution="K2", **LATE), 5e-4),
     "K1": (like_p1(69.9, 0.07, (8, 14), 12.0, attribution="K1"), 2e-3),
@@ -63,7 +72,8 @@ def test_the_error_of_the_search_is_covered_by_its_estimate(name):
     assert np.max(np.abs(policy.table.value - dense.table.value)) <= policy.table.search_error
 
 
-# Kinks where the force leaves the scaled for the translated law ------------------------------------------------------
+# Kinks where the force leaves the scaled for the translated law
+# ------------------------------------------------------
 
 
 @pytest.mark.parametrize(("idle_power", "relative_sd"), [(43.5, 0.099), (11.7, 0.099), (31.8, 0.074)])
@@ -79,16 +89,20 @@ def test_a_change_of_the_law_inside_a_cell_is_no_chord(idle_power, relative_sd):
     true, found = (values(p, height)[6, 0] for p in (fine, coarse))
     ends = values(coarse, np.array([cell, cell + 1]) / 400)[6, 0]
     chord = ends[0] + (height * 400 - cell) * np.diff(ends)
-    assert np.max(true - chord) > 1e-4  # a line between the nodes lies too low: the least of two costs has a concave kink
+    # a line between the nodes lies too low: the least of two costs has a concave kink
+    assert np.max(true - chord) > 1e-4
     assert np.max(np.abs(found - true)) < 0.4 * np.max(true - chord)
 
 
-# The gap where the action changes -------------------------------------------------------------------------------------
+# The gap where the action changes
+# -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("time", [10.0, 16.0, 30.0])
 def test_the_gap_vanishes_where_the_action_changes(time):
-    """At a node the next best action lies a gap above; where two actions cost the same inside a cell there is none."""
+    """At a node the next best action lies a gap above; where two actions cost the same inside a cell there is
+    none.
+    """
     coarse, fine = (weldbead.plan(P1, tolerance=None, nodes=n) for n in (101, 1601))
     height = np.linspace(0.05, 2.0, 30_001)
     found, true = (p.action(height, time).gap for p in (coarse, fine))
@@ -97,19 +111,25 @@ def test_the_gap_vanishes_where_the_action_changes(time):
     changes = np.flatnonzero(np.diff(chosen))
     assert changes.size
     step = np.maximum(found[changes], found[changes + 1])
-    nodes = np.interp(height[changes], coarse.table.grid.points[0], coarse.table.table.gap[round(time / 2), 0])
-    assert step.max() < 1e-4 and nodes.max() > 10 * step.max()  # the gaps of the nodes, read between them, are far off
+    nodes = np.interp(
+        height[changes], coarse.table.grid.points[0], coarse.table.table.gap[round(time / 2), 0]
+    )
+    # the gaps of the nodes, read between them, are far off
+    assert step.max() < 1e-4 and nodes.max() > 10 * step.max()
     for k in changes:
         assert coarse.action(float(height[k]), time).gap == pytest.approx(found[k], abs=1e-12)
     assert np.max(np.abs(found - true)) < 0.02
 
 
-# Stopping between nodes -----------------------------------------------------------------------------------------------
+# Stopping between nodes
+# -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("nodes", [801, 333])
 def test_what_stopping_is_charged_is_no_chord(nodes):
-    """A charge that jumps at 0.1 mm, a node of one grid and none of the other; with too little time left one stops."""
+    """A charge that jumps at 0.1 mm, a node of one grid and none of the other; with too little time left one
+    stops.
+    """
     jump = sdp.Charge(under=sdp.Constant(1.0, tolerance=0.1), over=sdp.Linear(10.0))
     policy = weldbead.plan(P1.replace(height_charge=jump, horizon=12.0), tolerance=None, nodes=nodes)
     height = np.array([0.0985, 0.099, 0.09999, 0.1, 0.10001, 0.101])

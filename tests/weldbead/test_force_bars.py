@@ -1,4 +1,6 @@
-"""What the force loop is judged by: two degrees of freedom against PI, and designs side by side at equal limits."""
+"""What the force loop is judged by: two degrees of freedom against PI, and designs side by side at equal
+limits.
+"""
 
 from types import SimpleNamespace
 
@@ -51,13 +53,16 @@ def test_friction_at_the_motor_costs_less_than_play():
     assert stuck.mean() < 0.6 * played.mean()
 
 
-@pytest.mark.parametrize(("limit", "pi", "convex"), [(0.05, 1.49, 2.25), (0.10, 1.88, 2.54), (0.20, 2.15, 2.93)])
+@pytest.mark.parametrize(
+    ("limit", "pi", "convex"), [(0.05, 1.49, 2.25), (0.10, 1.88, 2.54), (0.20, 2.15, 2.93)]
+)
 def test_bandwidth_that_feedback_can_have(limit, pi, convex):
     """No linear law at 60 Hz and one sample of delay beats a tuned PI by more than half."""
     limits = force.DesignLimits(runout_response=limit)
     best, yardstick = force.margins(force.tuned_pi(PLAIN, limits)), force.margins(force.q_loop(PLAIN, limits))
     assert yardstick.bandwidth == pytest.approx(units.hz(convex), rel=0.02)
-    assert units.hz(pi) * 0.99 <= best.bandwidth <= units.hz(pi) * 1.06  # our search over both gains finds a little more
+    # our search over both gains finds a little more
+    assert units.hz(pi) * 0.99 <= best.bandwidth <= units.hz(pi) * 1.06
     assert 1.25 < yardstick.bandwidth / best.bandwidth < 1.55
     for m in (best, yardstick):
         assert m.stable
@@ -76,7 +81,8 @@ def test_no_design_claims_more_than_the_yardstick():
     assert np.all(table.sensitivity_peak <= 2.005)
     assert np.all(table.gain_margin_db >= 6.0)
     assert np.all(table.runout_response <= 0.101)
-    assert f_b["PI"] > f_b["predictive"] > 0.5 * f_b["PI"]  # a plain quadratic law does not beat PI at these limits
+    # a plain quadratic law does not beat PI at these limits
+    assert f_b["PI"] > f_b["predictive"] > 0.5 * f_b["PI"]
 
 
 def test_tuned_pi_is_a_maximum():
@@ -88,5 +94,7 @@ def test_tuned_pi_is_a_maximum():
     for a, b in [(1.02, 1.0), (1.0, 1.02), (0.98, 1.02), (1.02, 0.98), (1.05, 0.95), (0.95, 1.05)]:
         ki, kp = a * step * 60, b * (direct - step / 2)
         other = force.margins(force.PI(kp=kp, ki=ki).loop(best.plant))
-        within = other.sensitivity_peak <= 2 and other.complementary_peak <= 1.5 and other.runout_response <= 0.1
+        within = (
+            other.sensitivity_peak <= 2 and other.complementary_peak <= 1.5 and other.runout_response <= 0.1
+        )
         assert not within or other.bandwidth <= m.bandwidth * 1.003

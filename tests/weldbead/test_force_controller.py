@@ -20,7 +20,9 @@ QUIET = LOOP.plant.replace(sensor=force.SensorChain(noise_sd=0.0, quantum=0.0))
 def plan_of(hertz=0.5, mean=45.0, size=15.0, duration=13.0, stiffness=K):
     t = np.arange(0, duration, 0.004)
     wanted = mean + size * np.sin(units.hz(hertz) * t)
-    return SimpleNamespace(time=t, normal_force=wanted, fly_height=5.0 - wanted / stiffness, center_x=20.0 * t - 30)
+    return SimpleNamespace(
+        time=t, normal_force=wanted, fly_height=5.0 - wanted / stiffness, center_x=20.0 * t - 30
+    )
 
 
 PLAN = plan_of()
@@ -38,7 +40,9 @@ class _Stepwise(force.ForceController):
         self.__dict__.update(copy.deepcopy(other).__dict__)
 
 
-@pytest.mark.parametrize("options", [{}, {"feedforward": False}, {"blend": 0.4}, {"limits": force.Limits(command_rate_max=1.5)}])
+@pytest.mark.parametrize(
+    "options", [{}, {"feedforward": False}, {"blend": 0.4}, {"limits": force.Limits(command_rate_max=1.5)}]
+)
 def test_step_and_batch_give_the_same_bits(options):
     controller = force.ForceController(PLAN, LOOP, **options)
     plant = LOOP.plant.replace(drive=force.table_drive("appendix-b"))
@@ -51,20 +55,28 @@ def test_step_and_batch_give_the_same_bits(options):
 
 
 def test_perfect_model_needs_no_correction():
-    """With a true model the reading is the one foreseen: no correction, and force = plan but for the lag's curvature."""
+    """With a true model the reading is the one foreseen: no correction, and force = plan but for the lag's
+    curvature.
+    """
     controller = force.ForceController(PLAN, LOOP.replace(plant=QUIET))
     record = force.simulate_loop(controller, duration=6.0, plant=QUIET)
     position = controller.trajectory(len(record.command[0]))[1]
     assert np.abs(record.command[0] - position)[90:].max() < 2e-3
     assert record.error_rms(after=1.5)[0] < 0.06
-    alone = force.simulate_loop(force.ForceController(PLAN, LOOP, feedforward=False), duration=6.0, plant=QUIET)
+    alone = force.simulate_loop(
+        force.ForceController(PLAN, LOOP, feedforward=False), duration=6.0, plant=QUIET
+    )
     assert alone.error_rms(after=1.5)[0] > 1.0
 
 
 def test_feedback_removes_what_the_plan_does_not_know():
-    """A surface 0.1 mm higher than planned: 7.6 N at first, nothing after a second, and the correction says -0.1 mm."""
+    """A surface 0.1 mm higher than planned: 7.6 N at first, nothing after a second, and the correction says
+    -0.1 mm.
+    """
     controller = force.ForceController(plan_of(size=0.0), LOOP.replace(plant=QUIET))
-    record = force.simulate_loop(controller, duration=4.0, plant=QUIET, surface=lambda t: np.where(t > 1.0, 0.1, 0.0))
+    record = force.simulate_loop(
+        controller, duration=4.0, plant=QUIET, surface=lambda t: np.where(t > 1.0, 0.1, 0.0)
+    )
     jump = record.force[0, np.searchsorted(record.time, 1.01)] - 45.0
     assert jump == pytest.approx(0.1 * K, rel=0.02)
     assert record.force[0, -1] == pytest.approx(45.0, abs=0.01)
@@ -105,18 +117,25 @@ def test_without_contact_it_creeps_up_and_lands_softly():
     """The surface falls 2 mm away: frozen law, limited approach, and no thrust when the contact is back."""
     limits = force.Limits(approach_rate_max=1.5, patience=4)
     controller = force.ForceController(plan_of(size=0.0), LOOP.replace(plant=QUIET), limits=limits)
-    record = force.simulate_loop(controller, duration=8.0, plant=QUIET, surface=lambda t: np.where(t > 1.0, -2.0, 0.0))
+    record = force.simulate_loop(
+        controller, duration=8.0, plant=QUIET, surface=lambda t: np.where(t > 1.0, -2.0, 0.0)
+    )
     loose = np.flatnonzero(record.force[0] == 0.0)
     loose = loose[record.time[loose] > 1.0]
     first, last = record.time[loose[0]], record.time[loose[-1]]
-    assert 0.3 < last - first < 1.0  # the law itself closes most of the gap until it knows that the contact is lost
+    # the law itself closes most of the gap until it knows that the contact is lost
+    assert 0.3 < last - first < 1.0
     speed = np.diff(record.command[0]) * 60
     air = slice(int((first + 0.15) * 60), int(last * 60) - 1)
     assert speed[air] == pytest.approx(1.5, abs=1e-9)
     assert record.force[0][record.time > last].max() < 45 * 1.25
     assert record.force[0, -1] == pytest.approx(45.0, abs=0.5)
-    hasty = force.ForceController(plan_of(size=0.0), LOOP.replace(plant=QUIET), limits=limits.replace(patience=100_000))
-    bang = force.simulate_loop(hasty, duration=8.0, plant=QUIET, surface=lambda t: np.where(t > 1.0, -2.0, 0.0))
+    hasty = force.ForceController(
+        plan_of(size=0.0), LOOP.replace(plant=QUIET), limits=limits.replace(patience=100_000)
+    )
+    bang = force.simulate_loop(
+        hasty, duration=8.0, plant=QUIET, surface=lambda t: np.where(t > 1.0, -2.0, 0.0)
+    )
     assert bang.force[0][bang.time > 1.1].max() > record.force[0][record.time > last].max() + 2
 
 
@@ -125,7 +144,9 @@ def test_runout_with_loss_of_contact_keeps_the_mean_force():
     plan = plan_of(mean=15.0, size=0.0)
     plant = QUIET.replace(drive=QUIET.drive.replace(play=4.8 / K))
     controller = force.ForceController(plan, LOOP.replace(plant=QUIET))
-    record = force.simulate_loop(controller, duration=12.0, plant=plant, surface=lambda t: 0.4 * np.sin(units.hz(42.0) * t))
+    record = force.simulate_loop(
+        controller, duration=12.0, plant=plant, surface=lambda t: 0.4 * np.sin(units.hz(42.0) * t)
+    )
     kept = record.force[0][record.time > 4.0]
     assert 0.25 < np.mean(kept == 0.0) < 0.5
     assert kept.mean() == pytest.approx(15.0, abs=0.3)
@@ -142,8 +163,14 @@ def test_missing_reading_holds_the_correction():
 
 
 def test_place_or_clock_or_count_tell_the_time():
-    told = ({"pass_time": 2.0}, {"center_x": 20.0 * 2.0 - 30}, {"pass_time": 7.0, "center_x": 20.0 * 2.0 - 30})
-    commands = [force.ForceController(PLAN, LOOP).step(force=np.nan, **say)["platform_command"] for say in told]
+    told = (
+        {"pass_time": 2.0},
+        {"center_x": 20.0 * 2.0 - 30},
+        {"pass_time": 7.0, "center_x": 20.0 * 2.0 - 30},
+    )
+    commands = [
+        force.ForceController(PLAN, LOOP).step(force=np.nan, **say)["platform_command"] for say in told
+    ]
     assert commands == pytest.approx([commands[0]] * 3, abs=1e-12)
     counted = force.ForceController(PLAN, LOOP)
     for _ in range(121):
@@ -178,7 +205,12 @@ def test_noise_of_the_gauge_is_no_noise_of_the_plan():
 
 def test_set_points_are_a_plan():
     given_one, told = force.ForceController(PLAN, LOOP), force.ForceController(None, LOOP)
-    assert set(told.reads) - set(given_one.reads) == {"plan_time", "normal_force_plan", "fly_height_plan", "center_x_plan"}
+    assert set(told.reads) - set(given_one.reads) == {
+        "plan_time",
+        "normal_force_plan",
+        "fly_height_plan",
+        "center_x_plan",
+    }
     points = {
         "plan_time": PLAN.time,
         "normal_force_plan": PLAN.normal_force,
@@ -234,7 +266,9 @@ def test_reports_what_it_foresees():
 
 
 def bad(**changes):
-    return SimpleNamespace(**{"time": [0.0, 1.0], "normal_force": [10.0, 20.0], "fly_height": [1.0, 1.0]} | changes)
+    return SimpleNamespace(
+        **{"time": [0.0, 1.0], "normal_force": [10.0, 20.0], "fly_height": [1.0, 1.0]} | changes
+    )
 
 
 @pytest.mark.parametrize(
@@ -272,22 +306,36 @@ def bad(**changes):
         ),
         (lambda: force.ForceController(object(), LOOP), TypeError, "plan must have the arrays time"),
         (lambda: force.ForceController(PLAN, "loop"), TypeError, "loop must be a ForceLoop"),
-        (lambda: force.ForceController(PLAN, LOOP, blend=1.5), ValueError, r"blend must be in \[0, 1\]; got 1\.5"),
+        (
+            lambda: force.ForceController(PLAN, LOOP, blend=1.5),
+            ValueError,
+            r"blend must be in \[0, 1\]; got 1\.5",
+        ),
         (
             lambda: force.ForceController(PLAN, LOOP, feedforward=False, blend=0.5),
             ValueError,
             "blend must be 0 without feedforward",
         ),
-        (lambda: force.ForceController(None, LOOP).step(force=1.0), ValueError, "plan must be given before the first step"),
+        (
+            lambda: force.ForceController(None, LOOP).step(force=1.0),
+            ValueError,
+            "plan must be given before the first step",
+        ),
         (
             lambda: force.Limits(command_min=1.0, command_max=0.0),
             ValueError,
             r"command_max must be > command_min = 1 \(mm\); got 0\.0",
         ),
-        (lambda: force.Limits(command_rate_max=0.0), ValueError, r"command_rate_max must be > 0 \(mm/s\); got 0\.0"),
+        (
+            lambda: force.Limits(command_rate_max=0.0),
+            ValueError,
+            r"command_rate_max must be > 0 \(mm/s\); got 0\.0",
+        ),
         (
             lambda: force.simulate_loop(
-                force.ForceController(PLAN, LOOP), duration=1.0, plant=QUIET.replace(sensor=force.SensorChain(sample_time=0.01))
+                force.ForceController(PLAN, LOOP),
+                duration=1.0,
+                plant=QUIET.replace(sensor=force.SensorChain(sample_time=0.01)),
             ),
             ValueError,
             r"sample_time must be the controller's 0\.0166667 in the plant \(s\); got 0\.01",
@@ -304,7 +352,9 @@ def test_an_infinite_reading_is_none():
     commands = []
     for bad in (float("nan"), float("inf"), float("-inf")):
         controller = force.ForceController(PLAN, LOOP)
-        commands.append([controller.step(force=value)["platform_command"] for value in (30.0, 28.0, bad, 31.0, 30.0)])
+        commands.append(
+            [controller.step(force=value)["platform_command"] for value in (30.0, 28.0, bad, 31.0, 30.0)]
+        )
     assert np.all(np.isfinite(commands))
     np.testing.assert_array_equal(commands[1], commands[0])
     np.testing.assert_array_equal(commands[2], commands[0])

@@ -1,4 +1,6 @@
-"""The compiled drive: its transfer function without friction; sticking, play and backlash by closed forms and a slow twin."""
+"""The compiled drive: its transfer function without friction; sticking, play and backlash by closed forms and
+a slow twin.
+"""
 
 import numpy as np
 import pytest
@@ -49,7 +51,9 @@ def test_one_sub_step_is_exact_for_a_held_command():
     drive = force.table_drive("appendix-b-linear")
     A, command, _ = drive.matrices()
     start = np.array([0.1, 3.0, -0.2])
-    found = solve_ivp(lambda _, s: A @ s + 0.5 * command, (0, STEP), start, method="Radau", rtol=1e-11, atol=1e-13)
+    found = solve_ivp(
+        lambda _, s: A @ s + 0.5 * command, (0, STEP), start, method="Radau", rtol=1e-11, atol=1e-13
+    )
     state = np.concatenate([start, [0.1, 0.1]])
     drive_step(state, 0.5, drive.core(STEP), FAR)
     assert state[:3] == pytest.approx(found.y[:, -1], rel=1e-8, abs=1e-10)
@@ -67,7 +71,9 @@ def test_sticks_within_the_band_and_nowhere_else(drive):
 
 
 def test_no_chatter_at_rest_and_in_reversal():
-    """The speed is exactly 0 in one stretch around each reversal of a slow sine, and changes sign only through it."""
+    """The speed is exactly 0 in one stretch around each reversal of a slow sine, and changes sign only
+    through it.
+    """
     t = STEP * np.arange(int(4 / STEP))
     states = run(THIRD, 0.05 * np.sin(units.hz(0.5) * t))
     v = states[2000:, 1]
@@ -82,7 +88,9 @@ def test_no_chatter_at_rest_and_in_reversal():
 
 
 def test_stick_time_of_a_reversal_in_closed_form():
-    """Slow triangle: the command travels twice the band before the platform turns (lead and damping make it a bit less)."""
+    """Slow triangle: the command travels twice the band before the platform turns (lead and damping make it a
+    bit less).
+    """
     slope, band = 0.02, 0.01
     drive = DESIGN.replace(stuck_band=band)
     t = STEP * np.arange(int(4 / STEP))
@@ -94,10 +102,11 @@ def test_stick_time_of_a_reversal_in_closed_form():
 @settings(deadline=None, max_examples=25)
 @given(st.floats(-0.5, 0.5), st.floats(-20, 20), st.floats(1e-4, 0.05))
 def test_friction_only_takes_energy(x, v, band):
-    """v^2/2 + gain x^2/2 of the design drive does not grow while the command rests, and it comes to rest inside the band.
+    """v^2/2 + gain x^2/2 of the design drive does not grow while the command rests, and it comes to rest
+    inside the band.
 
-    The sub-step in which it stops or turns is the exception: friction has one sign in it, wrong by at most its work there.
-    """
+    The sub-step in which it stops or turns is the exception: friction has one sign in it, wrong by at most
+    its work there."""
     drive = DESIGN.replace(stuck_band=band)
     core, state = drive.core(STEP), np.array([x, v, 0.0, x, x])
     energy, allowed = [0.5 * v**2 + 0.5 * drive.gain * x**2], []
@@ -112,7 +121,9 @@ def test_friction_only_takes_energy(x, v, band):
 
 
 def test_against_a_smooth_twin():
-    """Friction as a steep function of speed, integrated by a stiff method: the same path but for its steepness."""
+    """Friction as a steep function of speed, integrated by a stiff method: the same path but for its
+    steepness.
+    """
     drive, width = DESIGN.replace(stuck_band=0.01), 1e-4
     A, command, friction = drive.matrices()
     limit = drive.gain * drive.stuck_band
@@ -121,7 +132,9 @@ def test_against_a_smooth_twin():
         return A @ s + command * 0.1 * np.sin(units.hz(1.0) * t) + friction * limit * np.tanh(s[1] / width)
 
     t = STEP * np.arange(1, 2881)
-    twin = solve_ivp(rates, (0, 1), np.zeros(3), t_eval=t, method="LSODA", rtol=1e-8, atol=1e-10, max_step=1e-3).y[0]
+    twin = solve_ivp(
+        rates, (0, 1), np.zeros(3), t_eval=t, method="LSODA", rtol=1e-8, atol=1e-10, max_step=1e-3
+    ).y[0]
     ours = run(drive, 0.1 * np.sin(units.hz(1.0) * (t - STEP / 2)))[:, 0]
     assert np.abs(ours - twin).max() < 1e-4
     linear = run(DESIGN, 0.1 * np.sin(units.hz(1.0) * (t - STEP / 2)))[:, 0]
@@ -153,7 +166,8 @@ def test_play_follows_its_closed_form():
         out.append(played)
     out = np.array(out)
     assert out[500] == pytest.approx(0.8, abs=1e-6)  # pushed up to the crest less half the width
-    assert np.all(out[(t > np.pi / 2) & (np.sin(t) > 0.6)] == pytest.approx(0.8, abs=1e-6))  # waits through the whole width
+    # waits through the whole width
+    assert np.all(out[(t > np.pi / 2) & (np.sin(t) > 0.6)] == pytest.approx(0.8, abs=1e-6))
     assert out[1500] == pytest.approx(-0.8, abs=1e-6)
 
 

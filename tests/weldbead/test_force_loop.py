@@ -1,4 +1,6 @@
-"""The sampled loop: PI by Tustin, margins of section 7.3, the exact runout response, and the simulated loop against both."""
+"""The sampled loop: PI by Tustin, margins of section 7.3, the exact runout response, and the simulated loop
+against both.
+"""
 
 import numpy as np
 import pytest
@@ -21,14 +23,18 @@ def loop(hertz, sensor=PLAIN, **options):
 
 
 def step_plant(plant, commands, touch):
-    """Forces (N) in each sub-step and readings (N) before each sample, for commands (mm) without any feedback."""
+    """Forces (N) in each sub-step and readings (N) before each sample, for commands (mm) without any
+    feedback.
+    """
     step = plant.sample_time / touch.shape[1]
     drive_core, sensor_core = plant.drive.core(step), plant.sensor.core(step)
     drive, sensor = plant.drive.start(0.0), plant.sensor.start()
     forces, readings = np.empty_like(touch), np.empty(len(commands))
     for k, command in enumerate(commands):
         readings[k] = sensor_read(sensor, sensor_core, 0.0)
-        plant_sample(command, drive, sensor, drive_core, sensor_core, touch[k], plant.contact_stiffness, forces[k])
+        plant_sample(
+            command, drive, sensor, drive_core, sensor_core, touch[k], plant.contact_stiffness, forces[k]
+        )
     return forces, readings
 
 
@@ -62,7 +68,9 @@ def test_margins_with_the_analogue_filter():
 
 
 def test_margins_a_second_way():
-    """Plant by partial fractions of held poles, law by Tustin in the frequency domain: nothing of the library."""
+    """Plant by partial fractions of held poles, law by Tustin in the frequency domain: nothing of the
+    library.
+    """
     b1, b2, wc, T = 2 * np.pi * 9, 2 * np.pi * 40, 2 * np.pi * 30, 1 / 60
     poles = np.array([-b1, -b2, wc * np.exp(0.75j * np.pi), wc * np.exp(-0.75j * np.pi)])
     top = b1 * b2 * wc**2
@@ -137,7 +145,9 @@ def test_runout_at_fifty_hertz_comes_back_at_ten():
 @pytest.mark.parametrize("hertz", [42.0, 50.0, 58.0])
 def test_runout_response_is_exact(hertz):
     made = loop(3.0, FULL)
-    assert runout_of(made, hertz) == pytest.approx(float(force.runout_response(made, units.hz(hertz))), rel=0.01)
+    assert runout_of(made, hertz) == pytest.approx(
+        float(force.runout_response(made, units.hz(hertz))), rel=0.01
+    )
 
 
 def test_a_filter_ratio_is_not_the_runout_response():
@@ -199,8 +209,16 @@ def test_brown_hardware_advice_is_no_gain_at_sixty_hertz():
         ),
         (lambda: loop(3.0, delay_samples=-1), ValueError, "delay_samples must be >= 0; got -1"),
         (lambda: loop(3.0, delay_samples=1.5), TypeError, r"delay_samples must be a whole number; got 1\.5"),
-        (lambda: force.margins(loop(3.0), delay_samples=-2), ValueError, "delay_samples must be >= 0; got -2"),
-        (lambda: force.margins(loop(3.0), delay_samples=9), ValueError, "stable loop: poles inside the unit circle"),
+        (
+            lambda: force.margins(loop(3.0), delay_samples=-2),
+            ValueError,
+            "delay_samples must be >= 0; got -2",
+        ),
+        (
+            lambda: force.margins(loop(3.0), delay_samples=9),
+            ValueError,
+            "stable loop: poles inside the unit circle",
+        ),
         (lambda: loop(-1.0), ValueError, r"crossover must be > 0 \(rad/s\); got -6\.28"),
         (
             lambda: force.PI(kp=1e-3, ki=0.1, sample_time=1 / 100).loop(),
@@ -208,9 +226,17 @@ def test_brown_hardware_advice_is_no_gain_at_sixty_hertz():
             r"sample_time must be the same in both: 0\.0166667 \(s\); got 0\.01",
         ),
         (lambda: force.margins("loop"), TypeError, "loop must be a ForceLoop, as PI.design gives it"),
-        (lambda: force.ForcePlant(contact_stiffness=0.0), ValueError, r"contact_stiffness must be > 0 \(N/mm\); got 0\.0"),
+        (
+            lambda: force.ForcePlant(contact_stiffness=0.0),
+            ValueError,
+            r"contact_stiffness must be > 0 \(N/mm\); got 0\.0",
+        ),
         (lambda: force.ForcePlant(drive="motor"), TypeError, "drive must be a TableDrive"),
-        (lambda: force.table_drive("x"), ValueError, "name must be one of design, appendix-b, appendix-b-linear; got 'x'"),
+        (
+            lambda: force.table_drive("x"),
+            ValueError,
+            "name must be one of design, appendix-b, appendix-b-linear; got 'x'",
+        ),
         (lambda: force.PI(kp=-1.0, ki=1.0), ValueError, r"kp must be >= 0 \(mm/N\); got -1\.0"),
     ],
 )

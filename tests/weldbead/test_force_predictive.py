@@ -32,7 +32,9 @@ def test_without_limits_it_is_its_linear_law():
 def test_nothing_is_left_over():
     """The estimated offset takes a surface that is not where it was planned to be."""
     controller = force.PredictiveController(sine(size=0.0), LAW.replace(plant=QUIET))
-    record = force.simulate_loop(controller, duration=4.0, plant=QUIET, surface=lambda t: np.full_like(t, -0.05))
+    record = force.simulate_loop(
+        controller, duration=4.0, plant=QUIET, surface=lambda t: np.full_like(t, -0.05)
+    )
     assert record.force[0, -1] == pytest.approx(45.0, abs=0.01)
 
 
@@ -45,7 +47,9 @@ def test_prediction_is_the_model_run():
     for value in inputs:
         x = model.A @ x + model.B * value
         readings.append(model.C @ x)
-    assert look.free @ state + look.held * held + look.moves @ changes == pytest.approx(np.array(readings), abs=1e-9)
+    assert look.free @ state + look.held * held + look.moves @ changes == pytest.approx(
+        np.array(readings), abs=1e-9
+    )
 
 
 def test_gain_of_the_filter_is_stationary():
@@ -64,7 +68,9 @@ def test_program_against_a_second_solver(monkeypatch):
     import cvxpy as cp
 
     seen = []
-    controller = force.PredictiveController(sine(), LAW, limits=force.Limits(command_max=0.70, command_rate_max=3.0))
+    controller = force.PredictiveController(
+        sine(), LAW, limits=force.Limits(command_max=0.70, command_rate_max=3.0)
+    )
     solve = force.PredictiveController._solve
 
     def spy(self, linear, low, high, rows, guess):
@@ -82,7 +88,9 @@ def test_program_against_a_second_solver(monkeypatch):
         v = cp.Variable(n + 1)
         finite_low, finite_high = low > -1e19, high < 1e19
         keep = [rows[finite_low] @ v >= low[finite_low], rows[finite_high] @ v <= high[finite_high]]
-        cp.Problem(cp.Minimize(0.5 * cp.quad_form(v, cp.psd_wrap(hessian)) + linear @ v), keep).solve(solver="CLARABEL")
+        cp.Problem(cp.Minimize(0.5 * cp.quad_form(v, cp.psd_wrap(hessian)) + linear @ v), keep).solve(
+            solver="CLARABEL"
+        )
         assert found == pytest.approx(v.value[0], abs=2e-3)
 
 
@@ -104,7 +112,10 @@ def test_contact_is_kept_where_it_can_be():
     plan, low = sine(mean=12.0, size=10.0), lambda t: np.where(t > 1.0, -0.03, 0.0)
     limits = force.Limits(contact_force=1.5)
     with_care = force.simulate_loop(
-        force.PredictiveController(plan, LAW.replace(plant=QUIET), limits=limits), duration=5.0, plant=QUIET, surface=low
+        force.PredictiveController(plan, LAW.replace(plant=QUIET), limits=limits),
+        duration=5.0,
+        plant=QUIET,
+        surface=low,
     )
     assert with_care.reading[0][100:].min() > 0.5
 

@@ -40,7 +40,9 @@ def test_where_the_spin_appears():
         assert float(QUIET.alias(units.hz(float(hertz)))) == pytest.approx(units.hz(float(seen)), abs=1e-9)
 
 
-@pytest.mark.parametrize("chain", [QUIET, QUIET.replace(analogue_cutoff=None), QUIET.replace(inner_rate=None)])
+@pytest.mark.parametrize(
+    "chain", [QUIET, QUIET.replace(analogue_cutoff=None), QUIET.replace(inner_rate=None)]
+)
 @pytest.mark.parametrize("hertz", [3.0, 22.0, 50.0, 58.0])
 def test_compiled_chain_has_the_exact_response_at_the_alias(chain, hertz):
     samples = 240
@@ -80,7 +82,10 @@ def test_quantum_and_noise():
     [
         (lambda: force.SensorChain(cutoff=-1.0), r"cutoff must be > 0 \(rad/s\); got -1\.0"),
         (lambda: force.SensorChain(noise_sd=-0.1), r"noise_sd must be >= 0 \(N\); got -0\.1"),
-        (lambda: force.SensorChain(inner_rate=1), r"cutoff must be < 188\.496, half the rate inside the sensor \(rad/s\)"),
+        (
+            lambda: force.SensorChain(inner_rate=1),
+            r"cutoff must be < 188\.496, half the rate inside the sensor \(rad/s\)",
+        ),
         (lambda: QUIET.core(1 / 2900), r"step must be a whole part of 0\.00208333 \(s\)"),
     ],
 )

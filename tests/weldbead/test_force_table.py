@@ -84,7 +84,8 @@ def test_friction_as_force_error():
     drive = force.table_drive("appendix-b")
     assert drive.stuck_band == pytest.approx(7.65e-3, rel=1e-3)  # mm
     assert drive.stuck_band * 83.04 == pytest.approx(0.64, abs=0.01)  # N
-    assert SERVO.friction_torque / IN_LB * 2 * np.pi * 5 * 4.4482 == pytest.approx(23.5, abs=0.05)  # N at the screw
+    # N at the screw
+    assert SERVO.friction_torque / IN_LB * 2 * np.pi * 5 * 4.4482 == pytest.approx(23.5, abs=0.05)
 
 
 def test_lag_of_a_slow_command():
@@ -108,5 +109,11 @@ def test_matrices_are_the_transfer_function(name):
 def test_kept_in_files():
     from sdpgrind.base.stored import decode, encode
 
-    for thing in (SERVO, force.table_drive("appendix-b"), force.SensorChain(), force.ForcePlant(), force.DesignLimits()):
+    for thing in (
+        SERVO,
+        force.table_drive("appendix-b"),
+        force.SensorChain(),
+        force.ForcePlant(),
+        force.DesignLimits(),
+    ):
         assert decode(encode(thing)) == thing

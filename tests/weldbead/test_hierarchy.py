@@ -1,4 +1,6 @@
-"""Three tiers in one controller: set-points, estimates, refusals, and that it grinds a bead better than the blind ones."""
+"""Three tiers in one controller: set-points, estimates, refusals, and that it grinds a bead better than the
+blind ones.
+"""
 
 import numpy as np
 import pytest
@@ -56,11 +58,15 @@ def test_what_the_sequence_asks_for_is_what_the_pass_plans(log):
     asked = sequence["mean_cut_command"].values[going] * PROCESS.bead_width * 40.0
     got = planned["volume_planned"].values[going] + planned["shortfall_planned"].values[going]
     np.testing.assert_allclose(got, asked, rtol=2e-2)
-    np.testing.assert_array_equal(planned["mean_cut"].values[going], sequence["mean_cut_command"].values[going])
+    np.testing.assert_array_equal(
+        planned["mean_cut"].values[going], sequence["mean_cut_command"].values[going]
+    )
 
 
 def test_the_cut_is_near_what_was_asked_where_the_coefficients_are_known(policy):
-    known = hwsim.ForceTableStand(STAND.problem, time=30.0, pass_scatter=type(STAND.pass_scatter)(0.0, 0.0, 0.0), runout=0.0)
+    known = hwsim.ForceTableStand(
+        STAND.problem, time=30.0, pass_scatter=type(STAND.pass_scatter)(0.0, 0.0, 0.0), runout=0.0
+    )
     log = hwsim.run(known, weldbead.Hierarchy(policy, DISC, LOOP, reestimate=False), rng=2)
     asked = log["sequence"]["mean_cut_command"].values
     cut = log.outcome.true_cut_depth.values[0]
@@ -71,7 +77,10 @@ def test_the_cut_is_near_what_was_asked_where_the_coefficients_are_known(policy)
 
 def test_estimates_go_towards_the_truth(policy):
     dull = hwsim.ForceTableStand(
-        STAND.problem, time=30.0, truth=DISC.replace(specific_energy=17.0), pass_scatter=type(STAND.pass_scatter)(0.0, 0.0, 0.0)
+        STAND.problem,
+        time=30.0,
+        truth=DISC.replace(specific_energy=17.0),
+        pass_scatter=type(STAND.pass_scatter)(0.0, 0.0, 0.0),
     )
     log = hwsim.run(dull, weldbead.Hierarchy(policy, DISC, LOOP), rng=3)
     found = log["sequence"]["specific_energy_command"].values
@@ -103,7 +112,9 @@ def test_scans_that_are_not_looked_at_cost(policy):
 
 
 def test_another_process_is_refused(policy):
-    with pytest.raises(ValueError, match=r"policy must be for the process of the disc; got one for .*12.8.* and a disc .*14"):
+    with pytest.raises(
+        ValueError, match=r"policy must be for the process of the disc; got one for .*12.8.* and a disc .*14"
+    ):
         weldbead.Hierarchy(policy, DISC.replace(specific_energy=14.0), LOOP)
 
 
@@ -152,7 +163,10 @@ def test_more_force_than_brown_had():
     [
         ({"datum": 5.0}, "its datum is 0.0 mm, that of the plant 5.0 mm"),
         ({"lead_out": 50.0}, "its lead_out is 5.0 mm, that of the plant 50.0 mm"),
-        ({"problem": STAND.problem.replace(disc=DISC.replace(relaxed_angle=units.deg(25)))}, "its relaxed_angle is 0.349"),
+        (
+            {"problem": STAND.problem.replace(disc=DISC.replace(relaxed_angle=units.deg(25)))},
+            "its relaxed_angle is 0.349",
+        ),
     ],
 )
 def test_a_machine_that_is_set_up_otherwise(policy, change, message):
@@ -166,12 +180,19 @@ def test_a_datum_is_taken_into_account(policy, log):
 
 
 def test_light_passes_tell_nothing_of_energies(policy):
-    """Near the force below which nothing is cut the disc loses contact on the way, and power is no line in the rate."""
+    """Near the force below which nothing is cut the disc loses contact on the way, and power is no line in
+    the rate.
+    """
     tier = weldbead.Hierarchy(policy, DISC, LOOP).tiers["sequence"]
     tier.step(height=0.5, time_left=20.0)
     light = 1.5 * PROCESS.threshold_force
     tier.step(
-        height=0.4, time_left=14.0, grinding_power=100.0, removal_rate=9.0, normal_force=light, tangential_force=0.30 * light
+        height=0.4,
+        time_left=14.0,
+        grinding_power=100.0,
+        removal_rate=9.0,
+        normal_force=light,
+        tangential_force=0.30 * light,
     )
     learned = tier._learner.model
     assert (learned.specific_energy, learned.idle_power) == pytest.approx((12.8, 114.0), rel=1e-12)

@@ -1,4 +1,6 @@
-"""No place of a planned pass burns: the limit at the feed of each step, for every method; what breaks it says so."""
+"""No place of a planned pass burns: the limit at the feed of each step, for every method; what breaks it says
+so.
+"""
 
 import numpy as np
 import pytest
@@ -11,7 +13,9 @@ DISC = passes.TiltedDisc(PROCESS, relaxed_angle=units.deg(20), rotational_stiffn
 X = np.linspace(0, 60, 601)
 WAVY = passes.Contour(X, 1.0 + 0.1 * np.sin(2 * np.pi * X / 40))
 COEFFICIENT = 14.0  # N/(mm/s)^(1/2): 62.6 N at 20 mm/s
-PROBLEM = passes.PassProblem(DISC, WAVY, mean_cut=0.2, feed_rate=20.0, burn_limit=weldbead.ForceBurnLimit(COEFFICIENT))
+PROBLEM = passes.PassProblem(
+    DISC, WAVY, mean_cut=0.2, feed_rate=20.0, burn_limit=weldbead.ForceBurnLimit(COEFFICIENT)
+)
 FREEDOM = passes.Freedom(feed_rate_min=5.0, feed_rate_max=50.0, time_weight=1e-3)
 
 
@@ -45,7 +49,9 @@ def test_a_free_feed_is_limited_where_it_is():
 
 
 def test_an_optimal_control_whose_replay_burns_is_not_used():
-    """On short waves the part before the control begins does, fed at another speed than its heights were planned for."""
+    """On short waves the part before the control begins does, fed at another speed than its heights were
+    planned for.
+    """
     problem = PROBLEM.replace(bead=passes.Contour(X, 1.0 + 0.1 * np.sin(2 * np.pi * X / 17)))
     plan = passes.plan(problem, method="collocation", freedom=FREEDOM)
     assert plan.collocation.message.startswith("the replay burns, by up to 1.0")

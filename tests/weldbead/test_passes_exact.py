@@ -1,4 +1,6 @@
-"""The bead clipped as a polyline: conserved to rounding, of the order of the steps alone, the same physics as at nodes."""
+"""The bead clipped as a polyline: conserved to rounding, of the order of the steps alone, the same physics as
+at nodes.
+"""
 
 import numpy as np
 import pytest
@@ -37,7 +39,8 @@ def fine():
 
 def test_volume_is_conserved_and_that_of_the_reference(fine):
     assert gone(SMOOTH, fine.contour) == pytest.approx(fine.volume, rel=1e-12)
-    assert fine.volume == pytest.approx(634.8198, rel=2e-6)  # a stiff differential equation; its rounding, and the polyline
+    # a stiff differential equation; its rounding, and the polyline
+    assert fine.volume == pytest.approx(634.8198, rel=2e-6)
     assert np.trapezoid(fine.removal_rate, fine.time) == pytest.approx(fine.volume, rel=1e-7)
 
 
@@ -61,9 +64,15 @@ def test_the_nodes_converge_to_it(fine):
 
 def test_three_patches():
     x = np.linspace(0, 60, 6001)
-    ridges = passes.Contour(x, 1 + 0.6 * np.exp(-(((x - 25) / 0.35) ** 2)) + 0.9 * np.exp(-(((x - 26.8) / 0.35) ** 2)))
+    ridges = passes.Contour(
+        x, 1 + 0.6 * np.exp(-(((x - 25) / 0.35) ** 2)) + 0.9 * np.exp(-(((x - 26.8) / 0.35) ** 2))
+    )
     center = 77.0 + 0.02 * np.arange(2600)
-    way = {"center_x": center, "fly_height": np.full(center.size, 0.3 + RADIUS * np.sin(ANGLE)), "feed_rate": FEED}
+    way = {
+        "center_x": center,
+        "fly_height": np.full(center.size, 0.3 + RADIUS * np.sin(ANGLE)),
+        "feed_rate": FEED,
+    }
     exact, nodal = (passes.simulate(DISC, ridges, **way, exact=choice) for choice in (True, False))
     assert exact.patches.max() == 3
     assert gone(ridges, exact.contour) == pytest.approx(exact.volume, rel=1e-12)
@@ -114,7 +123,9 @@ def test_what_it_refuses():
     weak = passes.TiltedDisc(air, relaxed_angle=ANGLE, rotational_stiffness=6e5)
     deep = np.full(1200, 0.0 + RADIUS * np.sin(ANGLE))
     with pytest.raises(passes.GrinderStalled) as stalled:
-        passes.simulate(weak, flat, center_x=78.0 + 0.05 * np.arange(1200), fly_height=deep, feed_rate=FEED, exact=True)
+        passes.simulate(
+            weak, flat, center_x=78.0 + 0.05 * np.arange(1200), fly_height=deep, feed_rate=FEED, exact=True
+        )
     with pytest.raises(passes.GrinderStalled) as nodal:
         passes.simulate(weak, flat, center_x=78.0 + 0.05 * np.arange(1200), fly_height=deep, feed_rate=FEED)
     assert stalled.value.time == pytest.approx(nodal.value.time, abs=0.01)

@@ -21,12 +21,17 @@ def planned(disc=DISC, feed=20.0, **freedom):
 
 @pytest.fixture(scope="module")
 def plans():
-    return [planned(feed_rate_min=5.0, feed_rate_max=50.0, time_weight=weight) for weight in (1e-5, 1e-4, 1e-3)]
+    return [
+        planned(feed_rate_min=5.0, feed_rate_max=50.0, time_weight=weight) for weight in (1e-5, 1e-4, 1e-3)
+    ]
 
 
 def test_time_is_bought_with_distance(plans):
     times = [plan.time[-1] for plan in plans]
-    off = [np.sqrt(np.mean((plan.contour.at(X[50:550]) - plan.problem.target.at(X[50:550])) ** 2)) for plan in plans]
+    off = [
+        np.sqrt(np.mean((plan.contour.at(X[50:550]) - plan.problem.target.at(X[50:550])) ** 2))
+        for plan in plans
+    ]
     assert times[0] > times[1] > times[2]
     assert off[0] < off[1] < off[2]
     assert passes.plan(plans[0].problem).time[-1] > times[2]  # than at the feed that was asked for
@@ -57,7 +62,9 @@ def test_where_power_is_the_limit_the_feed_follows_the_depth():
 
 def test_rates_are_limited(plans):
     free = plans[2]
-    held = planned(feed_rate_min=5.0, feed_rate_max=50.0, time_weight=1e-3, height_rate_max=0.5, force_rate_max=100.0)
+    held = planned(
+        feed_rate_min=5.0, feed_rate_max=50.0, time_weight=1e-3, height_rate_max=0.5, force_rate_max=100.0
+    )
     inner = (held.tip_x > 4) & (held.tip_x < 56)
 
     def fastest(plan, name):
@@ -105,7 +112,9 @@ def test_a_feed_for_each_step():
     even = passes.simulate(DISC, flat, center_x=x, fly_height=height, feed_rate=20.0)
     same = passes.simulate(DISC, flat, center_x=x, fly_height=height, feed_rate=np.full(x.size - 1, 20.0))
     np.testing.assert_array_equal(same.contour.z, even.contour.z)
-    with pytest.raises(ValueError, match=r"feed_rate must be a number or have one entry for each step, 399 \(mm/s\)"):
+    with pytest.raises(
+        ValueError, match=r"feed_rate must be a number or have one entry for each step, 399 \(mm/s\)"
+    ):
         passes.simulate(DISC, flat, center_x=x, fly_height=height, feed_rate=[20.0, 20.0])
     with pytest.raises(ValueError, match=r"center_x must be rising \(mm\)"):
         passes.simulate(DISC, flat, center_x=x[::-1], fly_height=height, feed_rate=20.0)

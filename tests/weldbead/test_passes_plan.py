@@ -46,7 +46,8 @@ def test_inverse_reaches_the_target(inverse):
 
 
 def test_forward_and_inverse_are_each_other(inverse):
-    # The same heights through the forward simulation: another equation, the same pass up to the steps' interpolation.
+    # The same heights through the forward simulation: another equation, the same pass up to the steps'
+    # interpolation.
     record = inverse.simulate()
     inside = (record.tip_x > 1) & (record.tip_x < 149)
     np.testing.assert_allclose(record.normal_force[inside], inverse.normal_force[inside], atol=0.02)
@@ -66,7 +67,9 @@ def test_a_limit_holds_and_is_used():
     assert plan.shortfall > 1.0
     assert plan.volume + plan.shortfall == pytest.approx(PROBLEM.volume, rel=1e-3)
     assert plan.status.startswith("limited to 90 N: 0.3")
-    with pytest.raises(ValueError, match=r"mean_cut must be within the limits of force and power where strict \(mm\)"):
+    with pytest.raises(
+        ValueError, match=r"mean_cut must be within the limits of force and power where strict \(mm\)"
+    ):
         passes.plan(PROBLEM, strict=True)
 
 
@@ -82,7 +85,11 @@ def test_burning_is_a_limit_on_every_bump():
 
 def test_the_air_motor_is_guarded():
     air = PROCESS.replace(
-        free_speed=2 * np.pi * 50, speed_droop=0.0821, friction_ratio=0.3, disk_radius=85.0, specific_energy=10.0
+        free_speed=2 * np.pi * 50,
+        speed_droop=0.0821,
+        friction_ratio=0.3,
+        disk_radius=85.0,
+        specific_energy=10.0,
     )
     disc = passes.TiltedDisc(air, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
     problem = passes.PassProblem(disc, BEAD, mean_cut=0.25, feed_rate=10.0)
@@ -152,7 +159,10 @@ def test_looking_ahead_halves_the_error_of_static_forces():
 
 
 def test_the_error_estimate_is_one(inverse):
-    plan, finer = passes.plan(FREELY, method="static"), passes.plan(FREELY.replace(spacing=0.0125), method="static")
+    plan, finer = (
+        passes.plan(FREELY, method="static"),
+        passes.plan(FREELY.replace(spacing=0.0125), method="static"),
+    )
     x = np.array(plan.contour.x)
     true = np.sqrt(np.mean((np.array(plan.contour.z) - finer.contour.at(x)) ** 2))
     assert true / 4 < plan.error < 10 * true
@@ -160,7 +170,10 @@ def test_the_error_estimate_is_one(inverse):
 
 def test_nothing_asked_for_touches_nothing():
     plan = passes.plan(PROBLEM.replace(mean_cut=0.0))
-    assert plan.volume < 1e-9 and plan.normal_force.max() * DISC.model.disk_radius < 1.0 / (0.33 * 0.5e-3) * 114.0
+    assert (
+        plan.volume < 1e-9
+        and plan.normal_force.max() * DISC.model.disk_radius < 1.0 / (0.33 * 0.5e-3) * 114.0
+    )
 
 
 def test_a_plan_survives_its_file(tmp_path):
@@ -194,7 +207,10 @@ def test_it_is_drawn():
         ({"feed_rate": 0.0}, r"feed_rate must be > 0 \(mm/s\); got 0"),
         ({"spacing": 20.0}, r"spacing must be <= 15, a tenth of the bead \(mm\); got 20"),
         ({"normal_force_max": 5.0}, r"normal_force_max must be > 7.77., below which nothing is cut \(N\)"),
-        ({"target_shape": passes.Contour([10, 150], [0, 0])}, "the target shape must cover the bead, 0 to 150 mm; got 10 to 150"),
+        (
+            {"target_shape": passes.Contour([10, 150], [0, 0])},
+            "the target shape must cover the bead, 0 to 150 mm; got 10 to 150",
+        ),
         ({"parent": passes.Contour([0, 150], [0.9, 0.9])}, "mean_cut must leave the parent alone"),
         (
             {"bead": passes.Contour([0, 75, 75.1, 150], [0, 0, 40, 40]), "mean_cut": 22.0},
@@ -216,7 +232,9 @@ def test_a_target_below_the_parent_is_warned_of():
 
 
 def test_an_unknown_method_is_refused():
-    with pytest.raises(ValueError, match="method must be one of inverse, pi, static, quasistatic, collocation"):
+    with pytest.raises(
+        ValueError, match="method must be one of inverse, pi, static, quasistatic, collocation"
+    ):
         passes.plan(PROBLEM, method="best")
 
 
@@ -227,7 +245,10 @@ def test_an_unknown_method_is_refused():
         (lambda: PROBLEM.replace(disc="disc"), "disc must be a TiltedDisc; got 'disc'"),
         (lambda: PROBLEM.replace(parent=3.0), "parent must be a Contour; got 3.0"),
         (lambda: passes.plan("pass"), "problem must be a PassProblem; got 'pass'"),
-        (lambda: passes.plan(PROBLEM, method="collocation", freedom=(5, 50)), r"freedom must be a Freedom; got \(5, 50\)"),
+        (
+            lambda: passes.plan(PROBLEM, method="collocation", freedom=(5, 50)),
+            r"freedom must be a Freedom; got \(5, 50\)",
+        ),
         (
             lambda: passes.TiltedDisc(None, relaxed_angle=0.3, rotational_stiffness=6e5),
             "model must be a GrindingProcess; got None",
@@ -240,7 +261,8 @@ def test_things_of_another_kind(make, message):
 
 
 @pytest.mark.parametrize(
-    ("gains", "message"), [((1.0, -5.0), r"gains\[1\] must be > 0 \(1/s\); got -5"), (5.0, "gains must be two")]
+    ("gains", "message"),
+    [((1.0, -5.0), r"gains\[1\] must be > 0 \(1/s\); got -5"), (5.0, "gains must be two")],
 )
 def test_gains_that_are_none(gains, message):
     with pytest.raises(ValueError, match=message):

@@ -1,4 +1,6 @@
-"""The quadratic program of a pass: against its statement in cvxpy, against its closed form, against the planner."""
+"""The quadratic program of a pass: against its statement in cvxpy, against its closed form, against the
+planner.
+"""
 
 import numpy as np
 import pytest
@@ -43,7 +45,9 @@ def test_without_a_limit_on_the_slope_the_depth_is_clipped(feed):
     def clipped(nu):
         return np.clip(wanted + nu, 0.0, most)
 
-    nu = brentq(lambda nu: np.trapezoid(clipped(nu), found.x) / 150.0 - min(0.25, most), -1.0, 1.0, xtol=1e-12)
+    nu = brentq(
+        lambda nu: np.trapezoid(clipped(nu), found.x) / 150.0 - min(0.25, most), -1.0, 1.0, xtol=1e-12
+    )
     np.testing.assert_allclose(found.cut_depth, clipped(nu), atol=1e-5)
     assert found.depth_max == pytest.approx(most)
     assert found.limited == pytest.approx(np.mean(clipped(nu) >= most * (1 - 1e-6)), abs=0.02)
@@ -51,7 +55,9 @@ def test_without_a_limit_on_the_slope_the_depth_is_clipped(feed):
 
 def test_many_candidates_are_what_each_is_alone():
     pairs = [(0.1, 10.0), (0.25, 20.0), (0.25, 40.0), (0.0, 20.0)]
-    for found, (cut, feed) in zip(passes.relax(problem(), candidates=pairs, slope_max=0.02), pairs, strict=True):
+    for found, (cut, feed) in zip(
+        passes.relax(problem(), candidates=pairs, slope_max=0.02), pairs, strict=True
+    ):
         (alone,) = passes.relax(problem(cut, feed), slope_max=0.02)
         np.testing.assert_allclose(found.cut_depth, alone.cut_depth, atol=1e-5)
         assert mean(found) == pytest.approx(min(cut, found.depth_max), abs=1e-6)

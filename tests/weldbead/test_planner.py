@@ -25,7 +25,8 @@ def values(policy):
     return policy.value(height[:, None], time)
 
 
-# A finite problem by plain loops -------------------------------------------------------------------------------------
+# A finite problem by plain loops
+# -------------------------------------------------------------------------------------
 
 
 def weights(x, node, mean, sd):
@@ -40,7 +41,8 @@ def weights(x, node, mean, sd):
 
 
 def by_loops(problem, node, levels, finish):
-    """J[last pass, stage, node] by the recursion of the specification; the last entry of `last pass` is none yet.
+    """J[last pass, stage, node] by the recursion of the specification; the last entry of `last pass` is none
+    yet.
 
     At the node 0 it is the limit from above: that is what falls between the first two nodes.
     """
@@ -64,11 +66,15 @@ def by_loops(problem, node, levels, finish):
     return table
 
 
-@pytest.mark.parametrize(("finish", "pass_charge", "min_cut"), [(None, 0.03, 0.1), (FINISH, 0.0, 0.02), (FINISH, 0.02, 0.1)])
+@pytest.mark.parametrize(
+    ("finish", "pass_charge", "min_cut"), [(None, 0.03, 0.1), (FINISH, 0.0, 0.02), (FINISH, 0.02, 0.1)]
+)
 def test_against_plain_loops(finish, pass_charge, min_cut):
     problem = SMALL.replace(finish_charge=finish, pass_charge=pass_charge, min_cut=min_cut)
     node = np.linspace(0, 2, 21)
-    policy = weldbead.SequencePolicy(problem, sdp.plan(weldbead.sequence.sdp_problem(problem, 21, levels=25, search=False)))
+    policy = weldbead.SequencePolicy(
+        problem, sdp.plan(weldbead.sequence.sdp_problem(problem, 21, levels=25, search=False))
+    )
     levels = []
     for duration in problem.durations:
         low = (100 + 125 * min_cut * 50 / (duration - 2)) / 12.75
@@ -81,7 +87,8 @@ def test_against_plain_loops(finish, pass_charge, min_cut):
         for a, duration in enumerate(problem.durations):
             found = policy.value(height, time, last_duration=duration)
             np.testing.assert_allclose(found[1:], table[a].T[1:], atol=1e-9)
-            np.testing.assert_allclose(found[0], finish(problem.feed_rate(duration)), atol=1e-12)  # no further pass from 0
+            # no further pass from 0
+            np.testing.assert_allclose(found[0], finish(problem.feed_rate(duration)), atol=1e-12)
             np.testing.assert_allclose(policy.table.table.value[:, a + 1, 0], table[a, :, 0], atol=1e-9)
 
 
@@ -92,9 +99,11 @@ def test_finish_charge_slows_the_last_pass():
     assert charged.action(**state).duration == 10
     heights = np.linspace(0.05, 2, 40)
     assert np.all(charged.value(heights, 60.0) >= plain.value(heights, 60.0) - 1e-9)
-    assert np.all(charged.value(heights, 60.0) <= plain.value(heights, 60.0) + 0.4 + 1e-9)  # at most the fastest finish
+    # at most the fastest finish
+    assert np.all(charged.value(heights, 60.0) <= plain.value(heights, 60.0) + 0.4 + 1e-9)
     # A slow last pass to refinish: worth it as long as it saves more than it risks.
-    assert charged.value(0.0, 30.0, last_duration=6.0) == pytest.approx(0.4)  # no pass starts from a bead that is gone
+    # no pass starts from a bead that is gone
+    assert charged.value(0.0, 30.0, last_duration=6.0) == pytest.approx(0.4)
     assert charged.value(0.1, 30.0, last_duration=6.0) < 0.4
 
 
@@ -108,10 +117,15 @@ def test_pass_charge_is_paid_for_each_pass():
     assert np.all(solved(P1.replace(pass_charge=4.1)).action(np.linspace(0, 2, 41), 60.0).stop)
 
 
-# All kinds of problems -----------------------------------------------------------------------------------------------
+# All kinds of problems
+# -----------------------------------------------------------------------------------------------
 
 SCATTERS = [
-    *(weldbead.Scatter(name, 0.15, law=law) for name in ("C1", "K1", "K2", "mu") for law in ("rayleigh", "lognormal", "normal")),
+    *(
+        weldbead.Scatter(name, 0.15, law=law)
+        for name in ("C1", "K1", "K2", "mu")
+        for law in ("rayleigh", "lognormal", "normal")
+    ),
     weldbead.Scatter(("C1", "K2"), (0.1, 0.1)),
     weldbead.Scatter("K1", 0.2, law="empirical", sample=(0.7, 0.9, 1.0, 1.0, 1.1, 1.5), bandwidth=0.3),
 ]
@@ -126,7 +140,9 @@ LIMITS = {
 @pytest.mark.parametrize("limit", LIMITS)
 @pytest.mark.parametrize("scatter", SCATTERS, ids=lambda s: f"{s.attribution}-{s.law}")
 def test_every_scatter_and_limit(scatter, limit):
-    problem = SMALL.replace(scatter=scatter, burn_limit=LIMITS[limit], free_speed=560.0, speed_droop=0.1, idle_power=20.0)
+    problem = SMALL.replace(
+        scatter=scatter, burn_limit=LIMITS[limit], free_speed=560.0, speed_droop=0.1, idle_power=20.0
+    )
     policy = solved(problem.replace(specific_energy=8.0, horizon=20.0), nodes=31)
     problem = policy.problem
     height, time = policy.states()
@@ -136,7 +152,11 @@ def test_every_scatter_and_limit(scatter, limit):
     assert np.all(value <= 2 * height[:, None] + 1e-12)
     assert np.max(np.diff(value, axis=1)) <= 1e-8
     force, feed = action.normal_force[going], action.feed_rate[going]
-    assert going.any() and np.all(force <= 50.0) and np.all(force <= problem.scatter.peak_force(problem.model) + 1e-9)
+    assert (
+        going.any()
+        and np.all(force <= 50.0)
+        and np.all(force <= problem.scatter.peak_force(problem.model) + 1e-9)
+    )
     if LIMITS[limit] is not None:
         margin = LIMITS[limit].margin(problem.scatter.expected(problem.model), force, feed)
         assert margin.min() > -1e-6 * 50
@@ -168,7 +188,8 @@ def test_lateness_by_a_function():
     np.testing.assert_allclose(values(solved(given_function)), values(solved(quadratic)), rtol=1e-12)
 
 
-# Identities ----------------------------------------------------------------------------------------------------------
+# Identities
+# ----------------------------------------------------------------------------------------------------------
 
 
 @settings(max_examples=12, deadline=None)
@@ -181,13 +202,16 @@ def test_value_is_linear_in_the_charges(factor):
         lateness_charge=sdp.Linear(factor * late),
         pass_charge=factor * 0.01,
     )
-    np.testing.assert_allclose(values(solved(scaled)), factor * values(solved(base)), rtol=2e-7, atol=1e-8 * factor)
+    np.testing.assert_allclose(
+        values(solved(scaled)), factor * values(solved(base)), rtol=2e-7, atol=1e-8 * factor
+    )
 
 
 @settings(max_examples=12, deadline=None)
 @given(factor=st.floats(0.25, 4.0))
 def test_unit_of_height_does_not_matter(factor):
-    # Heights and cuts in another unit: K1 over the factor cuts that many times deeper; charges for a unit shrink alike.
+    # Heights and cuts in another unit: K1 over the factor cuts that many times deeper; charges for a unit
+    # shrink alike.
     scaled = SMALL.replace(
         specific_energy=P1.model.specific_energy / factor,
         height_max=2.0 * factor,
@@ -201,7 +225,9 @@ def test_unit_of_height_does_not_matter(factor):
 def test_unit_of_time_does_not_matter(factor):
     # The same feeds over a longer bead.
     names = ("bead_length", "reset_time", "horizon", "stage")
-    scaled = SMALL.replace(durations=[factor * t for t in SMALL.durations], **{n: factor * getattr(SMALL, n) for n in names})
+    scaled = SMALL.replace(
+        durations=[factor * t for t in SMALL.durations], **{n: factor * getattr(SMALL, n) for n in names}
+    )
     np.testing.assert_allclose(values(solved(scaled)), values(solved(SMALL)), rtol=1e-7, atol=1e-9)
 
 
@@ -220,17 +246,22 @@ def test_invariants(sd, under, ratio, rate, scatter):
         lateness_charge=None if rate is None else sdp.Linear(rate),
     )
     value = values(solved(problem))
-    tied = 1e-6 * under  # actions that cost the same to 1e-7 tie, and the first of them is taken, pass after pass
+    # actions that cost the same to 1e-7 tie, and the first of them is taken, pass after pass
+    tied = 1e-6 * under
     assert np.max(np.diff(value, axis=1)) <= tied  # more time never costs
     assert np.all(value <= under * solved(problem).states()[0][:, None] + 1e-12)
     assert np.all(value >= 0)
-    cheaper = problem.replace(height_charge=sdp.Charge(under=sdp.Linear(under), over=sdp.Linear(0.9 * ratio * under)))
-    assert np.all(values(solved(cheaper)) <= value + 1e-3 * under)  # dearer charges never cost less, but for the search
+    cheaper = problem.replace(
+        height_charge=sdp.Charge(under=sdp.Linear(under), over=sdp.Linear(0.9 * ratio * under))
+    )
+    # dearer charges never cost less, but for the search
+    assert np.all(values(solved(cheaper)) <= value + 1e-3 * under)
     more = problem.replace(durations=(6, 8, 10, 20))
     assert np.all(values(solved(more)) <= value + tied)  # nor do more feeds
 
 
-# Continuous feed -----------------------------------------------------------------------------------------------------
+# Continuous feed
+# -----------------------------------------------------------------------------------------------------
 
 FEW = P1.replace(durations=(6, 8, 10), horizon=14.0, height_max=1.0)
 
@@ -264,7 +295,8 @@ def test_continuous_feed():
     assert policy.action(1.0, 7.0).feed_rate == pytest.approx(10.0)
 
 
-# Refused -------------------------------------------------------------------------------------------------------------
+# Refused
+# -------------------------------------------------------------------------------------------------------------
 
 
 def test_messages():
@@ -274,7 +306,9 @@ def test_messages():
         weldbead.plan(P1, tolerance=0.0)
     with pytest.raises(ValueError, match=r"height.nodes must be >= 3; got 2"):
         weldbead.plan(P1, tolerance=None, nodes=2)
-    with pytest.raises(ValueError, match=r"late_window must be given with a lateness_charge that is not convex \(s\)"):
+    with pytest.raises(
+        ValueError, match=r"late_window must be given with a lateness_charge that is not convex \(s\)"
+    ):
         P1.replace(lateness_charge=sdp.Constant(1.0))
 
 
@@ -288,16 +322,22 @@ def test_defaults():
 def test_what_is_no_problem_and_what_is_no_estimate():
     with pytest.raises(TypeError, match=r"problem must be a SequenceProblem .*; got 'P1'"):
         weldbead.plan("P1")
-    with pytest.raises(TypeError, match=r"estimate must be what weldbead.identify gives, or a Scatter; got 3"):
+    with pytest.raises(
+        TypeError, match=r"estimate must be what weldbead.identify gives, or a Scatter; got 3"
+    ):
         weldbead.preset("P1").updated(3)
 
 
-JUMPS = weldbead.preset("P1").replace(height_charge=sdp.Charge(under=sdp.Constant(1.0, 0.1), over=sdp.Linear(10.0)), horizon=24.0)
+JUMPS = weldbead.preset("P1").replace(
+    height_charge=sdp.Charge(under=sdp.Constant(1.0, 0.1), over=sdp.Linear(10.0)), horizon=24.0
+)
 
 
 def test_where_the_default_tolerance_is_out_of_reach_the_best_is_given_with_a_warning():
     """A charge that jumps does so between two nodes of any grid."""
-    with pytest.warns(UserWarning, match=r"the expected penalty is known to .* \$, not to 1e-05 \$: a charge that jumps"):
+    with pytest.warns(
+        UserWarning, match=r"the expected penalty is known to .* \$, not to 1e-05 \$: a charge that jumps"
+    ):
         policy = weldbead.plan(JUMPS)
     assert policy.error > 1e-5
     fine = weldbead.plan(JUMPS, tolerance=None, nodes=3201)
@@ -307,6 +347,8 @@ def test_where_the_default_tolerance_is_out_of_reach_the_best_is_given_with_a_wa
 
 
 def test_a_tolerance_that_is_asked_for_is_kept_or_refused():
-    with pytest.raises(sdp.ToleranceError, match=r"tolerance must be reachable within .* \(\$\); got 1e-05") as refused:
+    with pytest.raises(
+        sdp.ToleranceError, match=r"tolerance must be reachable within .* \(\$\); got 1e-05"
+    ) as refused:
         weldbead.plan(JUMPS, tolerance=1e-5)
     assert refused.value.policy.error > 1e-5

@@ -1,4 +1,6 @@
-"""Numbers of the source that can be computed, and those of the canonical problems that were computed independently."""
+"""Numbers of the source that can be computed, and those of the canonical problems that were computed
+independently.
+"""
 
 import contextlib
 import dataclasses
@@ -41,14 +43,16 @@ FRACTIONS = (0.556558, 0.496617, 0.455646, 0.425469, 0.402050)
 SLOPES = (1.049366, 0.591955, 0.350939, 0.215815, 0.136543)
 
 
-# Arithmetic of chapters 4 and 5 --------------------------------------------------------------------------------------
+# Arithmetic of chapters 4 and 5
+# --------------------------------------------------------------------------------------
 
 
 def test_coefficients_of_section_5_5():
     found = weldbead.preset("P1").model.coefficients
     assert pytest.approx(1e-4, rel=1e-12) == found.C1
     assert pytest.approx(-0.8, rel=1e-12) == found.C2
-    assert pytest.approx(1020.0, rel=1e-12) == found.C3  # printed 1e-3: the exponent has lost its sign, and mu is missing
+    # printed 1e-3: the exponent has lost its sign, and mu is missing
+    assert pytest.approx(1020.0, rel=1e-12) == found.C3
 
 
 @pytest.mark.parametrize(("length", "force"), [(1000.0, 40.0), (500.0, 24.0), (250.0, 16.0), (750.0, 32.0)])
@@ -77,7 +81,8 @@ def test_malkin_coefficients_in_metric_units():
     assert b == pytest.approx(4.1e4 * joule / inch**2.0 * inch**-0.0 / 1.0, rel=1e-6)
 
 
-# C0, in closed form --------------------------------------------------------------------------------------------------
+# C0, in closed form
+# --------------------------------------------------------------------------------------------------
 
 
 def recursion(under, over, bands):
@@ -102,7 +107,8 @@ def test_c0_recursion_gives_the_published_closed_form():
 
 
 def test_c0_recursion_by_integration():
-    # Another way: the cut of a bead of 1 mm has mean f and the law f/sqrt(pi/2) Rho; integrate over its density.
+    # Another way: the cut of a bead of 1 mm has mean f and the law f/sqrt(pi/2) Rho; integrate over its
+    # density.
     under = 2.0
     for fraction, slope in recursion(2.0, 10.0, 3):
 
@@ -133,7 +139,8 @@ def test_c0_table():
         np.testing.assert_allclose(cut, fraction, rtol=0.01)
 
 
-# P1 to P5 ------------------------------------------------------------------------------------------------------------
+# P1 to P5
+# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -154,7 +161,8 @@ def test_plan_to_its_default_kind_of_tolerance(name):
         assert policy.value(height, time) == pytest.approx(values[NAMES.index(name)], abs=policy.error + 6e-6)
 
 
-# One last pass -------------------------------------------------------------------------------------------------------
+# One last pass
+# -------------------------------------------------------------------------------------------------------
 
 
 def test_laws_of_these_tests():
@@ -163,7 +171,9 @@ def test_laws_of_these_tests():
     q = sd / np.sqrt(2 - np.pi / 2)
     law = rayleigh(loc=mean - q * PI_HALF, scale=q)
     assert over == pytest.approx(quad(lambda d: (d - x) * law.pdf(d), x, x + 2)[0], abs=1e-10)
-    assert under == pytest.approx(quad(lambda d: (x - d) * law.pdf(d), 0, x, points=[law.support()[0]])[0], abs=1e-10)
+    assert under == pytest.approx(
+        quad(lambda d: (x - d) * law.pdf(d), 0, x, points=[law.support()[0]])[0], abs=1e-10
+    )
 
 
 def last_pass(height, duration=6.0):
@@ -186,7 +196,8 @@ def test_one_last_pass_is_the_closed_form():
         assert policy.value(height, 6.0) == pytest.approx(last_pass(height), abs=1e-6), height
 
 
-# Without scatter -----------------------------------------------------------------------------------------------------
+# Without scatter
+# -----------------------------------------------------------------------------------------------------
 
 
 def deepest(time):
@@ -199,7 +210,8 @@ def deepest(time):
 
 
 def test_deterministic_plan_is_the_closed_form():
-    # On a grid of 0.004 mm every largest cut of P1 is a whole number of cells: with these and the other whole numbers
+    # On a grid of 0.004 mm every largest cut of P1 is a whole number of cells: with these and the other whole
+    # numbers
     # as levels nothing is interpolated.
     problem = weldbead.preset("P1").replace(scatter=weldbead.Scatter("C1", 0.0))
     described = weldbead.sequence.sdp_problem(problem, nodes=501)
@@ -227,7 +239,8 @@ def test_deterministic_plan_by_the_planner(nodes):
         assert np.max(np.abs(policy.value(height, float(time)) - exact)) <= policy.error <= 3e-2
 
 
-# How good the estimated error is -------------------------------------------------------------------------------------
+# How good the estimated error is
+# -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -243,7 +256,8 @@ def test_error_estimate_brackets_the_error(name, nodes, tolerance):
     assert error <= policy.error <= 10 * error
 
 
-# Monte-Carlo ---------------------------------------------------------------------------------------------------------
+# Monte-Carlo
+# ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("name", "height", "time"), [("P1", 1.5, 30.0), ("P3", 2.0, 4.0), ("P5", 2.0, 0.0)])
@@ -265,15 +279,22 @@ def test_continuous_sequences_cost_at_most_one_percent_more(name, height, time):
     assert runs.mean - value > -3.5 * runs.standard_error  # nothing beats the optimum
 
 
-# The page that shows it all ------------------------------------------------------------------------------------------
+# The page that shows it all
+# ------------------------------------------------------------------------------------------
 
 
 def test_page_of_reproductions(capsys):
     plt = pytest.importorskip("matplotlib.pyplot")
     with matplotlib_without_a_screen(plt):
-        runpy.run_path(str(Path(__file__).parents[2] / "docs/reproductions/brown_sequence.py"), run_name="__main__")
+        runpy.run_path(
+            str(Path(__file__).parents[2] / "docs/reproductions/brown_sequence.py"), run_name="__main__"
+        )
     table, reasons = capsys.readouterr().out.split("not reproducible")
-    rows = [(line[:38].strip(), *line[38:75].split("  "), line[75:].strip()) for line in table.splitlines()[1:] if line]
+    rows = [
+        (line[:38].strip(), *line[38:75].split("  "), line[75:].strip())
+        for line in table.splitlines()[1:]
+        if line
+    ]
     rows = [[entry.strip() for entry in row if entry.strip()] for row in rows]
     assert len(rows) > 40 and all(len(row) == 5 for row in rows)
     for what, published, correct, ours, label in rows:

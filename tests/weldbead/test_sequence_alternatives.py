@@ -9,7 +9,8 @@ POLICY = weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=201)
 
 @pytest.mark.parametrize(
     ("height", "time_left"),
-    [(1.5, 30.0), (0.2, 12.0), (1.0, 10.0), (2.0, 8.0), (0.0, 6.0), (1.0, 4.0)],  # on nodes; long passes do not fit in
+    # on nodes; long passes do not fit in
+    [(1.5, 30.0), (0.2, 12.0), (1.0, 10.0), (2.0, 8.0), (0.0, 6.0), (1.0, 4.0)],
 )
 def test_begins_with_the_value_and_goes_on_with_the_gap(height, time_left):
     costs = list(POLICY.alternatives(height, time_left, within=1e6).values())

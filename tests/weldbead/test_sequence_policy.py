@@ -14,7 +14,10 @@ import sdpgrind
 from sdpgrind import sdp, weldbead
 
 FINISH = weldbead.preset("P1").replace(
-    finish_charge=weldbead.FinishCharge(0.4, reference_rate=12.5), min_cut=0.02, pass_charge=0.01, horizon=30.0
+    finish_charge=weldbead.FinishCharge(0.4, reference_rate=12.5),
+    min_cut=0.02,
+    pass_charge=0.01,
+    horizon=30.0,
 )
 
 
@@ -33,7 +36,8 @@ def same_action(one, many):
     np.testing.assert_allclose(one.mean_cut, many.mean_cut[0], rtol=1e-12)
 
 
-# Looking up ----------------------------------------------------------------------------------------------------------
+# Looking up
+# ----------------------------------------------------------------------------------------------------------
 
 
 @settings(max_examples=150, deadline=None)
@@ -63,7 +67,9 @@ def test_fast_path_at_every_node(name):
         for k in (0, 1, 57, 115, 200, 399, 400):
             same_action(policy.action(float(height[k]), time), policy.action(height[[k]], time))
             assert policy.action(float(height[k]), time).duration == many.duration[k]
-            assert policy.value(float(height[k]), time) == pytest.approx(policy.table.table.value[-31 + round(time / 2), 0, k])
+            assert policy.value(float(height[k]), time) == pytest.approx(
+                policy.table.table.value[-31 + round(time / 2), 0, k]
+            )
 
 
 @pytest.mark.parametrize("height", [1, 1.0, np.float64(1), np.int64(1), np.float32(1), np.array(1.0)])
@@ -85,7 +91,11 @@ def test_any_kind_of_number(height, time):
 def test_arrays_broadcast():
     policy = plain("P5")
     height, time = np.array([[-0.1], [0.3], [1.7]]), np.array([-8.0, 0.0, 7.0, 30.0])
-    value, action, slope = policy.value(height, time), policy.action(height, time), policy.gradient(height, time)
+    value, action, slope = (
+        policy.value(height, time),
+        policy.action(height, time),
+        policy.gradient(height, time),
+    )
     for field in (
         value,
         action.stop,
@@ -100,7 +110,11 @@ def test_arrays_broadcast():
     for i in range(3):
         for j in range(4):
             assert value[i, j] == pytest.approx(policy.value(float(height[i, 0]), float(time[j])), rel=1e-14)
-    assert np.all(action.stop[0]) and np.all(np.isnan(action.normal_force[0])) and np.all(action.duration[0] == 0)
+    assert (
+        np.all(action.stop[0])
+        and np.all(np.isnan(action.normal_force[0]))
+        and np.all(action.duration[0] == 0)
+    )
     assert np.all(action.mean_cut[action.stop] == 0)
 
 
@@ -111,7 +125,9 @@ def test_one_type_of_action():
         assert type(action) is weldbead.sequence.SequenceAction
         assert "SequenceAction(" in repr(action)
     stopped = policy.action(1.0, 2.0)
-    assert stopped.stop and stopped.duration == 0 and math.isnan(stopped.feed_rate) and stopped.mean_cut == 0.0
+    assert (
+        stopped.stop and stopped.duration == 0 and math.isnan(stopped.feed_rate) and stopped.mean_cut == 0.0
+    )
 
 
 @settings(max_examples=60, deadline=None)
@@ -165,11 +181,14 @@ def test_refused_states(height, time, message):
 
 def test_off_lattice_late_states_are_refused():
     for look_up in (plain("P5").value, plain("P5").action):
-        with pytest.raises(ValueError, match=r"time_left must be a multiple of 2 where it is < 0 \(s\); got -7.3"):
+        with pytest.raises(
+            ValueError, match=r"time_left must be a multiple of 2 where it is < 0 \(s\); got -7.3"
+        ):
             look_up(1.0, -7.3)
 
 
-# Between nodes -------------------------------------------------------------------------------------------------------
+# Between nodes
+# -------------------------------------------------------------------------------------------------------
 
 
 @settings(max_examples=60, deadline=None)
@@ -186,7 +205,9 @@ def test_force_is_interpolated_inside_a_duration(cell, part, stage):
     assert found.stop in ends.stop
 
 
-@pytest.mark.parametrize(("name", "times"), [("P1", (14.0, 24.0, 40.0)), ("P3", (-4.0, 0.0, 8.0)), ("P5", (-6.0, 2.0, 20.0))])
+@pytest.mark.parametrize(
+    ("name", "times"), [("P1", (14.0, 24.0, 40.0)), ("P3", (-4.0, 0.0, 8.0)), ("P5", (-6.0, 2.0, 20.0))]
+)
 def test_switches_lie_where_both_actions_are_equally_good(name, times):
     policy = plain(name)
     height = policy.states()[0]
@@ -208,10 +229,14 @@ def test_switches_lie_where_both_actions_are_equally_good(name, times):
 
 
 def cost(policy, height, time, duration, force):
-    """Expected penalty of one pass and the policy after it, from the law itself by quadrature of its interpolation."""
+    """Expected penalty of one pass and the policy after it, from the law itself by quadrature of its
+    interpolation.
+    """
     if duration == 0:
         late = policy.problem.lateness_charge
-        return float(policy.problem.height_charge(height)) + (0.0 if late is None else float(late(max(0.0, -time))))
+        return float(policy.problem.height_charge(height)) + (
+            0.0 if late is None else float(late(max(0.0, -time)))
+        )
     law = policy.problem.cut(duration, force)
     node = np.concatenate([[-0.005], policy.states()[0]])
     under = law.over  # E (D - y)+ at y = height - node has second differences that are the weights
@@ -236,7 +261,8 @@ def test_cost_of_these_tests_is_the_table():
         )
 
 
-# Gradient ------------------------------------------------------------------------------------------------------------
+# Gradient
+# ------------------------------------------------------------------------------------------------------------
 
 
 def test_gradient_is_the_finite_difference():
@@ -264,13 +290,16 @@ def test_gradient_by_the_envelope_theorem():
         assert policy.gradient(height, time) == pytest.approx(slope.mean(), abs=4 * error + 2e-3)
 
 
-# Alternatives --------------------------------------------------------------------------------------------------------
+# Alternatives
+# --------------------------------------------------------------------------------------------------------
 
 
 def test_alternatives():
     policy = plain("P4")
     costs = policy.alternatives(1.5, 24.0, within=0.1)
-    assert list(costs)[:3] == ["6 s", "8 s", "10 s"] or min(costs.values()) == pytest.approx(policy.value(1.5, 24.0))
+    assert list(costs)[:3] == ["6 s", "8 s", "10 s"] or min(costs.values()) == pytest.approx(
+        policy.value(1.5, 24.0)
+    )
     np.testing.assert_allclose(list(costs.values())[:3], [0.3084, 0.3154, 0.3760], atol=2e-4)
     action = policy.action(1.5, 24.0)
     ordered = list(costs.values())
@@ -290,7 +319,8 @@ def test_alternatives_late():
         assert costs["stop"] == pytest.approx(2.0 - 0.1 * time)
 
 
-# Keeping -------------------------------------------------------------------------------------------------------------
+# Keeping
+# -------------------------------------------------------------------------------------------------------------
 
 
 def problems():
@@ -298,7 +328,8 @@ def problems():
     empirical = weldbead.Scatter("K1", 0.2, law="empirical", sample=(0.8, 0.9, 1.0, 1.05, 1.4), bandwidth=0.2)
     names["finish"] = FINISH
     names["mixed"] = weldbead.preset("P1").replace(
-        scatter=weldbead.Scatter(("C1", "K2"), (0.1, 0.2), law="lognormal"), burn_limit=weldbead.PowerBurnLimit(180.0)
+        scatter=weldbead.Scatter(("C1", "K2"), (0.1, 0.2), law="lognormal"),
+        burn_limit=weldbead.PowerBurnLimit(180.0),
     )
     names["empirical"] = weldbead.preset("P2").replace(
         scatter=empirical, idle_power=20.0, burn_limit=weldbead.MalkinBurnLimit.published(170.0)
@@ -322,11 +353,15 @@ def test_saved_and_loaded(tmp_path, name):
     height, time = np.linspace(-0.1, top, 47)[:, None], np.arange(0.0, 24.1, 1.0)
     np.testing.assert_array_equal(policy.value(height, time), loaded.value(height, time))
     for field in ("stop", "duration", "feed_rate", "normal_force", "gap"):
-        np.testing.assert_array_equal(getattr(policy.action(height, time), field), getattr(loaded.action(height, time), field))
+        np.testing.assert_array_equal(
+            getattr(policy.action(height, time), field), getattr(loaded.action(height, time), field)
+        )
     one, two = (p.simulate(runs=2000, height=0.7 * top, time_left=24.0, rng=3) for p in (policy, loaded))
     np.testing.assert_array_equal(one.penalty, two.penalty)
     assert policy.risk(0.7 * top, 24.0).cvar == loaded.risk(0.7 * top, 24.0).cvar
-    assert policy.alternatives(0.7 * top, 24.0, within=0.1) == loaded.alternatives(0.7 * top, 24.0, within=0.1)
+    assert policy.alternatives(0.7 * top, 24.0, within=0.1) == loaded.alternatives(
+        0.7 * top, 24.0, within=0.1
+    )
     assert repr(policy) == repr(loaded)
 
 
@@ -352,7 +387,8 @@ def test_pictures():
         plt.close(figure)
 
 
-# With a charge on the last pass --------------------------------------------------------------------------------------
+# With a charge on the last pass
+# --------------------------------------------------------------------------------------
 
 
 def test_last_duration(finish):
@@ -383,14 +419,21 @@ def test_risk_and_runs_from_a_bead_with_a_last_pass(finish, height, duration):
     """The finish of the last pass is still to pay where one stops; 0.003 mm lies between the first two nodes."""
     value = finish.value(height, 10.0, last_duration=duration)
     assert finish.risk(height, 10.0, last_duration=duration).mean == pytest.approx(value, abs=3e-3)
-    runs = finish.simulate(runs=100_000, height=height, time_left=10.0, last_duration=duration, rng=6, snap=True)
+    runs = finish.simulate(
+        runs=100_000, height=height, time_left=10.0, last_duration=duration, rng=6, snap=True
+    )
     assert abs(runs.mean - value) < 4 * runs.standard_error + 3e-3  # of a chord over a cell of 0.01 mm
     at_rest = finish.risk(0.0, 10.0, last_duration=duration)
-    assert at_rest.mean == pytest.approx(float(FINISH.finish_charge(FINISH.feed_rate(duration)))) and at_rest.passes == 0
+    assert (
+        at_rest.mean == pytest.approx(float(FINISH.finish_charge(FINISH.feed_rate(duration))))
+        and at_rest.passes == 0
+    )
 
 
 def test_where_the_finish_is_charged_no_cell_has_a_jump():
-    """Just above the target one more pass may be worth it, at the target none is made: look-ups between must not mix them."""
+    """Just above the target one more pass may be worth it, at the target none is made: look-ups between must
+    not mix them.
+    """
     coarse, fine = (weldbead.plan(FINISH, tolerance=None, nodes=n) for n in (201, 1601))
     height = np.linspace(1e-6, 0.01, 41)
     for duration in FINISH.durations:
@@ -414,7 +457,9 @@ def test_finish_risk_and_simulation(finish):
 def test_the_default_tolerance_suits_the_charges():
     for name in (*NAMES, "C0"):
         assert default_tolerance(weldbead.preset(name)) == 1e-5
-    dear = weldbead.preset("P1").replace(height_charge=sdp.Charge(under=sdp.Linear(200.0), over=sdp.Linear(1000.0)))
+    dear = weldbead.preset("P1").replace(
+        height_charge=sdp.Charge(under=sdp.Linear(200.0), over=sdp.Linear(1000.0))
+    )
     assert default_tolerance(dear) == pytest.approx(4e-4)  # a millionth of 400 $
     policy = weldbead.plan(dear, tolerance=1e-2)
     # All charges a hundred times those of P1: so is the penalty, to the tolerance.
@@ -430,7 +475,10 @@ def test_risk_and_snapped_runs_begin_where_the_bead_is(state):
     value = policy.value(*state)
     snapped = policy.table.distribution(height=state[0], time_left=state[1])
     assert snapped.mean == pytest.approx(value, abs=1e-4)  # of a chord over a cell of 0.02 mm
-    risk, between = policy.risk(*state), policy.simulate(runs=200_000, height=state[0], time_left=state[1], rng=4)
+    risk, between = (
+        policy.risk(*state),
+        policy.simulate(runs=200_000, height=state[0], time_left=state[1], rng=4),
+    )
     assert abs(between.mean - risk.mean) < 4 * between.standard_error + risk.error["mean"]
     runs = policy.simulate(runs=200_000, height=state[0], time_left=state[1], rng=3, snap=True)
     assert abs(runs.mean - value) < 4 * runs.standard_error + 1e-4

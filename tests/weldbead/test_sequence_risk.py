@@ -7,7 +7,8 @@ from weldbead_inside import LARGEST
 
 from sdpgrind import sdp, weldbead
 
-# Risk ----------------------------------------------------------------------------------------------------------------
+# Risk
+# ----------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("name", "height", "time"), [("P1", 1.5, 30.0), ("P3", 1.0, 3.0), ("P5", 1.2, 8.0)])
@@ -25,12 +26,20 @@ def test_risk_against_monte_carlo(name, height, time):
     )
     assert risk.error["passes"] < 0.01 * risk.passes
     worst = np.sort(runs.penalty)[-n // 10 :]
-    assert risk.cvar == pytest.approx(worst.mean(), abs=6 * np.std(worst) / np.sqrt(worst.size) + risk.error["cvar"])
+    assert risk.cvar == pytest.approx(
+        worst.mean(), abs=6 * np.std(worst) / np.sqrt(worst.size) + risk.error["cvar"]
+    )
     level = float(np.quantile(runs.penalty, 0.8)) * 1.001
-    cell = float(np.diff(policy.problem.height_charge(policy.problem.height_max * np.array([1 - LARGEST, 1.0])))[0])
+    cell = float(
+        np.diff(policy.problem.height_charge(policy.problem.height_max * np.array([1 - LARGEST, 1.0])))[0]
+    )
     # $ from atom to atom of the distribution, at most
     above, bar = np.mean(runs.penalty > level), 4 * 0.5 / np.sqrt(n)
-    assert risk.distribution.exceeds(level + cell) - bar <= above <= risk.distribution.exceeds(level - cell) + bar
+    assert (
+        risk.distribution.exceeds(level + cell) - bar
+        <= above
+        <= risk.distribution.exceeds(level - cell) + bar
+    )
     assert risk.cvar >= risk.mean
     assert "CVaR" in repr(risk)
 
@@ -39,7 +48,8 @@ def test_risk_against_monte_carlo(name, height, time):
 def test_the_distribution_on_the_table_is_that_of_outcomes_on_its_nodes(name, height, time):
     policy = plain(name)
     found = policy.table.distribution(height=height, time_left=time)
-    assert found.mean == pytest.approx(policy.value(height, time), abs=1e-6)  # the search's parabola against the law
+    # the search's parabola against the law
+    assert found.mean == pytest.approx(policy.value(height, time), abs=1e-6)
     runs = policy.simulate(runs=200_000, height=height, time_left=time, rng=5, snap=True)
     over = np.mean(runs.final["height"] < 0)
     n = runs.penalty.size
@@ -70,14 +80,19 @@ def test_risk_where_last_cuts_are_smaller_than_a_cell(many_small_cuts):
     risk = policy.risk(2.6, 120.0, confidence=0.9)
     runs = policy.simulate(runs=100_000, height=2.6, time_left=120.0, rng=3)
     n, over = runs.penalty.size, np.mean(runs.final["height"] < 0)
-    assert risk.overground == pytest.approx(over, abs=4 * np.sqrt(over * (1 - over) / n) + risk.error["overground"])
+    assert risk.overground == pytest.approx(
+        over, abs=4 * np.sqrt(over * (1 - over) / n) + risk.error["overground"]
+    )
     assert risk.passes == pytest.approx(
         np.mean(runs.moves), abs=4 * np.std(runs.moves) / np.sqrt(n) + risk.error["passes"] + 1e-12
     )
     worst = np.sort(runs.penalty)[-n // 10 :]
-    assert risk.cvar == pytest.approx(worst.mean(), abs=6 * np.std(worst) / np.sqrt(worst.size) + risk.error["cvar"])
+    assert risk.cvar == pytest.approx(
+        worst.mean(), abs=6 * np.std(worst) / np.sqrt(worst.size) + risk.error["cvar"]
+    )
     assert risk.error["overground"] < 0.01 * risk.overground
-    assert policy.table.distribution(height=2.6, time_left=120.0).probability_below < 0.7 * over  # what snapping makes of it
+    # what snapping makes of it
+    assert policy.table.distribution(height=2.6, time_left=120.0).probability_below < 0.7 * over
 
 
 def test_noise_of_the_scan_that_is_larger_than_the_last_cuts_is_ground(many_small_cuts):
@@ -143,17 +158,22 @@ def test_late_states_off_the_stages(time):
     runs = policy.simulate(runs=60_000, height=1.0, time_left=time, rng=2, snap=True)
     assert abs(runs.mean - value) < 4 * runs.standard_error
     assert np.max(runs.final["time_left"]) <= time
-    assert np.all(np.abs((runs.final["time_left"] - time) / 2 - np.round((runs.final["time_left"] - time) / 2)) < 1e-9)
+    assert np.all(
+        np.abs((runs.final["time_left"] - time) / 2 - np.round((runs.final["time_left"] - time) / 2)) < 1e-9
+    )
 
 
-# Predicting ----------------------------------------------------------------------------------------------------------
+# Predicting
+# ----------------------------------------------------------------------------------------------------------
 
 
 def test_simulation_is_reproducible_and_labelled():
     policy = plain("P1")
     one, two = (policy.simulate(runs=5000, height=1.5, time_left=30.0, rng=4) for _ in range(2))
     np.testing.assert_array_equal(one.penalty, two.penalty)
-    assert not np.array_equal(one.penalty, policy.simulate(runs=5000, height=1.5, time_left=30.0, rng=5).penalty)
+    assert not np.array_equal(
+        one.penalty, policy.simulate(runs=5000, height=1.5, time_left=30.0, rng=5).penalty
+    )
     assert set(one.final) == {"height", "time_left"}
     assert one.dataset["final_height"].attrs["units"] == "mm"
     np.testing.assert_allclose(one.penalty, policy.problem.height_charge(one.final["height"]))
@@ -163,7 +183,9 @@ def test_simulation_is_reproducible_and_labelled():
 def test_simulation_on_another_process():
     policy = plain("P1")
     same = policy.simulate(policy.problem.model, runs=20_000, height=1.5, time_left=30.0, rng=4)
-    np.testing.assert_array_equal(same.penalty, policy.simulate(runs=20_000, height=1.5, time_left=30.0, rng=4).penalty)
+    np.testing.assert_array_equal(
+        same.penalty, policy.simulate(runs=20_000, height=1.5, time_left=30.0, rng=4).penalty
+    )
     hard = policy.problem.model.replace(specific_energy=13.0)
     runs = policy.simulate(hard, runs=20_000, height=1.5, time_left=30.0, rng=4)
     assert runs.mean > policy.value(1.5, 30.0) + 10 * runs.standard_error
@@ -186,7 +208,9 @@ def test_simulation_keeps_moves_that_the_truth_would_not_admit():
     problem = weldbead.preset("P1").replace(min_cut=0.3)
     policy = weldbead.plan(problem, tolerance=None, nodes=201)
     weak = problem.model.replace(idle_power=200.0)
-    assert len(weldbead.sequence.sdp_problem(problem.replace(model=weak)).moves) < len(policy.table.layout.moves)
+    assert len(weldbead.sequence.sdp_problem(problem.replace(model=weak)).moves) < len(
+        policy.table.layout.moves
+    )
     runs = policy.simulate(weak, runs=50_000, height=0.5, time_left=6.0, rng=1)
     assert np.all(runs.final["time_left"] == 0)
     law = problem.replace(model=weak).cut(6.0, policy.action(0.5, 6.0).normal_force)
@@ -205,7 +229,10 @@ def test_simulation_keeps_moves_that_the_truth_would_not_admit():
             {"lateness_charge": sdp.Linear(1.0)},
             r"model.lateness_charge must be None or not as in the plan, None; got Linear",
         ),
-        ({"finish_charge": weldbead.FinishCharge(1.0)}, r"model.finish_charge must be None or not as in the plan"),
+        (
+            {"finish_charge": weldbead.FinishCharge(1.0)},
+            r"model.finish_charge must be None or not as in the plan",
+        ),
     ],
 )
 def test_truth_of_another_job_is_refused(change, message):

@@ -12,7 +12,10 @@ STATE = {"height": 1.0, "time_left": 24.0}
 
 
 def test_sweep_is_the_plans():
-    cases = {law: P1.replace(scatter=weldbead.Scatter("C1", 0.15, law=law)) for law in ("rayleigh", "lognormal", "normal")}
+    cases = {
+        law: P1.replace(scatter=weldbead.Scatter("C1", 0.15, law=law))
+        for law in ("rayleigh", "lognormal", "normal")
+    }
     height, time = np.array([[0.5], [1.0]]), np.array([12.0, 24.0])
     found = weldbead.sweep(cases, height=height, time_left=time, tolerance=1e-2)
     assert list(found) == list(cases)
@@ -45,7 +48,9 @@ def test_elasticities_against_finite_differences(found):
         size = getattr(P1.model, name)
         sides = [(value(**{name: size * (1 + step)}) - base) / step for step in (-0.01, 0.01)]
         assert found[name] == pytest.approx(np.mean(sides), rel=0.05, abs=2e-3)
-    sides = [(value(scatter=weldbead.Scatter("C1", 0.15 * (1 + step))) - base) / step for step in (-0.01, 0.01)]
+    sides = [
+        (value(scatter=weldbead.Scatter("C1", 0.15 * (1 + step))) - base) / step for step in (-0.01, 0.01)
+    ]
     assert found["relative_sd"] == pytest.approx(np.mean(sides), rel=0.05, abs=2e-3)
 
 
@@ -57,7 +62,8 @@ def test_signs(found):
 
 
 def test_identities(found):
-    # Power holds mu, R and omega0 as a product; as the force is chosen, only their product with its limit counts.
+    # Power holds mu, R and omega0 as a product; as the force is chosen, only their product with its limit
+    # counts.
     for name in ("disk_radius", "free_speed", "force_max"):
         assert found[name] == pytest.approx(found["friction_ratio"], rel=2e-3, abs=1e-4)
     # J is linear in the charges together (Euler), up to the second order of the step.
@@ -67,16 +73,22 @@ def test_identities(found):
     assert total == pytest.approx(0.0, abs=0.02 * abs(found["friction_ratio"]) + 1e-3)
     # J(a x; K1/a) = a J(x; K1) for linear charges: the derivative with respect to a at 1.
     slope = weldbead.plan(P1, tolerance=None, nodes=401).gradient(**STATE)
-    assert found["specific_energy"] == pytest.approx(STATE["height"] * slope - found.value, rel=0.05, abs=2e-3)
+    assert found["specific_energy"] == pytest.approx(
+        STATE["height"] * slope - found.value, rel=0.05, abs=2e-3
+    )
 
 
 def test_chosen_names_and_pairs():
     problem = P1.replace(scatter=weldbead.Scatter(("C1", "K2"), (0.1, 0.1)), horizon=12.0)
-    found = weldbead.sensitivity(problem, height=0.5, time_left=12.0, names=["over", "relative_sd"], step=0.05, tolerance=1e-2)
+    found = weldbead.sensitivity(
+        problem, height=0.5, time_left=12.0, names=["over", "relative_sd"], step=0.05, tolerance=1e-2
+    )
     assert found.names == ("over", "relative_sd")
     assert found["over"] > 0 and found["relative_sd"] > 0
     quadratic = weldbead.preset("P5").replace(durations=(6, 12), horizon=12.0, late_window=20.0)
-    found = weldbead.sensitivity(quadratic, height=0.3, time_left=2.0, names=["under", "over"], tolerance=1e-2)
+    found = weldbead.sensitivity(
+        quadratic, height=0.3, time_left=2.0, names=["under", "over"], tolerance=1e-2
+    )
     assert found["under"] > 0 and found["over"] > 0
     assert found["under"] + found["over"] < 0.9 * found.value  # the rest is lateness
 
@@ -91,7 +103,9 @@ def test_picture(found):
 def test_messages():
     with pytest.raises(ValueError, match=r"names must be one of specific_energy, .*; got 'wheel'"):
         weldbead.sensitivity(P1, **STATE, names=["wheel"])
-    with pytest.raises(ValueError, match=r"names must be a sequence of one or more of specific_energy, .*; got \[\]"):
+    with pytest.raises(
+        ValueError, match=r"names must be a sequence of one or more of specific_energy, .*; got \[\]"
+    ):
         weldbead.sensitivity(P1, **STATE, names=[])
     with pytest.raises(ValueError, match=r"step must be > 0 \(1\); got 0.0"):
         weldbead.sensitivity(P1, **STATE, step=0.0)

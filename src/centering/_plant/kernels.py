@@ -57,9 +57,20 @@ def _move(state, cell, profile, time, step):
                 break
         taken = 0.5 * (low + high) if high - low >= _CLOSE else high
     before, after = state[slide.SPEED_X] ** 2 + state[slide.SPEED_Y] ** 2, u * u + v * v
-    state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN] = x, y, u, v, s
+    state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN] = (
+        x,
+        y,
+        u,
+        v,
+        s,
+    )
     if abs(s) <= slow and (onward <= 0.0 or after < min(before, _STILL * _STILL)):
-        state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN], state[slide.MOVING] = 0.0, 0.0, 0.0, 0.0
+        state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN], state[slide.MOVING] = (
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        )
     return taken
 
 
@@ -141,8 +152,13 @@ def _crest(state, cell, profile, time, step, x, y, u, v, before):
     end_x, end_y, end_u, end_v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
     eighth = 0.125 * step
     middle_x, middle_y = 0.5 * (x + end_x) + eighth * (u - end_u), 0.5 * (y + end_y) + eighth * (v - end_v)
-    middle_u, middle_v = 1.5 * (end_x - x) / step - 0.25 * (u + end_u), 1.5 * (end_y - y) / step - 0.25 * (v + end_v)
-    force = ring.contact_force(state, cell, profile, time + 0.5 * step, middle_x, middle_y, middle_u, middle_v)[2]
+    middle_u, middle_v = (
+        1.5 * (end_x - x) / step - 0.25 * (u + end_u),
+        1.5 * (end_y - y) / step - 0.25 * (v + end_v),
+    )
+    force = ring.contact_force(
+        state, cell, profile, time + 0.5 * step, middle_x, middle_y, middle_u, middle_v
+    )[2]
     rise, bend = 0.5 * (after - before), before - 2.0 * force + after
     if force > 0.0 and bend < 0.0 and abs(rise) < -bend:
         most = force - 0.5 * rise * rise / bend
@@ -177,7 +193,9 @@ def _piece(state, cell, profile, lobes, length):
         step = min(_step(state, cell), length - time)
         steps += 1
         if steps > _STEPS_MAX + 20.0 * length / cell[slide.STEP]:
-            raise RuntimeError("a ring that is pushed starts and stops without end: stiffness, damping and friction fit no step")
+            raise RuntimeError(
+                "a ring that is pushed starts and stops without end: stiffness, damping and friction fit no step"
+            )
         x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
         moves, before, since = state[slide.MOVING] != 0.0, state[slide.FORCE], time
         time += _move(state, cell, profile, time, step) if moves else _wait(state, cell, profile, time, step)
@@ -195,7 +213,10 @@ def advance(state, cell, profile, lobes, until):
         length = slide.piece_length(state, cell, profile, until - state[slide.TIME])
         length = _piece(state, cell, profile, lobes, length)
         slide.commit(state, cell, profile, length)
-        if state[slide.SEGMENT] >= 0.0 and state[slide.GONE] >= profile[int(state[slide.SEGMENT]), 0] - _CLOSE:
+        if (
+            state[slide.SEGMENT] >= 0.0
+            and state[slide.GONE] >= profile[int(state[slide.SEGMENT]), 0] - _CLOSE
+        ):
             row = int(state[slide.SEGMENT]) + 1
             if row < profile.shape[0]:
                 slide.begin_segment(state, profile, row)

@@ -30,7 +30,9 @@ def measure(state, cell, profile, shape, lobes, gauge, normal, first, second, ou
     """Read every gauge now; the greatest force since the last reading is told and forgotten."""
     radial, part_angle = probe.contact(shape, lobes, state[slide.X], state[slide.Y], state[slide.ANGLE])
     place = slide.tip_at(state, cell, profile, 0.0)[0] - cell[slide.STOP]
-    held_off = gauge[RUNOUT] * np.cos(gauge[ROLL] * part_angle - gauge[RUNOUT_PHASE]) + gauge[NOISE_SD] * normal
+    held_off = (
+        gauge[RUNOUT] * np.cos(gauge[ROLL] * part_angle - gauge[RUNOUT_PHASE]) + gauge[NOISE_SD] * normal
+    )
     if first < gauge[DUST]:
         held_off += gauge[DUST_SIZE] * (0.5 + second)
     extended = radial + held_off - place

@@ -148,7 +148,9 @@ def _steps(value, step):
 def edge_angle(cell, k):
     """Spindle angle at which sample k is triggered: an edge of the encoder, or any where it has no steps."""
     if cell[COUNTS] > 0.0:
-        return (cell[START] + np.floor(k * cell[COUNTS] / cell[PER_TURN] + 0.5)) * (2.0 * np.pi / cell[COUNTS])
+        return (cell[START] + np.floor(k * cell[COUNTS] / cell[PER_TURN] + 0.5)) * (
+            2.0 * np.pi / cell[COUNTS]
+        )
     return cell[START] + k * (2.0 * np.pi / cell[PER_TURN])
 
 
@@ -198,7 +200,11 @@ def measure(shape, lobes, cell, state, normals, uniforms, out):
             state[SLIDE] = radial
         _follow(cell, state, seconds)
         state[TARGET] = radial
-        probe = radial + _errors(cell, part_angle, normals[row], uniforms[row, 0], uniforms[row, 1]) - state[SLIDE]
+        probe = (
+            radial
+            + _errors(cell, part_angle, normals[row], uniforms[row, 0], uniforms[row, 1])
+            - state[SLIDE]
+        )
         step = 2.0 * np.pi / cell[COUNTS] if cell[COUNTS] > 0.0 else 0.0
         if abs(probe) > cell[HALF_STROKE]:
             state[LOST] += 1.0

@@ -23,7 +23,10 @@ def rim(state, cell, profile, lobes, time):
     angle = state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * slide.spindle_rate(state, cell) * time) * time
     tip, _ = slide.tip_at(state, cell, profile, time)
     cosine, sine = np.cos(angle), np.sin(angle)
-    along, across = state[slide.X] * cosine + state[slide.Y] * sine - tip, state[slide.Y] * cosine - state[slide.X] * sine
+    along, across = (
+        state[slide.X] * cosine + state[slide.Y] * sine - tip,
+        state[slide.Y] * cosine - state[slide.X] * sine,
+    )
     at, radius = angle + np.arctan2(-across, -along), cell[slide.ROUND]
     for k in range(lobes.shape[0]):
         radius += lobes[k, 1] * np.cos(lobes[k, 0] * at - lobes[k, 2])
@@ -34,7 +37,10 @@ def rim(state, cell, profile, lobes, time):
 def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
     """Force (N) of the tip on the ring, along x and y of the table, its size, and the closure (mm, below 0: a gap)."""
     rate = slide.spindle_rate(state, cell)
-    angle, spin = state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * rate * time) * time, state[slide.SPEED] + rate * time
+    angle, spin = (
+        state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * rate * time) * time,
+        state[slide.SPEED] + rate * time,
+    )
     tip, velocity = slide.tip_at(state, cell, profile, time)
     cosine, sine = np.cos(angle), np.sin(angle)
     along, across = x * cosine + y * sine - tip, y * cosine - x * sine
@@ -46,12 +52,19 @@ def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
     # the ring's own speed over ground; the tip goes at -velocity along the line
     ground_x = speed_x * cosine + speed_y * sine + spin * across + velocity
     ground_y = speed_y * cosine - speed_x * sine - spin * (along + tip)
-    force = cell[slide.STIFFNESS] * closure - cell[slide.CONTACT_DAMPING] * (normal_x * ground_x + normal_y * ground_y)
+    force = cell[slide.STIFFNESS] * closure - cell[slide.CONTACT_DAMPING] * (
+        normal_x * ground_x + normal_y * ground_y
+    )
     if force <= 0.0:
         return 0.0, 0.0, 0.0, closure
     turned, aside = np.cos(cell[slide.AIM]), np.sin(cell[slide.AIM])
     push_x, push_y = normal_x * turned - normal_y * aside, normal_y * turned + normal_x * aside
-    return force * (push_x * cosine - push_y * sine), force * (push_y * cosine + push_x * sine), force, closure
+    return (
+        force * (push_x * cosine - push_y * sine),
+        force * (push_y * cosine + push_x * sine),
+        force,
+        closure,
+    )
 
 
 @compiled
@@ -106,7 +119,9 @@ def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin
     if spin != 0.0:
         force, moment = friction._shares(speed, abs(spin))
     elif turn != 0.0 and speed == 0.0:
-        onward, around = friction._begins(np.sqrt(pull_x * pull_x + pull_y * pull_y), inertia * abs(turn), most)
+        onward, around = friction._begins(
+            np.sqrt(pull_x * pull_x + pull_y * pull_y), inertia * abs(turn), most
+        )
         force, moment = friction._shares(onward, around)
         sense = np.sign(turn)
     pull_x -= most * force * way_x + cell[slide.VISCOUS] * speed_x
@@ -118,15 +133,27 @@ def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin
 @compiled
 def slide_on(state, cell, profile, time, w, z, step):
     """Place, speed and spin of a ring that slides in the direction w, z one step later, to fourth order."""
-    x, y, u, v, s = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN]
+    x, y, u, v, s = (
+        state[slide.X],
+        state[slide.Y],
+        state[slide.SPEED_X],
+        state[slide.SPEED_Y],
+        state[slide.SPIN],
+    )
     half, sixth = 0.5 * step, step / 6.0
     a1, b1, c1 = slope(state, cell, profile, time, w, z, x, y, u, v, s)
     u2, v2 = u + half * a1, v + half * b1
-    a2, b2, c2 = slope(state, cell, profile, time + half, w, z, x + half * u, y + half * v, u2, v2, s + half * c1)
+    a2, b2, c2 = slope(
+        state, cell, profile, time + half, w, z, x + half * u, y + half * v, u2, v2, s + half * c1
+    )
     u3, v3 = u + half * a2, v + half * b2
-    a3, b3, c3 = slope(state, cell, profile, time + half, w, z, x + half * u2, y + half * v2, u3, v3, s + half * c2)
+    a3, b3, c3 = slope(
+        state, cell, profile, time + half, w, z, x + half * u2, y + half * v2, u3, v3, s + half * c2
+    )
     u4, v4 = u + step * a3, v + step * b3
-    a4, b4, c4 = slope(state, cell, profile, time + step, w, z, x + step * u3, y + step * v3, u4, v4, s + step * c3)
+    a4, b4, c4 = slope(
+        state, cell, profile, time + step, w, z, x + step * u3, y + step * v3, u4, v4, s + step * c3
+    )
     x += sixth * (u + 2.0 * u2 + 2.0 * u3 + u4)
     y += sixth * (v + 2.0 * v2 + 2.0 * v3 + v4)
     u += sixth * (a1 + 2.0 * a2 + 2.0 * a3 + a4)

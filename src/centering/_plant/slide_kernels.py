@@ -20,7 +20,9 @@ FORCE, PEAK, PEAK_EVER, SLIPPED, PUSHES, COLLISIONS, RUN_IN, SPIN, STATES = rang
 
 # Settings of slide and spindle, then of the ring and the push under way. RADIUS: of the rim where the tip is, ROUND: the mean.
 SPEED_MAX, ACCELERATION_MAX, LOOP, DAMPING, LAG_TIME, SPINDLE_ACCELERATION = range(6)
-INERTIA, STIFFNESS, CONTACT_DAMPING, BREAKAWAY, COULOMB, VISCOUS, RADIUS, FRICTION, AIM, STOP, STEP, HELD = range(6, 18)
+INERTIA, STIFFNESS, CONTACT_DAMPING, BREAKAWAY, COULOMB, VISCOUS, RADIUS, FRICTION, AIM, STOP, STEP, HELD = (
+    range(6, 18)
+)
 ROUND, SETTINGS = range(18, 20)
 
 _SAME = 1e-12  # mm/s, mm/s^2, chosen: nothing is left of a transient
@@ -200,6 +202,8 @@ def commit(state, cell, profile, time):
     state[LAG] = place - cell[STOP] - state[REFERENCE] if cell[LAG_TIME] > 0.0 else 0.0
     state[ANGLE] += (state[SPEED] + 0.5 * rate * time) * time
     speed = state[SPEED] + rate * time
-    arrived = (state[SPEED_SET] - speed) * rate <= _ROUNDING * cell[SPINDLE_ACCELERATION] if rate != 0.0 else False
+    arrived = (
+        (state[SPEED_SET] - speed) * rate <= _ROUNDING * cell[SPINDLE_ACCELERATION] if rate != 0.0 else False
+    )
     state[SPEED] = state[SPEED_SET] if arrived else speed
     state[TIME] += time

@@ -58,7 +58,9 @@ class DahlFriction(Described):
         applied : array_like
             N.
         """
-        return np.asarray(self.bristle_stiffness * np.asarray(state, dtype=float) + 0.0 * np.asarray(v, dtype=float))
+        return np.asarray(
+            self.bristle_stiffness * np.asarray(state, dtype=float) + 0.0 * np.asarray(v, dtype=float)
+        )
 
     def rate(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0) -> Floats:
         """Return how fast the deflection changes, mm/s.
@@ -146,7 +148,10 @@ class LuGreFriction(StribeckFriction):
             Deflection z, mm.
         """
         speed, z = np.asarray(v, dtype=float), np.asarray(state, dtype=float)
-        return np.asarray(speed - self.yielding(speed, z) * self.bristle_stiffness * np.abs(speed) * z / self.stribeck(speed))
+        return np.asarray(
+            speed
+            - self.yielding(speed, z) * self.bristle_stiffness * np.abs(speed) * z / self.stribeck(speed)
+        )
 
     def yielding(self, v: npt.ArrayLike, state: npt.ArrayLike) -> Floats:
         """Return alpha, the share of the motion that the deflection gives way by, dimensionless: 1 in this law.
@@ -263,7 +268,10 @@ def friction_law(model: PushModel, law: str = "elasto_plastic", **options: Any) 
     stiffness = BRISTLE * model.contact_stiffness
     if law == "dahl":
         return DahlFriction(model.coulomb_force, stiffness).replace(**options)
-    forces: dict[str, float] = {"breakaway_force": model.breakaway_force, "coulomb_force": model.coulomb_force}
+    forces: dict[str, float] = {
+        "breakaway_force": model.breakaway_force,
+        "coulomb_force": model.coulomb_force,
+    }
     if law != "coulomb":
         forces["viscous_coefficient"] = model.viscous_coefficient
     if law in _BRISTLE:

@@ -110,7 +110,12 @@ def simulate_friction(
     shown = np.arange(rows.shape[0]) * each
     position, velocity, friction, state = rows.T
     return FrictionTrace(
-        np.asarray(shown * length, dtype=float), force[(shown - 1) % force.size], position, velocity, friction, state
+        np.asarray(shown * length, dtype=float),
+        force[(shown - 1) % force.size],
+        position,
+        velocity,
+        friction,
+        state,
     )
 
 
@@ -160,7 +165,9 @@ def friction_drift(
     if first >= last:
         raise checks.refuse("cycles", "two rising numbers", cycles)
     phase = 2 * pi * (np.arange(_PER_CYCLE) + 0.5) / _PER_CYCLE
-    load = checks.number("mean_load", mean_load, "N") + checks.number("load_amplitude", load_amplitude, "N") * np.sin(phase)
+    load = checks.number("mean_load", mean_load, "N") + checks.number(
+        "load_amplitude", load_amplitude, "N"
+    ) * np.sin(phase)
     step = 1.0 / checks.positive("frequency", frequency, "Hz") / _PER_CYCLE
     trace = simulate_friction(law, load, mass=mass, step=step, repeats=last, every=_PER_CYCLE)
     return float(trace.position[last] - trace.position[first])

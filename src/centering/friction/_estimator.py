@@ -88,10 +88,15 @@ class FrictionEstimator:
         checks.kind("problem", problem, CenteringProblem)
         scatter = problem.scatter
         if scatter.friction_part_sd == 0:
-            raise checks.refuse("problem.scatter.friction_part_sd", "> 0, else there is nothing to learn", 0.0, "relative")
+            raise checks.refuse(
+                "problem.scatter.friction_part_sd", "> 0, else there is nothing to learn", 0.0, "relative"
+            )
         stop = hypot(scatter.stop_sd, sqrt(2.0) * scatter.measuring_sd)
         place = stop if position_sd is None else position_sd
-        force, position = checks.positive("force_sd", force_sd, "N"), checks.positive("position_sd", place, "mm")
+        force, position = (
+            checks.positive("force_sd", force_sd, "N"),
+            checks.positive("position_sd", place, "mm"),
+        )
         self._sd = np.array([force, position, position])
         self._error = checks.within("model_error", model_error, 0.0, 1.0, "relative")
         self._way_error = checks.within("way_error", way_error, 0.0, 1.0, "relative")
@@ -149,7 +154,9 @@ class FrictionEstimator:
         path, read = _readings(self._sd, trace, profile, peak_force, free_slide, final_position)
         farthest = float(path.position(np.cumsum(path.duration)).max())
         noise_sd = np.hypot(self._sd, [0.0, 0.0, self._way_error * farthest])
-        likely, off = likelihood(self._belief, self._problem.model, path, read, noise_sd, (self._error, farthest))
+        likely, off = likelihood(
+            self._belief, self._problem.model, path, read, noise_sd, (self._error, farthest)
+        )
         if off > _OFF:
             self._refused += 1
             return
@@ -184,7 +191,11 @@ class FrictionEstimator:
             return Status.UNDETERMINED, "no pushes yet: what was expected"
         enough = 0.5 * self._problem.scatter.friction_push_sd * mean
         sure = np.sqrt(np.diag(covariance)) <= enough
-        vague = [name for name, share, known in zip(NAMES, self.told.values(), sure, strict=True) if share < _TOLD and not known]
+        vague = [
+            name
+            for name, share, known in zip(NAMES, self.told.values(), sure, strict=True)
+            if share < _TOLD and not known
+        ]
         refused = f", {self._refused} more explained by no friction" if self._refused else ""
         counted = f"{self._pushes} push{'' if self._pushes == 1 else 'es'}{refused}"
         if not vague:
@@ -268,7 +279,9 @@ def _pushes(data: Any) -> list[Any]:
     return list(data)
 
 
-def _readings(sd: Floats, trace: PushTrace | None, profile: TipProfile | None, *given: float | None) -> tuple[TipProfile, Floats]:
+def _readings(
+    sd: Floats, trace: PushTrace | None, profile: TipProfile | None, *given: float | None
+) -> tuple[TipProfile, Floats]:
     """The tip's way, and (peak force, free slide, final position), NaN for what was not read."""
     if trace is not None:
         checks.kind("trace", trace, PushTrace)

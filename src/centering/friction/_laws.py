@@ -160,7 +160,9 @@ class StribeckFriction(ViscousFriction):
     [37.0, 31.311, 28.0]
     """
 
-    stribeck_speed: float = quantity("mm/s", above=0, usual=(0.01, 1000.0), typical=STRIBECK_SPEED, default=STRIBECK_SPEED)
+    stribeck_speed: float = quantity(
+        "mm/s", above=0, usual=(0.01, 1000.0), typical=STRIBECK_SPEED, default=STRIBECK_SPEED
+    )
     stribeck_exponent: float = quantity("1", above=0, default=2.0)
     kind: ClassVar[int] = 2
 

@@ -53,14 +53,18 @@ def logged_pushes(log: Any, problem: CenteringProblem, part: int | None = None) 
     """
     found = idf.series(log, UNITS, tier="control", part=part)
     if len(found) != 1:
-        raise ValueError(f"part must say which part (unit 1); data hold {', '.join(one.label for one in found) or 'none'}")
+        raise ValueError(
+            f"part must say which part (unit 1); data hold {', '.join(one.label for one in found) or 'none'}"
+        )
     return list(_pushes(found[0], problem))
 
 
 def _pushes(rows: Series, problem: CenteringProblem) -> Iterator[dict[str, Any]]:
     runs = rows["pushing"] > 0.5
     begins = np.flatnonzero(runs[1:] & ~runs[:-1])  # the last sample before each
-    until = np.append(begins[1:], runs.size - 1)[: begins.size]  # the last before the next, which knows where this one led
+    until = np.append(begins[1:], runs.size - 1)[
+        : begins.size
+    ]  # the last before the next, which knows where this one led
     for first, last in zip(begins.tolist(), until.tolist(), strict=True):
         still = np.flatnonzero(~runs[first + 1 : last + 1])
         end = min(first + int(still[0]) + 1 + _AFTER, last) if still.size else last
@@ -79,7 +83,9 @@ def _center(rows: Series, k: int) -> complex:
     return complex(d * cos(phi), d * sin(phi)) if np.isfinite(d + phi) else complex(nan, nan)
 
 
-def _push(rows: Series, kept: slice, before: complex, problem: CenteringProblem) -> tuple[TipProfile, float] | None:
+def _push(
+    rows: Series, kept: slice, before: complex, problem: CenteringProblem
+) -> tuple[TipProfile, float] | None:
     """The tip from first touch on, along the contact normal, and the way along that over the distance; None: nothing touched."""
     model, w = problem.model, float(rows["spindle_speed"][kept.start])
     path = _smooth(rows.time[kept] - rows.time[kept.start], -rows["slide"][kept])

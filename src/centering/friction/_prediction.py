@@ -21,7 +21,12 @@ _FINAL, _SLIDE, _PEAK = 0, 1, 2
 
 
 def likelihood(
-    belief: FrictionBelief, model: PushModel, profile: TipProfile, read: Floats, noise_sd: Floats, error: tuple[float, float]
+    belief: FrictionBelief,
+    model: PushModel,
+    profile: TipProfile,
+    read: Floats,
+    noise_sd: Floats,
+    error: tuple[float, float],
 ) -> tuple[Floats, float]:
     """Likelihood, greatest 1, over (scale met, ratio) of peak force, free slide, final position; how far off the nearest is."""
     met = belief.expected()
@@ -31,7 +36,9 @@ def likelihood(
     doubt = np.maximum(roughness(found, 0), roughness(found, 1))
     nodes, cells = _axes(scales, ratios), _axes(belief.pushed, belief.ratio)
     out = np.empty((belief.pushed.size, belief.ratio.size))
-    off = log_likelihood(found, doubt, nodes, cells, read, noise_sd, *error, out)  # of the model, beyond where the tip goes
+    off = log_likelihood(
+        found, doubt, nodes, cells, read, noise_sd, *error, out
+    )  # of the model, beyond where the tip goes
     return np.exp(out - out.max()), float(off)
 
 
@@ -41,7 +48,11 @@ def predicted(model: PushModel, profile: TipProfile, scales: Floats, ratios: Flo
     slid = np.minimum(model.coulomb_force * np.exp(scales[:, None] - 0.5 * ratios), held)
     rows = np.tile(model.parameters, (held.size, 1))
     rows[:, 3], rows[:, 4] = held.ravel(), slid.ravel()
-    shown = simulate_table_pushes(rows, profile) if isinstance(profile, TableProfile) else simulate_pushes(rows, profile)
+    shown = (
+        simulate_table_pushes(rows, profile)
+        if isinstance(profile, TableProfile)
+        else simulate_pushes(rows, profile)
+    )
     return np.ascontiguousarray(shown[:, [_PEAK, _SLIDE, _FINAL]]).reshape(*held.shape, 3)
 
 

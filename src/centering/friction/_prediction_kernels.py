@@ -40,7 +40,9 @@ def log_likelihood(found, doubt, nodes, cells, read, noise_sd, error, farthest, 
                 value, rise, slant = _patch(found, a, b, q, along, across)
                 vague = _patch(doubt, a, b, q, along, across)[0]
                 slid = value - farthest if q == 2 else value
-                inside = _step(cells[0, 1], nodes[0, 1], rise) ** 2 + _step(cells[1, 1], nodes[1, 1], slant) ** 2
+                inside = (
+                    _step(cells[0, 1], nodes[0, 1], rise) ** 2 + _step(cells[1, 1], nodes[1, 1], slant) ** 2
+                )
                 variance = noise_sd[q] ** 2 + (error * slid) ** 2 + vague**2 + inside / 12.0
                 miss += (read[q] - value) ** 2 / variance
                 spread += np.log(variance)

@@ -67,7 +67,10 @@ class PrintedFriction(Described):
         if not self.any_mass:
             rule = f"{MASS:g} +- 10 %, as the printed formulas hold for no other without any_mass=True"
             raise self._refused("mass", rule)
-        warnings.warn(f"the printed formulas are those of a part of {MASS:g} kg; this one has {self.mass:g} kg", stacklevel=4)
+        warnings.warn(
+            f"the printed formulas are those of a part of {MASS:g} kg; this one has {self.mass:g} kg",
+            stacklevel=4,
+        )
 
     def corrected_force(self, peak_force: float) -> float:
         """Return the force that the source's model would have peaked at, N, Mears (6.1).
@@ -101,7 +104,9 @@ class PrintedFriction(Described):
         ValueError
             For a slower push: at rest the formula gives 146.2 mu_static, physics 185 mu_static.
         """
-        return _FORCE_OF_SPEED * _fast(push_speed) + _FORCE_OF_FRICTION * checks.positive("mu_static", mu_static, "1")
+        return _FORCE_OF_SPEED * _fast(push_speed) + _FORCE_OF_FRICTION * checks.positive(
+            "mu_static", mu_static, "1"
+        )
 
     def from_force(self, peak_force: float, push_speed: float) -> float:
         """Return mu_static from the peak force of a push at constant speed, dimensionless, Mears (6.6).
@@ -120,7 +125,9 @@ class PrintedFriction(Described):
         """
         least = _FORCE_OF_SPEED * _fast(push_speed)
         if _force(peak_force) < least:
-            raise checks.refuse("peak_force", f">= {least:.6g}, else mu_static is below 0", float(peak_force), "N")
+            raise checks.refuse(
+                "peak_force", f">= {least:.6g}, else mu_static is below 0", float(peak_force), "N"
+            )
         return (float(peak_force) - least) / _FORCE_OF_FRICTION
 
     def free_slide(self, mu_static: float, push_speed: float) -> float:
@@ -249,12 +256,22 @@ class PrintedFriction(Described):
         (0.1334, 0.0013)
         """
         checks.one_of("weights", weights, WEIGHTS)
-        noise = np.array([checks.positive("force_sd", force_sd, "N"), checks.positive("slide_sd", slide_sd, "mm")])
+        noise = np.array(
+            [checks.positive("force_sd", force_sd, "N"), checks.positive("slide_sd", slide_sd, "mm")]
+        )
         found = np.array([self.from_force(peak_force, push_speed), self.from_slide(free_slide, push_speed)])
         slopes = np.array([self.force_sensitivity, self.slide_sensitivity(found[1], push_speed)])
-        share = (slopes / noise) ** 2 if weights == "minimum_variance" else slopes * [1.0, _FORCE_PER_SLIDE * _MICRONS]
+        share = (
+            (slopes / noise) ** 2
+            if weights == "minimum_variance"
+            else slopes * [1.0, _FORCE_PER_SLIDE * _MICRONS]
+        )
         share = share / share.sum()
-        variance = float(np.sum((share * noise) ** 2 / slopes**2)) if slopes[1] > 0 else float((noise[0] / slopes[0]) ** 2)
+        variance = (
+            float(np.sum((share * noise) ** 2 / slopes**2))
+            if slopes[1] > 0
+            else float((noise[0] / slopes[0]) ** 2)
+        )
         return Estimate(("mu_static",), np.array([share @ found]), np.array([[variance]]), units=("1",))
 
 
@@ -267,7 +284,9 @@ def _fast(push_speed: object) -> float:
     """Speed in mm/min, at which the force's formula holds."""
     speed = checks.positive("push_speed", push_speed, "mm/s") * _PER_MINUTE
     if speed < _SLOWEST * (1.0 - 1e-12):
-        raise checks.refuse("push_speed", f">= {_SLOWEST / _PER_MINUTE:.6g} (500 mm/min)", speed / _PER_MINUTE, "mm/s")
+        raise checks.refuse(
+            "push_speed", f">= {_SLOWEST / _PER_MINUTE:.6g} (500 mm/min)", speed / _PER_MINUTE, "mm/s"
+        )
     return speed
 
 

@@ -104,7 +104,10 @@ def likely_step(shocks: Sequence[Shock], side: int) -> DriftStep:
     squares that a step at part j explains: (s'u)^2/(s's), with s the fading row from j on.
     """
     found, most = DriftStep(shocks[-1].part, 0.0, np.inf), -np.inf
-    values, spreads = np.array([shock.value for shock in shocks]), np.array([shock.spread for shock in shocks])
+    values, spreads = (
+        np.array([shock.value for shock in shocks]),
+        np.array([shock.spread for shock in shocks]),
+    )
     for j, shock in enumerate(shocks):
         fading = np.concatenate([[1.0], np.cumprod(spreads[j:-1] ** -2.0)]) / spreads[j:]
         square, along = float(fading @ fading), float(fading @ values[j:])

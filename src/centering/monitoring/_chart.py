@@ -133,7 +133,10 @@ class ControlChart(Record):
         if not isinstance(batch, Mapping) or not batch:
             raise TypeError(f"batch must be a mapping of names to values; got {checks.shown(batch)}")
         self._units = units_of(batch, units)
-        self._sigmas, self._weight = checks.positive("sigmas", sigmas, "1"), checks.share("weight", weight, "1")
+        self._sigmas, self._weight = (
+            checks.positive("sigmas", sigmas, "1"),
+            checks.share("weight", weight, "1"),
+        )
         self._batch = {name: _batch(name, values, self._units[name]) for name, values in batch.items()}
         self._limits = {name: self._limited(values) for name, values in self._batch.items()}
         self.reset()
@@ -200,7 +203,9 @@ class ControlChart(Record):
             checks.one_of("values", name, self._limits)
             if not not_read(value):
                 checks.number(name, value, self._units[name])
-        found = [signal for name in self._limits for signal in self._take(name, float(values.get(name, np.nan)))]
+        found = [
+            signal for name in self._limits for signal in self._take(name, float(values.get(name, np.nan)))
+        ]
         self._signals.extend(found)
         self._count += 1
         return tuple(found)
@@ -236,7 +241,9 @@ class ControlChart(Record):
         return {"parts": self._count, "sigmas": self._sigmas, "weight": self._weight, "quantities": told}
 
     def _told(self, name: str) -> dict[str, Any]:
-        now = [signal for signal in self._signals if signal.quantity == name and signal.part == self._count - 1]
+        now = [
+            signal for signal in self._signals if signal.quantity == name and signal.part == self._count - 1
+        ]
         last = self._last[name]
         return {
             "unit": self._units[name],

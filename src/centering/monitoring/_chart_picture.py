@@ -22,8 +22,17 @@ def plot(chart: "ControlChart") -> Any:
     )
     for (top, low), name in zip(axes.T, names, strict=True):
         _quantity(chart, name, top, low)
-    handles = {name: handle for top in axes[0] for handle, name in zip(*top.get_legend_handles_labels(), strict=True)}
-    figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=len(handles), frameon=False, fontsize=8)
+    handles = {
+        name: handle for top in axes[0] for handle, name in zip(*top.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        handles.values(),
+        handles.keys(),
+        loc="outside upper center",
+        ncols=len(handles),
+        frameon=False,
+        fontsize=8,
+    )
     return figure
 
 

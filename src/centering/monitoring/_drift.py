@@ -96,7 +96,14 @@ class DriftTrack(Record):
     def reset(self) -> None:
         """Forget every part."""
         self._tracks = {
-            name: Tracked(name, self._units[name], sd, walk=self._walk, limit=self._limit, widening=0.0 if sd else self._widening)
+            name: Tracked(
+                name,
+                self._units[name],
+                sd,
+                walk=self._walk,
+                limit=self._limit,
+                widening=0.0 if sd else self._widening,
+            )
             for name, sd in self._given.items()
         }
         self._past: list[DriftAlarm] = []
@@ -135,7 +142,10 @@ class DriftTrack(Record):
             checks.one_of("readings", name, self._tracks)
             if not not_read(reading):
                 checks.number(name, reading, self._units[name])
-        found = [track.update(self._count, float(readings.get(name, np.nan))) for name, track in self._tracks.items()]
+        found = [
+            track.update(self._count, float(readings.get(name, np.nan)))
+            for name, track in self._tracks.items()
+        ]
         new = tuple(alarm for alarm in found if alarm is not None)
         self._past.extend(new)
         self._count += 1
@@ -174,7 +184,9 @@ class DriftTrack(Record):
         levels = [track.level for track in self._tracks.values()]
         values, sds = (np.array(column) for column in zip(*levels, strict=True))
         status = Status.OK if np.all(np.isfinite(sds)) else Status.UNDETERMINED
-        return Estimate(tuple(self._tracks), values, np.diag(sds**2), status, units=tuple(self._units.values()))
+        return Estimate(
+            tuple(self._tracks), values, np.diag(sds**2), status, units=tuple(self._units.values())
+        )
 
     def detection_probability(self, step: float = 3.0, within: int = 5, after: int = 100) -> float:
         """Return how sure a step of one quantity is to be flagged in time, for a known `noise_sd`.
@@ -190,7 +202,11 @@ class DriftTrack(Record):
         after : int
             Parts before the step, >= 1: the fewer, the less sure the filter is of the level.
         """
-        size, parts, before = checks.number("step", step, "1"), checks.count("within", within), checks.count("after", after)
+        size, parts, before = (
+            checks.number("step", step, "1"),
+            checks.count("within", within),
+            checks.count("after", after),
+        )
         walk, means = RandomWalk(("level",), walk_variance=self._walk**2, noise_variance=1.0), []
         for reading in [0.0] * before + [abs(size)] * parts:
             walk.update(reading)
@@ -245,9 +261,16 @@ class DriftTrack(Record):
         return f"DriftTrack({', '.join(self._tracks)} over {self._count} parts: {told})"
 
 
-def _quantities(noise_sd: Mapping[str, float | None], units: Mapping[str, str] | None) -> dict[str, float | None]:
+def _quantities(
+    noise_sd: Mapping[str, float | None], units: Mapping[str, str] | None
+) -> dict[str, float | None]:
     """Names, and what is known of the noise of each."""
     if not isinstance(noise_sd, Mapping) or not noise_sd:
-        raise TypeError(f"noise_sd must be a mapping of names to numbers or None; got {checks.shown(noise_sd)}")
+        raise TypeError(
+            f"noise_sd must be a mapping of names to numbers or None; got {checks.shown(noise_sd)}"
+        )
     unit = units_of(noise_sd, units)
-    return {name: None if sd is None else checks.positive(f"noise_sd[{name!r}]", sd, unit[name]) for name, sd in noise_sd.items()}
+    return {
+        name: None if sd is None else checks.positive(f"noise_sd[{name!r}]", sd, unit[name])
+        for name, sd in noise_sd.items()
+    }

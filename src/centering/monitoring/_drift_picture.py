@@ -22,11 +22,24 @@ def plot(track: "DriftTrack") -> Any:
     )
     part = data["part"].values
     for (top, low), name in zip(axes.T, names, strict=True):
-        _levels(top, part, data[name].values, data[f"{name}_level"].values, _labelled(name, data[name].attrs["units"]))
+        _levels(
+            top,
+            part,
+            data[name].values,
+            data[f"{name}_level"].values,
+            _labelled(name, data[name].attrs["units"]),
+        )
         low.step(part, data[f"{name}_sum"].values, where="mid", color=LEVEL, lw=1.0)
         limit = data[f"{name}_limit"].values
         for sign in (1, -1):
-            low.step(part, sign * np.where(np.isfinite(limit), limit, np.nan), where="mid", color=ALARM, lw=0.8, ls="--")
+            low.step(
+                part,
+                sign * np.where(np.isfinite(limit), limit, np.nan),
+                where="mid",
+                color=ALARM,
+                lw=0.8,
+                ls="--",
+            )
         low.set(xlabel="part", ylabel="sum [sd]" if low is axes[1, 0] else "")
         for alarm in track.history:
             if alarm.quantity == name:
@@ -53,7 +66,14 @@ def _alarm(top: Any, low: Any, since: int, part: int) -> None:
     """The span between the step and its alarm."""
     for ax in (top, low):
         ax.axvspan(since - 0.5, part + 0.5, color=ALARM, alpha=0.15, lw=0)
-    top.annotate(f"since {since}", (since, 1.0), xycoords=("data", "axes fraction"), va="bottom", ha="center", fontsize=8)
+    top.annotate(
+        f"since {since}",
+        (since, 1.0),
+        xycoords=("data", "axes fraction"),
+        va="bottom",
+        ha="center",
+        fontsize=8,
+    )
 
 
 def _unwatched(ax: Any, alarm: "DriftAlarm", count: int) -> None:

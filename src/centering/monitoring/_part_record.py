@@ -8,11 +8,15 @@ import numpy as np
 import xarray as xr
 
 
-def dataset_of(values: Mapping[str, Sequence[float]], units: Mapping[str, str], settings: Mapping[str, Any]) -> xr.Dataset:
+def dataset_of(
+    values: Mapping[str, Sequence[float]], units: Mapping[str, str], settings: Mapping[str, Any]
+) -> xr.Dataset:
     """Values of quantities over the parts, NaN where none was read, with what the watcher was made with."""
     table = np.array(list(values.values()), dtype=float).reshape(len(values), -1)
     told = {"units": ", ".join(units[name] for name in values), "long_name": "what was read of each part"}
-    columns = {"value": (("quantity", "part"), table, told)} if table.size else {}  # such a file holds no empty array
+    columns = (
+        {"value": (("quantity", "part"), table, told)} if table.size else {}
+    )  # such a file holds no empty array
     return xr.Dataset(columns, {"quantity": list(values)}, {"settings": json.dumps(settings)})
 
 

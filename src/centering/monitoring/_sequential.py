@@ -58,7 +58,12 @@ def cusum_run_length(reference: float, limit: float) -> float:
 def cusum_limit(reference: float, run_length: float) -> float:
     """Limit of a two-sided sum that alarms by mistake once in `run_length` values on average."""
     siegmund = log(4 * reference**2 * run_length) / (2 * reference) - 1.166  # near it, where the run is long
-    found = brentq(lambda limit: log(cusum_run_length(reference, limit) / run_length), 0.0, max(siegmund, 0.0) + 1.0, xtol=1e-10)
+    found = brentq(
+        lambda limit: log(cusum_run_length(reference, limit) / run_length),
+        0.0,
+        max(siegmund, 0.0) + 1.0,
+        xtol=1e-10,
+    )
     return float(found)
 
 
@@ -90,7 +95,9 @@ def _learned_rate(reference: float, limit: float, freedom: int) -> float:
     slope = _density(score) / _student_density(value, freedom)
     rates = []
     for found in np.sqrt(2 * half_square / freedom):  # the standard deviation over the true one
-        stay = np.hstack([ndtr(found * value[:, :1]), lengths * found * (slope * _density(found * value))[:, 1:]])
+        stay = np.hstack(
+            [ndtr(found * value[:, :1]), lengths * found * (slope * _density(found * value))[:, 1:]]
+        )
         rates.append(2 / _run_length(stay)[0])
     return float(np.array(rates) @ weights / weights.sum())
 

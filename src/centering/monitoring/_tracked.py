@@ -15,7 +15,9 @@ REFERENCE = 0.9
 _HELD = 10  # parts that are watched before their scatter counts as noise, so that a step does not hide itself
 FEWEST = 20
 """Innovations that a standard deviation rests on at least: with fewer, limits are so high that little is found."""
-_ROUNDED = sqrt(12)  # readings that are rounded to steps are off by one over that of a step, as a standard deviation
+_ROUNDED = sqrt(
+    12
+)  # readings that are rounded to steps are off by one over that of a step, as a standard deviation
 _RECENT = 60  # parts back to which the beginning of a step is looked for
 _FARTHEST = 37.0  # standard deviations; beyond, probabilities are 0 in floating point
 
@@ -23,7 +25,9 @@ _FARTHEST = 37.0  # standard deviations; beyond, probabilities are 0 in floating
 class Tracked:
     """One quantity: its filter (for noise of sd 1, so that a noise still unknown only scales), its sum, its alarm."""
 
-    def __init__(self, name: str, unit: str, noise_sd: float | None, *, walk: float, limit: float, widening: float) -> None:
+    def __init__(
+        self, name: str, unit: str, noise_sd: float | None, *, walk: float, limit: float, widening: float
+    ) -> None:
         self._name, self._unit, self._given = name, unit, noise_sd
         self._filter = RandomWalk((name,), walk_variance=walk**2, noise_variance=1.0)
         self._sum, self._limit, self._widening = Cusum(REFERENCE, limit), limit, widening

@@ -36,7 +36,9 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
     goes first. It ends after `work` points looked at. With a slack of more than what is as good, no optima are looked for.
     Centres outside the `hull` (m, 3), of normals and offsets (mm), are left out.
     """
-    found = np.array([start[0], start[1], start[2], start[2], np.inf, start[3], start[0], start[0], start[1], start[1]])
+    found = np.array(
+        [start[0], start[1], start[2], start[2], np.inf, start[3], start[0], start[0], start[1], start[1]]
+    )
     alike = ALIKE * start[4]
     balls, known = np.zeros((_BALLS, 3)), 0
     lists, sizes = np.empty((_LEVELS + 1, x.size), dtype=np.int32), np.zeros(_LEVELS + 1, dtype=np.int64)
@@ -47,9 +49,17 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
     _push(stack, 0, start[0], start[1], reach, 0, -np.inf)
     while depth > 0:
         depth -= 1
-        cx, cy, half, level, below = stack[depth, 0], stack[depth, 1], stack[depth, 2], int(stack[depth, 3]), stack[depth, 4]
+        cx, cy, half, level, below = (
+            stack[depth, 0],
+            stack[depth, 1],
+            stack[depth, 2],
+            int(stack[depth, 3]),
+            stack[depth, 4],
+        )
         around = half * _ROOT_2
-        if np.hypot(cx - start[0], cy - start[1]) - around > reach or _covered(cx, cy, around, balls, min(known, _BALLS)):
+        if np.hypot(cx - start[0], cy - start[1]) - around > reach or _covered(
+            cx, cy, around, balls, min(known, _BALLS)
+        ):
             continue
         least = found[2] - slack if found[2] <= found[4] else found[4] - _LOOSE * start[4]
         if below >= least or done >= work or level == _LEVELS:
@@ -62,7 +72,22 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
             continue
         done += sizes[level] + _CELL
         if level % 3 == 0 and slack < alike:
-            known = _climb(x, y, lists[level], sizes[level], zone, cx, cy, tolerance, slack, alike, found, basis, balls, known)
+            known = _climb(
+                x,
+                y,
+                lists[level],
+                sizes[level],
+                zone,
+                cx,
+                cy,
+                tolerance,
+                slack,
+                alike,
+                found,
+                basis,
+                balls,
+                known,
+            )
         sizes[level + 1] = _keep(x, y, lists[level], sizes[level], cx, cy, around, zone, lists[level + 1])
         depth = _quarter(x, y, lists[level + 1], sizes[level + 1], zone, stack, depth, found, basis)
     return found
@@ -71,7 +96,13 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
 @compiled
 def _push(stack, depth, cx, cy, half, level, below):
     """Put a square on the stack: its centre, half its side (mm), how often it was cut, and the least height in it."""
-    stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3], stack[depth, 4] = cx, cy, half, level, below
+    stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3], stack[depth, 4] = (
+        cx,
+        cy,
+        half,
+        level,
+        below,
+    )
 
 
 @compiled
@@ -96,7 +127,15 @@ def _quarter(x, y, here, size, zone, stack, depth, found, basis):
         if zone and value < found[2]:
             _note(x, y, kx, ky, found)
     for k in _ranked(values):
-        _push(stack, depth, cx + half * (2 * (k % 2) - 1), cy + half * (2 * (k // 2) - 1), half, level, belows[k])
+        _push(
+            stack,
+            depth,
+            cx + half * (2 * (k % 2) - 1),
+            cy + half * (2 * (k // 2) - 1),
+            half,
+            level,
+            belows[k],
+        )
         depth += 1
     return depth
 

@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from centering.roundness._harmonics import HarmonicFit, even_harmonics, even_values, fit_harmonics, value_spread, values_at
+from centering.roundness._harmonics import (
+    HarmonicFit,
+    even_harmonics,
+    even_values,
+    fit_harmonics,
+    value_spread,
+    values_at,
+)
 from centering.roundness._runout import Runout
 from centering.roundness._sampling import even_turn
 from sdpgrind.base.checks import Complex, Floats
@@ -24,7 +31,9 @@ def amplitude_sd(fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runo
     return np.asarray(np.hypot(noise_sd * fit.amplitude_spread, _spread(along, runout)))
 
 
-def deviation_sd(fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runout | None, passed: Floats, size: int) -> Floats:
+def deviation_sd(
+    fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runout | None, passed: Floats, size: int
+) -> Floats:
     """Sd of the form at the points of an even turn, mm, where so much of each harmonic passes; the circle takes the first two."""
     passed = np.where(np.arange(passed.size) < 2, 0.0, passed)
     count = np.flatnonzero(passed > 1e-3).max(initial=1) + 1

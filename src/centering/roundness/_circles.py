@@ -81,7 +81,9 @@ def reference_circle(
     middle = np.array([xy[:, 0].mean(), xy[:, 1].mean()])
     found = _FIND[kind](xy[:, 0] - middle[0], xy[:, 1] - middle[1])
     if found.radius <= tip:
-        raise checks.refuse("tip_radius", f"< {found.radius:.6g}, the radius of the circle of the tip's centre", tip, "mm")
+        raise checks.refuse(
+            "tip_radius", f"< {found.radius:.6g}, the radius of the circle of the tip's centre", tip, "mm"
+        )
     order = np.argsort(found.contacts)
     return Roundness(
         kind, middle + found.center, found.radius - tip, found.contacts[order], found.outer[order],

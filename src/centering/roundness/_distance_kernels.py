@@ -46,7 +46,10 @@ def _crossing(x, y, i, j, k, m):
     det = ax * by - ay * bx
     if abs(det) <= _PARALLEL * (np.hypot(ax, ay) * np.hypot(bx, by)):
         return np.inf, np.inf
-    midx, midy = 0.5 * (x[i] + x[j]), 0.5 * (y[i] + y[j])  # about the middle of a chord, where no digits are lost
+    midx, midy = (
+        0.5 * (x[i] + x[j]),
+        0.5 * (y[i] + y[j]),
+    )  # about the middle of a chord, where no digits are lost
     b = bx * (0.5 * (x[k] + x[m]) - midx) + by * (0.5 * (y[k] + y[m]) - midy)
     return midx - ay * b / det, midy + ax * b / det
 

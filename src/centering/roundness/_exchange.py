@@ -60,7 +60,9 @@ def start_centre(x: Floats, y: Floats) -> tuple[float, float]:
         _, most, _, least = extremes(x, y, cx, cy)
         if gap > np.pi * (1 + 1e-9) + min(FORM * (most - least) / most, LET_PASS):
             swept = np.degrees(2 * np.pi - gap)
-            raise ValueError(f"points must cover at least 180 deg about their circle; they cover {swept:.4g} deg")
+            raise ValueError(
+                f"points must cover at least 180 deg about their circle; they cover {swept:.4g} deg"
+            )
     return cx, cy
 
 
@@ -69,7 +71,9 @@ def least_squares(x: Floats, y: Floats) -> ExchangeFound:
     cx, cy, radius, bends = least_squares_circle(x, y, *start_centre(x, y))
     across, up = x - cx, y - cy
     rms = float(np.sqrt(np.mean((np.sqrt(across * across + up * up) - radius) ** 2)))
-    told = "the sum of squares is level at this centre" + (", and bends upwards in every direction" if bends else "")
+    told = "the sum of squares is level at this centre" + (
+        ", and bends upwards in every direction" if bends else ""
+    )
     return ExchangeFound((cx, cy), radius, rms, told)
 
 
@@ -101,7 +105,9 @@ def inscribed(x: Floats, y: Floats) -> ExchangeFound:
         (cx, cy), radius, bound = best.center, -best.height, -best.below
         if not best.held or best.free < best.height - SLACK * outer:
             freed = max(radius, -best.free)
-            raise ValueError(f"points must hold the inscribed circle from all sides; one of {freed:.6g} mm can leave by a gap")
+            raise ValueError(
+                f"points must hold the inscribed circle from all sides; one of {freed:.6g} mm can leave by a gap"
+            )
         told = f"all centres within {reach:.3g} mm were searched: {best.told}; beyond all among the points are worse"
     return ExchangeFound((cx, cy), radius, bound, told, basis[:3], np.full(3, False))
 
@@ -138,10 +144,14 @@ class _Best(NamedTuple):
     told: str
 
 
-def _search(x: Floats, y: Floats, zone: bool, start: Floats, reach: float, basis: Indices, hull: Floats) -> _Best:
+def _search(
+    x: Floats, y: Floats, zone: bool, start: Floats, reach: float, basis: Indices, hull: Floats
+) -> _Best:
     """Search all centres within reach, and once more coarsely where ties make that too long."""
     tolerance, size = rounding(x, y), start[4]
-    found = search(x, y, zone, start, reach, tolerance, SLACK * size, ZONE_WORK if zone else WORK, basis, hull)
+    found = search(
+        x, y, zone, start, reach, tolerance, SLACK * size, ZONE_WORK if zone else WORK, basis, hull
+    )
     apart = float(np.hypot(found[7] - found[6], found[9] - found[8]))
     if found[2] - found[3] > 2 * SLACK * size:
         again = np.array([*found[:3], found[5], size])

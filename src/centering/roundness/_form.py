@@ -45,7 +45,9 @@ class Form:
 def form_of(samples: Samples, degree: int, asked: str = "upr_max", limit: float = TOO_BAD) -> Form:
     """Harmonics 2..degree about the centre and radius that leave no harmonics 0 and 1; `asked` is what asks for so many."""
     with one_blas_thread():
-        circle = _settled(samples, min(degree, _FIRST), samples.circle, 1)[2]  # few harmonics bring the centre near at low cost
+        circle = _settled(samples, min(degree, _FIRST), samples.circle, 1)[
+            2
+        ]  # few harmonics bring the centre near at low cost
         fit, part_angle, circle = _settled(samples, degree, circle, _ROUNDS)
         _refuse_ill(asked, fit.condition, limit, degree, part_angle)
         noise = fit.noise_sd if fit.freedom >= ENOUGH else samples.noise_sd or inf
@@ -56,7 +58,9 @@ def form_of(samples: Samples, degree: int, asked: str = "upr_max", limit: float 
     return Form(coef, sd, circle, noise, part_angle, fit, leaks, samples.runout)
 
 
-def _settled(samples: Samples, degree: int, circle: Floats, rounds: int) -> tuple[HarmonicFit, Floats, Floats]:
+def _settled(
+    samples: Samples, degree: int, circle: Floats, rounds: int
+) -> tuple[HarmonicFit, Floats, Floats]:
     """The fit about a circle that stays, with the part angles that it has used."""
     for _ in range(rounds):
         part_angle, deviation = samples.about(circle, samples.tip_radius)
@@ -101,7 +105,9 @@ def largest_between(coef: Complex, circle: Floats, tip_radius: float, about: Flo
     return extreme_between(coef, circle, tip_radius, about, 1)[1]
 
 
-def extreme_between(coef: Complex, circle: Floats, tip_radius: float, about: Floats, side: int) -> tuple[float, float]:
+def extreme_between(
+    coef: Complex, circle: Floats, tip_radius: float, about: Floats, side: int
+) -> tuple[float, float]:
     """Part angle (rad) and distance (mm) of the point of a form that is farthest from an axis; nearest to it for side -1."""
     size = 16 * max(coef.size, 8)
     part_angle = even_turn(size)
@@ -109,7 +115,10 @@ def extreme_between(coef: Complex, circle: Floats, tip_radius: float, about: Flo
     step = 2 * pi / size
     for _ in range(4):  # each finds the best of 33 points between the neighbours of the last
         near = np.asarray(best + step * np.linspace(-1, 1, 33), dtype=float)
-        best, step = float(near[np.argmax(side * _distance(coef, circle, tip_radius, about, near))]), step / 16
+        best, step = (
+            float(near[np.argmax(side * _distance(coef, circle, tip_radius, about, near))]),
+            step / 16,
+        )
     return best, float(_distance(coef, circle, tip_radius, about, np.array([best]))[0]) - tip_radius
 
 

@@ -96,7 +96,9 @@ def fit_harmonics(angle: Floats, values: Floats, degree: int) -> HarmonicFit:
     """Least squares of harmonics 0..degree; the condition is infinite where the angles cannot tell them apart."""
     density, target = sums(angle, values, degree)
     coef, condition = _solved(density, target)
-    cosine, worst = _solved(density, _edge(degree))  # the highest harmonic is told worst: data without it would not show that
+    cosine, worst = _solved(
+        density, _edge(degree)
+    )  # the highest harmonic is told worst: data without it would not show that
     return HarmonicFit(coef, max(condition, worst), values - values_at(coef, angle), density, cosine)
 
 

@@ -43,7 +43,9 @@ def _grow(x, y, new, size, basis, tolerance):
         cx, cy, radius = _two(x, y, new, basis[a])
         if radius < best and _cover(x, y, cx, cy, basis, size) <= radius + tolerance:
             best, bx, by, first = radius, cx, cy, a
-    if best == np.inf:  # three contacts only where no diameter does: else its centre would be at the mercy of rounding
+    if (
+        best == np.inf
+    ):  # three contacts only where no diameter does: else its centre would be at the mercy of rounding
         for a in range(size):
             for b in range(a + 1, size):
                 cx, cy = _crossing(x, y, new, basis[a], new, basis[b])

@@ -19,7 +19,11 @@ def empty_circle(x, y, cx, cy, tolerance, basis):
     for _ in range(_STEPS):
         if np.isinf(cx):
             break
-        radius = min(_distance(x, y, cx, cy, basis[0]), _distance(x, y, cx, cy, basis[1]), _distance(x, y, cx, cy, basis[2]))
+        radius = min(
+            _distance(x, y, cx, cy, basis[0]),
+            _distance(x, y, cx, cy, basis[1]),
+            _distance(x, y, cx, cy, basis[2]),
+        )
         _, _, near, least = extremes(x, y, cx, cy)
         if least >= radius - tolerance:
             if _standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0:
@@ -37,9 +41,9 @@ def _three_about(x, y, cx, cy, basis):
     """
     basis[0] = extremes(x, y, cx, cy)[2]
     dx, dy = x[basis[0]] - cx, y[basis[0]] - cy
-    return _against(x, y, cx, cy, -0.5 * dx - _HALF_ROOT_3 * dy, _HALF_ROOT_3 * dx - 0.5 * dy, basis) or _against(
-        x, y, cx, cy, -dx, -dy, basis
-    )
+    return _against(
+        x, y, cx, cy, -0.5 * dx - _HALF_ROOT_3 * dy, _HALF_ROOT_3 * dx - 0.5 * dy, basis
+    ) or _against(x, y, cx, cy, -dx, -dy, basis)
 
 
 @compiled

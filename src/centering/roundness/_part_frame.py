@@ -16,7 +16,9 @@ def circle_of(angle: Floats, reading: Floats, tip_radius: float) -> CircleEstima
     if tip_radius >= 0:
         return fit_circle(angle, reading, tip_radius=tip_radius)
     if reading.min() <= -tip_radius:
-        raise checks.refuse("tip_radius", f"< {reading.min():.6g}, the smallest reading in a bore", -tip_radius, "mm")
+        raise checks.refuse(
+            "tip_radius", f"< {reading.min():.6g}, the smallest reading in a bore", -tip_radius, "mm"
+        )
     inner = fit_circle(angle, reading + tip_radius)
     return inner.replace(value=inner.value - np.array([tip_radius, 0.0, 0.0]), tip_radius=tip_radius)
 
@@ -32,7 +34,9 @@ def into_part(angle: Floats, reading: Floats, tip_radius: float, center: Floats)
     return _near(np.arctan2(y, x), angle), np.hypot(x, y)
 
 
-def from_part(part_angle: Floats, distance: Floats, tip_radius: float, center: Floats) -> tuple[Floats, Floats]:
+def from_part(
+    part_angle: Floats, distance: Floats, tip_radius: float, center: Floats
+) -> tuple[Floats, Floats]:
     """Angle of the spindle (rad, turns kept) and reading (mm) at which the tip's centre lies there; undoes `into_part`."""
     x = center[0] + distance * np.cos(part_angle)
     y = center[1] + distance * np.sin(part_angle)

@@ -131,5 +131,7 @@ class PartReadings(ByValue):
         """
         degree, gap = checks.nonnegative("upr", upr, "upr"), widest_gap(self.part_angle)
         if rise(degree, gap) == inf:
-            raise checks.refuse("upr", f"< {np.pi / gap:.6g} for a gap of {np.degrees(gap):.4g} degrees", degree, "upr")
+            raise checks.refuse(
+                "upr", f"< {np.pi / gap:.6g} for a gap of {np.degrees(gap):.4g} degrees", degree, "upr"
+            )
         return rise(degree, gap)

@@ -42,7 +42,9 @@ def polar_axes(scale: Scale, deviation: Floats, ax: Any = None) -> Any:
     ax.set_rticks(np.arange(scale.division, top, scale.division), labels=[])
     ax.set_thetagrids(np.arange(0, 360, 30))
     ax.grid(linewidth=0.4, alpha=0.6)
-    ax.text(1.0, -0.04, f"{scale.division:g} µm/div", transform=ax.transAxes, ha="right", va="top")  # below all directions
+    ax.text(
+        1.0, -0.04, f"{scale.division:g} µm/div", transform=ax.transAxes, ha="right", va="top"
+    )  # below all directions
     return ax
 
 

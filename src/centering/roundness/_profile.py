@@ -105,10 +105,17 @@ class Profile(PartReadings, Plan):
 
     @property
     def _samples(self) -> Samples:
-        return Samples(self.angle, self.reading, self._tip, self.circle.value, self.runout, self._origin.noise_sd)
+        return Samples(
+            self.angle, self.reading, self._tip, self.circle.value, self.runout, self._origin.noise_sd
+        )
 
     def remove_runout(
-        self, ratio: float | None = None, *, upr_max: int | None = None, refine: bool = True, near_integer: bool = False
+        self,
+        ratio: float | None = None,
+        *,
+        upr_max: int | None = None,
+        refine: bool = True,
+        near_integer: bool = False,
     ) -> "Profile":
         """Take the runout of the probe's roller off each reading, Mears (6.19), (6.20); the samples stay what they are.
 
@@ -144,7 +151,9 @@ class Profile(PartReadings, Plan):
             do); for a filtered profile.
         """
         if self._origin.filter:
-            raise ValueError(f"remove_runout must come before a filter, which keeps no turns; got {self._origin.filter}")
+            raise ValueError(
+                f"remove_runout must come before a filter, which keeps no turns; got {self._origin.filter}"
+            )
         task = task_of(self._samples, ratio=ratio, upr_max=upr_max, refine=refine, near_integer=near_integer)
         return _profile(steps_of.without_runout(self, task))
 
@@ -187,7 +196,9 @@ class Profile(PartReadings, Plan):
                 f"reading must have at least {least} samples for a cut-off at {cut_off:g} upr; got {self.angle.size}"
             )
         if cut_off > self.nyquist * (1 + 1e-9):
-            raise checks.refuse("upr", f"<= {self.nyquist:.6g}, half of the points of one turn", cut_off, "upr")
+            raise checks.refuse(
+                "upr", f"<= {self.nyquist:.6g}, half of the points of one turn", cut_off, "upr"
+            )
         warn_if_sparse(2 * self.nyquist, cut_off)
         how = steps_of.filtered_evenly if is_even(self.part_angle) else steps_of.filtered
         return _profile(how(self, cut_off))
@@ -220,7 +231,9 @@ class Profile(PartReadings, Plan):
         """
         degree = None if upr_max is None else checked_degree("upr_max", upr_max, 2 * self.nyquist)
         if degree is not None and self.angle.size < 2 * degree + 1:
-            raise ValueError(f"reading must have at least {2 * degree + 1} samples for {degree} upr; got {self.angle.size}")
+            raise ValueError(
+                f"reading must have at least {2 * degree + 1} samples for {degree} upr; got {self.angle.size}"
+            )
         return steps_of.spectrum(self, degree)
 
     def roundness(self, kind: str = "LSC") -> Roundness:
@@ -270,7 +283,13 @@ def _profile(made: Made) -> Profile:
     profile = Profile.__new__(Profile)
     fields = {"angle": lasting(made.angle), "reading": lasting(made.reading), "tip_radius": made.tip_radius}
     left, sd = (None if each is None else lasting(each) for each in (made.left, made.sd))
-    found = {"internal": made.internal, "circle": made.circle, "_origin": made.origin, "_left": left, "_sd": sd}
+    found = {
+        "internal": made.internal,
+        "circle": made.circle,
+        "_origin": made.origin,
+        "_left": left,
+        "_sd": sd,
+    }
     for name, value in {**fields, **found}.items():
         object.__setattr__(profile, name, value)
     return profile

@@ -23,10 +23,14 @@ def plot(profile: "Profile") -> Any:
     grid = figure.add_gridspec(1, 2, width_ratios=(1, 1.25))
     _draw_form(figure.add_subplot(grid[0], projection="polar"), profile)
     _draw_spectrum(figure.add_subplot(grid[1]), profile)
-    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 0.95))  # labels of a polar picture reach beyond what is laid out
+    figure.get_layout_engine().set(
+        rect=(0.0, 0.0, 1.0, 0.95)
+    )  # labels of a polar picture reach beyond what is laid out
     circle = profile.circle
     height = f"{_height(profile)}, {profile._origin.filter or 'not filtered'}"
-    figure.suptitle(f"{height}; radius {circle.radius:.6g} mm, {circle.offset:.3g} mm off the spindle", fontsize=10)
+    figure.suptitle(
+        f"{height}; radius {circle.radius:.6g} mm, {circle.offset:.3g} mm off the spindle", fontsize=10
+    )
     return figure
 
 
@@ -54,7 +58,11 @@ def _draw_spectrum(axis: Any, profile: "Profile") -> None:
             warnings.simplefilter("ignore")  # what is warned of is written into the picture
             found = profile.spectrum()
             found.plot(axis)
-            axis.set_xlim(0, 1.1 * max(found.upr[found.amplitude >= _LEAST * found.amplitude.max(initial=0.0)], default=1.0))
+            axis.set_xlim(
+                0,
+                1.1
+                * max(found.upr[found.amplitude >= _LEAST * found.amplitude.max(initial=0.0)], default=1.0),
+            )
     except ValueError:
         axis.set_axis_off()
         told = told.replace("0 upr", "no upr").partition(":")[0]
@@ -63,4 +71,6 @@ def _draw_spectrum(axis: Any, profile: "Profile") -> None:
     if lost is not None and lost.seen:
         axis.axvline(lost.ratio, color=pictures.LIMIT, linewidth=0.8, linestyle=":")
         told = f"roller runout removed: {1e3 * lost.amplitude:.3g} µm at {lost.ratio:.4g} upr"
-        axis.text(0.99, 0.97, told, transform=axis.transAxes, ha="right", va="top", fontsize=8, color=pictures.LIMIT)
+        axis.text(
+            0.99, 0.97, told, transform=axis.transAxes, ha="right", va="top", fontsize=8, color=pictures.LIMIT
+        )

@@ -23,7 +23,10 @@ def dataset_of(profile: PartReadings, left: Floats | None, sd: Floats | None) ->
     if sd is not None:
         columns["deviation_sd"] = ("sample", sd, _label("mm", "sd of the deviation"))
     told = {"tip_radius": profile.tip_radius, "tip_radius_unit": "mm", "internal": int(profile.internal)}
-    return xr.Dataset(columns, attrs=told | {"circle": stored.encode(profile.circle), "origin": stored.encode(profile._origin)})
+    return xr.Dataset(
+        columns,
+        attrs=told | {"circle": stored.encode(profile.circle), "origin": stored.encode(profile._origin)},
+    )
 
 
 def made_from(data: xr.Dataset) -> Made:

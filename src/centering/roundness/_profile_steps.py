@@ -37,7 +37,15 @@ def without_runout(profile: Measured, task: SeparationTask) -> Made:
     origin = dataclasses.replace(profile._origin, steps=steps, runout=runout, noise_sd=runout.noise_sd)
     if not runout.seen:
         circle = profile.circle
-        return Made(profile.angle, profile.reading, profile.tip_radius, circle, origin, found.residual, profile.internal)
+        return Made(
+            profile.angle,
+            profile.reading,
+            profile.tip_radius,
+            circle,
+            origin,
+            found.residual,
+            profile.internal,
+        )
     part_angle, distance = into_part(profile.angle, profile.reading, found.tip_radius, center)
     angle, reading = from_part(part_angle, distance - runout.deviation(part_angle), found.tip_radius, center)
     freedom = max(found.residual.size - 2 * task.upr_max - 3 - (runout.ratio_sd > 0), 1)
@@ -51,8 +59,12 @@ def filtered_evenly(profile: Measured, cut_off: float) -> Made:
     deviation = filter_even(profile.deviation, cut_off)
     passed = transmission(np.arange((profile.angle.size + 1) // 2), cut_off)
     sd = _thinned(_even_sd(profile, passed.size), passed)
-    made = _even(profile, profile.circle.value, deviation, sd, _named(cut_off), "by FFT", profile.deviation - deviation)
-    return dataclasses.replace(made, sd=averaged_sd(profile.deviation_sd, passed, scattered(sd[2:]), profile.noise_sd))
+    made = _even(
+        profile, profile.circle.value, deviation, sd, _named(cut_off), "by FFT", profile.deviation - deviation
+    )
+    return dataclasses.replace(
+        made, sd=averaged_sd(profile.deviation_sd, passed, scattered(sd[2:]), profile.noise_sd)
+    )
 
 
 def filtered(profile: Measured, cut_off: float) -> Made:
@@ -89,7 +101,9 @@ def _thinned(sd: Floats, passed: Floats) -> Floats:
         return np.where(np.isfinite(sd), sd * passed, inf)
 
 
-def _even(profile: Measured, circle: Floats, deviation: Floats, sd: Floats, name: str, how: str, left: Floats) -> Made:
+def _even(
+    profile: Measured, circle: Floats, deviation: Floats, sd: Floats, name: str, how: str, left: Floats
+) -> Made:
     """A turn on an even grid of the part's angle with these deviations."""
     part_angle = even_turn(deviation.size)
     angle, reading = from_part(part_angle, circle[0] + profile._tip + deviation, profile._tip, circle[1:])
@@ -101,7 +115,15 @@ def _even(profile: Measured, circle: Floats, deviation: Floats, sd: Floats, name
         noise_sd=scattered(sd[2:]),
         nyquist=profile.nyquist,
     )
-    return Made(angle, reading, profile.tip_radius, profile.circle.replace(value=circle), origin, left, profile.internal)
+    return Made(
+        angle,
+        reading,
+        profile.tip_radius,
+        profile.circle.replace(value=circle),
+        origin,
+        left,
+        profile.internal,
+    )
 
 
 def _even_sd(profile: Measured, count: int) -> Floats:
@@ -180,4 +202,6 @@ def roundness(profile: Measured, kind: str) -> Roundness:
     sd, upr, name = profile.deviation_sd, np.array(profile._origin.sd), profile._origin.filter
     noise = sd if np.all(np.isfinite(sd)) and np.any(sd > 0) else None
     upr = np.where(np.isfinite(upr), upr, 0.0)
-    return reference_circle(profile.points, kind, tip_radius=profile._tip, noise_sd=noise, noise_upr=upr, filter=name)
+    return reference_circle(
+        profile.points, kind, tip_radius=profile._tip, noise_sd=noise, noise_upr=upr, filter=name
+    )

@@ -176,10 +176,18 @@ class Roundness(Described, ByValue):
     def _mark(self, ax: Any, scale: Any, angle: Floats) -> None:
         """Mark contacts, or the highest and lowest point where there are none."""
         marked = zip(self.contacts, self.outer, strict=True)
-        pairs = list(marked) or [(int(np.argmax(self.deviation)), True), (int(np.argmin(self.deviation)), False)]
+        pairs = list(marked) or [
+            (int(np.argmax(self.deviation)), True),
+            (int(np.argmin(self.deviation)), False),
+        ]
         for point, outer in pairs:
             symbol = "o" if self.contacts.size else ("v" if outer else "^")
-            style = {"color": "C3", "markerfacecolor": "C3" if outer else "white", "markersize": 5, "zorder": 4}
+            style = {
+                "color": "C3",
+                "markerfacecolor": "C3" if outer else "white",
+                "markersize": 5,
+                "zorder": 4,
+            }
             ax.plot(angle[point], scale.height(self.deviation[point]), symbol, **style)
 
     def __repr__(self) -> str:

@@ -25,7 +25,11 @@ def going_on(angle: Floats) -> Floats:
     unwrapped = np.unwrap(angle)
     if _one_way(angle):
         return angle
-    return unwrapped if _one_way(unwrapped) or (_mostly_one_way(unwrapped) and np.ptp(angle) <= _WRAPPED) else angle
+    return (
+        unwrapped
+        if _one_way(unwrapped) or (_mostly_one_way(unwrapped) and np.ptp(angle) <= _WRAPPED)
+        else angle
+    )
 
 
 def _one_way(angle: Floats) -> bool:
@@ -78,5 +82,9 @@ def checked_degree(name: str, upr_max: object, points: float) -> int:
     """A harmonic that was asked for, which the points of a turn must allow."""
     degree = checks.count(name, upr_max)
     if degree > points / 2 * (1 + _ROUNDING):
-        raise checks.refuse(name, f"<= {points / 2:.6g}, half of the points of one turn: beyond, waves look like others", degree)
+        raise checks.refuse(
+            name,
+            f"<= {points / 2:.6g}, half of the points of one turn: beyond, waves look like others",
+            degree,
+        )
     return degree

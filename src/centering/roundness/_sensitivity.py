@@ -41,7 +41,11 @@ def noise_effect(kind: str, from_center: Floats, noise_sd: Floats, noise_upr: Fl
     x, y = np.ascontiguousarray(from_center.T)
     tolerance = rounding(x, y)
     distance = np.hypot(x, y)
-    added = (sign * ADDED * noise_sd * noise / distance for noise in _draws(np.arctan2(y, x), noise_upr) for sign in (1.0, -1.0))
+    added = (
+        sign * ADDED * noise_sd * noise / distance
+        for noise in _draws(np.arctan2(y, x), noise_upr)
+        for sign in (1.0, -1.0)
+    )
     values = np.array([_value(kind, x + change * x, y + change * y, tolerance) for change in added])
     held = values[np.isfinite(values)]
     if held.size < PAIRS:
@@ -56,7 +60,9 @@ def _draws(angle: Floats, upr: Floats) -> Iterator[Floats]:
         yield from _normals(angle.size)
         return
     size = _FINE * upr.size
-    share = np.where(np.arange(upr.size) < 2, 0.0, upr) / np.sqrt(np.sum(upr[2:] ** 2))  # the circle takes the first two
+    share = np.where(np.arange(upr.size) < 2, 0.0, upr) / np.sqrt(
+        np.sum(upr[2:] ** 2)
+    )  # the circle takes the first two
     place = np.mod(angle / (2 * np.pi), 1.0) * size
     low = np.minimum(place.astype(int), size - 1)
     for cosine, sine in (np.split(normals, 2) for normals in _normals(2 * upr.size)):

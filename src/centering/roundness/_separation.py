@@ -51,7 +51,9 @@ class _Fit:
         """Of some values; infinite where no reading is left to tell the noise by."""
         spread = np.linalg.inv(self.gram)
         parts = [np.asarray(spread[some, some], dtype=float) for some in values]
-        return [self.noise_sd**2 * part if self.noise_sd < inf else np.full(part.shape, inf) for part in parts]
+        return [
+            self.noise_sd**2 * part if self.noise_sd < inf else np.full(part.shape, inf) for part in parts
+        ]
 
 
 def separate(task: SeparationTask) -> Separation:
@@ -74,11 +76,15 @@ def separate(task: SeparationTask) -> Separation:
 def _fitted(basis: Basis, further: Floats, target: Floats) -> _Fit:
     """Least squares by the normal equations: conditions that are accepted leave them ten digits."""
     gram, first = basis.bordered(further), len(basis.rows)
-    solution = np.asarray(np.linalg.solve(gram, np.concatenate([basis.rows @ target, further @ target])), dtype=float)
+    solution = np.asarray(
+        np.linalg.solve(gram, np.concatenate([basis.rows @ target, further @ target])), dtype=float
+    )
     return _Fit(solution, gram, target - solution[:first] @ basis.rows - solution[first:] @ further)
 
 
-def _moved(task: SeparationTask, state: SeparationState, fit: _Fit, nominal: float, refine: bool) -> SeparationState:
+def _moved(
+    task: SeparationTask, state: SeparationState, fit: _Fit, nominal: float, refine: bool
+) -> SeparationState:
     """The state after a step; the tip's radius goes with the ratio unless that was given."""
     first = 2 * task.upr_max + 1
     circle, ratio, rho = state.circle + fit.solution[:3], state.ratio, state.tip_radius
@@ -134,7 +140,9 @@ def _slip(state: SeparationState, part_angle: Floats, rows: Floats, fit: _Fit) -
     squares = float(np.sum((directions.T @ (phase / np.sqrt(own)))[kept] ** 2 / share[kept]))
     noise, count = max(fit.noise_sd, _ROUNDING * float(state.circle[0])), int(np.sum(kept))
     freedom = fit.residual.size - fit.solution.size - count
-    chance = float(fdtrc(count, freedom, _ratio(squares, noise**2, count, fit))) if count and freedom > 0 else 1.0
+    chance = (
+        float(fdtrc(count, freedom, _ratio(squares, noise**2, count, fit))) if count and freedom > 0 else 1.0
+    )
     return float(np.ptp(phase)) * float(state.circle[0]) / state.ratio, chance
 
 

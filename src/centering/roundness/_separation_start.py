@@ -19,7 +19,10 @@ SEEN = 5.0
 """Standard deviations of the amplitude: a smaller runout has no frequency of its own."""
 
 _TELLING = 0.3  # of the reach: a ratio is refined if its sd is less
-_UNSURE, _INFLATED = 0.1, 4.0  # of the amplitude, and times its sd at the ratio as it is: then the ratio is kept
+_UNSURE, _INFLATED = (
+    0.1,
+    4.0,
+)  # of the amplitude, and times its sd at the ratio as it is: then the ratio is kept
 _APART = 0.25  # of the ratio times the turns: tried ratios; a peak is 2 wide
 _SINGULAR = 1e-14  # of the squares of a row: what is left where harmonics make up for it
 _LATER = (0, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
@@ -127,8 +130,15 @@ def _advice(task: SeparationTask, ratio: float) -> str:
 def _more_turns(ratio: float, upr_max: int, turns: float) -> float | None:
     """Turns to be added until the two can be told apart, on an even grid."""
     for more in _LATER:
-        part_angle = 2 * np.pi * (turns + more) * np.linspace(0, 1, ceil((turns + more) * (2 * upr_max + 6)), endpoint=False)
-        rows = np.vstack([harmonic_rows(part_angle, upr_max), np.cos(ratio * part_angle), np.sin(ratio * part_angle)])
+        part_angle = (
+            2
+            * np.pi
+            * (turns + more)
+            * np.linspace(0, 1, ceil((turns + more) * (2 * upr_max + 6)), endpoint=False)
+        )
+        rows = np.vstack(
+            [harmonic_rows(part_angle, upr_max), np.cos(ratio * part_angle), np.sin(ratio * part_angle)]
+        )
         if condition(rows @ rows.T) <= TOO_BAD:
             return more
     return None

@@ -29,7 +29,9 @@ class SeparationTask:
     origin: str
 
 
-def task_of(samples: Samples, *, ratio: float | None, upr_max: int | None, refine: bool, near_integer: bool) -> SeparationTask:
+def task_of(
+    samples: Samples, *, ratio: float | None, upr_max: int | None, refine: bool, near_integer: bool
+) -> SeparationTask:
     """What is to be separated, checked: the ratio, the harmonics, the samples."""
     tip_radius = samples.tip_radius
     if ratio is None and tip_radius == 0:
@@ -37,8 +39,14 @@ def task_of(samples: Samples, *, ratio: float | None, upr_max: int | None, refin
             "tip_radius must be > 0 (mm) to know how fast the roller turns; got 0.0: give Profile its tip_radius, or the ratio"
         )
     _refuse_offset(samples)
-    turned = float(samples.circle[0]) / abs(tip_radius) if ratio is None else checks.positive("ratio", ratio, "1")
-    origin = "" if ratio is not None else f" ({samples.circle[0]:.6g} mm over a tip_radius of {abs(tip_radius):.6g} mm)"
+    turned = (
+        float(samples.circle[0]) / abs(tip_radius) if ratio is None else checks.positive("ratio", ratio, "1")
+    )
+    origin = (
+        ""
+        if ratio is not None
+        else f" ({samples.circle[0]:.6g} mm over a tip_radius of {abs(tip_radius):.6g} mm)"
+    )
     refuse_integer(turned, origin, near_integer)
     degree = _degree(turned, samples, samples.angle.size / samples.turns, upr_max)
     return SeparationTask(samples, ratio, degree, bool(refine), bool(near_integer), origin)
@@ -53,7 +61,9 @@ def _degree(ratio: float, samples: Samples, points: float, upr_max: int | None) 
         return max(usual, sure) if size - 2 * sure - 4 >= _LEFT * size else usual
     degree = checked_degree("upr_max", upr_max, points)
     if size < 2 * degree + 3:
-        raise ValueError(f"reading must have at least {2 * degree + 3} samples for {degree} harmonics and the runout; got {size}")
+        raise ValueError(
+            f"reading must have at least {2 * degree + 3} samples for {degree} harmonics and the runout; got {size}"
+        )
     return degree
 
 

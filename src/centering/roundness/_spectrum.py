@@ -56,7 +56,9 @@ class Spectrum(Described, ByValue):
             object.__setattr__(self, "sd", lasting(np.zeros_like(self.upr)))
         for name in ("upr", "amplitude", "phase", "sd"):
             if (shape := getattr(self, name).shape) != (self.upr.size,):
-                raise ValueError(f"{name} must be one-dimensional with {self.upr.size} entries; got shape {shape}")
+                raise ValueError(
+                    f"{name} must be one-dimensional with {self.upr.size} entries; got shape {shape}"
+                )
         if np.any(self.upr <= 0):
             raise self._refused("upr", "> 0", float(self.upr.min()))
         if np.any(self.amplitude < 0):
@@ -119,7 +121,11 @@ class Spectrum(Described, ByValue):
         for upr, amplitude in self.largest(_NAMED):
             if amplitude > 0:
                 ax.annotate(f"{upr:g}", (upr, 1e3 * amplitude), (0, 2), **_NUMBER)
-        ax.set(xlabel="undulations per revolution [upr]", ylabel="amplitude [µm]", xlim=(0, self.upr.max(initial=1) + 1))
+        ax.set(
+            xlabel="undulations per revolution [upr]",
+            ylabel="amplitude [µm]",
+            xlim=(0, self.upr.max(initial=1) + 1),
+        )
         ax.margins(y=0.12)
         ax.set_ylim(0, None)
         return ax.figure

@@ -103,7 +103,9 @@ class Changeover(Plan, Described):
             return CUSTOM if self.sigmas is None else self.sigmas
         if self.radius_sd == 0:
             return 0.0
-        return best_allowance(self.radius_sd, approach_rate=self.approach_rate, crash_time=self.crash_time).sigmas
+        return best_allowance(
+            self.radius_sd, approach_rate=self.approach_rate, crash_time=self.crash_time
+        ).sigmas
 
     @property
     def position(self) -> float:
@@ -113,7 +115,9 @@ class Changeover(Plan, Described):
     @property
     def population_position(self) -> float:
         """Radius at which rapid feed must end for any part of the population, X_pop, mm."""
-        return self.finish_radius + self._outward * (self.stock.height + self.stock.allowance(self.combine) + self.gap)
+        return self.finish_radius + self._outward * (
+            self.stock.height + self.stock.allowance(self.combine) + self.gap
+        )
 
     @property
     def _outward(self) -> int:
@@ -185,14 +189,22 @@ class Changeover(Plan, Described):
         data = {name: ((), getattr(self, name), {"units": unit}) for name, unit in units.items()}
         told = {"units": "1", "long_name": "probability of reaching into the gap, at most"}
         chance = ("rule", list(self.contact_probability), told)
-        return xr.Dataset(data | {"contact_probability": chance}, {"rule": list(BothRules._fields)}, {"changeover": encode(self)})
+        return xr.Dataset(
+            data | {"contact_probability": chance},
+            {"rule": list(BothRules._fields)},
+            {"changeover": encode(self)},
+        )
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
         return checks.kind("changeover", decode(dataset.attrs["changeover"]), cls)
 
     def _told(self) -> str:
-        nearer, time, population = 1e3 * self.length_saved, self.time_saved, f"the population's {self.population_position:.4f} mm"
+        nearer, time, population = (
+            1e3 * self.length_saved,
+            self.time_saved,
+            f"the population's {self.population_position:.4f} mm",
+        )
         told = f"{abs(nearer):.4g} µm {'beyond' if nearer >= 0 else 'short of'} {population}"
         end = f"{time:.3g} s of air saved" if time >= 0 else f"{-time:.3g} s more of air, and no crash"
         return f"rapid feed to {self.position:.4f} mm, {told}: {end}"

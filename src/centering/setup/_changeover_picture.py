@@ -29,7 +29,12 @@ def plot(change: "Changeover", ax: Any = None) -> Any:
     _rule(ax, change.position, 0.74, "rule of this part", side)
     ax.axvline(change.finish_radius, color="k", lw=1.2)
     ax.annotate("finished", (change.finish_radius, 0.02), rotation=90, ha="right", va="bottom", fontsize=8)
-    ax.annotate("", (change.position, 0.6), (change.population_position, 0.6), arrowprops={"arrowstyle": "->", "color": RULE})
+    ax.annotate(
+        "",
+        (change.position, 0.6),
+        (change.population_position, 0.6),
+        arrowprops={"arrowstyle": "->", "color": RULE},
+    )
     ax.margins(x=0.1)
     ax.set(xlabel="radius about the grinder's axis [mm]", yticks=[], ylim=(0, 1.05), title=_told(change))
     ax.legend(loc="center left", fontsize=8, framealpha=0.9)

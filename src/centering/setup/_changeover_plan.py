@@ -123,7 +123,9 @@ def _radius_sd(profile: Profile, sd: float, centred: bool) -> float:
             f"radius_sd must be given (mm) where the profile tells no noise: {profile.angle.size} samples are too few"
         )
     if sd == inf:
-        raise ValueError("radius_sd must be given (mm) where readings are all alike: they tell neither noise nor rounding")
+        raise ValueError(
+            "radius_sd must be given (mm) where readings are all alike: they tell neither noise nor rounding"
+        )
     if not centred:
         return sd
     circle = profile.circle
@@ -142,7 +144,9 @@ def _warn(change: Changeover, profile: Profile, eccentricity: float | None) -> N
             f" {change.population_position:.7g} mm: the part is outside the population{advice if eccentricity is None else ''}"
         )
     if (change.largest_radius - change.finish_radius) * (-1 if change.internal else 1) <= 0:
-        _say(f"{name} of {change.largest_radius:.7g} mm leaves nothing to grind to {change.finish_radius:.7g} mm")
+        _say(
+            f"{name} of {change.largest_radius:.7g} mm leaves nothing to grind to {change.finish_radius:.7g} mm"
+        )
 
 
 def _say(text: str) -> None:

@@ -10,7 +10,9 @@ import numpy as np
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 
-_SURE = 3.717  # sqrt(2 ln 1000): amplitudes of noise, which follow Rayleigh's law, exceed so many sd once in 1000
+_SURE = (
+    3.717  # sqrt(2 ln 1000): amplitudes of noise, which follow Rayleigh's law, exceed so many sd once in 1000
+)
 _DAMPED = 0.35  # beyond, a resonance has no half-power band
 _PER_TURN = 2 * pi
 
@@ -221,41 +223,70 @@ def chatter_check(
 def _waves(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bools]:
     """Undulations, their amplitudes, and which of them count."""
     if not all(hasattr(spectrum, name) for name in ("upr", "amplitude")):
-        raise TypeError(f"spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got {checks.shown(spectrum)}")
-    upr, amplitude = checks.finite_array("upr", spectrum.upr, "1"), checks.finite_array("amplitude", spectrum.amplitude, "mm")
+        raise TypeError(
+            f"spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got {checks.shown(spectrum)}"
+        )
+    upr, amplitude = (
+        checks.finite_array("upr", spectrum.upr, "1"),
+        checks.finite_array("amplitude", spectrum.amplitude, "mm"),
+    )
     if upr.ndim != 1 or amplitude.shape != upr.shape:
-        raise ValueError(f"upr and amplitude must be one-dimensional and of one length; got {upr.shape} and {amplitude.shape}")
+        raise ValueError(
+            f"upr and amplitude must be one-dimensional and of one length; got {upr.shape} and {amplitude.shape}"
+        )
     sd = np.broadcast_to(np.asarray(getattr(spectrum, "sd", 0.0), dtype=float), upr.shape)
     noise = _SURE * np.where(np.isfinite(sd), sd, 0.0)
     return upr, amplitude, (upr > 1) & (amplitude > np.maximum(least, noise))
 
 
-def _modes(resonances: Mapping[str, float], damping: float | Mapping[str, float]) -> dict[str, tuple[float, float]]:
+def _modes(
+    resonances: Mapping[str, float], damping: float | Mapping[str, float]
+) -> dict[str, tuple[float, float]]:
     """Natural frequency and damping ratio of each mode."""
     if not isinstance(resonances, Mapping):
-        raise TypeError(f"resonances must be a mapping of names to natural frequencies (rad/s); got {checks.shown(resonances)}")
+        raise TypeError(
+            f"resonances must be a mapping of names to natural frequencies (rad/s); got {checks.shown(resonances)}"
+        )
     ratios = damping if isinstance(damping, Mapping) else dict.fromkeys(resonances, damping)
     for name in resonances:
         checks.one_of("names of damping", name, ratios)
     return {
-        name: (checks.positive(name, w, "rad/s"), checks.within(f"damping of {name}", ratios[name], 1e-6, _DAMPED, "1"))
+        name: (
+            checks.positive(name, w, "rad/s"),
+            checks.within(f"damping of {name}", ratios[name], 1e-6, _DAMPED, "1"),
+        )
         for name, w in resonances.items()
     }
 
 
-def _resonant(name: str, w: float, damping: float, upr: float, amplitude: float, work: tuple[float, float]) -> ChatterBand:
+def _resonant(
+    name: str, w: float, damping: float, upr: float, amplitude: float, work: tuple[float, float]
+) -> ChatterBand:
     """Half-power band of a mode, as rotations of the work; it gains most at the rotation of these that is nearest to its peak."""
     middle, half = 1 - 2 * damping**2, 2 * damping * sqrt(1 - damping**2)
     low, high = ((upr * speed / w) ** 2 for speed in work)
     ratio = min(max(middle, low), high)
     gain = 1 / hypot(1 - ratio, 2 * damping * sqrt(ratio))
     return ChatterBand(
-        name, 0, upr, amplitude, sqrt(middle - half) * w / upr, sqrt(middle + half) * w / upr, sqrt(middle) * w / upr, gain
+        name,
+        0,
+        upr,
+        amplitude,
+        sqrt(middle - half) * w / upr,
+        sqrt(middle + half) * w / upr,
+        sqrt(middle) * w / upr,
+        gain,
     )
 
 
 def _in_step(
-    wheel: float, upr: float, amplitude: float, work: tuple[float, float], orders: int, turns: int, speeds: Sequence[float]
+    wheel: float,
+    upr: float,
+    amplitude: float,
+    work: tuple[float, float],
+    orders: int,
+    turns: int,
+    speeds: Sequence[float],
 ) -> Iterator[ChatterBand]:
     """Rotations of the work at which waves of the wheel stay on an undulation."""
     last = min(orders, ceil(upr * speeds[1] / wheel))
@@ -263,7 +294,9 @@ def _in_step(
         fewest, most = (order * wheel / speed for speed in reversed(work))
         shift = max(fewest - upr, upr - most, 0.0)
         low, high = (order * wheel / (upr + side * 0.5 / turns) for side in (1, -1))
-        yield ChatterBand("wheel", order, upr, amplitude, low, high, order * wheel / upr, _adding_up(shift, turns))
+        yield ChatterBand(
+            "wheel", order, upr, amplitude, low, high, order * wheel / upr, _adding_up(shift, turns)
+        )
 
 
 def _adding_up(shift: float, turns: int) -> float:

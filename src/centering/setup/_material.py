@@ -38,7 +38,10 @@ def most_material(profile: Profile, axis: tuple[float, float], upr: float) -> Ma
     if profile._origin.filter:
         return _filtered(profile, axis, outward)
     with one_blas_thread():
-        form = form_of(dataclasses.replace(profile._samples, noise_sd=noise if noise < inf else None), _degree(profile, upr))
+        form = form_of(
+            dataclasses.replace(profile._samples, noise_sd=noise if noise < inf else None),
+            _degree(profile, upr),
+        )
         place, radius = extreme_between(form.coef, form.circle, profile._tip, np.array(axis), outward)
         sd = _spread(profile, form, place)
     standing_out = _standing_out(profile, form, axis, upr, outward)
@@ -97,7 +100,9 @@ def _left(profile: Profile, form: Form) -> Floats:
     return np.asarray(distance - profile._tip - form.circle[0] - values_at(form.coef, about))
 
 
-def _standing_out(profile: Profile, form: Form, axis: tuple[float, float], upr: float, outward: int) -> Material:
+def _standing_out(
+    profile: Profile, form: Form, axis: tuple[float, float], upr: float, outward: int
+) -> Material:
     """The farthest of the samples that stand out of the form by more than noise, with what may lie between samples."""
     left = _left(profile, form)
     freedom = max(left.size - 2 * form.coef.size + 1, 1)

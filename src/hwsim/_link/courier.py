@@ -235,7 +235,11 @@ class Courier:
     def _due(self) -> list[int]:
         """Records that were not sent over this link, or lost there."""
         window = range(self._oldest, self._oldest + min(_WINDOW, len(self._kept)))
-        return [each for each in window if each not in self._behind and self._under_way.get(each, 0) <= self._reached]
+        return [
+            each
+            for each in window
+            if each not in self._behind and self._under_way.get(each, 0) <= self._reached
+        ]
 
     def _message(self, record: int | None) -> bytes:
         number = next(self._messages)

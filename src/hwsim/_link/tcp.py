@@ -80,7 +80,9 @@ class TcpLink:
         ...     link.closed
         False
         """
-        return cls(socket.create_connection(address, checks.positive("timeout", timeout, "s")), largest=largest)
+        return cls(
+            socket.create_connection(address, checks.positive("timeout", timeout, "s")), largest=largest
+        )
 
     @property
     def closed(self) -> bool:
@@ -145,7 +147,9 @@ class TcpLink:
         deadline = time.monotonic() + checks.nonnegative("timeout", timeout, "s")
         while not (self._arrived or self.closed):
             left = max(0.0, deadline - time.monotonic())
-            readable, writable, _ = select.select([self._socket], [self._socket] if self._outgoing else [], [], left)
+            readable, writable, _ = select.select(
+                [self._socket], [self._socket] if self._outgoing else [], [], left
+            )
             if not (readable or writable):
                 return False
             self._flush()
@@ -304,7 +308,11 @@ class Unpacker:
         mark, size = _PREFIX.unpack_from(self._rest)
         if mark != _MARK:
             return f"prefix of a message must begin with {_MARK:04x}; got {mark:04x}"
-        return f"a message must be of at most {self._largest} bytes; got one of {size}" if size > self._largest else ""
+        return (
+            f"a message must be of at most {self._largest} bytes; got one of {size}"
+            if size > self._largest
+            else ""
+        )
 
     def _end(self, at: int) -> int | None:
         """End of the message whose prefix begins at `at`; None: not known yet, or refused."""

@@ -144,7 +144,9 @@ class Watchdog(_Guard):
     {'velocity': 0.0, 'retract': 1.0}
     """
 
-    def __init__(self, controller: Controller, courier: Courier, *, timeout: float, safe_command: Mapping[str, float]) -> None:
+    def __init__(
+        self, controller: Controller, courier: Courier, *, timeout: float, safe_command: Mapping[str, float]
+    ) -> None:
         checks.able("controller", controller, "a controller", "reset", "step")
         checks.kind("courier", courier, Courier)
         named = controllers(controller)
@@ -157,7 +159,9 @@ class Watchdog(_Guard):
         super().__init__(controller, pulse, leader, leads=True)
         self.tiers: dict[str, _Guard] | None = None
         if getattr(controller, "tiers", None) is not None:
-            self.tiers = {name: _Guard(each, pulse, name, leads=name == leader) for name, each in named.items()}
+            self.tiers = {
+                name: _Guard(each, pulse, name, leads=name == leader) for name, each in named.items()
+            }
 
     @property
     def tripped(self) -> bool:
@@ -178,7 +182,9 @@ def _checked(safe_command: Mapping[str, float], named: Mapping[str, Controller])
 
 def _record(tier: str, time: float, read: Mapping[str, Any], command: Mapping[str, Any]) -> bytes:
     """One step as JSON; NaN: a missing reading."""
-    return json.dumps({"tier": tier, "time": time, "read": dict(read), "command": command}, default=_plain).encode()
+    return json.dumps(
+        {"tier": tier, "time": time, "read": dict(read), "command": command}, default=_plain
+    ).encode()
 
 
 def _plain(value: Any) -> Any:

@@ -43,7 +43,11 @@ def _table(tier: str, parts: Sequence[LivePart], labels: Labels) -> "xr.Dataset"
         variables[name] = (("row", f"{name}_index")[: values.ndim], values, labels.column(name))
     coords = {
         "part": ("row", np.repeat(np.arange(len(parts)), rows), {"long_name": "part"}),
-        "time": ("row", np.concatenate([t["time"] for t in tables]), {"units": "s", "long_name": "time in the part"}),
+        "time": (
+            "row",
+            np.concatenate([t["time"] for t in tables]),
+            {"units": "s", "long_name": "time in the part"},
+        ),
     }
     return xr.Dataset(variables, coords, {"tier": tier})
 
@@ -68,7 +72,8 @@ def repeated(series: Sequence[Sequence[LivePart]], labels: Labels) -> "xr.Datase
     flat = _outcome([part for parts in series for part in parts], labels)
     shape = len(series), len(series[0])
     variables = {
-        name: (("series", *each.dims), each.values.reshape(*shape, *each.shape[1:]), each.attrs) for name, each in flat.items()
+        name: (("series", *each.dims), each.values.reshape(*shape, *each.shape[1:]), each.attrs)
+        for name, each in flat.items()
     }
     coords = {"series": np.arange(shape[0]), "part": np.arange(shape[1])}
     return xr.Dataset(variables, coords, flat.attrs)
@@ -89,7 +94,9 @@ def side_by_side(runs: Mapping[str, Frames]) -> Frames:
     tables = {tier: _rows({n: r.tables[tier] for n, r in runs.items() if tier in r.tables}) for tier in tiers}
     names = xr.DataArray(list(runs), dims="controller", name="controller")
     outcomes = _widened([run.outcome for run in runs.values()], "part")
-    outcome = xr.concat(outcomes, names, join="outer", data_vars="all", coords="minimal", combine_attrs="drop_conflicts")
+    outcome = xr.concat(
+        outcomes, names, join="outer", data_vars="all", coords="minimal", combine_attrs="drop_conflicts"
+    )
     outcome.attrs["controller"] = ", ".join(runs)
     return Frames(tables, outcome)
 

@@ -100,8 +100,16 @@ class Journal:
         """Make an empty journal and open it (private to this package); it appears complete or not at all."""
         from sdpgrind.base.records import whole_file
 
-        rows = {"version": _VERSION, "fingerprints": json.dumps(dict(fingerprints)), "labels": labels.to_json()}
-        with whole_file(path) as temporary, contextlib.closing(sqlite3.connect(temporary)) as database, database:
+        rows = {
+            "version": _VERSION,
+            "fingerprints": json.dumps(dict(fingerprints)),
+            "labels": labels.to_json(),
+        }
+        with (
+            whole_file(path) as temporary,
+            contextlib.closing(sqlite3.connect(temporary)) as database,
+            database,
+        ):
             database.executescript(_SCHEMA)
             database.executemany("INSERT INTO run VALUES (?, ?)", rows.items())
         return cls(path)
@@ -127,7 +135,9 @@ class Journal:
 
     def read(self, limit: int = -1) -> Iterator[LivePart]:
         """Give the first `limit` finished parts (private to this package)."""
-        rows = self._database.execute("SELECT number, names, arrays FROM part ORDER BY number LIMIT ?", (limit,)).fetchall()
+        rows = self._database.execute(
+            "SELECT number, names, arrays FROM part ORDER BY number LIMIT ?", (limit,)
+        ).fetchall()
         for expected, (number, names, arrays) in enumerate(rows):
             if number != expected:
                 raise ValueError(f"{str(self.path)!r} lacks part {expected}")
@@ -140,7 +150,9 @@ class Journal:
             row = (number, json.dumps(outcome), *_packed(part))
             self._database.execute("INSERT INTO part VALUES (?, ?, ?, ?)", row)
         except sqlite3.IntegrityError:
-            raise RuntimeError(f"part {number} is in {str(self.path)!r} already: another run is writing there") from None
+            raise RuntimeError(
+                f"part {number} is in {str(self.path)!r} already: another run is writing there"
+            ) from None
 
     def close(self) -> None:
         """Close the file."""

@@ -28,7 +28,9 @@ class Labels:
         reports: dict[str, str] = {}
         for each in controllers(controller).values():
             reports |= getattr(each, "reports", {})
-        outcomes = {name: _with_dimension(name, unit) for name, unit in getattr(plant, "outcomes", {}).items()}
+        outcomes = {
+            name: _with_dimension(name, unit) for name, unit in getattr(plant, "outcomes", {}).items()
+        }
         described: dict[str, float | str] = {}
         for said in (*controllers(controller).values(), plant):
             described |= getattr(said, "description", {})

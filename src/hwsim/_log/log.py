@@ -141,7 +141,9 @@ class Log(Record):
         return int(self.outcome.sizes["part"])
 
     def __repr__(self) -> str:
-        return f"<hwsim.Log: {len(self)} parts on {self.outcome.attrs['plant']}, tables {', '.join(self.tiers)}>"
+        return (
+            f"<hwsim.Log: {len(self)} parts on {self.outcome.attrs['plant']}, tables {', '.join(self.tiers)}>"
+        )
 
     def _written(self) -> "xr.Dataset":
         return _frames.to_dataset(self._frames)

@@ -91,7 +91,9 @@ def compared(log: PartLog) -> "Figure":
 def _means(controllers: list[str], values: Any) -> str:
     """Mean of each controller by itself, as text."""
     known = [row[np.isfinite(row)] for row in values]
-    each = (f"{name} {row.mean() if row.size else nan:.3g}" for name, row in zip(controllers, known, strict=True))
+    each = (
+        f"{name} {row.mean() if row.size else nan:.3g}" for name, row in zip(controllers, known, strict=True)
+    )
     return fill("means: " + ", ".join(each), _LINE)
 
 
@@ -105,7 +107,9 @@ def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
         mean, half = paired(known)
         axis.errorbar(k + 0.25, mean, half, fmt="o", color="tab:orange", ms=4, capsize=4)
     crowded = sum(map(len, controllers)) > _MOST_LETTERS
-    axis.set_xticks(range(len(controllers)), controllers, **({"rotation": 30, "ha": "right"} if crowded else {}))
+    axis.set_xticks(
+        range(len(controllers)), controllers, **({"rotation": 30, "ha": "right"} if crowded else {})
+    )
     axis.set_xlim(-0.6, len(controllers) - 0.4)
 
 

@@ -132,14 +132,22 @@ def _strangers(plant: Any, controller: Any) -> list[str]:
         and _knows(plant, Controller)
         and _knows(controller, Plant)
     ):
-        return [f"plant and controller must be given in this order; got {shown(plant)}, then {shown(controller)}"]
+        return [
+            f"plant and controller must be given in this order; got {shown(plant)}, then {shown(controller)}"
+        ]
     faults = []
     if not _knows(plant, Plant):
         machine = _MACHINES.get(type(plant).__name__, "WeldBeadStand")
         faults.append(f"plant must be a machine, as hwsim.{machine}(problem) is one; got {shown(plant)}")
     if not _knows(controller, Controller):
-        hint = "an object of it is meant" if isinstance(controller, type) else _FOLLOWERS.get(type(controller).__name__)
-        faults.append(f"controller must be a controller; got {shown(controller)}" + (f": {hint}" if hint else ""))
+        hint = (
+            "an object of it is meant"
+            if isinstance(controller, type)
+            else _FOLLOWERS.get(type(controller).__name__)
+        )
+        faults.append(
+            f"controller must be a controller; got {shown(controller)}" + (f": {hint}" if hint else "")
+        )
     return faults
 
 
@@ -185,7 +193,9 @@ def other_job(plant: Plant, controller: Controller) -> list[str]:
     for each in (controller, *controllers(controller).values()):
         theirs: Mapping[str, object] = getattr(each, "job", {})
         differ = [name for name in theirs if name in ours and not _same_value(theirs[name], ours[name])]
-        named = (f"{name} is {_shown(theirs[name])}, that of the plant {_shown(ours[name])}" for name in differ)
+        named = (
+            f"{name} is {_shown(theirs[name])}, that of the plant {_shown(ours[name])}" for name in differ
+        )
         if differ:
             faults[f"controller is made for another part or machine: its {', its '.join(named)}"] = None
     return list(faults)
@@ -200,7 +210,9 @@ def _same_value(one: object, other: object) -> bool:
 
 def _quantity(value: object) -> tuple[Any, str]:
     """Value and unit; what is not such a pair has no unit."""
-    return value if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str) else (value, "")
+    return (
+        value if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str) else (value, "")
+    )
 
 
 def _shown(value: object) -> str:
@@ -249,4 +261,6 @@ def _measured(plant: Plant, machine: Machine) -> Iterator[str]:
 
 def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     names = one.keys() == other.keys()
-    return names and all(np.array_equal(np.asarray(one[n]), np.asarray(other[n]), equal_nan=True) for n in one)
+    return names and all(
+        np.array_equal(np.asarray(one[n]), np.asarray(other[n]), equal_nan=True) for n in one
+    )

@@ -83,7 +83,9 @@ def compare(
     """
     if not isinstance(controllers, Mapping):
         given = checks.shown(controllers)
-        raise TypeError(f"controllers must be a mapping name -> controller, such as {{'mine': controller}}; got {given}")
+        raise TypeError(
+            f"controllers must be a mapping name -> controller, such as {{'mine': controller}}; got {given}"
+        )
     if not controllers:
         raise ValueError("controllers must be a mapping name -> controller with at least one; got none")
     check_helpers(executor, progress)
@@ -159,11 +161,22 @@ def repeat(
 
 
 def _outcomes(
-    plant: Plant, controller: Controller, clock: Clock, labels: Labels, parts: int, adapt: Any, piece: Sequence[Numbered]
+    plant: Plant,
+    controller: Controller,
+    clock: Clock,
+    labels: Labels,
+    parts: int,
+    adapt: Any,
+    piece: Sequence[Numbered],
 ) -> list[list[LivePart]]:
     """A few series; of each part the outcome alone travels back."""
     done = []
     for _, rng in piece:
         series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels)
-        done.append([LivePart({}, part.outcome) for part in series.in_order(list(enumerate(children(rng, parts))), None)])
+        done.append(
+            [
+                LivePart({}, part.outcome)
+                for part in series.in_order(list(enumerate(children(rng, parts))), None)
+            ]
+        )
     return done

@@ -99,14 +99,18 @@ def run(
     check_helpers(executor, progress)
     if adapt is not None:
         if isinstance(adapt, type):
-            raise TypeError(f"adapt must be an adaptation, not its class: {adapt.__name__}(); got {adapt.__name__}")
+            raise TypeError(
+                f"adapt must be an adaptation, not its class: {adapt.__name__}(); got {adapt.__name__}"
+            )
         checks.able("adapt", adapt, "None or an adaptation, with next(controller, part_log)", "next")
     if adapt is not None and executor is not None:
         raise ValueError("executor must be None where adapt is given: each part needs the one before")
     plant, clock = checked_clock(plant, controller)
     check_order(plant, executor)
     labels = Labels.of(plant, controller)
-    with _book(journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels) as book:
+    with _book(
+        journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels
+    ) as book:
         series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels)
         done = list(book.read(parts)) if book else []
         for part in done:
@@ -130,7 +134,9 @@ def check_order(plant: Plant, executor: Executor | None) -> None:
     """Refuse to run parts in parallel on a plant that each part leaves changed."""
     if executor is not None and hasattr(plant, "after"):
         name = type(plant).__name__
-        raise ValueError(f"executor must be None on a {name}, which each part leaves changed; hwsim.repeat runs whole series")
+        raise ValueError(
+            f"executor must be None on a {name}, which each part leaves changed; hwsim.repeat runs whole series"
+        )
 
 
 @dataclass
@@ -151,7 +157,9 @@ class RunSeries:
         if self.adapt is not None:
             self.controller = self.adapt.next(self.controller, Log.of([part], self.labels))
             if not isinstance(self.controller, Controller):
-                raise TypeError(f"next of the adaptation must return a controller; got {checks.shown(self.controller)}")
+                raise TypeError(
+                    f"next of the adaptation must return a controller; got {checks.shown(self.controller)}"
+                )
             if faults := other_job(self.plant, self.controller):
                 raise ValueError(f"next of the adaptation must return a controller that fits: {faults[0]}")
 
@@ -177,7 +185,9 @@ def batched(items: Sequence[Numbered], size: int) -> Iterator[Sequence[Numbered]
     return (items[k : k + size] for k in range(0, len(items), size))
 
 
-def _run_piece(plant: Plant, controller: Controller, clock: Clock, piece: Sequence[Numbered]) -> list[LivePart]:
+def _run_piece(
+    plant: Plant, controller: Controller, clock: Clock, piece: Sequence[Numbered]
+) -> list[LivePart]:
     return [_run_one(plant, controller, clock, numbered) for numbered in piece]
 
 
@@ -192,7 +202,9 @@ def _run_one(plant: Plant, controller: Controller, clock: Clock, numbered: Numbe
 
 
 @contextmanager
-def _book(path: str | os.PathLike[str] | None, ingredients: Mapping[str, Any], labels: Labels) -> Iterator[Journal | None]:
+def _book(
+    path: str | os.PathLike[str] | None, ingredients: Mapping[str, Any], labels: Labels
+) -> Iterator[Journal | None]:
     """Open or begin the journal; refuse one that was begun with other ingredients."""
     if path is None:
         yield None

@@ -24,7 +24,9 @@ def exact(name: str, seconds: float) -> Fraction:
     """Return the simple fraction (s) that a rate means; refuse a rate that has none."""
     fraction = simplest(checks.positive(name, seconds, "s"))
     if fraction.denominator > _SIMPLEST:
-        raise checks.refuse(name, "a whole number of microseconds or a simple fraction such as 1/60", seconds, "s")
+        raise checks.refuse(
+            name, "a whole number of microseconds or a simple fraction such as 1/60", seconds, "s"
+        )
     return fraction
 
 

@@ -20,7 +20,9 @@ _OF = ":"  # no name of a tier has it
 def as_table(value: Any) -> Any:
     """A motion as an array of rows, from an array, rows in a list, or anything with ``segments``."""
     value = getattr(value, "segments", value)
-    rows = isinstance(value, list | tuple) and all(isinstance(row, list | tuple | np.ndarray) for row in value)
+    rows = isinstance(value, list | tuple) and all(
+        isinstance(row, list | tuple | np.ndarray) for row in value
+    )
     return np.array(value, dtype=float).reshape(len(value), -1) if rows and value else value
 
 
@@ -62,12 +64,16 @@ def row_table(tier: str, name: str, time: Column, values: Sequence[Any]) -> dict
         return {}
     motions = [values[k] for k in short]
     lengths = [len(motion) for motion in motions]
-    return {rows_of(tier, name): {"time": np.repeat(time[short], lengths), command_column(name): stacked(motions)}}
+    return {
+        rows_of(tier, name): {"time": np.repeat(time[short], lengths), command_column(name): stacked(motions)}
+    }
 
 
 def stacked(blocks: Sequence[Column]) -> Column:
     """Blocks of rows below each other; narrower ones are padded with NaN."""
     width = max(1, *(block.shape[1] for block in blocks))  # NetCDF knows no empty dimension
     missing = [((0, 0), (0, width - block.shape[1])) for block in blocks]
-    padded = (np.pad(block, each, constant_values=np.nan) for block, each in zip(blocks, missing, strict=True))
+    padded = (
+        np.pad(block, each, constant_values=np.nan) for block, each in zip(blocks, missing, strict=True)
+    )
     return np.vstack(list(padded))

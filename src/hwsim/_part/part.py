@@ -93,10 +93,14 @@ def _whole(measured: Mapping[str, Any], measures: Mapping[str, str]) -> dict[str
 
 def _tiers(plant: Plant, named: Mapping[str, Controller], clock: Clock) -> list[Tier]:
     between = routes(plant, named)
-    return [_tier(plant, name, each, between[name], clock, alone=len(named) == 1) for name, each in named.items()]
+    return [
+        _tier(plant, name, each, between[name], clock, alone=len(named) == 1) for name, each in named.items()
+    ]
 
 
-def _tier(plant: Plant, name: str, controller: Controller, route: Route, clock: Clock, *, alone: bool) -> Tier:
+def _tier(
+    plant: Plant, name: str, controller: Controller, route: Route, clock: Clock, *, alone: bool
+) -> Tier:
     """One of several controllers has in its table what it says that it reads; one alone has everything."""
     period = None if controller.period is None else clock.ticks(f"period of {name}", controller.period)
     everything = alone or not hasattr(controller, "reads")
@@ -145,7 +149,9 @@ def _check_command(tier: Tier, given: Any) -> None:
         if name not in units and name not in tier.accepted:
             raise ValueError(f"a command of {tier.name} must be one of {', '.join(units)}; got {name!r}")
         if isinstance(value, float) and value != value:
-            raise ValueError(f"{name} commanded by {tier.name} must be a number ({units.get(name) or '1'}); got nan")
+            raise ValueError(
+                f"{name} commanded by {tier.name} must be a number ({units.get(name) or '1'}); got nan"
+            )
 
 
 def _wait(tiers: list[Tier], now: int) -> int:

@@ -64,7 +64,11 @@ def ambiguous(plant: Plant, tiers: Mapping[str, Controller]) -> Iterator[str]:
 
 def _sent(plant: Plant, tiers: Sequence[Controller], k: int) -> dict[str, str]:
     below = {name for tier in tiers[k + 1 :] for name in reads_of(tier)}
-    return {name: unit for name, unit in commands_of(tiers[k]).items() if name not in plant.accepts and name in below}
+    return {
+        name: unit
+        for name, unit in commands_of(tiers[k]).items()
+        if name not in plant.accepts and name in below
+    }
 
 
 def _taken(plant: Plant, tiers: Sequence[Controller], k: int) -> dict[str, str]:

@@ -107,10 +107,17 @@ class Processor:
     """
 
     def __init__(
-        self, tasks: Sequence[Task], rngs: Sequence[np.random.Generator], angle: float, told: Told | None = None
+        self,
+        tasks: Sequence[Task],
+        rngs: Sequence[np.random.Generator],
+        angle: float,
+        told: Told | None = None,
     ) -> None:
         listed = [[told is None or (task.name, kind) in told for kind in Kind] for task in tasks]
-        self._own = [Released(task, k, rng, angle, listed[k]) for k, (task, rng) in enumerate(zip(tasks, rngs, strict=True))]
+        self._own = [
+            Released(task, k, rng, angle, listed[k])
+            for k, (task, rng) in enumerate(zip(tasks, rngs, strict=True))
+        ]
         self._completions = {own.name for own in self._own if own.told[Kind.COMPLETE]}
         self._angular = [place for place, own in enumerate(self._own) if own.period is None]
         self._now = 0
@@ -136,7 +143,9 @@ class Processor:
         trace = np.array(self._trace, dtype=np.int64).reshape(-1, 4)
         return Schedule(tuple(own.task for own in self._own), self._now, trace)
 
-    def next_event(self, to: int, angle: float | None = None, speed: float = 0.0, acceleration: float = 0.0) -> TaskEvent | None:
+    def next_event(
+        self, to: int, angle: float | None = None, speed: float = 0.0, acceleration: float = 0.0
+    ) -> TaskEvent | None:
         """Go on to the next event, at `to` at the latest, and return it; None: nothing more until then.
 
         Parameters
@@ -168,7 +177,9 @@ class Processor:
                 return event
         return None
 
-    def advance(self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0) -> list[TaskJob]:
+    def advance(
+        self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0
+    ) -> list[TaskJob]:
         """Go on to a time and return the jobs that became complete on the way, that time included.
 
         Parameters

@@ -124,7 +124,9 @@ class Schedule(ByValue, Plan):
                [       1, 16666667, 16666667, 18666667],
                [       2, 33333333, 33333333, 35333333]])
         """
-        place = [each.name for each in self.tasks].index(checks.one_of("task", task, (each.name for each in self.tasks)))
+        place = [each.name for each in self.tasks].index(
+            checks.one_of("task", task, (each.name for each in self.tasks))
+        )
         mine = self.trace[self.trace[:, 2] == place]
         times = {kind: mine[mine[:, 1] == kind] for kind in (Kind.RELEASE, Kind.START, Kind.COMPLETE)}
         # jobs of one task come one after the other: the first n of each kind belong together
@@ -162,7 +164,12 @@ class Schedule(ByValue, Plan):
         """The trace with labels, times in ns."""
         import xarray as xr
 
-        labels = {"time": {"units": "ns"}, "kind": {"long_name": "Kind"}, "task": {"long_name": "place of the task"}, "job": {}}
+        labels = {
+            "time": {"units": "ns"},
+            "kind": {"long_name": "Kind"},
+            "task": {"long_name": "place of the task"},
+            "job": {},
+        }
         columns = {name: ("event", self.trace[:, k], attrs) for k, (name, attrs) in enumerate(labels.items())}
         return xr.Dataset(columns, attrs={"tasks": encode(self.tasks), "duration": float(self.duration)})
 

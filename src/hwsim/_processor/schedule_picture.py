@@ -54,13 +54,20 @@ def _draw(axis: Any, place: int, row: Row, window: tuple[int, int]) -> None:
     """One task: a thin line from release to completion, bars where it works, marks above."""
     _bars(axis, place, row.waits, window, height=_LINE, color=_WAIT, label="from release to completion")
     _bars(axis, place, row.works, window, height=_BAR, color=_WORK, label="has the processor")
-    marks = (row.releases, "v", _RELEASE, 14, 0.0, "release"), (row.overruns, "x", _MISSED, 30, 1.2, "missed (overrun)")
+    marks = (
+        (row.releases, "v", _RELEASE, 14, 0.0, "release"),
+        (row.overruns, "x", _MISSED, 30, 1.2, "missed (overrun)"),
+    )
     for times, marker, color, size, width, label in marks:
         seen = times[(times >= window[0]) & (times <= window[1])] / _MS
-        axis.scatter(seen, np.full(seen.size, place - 0.38), s=size, marker=marker, color=color, lw=width, label=label)
+        axis.scatter(
+            seen, np.full(seen.size, place - 0.38), s=size, marker=marker, color=color, lw=width, label=label
+        )
 
 
-def _bars(axis: Any, place: int, spans: Any, window: tuple[int, int], *, height: float, color: str, label: str) -> None:
+def _bars(
+    axis: Any, place: int, spans: Any, window: tuple[int, int], *, height: float, color: str, label: str
+) -> None:
     begin, end = window
     seen = np.clip(spans[(spans[:, 1] >= begin) & (spans[:, 0] <= end)], begin, end) / _MS
     bars = np.column_stack([seen[:, 0], seen[:, 1] - seen[:, 0]])
@@ -73,7 +80,9 @@ def _finish(axis: Any, labels: Sequence[str], begin: int, end: int) -> None:
     axis.set_xlim(begin / _MS, max(end, begin + 1) / _MS)
     axis.set_xlabel("time [ms]")
     handles, names = axis.get_legend_handles_labels()
-    axis.legend(handles[:4], names[:4], loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False, fontsize=8)
+    axis.legend(
+        handles[:4], names[:4], loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False, fontsize=8
+    )
     axis.grid(axis="x", alpha=0.25, lw=0.5)
     axis.spines[["top", "right", "left"]].set_visible(False)
     axis.tick_params(axis="y", length=0)

@@ -68,15 +68,23 @@ class Scheduler(Described):
 
     tasks: Sequence[Task] = custom(_tasks)
     _: KW_ONLY
-    spindle_speed_max: float | None = quantity("rad/s", above=0, usual=(0.01, 1000.0), typical=10, default=None)
+    spindle_speed_max: float | None = quantity(
+        "rad/s", above=0, usual=(0.01, 1000.0), typical=10, default=None
+    )
 
     def _check(self) -> None:
         angular = [task.name for task in self.tasks if task.angle_step is not None]
         if angular and self.spindle_speed_max is None:
-            raise ValueError(f"spindle_speed_max must be given (rad/s), as {angular[0]} has an angle_step; got None")
+            raise ValueError(
+                f"spindle_speed_max must be given (rad/s), as {angular[0]} has an angle_step; got None"
+            )
         if self.utilisation > 1.0 + _ROUNDING:
-            shares = ", ".join(f"{task.name} {task.share(self.spindle_speed_max or 0.0):.3g}" for task in self.tasks)
-            raise ValueError(f"utilisation of the tasks must be <= 1 (1); got {self.utilisation:.4g} ({shares})")
+            shares = ", ".join(
+                f"{task.name} {task.share(self.spindle_speed_max or 0.0):.3g}" for task in self.tasks
+            )
+            raise ValueError(
+                f"utilisation of the tasks must be <= 1 (1); got {self.utilisation:.4g} ({shares})"
+            )
 
     @property
     def utilisation(self) -> float:
@@ -106,9 +114,18 @@ class Scheduler(Described):
         >>> [job.start for job in core.advance(25_000_000)]  # ns
         [0, 10000000, 20000000]
         """
-        return Processor(self.tasks, children(rng, len(self.tasks)), checks.number("angle", angle, "rad"), told)
+        return Processor(
+            self.tasks, children(rng, len(self.tasks)), checks.number("angle", angle, "rad"), told
+        )
 
-    def run(self, duration: float, rng: Seed = 0, *, spindle: npt.ArrayLike | None = None, start_angle: float = 0.0) -> Schedule:
+    def run(
+        self,
+        duration: float,
+        rng: Seed = 0,
+        *,
+        spindle: npt.ArrayLike | None = None,
+        start_angle: float = 0.0,
+    ) -> Schedule:
         """Run the tasks for some time, its end not included.
 
         Parameters

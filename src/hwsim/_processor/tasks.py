@@ -83,11 +83,18 @@ class Task(Frozen):
 
     def _check_times(self) -> None:
         if isinstance(self.execution_time, tuple | list) and len(self.execution_time) != 2:
-            raise checks.refuse(f"execution_time of {self.name}", "a time or (mean, sd)", self.execution_time, "s")
+            raise checks.refuse(
+                f"execution_time of {self.name}", "a time or (mean, sd)", self.execution_time, "s"
+            )
         checks.nonnegative(f"execution_time of {self.name}", self.mean, "s")
         checks.nonnegative(f"sd of the execution_time of {self.name}", self.sd, "s")
         if self.sd and not self.mean:
-            raise checks.refuse(f"execution_time of {self.name}", "of a mean > 0 where its sd is > 0", self.execution_time, "s")
+            raise checks.refuse(
+                f"execution_time of {self.name}",
+                "of a mean > 0 where its sd is > 0",
+                self.execution_time,
+                "s",
+            )
         checks.nonnegative(f"jitter of {self.name}", self.jitter, "s")
         if self.period is not None and self.jitter >= self.period:
             raise checks.refuse(f"jitter of {self.name}", f"< its period, {self.period:g}", self.jitter, "s")
@@ -97,7 +104,9 @@ class Task(Frozen):
     @property
     def mean(self) -> float:
         """Mean execution time, s."""
-        return self.execution_time[0] if isinstance(self.execution_time, tuple | list) else self.execution_time
+        return (
+            self.execution_time[0] if isinstance(self.execution_time, tuple | list) else self.execution_time
+        )
 
     @property
     def sd(self) -> float:
@@ -128,8 +137,15 @@ class Task(Frozen):
         So many at once, whatever is asked of them: how the time is cut does not change what a job gets.
         """
         late = rng.uniform(0.0, self.jitter, DRAWN) if self.jitter else np.zeros(DRAWN)
-        seconds = rng.gamma((self.mean / self.sd) ** 2, self.sd**2 / self.mean, DRAWN) if self.sd else np.full(DRAWN, self.mean)
-        whole = (late * NANOSECONDS).astype(np.int64).tolist(), np.rint(seconds * NANOSECONDS).astype(np.int64).tolist()
+        seconds = (
+            rng.gamma((self.mean / self.sd) ** 2, self.sd**2 / self.mean, DRAWN)
+            if self.sd
+            else np.full(DRAWN, self.mean)
+        )
+        whole = (
+            (late * NANOSECONDS).astype(np.int64).tolist(),
+            np.rint(seconds * NANOSECONDS).astype(np.int64).tolist(),
+        )
         return list(map(Draw, *whole))
 
 
@@ -164,7 +180,9 @@ class TaskMotion(NamedTuple):
 class Released:
     """State of one task: its next release and its job under way."""
 
-    def __init__(self, task: Task, place: int, rng: np.random.Generator, angle: float, told: Sequence[bool]) -> None:
+    def __init__(
+        self, task: Task, place: int, rng: np.random.Generator, angle: float, told: Sequence[bool]
+    ) -> None:
         self.task, self.name, self.place, self.rng, self.priority = task, task.name, place, rng, task.priority
         self.told = told  # of each kind of event
         period = None if task.period is None else simplest(task.period)

@@ -29,7 +29,9 @@ def unpadded(row: Column) -> Column:
 def _in_rows(old: Column, new: Column) -> Difference | None:
     """Motions of equally many rows; a column that one of them lacks is NaN there."""
     width = max(old.shape[1], new.shape[1])
-    old, new = (np.pad(each, ((0, 0), (0, width - each.shape[1])), constant_values=nan) for each in (old, new))
+    old, new = (
+        np.pad(each, ((0, 0), (0, width - each.shape[1])), constant_values=nan) for each in (old, new)
+    )
     unequal = np.argwhere(_unequal(old, new))
     if not len(unequal):
         return None

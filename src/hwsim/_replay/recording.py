@@ -81,7 +81,9 @@ class Recording:
         if checks.count("part", part, 0) >= len(log):
             raise checks.refuse("part", f"< the number of parts in the log, {len(log)}", part)
         tables = {tier: _columns(log[tier], part) for tier in log.tiers}
-        self._tables = {tier: {name: values for name, (values, _) in table.items()} for tier, table in tables.items()}
+        self._tables = {
+            tier: {name: values for name, (values, _) in table.items()} for tier, table in tables.items()
+        }
         self._units = {name: unit for table in tables.values() for name, (_, unit) in table.items()}
         self._motions = {
             (tier, name, when): motion
@@ -98,20 +100,38 @@ class Recording:
     @property
     def measures(self) -> Mapping[str, str]:
         """Name -> unit of what was measured, and the ``time`` (s) of the sample."""
-        names = (name for name in self._units if not name.endswith((_COMMAND, _PLANNED)) and name not in self._set_points)
+        names = (
+            name
+            for name in self._units
+            if not name.endswith((_COMMAND, _PLANNED)) and name not in self._set_points
+        )
         return {name: self._units[name] for name in names}
 
     @property
     def accepts(self) -> Mapping[str, str]:
         """Name -> unit of what was commanded; other names are in it, too."""
-        recorded = {n: unit for n, unit in self._units.items() if n.endswith(_COMMAND) and not n.endswith(_DIGEST + _COMMAND)}
+        recorded = {
+            n: unit
+            for n, unit in self._units.items()
+            if n.endswith(_COMMAND) and not n.endswith(_DIGEST + _COMMAND)
+        }
         bare = {name.removesuffix(_COMMAND): unit for name, unit in recorded.items()}
-        return _Accepted({n: unit for n, unit in {**bare, **recorded}.items() if n not in self._set_points}, self._set_points)
+        return _Accepted(
+            {n: unit for n, unit in {**bare, **recorded}.items() if n not in self._set_points},
+            self._set_points,
+        )
 
     @property
     def outcomes(self) -> Mapping[str, str]:
         """Name -> unit of what the comparison gave."""
-        return {"same": "", "steps": "", "difference_time": "s", "difference_name": "", "recorded": "", "commanded": ""}
+        return {
+            "same": "",
+            "steps": "",
+            "difference_time": "s",
+            "difference_name": "",
+            "recorded": "",
+            "commanded": "",
+        }
 
     @property
     def description(self) -> Mapping[str, float | str]:
@@ -148,11 +168,16 @@ class Recording:
         Machine
             See `hwsim.protocols.Machine`; its time is in ticks.
         """
-        return Replay(list(self._instants()), None if self._grid is None else Clock(exact("tick", self._tick)))
+        return Replay(
+            list(self._instants()), None if self._grid is None else Clock(exact("tick", self._tick))
+        )
 
     def _instants(self) -> Iterator[Instant]:
         """Readings and commands of every tier, moment by moment."""
-        rows = {tier: {float(time): row for row, time in enumerate(table["time"])} for tier, table in self._tables.items()}
+        rows = {
+            tier: {float(time): row for row, time in enumerate(table["time"])}
+            for tier, table in self._tables.items()
+        }
         passes = _with_events(self._tables)
         for time in self._times:
             reading: dict[str, Any] = {}
@@ -219,7 +244,11 @@ def _on_a_grid(times: list[float]) -> float | None:
     """The largest tick (s) of which all times are multiples; None: there is none."""
     try:
         steps = {simplest(time) for time in times if time > 0}
-        return float(common_tick({f"time {k}": float(step) for k, step in enumerate(steps)})) if steps else _COARSE
+        return (
+            float(common_tick({f"time {k}": float(step) for k, step in enumerate(steps)}))
+            if steps
+            else _COARSE
+        )
     except ValueError:
         return None
 

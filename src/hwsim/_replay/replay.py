@@ -74,5 +74,10 @@ class Replay:
     def outcome(self) -> dict[str, Any]:
         """Result of the comparison; see `hwsim.Recording`."""
         time, name, recorded, commanded = self._difference or (nan, "", nan, nan)
-        different = {"difference_time": time, "difference_name": name, "recorded": recorded, "commanded": commanded}
+        different = {
+            "difference_time": time,
+            "difference_name": name,
+            "recorded": recorded,
+            "commanded": commanded,
+        }
         return {"same": float(self._difference is None), "steps": float(self._steps), **different}

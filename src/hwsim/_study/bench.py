@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 class Bench:
     """Makes cell, motion and controller of a setting; paths and motions are kept."""
 
-    def __init__(self, cell: "FinishingCell", pitch: float | None, kind: str, method: str, folder: Path | None) -> None:
+    def __init__(
+        self, cell: "FinishingCell", pitch: float | None, kind: str, method: str, folder: Path | None
+    ) -> None:
         from hwsim.plants._finishing.plant import FinishingCell
 
         self._cell, self._kind, self._method = checks.kind("cell", cell, FinishingCell), kind, method
@@ -39,7 +41,9 @@ class Bench:
 
         force = setting["normal_force"]
         cell = self._cell.replace(problem=self._problem(setting), target_force=force)
-        controller = finishing.TorqueController(cell.torque_axis, self._motion(setting), normal_force=force, kind=self._kind)
+        controller = finishing.TorqueController(
+            cell.torque_axis, self._motion(setting), normal_force=force, kind=self._kind
+        )
         journal = None if self._folder is None else self._folder / f"{name}.db"
         return run(cell, controller, parts=parts, rng=rng, journal=journal)
 

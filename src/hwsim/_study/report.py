@@ -9,12 +9,29 @@ from sdpgrind.base.rng import Seed
 
 _UM = 1000.0  # in a millimetre; derived
 _PASSES, _PLACES = 3, 2001  # of the table of decisions; chosen
-_HEADS = ("run", "tool mm", "pattern", "feed mm/s", "force N", "held N", "sd N", "no contact", "fed mm/s", "off path mm", "Ra µm")
+_HEADS = (
+    "run",
+    "tool mm",
+    "pattern",
+    "feed mm/s",
+    "force N",
+    "held N",
+    "sd N",
+    "no contact",
+    "fed mm/s",
+    "off path mm",
+    "Ra µm",
+)
 
 
 def report(found: Any, rng: Seed) -> str:
     """Text of a `FinishingStudy`."""
-    parts = ["\n".join(_runs(found)), found.study.report(rng=rng), "\n".join(_confirmation(found)), "\n".join(_handed_on(found))]
+    parts = [
+        "\n".join(_runs(found)),
+        found.study.report(rng=rng),
+        "\n".join(_confirmation(found)),
+        "\n".join(_handed_on(found)),
+    ]
     return "\n\n".join(parts)
 
 
@@ -52,7 +69,11 @@ def _confirmation(found: Any) -> Iterator[str]:
     if found.prediction.ci_confirm is None:
         yield "the experiment left no error to judge it by"
     else:
-        yield "within the interval" if found.held else "NOT within the interval: something that was not varied matters"
+        yield (
+            "within the interval"
+            if found.held
+            else "NOT within the interval: something that was not varied matters"
+        )
 
 
 def _handed_on(found: Any) -> Iterator[str]:

@@ -77,7 +77,9 @@ class FinishingStudy:
         """Model of roughness learned from the readings (mm) of the experiment, as planners take it."""
         from sdpgrind import finishing
 
-        return finishing.roughness.RoughnessModel.published().updated(finishing.identify(self.study, "roughness"))
+        return finishing.roughness.RoughnessModel.published().updated(
+            finishing.identify(self.study, "roughness")
+        )
 
     def refinishing(
         self,
@@ -122,7 +124,12 @@ class FinishingStudy:
         charges = {name: machine_charge * float(time[pattern == name].mean()) for name in settings}
         charge = sdp.Linear(roughness_charge, tolerance=level)
         problem = finishing.roughness.refinish_problem(
-            self.model, settings, pass_charge=charges, roughness_charge=charge, passes=passes, extrapolate=True
+            self.model,
+            settings,
+            pass_charge=charges,
+            roughness_charge=charge,
+            passes=passes,
+            extrapolate=True,
         )
         return sdp.plan(problem)
 
@@ -239,7 +246,14 @@ def _study(factors: Mapping[str, Any], roughness: Floats) -> "finishing.Study":
     from sdpgrind import finishing
 
     return finishing.Study(
-        ARRAY, factors, roughness, columns=(1, 2, 3, 4), reference=REFERENCE, name="roughness R_a", unit="mm", units=UNITS
+        ARRAY,
+        factors,
+        roughness,
+        columns=(1, 2, 3, 4),
+        reference=REFERENCE,
+        name="roughness R_a",
+        unit="mm",
+        units=UNITS,
     )
 
 

@@ -59,11 +59,18 @@ def broken_off(outcome: Any, otherwise: str = _GAVE_UP) -> list[str]:
         broken = outcome.said_finished.values == 0
     else:
         broken = told.get("timed_out", np.zeros(outcome.sizes["part"], dtype=bool))
-    return [next((_ENDS[name] for name in told if told[name][k]), otherwise) if bad else "" for k, bad in enumerate(broken)]
+    return [
+        next((_ENDS[name] for name in told if told[name][k]), otherwise) if bad else ""
+        for k, bad in enumerate(broken)
+    ]
 
 
 def parts_table(
-    log: "Log", part: str, columns: Sequence[tuple[str, str]], short: Mapping[str, str], why: Sequence[str] = ()
+    log: "Log",
+    part: str,
+    columns: Sequence[tuple[str, str]],
+    short: Mapping[str, str],
+    why: Sequence[str] = (),
 ) -> Iterator[str]:
     """Lines of a table of the first parts, a column (name, format) each; `short`: headings of some.
 

@@ -52,7 +52,9 @@ class RunFolder:
             return
         if kept.problem != problem:
             changed = differences(kept.problem, problem)
-            raise ValueError(f"--out {self} holds a run of another problem ({changed} differs): choose another folder")
+            raise ValueError(
+                f"--out {self} holds a run of another problem ({changed} differs): choose another folder"
+            )
         if given is not None and fingerprint(given) != fingerprint(kept):
             raise ValueError(f"--out {self} holds a run of another {self.word}: choose another folder")
 

@@ -32,7 +32,9 @@ class Table:
     def take(self, key: str) -> Any:
         if not self.has(key):
             close = difflib.get_close_matches(key, self.entries.keys() - self.known)
-            raise ValueError(f"{self.path(key)} is missing" + (f"; is {self.path(close[0])} meant?" if close else ""))
+            raise ValueError(
+                f"{self.path(key)} is missing" + (f"; is {self.path(close[0])} meant?" if close else "")
+            )
         return self.entries[key]
 
     def number(self, key: str, unit: str) -> float:
@@ -85,7 +87,9 @@ class Table:
 
         Arrays and what is declared as `custom` are left to the reader.
         """
-        readable = {name: spec for name, spec in specs(cls).items() if name not in skip and spec.kind in _READ}
+        readable = {
+            name: spec for name, spec in specs(cls).items() if name not in skip and spec.kind in _READ
+        }
         return {
             name: _READ[spec.kind](self, name, spec)
             for name, spec in readable.items()
@@ -121,7 +125,11 @@ class Table:
         for key in self.entries:
             if key not in self.known:
                 close = difflib.get_close_matches(key, self.known, 1)
-                meant = f"is {self.path(close[0])} meant?" if close else f"keys here are {', '.join(sorted(self.known))}"
+                meant = (
+                    f"is {self.path(close[0])} meant?"
+                    if close
+                    else f"keys here are {', '.join(sorted(self.known))}"
+                )
                 raise ValueError(f"{self.path(key)} is not a key; {meant}")
 
 

@@ -14,7 +14,9 @@ INTERRUPTED = 130  # exit status; source: 128 + SIGINT of a shell
 _EVERY = 2.0  # s between lines in a pipe; chosen: work says what it does within two seconds
 
 
-def add_warm(subparsers: Any, areas: dict[str, AreaCommand], arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:
+def add_warm(
+    subparsers: Any, areas: dict[str, AreaCommand], arguments_of: Callable[[list[str]], argparse.Namespace]
+) -> None:
     """Add the command to the parser's subparsers; `arguments_of` reads the line of an area's own command."""
     about = "compile what the first use of an area needs, once on a machine, so that it need not wait"
     parser = subparsers.add_parser("warm", help=about, description=about.capitalize() + ".")
@@ -22,7 +24,9 @@ def add_warm(subparsers: Any, areas: dict[str, AreaCommand], arguments_of: Calla
     parser.set_defaults(work=lambda arguments: work(areas, arguments.area, arguments_of))
 
 
-def work(areas: dict[str, AreaCommand], name: str | None, arguments_of: Callable[[list[str]], argparse.Namespace]) -> int:
+def work(
+    areas: dict[str, AreaCommand], name: str | None, arguments_of: Callable[[list[str]], argparse.Namespace]
+) -> int:
     """Warm one area, or all, and return the exit status."""
     try:
         for area in [areas[name]] if name is not None else areas.values():
@@ -30,12 +34,17 @@ def work(areas: dict[str, AreaCommand], name: str | None, arguments_of: Callable
                 text = _warmed(area, tell, arguments_of)
             print(text, flush=True)
     except KeyboardInterrupt:
-        print("hwsim: interrupted; what is compiled stays, and the same command goes on from here", file=sys.stderr)
+        print(
+            "hwsim: interrupted; what is compiled stays, and the same command goes on from here",
+            file=sys.stderr,
+        )
         return INTERRUPTED
     return 0
 
 
-def _warmed(area: AreaCommand, tell: Progress, arguments_of: Callable[[list[str]], argparse.Namespace]) -> str:
+def _warmed(
+    area: AreaCommand, tell: Progress, arguments_of: Callable[[list[str]], argparse.Namespace]
+) -> str:
     begin = time.monotonic()
     tell(0.0, f"{area.name}: first use")
     from sdpgrind.base.compile_line import listener, told
@@ -47,7 +56,11 @@ def _warmed(area: AreaCommand, tell: Progress, arguments_of: Callable[[list[str]
     with told(area.name, tell):
         _one_part(area, arguments_of)
     count, lasted = listener.count - before, time.monotonic() - begin
-    return f"{area.name}: compiled {count} kernels in {lasted:.0f} s" if count else f"{area.name}: compiled already"
+    return (
+        f"{area.name}: compiled {count} kernels in {lasted:.0f} s"
+        if count
+        else f"{area.name}: compiled already"
+    )
 
 
 def _one_part(area: AreaCommand, arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:

@@ -131,14 +131,24 @@ class AreaCommand(ABC):
 def add_to(subparsers: Any, area: AreaCommand) -> None:
     """Add the command of an area to the parser's subparsers."""
     word = area.plan_word
-    parser = subparsers.add_parser(area.name, help=area.about, description=area.about.capitalize() + ".", epilog=area.more)
-    parser.add_argument("problem", nargs="?", type=Path, metavar="problem.toml", help=f"the job ({area.units})")
+    parser = subparsers.add_parser(
+        area.name, help=area.about, description=area.about.capitalize() + ".", epilog=area.more
+    )
+    parser.add_argument(
+        "problem", nargs="?", type=Path, metavar="problem.toml", help=f"the job ({area.units})"
+    )
     parser.add_argument("--preset", help=f"a ready problem instead of a file: {area.presets}")
     for switch, meaning in area.switches.items():
         parser.add_argument(switch, action="store_true", help=meaning)
     for count, meaning in area.counts.items():
         parser.add_argument(count, type=int, metavar="N", help=meaning)
-    parser.add_argument(f"--{word}", dest="plan", type=Path, metavar="p.nc", help=f"follow this saved {word} instead of planning")
+    parser.add_argument(
+        f"--{word}",
+        dest="plan",
+        type=Path,
+        metavar="p.nc",
+        help=f"follow this saved {word} instead of planning",
+    )
     parser.add_argument("--parts", type=int, metavar="N", help=f"number of {area.part}s ({_PARTS})")
     parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
@@ -158,7 +168,9 @@ def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
         return 0
     if arguments.parts is None:
         arguments.parts = _PARTS
-    folder = None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
+    folder = (
+        None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
+    )
     if folder is not None:
         folder.refuse_other_plan(job.problem, given)
         folder.refuse_other_run(plant=job.stand, rng=arguments.rng)
@@ -167,7 +179,11 @@ def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
         folder.refuse_other_run(controller=job.controller(plan))
         folder.begin(plan)
     log = _run(area, job, plan, folder, arguments)
-    pictures = {} if arguments.no_pictures else {f"{area.plan_word}.png": plan, "run.png": log, **area.more_pictures(log)}
+    pictures = (
+        {}
+        if arguments.no_pictures
+        else {f"{area.plan_word}.png": plan, "run.png": log, **area.more_pictures(log)}
+    )
     kept = [] if folder is None else folder.keep(log, pictures)
     text = area.report(title, log, plan, job)
     if len(log) > arguments.parts:
@@ -230,12 +246,20 @@ def _loaded(area: AreaCommand, path: Path) -> Any:
     return plan
 
 
-def _plan(area: AreaCommand, job: Job, given: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> Any:
+def _plan(
+    area: AreaCommand, job: Job, given: Any, folder: RunFolder | None, arguments: argparse.Namespace
+) -> Any:
     """The plan that is given, that is kept in the folder, or a new one; no less exact than was asked for."""
     from sdpgrind.base.progress import TerminalLine
 
     if given is not None:
-        _check_error(area, given, arguments, f"--{area.plan_word} {arguments.plan}", f"plan anew, without --{area.plan_word}")
+        _check_error(
+            area,
+            given,
+            arguments,
+            f"--{area.plan_word} {arguments.plan}",
+            f"plan anew, without --{area.plan_word}",
+        )
         return given
     kept = None if folder is None else folder.plan
     if kept is None:
@@ -245,7 +269,9 @@ def _plan(area: AreaCommand, job: Job, given: Any, folder: RunFolder | None, arg
     return kept
 
 
-def _check_error(area: AreaCommand, plan: Any, arguments: argparse.Namespace, where: str, advice: str) -> None:
+def _check_error(
+    area: AreaCommand, plan: Any, arguments: argparse.Namespace, where: str, advice: str
+) -> None:
     """Refuse a plan that is not known to be as exact as was asked for."""
     asked, unit, word = arguments.tolerance, area.error_unit, area.plan_word
     if asked is not None and (plan.error is None or plan.error > asked):
@@ -253,7 +279,9 @@ def _check_error(area: AreaCommand, plan: Any, arguments: argparse.Namespace, wh
         raise ValueError(f"{where} holds a {word} {known}, --tolerance asks for {asked:g} {unit}: {advice}")
 
 
-def _run(area: AreaCommand, job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace) -> "Log":
+def _run(
+    area: AreaCommand, job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace
+) -> "Log":
     from hwsim._loop.loop import run
     from sdpgrind.base.progress import TerminalLine
 
@@ -263,4 +291,12 @@ def _run(area: AreaCommand, job: Job, plan: Any, folder: RunFolder | None, argum
     adapt, controller = area.adaptation(job, arguments), area.watched(job.controller(plan), job, arguments)
     if finished < parts:
         announce(f"running {parts - finished} {area.part}{'s' if parts - finished > 1 else ''}")
-    return run(job.stand, controller, parts=parts, rng=arguments.rng, adapt=adapt, journal=journal, progress=TerminalLine())
+    return run(
+        job.stand,
+        controller,
+        parts=parts,
+        rng=arguments.rng,
+        adapt=adapt,
+        journal=journal,
+        progress=TerminalLine(),
+    )

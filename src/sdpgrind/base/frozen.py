@@ -27,7 +27,9 @@ class Frozen:
         own = _fields(self)
         further = {name: changes.pop(name) for name in list(changes) if name not in own}
         if further:
-            inside: dict[str, Any] = {name: changes.get(name, getattr(self, name, None)) for name in _inside(self)}
+            inside: dict[str, Any] = {
+                name: changes.get(name, getattr(self, name, None)) for name in _inside(self)
+            }
             _refuse_unknown(self, further, own.union(*map(_all_fields, inside.values())))
             for home, named in _by_home(type(self).__name__, further, inside).items():
                 changes[home] = inside[home].replace(**named)
@@ -56,7 +58,9 @@ def _by_home(owner: str, names: dict[str, Any], inside: dict[str, Any]) -> dict[
     for name, value in names.items():
         homes = [home for home, thing in inside.items() if name in _all_fields(thing)]
         if len(homes) > 1:
-            raise ValueError(f"{owner} has {name!r} in {' and in '.join(homes)}; replace the one that is meant")
+            raise ValueError(
+                f"{owner} has {name!r} in {' and in '.join(homes)}; replace the one that is meant"
+            )
         found.setdefault(homes[0], {})[name] = value
     return found
 

@@ -46,7 +46,12 @@ class KernelCache(_Cache):
         found = None
         try:
             found = self._files().load_overload(sig, target_context)
-        except (EOFError, pickle.UnpicklingError, ImportError, AttributeError):  # torn, or of what has another name now
+        except (
+            EOFError,
+            pickle.UnpicklingError,
+            ImportError,
+            AttributeError,
+        ):  # torn, or of what has another name now
             with suppress(OSError):
                 self.flush()
         except OSError:
@@ -79,7 +84,9 @@ class KernelCache(_Cache):
         if self._opened is None:
             try:
                 self._opened = _Files(self._kernel, self._number)
-            except RuntimeError:  # numba found no folder; what was typed at a prompt has no file to keep it beside
+            except (
+                RuntimeError
+            ):  # numba found no folder; what was typed at a prompt has no file to keep it beside
                 self._opened = NullCache()
                 if Path(self._kernel.py_func.__code__.co_filename).is_file():
                     _warn_once("no folder can be written")
@@ -94,7 +101,9 @@ class _Files(FunctionCache):
     def __init__(self, kernel: Any, number: int) -> None:
         FunctionCache.__init__(self, kernel.py_func)
         self._digest = digest(kernel)
-        self._cache_file = IndexDataCacheFile(self._cache_path, _file_name(kernel, number, self._digest), self._digest)
+        self._cache_file = IndexDataCacheFile(
+            self._cache_path, _file_name(kernel, number, self._digest), self._digest
+        )
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         args, _ = sigutils.normalize_signature(sig)

@@ -114,7 +114,10 @@ def _piece(function: Any) -> tuple[bytes, tuple[Any, ...]]:
 
 def _code(code: CodeType, doc: str | None = None) -> Any:
     """Return bytecode and what it refers to, without the docstring, lines and the name of the file."""
-    constants = [_code(one) if isinstance(one, CodeType) else f"{type(one).__name__} {one!r}" for one in _constants(code)]
+    constants = [
+        _code(one) if isinstance(one, CodeType) else f"{type(one).__name__} {one!r}"
+        for one in _constants(code)
+    ]
     if doc is not None and isinstance(code.co_consts[0], str):
         constants[0] = ""
     flags = code.co_flags, code.co_argcount, code.co_kwonlyargcount, code.co_exceptiontable
@@ -133,7 +136,9 @@ def _named(function: FunctionType) -> Iterator[tuple[str, Any]]:
     found: list[tuple[str, Any]] = [(name, _content(cell)) for name, cell in cells]
     outer = function.__globals__
     names = sorted(set(_globals(function.__code__)))
-    found += [(name, outer.get(name, _ABSENT)) for name in names if name in outer or not hasattr(builtins, name)]
+    found += [
+        (name, outer.get(name, _ABSENT)) for name in names if name in outer or not hasattr(builtins, name)
+    ]
     attributes = sorted(set(_attributes(function.__code__)))
     seen = set()
     for name, value in found:  # grows: modules hold modules

@@ -14,7 +14,9 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-def execute(function: Callable[[Item], Result], items: Iterable[Item], executor: Executor | None = None) -> list[Result]:
+def execute(
+    function: Callable[[Item], Result], items: Iterable[Item], executor: Executor | None = None
+) -> list[Result]:
     """Return ``[function(item) for item in items]``, in that order, on `executor` where one is given.
 
     Parameters

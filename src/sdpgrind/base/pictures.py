@@ -36,7 +36,9 @@ def axes_of(width: float, height: float) -> Any:
     return figure(width, height).add_subplot()
 
 
-def subplots(rows: int, columns: int = 1, size: tuple[float, float] | None = None, **options: Any) -> tuple[Any, Any]:
+def subplots(
+    rows: int, columns: int = 1, size: tuple[float, float] | None = None, **options: Any
+) -> tuple[Any, Any]:
     """Return a figure, its size in inches, and its axes; options as those of `matplotlib.pyplot.subplots`."""
     plt: Any = need("matplotlib.pyplot", "plot")
     blank, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", **options)

@@ -77,7 +77,9 @@ def quantity(
     if not unit:
         raise ValueError("unit must be that of the quantity, \"1\" for a pure number; got ''")
     if usual is not None and not typical:
-        raise ValueError(f"typical must be a number other than 0 where a usual range is given ({unit}); got {typical!r}")
+        raise ValueError(
+            f"typical must be a number other than 0 where a usual range is given ({unit}); got {typical!r}"
+        )
     if type(options.get("default")) is int:
         options["default"] = float(options["default"])
     rules, written = _rules(above, at_least, below, at_most, hint), _written(unit)
@@ -123,7 +125,9 @@ def _of_another_unit(name: str, value: Any, unit: str, usual: tuple[float, float
     for convert, words in units.CONVERSIONS.get(unit, ()):
         number = convert(float(value))
         if number and usual[0] <= number <= usual[1]:
-            fitting.append((abs(math.log(abs(number / typical))), f"; units.{convert.__name__}(...) for {words}"))
+            fitting.append(
+                (abs(math.log(abs(number / typical))), f"; units.{convert.__name__}(...) for {words}")
+            )
     meant = min(fitting)[1] if fitting else ""
     return f"{name} must be in {unit}, some {typical:g}{meant}; got {checks.shown(value)}"
 
@@ -145,7 +149,9 @@ def text(**options: Any) -> Any:
 
 def choice(*names: Any, **options: Any) -> Any:
     """Declare one of `names`."""
-    return _field(Spec("choice", lambda name, value: checks.one_of(name, value, names), made_of=names), options)
+    return _field(
+        Spec("choice", lambda name, value: checks.one_of(name, value, names), made_of=names), options
+    )
 
 
 def part(cls: type, hint: str = "", *, or_function: bool = False, **options: Any) -> Any:
@@ -159,7 +165,9 @@ def part(cls: type, hint: str = "", *, or_function: bool = False, **options: Any
 
 def law(classes: Mapping[str, type], words: str, *methods: str, **options: Any) -> Any:
     """Declare what has `methods`, by `words`; `classes` are those that a file may name."""
-    return _field(Spec("law", lambda name, value: checks.able(name, value, words, *methods), made_of=classes), options)
+    return _field(
+        Spec("law", lambda name, value: checks.able(name, value, words, *methods), made_of=classes), options
+    )
 
 
 def array(unit: str, dtype: npt.DTypeLike = float, *, finite: bool = True, **options: Any) -> Any:
@@ -223,7 +231,9 @@ def described(name: str | None = None, *, eq: bool = True) -> Callable[[type[Mad
     """
 
     def make(cls: type[Made]) -> type[Made]:
-        known: Any = dataclasses.dataclass(frozen=True, repr=False, eq=eq and not issubclass(cls, ByValue))(cls)
+        known: Any = dataclasses.dataclass(frozen=True, repr=False, eq=eq and not issubclass(cls, ByValue))(
+            cls
+        )
         fields = [field for field in dataclasses.fields(known) if _is_declared(known, field)]
         known._declared = {field.name: _bound(field) for field in fields}
         return stored(name)(known) if name else known

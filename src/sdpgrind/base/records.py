@@ -127,7 +127,9 @@ def load(path: str | os.PathLike[str]) -> Any:
     kind = _kind(path)
     for entry in entry_points(group="sdpgrind.records", name=kind):
         return entry.load().from_file(path)
-    raise ValueError(f"path must be a file saved by this library; {str(path)!r} holds {kind or 'something else'}")
+    raise ValueError(
+        f"path must be a file saved by this library; {str(path)!r} holds {kind or 'something else'}"
+    )
 
 
 def _kind(path: str | os.PathLike[str]) -> str:

@@ -58,7 +58,9 @@ def record(fields: str) -> RecordType:
         name, _, unit = field.strip().partition(" ")
         name, _, size = name.removesuffix("]").partition("[")
         if not name.isidentifier() or not unit or name in known:
-            raise ValueError(f"fields must be 'name unit, name unit, ...', no name twice; got {field.strip()!r}")
+            raise ValueError(
+                f"fields must be 'name unit, name unit, ...', no name twice; got {field.strip()!r}"
+            )
         known[name] = unit
         shapes.append((name, _FLOAT, (int(size),)) if size else (name, _FLOAT))
     return np.dtype(shapes, metadata={"units": known})

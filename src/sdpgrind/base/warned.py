@@ -11,7 +11,9 @@ _IMPORT = "importlib._bootstrap"  # its frames are not counted by `warnings`, ei
 def warn(text: str, category: type[Warning] = UserWarning) -> None:
     """Give a warning at the first line outwards that is in no module of ours: `replace` lies deeper than a call."""
     level, frame = 1, sys._getframe()
-    while frame.f_back is not None and ((name := _module(frame)) == _IMPORT or name.partition(".")[0] in _OURS):
+    while frame.f_back is not None and (
+        (name := _module(frame)) == _IMPORT or name.partition(".")[0] in _OURS
+    ):
         level, frame = level + (name != _IMPORT), frame.f_back
     warnings.warn(text, category, stacklevel=level)
 

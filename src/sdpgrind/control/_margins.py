@@ -129,10 +129,14 @@ def _first(frequency: Floats, above: Floats) -> float:
     return float(frequency[k - 1] + share * (frequency[k] - frequency[k - 1]))
 
 
-def _crossings(response: Callable[[Floats], Complex], frequency: Floats, values: Complex) -> tuple[list[float], list[float]]:
+def _crossings(
+    response: Callable[[Floats], Complex], frequency: Floats, values: Complex
+) -> tuple[list[float], list[float]]:
     """Frequencies where the loop is real and negative, and where its gain is 1."""
     real = [
-        w for w in _roots(lambda w: float(np.imag(response(w))), frequency, values.imag) if np.real(response(np.asarray(w))) < 0
+        w
+        for w in _roots(lambda w: float(np.imag(response(w))), frequency, values.imag)
+        if np.real(response(np.asarray(w))) < 0
     ]
     unit = _roots(lambda w: float(np.abs(response(w)) - 1), frequency, np.abs(values) - 1)
     return real, unit

@@ -54,7 +54,9 @@ class QLimits(Described):
             raise checks.refuse("weight", f"as long as frequency ({len(self.frequency)})", len(self.weight))
 
 
-def q_design(plant: Sampled, limits: QLimits | None = None, *, taps: int = 40, tolerance: float = 2e-3) -> tuple[Sampled, float]:
+def q_design(
+    plant: Sampled, limits: QLimits | None = None, *, taps: int = 40, tolerance: float = 2e-3
+) -> tuple[Sampled, float]:
     """Return the filter Q of the largest bandwidth, and that bandwidth, by bisection over convex problems.
 
     T = P Q, S = 1 - P Q, C = Q/(1 - P Q); Q has `taps` coefficients whose sum is 1/P(1). The bandwidth is the largest f with
@@ -91,7 +93,9 @@ def q_design(plant: Sampled, limits: QLimits | None = None, *, taps: int = 40, t
     True
     """
     if not plant.stable:
-        raise checks.refuse("plant", "stable (poles inside the unit circle)", float(np.max(np.abs(plant.poles))))
+        raise checks.refuse(
+            "plant", "stable (poles inside the unit circle)", float(np.max(np.abs(plant.poles)))
+        )
     limits = QLimits() if limits is None else limits
     gain = plant.dc_gain
     problem = _Problem(plant.scaled(1 / gain), limits, gain, checks.count("taps", taps, at_least=2))
@@ -147,12 +151,18 @@ class _Problem:
     def reaches(self, bandwidth: float) -> bool:
         """Solve for one bandwidth; keep the coefficients where it is reached."""
         slope = HALF_POWER * self._frequency / bandwidth
-        last = self._frequency[min(int(np.searchsorted(self._frequency, bandwidth)), len(self._frequency) - 1)]
-        self._slope.value = np.where(self._frequency <= last, slope, 1e2)  # one point beyond: it holds up to the bandwidth
+        last = self._frequency[
+            min(int(np.searchsorted(self._frequency, bandwidth)), len(self._frequency) - 1)
+        ]
+        self._slope.value = np.where(
+            self._frequency <= last, slope, 1e2
+        )  # one point beyond: it holds up to the bandwidth
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # near the edge of what is feasible; the factor below decides
             self._problem.solve(solver="CLARABEL")
-        found = self._problem.status in ("optimal", "optimal_inaccurate") and self._factor.value <= 1 - _SLACK / 2
+        found = (
+            self._problem.status in ("optimal", "optimal_inaccurate") and self._factor.value <= 1 - _SLACK / 2
+        )
         if found:
             self.coefficients: Floats = np.array(self._q.value)
         return bool(found)
@@ -160,7 +170,9 @@ class _Problem:
 
 def _frequencies(sample_time: float) -> Floats:
     top = pi / sample_time
-    return np.concatenate([np.geomspace(1e-4 * top, 0.03 * top, 25, endpoint=False), np.linspace(0.03 * top, top, _GRID - 25)])
+    return np.concatenate(
+        [np.geomspace(1e-4 * top, 0.03 * top, 25, endpoint=False), np.linspace(0.03 * top, top, _GRID - 25)]
+    )
 
 
 def _rows(frequency: Floats, sample_time: float, taps: int) -> npt.NDArray[np.complex128]:
@@ -175,4 +187,6 @@ def _size(cp: Any, rows: npt.NDArray[np.complex128], constant: Floats, q: Any) -
 def _finite(coefficients: Floats, sample_time: float) -> Sampled:
     """Filter with a finite impulse response."""
     order = len(coefficients) - 1
-    return Sampled(np.eye(order, k=-1), np.eye(order)[0], coefficients[1:], float(coefficients[0]), sample_time)
+    return Sampled(
+        np.eye(order, k=-1), np.eye(order)[0], coefficients[1:], float(coefficients[0]), sample_time
+    )

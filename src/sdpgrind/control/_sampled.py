@@ -152,7 +152,13 @@ class Sampled:
         """
         if checks.count("delay_samples", delay_samples, at_least=0) == 0:
             return self
-        line = Sampled(np.eye(delay_samples, k=-1), np.eye(delay_samples)[0], np.eye(delay_samples)[-1], 0.0, self.sample_time)
+        line = Sampled(
+            np.eye(delay_samples, k=-1),
+            np.eye(delay_samples)[0],
+            np.eye(delay_samples)[-1],
+            0.0,
+            self.sample_time,
+        )
         return line.then(self)
 
     def closed(self) -> "Sampled":
@@ -190,7 +196,9 @@ def same_sample_time(first: Any, second: Any) -> None:
         When the sample times (s) differ.
     """
     if abs(first.sample_time - second.sample_time) > 1e-9 * first.sample_time:
-        raise checks.refuse("sample_time", f"the same in both: {first.sample_time:g}", second.sample_time, "s")
+        raise checks.refuse(
+            "sample_time", f"the same in both: {first.sample_time:g}", second.sample_time, "s"
+        )
 
 
 def sampled(numerator: npt.ArrayLike, denominator: npt.ArrayLike, sample_time: float) -> Sampled:
@@ -241,7 +249,12 @@ def continuous(numerator: npt.ArrayLike, denominator: npt.ArrayLike) -> tuple[Fl
     low = low * powers
     top, low = top / low[0], low / low[0]
     A = np.vstack([-low[1:], np.eye(order)[:-1]]) if order else np.zeros((0, 0))
-    return scale * A, scale * np.eye(order)[0] if order else np.zeros(0), top[1:] - top[0] * low[1:], float(top[0])
+    return (
+        scale * A,
+        scale * np.eye(order)[0] if order else np.zeros(0),
+        top[1:] - top[0] * low[1:],
+        float(top[0]),
+    )
 
 
 def held(A: Floats, B: Floats, C: Floats, D: float, sample_time: float) -> Sampled:

@@ -24,7 +24,12 @@ from sdpgrind.finishing._plant.height import HeightField
 from sdpgrind.finishing._plant.truth import CellScatter, CellTruth
 from sdpgrind.finishing.timing._table_kernels import TABLE, table_step
 from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
-from sdpgrind.finishing.torque._controller_kernels import controller_sample, controller_step, feed_override, torque_at
+from sdpgrind.finishing.torque._controller_kernels import (
+    controller_sample,
+    controller_step,
+    feed_override,
+    torque_at,
+)
 from sdpgrind.finishing.torque._states import CONTROLLER, MOTOR
 
 ANGLE, SPEED, MEAN_TORQUE = places(MOTOR, "angle", "speed", "mean_torque")

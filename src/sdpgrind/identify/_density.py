@@ -77,7 +77,9 @@ class KernelDensity:
         """Draw `size` amounts (unit of the amount) from `rng`."""
         source = generator(rng)
         if self.method == "log":
-            return np.exp(source.choice(np.log(self.data), size) + self.bandwidth * source.standard_normal(size))
+            return np.exp(
+                source.choice(np.log(self.data), size) + self.bandwidth * source.standard_normal(size)
+            )
         drawn = source.choice(self.data, size) + self.bandwidth * source.standard_normal(size)
         if self.method == "reflected":
             return np.abs(drawn)
@@ -103,7 +105,9 @@ class KernelDensity:
         return np.asarray(ndtr((at[..., None] - centres) / self.bandwidth).mean(axis=-1))
 
 
-def kernel_density(sample: npt.ArrayLike, *, bandwidth: float | None = None, method: str = "truncated") -> KernelDensity:
+def kernel_density(
+    sample: npt.ArrayLike, *, bandwidth: float | None = None, method: str = "truncated"
+) -> KernelDensity:
     """Return the density of an amount >= 0 by normal kernels on its sample.
 
     Parameters
@@ -145,7 +149,9 @@ def amounts_of(name: str, sample: npt.ArrayLike, zero: bool = True) -> Floats:
     bad = int(np.sum(data < 0 if zero else data <= 0))
     if bad:
         rule = ">= 0" if zero else "> 0"
-        raise ValueError(f"{name} must be {rule}; got {bad} of {data.size} values that are not, the least {data[0]:g}")
+        raise ValueError(
+            f"{name} must be {rule}; got {bad} of {data.size} values that are not, the least {data[0]:g}"
+        )
     if data.size < 2 or data[0] == data[-1]:
         raise checks.refuse(name, "at least two different values", data.tolist())
     return data

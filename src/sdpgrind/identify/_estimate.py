@@ -128,7 +128,9 @@ class Estimate(Frozen):
     def __repr__(self) -> str:
         units = ("" if unit == "1" else unit for unit in self.units)
         rows = zip(self.names, self.value, self.sd, units, strict=True)
-        shown = ", ".join(f"{name} = {value:.6g} ± {sd:.2g} {unit}".rstrip() for name, value, sd, unit in rows)
+        shown = ", ".join(
+            f"{name} = {value:.6g} ± {sd:.2g} {unit}".rstrip() for name, value, sd, unit in rows
+        )
         return f"Estimate({shown}; {self.message})"
 
 
@@ -144,5 +146,7 @@ def columns(**arrays: npt.ArrayLike) -> tuple[Floats, ...]:
     checked = [checks.finite_array(name, values) for name, values in arrays.items()]
     for name, values in zip(arrays, checked, strict=True):
         if values.ndim != 1 or values.size != checked[0].size:
-            raise ValueError(f"{name} must be one-dimensional with {checked[0].size} entries; got shape {values.shape}")
+            raise ValueError(
+                f"{name} must be one-dimensional with {checked[0].size} entries; got shape {values.shape}"
+            )
     return tuple(checked)

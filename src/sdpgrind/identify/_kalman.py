@@ -72,7 +72,11 @@ class RandomWalk:
     def reset(self) -> None:
         """Forget every reading, and go back to the prior."""
         size, prior = len(self._names), self._prior
-        self._value, self._known, self._covariance = np.zeros(size), np.zeros(size, dtype=bool), np.zeros((size, size))
+        self._value, self._known, self._covariance = (
+            np.zeros(size),
+            np.zeros(size, dtype=bool),
+            np.zeros((size, size)),
+        )
         if prior is not None:
             self._known = np.isfinite(np.diag(prior.covariance))
             self._value = np.where(self._known, prior.value, 0.0)
@@ -119,7 +123,18 @@ class RandomWalk:
             raise checks.refuse("reading", f"finite or NaN, of shape {rows.shape[:1]}", readings.tolist())
         innovation, sd = np.empty(readings.size), np.empty(readings.size)
         noise = self._noise[: readings.size]
-        walk_step(self._value, self._covariance, self._known, self._walk, readings, rows, noise, innovation, sd, self._gain)
+        walk_step(
+            self._value,
+            self._covariance,
+            self._known,
+            self._walk,
+            readings,
+            rows,
+            noise,
+            innovation,
+            sd,
+            self._gain,
+        )
         self._innovation, self._innovation_sd = innovation, sd
         self._count += 1
 

@@ -74,7 +74,9 @@ def sum_moments(x: tuple[float, float], y: tuple[float, float], *, correlation: 
     return Moments(mx + my, _root(sx**2 + sy**2 + 2 * r * sx * sy))
 
 
-def difference_moments(x: tuple[float, float], y: tuple[float, float], *, correlation: float = 0.0) -> Moments:
+def difference_moments(
+    x: tuple[float, float], y: tuple[float, float], *, correlation: float = 0.0
+) -> Moments:
     """Return the moments of X - Y, exact.
 
     Parameters
@@ -221,7 +223,9 @@ def _covariance(covariance: npt.ArrayLike) -> Floats:
     if matrix.ndim == 1:
         return np.diag(matrix**2)
     if matrix.ndim != 2 or not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0):
-        raise checks.refuse("covariance", "a symmetric matrix or a list of standard deviations", matrix.tolist())
+        raise checks.refuse(
+            "covariance", "a symmetric matrix or a list of standard deviations", matrix.tolist()
+        )
     return matrix
 
 
@@ -229,7 +233,8 @@ def _checked(
     x: tuple[float, float], y: tuple[float, float], correlation: float
 ) -> tuple[tuple[float, float], tuple[float, float], float]:
     first, second = (
-        (checks.number(f"{name} mean", mean), checks.nonnegative(f"{name} sd", sd)) for name, (mean, sd) in (("x", x), ("y", y))
+        (checks.number(f"{name} mean", mean), checks.nonnegative(f"{name} sd", sd))
+        for name, (mean, sd) in (("x", x), ("y", y))
     )
     return first, second, checks.within("correlation", correlation, -1, 1, "1")
 

@@ -70,7 +70,9 @@ def output_error(
     inside = np.clip(begin, np.asarray(low) + 1e-9 * steps, np.asarray(high) - 1e-9 * steps)
     if (count := residual(inside).size) <= begin.size + nuisance:
         raise checks.refuse("residual", f"at least {begin.size + nuisance + 1} readings", count)
-    found = solve(residual, inside, jac="3-point", bounds=(low, high), x_scale=steps, xtol=1e-12, ftol=1e-14, gtol=1e-14)
+    found = solve(
+        residual, inside, jac="3-point", bounds=(low, high), x_scale=steps, xtol=1e-12, ftol=1e-14, gtol=1e-14
+    )
     names = tuple(names) or tuple(f"value{k}" for k in range(begin.size))
     _, s, vt = np.linalg.svd(found.jac * steps, full_matrices=False)
     if s[-1] <= _RANK * s[0] or s[0] == 0:
@@ -78,4 +80,6 @@ def output_error(
         return finished(Estimate(names, found.x, endless, Status.UNDETERMINED, units=tuple(units)), throw)
     freedom = float(count - begin.size - nuisance)
     root = vt.T * (steps[:, None] / s)
-    return Estimate(names, found.x, 2 * found.cost / freedom * root @ root.T, units=tuple(units), freedom=freedom)
+    return Estimate(
+        names, found.x, 2 * found.cost / freedom * root @ root.T, units=tuple(units), freedom=freedom
+    )

@@ -62,10 +62,14 @@ class Readings:
     @property
     def message(self) -> str:
         """What the estimate rests on."""
-        return f"from {self.points} {self.each}" + (f", {self.dropped} more were of no use" if self.dropped else "")
+        return f"from {self.points} {self.each}" + (
+            f", {self.dropped} more were of no use" if self.dropped else ""
+        )
 
 
-def readings(data: Any, units: Mapping[str, str], *, tier: str, each: str = "rows", commanded: Sequence[str] = ()) -> Readings:
+def readings(
+    data: Any, units: Mapping[str, str], *, tier: str, each: str = "rows", commanded: Sequence[str] = ()
+) -> Readings:
     """Return named quantities of `data`: arrays by name, or one table of a log.
 
     NaN means "no reading" in a log, whose row is dropped and counted; in arrays it is refused.
@@ -97,7 +101,9 @@ def readings(data: Any, units: Mapping[str, str], *, tier: str, each: str = "row
     table, is_log = table_of(data, tier)
     arrays = {name: column_of(table, name, unit) for name, unit in units.items()}
     if is_log:
-        arrays |= {name: _led_to(table, name, units[name]) for name in commanded if f"{name}_command" in table}
+        arrays |= {
+            name: _led_to(table, name, units[name]) for name in commanded if f"{name}_command" in table
+        }
     first, size = next((name, values.size) for name, values in arrays.items())
     for name, values in arrays.items():
         if values.size != size:

@@ -147,7 +147,9 @@ def _check_prior(prior: Estimate, names: tuple[str, ...], noise_sd: float | None
         raise checks.refuse("noise_sd", "given with a prior, which is weighed by it", noise_sd)
     known, correlation = _known(prior)
     if not np.all(np.isfinite(correlation)) or np.linalg.eigvalsh(correlation).min(initial=1.0) <= 0:
-        raise ValueError("prior must have a positive definite covariance; got one that is not, of " + ", ".join(names))
+        raise ValueError(
+            "prior must have a positive definite covariance; got one that is not, of " + ", ".join(names)
+        )
     checks.finite_array("value of the prior", prior.value[known])
 
 
@@ -168,12 +170,18 @@ class _Triangle:
     def __init__(self, size: int, prior: Estimate | None, noise_sd: float | None) -> None:
         self._array, self._entry = np.zeros((size, size + 1)), np.zeros(size + 1)
         self._double = np.zeros((size, size))
-        self._weight, self._squares, self._residual = 0.0, 0.0, 0.0  # sums of weights, squared weights, squared residuals
+        self._weight, self._squares, self._residual = (
+            0.0,
+            0.0,
+            0.0,
+        )  # sums of weights, squared weights, squared residuals
         self._count = 0
         self._noise_sd = noise_sd
         if prior is not None and noise_sd is not None:
             self._double[:] = self._array[:, :size] = _root(prior, noise_sd)
-            self._array[:, size] = self._double @ np.where(np.isinf(np.diag(prior.covariance)), 0.0, prior.value)
+            self._array[:, size] = self._double @ np.where(
+                np.isinf(np.diag(prior.covariance)), 0.0, prior.value
+            )
 
     def take(self, row: Floats, target: float, forgetting: float) -> None:
         if forgetting != 1.0:
@@ -259,6 +267,8 @@ class _Covariance:
     def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
         if not self._lost:
             return Estimate(names, self._value, self._noise_sd**2 * _symmetric(self._true), units=units)
-        message = "the covariance form has wound up and lost its digits: forget less, or use method square_root"
+        message = (
+            "the covariance form has wound up and lost its digits: forget less, or use method square_root"
+        )
         endless = np.diag(np.full(len(names), np.inf))
         return Estimate(names, np.zeros(len(names)), endless, Status.UNDETERMINED, message, units=units)

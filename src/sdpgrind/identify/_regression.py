@@ -87,7 +87,9 @@ class SquareRoot:
         self.inverse = backward @ backward.T / np.outer(length, length)
         self.length, self.backward = length, backward  # inverse of the scaled triangle, but for a rotation
 
-    def estimate(self, covariance: Floats, freedom: float, names: Sequence[str], units: Sequence[str]) -> Estimate:
+    def estimate(
+        self, covariance: Floats, freedom: float, names: Sequence[str], units: Sequence[str]
+    ) -> Estimate:
         size = self.value.size
         names = tuple(names) or tuple(f"value{k}" for k in range(size))
         if self.determined:
@@ -95,13 +97,17 @@ class SquareRoot:
         endless = np.diag(np.full(size, np.inf))
         loose = ", ".join(name for name, free in zip(names, self.loose, strict=True) if free)
         message = f"{Status.UNDETERMINED} (not determined: {loose})" if loose else ""
-        return Estimate(names, self.value, endless, Status.UNDETERMINED, message, units=tuple(units), freedom=freedom)
+        return Estimate(
+            names, self.value, endless, Status.UNDETERMINED, message, units=tuple(units), freedom=freedom
+        )
 
 
 def _system(matrix: npt.ArrayLike, target: npt.ArrayLike) -> tuple[Floats, Floats]:
     rows, goal = checks.finite_array("matrix", matrix), checks.finite_array("target", target)
     if rows.ndim != 2 or goal.shape != rows.shape[:1]:
-        raise ValueError(f"matrix and target must be of shape (n, p) and (n,); got {rows.shape} and {goal.shape}")
+        raise ValueError(
+            f"matrix and target must be of shape (n, p) and (n,); got {rows.shape} and {goal.shape}"
+        )
     return rows, goal
 
 
@@ -173,7 +179,9 @@ def _principal(dx: Floats, dy: Floats) -> tuple[Floats, Floats]:
     return spread, axes[:, 1]
 
 
-def _line(x: Floats, y: Floats, slope: float, ratio: float, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate:
+def _line(
+    x: Floats, y: Floats, slope: float, ratio: float, names: tuple[str, ...], units: tuple[str, ...]
+) -> Estimate:
     """The line of that slope through the centre. With v = e - slope u the noise across, x + slope v/(ratio^2 + slope^2)
     is the best guess of the true x, and its own noise is independent of v.
     """

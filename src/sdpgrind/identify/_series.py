@@ -83,7 +83,11 @@ def series(
             raise ValueError(f"{name} must have as many entries as time, {time.size}; got {values.size}")
     checks.finite_array("time", time, "s")
     found = [
-        Series(label, time[rows], {name: _held(v[rows]) if name in commands else _gaps(v[rows]) for name, v in arrays.items()})
+        Series(
+            label,
+            time[rows],
+            {name: _held(v[rows]) if name in commands else _gaps(v[rows]) for name, v in arrays.items()},
+        )
         for label, rows in _parts(table, time.size, part)
     ]
     for one in found:
@@ -104,7 +108,10 @@ def _parts(table: Any, size: int, part: int | Sequence[int] | None) -> list[tupl
     wanted = set(number.tolist()) if part is None else set(np.atleast_1d(part).tolist())
     for entry in wanted:
         checks.one_of("part", entry, np.unique(number).tolist())
-    blocks = [(" of ".join(f"{tag[k]}" for tag in reversed(tags)), k, end) for k, end in zip(starts, ends, strict=True)]
+    blocks = [
+        (" of ".join(f"{tag[k]}" for tag in reversed(tags)), k, end)
+        for k, end in zip(starts, ends, strict=True)
+    ]
     return [(f"part {label}", slice(k, end)) for label, k, end in blocks if number[k] in wanted]
 
 
@@ -124,4 +131,6 @@ def _rising(one: Series) -> None:
     if np.any(steps <= 0):
         k = int(np.argmax(steps <= 0))
         where = f" in {one.label}" if one.label else ""
-        raise ValueError(f"time must be rising{where} (s); got {float(one.time[k]):g} and then {float(one.time[k + 1]):g}")
+        raise ValueError(
+            f"time must be rising{where} (s); got {float(one.time[k]):g} and then {float(one.time[k + 1]):g}"
+        )

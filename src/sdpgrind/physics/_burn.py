@@ -98,7 +98,11 @@ class BurningLimit(Described):
         width : float or array
             Of the cut, mm.
         """
-        return width * work_speed * malkin_burn_energy(depth_of_cut, work_speed, equivalent_diameter, self.u0, self.B)
+        return (
+            width
+            * work_speed
+            * malkin_burn_energy(depth_of_cut, work_speed, equivalent_diameter, self.u0, self.B)
+        )
 
 
 class BurnOnset(NamedTuple):
@@ -160,10 +164,14 @@ def burn_onset(
 
     def excess(root: float) -> float:
         depth = root**4
-        return float(power.power(depth_of_cut=depth, **speeds, **wheel) - limit.power(depth_of_cut=depth, **speeds))
+        return float(
+            power.power(depth_of_cut=depth, **speeds, **wheel) - limit.power(depth_of_cut=depth, **speeds)
+        )
 
     end = checks.positive("depth_max", depth_max, "mm") ** 0.25
-    best = float(minimize_scalar(excess, bounds=(0.0, end), method="bounded", options={"xatol": 1e-9 * end}).x)
+    best = float(
+        minimize_scalar(excess, bounds=(0.0, end), method="bounded", options={"xatol": 1e-9 * end}).x
+    )
     return depths_between(excess, best, end)
 
 

@@ -36,7 +36,9 @@ class GrindingPower(Described):
 
     specific_energy: float = quantity("J/mm^3", above=0, default=13.8)
     ploughing_force: float = quantity("N/mm", at_least=0, default=0.962)
-    sliding: SlidingLaw = law(SLIDING, "a sliding law, such as physics.DongSliding()", "force", default_factory=MalkinSliding)
+    sliding: SlidingLaw = law(
+        SLIDING, "a sliding law, such as physics.DongSliding()", "force", default_factory=MalkinSliding
+    )
 
     def power(
         self,

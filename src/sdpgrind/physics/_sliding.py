@@ -27,7 +27,13 @@ class SlidingLaw(Protocol):
         """Exponent of the depth of cut, unit 1."""
 
     def force(
-        self, *, depth_of_cut: Any, work_speed: Any, wheel_speed: Any, equivalent_diameter: Any, wear_flat_area: Any
+        self,
+        *,
+        depth_of_cut: Any,
+        work_speed: Any,
+        wheel_speed: Any,
+        equivalent_diameter: Any,
+        wear_flat_area: Any,
     ) -> Any:
         """Return the force for each width, N/mm.
 
@@ -75,7 +81,13 @@ class MalkinSliding(Described):
     curvature_pressure: float = quantity("N/mm", at_least=0, default=2.1e6)
 
     def force(
-        self, *, depth_of_cut: Any, work_speed: Any, wheel_speed: Any, equivalent_diameter: Any, wear_flat_area: Any
+        self,
+        *,
+        depth_of_cut: Any,
+        work_speed: Any,
+        wheel_speed: Any,
+        equivalent_diameter: Any,
+        wear_flat_area: Any,
     ) -> Any:
         """Return the force for each width (N/mm) of a depth (mm), speeds (mm/s), a diameter (mm) and an area (0..1).
 
@@ -125,7 +137,13 @@ class DongSliding(Described):
     exponent: float = quantity("1", above=0, default=0.85)
 
     def force(
-        self, *, depth_of_cut: Any, work_speed: Any, wheel_speed: Any, equivalent_diameter: Any, wear_flat_area: Any
+        self,
+        *,
+        depth_of_cut: Any,
+        work_speed: Any,
+        wheel_speed: Any,
+        equivalent_diameter: Any,
+        wear_flat_area: Any,
     ) -> Any:
         """Return the force for each width (N/mm) of a depth (mm), speeds (mm/s), a diameter (mm) and an area (0..1).
 

@@ -1,4 +1,6 @@
-"""Slow, obvious twins of the arm: products of Denavit-Hartenberg matrices, the inverse as the equations have it."""
+"""Slow, obvious twins of the arm: products of Denavit-Hartenberg matrices, the inverse as the equations have
+it.
+"""
 
 import numpy as np
 

@@ -17,7 +17,8 @@ def joints_within(rng, count):
     return rng.uniform(LOW, HIGH, (count, 7))
 
 
-# -- the arm as data ---------------------------------------------------------------------------------------------------
+# -- the arm as data
+# ---------------------------------------------------------------------------------------------------
 
 
 def test_generic_arm_is_the_one_that_is_documented():
@@ -41,13 +42,15 @@ def test_arm_survives_a_file():
     assert hash(stored.decode(stored.encode(arm))) == hash(arm)
 
 
-# -- forward -----------------------------------------------------------------------------------------------------------
+# -- forward
+# -----------------------------------------------------------------------------------------------------------
 
 
 def test_forward_is_the_product_of_links():
     joints = joints_within(np.random.default_rng(1), 300)
     expected = np.array([chain(q) for q in joints])
-    assert np.abs(GENERIC.forward_work(joints) - expected).max() < 1e-12 * 1000  # some ten roundings of 1000 mm
+    # some ten roundings of 1000 mm
+    assert np.abs(GENERIC.forward_work(joints) - expected).max() < 1e-12 * 1000
     at_zero = joints * ([1.0] * 5 + [0.0] * 2)
     assert np.array_equal(GENERIC.forward(joints), GENERIC.forward_work(at_zero))
     assert np.array_equal(GENERIC.forward(joints[:, :5]), GENERIC.forward(joints))
@@ -69,7 +72,8 @@ def test_tool_frame_stands_on_the_last_axis():
     assert level[2] == 0.0
 
 
-# -- Jacobian ----------------------------------------------------------------------------------------------------------
+# -- Jacobian
+# ----------------------------------------------------------------------------------------------------------
 
 
 def test_jacobian_is_that_of_differences():
@@ -91,7 +95,9 @@ def test_jacobian_is_that_of_differences():
 def rank(jacobian):
     """Rank with lengths in units of 300 mm."""
     scaled = (
-        jacobian / np.array([300.0] * 3 + [1.0] * 3)[:, None] * np.array([1.0] * 5 + [300.0] * 2 + [1.0])[: jacobian.shape[1]]
+        jacobian
+        / np.array([300.0] * 3 + [1.0] * 3)[:, None]
+        * np.array([1.0] * 5 + [300.0] * 2 + [1.0])[: jacobian.shape[1]]
     )
     return int(np.linalg.matrix_rank(scaled, tol=1e-9))
 
@@ -130,7 +136,8 @@ def test_a_vertical_tool_loses_one_freedom():
     assert rank(GENERIC.jacobian(q)) == 5
 
 
-# -- inverse -----------------------------------------------------------------------------------------------------------
+# -- inverse
+# -----------------------------------------------------------------------------------------------------------
 
 
 def test_every_branch_takes_random_poses():
@@ -150,7 +157,8 @@ def test_branches_are_the_equations():
     for branch in range(4):
         for pose, found in zip(poses, joints[branch], strict=True):
             expected = inverse(pose, 350.0, branch)
-            assert np.abs(turned(found[:5] - expected[:5])).max() < 1e-6  # arcsin and arccos lose half the digits at 1
+            # arcsin and arccos lose half the digits at 1
+            assert np.abs(turned(found[:5] - expected[:5])).max() < 1e-6
             assert found[5:] == pytest.approx(expected[5:], abs=1e-8)
 
 
@@ -173,7 +181,8 @@ def test_reachable_says_whether_limits_are_kept():
     for branch in (0, 2):
         some = poses[reachable[branch]]
         assert np.array_equal(
-            GENERIC.inverse(some, wrist_radius=300.0, branch=branch, continuous=False), joints[branch][kept[branch]]
+            GENERIC.inverse(some, wrist_radius=300.0, branch=branch, continuous=False),
+            joints[branch][kept[branch]],
         )
 
 
@@ -198,13 +207,17 @@ def test_turning_the_work_about_the_base_turns_the_first_joint(angle, branch):
     poses = random_poses(np.random.default_rng(10), 5)
     c, s = np.cos(angle), np.sin(angle)
     turn = np.array([[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
-    before, after = WIDE.branches(poses, continuous=False)[0][branch], WIDE.branches(turn @ poses, continuous=False)[0][branch]
+    before, after = (
+        WIDE.branches(poses, continuous=False)[0][branch],
+        WIDE.branches(turn @ poses, continuous=False)[0][branch],
+    )
     assert np.abs(turned(after[:, 0] - before[:, 0] - angle)).max() < 1e-9
     assert np.abs(turned(after[:, 1:5] - before[:, 1:5])).max() < 1e-9
     assert after[:, 5:] == pytest.approx(before[:, 5:] @ turn[:2, :2].T, abs=1e-9)
 
 
-# -- along a path ------------------------------------------------------------------------------------------------------
+# -- along a path
+# ------------------------------------------------------------------------------------------------------
 
 
 def circle(count, tilt=-0.5, turns=1.0, begin=0.0):
@@ -218,7 +231,9 @@ def circle(count, tilt=-0.5, turns=1.0, begin=0.0):
 
 def test_angles_go_on_from_pose_to_pose():
     poses, q = circle(200, turns=0.9, begin=2.0)
-    arm = WIDE.replace(position_min=(-1.0, *WIDE.position_min[1:]), position_max=(9.0, *WIDE.position_max[1:]))
+    arm = WIDE.replace(
+        position_min=(-1.0, *WIDE.position_min[1:]), position_max=(9.0, *WIDE.position_max[1:])
+    )
     radius = float(300 * np.cos(0.4) + 250 * np.cos(-0.8))
     assert arm.inverse(poses, wrist_radius=radius) == pytest.approx(q, abs=1e-9)
 
@@ -227,7 +242,9 @@ def test_angles_go_on_from_pose_to_pose():
 def test_a_path_lies_as_near_to_the_middle_of_the_limits_as_whole_turns_let_it(begin):
     poses, _ = circle(100, turns=0.4, begin=begin)
     radius = float(300 * np.cos(0.4) + 250 * np.cos(-0.8))
-    two_turns = WIDE.replace(position_min=(-6.5, *WIDE.position_min[1:]), position_max=(6.5, *WIDE.position_max[1:]))
+    two_turns = WIDE.replace(
+        position_min=(-6.5, *WIDE.position_min[1:]), position_max=(6.5, *WIDE.position_max[1:])
+    )
     found = two_turns.inverse(poses, wrist_radius=radius)[:, 0]
     assert np.abs(np.diff(found)).max() < 0.1
     assert abs(found[0] + found[-1]) / 2 <= np.pi
@@ -311,7 +328,8 @@ def test_kernels_along_a_path_are_sums_and_comparisons():
         assert at == (jumps[0] if jumps.size else -1)
 
 
-# -- damped least squares ----------------------------------------------------------------------------------------------
+# -- damped least squares
+# ----------------------------------------------------------------------------------------------
 
 
 def test_least_squares_find_poses_from_nearby():
@@ -330,12 +348,17 @@ def test_least_squares_find_the_wrist_radius_that_is_nearest():
     pose = chain(start + np.array([0.05, 0.04, -0.06, 0.05, 0.03, 3.0, -4.0]))
     weights = np.array([1.0] * 5 + [100.0] * 2)
     found = GENERIC.solve(pose, start)
-    ways = [np.linalg.norm((WIDE.inverse([pose], wrist_radius=r)[0] - start) / weights) for r in np.linspace(300, 450, 601)]
+    ways = [
+        np.linalg.norm((WIDE.inverse([pose], wrist_radius=r)[0] - start) / weights)
+        for r in np.linspace(300, 450, 601)
+    ]
     assert np.linalg.norm((found - start) / weights) <= 1.02 * min(ways)
 
 
 def test_least_squares_beside_a_singular_pose():
-    """A tool nearly vertical whose azimuth goes the other way: the closed form turns q1 by half a turn, these do not."""
+    """A tool nearly vertical whose azimuth goes the other way: the closed form turns q1 by half a turn, these
+    do not.
+    """
     q = np.array([0.3, 0.4, -1.2, 0.8 - np.pi / 2 + 1e-4, 0.5, 10.0, -20.0])
     beyond = q - [0, 0, 0, 2e-4, 0, 0, 0]
     radius = float(300 * np.cos(0.4) + 250 * np.cos(-0.8))

@@ -19,7 +19,8 @@ def tilted(i, j, value):
     return pose
 
 
-# -- poses -------------------------------------------------------------------------------------------------------------
+# -- poses
+# -------------------------------------------------------------------------------------------------------------
 
 
 def test_out_of_reach():
@@ -27,8 +28,11 @@ def test_out_of_reach():
     poses[1, 2, 3] += 500.0
     height = 300 * np.sin(0.3) + 250 * np.sin(-0.7) + 500
     far = np.hypot(RADIUS, height)
-    with pytest.raises(ValueError, match=rf"poses\[1\] is out of reach by {far - 550:.4g} mm: its wrist is {far:.6g} mm from the"
-                                         r" shoulder, where q2 and q3 span 50 to 550 mm \(wrist_radius 477\.8"):  # fmt: skip
+    with pytest.raises(
+        ValueError,
+        match=rf"poses\[1\] is out of reach by {far - 550:.4g} mm: its wrist is {far:.6g} mm from the"
+        r" shoulder, where q2 and q3 span 50 to 550 mm \(wrist_radius 477\.8",
+    ):
         GENERIC.inverse(poses, wrist_radius=RADIUS)
 
 
@@ -62,7 +66,9 @@ def test_beyond_a_limit(joint, value, message):
 
 
 def test_elbow_that_the_arm_does_not_have():
-    with pytest.raises(ValueError, match=r"q3 must be in \[-2\.61799, 0\] \(rad\); got 1 at poses\[0\], beyond by 1 rad"):
+    with pytest.raises(
+        ValueError, match=r"q3 must be in \[-2\.61799, 0\] \(rad\); got 1 at poses\[0\], beyond by 1 rad"
+    ):
         GENERIC.inverse([chain(JOINTS)], wrist_radius=RADIUS, branch=1)
 
 
@@ -95,26 +101,32 @@ def test_branches_radii_and_joints():
     for ask in (GENERIC.forward, GENERIC.forward_work, GENERIC.jacobian):
         with pytest.raises(ValueError, match=r"joints\[2\] must be finite \(rad, mm\); got nan"):
             ask([0.0, 0.0, np.nan, 0.0, 0.0, 0.0, 0.0])
-        with pytest.raises(ValueError, match=r"joints must be of shape .*\(\.\.\., 7\) \(rad, mm\); got \(3,\)"):
+        with pytest.raises(
+            ValueError, match=r"joints must be of shape .*\(\.\.\., 7\) \(rad, mm\); got \(3,\)"
+        ):
             ask([0.0, 0.0, 0.0])
     with pytest.raises(ValueError, match=r"of shape \(\.\.\., 7\)"):
         GENERIC.forward_work([0.0] * 5)
 
 
-# -- least squares -----------------------------------------------------------------------------------------------------
+# -- least squares
+# -----------------------------------------------------------------------------------------------------
 
 
 def test_least_squares_that_find_nothing():
     pose = chain(JOINTS)
     pose[2, 3] += 900.0
     with pytest.raises(
-        ValueError, match=r"pose must be within reach of joints in their limits; from this start \d+(\.\d+)? mm and"
+        ValueError,
+        match=r"pose must be within reach of joints in their limits; from this start \d+(\.\d+)? mm and",
     ):
         GENERIC.solve(pose, JOINTS)
 
 
 def test_start_of_least_squares():
-    with pytest.raises(ValueError, match=r"start: q3 must be in \[-2\.61799, 0\] \(rad\); got 0\.2 at poses\[0\]"):
+    with pytest.raises(
+        ValueError, match=r"start: q3 must be in \[-2\.61799, 0\] \(rad\); got 0\.2 at poses\[0\]"
+    ):
         GENERIC.solve(chain(JOINTS), [0.0, 0.0, 0.2, 0.0, 0.0, 0.0, 0.0])
     with pytest.raises(ValueError, match=r"start must be of shape \(7,\); got \(1, 7\)"):
         GENERIC.solve(chain(JOINTS), JOINTS[None])
@@ -122,7 +134,8 @@ def test_start_of_least_squares():
         GENERIC.solve(np.eye(3), JOINTS)
 
 
-# -- the arm -----------------------------------------------------------------------------------------------------------
+# -- the arm
+# -----------------------------------------------------------------------------------------------------------
 
 
 def test_an_arm_that_is_none():
@@ -130,16 +143,22 @@ def test_an_arm_that_is_none():
         GENERIC.replace(a2=0.0)
     with pytest.raises(ValueError, match=r"d5 must be >= 0 \(mm\); got -1\.0"):
         GENERIC.replace(d5=-1.0)
-    with pytest.raises(ValueError, match=r"position_max of q2 must be > position_min \(rad\); got -1\.0 and -0\.5"):
+    with pytest.raises(
+        ValueError, match=r"position_max of q2 must be > position_min \(rad\); got -1\.0 and -0\.5"
+    ):
         GENERIC.replace(
-            position_max=(2.0, -1.0, 0.0, 2.0, 2.0, 1.0, 1.0), position_min=(-2.0, -0.5, -1.0, -2.0, -2.0, -1.0, -1.0)
+            position_max=(2.0, -1.0, 0.0, 2.0, 2.0, 1.0, 1.0),
+            position_min=(-2.0, -0.5, -1.0, -2.0, -2.0, -1.0, -1.0),
         )
     with pytest.raises(ValueError, match=r"speed_max of Y must be > 0 \(mm\); got 0\.0"):
         GENERIC.replace(speed_max=(1.0,) * 6 + (0.0,))
-    with pytest.raises(ValueError, match=r"jerk_max must be seven numbers, of q1, q2, q3, q4, q5, X, Y \(rad, mm\)"):
+    with pytest.raises(
+        ValueError, match=r"jerk_max must be seven numbers, of q1, q2, q3, q4, q5, X, Y \(rad, mm\)"
+    ):
         GENERIC.replace(jerk_max=(1.0,) * 5)
     with pytest.raises(
-        ValueError, match=r"position_max of q1 must be within two turns; units\.deg\(90\) for degrees \(rad\); got 165"
+        ValueError,
+        match=r"position_max of q1 must be within two turns; units\.deg\(90\) for degrees \(rad\); got 165",
     ):
         GENERIC.replace(position_max=(165.0, *GENERIC.position_max[1:]))
     with pytest.raises(ValueError, match=r"Arm has no field 'd6'"):
@@ -147,7 +166,8 @@ def test_an_arm_that_is_none():
     assert isinstance(GENERIC, Arm)
 
 
-# -- tool and force ----------------------------------------------------------------------------------------------------
+# -- tool and force
+# ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("change", "message"), [
@@ -212,14 +232,18 @@ def test_feed_angle_refuses():
         feed_angle([[3.0, 0.0, 0.0]], CONTACT["normal"], [np.eye(4)])
 
 
-# -- branches ----------------------------------------------------------------------------------------------------------
+# -- branches
+# ----------------------------------------------------------------------------------------------------------
 
 
 def test_no_branch_says_which_comes_nearest():
     poses = np.array([chain(JOINTS + np.array([0, 0, 0, 0, 0, 0, y])) for y in (0.0, 100.0, 181.25)])
-    with pytest.raises(ValueError, match=r"runs\[1\] has no branch within limits; nearest comes branch 0"
-                                         r" \(forward, elbow up\) at wrist radius 477\.811 mm: Y must be in \[-200, 200\]"
-                                         r" \(mm\); got 201\.25 at poses\[2\], beyond by 1\.25 mm"):  # fmt: skip
+    with pytest.raises(
+        ValueError,
+        match=r"runs\[1\] has no branch within limits; nearest comes branch 0"
+        r" \(forward, elbow up\) at wrist radius 477\.811 mm: Y must be in \[-200, 200\]"
+        r" \(mm\); got 201\.25 at poses\[2\], beyond by 1\.25 mm",
+    ):
         choose_branches(GENERIC, [poses[:2], poses], wrist_radii=RADIUS)
 
 
@@ -230,7 +254,9 @@ def test_runs_and_radii():
         choose_branches(GENERIC, [np.empty((0, 4, 4))])
     with pytest.raises(ValueError, match=r"wrist_radii\[1\] must be > 0 \(mm\); got -5\.0"):
         choose_branches(GENERIC, [[chain(JOINTS)]], wrist_radii=[300.0, -5.0])
-    with pytest.raises(ValueError, match=r"wrist_radii must be one number or a list of them \(mm\); got \[\]"):
+    with pytest.raises(
+        ValueError, match=r"wrist_radii must be one number or a list of them \(mm\); got \[\]"
+    ):
         choose_branches(GENERIC, [[chain(JOINTS)]], wrist_radii=[])
     with pytest.raises(ValueError, match=r"branch must be one of 0, 1, 2, 3; got -1"):
         corner_jumps(GENERIC, [[chain(JOINTS)]], branch=-1)

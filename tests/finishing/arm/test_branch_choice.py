@@ -1,4 +1,6 @@
-"""Choice of branches and wrist radii against all combinations; what corners cost a heading that follows the feed."""
+"""Choice of branches and wrist radii against all combinations; what corners cost a heading that follows the
+feed.
+"""
 
 import itertools
 
@@ -48,15 +50,23 @@ def test_choice_is_the_best_of_all_combinations(arm, seed):
     rng = np.random.default_rng(seed)
     runs = [run(rng) for _ in range(4)]
     radii = [280.0, 330.0, 400.0] if arm is GENERIC else [300.0, 380.0]
-    arm = arm.replace(position_min=(*arm.position_min[:5], -900.0, -900.0), position_max=(*arm.position_max[:5], 900.0, 900.0))
+    arm = arm.replace(
+        position_min=(*arm.position_min[:5], -900.0, -900.0),
+        position_max=(*arm.position_max[:5], 900.0, 900.0),
+    )
     pairs = list(itertools.product(range(4), radii))
     joints = costs(arm, runs, pairs)
     open_to = [[p for p, q in enumerate(row) if q is not None] for row in joints]
-    best = min(total([row[p] for row, p in zip(joints, picked, strict=True)]) for picked in itertools.product(*open_to))
+    best = min(
+        total([row[p] for row, p in zip(joints, picked, strict=True)])
+        for picked in itertools.product(*open_to)
+    )
     found = choose_branches(arm, runs, wrist_radii=radii)
     assert total([chosen.joints for chosen in found]) == pytest.approx(best, rel=1e-12)
     for poses, chosen in zip(runs, found, strict=True):
-        assert np.array_equal(chosen.joints, arm.inverse(poses, wrist_radius=chosen.wrist_radius, branch=chosen.branch))
+        assert np.array_equal(
+            chosen.joints, arm.inverse(poses, wrist_radius=chosen.wrist_radius, branch=chosen.branch)
+        )
 
 
 def test_greedy_choice_would_be_worse():
@@ -66,14 +76,15 @@ def test_greedy_choice_would_be_worse():
         rng = np.random.default_rng(seed)
         runs = [run(rng) for _ in range(4)]
         joints = [
-            [q for q in row if q is not None] for row in costs(WIDE, runs, list(itertools.product(range(4), [300.0, 380.0])))
+            [q for q in row if q is not None]
+            for row in costs(WIDE, runs, list(itertools.product(range(4), [300.0, 380.0])))
         ]
         taken = [min(joints[0], key=lambda q: time(np.diff(q, axis=0)))]
         for row in joints[1:]:
             taken.append(min(row, key=lambda q: total([taken[-1], q])))
-        worse += total(taken) > total([each.joints for each in choose_branches(WIDE, runs, wrist_radii=[300.0, 380.0])]) * (
-            1 + 1e-9
-        )
+        worse += total(taken) > total(
+            [each.joints for each in choose_branches(WIDE, runs, wrist_radii=[300.0, 380.0])]
+        ) * (1 + 1e-9)
     assert worse >= 6
 
 
@@ -89,8 +100,13 @@ def test_one_run_takes_the_way_of_least_travel():
 
 
 def test_a_branch_never_changes_inside_a_run():
-    """Poses that the arm can take one by one only, some forward and some backward: refused, though each is within reach."""
-    forward, backward = chain([2.6, 0.4, -1.2, 0.0, 0.0, 0.0, 0.0]), chain([-2.6, 0.4, -1.2, 0.0, 0.0, 0.0, 0.0])
+    """Poses that the arm can take one by one only, some forward and some backward: refused, though each is
+    within reach.
+    """
+    forward, backward = (
+        chain([2.6, 0.4, -1.2, 0.0, 0.0, 0.0, 0.0]),
+        chain([-2.6, 0.4, -1.2, 0.0, 0.0, 0.0, 0.0]),
+    )
     between = chain([np.pi, 0.4, -1.2, 0.0, 0.0, 0.0, 0.0])
     radius = float(300 * np.cos(0.4) + 250 * np.cos(-0.8))
     arm = GENERIC.replace(position_min=(*GENERIC.position_min[:5], -900.0, -900.0),
@@ -102,13 +118,18 @@ def test_a_branch_never_changes_inside_a_run():
 
 
 def test_coming_through_the_vertical_is_no_smooth_way():
-    poses = np.array([chain([0.1, 0.4, -1.2, 0.8 - np.pi / 2 + a, 0.0, 0.0, 0.0]) for a in (-0.1, -0.05, 0.04, 0.1)])
+    poses = np.array(
+        [chain([0.1, 0.4, -1.2, 0.8 - np.pi / 2 + a, 0.0, 0.0, 0.0]) for a in (-0.1, -0.05, 0.04, 0.1)]
+    )
     radius = float(300 * np.cos(0.4) + 250 * np.cos(-0.8))
-    with pytest.raises(ValueError, match=r"q1 must turn by at most 1 \(rad\) .* got 3\.142 between poses\[1\] and poses\[2\]"):
+    with pytest.raises(
+        ValueError, match=r"q1 must turn by at most 1 \(rad\) .* got 3\.142 between poses\[1\] and poses\[2\]"
+    ):
         choose_branches(WIDE, [poses], wrist_radii=radius)
 
 
-# -- headings ----------------------------------------------------------------------------------------------------------
+# -- headings
+# ----------------------------------------------------------------------------------------------------------
 
 
 def hilbert(order):
@@ -116,7 +137,9 @@ def hilbert(order):
     if order == 0:
         return np.zeros((1, 2))
     inner, side = hilbert(order - 1), 2 ** (order - 1)
-    return np.vstack([inner[:, ::-1], inner + np.array([0, side]), inner + side, [2 * side - 1, side - 1] - inner[:, ::-1]])
+    return np.vstack(
+        [inner[:, ::-1], inner + np.array([0, side]), inner + side, [2 * side - 1, side - 1] - inner[:, ::-1]]
+    )
 
 
 def legs(nodes, pushed=False):
@@ -124,7 +147,9 @@ def legs(nodes, pushed=False):
     out = []
     for begin, end in itertools.pairwise(np.column_stack([nodes, np.zeros(len(nodes))])):
         feed = np.tile((end - begin) / np.linalg.norm(end - begin), (2, 1))
-        out.append(tool_poses([begin, end], feed, [[0, 0, 1.0]] * 2, heading="feed_aligned", pushed=pushed, **HELD))
+        out.append(
+            tool_poses([begin, end], feed, [[0, 0, 1.0]] * 2, heading="feed_aligned", pushed=pushed, **HELD)
+        )
     return out
 
 
@@ -169,7 +194,9 @@ def test_jumps_are_those_of_the_joints():
 
 def test_a_reversal_takes_1038_mm_or_120_degrees_of_pitch():
     feeds = ([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0])
-    there, back = (tool_poses([[3.0, 4.0, 5.0]], [feed], [[0, 0, 1.0]], heading="feed_aligned", **HELD) for feed in feeds)
+    there, back = (
+        tool_poses([[3.0, 4.0, 5.0]], [feed], [[0, 0, 1.0]], heading="feed_aligned", **HELD) for feed in feeds
+    )
     jumps = corner_jumps(GENERIC, [there, back])
     assert np.hypot(*jumps.table[0]) == pytest.approx(2 * REACH, abs=1e-9)
     assert np.hypot(*jumps.table[0]) == pytest.approx(1038, abs=0.5)
@@ -190,7 +217,9 @@ def test_corners_are_refused_by_the_limits_of_the_table():
 
 
 def test_a_whole_feed_aligned_path_as_one_run_is_refused_at_its_corner():
-    with pytest.raises(ValueError, match=r"between poses\[1\] and poses\[2\], where the heading has a corner"):
+    with pytest.raises(
+        ValueError, match=r"between poses\[1\] and poses\[2\], where the heading has a corner"
+    ):
         choose_branches(WIDE, [np.concatenate(legs(hilbert(1)))])
 
 
@@ -202,7 +231,9 @@ def test_fixed_heading_needs_no_turn_on_a_flat():
     poses[:, 2, 3] += 100.0
     (chosen,) = choose_branches(GENERIC, [poses])
     assert np.ptp(chosen.joints[:, :5], axis=0) == pytest.approx(np.zeros(5), abs=1e-12)
-    assert chosen.joints[:, 5:] - chosen.joints[0, 5:] == pytest.approx(-nodes[:-1, :2] + nodes[0, :2], abs=1e-9)
+    assert chosen.joints[:, 5:] - chosen.joints[0, 5:] == pytest.approx(
+        -nodes[:-1, :2] + nodes[0, :2], abs=1e-9
+    )
 
 
 def test_pitch_cosine_is_how_much_faster_the_first_joint_turns():
@@ -210,5 +241,7 @@ def test_pitch_cosine_is_how_much_faster_the_first_joint_turns():
     for tilt in (0.0, 0.5, 1.2):
         pose = chain([0.3, 0.4, -1.2, 0.8 + tilt, 0.0, 0.0, 0.0])
         nearby = chain([0.3 + 1e-6, 0.4, -1.2, 0.8 + tilt, 0.0, 0.0, 0.0])
-        assert np.linalg.norm(nearby[:3, 2] - pose[:3, 2]) / 1e-6 == pytest.approx(pitch_cosine(pose[None])[0], abs=1e-6)
+        assert np.linalg.norm(nearby[:3, 2] - pose[:3, 2]) / 1e-6 == pytest.approx(
+            pitch_cosine(pose[None])[0], abs=1e-6
+        )
         assert pitch_cosine(pose[None])[0] == pytest.approx(abs(np.cos(tilt)), abs=1e-12)

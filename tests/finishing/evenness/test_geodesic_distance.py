@@ -1,4 +1,6 @@
-"""Distance from a border: closed forms, its order, geodesics traced by another way, and passes at equal distances."""
+"""Distance from a border: closed forms, its order, geodesics traced by another way, and passes at equal
+distances.
+"""
 
 from itertools import pairwise
 
@@ -10,13 +12,21 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial import cKDTree
 
 from sdpgrind.finishing import Surface, zigzag
-from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
+from sdpgrind.finishing.surface import (
+    cylinder_surface,
+    flat_surface,
+    nominal_surface,
+    sphere_surface,
+    uneven_surfaces,
+)
 
 RADIUS = 50.0
 
 
 def sphere(nodes):
-    """Error on a sphere from a meridian, where the foot of the perpendicular lies on it: d = R asin(cos lat sin lon)."""
+    """Error on a sphere from a meridian, where the foot of the perpendicular lies on it: d = R asin(cos lat
+    sin lon).
+    """
     lat, lon = np.meshgrid(np.linspace(-0.5, 0.5, nodes), np.linspace(0, 1, nodes), indexing="ij")
     h = 1 / (nodes - 1)
     d = solved((h * RADIUS) ** 2 + 0 * lat, 0 * lat, (h * RADIUS * np.cos(lat)) ** 2)
@@ -25,11 +35,18 @@ def sphere(nodes):
 
 
 def skewed(nodes):
-    """Error on a flat with a skewed, bent grid from the x axis, where the foot lies on the border: d = y; and beside it."""
+    """Error on a flat with a skewed, bent grid from the x axis, where the foot lies on the border: d = y; and
+    beside it.
+    """
     u, v = np.meshgrid(*2 * [np.linspace(0, 1, nodes)], indexing="ij")
     h = 1 / (nodes - 1)
     x, y = 50 * u + 20 * v + 4 * np.sin(3 * u) * v, 50 * v + 8 * v * np.sin(2 * u)
-    xu, xv, yu, yv = 50 + 12 * np.cos(3 * u) * v, 20 + 4 * np.sin(3 * u), 16 * v * np.cos(2 * u), 50 + 8 * np.sin(2 * u)
+    xu, xv, yu, yv = (
+        50 + 12 * np.cos(3 * u) * v,
+        20 + 4 * np.sin(3 * u),
+        16 * v * np.cos(2 * u),
+        50 + 8 * np.sin(2 * u),
+    )
     d = solved(h**2 * (xu**2 + yu**2), h**2 * (xu * xv + yu * yv), h**2 * (xv**2 + yv**2))
     error = np.abs(d - np.hypot(np.maximum(x - 50, 0), y))
     return error[x <= 48], error[x > 50]
@@ -46,7 +63,9 @@ def test_second_order_from_a_smooth_border():
 def test_first_order_round_a_corner():
     """Where fronts go round the end of the border nothing is better than first order, and small."""
     worst = [skewed(nodes)[1].max() for nodes in (65, 129, 257)]
-    assert worst[0] / worst[1] == pytest.approx(2, rel=0.1) and worst[1] / worst[2] == pytest.approx(2, rel=0.1)
+    assert worst[0] / worst[1] == pytest.approx(2, rel=0.1) and worst[1] / worst[2] == pytest.approx(
+        2, rel=0.1
+    )
     assert worst[2] < 0.02
 
 
@@ -65,7 +84,9 @@ def test_flat_and_cylinder_are_exact():
 
 
 def test_sweeps_are_their_slow_twin():
-    """Each node by the least way through the edge of a triangle around it, found by a minimiser, until nothing changes."""
+    """Each node by the least way through the edge of a triangle around it, found by a minimiser, until
+    nothing changes.
+    """
     rng = np.random.default_rng(3)
     n = 7
     E, G = rng.uniform(1, 2, (2, n, n))
@@ -87,7 +108,9 @@ def test_sweeps_are_their_slow_twin():
                 inside = all(0 <= i + p < n and 0 <= j + q < n for p, q in (a, b))
                 if inside and np.isfinite([twin[i + a[0], j + a[1]], twin[i + b[0], j + b[1]]]).all():
                     place = i, j, a, b
-                    found = minimize_scalar(way, bounds=(0, 1), args=place, method="bounded", options={"xatol": 1e-9}).fun
+                    found = minimize_scalar(
+                        way, bounds=(0, 1), args=place, method="bounded", options={"xatol": 1e-9}
+                    ).fun
                     twin[i, j] = min(twin[i, j], found, way(0.0, *place), way(1.0, *place))
     np.testing.assert_allclose(d, twin, atol=1e-7)
 
@@ -119,7 +142,8 @@ def test_traced_geodesics(u, length):
     assert np.array([1 - a, a]) @ corner @ np.array([1 - b, b]) == pytest.approx(length, abs=2e-3)
 
 
-# Passes ------------------------------------------------------------------------------------------------------------
+# Passes
+# ------------------------------------------------------------------------------------------------------------
 
 
 def test_gaps_are_equal_along_the_passes():
@@ -133,13 +157,17 @@ def test_gaps_are_equal_along_the_passes():
     assert max(map(np.ptp, gaps)) < 0.02 and np.ptp(np.concatenate(gaps)) < 0.03
     assert np.concatenate(gaps).max() <= 2.0
     straight = zigzag(nominal_surface(), 2.0, along="v")
-    assert path.metrics(1.0, surface_step=0.3).coverage > 0.99 and straight.pattern == path.pattern == "zigzag"
+    assert (
+        path.metrics(1.0, surface_step=0.3).coverage > 0.99 and straight.pattern == path.pattern == "zigzag"
+    )
 
 
 def test_much_is_saved_on_an_uneven_surface():
     """A grid that is bent on a steep surface: lines of it are as close in places as they are wide in others."""
     surface = uneven_surfaces()["steep"]
-    lines, curves = (zigzag(surface, 2.0, mapping=mapping, along="v") for mapping in ("equal_spacing", "geodesic"))
+    lines, curves = (
+        zigzag(surface, 2.0, mapping=mapping, along="v") for mapping in ("equal_spacing", "geodesic")
+    )
     assert curves.length < 0.87 * lines.length
     assert curves.metrics(1.0, surface_step=0.3).coverage > 0.99
 
@@ -158,14 +186,19 @@ def test_passes_end_on_the_other_border_where_it_is_near(pitch):
 
 
 def test_kinks_are_sharp_corners():
-    """From a parabola y = 0.04 x^2 fronts meet above its focal length 12.5; some way before it they are but round."""
-    net = [[[x, low + 45 * y, 0.0] for y in (0.0, 1.0)] for x, low in ((-25.0, 25.0), (0.0, -25.0), (25.0, 25.0))]
+    """From a parabola y = 0.04 x^2 fronts meet above its focal length 12.5; some way before it they are but
+    round.
+    """
+    net = [
+        [[x, low + 45 * y, 0.0] for y in (0.0, 1.0)] for x, low in ((-25.0, 25.0), (0.0, -25.0), (25.0, 25.0))
+    ]
     surface = Surface.bspline(net, degree=(2, 1))
     field = distance_field(Square(surface, "parametric", "u"))
     border = surface.grid(np.linspace(0, 1, 20001), [0.0]).point[:, 0]
     middle = surface.grid([0.5], field.c).point[0]
     exact = cKDTree(border).query(middle)[0]
-    np.testing.assert_allclose(field.distance[128][exact < 26], exact[exact < 26], atol=0.02)  # then it is round the ends
+    # then it is round the ends
+    np.testing.assert_allclose(field.distance[128][exact < 26], exact[exact < 26], atol=0.02)
     path = zigzag(surface, 2.0, mapping="geodesic")
     corner = path.points[path.runs[1:, 0]]
     kinks = np.sort(corner[np.abs(corner[:, 0]) < 2.0, 1])
@@ -176,7 +209,9 @@ def test_refused_where_passes_turn_back():
     """Behind a bump that is longer to climb than to go round, distances fall again."""
     g = np.linspace(0, 1, 9)
     x, y = np.meshgrid(50 * g, 50 * g, indexing="ij")
-    bump = Surface.bspline(np.stack([x, y, 80 * np.exp(-(((x - 25) / 6) ** 2) - ((y - 25) / 6) ** 2)], axis=-1))
+    bump = Surface.bspline(
+        np.stack([x, y, 80 * np.exp(-(((x - 25) / 6) ** 2) - ((y - 25) / 6) ** 2)], axis=-1)
+    )
     message = (
         r"^mapping must be another one than 'geodesic', or along the other side: the distance from the border falls at "
         r"\(a, b\) = \(0\.\d{3}, 0\.\d{3}\) of the square, where a pass of equal distance would turn back; got along='u'$"
@@ -186,7 +221,9 @@ def test_refused_where_passes_turn_back():
 
 
 def test_refused_on_creases():
-    crease = Surface.bspline([[[x, y, abs(x - 25)] for y in (0.0, 50.0)] for x in (0.0, 25.0, 50.0)], degree=(1, 1))
+    crease = Surface.bspline(
+        [[[x, y, abs(x - 25)] for y in (0.0, 50.0)] for x in (0.0, 25.0, 50.0)], degree=(1, 1)
+    )
     message = (
         r"^mapping must be another one than 'geodesic' on a surface whose tangents jump: its knot u = 0.5 is there 1 times "
         r"at degree 1$"
@@ -197,7 +234,8 @@ def test_refused_on_creases():
 
 def test_refused_at_a_pole():
     with pytest.raises(
-        ValueError, match=r"^mapping must be another one for a zigzag on a surface with a pole, where lines would"
+        ValueError,
+        match=r"^mapping must be another one for a zigzag on a surface with a pole, where lines would",
     ):
         zigzag(sphere_surface(40.0), 2.0, mapping="equal_area")
 

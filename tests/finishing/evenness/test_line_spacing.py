@@ -72,7 +72,9 @@ def test_flat(pitch):
 
 
 def test_cylinder_by_its_angle():
-    """A rational quarter of a cylinder, whose parameter is not its angle: lines along the axis stand at even angles."""
+    """A rational quarter of a cylinder, whose parameter is not its angle: lines along the axis stand at even
+    angles.
+    """
     surface = cylinder_surface(30.0, 50.0)
     along = "u" if surface.degree == (1, 2) else "v"
     lines = spacing.equal_spacing(Square(surface, "parametric", along).gaps(), 2.0)
@@ -96,16 +98,24 @@ def test_kernel_is_its_slow_twin():
         lines.append(min(place(row, far + (2.0 if k else 1.0)) for row, far in enumerate(reached)))
         reached = thin.at(np.array(lines[-1:]))[:, 0]
     np.testing.assert_allclose(march(thin.total, thin.slope, thin.across, 2.0, 6), lines, atol=1e-10)
-    each = [value(total, slope, thin.across, lines[2]) for total, slope in zip(thin.total, thin.slope, strict=True)]
+    each = [
+        value(total, slope, thin.across, lines[2])
+        for total, slope in zip(thin.total, thin.slope, strict=True)
+    ]
     np.testing.assert_allclose(each, thin.at(np.array(lines))[:, 2], rtol=1e-13)
 
 
-# Paths -------------------------------------------------------------------------------------------------------------
+# Paths
+# -------------------------------------------------------------------------------------------------------------
 
 
 def test_flat_zigzag():
     path = zigzag(flat_surface(8.0), 1.0)
-    assert path.pattern == "zigzag" and path.nodes.shape == (64, 2) and path.length == pytest.approx(63.0, abs=1e-9)
+    assert (
+        path.pattern == "zigzag"
+        and path.nodes.shape == (64, 2)
+        and path.length == pytest.approx(63.0, abs=1e-9)
+    )
     x, y = path.points.T[:2]
     np.testing.assert_allclose(x[:16], [*np.arange(0.5, 8), *np.arange(0.5, 8)[::-1]], atol=1e-9)
     np.testing.assert_allclose(y, np.repeat(np.arange(0.5, 8), 8), atol=1e-9)
@@ -114,20 +124,27 @@ def test_flat_zigzag():
 
 
 def test_equal_spacing_comes_near_the_least_length():
-    """Area over pitch is the least; border to border it would be 97 % of that, and half a pitch inside it is more."""
+    """Area over pitch is the least; border to border it would be 97 % of that, and half a pitch inside it is
+    more.
+    """
     surface = nominal_surface()
     path = zigzag(surface, 1.0)
     assert surface.area / path.length == pytest.approx(0.988, abs=2e-3)
     lines = np.unique(path.nodes[:, 1].round(12))
     passes = surface.grid(np.linspace(0, 1, 2001), lines).point
-    whole = np.linalg.norm(np.diff(passes, axis=0), axis=2).sum() + np.linalg.norm(np.diff(passes[0], axis=0), axis=1).sum()
+    whole = (
+        np.linalg.norm(np.diff(passes, axis=0), axis=2).sum()
+        + np.linalg.norm(np.diff(passes[0], axis=0), axis=1).sum()
+    )
     assert surface.area / whole == pytest.approx(0.97, abs=2e-3)
     assert zigzag(surface, 1.0, mapping="parametric").length > path.length
 
 
 @pytest.mark.parametrize("mapping", ["equal_spacing", "equal_area", "geodesic"])
 def test_rounded_connectors(mapping):
-    """One smooth run whose arcs have the radius asked for, next to what a spline through an arc's end overshoots."""
+    """One smooth run whose arcs have the radius asked for, next to what a spline through an arc's end
+    overshoots.
+    """
     path = zigzag(nominal_surface(), 3.0, mapping=mapping, radius=1.0)
     bend = np.linalg.norm(path.sample(per_leg=4).curvature_vector, axis=1)
     assert len(path.runs) == 1 and 1.0 < bend.max() < 1.25

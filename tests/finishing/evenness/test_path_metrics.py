@@ -1,4 +1,6 @@
-"""What a path is worth: closed forms on a flat, brute force, areas by positions alone, the numbers of an uneven surface."""
+"""What a path is worth: closed forms on a flat, brute force, areas by positions alone, the numbers of an
+uneven surface.
+"""
 
 import numpy as np
 import pytest
@@ -24,17 +26,28 @@ def test_hilbert_and_zigzag_at_half_a_pitch():
     assert (round(curve.coverage, 3), round(passes.coverage, 3)) == (0.955, 0.985)
     for found in (curve, passes):
         assert found.largest_gap == pytest.approx(np.sqrt(2), abs=1e-6)
-        assert found.length == pytest.approx(63) and found.step_mean == pytest.approx(1) and found.step_cv < 1e-12
+        assert (
+            found.length == pytest.approx(63)
+            and found.step_mean == pytest.approx(1)
+            and found.step_cv < 1e-12
+        )
         assert found.cell_area_cv < 1e-12
 
 
 def test_vertices_that_no_leg_touches():
-    """47 of the 961 inside order 5 are further than 0.707 pitches less nothing, and are reached from there on."""
+    """47 of the 961 inside order 5 are further than 0.707 pitches less nothing, and are reached from there
+    on.
+    """
     nodes = hilbert_nodes(5)
-    legs = {tuple(sorted(map(tuple, pair))) for pair in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True)}
+    legs = {
+        tuple(sorted(map(tuple, pair))) for pair in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True)
+    }
     around = ((0, 0, 1, 0), (0, 1, 1, 1), (0, 0, 0, 1), (1, 0, 1, 1))
     free = [
-        (i, j) for i in range(31) for j in range(31) if not any(((i + a, j + b), (i + c, j + d)) in legs for a, b, c, d in around)
+        (i, j)
+        for i in range(31)
+        for j in range(31)
+        if not any(((i + a, j + b), (i + c, j + d)) in legs for a, b, c, d in around)
     ]
     assert len(free) == 47
     path = hilbert(flat_surface(32.0), 5, mapping="parametric")
@@ -75,11 +88,14 @@ def test_samples_are_as_close_as_told():
 
 def test_a_wider_footprint_covers_more():
     path = hilbert(nominal_surface(), 3)
-    shares = [path.metrics(radius, surface_step=0.5, path_step=0.3).coverage for radius in (1.0, 2.0, 3.0, 6.0)]
+    shares = [
+        path.metrics(radius, surface_step=0.5, path_step=0.3).coverage for radius in (1.0, 2.0, 3.0, 6.0)
+    ]
     assert shares == sorted(shares) and shares[0] < 0.5 and shares[-1] == 1.0
 
 
-# Cells -------------------------------------------------------------------------------------------------------------
+# Cells
+# -------------------------------------------------------------------------------------------------------------
 
 
 def below(surface, u, v, count=400):
@@ -97,7 +113,9 @@ def test_cells_of_equal_area(name):
     path = hilbert(surface, 4)
     assert path.metrics(2.0, surface_step=1.0, path_step=0.5).cell_area_cv <= 1e-3
     assert cell_areas(path).sum() == pytest.approx(surface.area, rel=1e-4)
-    edges = Path(surface, np.stack(np.broadcast_arrays(0.3, [0.25, 0.5, 0.75]), axis=1), mapping="equal_area").uv
+    edges = Path(
+        surface, np.stack(np.broadcast_arrays(0.3, [0.25, 0.5, 0.75]), axis=1), mapping="equal_area"
+    ).uv
     share = below(surface, edges[:, 0], edges[:, 1]) / below(surface, edges[:1, 0], np.array([1.0]))
     np.testing.assert_allclose(share, [0.25, 0.5, 0.75], atol=2e-4)
     assert hilbert(surface, 4, mapping="parametric").metrics(2.0, surface_step=1.0).cell_area_cv > 0.3
@@ -120,14 +138,16 @@ def test_no_cells_for_other_paths():
     assert found.cell_area_cv is None and "cell areas     not defined for this pattern" in repr(found)
 
 
-# An uneven surface -------------------------------------------------------------------------------------------------
+# An uneven surface
+# -------------------------------------------------------------------------------------------------
 
 
 def test_equal_area_is_more_even():
     """Less than half the gap and the spread of steps, for a few percent of length."""
     surface = uneven_surfaces()["crowded"]
     plain, even = (
-        hilbert(surface, 5, mapping=mapping).metrics(0.8, surface_step=0.2) for mapping in ("parametric", "equal_area")
+        hilbert(surface, 5, mapping=mapping).metrics(0.8, surface_step=0.2)
+        for mapping in ("parametric", "equal_area")
     )
     assert even.largest_gap < 0.6 * plain.largest_gap
     assert even.step_cv < 0.5 * plain.step_cv
@@ -141,7 +161,8 @@ def test_text():
     assert "within 3 mm of the path" in text and "0.5 mm on the surface, 0.2 mm on the path)" in text
 
 
-# Refused -----------------------------------------------------------------------------------------------------------
+# Refused
+# -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0])
@@ -161,10 +182,19 @@ def test_refused_sizes(value):
         ({"pitch": 0.0}, r"^pitch must be > 0 \(mm\); got 0.0$"),
         ({"pitch": -1.0}, r"^pitch must be > 0 \(mm\); got -1.0$"),
         ({"pitch": 50.0}, r"^pitch must be < 50, the lesser side of the surface \(mm\); got 50.0$"),
-        ({"pitch": 1e-3}, r"^pitch must be >= 0.012: else a path has more than 16777216 nodes \(mm\); got 0.001$"),
+        (
+            {"pitch": 1e-3},
+            r"^pitch must be >= 0.012: else a path has more than 16777216 nodes \(mm\); got 0.001$",
+        ),
         ({"radius": -0.1}, r"^radius must be >= 0 \(mm\); got -0.1$"),
-        ({"radius": 1.1}, r"^radius must be <= 1, what fits between the passes at their ends \(mm\); got 1.1$"),
-        ({"mapping": "even"}, r"^mapping must be one of equal_spacing, parametric, equal_area, geodesic; got 'even'$"),
+        (
+            {"radius": 1.1},
+            r"^radius must be <= 1, what fits between the passes at their ends \(mm\); got 1.1$",
+        ),
+        (
+            {"mapping": "even"},
+            r"^mapping must be one of equal_spacing, parametric, equal_area, geodesic; got 'even'$",
+        ),
         ({"along": "x"}, r"^along must be one of u, v; got 'x'$"),
     ],
 )
@@ -178,7 +208,8 @@ def test_refused_surface():
         zigzag(3.0, 1.0)
 
 
-# Sampling -------------------------------------------------------------------------------------------------------------
+# Sampling
+# -------------------------------------------------------------------------------------------------------------
 
 
 def test_coarse_steps_are_made_finer():
@@ -196,7 +227,8 @@ def test_coarse_steps_are_made_finer():
 def test_too_many_samples():
     path = zigzag(flat_surface(50.0), 1.5)
     with pytest.raises(
-        ValueError, match=r"surface_step must be larger: 0.0001 mm asks for 2.5e\+11 samples, more than 3e\+07; give"
+        ValueError,
+        match=r"surface_step must be larger: 0.0001 mm asks for 2.5e\+11 samples, more than 3e\+07; give",
     ):
         path.metrics(1e-3)
     with pytest.raises(ValueError, match=r"path_step must be larger: 1e-06 mm asks for 1.7e\+09 samples"):

@@ -20,7 +20,9 @@ def test_line_ends_and_title(pyplot):
     figure = path.plot()
     axes, bar = figure.axes
     line = next(each for each in axes.collections if type(each).__name__ == "Line3DCollection")
-    assert line.get_array().max() == pytest.approx(path.length) and line.norm.vmax == pytest.approx(path.length)
+    assert line.get_array().max() == pytest.approx(path.length) and line.norm.vmax == pytest.approx(
+        path.length
+    )
     dot, square = (each for each in axes.lines if each.get_marker() in "os")
     np.testing.assert_allclose(np.ravel(dot.get_data_3d()), path.points[0], rtol=1e-9)
     np.testing.assert_allclose(np.ravel(square.get_data_3d()), path.points[-1], rtol=1e-9)

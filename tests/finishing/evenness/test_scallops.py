@@ -11,7 +11,9 @@ from sdpgrind.finishing.path import ball_footprint, cusp_roughness, scallop_heig
 
 
 def next_to_cylinder(ball, pitch, curvature):
-    """Height over a cylinder of that curvature (> 0: ball inside) of the point where two circles meet; passes along its axis."""
+    """Height over a cylinder of that curvature (> 0: ball inside) of the point where two circles meet; passes
+    along its axis.
+    """
     radius, centre = 1 / curvature, 1 / curvature - ball
     half = pitch * curvature / 2
     return radius - centre * cos(half) - sqrt(ball**2 - (centre * sin(half)) ** 2)
@@ -20,7 +22,9 @@ def next_to_cylinder(ball, pitch, curvature):
 @given(st.floats(0.5, 50), st.floats(1e-4, 1.9))
 def test_flat_is_exact(radius, share):
     pitch = share * radius
-    assert scallop_height(radius, pitch) == pytest.approx(radius - sqrt(radius**2 - pitch**2 / 4), abs=4e-16 * radius)
+    assert scallop_height(radius, pitch) == pytest.approx(
+        radius - sqrt(radius**2 - pitch**2 / 4), abs=4e-16 * radius
+    )
 
 
 @pytest.mark.parametrize("curvature", [0.02, -0.02, 0.1, -0.1])
@@ -54,7 +58,10 @@ def test_roughness_by_quadrature(radius, share):
         return
     mean = radius - (half * sqrt(radius**2 - half**2) + radius**2 * asin(half / radius)) / (2 * half)
     cross = sqrt(mean * (2 * radius - mean))
-    found = quad(lambda x: abs(height(x) - mean), 0, half, points=[cross], epsabs=0, epsrel=1e-9, limit=200)[0] / half
+    found = (
+        quad(lambda x: abs(height(x) - mean), 0, half, points=[cross], epsabs=0, epsrel=1e-9, limit=200)[0]
+        / half
+    )
     assert cusp_roughness(radius, 2 * half) == pytest.approx(found, rel=1e-7)
 
 
@@ -77,7 +84,8 @@ def test_footprint_of_a_ball():
     assert ball_footprint(3.0, 3.0) == pytest.approx(3 * sqrt(2))
 
 
-# Refused -----------------------------------------------------------------------------------------------------------
+# Refused
+# -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("function", [scallop_height, cusp_roughness])
@@ -87,7 +95,10 @@ def test_footprint_of_a_ball():
         ((0.0, 0.2), r"^tool_radius must be > 0 \(mm\); got 0.0$"),
         ((2.0, -0.2), r"^pitch must be > 0 \(mm\); got -0.2$"),
         ((2.0, float("nan")), r"^pitch must be finite \(mm\); got nan$"),
-        ((2.0, 0.2, 0.5), r"^normal_curvature must be < 1/tool_radius = 0.5: else the ball gouges \(1/mm\); got 0.5$"),
+        (
+            (2.0, 0.2, 0.5),
+            r"^normal_curvature must be < 1/tool_radius = 0.5: else the ball gouges \(1/mm\); got 0.5$",
+        ),
         ((2.0, 4.1), r"^pitch must be <= 4: else passes of the ball do not meet \(mm\); got 4.1$"),
         ((2.0, 2.1, -0.5), r"^pitch must be <= 2: else passes of the ball do not meet \(mm\); got 2.1$"),
     ],

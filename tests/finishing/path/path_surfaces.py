@@ -1,9 +1,17 @@
-"""Surfaces and paths that the tests of paths share, and a slow, obvious twin of a path: scipy's splines and quadrature."""
+"""Surfaces and paths that the tests of paths share, and a slow, obvious twin of a path: scipy's splines and
+quadrature.
+"""
 
 import numpy as np
 from scipy.interpolate import BSpline
 
-from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
+from sdpgrind.finishing.surface import (
+    cylinder_surface,
+    flat_surface,
+    nominal_surface,
+    sphere_surface,
+    uneven_surfaces,
+)
 
 UNEVEN = uneven_surfaces()
 SURFACES = {"nominal": nominal_surface(), "cylinder": cylinder_surface(20.0, 50.0, inside=True), **UNEVEN}

@@ -1,4 +1,6 @@
-"""Equal areas: cells by triangles, shares by quadrature, closed forms on cylinder and sphere, derivatives by differences."""
+"""Equal areas: cells by triangles, shares by quadrature, closed forms on cylinder and sphere, derivatives by
+differences.
+"""
 
 import numpy as np
 import pytest
@@ -7,7 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sdpgrind.finishing import Surface, hilbert
-from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
+from sdpgrind.finishing.surface import (
+    cylinder_surface,
+    flat_surface,
+    nominal_surface,
+    sphere_surface,
+    uneven_surfaces,
+)
 
 UNEVEN = uneven_surfaces()
 SURFACES = {"nominal": nominal_surface(), **UNEVEN}
@@ -104,7 +112,9 @@ def test_a_flat_square_is_mapped_onto_itself():
     rng = np.random.default_rng(0)
     curve = rng.uniform(0.1, 0.9, (50, 3, 2))
     surface = flat_surface(30.0)
-    np.testing.assert_allclose(equal_area(surface).carried(curve), mapping_of("parametric", surface).carried(curve), atol=1e-12)
+    np.testing.assert_allclose(
+        equal_area(surface).carried(curve), mapping_of("parametric", surface).carried(curve), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("name", SURFACES)
@@ -117,10 +127,16 @@ def test_edges_stay_edges(name):
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_derivatives_are_those_of_the_map(name):
-    """A curve (a, b)(t) through the map, against central differences of its places and of its first derivatives."""
+    """A curve (a, b)(t) through the map, against central differences of its places and of its first
+    derivatives.
+    """
     surface = SURFACES[name]
     rng = np.random.default_rng(3)
-    start, speed, bend = rng.uniform(0.25, 0.75, (40, 2)), rng.normal(0, 1.0, (40, 2)), rng.normal(0, 1.0, (40, 2))
+    start, speed, bend = (
+        rng.uniform(0.25, 0.75, (40, 2)),
+        rng.normal(0, 1.0, (40, 2)),
+        rng.normal(0, 1.0, (40, 2)),
+    )
 
     def curve(t):
         moving = np.stack([start + speed * t + 0.5 * bend * t**2, speed + bend * t, bend], axis=1)
@@ -131,7 +147,8 @@ def test_derivatives_are_those_of_the_map(name):
     for order in (1, 2):
         by_difference = (after[:, order - 1] - before[:, order - 1]) / (2 * h)
         scale = np.abs(here[:, order]).max()
-        close = np.abs(by_difference - here[:, order]) <= 2e-3 * scale  # a mesh cell that is passed bends the difference
+        # a mesh cell that is passed bends the difference
+        close = np.abs(by_difference - here[:, order]) <= 2e-3 * scale
         assert close.mean() > 0.9
         assert np.median(np.abs(by_difference - here[:, order])) <= 1e-6 * scale
 
@@ -152,7 +169,9 @@ def test_second_derivatives_do_not_jump_at_knots(name):
 
 
 def test_a_kinked_surface_keeps_its_kinks():
-    """Two flat halves, one stretched: the density jumps at the fold, and shares of area are linear on either side."""
+    """Two flat halves, one stretched: the density jumps at the fold, and shares of area are linear on either
+    side.
+    """
     net = [[[x, y, 0.0] for y in (0.0, 10.0)] for x in (0.0, 10.0, 40.0)]
     surface = Surface.bspline(net, degree=(1, 1))
     a = np.array([0.1, 0.25, 0.3, 0.9])
@@ -165,7 +184,9 @@ def test_the_error_that_it_tells_bounds_that_of_cells():
 
 
 def test_node_steps_are_more_even_and_hardly_longer():
-    plain, even = (hilbert(UNEVEN["weighted"], 5, mapping=mapping) for mapping in ("parametric", "equal_area"))
+    plain, even = (
+        hilbert(UNEVEN["weighted"], 5, mapping=mapping) for mapping in ("parametric", "equal_area")
+    )
     steps = [np.diff(path.sample(per_leg=1).length) for path in (plain, even)]
     variation = [step[step > 0].std() / step[step > 0].mean() for step in steps]
     assert variation[1] < variation[0]

@@ -1,4 +1,6 @@
-"""A Hilbert curve by its index, by strings and by recursion; its counts, turns and lengths; what the source's drawing does."""
+"""A Hilbert curve by its index, by strings and by recursion; its counts, turns and lengths; what the source's
+drawing does.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,9 @@ TURNS = {1: 2, 2: 12, 3: 50, 4: 204, 5: 818, 6: 3276, 7: 13106}
 
 
 def recursive(order):
-    """Four curves of the order before: one mirrored in the diagonal, two as they are, one mirrored in the other diagonal."""
+    """Four curves of the order before: one mirrored in the diagonal, two as they are, one mirrored in the
+    other diagonal.
+    """
     nodes, side = np.zeros((1, 2), int), 1
     for _ in range(order):
         x, y = nodes.T

@@ -1,4 +1,6 @@
-"""Rounded corners: how far they leave the sharp path, that direction and curvature are continuous, and their closed form."""
+"""Rounded corners: how far they leave the sharp path, that direction and curvature are continuous, and their
+closed form.
+"""
 
 import numpy as np
 import pytest
@@ -16,7 +18,9 @@ def apart(one, other):
 
 
 def slack(samples, step, distance):
-    """By how much the nearest sample may be further away than the nearest point, which is half a step beside it at most."""
+    """By how much the nearest sample may be further away than the nearest point, which is half a step beside
+    it at most.
+    """
     bend = np.linalg.norm(samples.curvature_vector, axis=1).max()
     return 0.5 * (0.5 * step) ** 2 * (1 / distance + bend) * 1.1
 
@@ -98,7 +102,9 @@ def test_default_deviation_is_a_twentieth_of_the_pitch():
 def test_a_corner_that_turns_back_is_not_rounded():
     path = Path(FLAT, [(0.1, 0.1), (0.9, 0.1), (0.2, 0.1)])
     assert len(path.runs) == 2
-    with pytest.raises(ValueError, match=r"a corner that turns back on itself cannot be rounded; the path does at nodes\[1\]"):
+    with pytest.raises(
+        ValueError, match=r"a corner that turns back on itself cannot be rounded; the path does at nodes\[1\]"
+    ):
         _ = path.blended(0.1).length
 
 
@@ -125,6 +131,8 @@ def test_held_on_a_surface_that_folds(seed, mapping):
 @pytest.mark.parametrize("turn", [150.0, 165.0, 175.0])
 def test_held_at_an_acute_corner(turn):
     angle = np.radians(turn)
-    path = Path(FLAT, [(0.1, 0.5), (0.5, 0.5), (0.5 + 0.4 * np.cos(angle), 0.5 + 0.4 * np.sin(angle))], deviation=0.05)
+    path = Path(
+        FLAT, [(0.1, 0.5), (0.5, 0.5), (0.5 + 0.4 * np.cos(angle), 0.5 + 0.4 * np.sin(angle))], deviation=0.05
+    )
     samples = path.sample(step=1e-4).point
     assert np.linalg.norm(samples - [5.0, 5.0, 0.0], axis=1).min() <= 0.05 * (1 + 1e-3) + 1e-5

@@ -1,4 +1,6 @@
-"""Directions, curvature and frames along a path: against scipy's splines, against differences, and in closed form."""
+"""Directions, curvature and frames along a path: against scipy's splines, against differences, and in closed
+form.
+"""
 
 import numpy as np
 import pytest
@@ -42,7 +44,9 @@ def test_frames_are_right_handed_along_feed_and_normal(name, mapping):
     frames, samples = path.frames(), path.sample(per_leg=1)
     assert frames.shape == (64 + 50, 4, 4)
     rotation = frames[:, :3, :3]
-    np.testing.assert_allclose(rotation.transpose(0, 2, 1) @ rotation, np.broadcast_to(np.eye(3), rotation.shape), atol=1e-13)
+    np.testing.assert_allclose(
+        rotation.transpose(0, 2, 1) @ rotation, np.broadcast_to(np.eye(3), rotation.shape), atol=1e-13
+    )
     np.testing.assert_allclose(np.linalg.det(rotation), 1.0, atol=1e-13)
     np.testing.assert_allclose(frames[:, :3, 0], samples.tangent, atol=1e-13)
     np.testing.assert_allclose(frames[:, :3, 2], surface.normal(*samples.uv.T), atol=1e-13)
@@ -60,7 +64,9 @@ def test_a_corner_has_two_frames_and_no_mean_of_them():
 @pytest.mark.parametrize("name", SURFACES)
 @pytest.mark.parametrize("kind", ["straight", "smooth", "rounded"])
 def test_tangent_and_curvature_are_derivatives_by_length(name, mapping, kind):
-    path = hilbert(SURFACES[name], 2, mapping=mapping) if kind == "straight" else wave(SURFACES[name], mapping)
+    path = (
+        hilbert(SURFACES[name], 2, mapping=mapping) if kind == "straight" else wave(SURFACES[name], mapping)
+    )
     if kind == "rounded":
         path = hilbert(SURFACES[name], 2, mapping=mapping).blended()
     h = 1e-4
@@ -74,19 +80,28 @@ def test_tangent_and_curvature_are_derivatives_by_length(name, mapping, kind):
     np.testing.assert_allclose(tangent[inside], here.tangent[inside], atol=1e-6 * scale)
     off = np.abs(curvature - here.curvature_vector)[inside].max(axis=1)
     assert np.median(off) <= 1e-6 * scale
-    assert np.mean(off <= 1e-3 * scale) >= 0.9  # the others have the end of a piece, or a knot, within their difference
+    # the others have the end of a piece, or a knot, within their difference
+    assert np.mean(off <= 1e-3 * scale) >= 0.9
 
 
 @pytest.mark.parametrize("inside", [False, True])
 @pytest.mark.parametrize("mapping", MAPPINGS)
 def test_any_curve_on_a_ball_bends_by_its_radius(mapping, inside):
-    """Meusnier: along the normal a curve's curvature is that of the surface, the same in all directions on a ball."""
+    """Meusnier: along the normal a curve's curvature is that of the surface, the same in all directions on a
+    ball.
+    """
     ball = sphere_surface(20.0, inside=inside)
-    for path in (hilbert(ball, 3, mapping=mapping), hilbert(ball, 3, mapping=mapping).blended(), wave(ball, mapping)):
+    for path in (
+        hilbert(ball, 3, mapping=mapping),
+        hilbert(ball, 3, mapping=mapping).blended(),
+        wave(ball, mapping),
+    ):
         samples = path.sample()
         bend = np.einsum("mc,mc->m", samples.curvature_vector, samples.normal)
         np.testing.assert_allclose(bend, (1 if inside else -1) / 20.0, rtol=1e-10)
-        np.testing.assert_allclose(np.einsum("mc,mc->m", samples.curvature_vector, samples.tangent), 0.0, atol=1e-10)
+        np.testing.assert_allclose(
+            np.einsum("mc,mc->m", samples.curvature_vector, samples.tangent), 0.0, atol=1e-10
+        )
 
 
 def test_a_node_on_a_pole_has_the_normal_of_the_limit():

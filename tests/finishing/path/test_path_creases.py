@@ -1,4 +1,6 @@
-"""Surfaces whose tangents jump: a crease that is crossed is a sharp corner; maps and passes that cannot bear one refuse it."""
+"""Surfaces whose tangents jump: a crease that is crossed is a sharp corner; maps and passes that cannot bear
+one refuse it.
+"""
 
 from itertools import pairwise
 
@@ -26,7 +28,9 @@ def angles(samples):
     return np.arctan2(cross, np.einsum("ij,ij->i", samples.tangent[1:], samples.tangent[:-1]))
 
 
-@pytest.mark.parametrize("nodes", [[(0.1, 0.8), (0.9, 0.8)], [(0.1, 0.8), (0.5, 0.8), (0.9, 0.8)], [(0.9, 0.8), (0.1, 0.8)]])
+@pytest.mark.parametrize(
+    "nodes", [[(0.1, 0.8), (0.9, 0.8)], [(0.1, 0.8), (0.5, 0.8), (0.9, 0.8)], [(0.9, 0.8), (0.1, 0.8)]]
+)
 def test_a_crease_is_a_corner(nodes):
     """z = 25 (2 u - 1) (2 v - 1) behind u = 1/2: the slope 30/50 begins there, whichever way it is crossed."""
     path = Path(LIFTED, nodes)
@@ -35,7 +39,9 @@ def test_a_crease_is_a_corner(nodes):
     assert turn[same].max() < 1e-7
     np.testing.assert_allclose(turn[~same], [np.arctan(0.6)], atol=1e-9)
     assert path.length == pytest.approx(20 + 20 * np.hypot(1, 0.6), abs=1e-8)
-    assert np.abs(np.linalg.norm(np.diff(samples.point, axis=0), axis=1) - np.diff(samples.length)).max() < 1e-9
+    assert (
+        np.abs(np.linalg.norm(np.diff(samples.point, axis=0), axis=1) - np.diff(samples.length)).max() < 1e-9
+    )
     at = path.at([19.999, 20.001] if nodes[0][0] < 0.5 else [path.length - 20.001, path.length - 19.999])
     assert angles(at)[0] == pytest.approx(np.arctan(0.6), abs=1e-9)
 
@@ -72,7 +78,9 @@ def test_where_tangents_do_not_jump():
     assert creases(EVEN) == creases(flat_surface()) == creases(uneven_surfaces()["steep"]) == ()
     assert hilbert(EVEN, 3).length == pytest.approx(63 * 50 / 8, rel=1e-9)
     knots = [0, 0, 0, 0, 0.5, 0.5, 0.5, 1, 1, 1, 1]
-    bent = Surface.bspline(net(np.linspace(0, 50, 7), np.tile([0, 0, 0, 0, 3, 6, 9.0], (7, 1))), knots=(knots, knots))
+    bent = Surface.bspline(
+        net(np.linspace(0, 50, 7), np.tile([0, 0, 0, 0, 3, 6, 9.0], (7, 1))), knots=(knots, knots)
+    )
     assert [(each.axis, each.place, each.times) for each in creases(bent)] == [(1, 0.5, 3)]
 
 
@@ -92,13 +100,12 @@ def test_gaps_of_a_zigzag_across_creases(along, pitch):
         assert (high - low) * gap.mean(axis=side).max() <= pitch * (1 + 2e-3)
 
 
-# Refused --------------------------------------------------------------------------------------------------------------
+# Refused
+# --------------------------------------------------------------------------------------------------------------
 
 
 def test_equal_areas_and_geodesic_passes():
-    message = (
-        r"mapping must be another one than '{}' on a surface whose tangents jump: its knot u = 0.5 is there 1 times at degree 1"
-    )
+    message = r"mapping must be another one than '{}' on a surface whose tangents jump: its knot u = 0.5 is there 1 times at degree 1"
     with pytest.raises(ValueError, match=message.format("equal_area")):
         _ = Path(LIFTED, [(0.1, 0.5), (0.9, 0.5)], mapping="equal_area").length
     with pytest.raises(ValueError, match=message.format("geodesic")):
@@ -107,11 +114,14 @@ def test_equal_areas_and_geodesic_passes():
 
 def test_rounding_and_tears():
     with pytest.raises(
-        ValueError, match=r"deviation must be 0 on a path that crosses a crease .* its leg 0 does; got 0.1 \(mm\)"
+        ValueError,
+        match=r"deviation must be 0 on a path that crosses a crease .* its leg 0 does; got 0.1 \(mm\)",
     ):
         _ = Path(LIFTED, [(0.1, 0.8), (0.9, 0.8)], deviation=0.1).length
     x, y = np.meshgrid([0, 20, 30, 50], [0, 50], indexing="ij")
-    torn = Surface.bspline(np.stack([x, y, 0 * x], axis=-1), degree=(1, 1), knots=([0, 0, 0.5, 0.5, 1, 1], [0, 0, 1, 1]))
+    torn = Surface.bspline(
+        np.stack([x, y, 0 * x], axis=-1), degree=(1, 1), knots=([0, 0, 0.5, 0.5, 1, 1], [0, 0, 1, 1])
+    )
     message = r"keep off where its surface is torn; leg 0 crosses a tear: the knot u = 0.5 is there 2 times at degree 1"
     with pytest.raises(ValueError, match=message):
         _ = Path(torn, [(0.1, 0.5), (0.9, 0.5)]).length

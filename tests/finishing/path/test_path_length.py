@@ -17,7 +17,9 @@ ACROSS = [(0.05, 0.1), (0.95, 0.83), (0.6, 0.05)]
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_length_is_the_integral_of_speed(name):
-    """Legs through many knot spans, by adaptive quadrature of differences of scipy's splines between all knots."""
+    """Legs through many knot spans, by adaptive quadrature of differences of scipy's splines between all
+    knots.
+    """
     surface, nodes = SURFACES[name], np.array(ACROSS)
     total = 0.0
     for p, q in pairwise(nodes):
@@ -28,7 +30,9 @@ def test_length_is_the_integral_of_speed(name):
             points = [point_of(surface, *(p + (t + k * h) * (q - p))) for k in (-2, -1, 1, 2)]
             return np.linalg.norm(stencil @ np.array(points))
 
-        cuts = [(knot - p[axis]) / (q - p)[axis] for axis in (0, 1) for knot in np.unique(surface.knots[axis])]
+        cuts = [
+            (knot - p[axis]) / (q - p)[axis] for axis in (0, 1) for knot in np.unique(surface.knots[axis])
+        ]
         ends = np.unique(np.clip([0, 1, *cuts], 0, 1))
         total += sum(quad(speed, a, b, epsrel=1e-8, limit=30)[0] for a, b in pairwise(ends))
     assert Path(surface, nodes).length == pytest.approx(total, rel=1e-7)
@@ -38,7 +42,9 @@ def test_length_is_the_integral_of_speed(name):
 @pytest.mark.parametrize("name", SURFACES)
 def test_length_is_the_limit_of_chords(name, mapping):
     path = Path(SURFACES[name], ACROSS, mapping=mapping)
-    coarse, fine = (np.linalg.norm(np.diff(path.sample(per_leg=n).point, axis=0), axis=1).sum() for n in (2000, 4000))
+    coarse, fine = (
+        np.linalg.norm(np.diff(path.sample(per_leg=n).point, axis=0), axis=1).sum() for n in (2000, 4000)
+    )
     assert fine <= path.length * (1 + 1e-13)
     assert fine + (fine - coarse) / 3 == pytest.approx(path.length, rel=1e-8)
 
@@ -48,7 +54,8 @@ def test_over_a_roof():
     net = [[[x, y, z] for y in (0.0, 10.0)] for x, z in ((0.0, 0.0), (10.0, 10.0), (40.0, 0.0))]
     roof = Surface.bspline(net, degree=(1, 1))
     path = Path(roof, [(0.0, 0.5), (1.0, 0.5)])
-    assert path.length == pytest.approx(np.hypot(10, 10) + np.hypot(30, 10), rel=1e-11)  # legs stay 1e-12 off a crease
+    # legs stay 1e-12 off a crease
+    assert path.length == pytest.approx(np.hypot(10, 10) + np.hypot(30, 10), rel=1e-11)
     ridge = path.at(np.hypot(10, 10) + np.array([-1.0, 1.0]))
     np.testing.assert_allclose(ridge.point[:, 2], [10 - np.sqrt(0.5), 10 - 1 / np.sqrt(10)], rtol=1e-11)
 
@@ -56,7 +63,9 @@ def test_over_a_roof():
 def test_along_a_cylinder():
     path = Path(SURFACES["cylinder"], [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0)], mapping="equal_area")
     assert path.length == pytest.approx(10 * np.pi + 50, rel=1e-12)
-    np.testing.assert_allclose(path.at(10 * np.pi / 3).point[0], [20 * np.cos(np.pi / 6), 0.0, 10.0], atol=1e-8)
+    np.testing.assert_allclose(
+        path.at(10 * np.pi / 3).point[0], [20 * np.cos(np.pi / 6), 0.0, 10.0], atol=1e-8
+    )
 
 
 @pytest.mark.parametrize("kind", ["sharp", "smooth", "rounded"])
@@ -65,7 +74,9 @@ def test_along_a_cylinder():
 @given(seed=st.integers(0, 10**6))
 def test_inverse_of_length(kind, mapping, seed):
     rng = np.random.default_rng(seed)
-    nodes = np.column_stack([np.linspace(0.15, 0.85, 6) + rng.uniform(-0.03, 0.03, 6), rng.uniform(0.35, 0.65, 6)])
+    nodes = np.column_stack(
+        [np.linspace(0.15, 0.85, 6) + rng.uniform(-0.03, 0.03, 6), rng.uniform(0.35, 0.65, 6)]
+    )
     path = Path(SURFACES["steep"], nodes, mapping=mapping, smooth=kind == "smooth")
     path = path.blended() if kind == "rounded" else path
     asked = np.sort(rng.uniform(0, path.length, 50))

@@ -28,13 +28,29 @@ def test_nodes(nodes, message):
 @pytest.mark.parametrize(
     ("changes", "error", "message"),
     [
-        ({"mapping": "conformal"}, ValueError, r"mapping must be one of parametric, equal_area; got 'conformal'"),
+        (
+            {"mapping": "conformal"},
+            ValueError,
+            r"mapping must be one of parametric, equal_area; got 'conformal'",
+        ),
         ({"deviation": -0.1}, ValueError, r"deviation must be >= 0 \(mm\); got -0.1"),
         ({"pattern": 5}, TypeError, r"pattern must be a str; got 5"),
         ({"surface": 5}, TypeError, r"surface must be a Surface; got 5"),
-        ({"corners": [True]}, ValueError, r"corners must be of shape \(3,\), true or false; got shape \(1,\), bool"),
-        ({"corners": [0, 1, 2]}, ValueError, r"corners must be of shape \(3,\), true or false; got shape \(3,\), int64"),
-        ({"corners": [True, False, True]}, ValueError, r"corners\[1\] must be True, as straight legs turn there"),
+        (
+            {"corners": [True]},
+            ValueError,
+            r"corners must be of shape \(3,\), true or false; got shape \(1,\), bool",
+        ),
+        (
+            {"corners": [0, 1, 2]},
+            ValueError,
+            r"corners must be of shape \(3,\), true or false; got shape \(3,\), int64",
+        ),
+        (
+            {"corners": [True, False, True]},
+            ValueError,
+            r"corners\[1\] must be True, as straight legs turn there",
+        ),
         ({"corner": None}, ValueError, r"Path has no field 'corner'; is corners meant\?"),
     ],
 )
@@ -62,16 +78,22 @@ def test_what_a_path_is_asked(ask, error, message):
 
 def test_nodes_apart_in_the_square_and_one_point_of_the_surface():
     path = Path(BALL, [(0.5, 0.2), (0.2, 1.0), (0.8, 1.0)])  # an edge that is a pole
-    with pytest.raises(ValueError, match=r"nodes must be apart on the surface; leg 1, from \(u, v\) = \(0.2, 1\), has no length"):
+    with pytest.raises(
+        ValueError,
+        match=r"nodes must be apart on the surface; leg 1, from \(u, v\) = \(0.2, 1\), has no length",
+    ):
         _ = path.length
-    with pytest.raises(ValueError, match=r"the path must move on the surface everywhere; at \(u, v\) = \(0.2, 1\) it stands"):
+    with pytest.raises(
+        ValueError, match=r"the path must move on the surface everywhere; at \(u, v\) = \(0.2, 1\) it stands"
+    ):
         path.frames()
 
 
 def test_a_path_that_stays_at_a_point():
     for nodes in ([(0.0, 1.0), (1.0, 1.0)], [(0.0, 1.0), (0.3, 1.0), (1.0, 1.0)]):
         with pytest.raises(
-            ValueError, match=r"nodes must be apart on the surface; leg 0, from \(u, v\) = \(0, 1\), has no length"
+            ValueError,
+            match=r"nodes must be apart on the surface; leg 0, from \(u, v\) = \(0, 1\), has no length",
         ):
             _ = Path(BALL, nodes).length
 
@@ -86,7 +108,9 @@ def test_equal_areas_that_come_to_a_point():
 
 def test_a_spline_that_leaves_the_square():
     nodes = [(0.1, 0.5), (0.2, 0.99), (0.8, 0.99), (0.9, 0.5)]
-    with pytest.raises(ValueError, match=r"the path must stay in the unit square; its leg 1 comes to \(0.\d*, 1.\d*\)"):
+    with pytest.raises(
+        ValueError, match=r"the path must stay in the unit square; its leg 1 comes to \(0.\d*, 1.\d*\)"
+    ):
         _ = Path(FLAT, nodes, smooth=True).length
 
 

@@ -15,10 +15,11 @@ RATE, FREE = 10.0 / units.um(1.0), units.um(3.0)  # $ a mm above what is free
 
 
 def worth(passes, charges, rate=RATE, free=FREE):
-    """Expected charge just before the pass, with n passes left: E min(g, k) = E g - E (g - k)+ of a linear charge g.
+    """Expected charge just before the pass, with n passes left: E min(g, k) = E g - E (g - k)+ of a linear
+    charge g.
 
-    One kind of pass after the other: min over kinds of charge + E min(g(R), what the passes after it are worth).
-    """
+    One kind of pass after the other: min over kinds of charge + E min(g(R), what the passes after it are
+    worth)."""
     found = [np.inf]
     for _ in range(passes):
         tried = []
@@ -58,7 +59,9 @@ def test_cheap_passes_and_many_of_them_are_right_to_a_thousandth():
     settings = {name: FINE | {"pattern": name} for name in kinds}
     rate, free = 3.0 / units.um(1.0), units.um(3.4)
     charge = sdp.Linear(rate, tolerance=free)
-    problem = fin.roughness.refinish_problem(MODEL, settings, pass_charge=kinds, roughness_charge=charge, passes=6)
+    problem = fin.roughness.refinish_problem(
+        MODEL, settings, pass_charge=kinds, roughness_charge=charge, passes=6
+    )
     policy = sdp.plan(problem)
     wanted = worth(6, [(settings[name], kinds[name]) for name in kinds], rate, free)
     for n, value in enumerate(wanted, start=1):
@@ -66,7 +69,9 @@ def test_cheap_passes_and_many_of_them_are_right_to_a_thousandth():
 
 
 def test_the_weights_are_those_of_the_law():
-    """Of any law on the grid: probabilities that sum to 1 with its mean, and the expectation of a hat by drawing."""
+    """Of any law on the grid: probabilities that sum to 1 with its mean, and the expectation of a hat by
+    drawing.
+    """
     problem, _ = planned(1, [(FINE, 1.0)])
     move, axis = problem.moves[0], problem.axes[0]
     x = np.linspace(axis.low, axis.high, axis.nodes)
@@ -85,18 +90,27 @@ def test_the_weights_are_those_of_the_law():
 @pytest.mark.parametrize("roughness_max", [None, units.um(3.5), units.um(0.5)])
 def test_one_step_from_anywhere_is_the_law(roughness_max):
     """All of it, where the table ends within the law or below it, too: what is beyond counts at the end."""
-    problem = made(roughness_max=roughness_max, roughness_charge=sdp.Linear(RATE, tolerance=units.um(0.3)), passes=1)
+    problem = made(
+        roughness_max=roughness_max, roughness_charge=sdp.Linear(RATE, tolerance=units.um(0.3)), passes=1
+    )
     policy, end = sdp.plan(problem), problem.axes[0].high
     law, free = MODEL.law(**FINE), units.um(0.3)
     wanted = 1.0 + RATE * float(law.over(free) - law.over(end))
-    assert policy.value(roughness=end, passes_left=1) == pytest.approx(min(wanted, RATE * (end - free)), rel=1e-3)
+    assert policy.value(roughness=end, passes_left=1) == pytest.approx(
+        min(wanted, RATE * (end - free)), rel=1e-3
+    )
 
 
 @given(st.floats(0.1, 30.0), st.floats(0.0, 40.0))
 def test_a_node_is_where_the_charge_sets_in(roughness_max, free):
-    axis = made(roughness_max=units.um(roughness_max), roughness_charge=sdp.Linear(RATE, tolerance=units.um(free))).axes[0]
+    axis = made(
+        roughness_max=units.um(roughness_max), roughness_charge=sdp.Linear(RATE, tolerance=units.um(free))
+    ).axes[0]
     step = axis.high / (axis.nodes - 1)
-    assert units.um(roughness_max) * (1 - 1e-9) <= axis.high <= units.um(roughness_max) + step and 1601 <= axis.nodes <= 3203
+    assert (
+        units.um(roughness_max) * (1 - 1e-9) <= axis.high <= units.um(roughness_max) + step
+        and 1601 <= axis.nodes <= 3203
+    )
     if roughness_max / 400 <= free <= roughness_max:
         assert abs(units.um(free) / step - round(units.um(free) / step)) < 1e-6
 
@@ -106,7 +120,11 @@ def test_a_tolerance_is_reached(tolerance):
     charges = [(FINE, 1.0)]
     problem, policy = planned(3, charges, tolerance=tolerance)
     for n, value in enumerate(worth(3, charges), start=1):
-        assert abs(policy.value(roughness=problem.axes[0].high, passes_left=n) - value) <= policy.error <= tolerance
+        assert (
+            abs(policy.value(roughness=problem.axes[0].high, passes_left=n) - value)
+            <= policy.error
+            <= tolerance
+        )
 
 
 def test_a_cheaper_pass_is_taken_first_where_more_are_left():
@@ -123,7 +141,9 @@ def test_a_cheaper_pass_is_taken_first_where_more_are_left():
 @given(st.floats(0.0, 5.0), st.integers(1, 3))
 def test_any_charge_of_a_pass(charge, passes):
     _, policy = planned(passes, [(FINE, charge)])
-    assert policy.value(roughness=0.006, passes_left=passes) == pytest.approx(worth(passes, [(FINE, charge)])[-1], abs=0.006)
+    assert policy.value(roughness=0.006, passes_left=passes) == pytest.approx(
+        worth(passes, [(FINE, charge)])[-1], abs=0.006
+    )
 
 
 def test_simulated_parts_pay_what_was_planned():
@@ -140,7 +160,13 @@ def test_a_part_that_is_smooth_enough_is_delivered():
 
 
 def made(**changes):
-    given = {"pass_charge": 1.0, "roughness_charge": sdp.Linear(RATE), "passes": 2, "settings": {"fine": FINE}, "model": MODEL}
+    given = {
+        "pass_charge": 1.0,
+        "roughness_charge": sdp.Linear(RATE),
+        "passes": 2,
+        "settings": {"fine": FINE},
+        "model": MODEL,
+    }
     given |= changes
     return fin.roughness.refinish_problem(given.pop("model"), given.pop("settings"), **given)
 
@@ -153,7 +179,10 @@ REFUSED = [
         r"settings\['fine'\] must be a mapping with pattern, tool_diameter, normal_force",
     ),
     ({"settings": {"fine": FINE | {"normal_force": 9.0}}}, r"normal_force must be in \[0.556, 1.667\]"),
-    ({"settings": {"fine": FINE | {"normal_force": [1.0, 1.1]}}}, r"settings\['fine'\] must be of one pass; got arrays"),
+    (
+        {"settings": {"fine": FINE | {"normal_force": [1.0, 1.1]}}},
+        r"settings\['fine'\] must be of one pass; got arrays",
+    ),
     ({"pass_charge": -1.0}, r"pass_charge must be >= 0 \(\$\); got -1.0"),
     ({"pass_charge": {}}, r"pass_charge must have an entry for each of the settings; 'fine' has none"),
     ({"roughness_charge": 3}, r"roughness_charge must be such as sdp.Linear\(rate, tolerance=...\); got 3"),

@@ -19,7 +19,9 @@ GIVEN = [1.865764, -0.473250, -0.158149, -0.902040, -0.154618, 0.489693]
 
 
 def table_two():
-    """Columns straight from the settings: intercept, two patterns, ln d/3.5, ln F/1.111 and its square, ln feed/25; ln R_a."""
+    """Columns straight from the settings: intercept, two patterns, ln d/3.5, ln F/1.111 and its square, ln
+    feed/25; ln R_a.
+    """
     s = STUDY.settings
     x = np.log(s["normal_force"] / 1.111)
     marks = [s["pattern"] == name for name in ("hilbert5", "zigzag")]
@@ -37,7 +39,9 @@ def test_coefficients_by_least_squares():
     assert MODEL.freedom == 12
     covariance = np.linalg.inv(rows[:, :6].T @ rows[:, :6]) * square / 12
     np.testing.assert_allclose(MODEL.covariance, covariance, atol=1e-12)
-    np.testing.assert_allclose(MODEL.standard_errors, [0.0355, 0.0389, 0.0389, 0.1104, 0.0532, 0.1213], atol=5.1e-5)
+    np.testing.assert_allclose(
+        MODEL.standard_errors, [0.0355, 0.0389, 0.0389, 0.1104, 0.0532, 0.1213], atol=5.1e-5
+    )
 
 
 def test_no_feed_term():
@@ -49,7 +53,10 @@ def test_no_feed_term():
 
 def slowly_left_out(rows, y):
     """One run after the other left out and predicted."""
-    guess = [float(rows[k] @ np.linalg.lstsq(np.delete(rows, k, 0), np.delete(y, k), rcond=None)[0]) for k in range(y.size)]
+    guess = [
+        float(rows[k] @ np.linalg.lstsq(np.delete(rows, k, 0), np.delete(y, k), rcond=None)[0])
+        for k in range(y.size)
+    ]
     return np.exp(y), np.exp(guess)
 
 
@@ -85,7 +92,10 @@ def test_the_law_has_the_right_mean_and_sd():
     """Moments by integrating the density of a log-normal law of that median and residual."""
     law, median, s = MODEL.law(**AT), float(MODEL.median(**AT)), MODEL.residual_sd
     assert 1e3 * median == pytest.approx(3.568, abs=1e-3)
-    moment = [integrate.quad(lambda z, k=k: (median * np.exp(s * z)) ** k * stats.norm.pdf(z), -12, 12)[0] for k in (1, 2)]
+    moment = [
+        integrate.quad(lambda z, k=k: (median * np.exp(s * z)) ** k * stats.norm.pdf(z), -12, 12)[0]
+        for k in (1, 2)
+    ]
     assert float(law.mean) == pytest.approx(moment[0], rel=1e-9)
     assert float(law.sd) == pytest.approx(np.sqrt(moment[1] - moment[0] ** 2), rel=1e-6)
     assert float(law.mean) > median
@@ -183,25 +193,49 @@ def of_one_pattern(roughness):
 
 
 REFUSED = [
-    (lambda: MODEL.law("spiral", 4.0, 1.0), r"pattern must be one of hilbert4, hilbert5, zigzag; got 'spiral'"),
-    (lambda: MODEL.law(["zigzag", None], 4.0, 1.0), r"pattern must be one of hilbert4, hilbert5, zigzag; got None"),
+    (
+        lambda: MODEL.law("spiral", 4.0, 1.0),
+        r"pattern must be one of hilbert4, hilbert5, zigzag; got 'spiral'",
+    ),
+    (
+        lambda: MODEL.law(["zigzag", None], 4.0, 1.0),
+        r"pattern must be one of hilbert4, hilbert5, zigzag; got None",
+    ),
     (lambda: MODEL.law(3.0, 4.0, 1.0), r"pattern must be one of hilbert4, hilbert5, zigzag; got 3.0"),
-    (lambda: MODEL.law([["zigzag"], ["zigzag", "a"]], 4.0, 1.0), r"pattern must be one of hilbert4, .*; got \['zigzag'\]"),
+    (
+        lambda: MODEL.law([["zigzag"], ["zigzag", "a"]], 4.0, 1.0),
+        r"pattern must be one of hilbert4, .*; got \['zigzag'\]",
+    ),
     (
         lambda: MODEL.replace(covariance=-np.eye(6)),
         r"covariance must be positive semidefinite, no eigenvalue below 0 .*got -1",
     ),
-    (lambda: MODEL.replace(covariance=np.triu(np.ones((6, 6)))), r"covariance must be symmetric \(1\); got 1 at \[0, 1\], 0 at"),
-    (lambda: MODEL.law("zigzag", 4.5, 1.0), r"tool_diameter must be in \[3, 4\], where the model is known, .* \(mm\); got 4.5"),
-    (lambda: MODEL.law("zigzag", 4.0, 0.5), r"normal_force must be in \[0.556, 1.667\], where .* \(N\); got 0.5"),
+    (
+        lambda: MODEL.replace(covariance=np.triu(np.ones((6, 6)))),
+        r"covariance must be symmetric \(1\); got 1 at \[0, 1\], 0 at",
+    ),
+    (
+        lambda: MODEL.law("zigzag", 4.5, 1.0),
+        r"tool_diameter must be in \[3, 4\], where the model is known, .* \(mm\); got 4.5",
+    ),
+    (
+        lambda: MODEL.law("zigzag", 4.0, 0.5),
+        r"normal_force must be in \[0.556, 1.667\], where .* \(N\); got 0.5",
+    ),
     (lambda: MODEL.law("zigzag", 4.0, -1.0, extrapolate=True), r"normal_force must be > 0 \(N\); got -1.0"),
     (lambda: MODEL.law("zigzag", np.nan, 1.0), r"tool_diameter\[0\] must be finite \(mm\)"),
     (lambda: MODEL.sample(**AT, rng=0, rounding=0.0), r"rounding must be > 0 \(mm\); got 0.0"),
     (lambda: MODEL.replace(residual_sd=-1.0), r"residual_sd must be >= 0"),
     (lambda: MODEL.replace(coefficients=[1.0]), r"coefficients must be of shape \(6,\); got \(1,\)"),
-    (lambda: MODEL.replace(normal_force_range=(2.0, 1.0)), r"normal_force_range must be two numbers, 0 < low < high \(N\)"),
+    (
+        lambda: MODEL.replace(normal_force_range=(2.0, 1.0)),
+        r"normal_force_range must be two numbers, 0 < low < high \(N\)",
+    ),
     (lambda: MODEL.updated(3), r"estimate must be an Estimate, as finishing.identify gives it; got 3"),
-    (lambda: MODEL.responses({"feed_rate": [1.0]}, rng=0, runs=1), r"settings must hold pattern; got feed_rate"),
+    (
+        lambda: MODEL.responses({"feed_rate": [1.0]}, rng=0, runs=1),
+        r"settings must hold pattern; got feed_rate",
+    ),
     (lambda: identify_roughness({"pattern": ["zigzag"]}), r"data must hold tool_diameter; got pattern"),
     (lambda: identify_roughness([1.0]), r"data must be a Study or a mapping of arrays"),
     (
@@ -234,7 +268,11 @@ def test_refusals(call, message):
 
 
 @settings(max_examples=100, deadline=None)
-@given(st.sampled_from(["hilbert4", "zigzag", "spiral"]), st.floats(-1.0, 6.0) | st.just(np.nan), st.floats(-1.0, 3.0))
+@given(
+    st.sampled_from(["hilbert4", "zigzag", "spiral"]),
+    st.floats(-1.0, 6.0) | st.just(np.nan),
+    st.floats(-1.0, 3.0),
+)
 def test_what_is_covered_needs_no_extrapolation(pattern, diameter, force):
     try:
         MODEL.law(pattern, diameter, force)
@@ -247,7 +285,9 @@ def test_what_is_covered_needs_no_extrapolation(pattern, diameter, force):
 def test_the_ends_of_the_ranges_are_covered():
     ends = np.array(MODEL.normal_force_range)
     assert MODEL.covers("hilbert5", 3.0, ends) and MODEL.covers(["hilbert4", "zigzag"], 4.0, ends)
-    assert not MODEL.covers("hilbert5", 3.0, ends * [1.0, 1.001]) and not MODEL.covers(["hilbert4", "spiral"], 4.0, ends)
+    assert not MODEL.covers("hilbert5", 3.0, ends * [1.0, 1.001]) and not MODEL.covers(
+        ["hilbert4", "spiral"], 4.0, ends
+    )
 
 
 def test_outside_on_request():
@@ -263,11 +303,19 @@ def test_what_does_not_determine_the_model_is_told():
 
 def test_coefficients_without_doubt_are_a_model():
     sure = MODEL.replace(covariance=np.zeros((6, 6)))
-    assert float(sure.law("zigzag", 4.0, 1.0, uncertain=True).sd) == pytest.approx(float(sure.law("zigzag", 4.0, 1.0).sd))
+    assert float(sure.law("zigzag", 4.0, 1.0, uncertain=True).sd) == pytest.approx(
+        float(sure.law("zigzag", 4.0, 1.0).sd)
+    )
     assert MODEL.replace(covariance=np.ones((6, 6))).standard_errors.tolist() == [1.0] * 6  # of rank one
 
 
 def test_patterns_come_as_they_like():
     wanted = MODEL.median("zigzag", 4.0, 1.0)
-    for names in (["zigzag"], ("zigzag",), np.array(["zigzag"]), np.array(["zigzag"], dtype=object), np.str_("zigzag")):
+    for names in (
+        ["zigzag"],
+        ("zigzag",),
+        np.array(["zigzag"]),
+        np.array(["zigzag"], dtype=object),
+        np.str_("zigzag"),
+    ):
         assert np.ravel(MODEL.median(names, 4.0, 1.0)).tolist() == [wanted]

@@ -70,7 +70,8 @@ CARS = Published(
 
 SETS = {"warp breaks": WARP_BREAKS, "peas": PEAS, "chicks": CHICKS, "cars": CARS}
 
-# Phadke (1989), Quality Engineering Using Robust Design, tables 3.2 to 3.4: surface defects of a CVD process, S/N in dB.
+# Phadke (1989), Quality Engineering Using Robust Design, tables 3.2 to 3.4: surface defects of a CVD process,
+# S/N in dB.
 PHADKE_RATIO = np.array([-20.0, -10, -30, -25, -45, -65, -45, -65, -70])
 PHADKE_FACTORS = dict.fromkeys(("temperature", "pressure", "settling", "cleaning"), (1, 2, 3))
 PHADKE_SQUARES = {"temperature": 2450, "pressure": 950, "settling": 350, "cleaning": 50}

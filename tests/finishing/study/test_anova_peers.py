@@ -1,4 +1,6 @@
-"""Analysis of variance of published data sets: equal to statsmodels, and to the sums of squares that were published."""
+"""Analysis of variance of published data sets: equal to statsmodels, and to the sums of squares that were
+published.
+"""
 
 from itertools import product
 
@@ -19,12 +21,16 @@ TABLES = ("L4", "L8", "L9", "L12", "L16", "L16(4^5)", "L18", "L27", "L36")
 
 
 def study_of(data, **changes):
-    return fin.Study.of_runs(data.settings, data.response, ratio="none", interactions=data.interactions, **changes)
+    return fin.Study.of_runs(
+        data.settings, data.response, ratio="none", interactions=data.interactions, **changes
+    )
 
 
 def codes_of(study):
     """Which level each factor has in each run."""
-    return np.transpose([[study.levels(name).index(level) for level in levels] for name, levels in study.settings.items()])
+    return np.transpose(
+        [[study.levels(name).index(level) for level in levels] for name, levels in study.settings.items()]
+    )
 
 
 def peer(study):
@@ -65,8 +71,12 @@ def test_cars_by_cylinders_alone():
     """One-way, as R prints it: 824.8 and 301.3, F = 39.7, p = 4.98e-09."""
     study = fin.Study.of_runs({"cylinders": CARS.settings["cylinders"]}, CARS.response, ratio="none")
     table = study.anova()
-    assert table["cylinders"].ss == pytest.approx(824.8, abs=0.05) and table.error.ss == pytest.approx(301.3, abs=0.05)
-    assert abs(table["cylinders"].F - 39.7) < 0.05 and table["cylinders"].p == pytest.approx(4.98e-9, rel=2e-3)
+    assert table["cylinders"].ss == pytest.approx(824.8, abs=0.05) and table.error.ss == pytest.approx(
+        301.3, abs=0.05
+    )
+    assert abs(table["cylinders"].F - 39.7) < 0.05 and table["cylinders"].p == pytest.approx(
+        4.98e-9, rel=2e-3
+    )
 
 
 def test_which_of_them_are_orthogonal():
@@ -101,7 +111,8 @@ def test_type_two_by_what_each_effect_adds():
     np.testing.assert_allclose(projected, [row.ss for row in table.effects], rtol=1e-10)
 
 
-# An orthogonal array without an error --------------------------------------------------------------------------------
+# An orthogonal array without an error
+# --------------------------------------------------------------------------------
 
 
 def phadke():
@@ -156,7 +167,8 @@ def test_readings_without_any_error():
     assert flat["a"].contribution is None and "nan" not in str(flat)
 
 
-# Missing runs, dummy levels, interactions ----------------------------------------------------------------------------
+# Missing runs, dummy levels, interactions
+# ----------------------------------------------------------------------------
 
 
 def test_a_missing_run_is_analysed_by_type_two():
@@ -190,7 +202,9 @@ def test_a_dummy_level_keeps_the_array_orthogonal():
 def test_interaction_columns_hold_the_interaction():
     """In an L8 the interaction of columns 1 and 2 is column 3: two ways to one number."""
     y = np.random.default_rng(5).normal(0.0, 1.0, 8)
-    by_name = fin.Study("L8", {"a": (0, 1), "b": (0, 1)}, y, ratio="none", columns=(1, 2), interactions=[("a", "b")]).anova()
+    by_name = fin.Study(
+        "L8", {"a": (0, 1), "b": (0, 1)}, y, ratio="none", columns=(1, 2), interactions=[("a", "b")]
+    ).anova()
     column = {"a": (0, 1), "b": (0, 1), "ab": (0, 1)}
     by_column = fin.Study("L8", column, y, ratio="none", columns=(1, 2, 3)).anova()
     assert by_name["a x b"].ss == pytest.approx(by_column["ab"].ss, rel=1e-12)
@@ -223,7 +237,9 @@ def test_sums_of_squares_add_up_in_every_array(name, seed):
         column = array.matrix[:, k]
         means = np.array([y[column == level].mean() for level in range(array.levels[k])])
         per_level = array.runs / array.levels[k]
-        assert table[source].ss == pytest.approx(per_level * np.sum((means - y.mean()) ** 2), rel=1e-9, abs=1e-12)
+        assert table[source].ss == pytest.approx(
+            per_level * np.sum((means - y.mean()) ** 2), rel=1e-9, abs=1e-12
+        )
 
 
 @settings(max_examples=20, deadline=None)
@@ -256,5 +272,7 @@ def test_the_best_of_a_chain_of_interactions_is_the_best_of_all(seed):
     factors = dict.fromkeys("abcd", (0, 1))
     y = np.exp(np.random.default_rng(seed).normal(size=16))
     study = fin.Study("L16", factors, y, columns=(1, 2, 4, 8), interactions=[("a", "b"), ("b", "c")])
-    every = [study.predict(dict(zip("abcd", levels, strict=True))).mean for levels in product((0, 1), repeat=4)]
+    every = [
+        study.predict(dict(zip("abcd", levels, strict=True))).mean for levels in product((0, 1), repeat=4)
+    ]
     assert study.predict(study.best()).mean == pytest.approx(max(every), rel=1e-9)

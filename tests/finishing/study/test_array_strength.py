@@ -75,7 +75,8 @@ def test_short_names_mean_the_usual_arrays():
     assert orthogonal_array("L36") == orthogonal_array("L36(2^11 3^12)")
 
 
-# Interactions ----------------------------------------------------------------------------------------------------------
+# Interactions
+# ----------------------------------------------------------------------------------------------------------
 
 
 def of(name, *columns):
@@ -88,7 +89,9 @@ def test_interaction_columns_of_the_l8(pair, third):
     assert (str(pair[0]), str(pair[1]), str(third)) in found.whole
 
 
-@pytest.mark.parametrize(("pair", "both"), [((1, 2), (3, 4)), ((1, 5), (6, 7)), ((2, 5), (8, 11)), ((3, 5), (9, 13))])
+@pytest.mark.parametrize(
+    ("pair", "both"), [((1, 2), (3, 4)), ((1, 5), (6, 7)), ((2, 5), (8, 11)), ((3, 5), (9, 13))]
+)
 def test_interaction_columns_of_the_l27(pair, both):
     for third in range(1, 14):
         if third not in pair:
@@ -104,7 +107,9 @@ def test_the_l12_spreads_each_interaction_evenly():
 
 
 def test_the_l18_hides_three_columns_behind_each_other():
-    """Column 5 is column 4 plus 0, 1 or 2 by column 2, modulo 3: the one triple of the array that is not spread."""
+    """Column 5 is column 4 plus 0, 1 or 2 by column 2, modulo 3: the one triple of the array that is not
+    spread.
+    """
     matrix = orthogonal_array("L18").matrix
     np.testing.assert_array_equal(matrix[:, 4], (matrix[:, 3] + matrix[:, 1]) % 3)
     assert {frozenset(names) for names in of("L18", *range(1, 9)).whole} == {frozenset("245")}

@@ -16,7 +16,9 @@ def study_of(gain, **changes):
     """An L9 of a and b with these dB at the levels of each, and a little scatter."""
     noise = 0.4 * np.random.default_rng(1).standard_normal(9)
     ratio = sum(np.array(gain[name])[ARRAY.matrix[:, k]] for k, name in enumerate("ab")) + noise
-    return fin.Study(ARRAY, {"a": (1.0, 2.0, 4.0), "b": ("x", "y", "z")}, 10 ** (-ratio / 20), columns=(1, 2), **changes)
+    return fin.Study(
+        ARRAY, {"a": (1.0, 2.0, 4.0), "b": ("x", "y", "z")}, 10 ** (-ratio / 20), columns=(1, 2), **changes
+    )
 
 
 def test_a_number_that_ties_is_tried():
@@ -49,19 +51,27 @@ def test_no_two_runs_are_alike(seed, number, pool):
     found = fin.Study(ARRAY, factors, y).next_runs(number, pool=pool)
     assert len(found) == len({tuple(run.settings.items()) for run in found}) <= number
     if len(found) < number:
-        assert "as good, as far as the data say" in found.notes[-1] or "no factor shows an effect" in found.notes[-1]
+        assert (
+            "as good, as far as the data say" in found.notes[-1]
+            or "no factor shows an effect" in found.notes[-1]
+        )
 
 
-# The law of one reading -----------------------------------------------------------------------------------------------
+# The law of one reading
+# -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("ratio", ["smaller", "larger"])
 @pytest.mark.parametrize("repeats", [2, 8])
 def test_the_law_is_that_of_one_reading(ratio, repeats):
-    """Of very many runs with median 1.7, 30 % scatter within and 10 % from run to run: that of the readings themselves."""
+    """Of very many runs with median 1.7, 30 % scatter within and 10 % from run to run: that of the readings
+    themselves.
+    """
     rng = np.random.default_rng(0)
     level = np.log(1.7) + 0.1 * rng.standard_normal((40000, 1))
-    study = fin.Study.of_runs({"a": [0, 1] * 20000}, np.exp(level + 0.3 * rng.standard_normal((40000, repeats))), ratio=ratio)
+    study = fin.Study.of_runs(
+        {"a": [0, 1] * 20000}, np.exp(level + 0.3 * rng.standard_normal((40000, repeats))), ratio=ratio
+    )
     law = law_of_a_reading(study, float(study.sn_ratio.mean()), float(study.sn_ratio.std()))
     square = np.log1p((float(law.sd) / float(law.mean)) ** 2)
     assert square == pytest.approx(0.3**2 + 0.1**2, rel=0.03)

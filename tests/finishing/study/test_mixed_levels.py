@@ -5,7 +5,9 @@ import numpy as np
 from sdpgrind import finishing as fin
 
 GAP = ("auto", 1.0, 2.0)
-STUDY = fin.Study("L9", {"gap": GAP, "b": (1, 2, 3)}, [1.0, 2.0, 3.0, 3.0, 5.0, 6.0, 2.0, 8.0, 9.0], unit="mm")
+STUDY = fin.Study(
+    "L9", {"gap": GAP, "b": (1, 2, 3)}, [1.0, 2.0, 3.0, 3.0, 5.0, 6.0, 2.0, 8.0, 9.0], unit="mm"
+)
 
 
 def test_settings_are_what_was_given():

@@ -1,4 +1,6 @@
-"""Simulated repetitions against non-central F laws and a slow loop; further runs against a surface fitted by hand."""
+"""Simulated repetitions against non-central F laws and a slow loop; further runs against a surface fitted by
+hand.
+"""
 
 import numpy as np
 import pytest
@@ -21,15 +23,24 @@ def test_the_bars_of_2000_simulated_studies():
     assert 0.03 <= found.significant["feed_rate"] <= 0.08
     assert found.without_effect == ("feed_rate",)
     text = repr(found)
-    assert "feed_rate is significant (p < 0.05) in" in text and "wrongly" in text and "1.667 beats 1.111 in" in text
+    assert (
+        "feed_rate is significant (p < 0.05) in" in text
+        and "wrongly" in text
+        and "1.667 beats 1.111 in" in text
+    )
 
 
 def test_shares_by_the_non_central_law():
-    """What each effect's F exceeds, with the true sums of squares; the truth has less effect here, so that shares lie between."""
+    """What each effect's F exceeds, with the true sums of squares; the truth has less effect here, so that
+    shares lie between.
+    """
     small = {"tool_diameter": 0.15, "pattern": 0.3, "feed_rate": 0.2, "normal_force": 0.1}
     y = np.zeros(18)
     for name, size in small.items():
-        y += size * np.array([-1.0, 1.0, 0.3])[[STUDY.levels(name).index(level) for level in STUDY.settings[name]]]
+        y += (
+            size
+            * np.array([-1.0, 1.0, 0.3])[[STUDY.levels(name).index(level) for level in STUDY.settings[name]]]
+        )
 
     def drawn(settings, rng, runs):
         return 10 ** (-(y + 0.5 * rng.standard_normal((runs, 18))) / 20)
@@ -48,7 +59,9 @@ def test_which_force_wins_by_the_normal_law():
     sd = np.sqrt(STUDY.anova(pool="F<1").error.ms * 2 / 6)
     share = stats.norm.cdf(-(y[force == 1.111].mean() - y[force == 1.667].mean()) / sd)
     assert abs(found.beats("normal_force", 1.667, 1.111) - share) < 4 * found.standard_error(share)
-    assert found.beats("normal_force", 1.667, 1.111) + found.beats("normal_force", 1.111, 1.667) == pytest.approx(1)
+    assert found.beats("normal_force", 1.667, 1.111) + found.beats(
+        "normal_force", 1.111, 1.667
+    ) == pytest.approx(1)
     assert share == pytest.approx(0.34, abs=0.03)
 
 
@@ -73,16 +86,23 @@ def test_a_slow_loop_finds_the_same():
     settings = {name: values.tolist() for name, values in STUDY.settings.items()}
     y = STUDY.sn_ratio
     mean = y.mean() + sum(
-        np.array([y[STUDY.settings[name] == level].mean() for level in settings[name]]) - y.mean() for name in RANKING[:3]
+        np.array([y[STUDY.settings[name] == level].mean() for level in settings[name]]) - y.mean()
+        for name in RANKING[:3]
     )
-    tables = [fin.Study.of_runs(settings, mean + np.sqrt(kept.error.ms) * row, ratio="none").anova() for row in noise]
+    tables = [
+        fin.Study.of_runs(settings, mean + np.sqrt(kept.error.ms) * row, ratio="none").anova()
+        for row in noise
+    ]
     assert found.ranking_returned == pytest.approx(np.mean([table.ranking == RANKING for table in tables]))
     for name in STUDY.factors:
         assert found.significant[name] == pytest.approx(np.mean([table[name].p < 0.05 for table in tables]))
 
 
 def test_results_depend_on_the_source_of_randomness_alone():
-    assert STUDY.power(rng=4, runs=200).significant == STUDY.power(rng=np.random.default_rng(4), runs=200).significant
+    assert (
+        STUDY.power(rng=4, runs=200).significant
+        == STUDY.power(rng=np.random.default_rng(4), runs=200).significant
+    )
     assert STUDY.power(rng=4, runs=200).ranking_returned != STUDY.power(rng=5, runs=200).ranking_returned
 
 
@@ -94,7 +114,8 @@ def test_power_of_unbalanced_runs():
     assert "type II" in study.anova().method
 
 
-# Further runs ---------------------------------------------------------------------------------------------------------
+# Further runs
+# ---------------------------------------------------------------------------------------------------------
 
 
 def test_the_next_runs_lie_about_the_best_force():
@@ -154,7 +175,9 @@ def test_two_peaks_are_spread_over_both_axes():
 
 
 def test_a_nominal_study_gives_laws_in_db():
-    y = np.random.default_rng(0).normal(10.0, [[0.1], [0.2], [0.4], [0.2], [0.1], [0.2], [0.4], [0.4], [0.1]], (9, 4))
+    y = np.random.default_rng(0).normal(
+        10.0, [[0.1], [0.2], [0.4], [0.2], [0.1], [0.2], [0.4], [0.4], [0.1]], (9, 4)
+    )
     study = fin.Study("L9", {"a": (1.0, 2.0, 3.0), "b": ("x", "y", "z")}, y, ratio="nominal")
     run = study.next_runs(1, pool=None)[0]
     assert isinstance(run.law, sdp.Normal) and float(run.law.mean) == pytest.approx(run.mean)
@@ -163,5 +186,7 @@ def test_a_nominal_study_gives_laws_in_db():
 
 
 def test_rounded_readings_change_little():
-    rounded = STUDY.power(rng=1, runs=4000, model=lambda s, **how: MODEL.responses(s, **how, rounding=units.um(0.25)))
+    rounded = STUDY.power(
+        rng=1, runs=4000, model=lambda s, **how: MODEL.responses(s, **how, rounding=units.um(0.25))
+    )
     assert 0.03 <= rounded.significant["feed_rate"] <= 0.08 and rounded.ranking_returned >= 0.80

@@ -43,7 +43,9 @@ def test_the_reference_only_shifts(y, reference):
 
 @given(positive)
 def test_smaller_and_larger_mirror_each_other(y):
-    assert fin.study.sn_ratio(1 / np.array(y), "larger") == pytest.approx(fin.study.sn_ratio(y, "smaller"), abs=1e-9)
+    assert fin.study.sn_ratio(1 / np.array(y), "larger") == pytest.approx(
+        fin.study.sn_ratio(y, "smaller"), abs=1e-9
+    )
 
 
 @given(st.floats(0.01, 100.0))
@@ -53,7 +55,9 @@ def test_a_single_reading_is_only_another_scale(y):
 
 @given(positive.filter(lambda y: np.ptp(y) > 1e-3), st.floats(0.1, 10.0))
 def test_a_nominal_ratio_has_no_scale(y, scale):
-    assert fin.study.sn_ratio(scale * np.array(y), "nominal") == pytest.approx(fin.study.sn_ratio(y, "nominal"), abs=1e-6)
+    assert fin.study.sn_ratio(scale * np.array(y), "nominal") == pytest.approx(
+        fin.study.sn_ratio(y, "nominal"), abs=1e-6
+    )
 
 
 @pytest.mark.parametrize("scale", [1e-305, 1e-200, 1e200, 1e305])
@@ -65,7 +69,9 @@ def test_very_small_and_very_large_readings(ratio, scale):
     wanted = factor * fin.study.sn_ratio(Y, ratio, reference=2.0) + shift
     np.testing.assert_allclose(fin.study.sn_ratio(scale * Y, ratio, reference=2.0), wanted, rtol=1e-12)
     if ratio in ("smaller", "larger"):
-        np.testing.assert_allclose(fin.study.sn_ratio(scale * Y, ratio, reference=2.0 * scale), wanted - shift, rtol=1e-9)
+        np.testing.assert_allclose(
+            fin.study.sn_ratio(scale * Y, ratio, reference=2.0 * scale), wanted - shift, rtol=1e-9
+        )
 
 
 def test_readings_far_apart():
@@ -79,21 +85,36 @@ def test_one_zero_among_readings_is_none_too_small():
 
 
 REFUSED = [
-    ([[1.0, 2.0], [1.0, -2.0]], "smaller", r"response must be >= 0 where smaller is better .*; got \[1.0, -2.0\] in run 2"),
+    (
+        [[1.0, 2.0], [1.0, -2.0]],
+        "smaller",
+        r"response must be >= 0 where smaller is better .*; got \[1.0, -2.0\] in run 2",
+    ),
     ([[0.0, 0.0]], "smaller", r"response must not be all zeros in a run: .*; got \[0.0, 0.0\] in run 1"),
     ([[1.0, 0.0]], "larger", r"response must be > 0 where larger is better; got \[1.0, 0.0\] in run 1"),
     ([[1.0, -1.0]], "larger", r"response must be > 0 where larger is better"),
     ([[1.0]], "nominal", r"two replicates or more where a nominal value is best; got 1"),
     ([[1.0]], "nominal_taguchi", r"two replicates or more where a nominal value is best; got 1"),
-    ([[1.0, 2.0], [3.0, 3.0]], "nominal", r"response must scatter in each run \(s > 0\).*; got \[3.0, 3.0\] in run 2"),
+    (
+        [[1.0, 2.0], [3.0, 3.0]],
+        "nominal",
+        r"response must scatter in each run \(s > 0\).*; got \[3.0, 3.0\] in run 2",
+    ),
     ([[0.1 + 0.2, 0.3]], "nominal", r"response must scatter in each run"),
     ([[-1.0, 1.0]], "nominal", r"response must have a mean != 0"),
     ([[-1.0, 1.5]], "nominal_taguchi", r"response must have a mean further from 0 than its standard error"),
     ([[np.nan]], "smaller", r"response\[0\] must be finite"),
     (["a"], "smaller", r"response must be numbers; got \['a'\]"),
-    *(([], ratio, r"response must have a reading or more in each run; got the shape \(0,\)") for ratio in RATIOS),
+    *(
+        ([], ratio, r"response must have a reading or more in each run; got the shape \(0,\)")
+        for ratio in RATIOS
+    ),
     (3.0, "smaller", r"response must have an axis of replicates"),
-    ([[1.0]], "biggest", r"ratio must be one of smaller, larger, nominal, nominal_taguchi, none; got 'biggest'"),
+    (
+        [[1.0]],
+        "biggest",
+        r"ratio must be one of smaller, larger, nominal, nominal_taguchi, none; got 'biggest'",
+    ),
 ]
 
 

@@ -14,7 +14,9 @@ TWO = {"a": (0, 1), "b": (0, 1)}
 
 
 def l4(factors=None, response=None, **options):
-    return fin.Study("L4", TWO if factors is None else factors, Y if response is None else response, **options)
+    return fin.Study(
+        "L4", TWO if factors is None else factors, Y if response is None else response, **options
+    )
 
 
 def nan_in(runs):
@@ -128,6 +130,8 @@ def test_numbers_of_a_level_may_be_whole_or_nearly_so():
         with pytest.raises(ValueError, match=f"a must be one of its levels, 0, 1; got {value!r}"):
             study.predict({"a": value})
     found = WANG.power(rng=0, runs=10)
-    assert found.beats("normal_force", 1.667 * (1 + 1e-12), 1.111) == found.beats("normal_force", 1.667, 1.111)
+    assert found.beats("normal_force", 1.667 * (1 + 1e-12), 1.111) == found.beats(
+        "normal_force", 1.667, 1.111
+    )
     with pytest.raises(ValueError, match=r"level must be one of 0\.0, 1\.0; got True"):
         study.power(rng=0, runs=10, pool=None).beats("a", True, 0)

@@ -46,13 +46,19 @@ def test_reports_of_other_studies():
     assert "missing: 5" in text and "type II" in text and "missing" in text.splitlines()[7]
     runs = fin.Study.of_runs({"wool": ["A", "A", "B", "B"]}, [1.0, 2.0, 4.0, 5.5], ratio="none").report()
     assert "4 runs of any kind" in runs and "Best levels" not in runs
-    hidden = fin.Study("L8", {"a": (0, 1), "b": (0, 1), "c": (0, 1)}, np.arange(1.0, 9.0), columns=(1, 2, 3)).report()
+    hidden = fin.Study(
+        "L8", {"a": (0, 1), "b": (0, 1), "c": (0, 1)}, np.arange(1.0, 9.0), columns=(1, 2, 3)
+    ).report()
     assert "c or a x b" in hidden
     clear = fin.Study("L8", {"a": (0, 1), "b": (0, 1), "c": (0, 1)}, np.arange(1.0, 9.0)).report()
     assert "No interaction of two factors falls on a main effect." in clear
-    twice = fin.Study("L4", {"a": (0, 1)}, [[1.0, 1.2], [2.0, 2.2], [3.0, 3.2], [4.0, 4.2]], ratio="larger").report()
+    twice = fin.Study(
+        "L4", {"a": (0, 1)}, [[1.0, 1.2], [2.0, 2.2], [3.0, 3.2], [4.0, 4.2]], ratio="larger"
+    ).report()
     assert "2 readings each" in twice and "no information on noise" not in twice
-    together = fin.Study("L8", {"a": (0, 1), "b": (0, 1)}, np.arange(1.0, 9.0), columns=(1, 2), interactions=[("a", "b")])
+    together = fin.Study(
+        "L8", {"a": (0, 1), "b": (0, 1)}, np.arange(1.0, 9.0), columns=(1, 2), interactions=[("a", "b")]
+    )
     assert "a x b" in together.report()
 
 
@@ -84,9 +90,16 @@ def test_picture(pyplot):
         levels = list(means[factor])
         levels = sorted(levels) if isinstance(levels[0], float) else levels
         np.testing.assert_allclose(axis.lines[0].get_ydata(), [means[factor][level] for level in levels])
-        assert [label.get_text() for label in axis.get_xticklabels()] == [f"{x:g}" if isinstance(x, float) else x for x in levels]
+        assert [label.get_text() for label in axis.get_xticklabels()] == [
+            f"{x:g}" if isinstance(x, float) else x for x in levels
+        ]
     assert panels[0].get_ylabel() == "mean ratio [dB]"
-    assert [axis.get_title() for axis in panels] == ["tool diameter [mm]", "pattern", "feed rate [mm/s]", "normal force [N]"]
+    assert [axis.get_title() for axis in panels] == [
+        "tool diameter [mm]",
+        "pattern",
+        "feed rate [mm/s]",
+        "normal force [N]",
+    ]
     right = figure.axes[4]
     assert right.get_ylabel() == "roughness R_a [µm]"
     tick, label = right.get_yticks()[0], right.get_yticklabels()[0].get_text()
@@ -100,7 +113,9 @@ def test_pictures_without_intervals_or_a_way_back(pyplot):
     y = np.random.default_rng(0).normal(10.0, 0.2, (4, 3))
     nominal = fin.Study("L4", {"a": (0, 1), "b": ("x", "y")}, y, ratio="nominal").plot()
     assert len(nominal.axes) == 2
-    plain = fin.Study.of_runs({"a": [0, 1, 1, 0]}, [1.0, 2.0, 3.0, 4.0], ratio="none", name="depth", unit="mm").plot()
+    plain = fin.Study.of_runs(
+        {"a": [0, 1, 1, 0]}, [1.0, 2.0, 3.0, 4.0], ratio="none", name="depth", unit="mm"
+    ).plot()
     assert plain.axes[0].get_ylabel() == "depth [mm]"
 
 

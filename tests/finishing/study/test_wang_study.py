@@ -61,13 +61,17 @@ def test_plain_and_pure_contributions():
     pure = [100 * row.pure_contribution for row in table.rows[:-1]]
     np.testing.assert_allclose(pure, [19.907, 45.854, -0.246, 28.986, 5.500], atol=1e-3)
     assert sum(pure) == pytest.approx(100, abs=1e-9)
-    np.testing.assert_allclose([table[name].pure_ss for name in FACTORS], [22.497, 51.818, -0.278, 32.756], atol=6e-4)
+    np.testing.assert_allclose(
+        [table[name].pure_ss for name in FACTORS], [22.497, 51.818, -0.278, 32.756], atol=6e-4
+    )
     assert [row.note for row in table.effects] == ["", "", "F < 1: pool", ""]
 
 
 def test_f_and_p():
     table = STUDY.anova()
-    np.testing.assert_allclose([table[name].F for name in FACTORS], [62.536, 71.870, 0.620, 45.799], atol=1e-3)
+    np.testing.assert_allclose(
+        [table[name].F for name in FACTORS], [62.536, 71.870, 0.620, 45.799], atol=1e-3
+    )
     p = [stats.f.sf(table[name].F, table[name].df, 10) for name in FACTORS]
     np.testing.assert_allclose([table[name].p for name in FACTORS], p, rtol=1e-10)
     assert table["feed_rate"].p == pytest.approx(0.56, abs=5e-3)
@@ -108,7 +112,9 @@ def test_intervals_by_the_formulas():
     levels = {"tool_diameter": 3.0, "pattern": "zigzag", "normal_force": 0.556}
     found = STUDY.predict(levels, confirm=4, confidence=0.9)
     y = STUDY.sn_ratio
-    mean = y.mean() + sum(y[STUDY.settings[name] == level].mean() - y.mean() for name, level in levels.items())
+    mean = y.mean() + sum(
+        y[STUDY.settings[name] == level].mean() - y.mean() for name, level in levels.items()
+    )
     variance = STUDY.anova(pool=["feed_rate"]).error.ms
     F = stats.f.isf(0.1, 1, 12)
     assert found.mean == pytest.approx(mean, rel=1e-12)
@@ -121,7 +127,12 @@ def test_intervals_by_the_formulas():
 
 def test_best_levels_and_ties():
     best = STUDY.best()
-    assert dict(best) == {"tool_diameter": 4.0, "pattern": "hilbert5", "feed_rate": 12.5, "normal_force": 1.111}
+    assert dict(best) == {
+        "tool_diameter": 4.0,
+        "pattern": "hilbert5",
+        "feed_rate": 12.5,
+        "normal_force": 1.111,
+    }
     assert best.arbitrary == ("feed_rate",)
     (tie,) = best.ties
     assert (tie.factor, tie.level) == ("normal_force", 1.667)
@@ -139,19 +150,31 @@ def test_level_means():
     assert means["normal_force"][1.667] == pytest.approx(5.386, abs=1e-3)
     assert list(means) == list(FACTORS) and len(means) == 4
     row = next(row for row in means.rows if row.level == "zigzag")
-    assert row.half_width == pytest.approx(stats.t.isf(0.025, 10) * np.sqrt(STUDY.anova().error.ms / 6), rel=1e-10)
+    assert row.half_width == pytest.approx(
+        stats.t.isf(0.025, 10) * np.sqrt(STUDY.anova().error.ms / 6), rel=1e-10
+    )
     assert row.response == pytest.approx(0.010 * 10 ** (-row.mean / 20), rel=1e-12)
 
 
 def test_pooling_keeps_a_record_and_both_tables():
     table = STUDY.anova(pool="F<1")
-    assert (table.pooling.rule, table.pooling.names, table.pooling.df, table.pooling.error_df) == ("F < 1", ("feed_rate",), 2, 12)
+    assert (table.pooling.rule, table.pooling.names, table.pooling.df, table.pooling.error_df) == (
+        "F < 1",
+        ("feed_rate",),
+        2,
+        12,
+    )
     assert table.error.ss == pytest.approx(3.65585 + 0.45308, abs=2e-5)
     assert abs(table.unpooled["feed_rate"].F - 0.620) < 1e-3
     assert table.unpooled.pooling is None and table.pooling.only_after == ()
     assert table.significant() == ("tool_diameter", "pattern", "normal_force")
     text = str(table)
-    assert text.index("before pooling") < text.index("feed_rate") < text.index("after pooling") < text.rindex("error")
+    assert (
+        text.index("before pooling")
+        < text.index("feed_rate")
+        < text.index("after pooling")
+        < text.rindex("error")
+    )
     named = STUDY.anova(pool=["feed_rate"])
     assert named.pooling.rule == "named" and named.error.ss == table.error.ss
 

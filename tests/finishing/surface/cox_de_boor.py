@@ -50,7 +50,10 @@ def derivatives(surface, u, v):
     """Six vectors at one place; rational ones by Leibniz, solved for the highest."""
     weights = np.ones(surface.control_points.shape[:2]) if surface.weights is None else surface.weights
     net = np.concatenate([surface.control_points * weights[..., None], weights[..., None]], axis=-1)
-    rows = [[row(knots, p, x, k) for k in range(3)] for knots, p, x in zip(surface.knots, surface.degree, (u, v), strict=True)]
+    rows = [
+        [row(knots, p, x, k) for k in range(3)]
+        for knots, p, x in zip(surface.knots, surface.degree, (u, v), strict=True)
+    ]
     A = {(a, b): np.einsum("i,j,ijc->c", rows[0][a], rows[1][b], net) for a, b in ORDERS}
     w = {k: A[k][3] for k in A}
     S = {}
@@ -75,7 +78,9 @@ def some_knots(rng, n, degree):
     ends = np.zeros(degree) if clamped else np.sort(rng.uniform(-1, -0.05, degree))
     behind = np.zeros(degree) if clamped else np.sort(rng.uniform(0.05, 1, degree))
     knots = np.concatenate([ends, [0.0], np.clip(inner, 0.1, 0.9), [1.0], 1.0 + behind])
-    return knots if np.unique(knots, return_counts=True)[1].max() <= degree + 1 else some_knots(rng, n, degree)
+    return (
+        knots if np.unique(knots, return_counts=True)[1].max() <= degree + 1 else some_knots(rng, n, degree)
+    )
 
 
 def some_surface(seed, degree=None, rational=None):

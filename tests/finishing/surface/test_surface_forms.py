@@ -1,4 +1,6 @@
-"""Forms, curvature and area: closed forms, the spec's own formulas, differences, Gauss-Bonnet, and what no motion changes."""
+"""Forms, curvature and area: closed forms, the spec's own formulas, differences, Gauss-Bonnet, and what no
+motion changes.
+"""
 
 import numpy as np
 import pytest
@@ -11,12 +13,19 @@ from scipy.interpolate import NdBSpline
 from scipy.spatial.transform import Rotation
 
 from sdpgrind.finishing import Surface
-from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
+from sdpgrind.finishing.surface import (
+    cylinder_surface,
+    flat_surface,
+    nominal_surface,
+    sphere_surface,
+    uneven_surfaces,
+)
 
 SEEDS = st.integers(0, 2**32 - 1)
 whole = settings(max_examples=25, deadline=None)
 INSIDE = np.random.default_rng(4).uniform(0.02, 0.98, (2, 50))
-SADDLE = Surface.bspline([[[0, 0, 0], [0, 50, 0]], [[50, 0, 0], [50, 50, 20]]], degree=(1, 1))  # z = 0.008 x y
+# z = 0.008 x y
+SADDLE = Surface.bspline([[[0, 0, 0], [0, 50, 0]], [[50, 0, 0], [50, 50, 20]]], degree=(1, 1))
 
 
 def torus(outer, inner):
@@ -26,7 +35,8 @@ def torus(outer, inner):
     return Surface.nurbs(net, np.outer(QUARTER_WEIGHTS, QUARTER_WEIGHTS), degree=(2, 2))
 
 
-# Closed forms ---------------------------------------------------------------------------------------------------------
+# Closed forms
+# ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("inside", [False, True])
@@ -72,14 +82,19 @@ def test_a_torus():
     k1, k2 = shape.principal_curvatures(u, v)
     np.testing.assert_allclose(k1, -around, rtol=1e-12)
     np.testing.assert_allclose(k2, -1 / r, rtol=1e-12)
-    assert shape.area == pytest.approx(np.pi / 2 * r * (R * np.pi / 2 + r), rel=1e-13)  # Pappus, for a quarter of each circle
+    # Pappus, for a quarter of each circle
+    assert shape.area == pytest.approx(np.pi / 2 * r * (R * np.pi / 2 + r), rel=1e-13)
 
 
 def test_a_flat():
     shape = flat_surface(30.0)
     assert shape.area == pytest.approx(900.0, rel=1e-15) and shape.area_error <= 1e-12
     np.testing.assert_array_equal(shape.normal(*INSIDE), np.tile([0.0, 0.0, 1.0], (50, 1)))
-    for value in (shape.gaussian_curvature(*INSIDE), shape.mean_curvature(*INSIDE), *shape.principal_curvatures(*INSIDE)):
+    for value in (
+        shape.gaussian_curvature(*INSIDE),
+        shape.mean_curvature(*INSIDE),
+        *shape.principal_curvatures(*INSIDE),
+    ):
         assert not value.any()
 
 
@@ -93,20 +108,28 @@ def test_a_saddle():
     assert SADDLE.area == pytest.approx(area, abs=error + 1e-9)
 
 
-# The nominal die, as a height over x and y ----------------------------------------------------------------------------
+# The nominal die, as a height over x and y
+# ----------------------------------------------------------------------------
 
 
 def test_the_nominal_die_is_a_graph():
-    """Greville abscissae make x = 50 u and y = 50 v, so that K and H follow from the height's own derivatives."""
+    """Greville abscissae make x = 50 u and y = 50 v, so that K and H follow from the height's own
+    derivatives.
+    """
     die, (u, v) = nominal_surface(), INSIDE
     height = NdBSpline(die.knots, die.control_points[..., 2], (3, 3))
     z, zx, zy, zxx, zxy, zyy = (
-        height(INSIDE.T, nu=order) / 50.0 ** sum(order) for order in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+        height(INSIDE.T, nu=order) / 50.0 ** sum(order)
+        for order in ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
     )
     np.testing.assert_allclose(die.point(u, v), np.stack([50 * u, 50 * v, z], axis=-1), atol=1e-13)
     metric = 1 + zx**2 + zy**2
-    np.testing.assert_allclose(die.normal(u, v), np.stack([-zx, -zy, 1 + 0 * z], axis=-1) / np.sqrt(metric)[:, None], atol=1e-14)
-    np.testing.assert_allclose(die.gaussian_curvature(u, v), (zxx * zyy - zxy**2) / metric**2, rtol=1e-9, atol=1e-16)
+    np.testing.assert_allclose(
+        die.normal(u, v), np.stack([-zx, -zy, 1 + 0 * z], axis=-1) / np.sqrt(metric)[:, None], atol=1e-14
+    )
+    np.testing.assert_allclose(
+        die.gaussian_curvature(u, v), (zxx * zyy - zxy**2) / metric**2, rtol=1e-9, atol=1e-16
+    )
     mean = ((1 + zy**2) * zxx - 2 * zx * zy * zxy + (1 + zx**2) * zyy) / (2 * metric**1.5)
     np.testing.assert_allclose(die.mean_curvature(u, v), mean, rtol=1e-11)
 
@@ -118,7 +141,8 @@ def test_the_nominal_die_has_the_stated_numbers():
     assert die.control_points.shape == (6, 6, 3) and die.degree == (3, 3) and die.outward == 1
 
 
-# The spec's formulas --------------------------------------------------------------------------------------------------
+# The spec's formulas
+# --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("shape", uneven_surfaces().values(), ids=uneven_surfaces())
@@ -167,16 +191,23 @@ def test_the_normal_curvature_is_that_of_the_section():
     assert bend.min() < -0.01  # a ridge bends away from the tool
 
 
-# Gauss-Bonnet ---------------------------------------------------------------------------------------------------------
+# Gauss-Bonnet
+# ---------------------------------------------------------------------------------------------------------
 
 
 def test_gauss_bonnet():
-    """Int K dA + int k_g ds + turns at the corners = 2 pi: within a span of the saddle, the die, and a rational one."""
+    """Int K dA + int k_g ds + turns at the corners = 2 pi: within a span of the saddle, the die, and a
+    rational one.
+    """
     for shape in (SADDLE, nominal_surface(), torus(40.0, 15.0)):
         a, b = (0.35, 0.64), (0.36, 0.65)
         u, weight_u = gauss(np.array(a), 24)
         v, weight_v = gauss(np.array(b), 24)
-        curved = weight_u @ (shape.gaussian_curvature(u[:, None], v) * shape.area_density(u[:, None], v)) @ weight_v
+        curved = (
+            weight_u
+            @ (shape.gaussian_curvature(u[:, None], v) * shape.area_density(u[:, None], v))
+            @ weight_v
+        )
         corners = np.array([(a[0], b[0]), (a[1], b[0]), (a[1], b[1]), (a[0], b[1])])
         edges = [turned(shape, corners[k], corners[(k + 1) % 4]) for k in range(4)]
         angles = [np.arccos(edges[k][2] @ edges[(k + 1) % 4][1]) for k in range(4)]
@@ -196,7 +227,8 @@ def turned(shape, start, end):
     return weight @ geodesic[:-2], tangents[-2], tangents[-1]
 
 
-# What changes nothing -------------------------------------------------------------------------------------------------
+# What changes nothing
+# -------------------------------------------------------------------------------------------------
 
 
 @given(SEEDS)
@@ -231,7 +263,13 @@ def test_other_parameters_change_no_curvature(seed, factor):
 def test_u_and_v_exchanged_turn_the_normal(seed):
     surface = some_surface(seed)
     weights = None if surface.weights is None else surface.weights.T
-    other = Surface(surface.control_points.swapaxes(0, 1), surface.degree[::-1], surface.knots[::-1], weights, -surface.outward)
+    other = Surface(
+        surface.control_points.swapaxes(0, 1),
+        surface.degree[::-1],
+        surface.knots[::-1],
+        weights,
+        -surface.outward,
+    )
     u, v = places(surface, seed, 10)
     np.testing.assert_allclose(other.normal(v, u), surface.normal(u, v), atol=1e-10)
     for one, two in zip(curvatures(surface, u, v), curvatures(other, v, u), strict=True):
@@ -242,7 +280,8 @@ def curvatures(surface, u, v):
     return surface.gaussian_curvature(u, v), surface.mean_curvature(u, v), *surface.principal_curvatures(u, v)
 
 
-# Area -----------------------------------------------------------------------------------------------------------------
+# Area
+# -----------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", uneven_surfaces())
@@ -269,7 +308,9 @@ def test_the_area_of_facets():
 def test_breaks_are_the_knots_of_the_domain():
     """Knots outside of the domain of an unclamped surface are none; a repeated one counts once."""
     net = np.stack([*np.meshgrid(np.arange(5.0), np.arange(3.0), indexing="ij"), np.zeros((5, 3))], axis=-1)
-    surface = Surface.bspline(net, (2, 1), ([-1.0, -0.5, 0.0, 0.4, 0.4, 1.0, 1.5, 2.0], [0.0, 0.0, 1.0, 2.0, 2.0]))
+    surface = Surface.bspline(
+        net, (2, 1), ([-1.0, -0.5, 0.0, 0.4, 0.4, 1.0, 1.5, 2.0], [0.0, 0.0, 1.0, 2.0, 2.0])
+    )
     assert [each.tolist() for each in surface.breaks] == [[0.0, 0.4, 1.0], [0.0, 1.0, 2.0]]
 
 

@@ -1,4 +1,6 @@
-"""Where Qu x Qv vanishes: the limit from the interior, where there is one, or a refusal that names the place; never NaN."""
+"""Where Qu x Qv vanishes: the limit from the interior, where there is one, or a refusal that names the place;
+never NaN.
+"""
 
 import numpy as np
 import pytest
@@ -53,7 +55,9 @@ def test_near_an_apex_the_curvature_is_what_it_is():
 def test_the_pole_in_other_parameters():
     ball = sphere_surface(20.0)
     other = ball.replace(knots=(1e-3 * ball.knots[0] + 5.0, 40.0 * ball.knots[1] - 9.0))
-    np.testing.assert_allclose(other.normal(5.0 + 1e-3 * AT[1:4], 31.0), np.tile([0, 0, 1], (3, 1)), atol=1e-10)
+    np.testing.assert_allclose(
+        other.normal(5.0 + 1e-3 * AT[1:4], 31.0), np.tile([0, 0, 1], (3, 1)), atol=1e-10
+    )
 
 
 def test_at_the_pole_a_direction_may_have_no_length():
@@ -83,14 +87,18 @@ def test_an_apex_of_a_cone_has_normals_but_no_mean_curvature():
     cone = Surface.nurbs(net, np.outer(QUARTER_WEIGHTS, [1, 1]), degree=(2, 1))
     np.testing.assert_allclose(cone.normal(AT, 1.0), cone.normal(AT, 0.5), atol=1e-12)
     np.testing.assert_allclose(cone.gaussian_curvature(AT, 1.0), 0.0, atol=1e-12)
-    with pytest.raises(ValueError, match=r"^the surface has no mean curvature at \(u, v\) = \(0.2, 1\): \|Qu x Qv\| vanishes"):
+    with pytest.raises(
+        ValueError, match=r"^the surface has no mean curvature at \(u, v\) = \(0.2, 1\): \|Qu x Qv\| vanishes"
+    ):
         cone.mean_curvature(AT[1:], 1.0)
     assert cone.area == pytest.approx(np.pi * 20 * 20 * np.sqrt(2) / 4, rel=1e-12)
 
 
 @pytest.mark.parametrize("rows", [2, 3])
 def test_rows_of_control_points_that_coincide(rows):
-    """Qu = 0 along an edge, to first or second order: the tangents keep their directions, and the normal is there."""
+    """Qu = 0 along an edge, to first or second order: the tangents keep their directions, and the normal is
+    there.
+    """
     x, y = np.array([0.0, 10.0, 20.0, 30.0]), np.arange(4.0) * 10
     x[:rows] = 0.0
     x, y = np.meshgrid(x, y, indexing="ij")
@@ -101,12 +109,16 @@ def test_rows_of_control_points_that_coincide(rows):
     np.testing.assert_allclose(surface.normal(0.0, AT), exact, atol=1e-9)
 
 
-# No limit -------------------------------------------------------------------------------------------------------------
+# No limit
+# -------------------------------------------------------------------------------------------------------------
 
 
 def test_points_in_one_line():
     line = Surface.bspline(np.arange(16.0).reshape(4, 4, 1) * np.array([1.0, 2.0, 3.0]))
-    with pytest.raises(ValueError, match=r"^the surface has no normal at \(u, v\) = \(0.25, 0.5\): \|Qu x Qv\| vanishes there"):
+    with pytest.raises(
+        ValueError,
+        match=r"^the surface has no normal at \(u, v\) = \(0.25, 0.5\): \|Qu x Qv\| vanishes there",
+    ):
         line.normal(0.25, 0.5)
     assert line.area == pytest.approx(0.0, abs=1e-9)
 
@@ -120,7 +132,9 @@ def test_a_fold():
 
 
 def test_a_fold_beside_a_pole():
-    """Two arcs with common points and end tangents, of other weights: the strip between them folds over near its corner."""
+    """Two arcs with common points and end tangents, of other weights: the strip between them folds over near
+    its corner.
+    """
     arc = [[-3.0, 0.0, 0.0], [0.0, 9.0, 0.0], [3.0, 1.0, 0.0]]
     knots = ([0.0, 0.0, 1.0, 1.0], [-0.99, -0.1, 0.0, 1.0, 1.1, 1.66])
     strip = Surface.nurbs([arc, arc], [[2.2, 2.57, 2.72], [2.42, 2.73, 1.31]], degree=(1, 2), knots=knots)

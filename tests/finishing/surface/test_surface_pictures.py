@@ -4,9 +4,20 @@ import numpy as np
 import pytest
 
 from sdpgrind.base.stored import decode, encode
-from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, sphere_surface, uneven_surfaces
+from sdpgrind.finishing.surface import (
+    cylinder_surface,
+    flat_surface,
+    nominal_surface,
+    sphere_surface,
+    uneven_surfaces,
+)
 
-SURFACES = {"nominal": nominal_surface(), "flat": flat_surface(50.0), "ball": sphere_surface(20.0), **uneven_surfaces()}
+SURFACES = {
+    "nominal": nominal_surface(),
+    "flat": flat_surface(50.0),
+    "ball": sphere_surface(20.0),
+    **uneven_surfaces(),
+}
 
 
 @pytest.fixture
@@ -42,7 +53,9 @@ def test_to_one_scale_and_all_of_it(pyplot, name):
     (axes,) = SURFACES[name].plot().axes
     limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
     points = SURFACES[name].grid(np.linspace(0, 1, 61), np.linspace(0, 1, 61)).point.reshape(-1, 3)
-    assert (points.min(axis=0) >= limits[:, 0] - 1e-9).all() and (points.max(axis=0) <= limits[:, 1] + 1e-9).all()
+    assert (points.min(axis=0) >= limits[:, 0] - 1e-9).all() and (
+        points.max(axis=0) <= limits[:, 1] + 1e-9
+    ).all()
     scale = np.ptp(limits, axis=1) / axes._box_aspect
     np.testing.assert_allclose(scale, scale[0], rtol=1e-12)
 
@@ -68,5 +81,7 @@ def test_into_axes_that_are_there(pyplot):
     figure = pyplot.figure()
     axes = figure.add_subplot(projection="3d")
     assert nominal_surface().plot(axes) is figure and len(figure.axes) == 1 and len(axes.lines) == 8
-    with pytest.raises(TypeError, match=r"^ax must be 3-D axes of matplotlib, as add_subplot\(projection='3d'\) gives; got"):
+    with pytest.raises(
+        TypeError, match=r"^ax must be 3-D axes of matplotlib, as add_subplot\(projection='3d'\) gives; got"
+    ):
         nominal_surface().plot(pyplot.figure().add_subplot())

@@ -1,4 +1,6 @@
-"""Points and derivatives: against scipy, the recursion written down, and differences; and what no change may change."""
+"""Points and derivatives: against scipy, the recursion written down, and differences; and what no change may
+change.
+"""
 
 import numpy as np
 import pytest
@@ -20,13 +22,21 @@ whole = settings(max_examples=25, deadline=None)
 
 
 def scale(surface, order):
-    """What a derivative of this order may be as large as: net over knot spans. Rounding is told relative to it."""
-    steps = [np.diff(np.unique(np.clip(k, *ends))).min() for k, ends in zip(surface.knots, surface.domain, strict=True)]
-    size = np.abs(surface.control_points).max() * (1.0 if surface.weights is None else np.ptp(surface.weights) + 10.0)
+    """What a derivative of this order may be as large as: net over knot spans. Rounding is told relative to
+    it.
+    """
+    steps = [
+        np.diff(np.unique(np.clip(k, *ends))).min()
+        for k, ends in zip(surface.knots, surface.domain, strict=True)
+    ]
+    size = np.abs(surface.control_points).max() * (
+        1.0 if surface.weights is None else np.ptp(surface.weights) + 10.0
+    )
     return size * (surface.degree[0] / steps[0]) ** order[0] * (surface.degree[1] / steps[1]) ** order[1]
 
 
-# Two other ways to every number ---------------------------------------------------------------------------------------
+# Two other ways to every number
+# ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["nominal", "crowded", "steep"])
@@ -104,7 +114,8 @@ def test_differences(name):
         np.testing.assert_allclose(differences, exact, rtol=0, atol=2e-5 * max(50.0, np.abs(exact).max()))
 
 
-# Spans and basis ------------------------------------------------------------------------------------------------------
+# Spans and basis
+# ------------------------------------------------------------------------------------------------------
 
 
 def test_the_right_end_belongs_to_the_last_span():
@@ -154,7 +165,9 @@ def test_a_partition_of_unity(seed):
     np.testing.assert_allclose(first.sum(axis=1), 0.0, atol=1e-12 * np.abs(first).max())
     np.testing.assert_allclose(second.sum(axis=1), 0.0, atol=1e-12 * max(1.0, np.abs(second).max()))
     for k, order in ((3, 0), (4, 1), (5, 2)):
-        np.testing.assert_allclose((value, first, second)[order][k], row(knots, degree, x[k], order), atol=1e-12 * 10**order * 99)
+        np.testing.assert_allclose(
+            (value, first, second)[order][k], row(knots, degree, x[k], order), atol=1e-12 * 10**order * 99
+        )
 
 
 @pytest.mark.parametrize("degree", [1, 2])
@@ -166,7 +179,8 @@ def test_derivatives_beyond_the_degree_are_zero(degree):
     assert not surface.grid([0.37], [0.2, 0.9]).vv.any()
 
 
-# What changes nothing -------------------------------------------------------------------------------------------------
+# What changes nothing
+# -------------------------------------------------------------------------------------------------
 
 
 @given(SEEDS)
@@ -217,7 +231,8 @@ def test_points_stay_in_the_box_of_the_net(seed):
     assert (points >= net.min(axis=0) - 1e-10).all() and (points <= net.max(axis=0) + 1e-10).all()
 
 
-# Shapes, copies, equality ---------------------------------------------------------------------------------------------
+# Shapes, copies, equality
+# ---------------------------------------------------------------------------------------------
 
 
 def test_parameters_broadcast():

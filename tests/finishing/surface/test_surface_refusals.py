@@ -28,38 +28,80 @@ REFUSED = [
     (lambda: Surface.bspline(NET[..., 0]), "control_points must be of shape (nu, nv, 3); got (6, 6)"),
     (lambda: Surface.bspline(NET[..., :2]), "control_points must be of shape (nu, nv, 3); got (6, 6, 2)"),
     (lambda: Surface.bspline("die"), "control_points must be numbers (mm); got 'die'"),
-    (lambda: Surface.bspline(changed(NET, (0, 1, 2), np.nan)), "control_points[5] must be finite (mm); got nan"),
-    (lambda: Surface.bspline(np.ones((6, 6, 3))), "control_points must not all coincide (mm); got [[1.0, 1.0, 1.0]] everywhere"),
-    (lambda: Surface.bspline(np.ones((0, 6, 3))), "control_points must be of shape (nu, nv, 3); got (0, 6, 3)"),
+    (
+        lambda: Surface.bspline(changed(NET, (0, 1, 2), np.nan)),
+        "control_points[5] must be finite (mm); got nan",
+    ),
+    (
+        lambda: Surface.bspline(np.ones((6, 6, 3))),
+        "control_points must not all coincide (mm); got [[1.0, 1.0, 1.0]] everywhere",
+    ),
+    (
+        lambda: Surface.bspline(np.ones((0, 6, 3))),
+        "control_points must be of shape (nu, nv, 3); got (0, 6, 3)",
+    ),
     (lambda: Surface.bspline(NET[:3]), "control points along u must be at least degree + 1 = 4; got 3"),
-    (lambda: Surface.bspline(NET, degree=(3, 6)), "control points along v must be at least degree + 1 = 7; got 6"),
+    (
+        lambda: Surface.bspline(NET, degree=(3, 6)),
+        "control points along v must be at least degree + 1 = 7; got 6",
+    ),
     # degrees
     (lambda: Surface.bspline(NET, degree=(0, 3)), "degree[0] must be >= 1; got 0"),
     (lambda: Surface.bspline(NET, degree=(3, 2.0)), "degree[1] must be a whole number; got 2.0"),
     (lambda: Surface.bspline(NET, degree=3), "degree must be a pair, one entry for u and one for v; got 3"),
-    (lambda: Surface.bspline(NET, degree=(3, 3, 3)), "degree must be a pair, one entry for u and one for v; got (3, 3, 3)"),
+    (
+        lambda: Surface.bspline(NET, degree=(3, 3, 3)),
+        "degree must be a pair, one entry for u and one for v; got (3, 3, 3)",
+    ),
     # knots
     (lambda: Surface.bspline(NET, knots=3), "knots must be a pair, one entry for u and one for v; got 3"),
-    (lambda: Surface.bspline(NET, knots="uv"), "knots must be a pair, one entry for u and one for v; got 'uv'"),
-    (lambda: with_knots(CLAMPED[1:]), "knots[1] must be control points + degree + 1 = 6 + 3 + 1 = 10 numbers; got 9"),
-    (lambda: with_knots([CLAMPED]), "knots[1] must be control points + degree + 1 = 6 + 3 + 1 = 10 numbers; got (1, 10)"),
-    (lambda: with_knots(changed(CLAMPED, 5, 0.25)), "knots[1] must not decrease; got 0.25 behind 0.333333 at 5"),
+    (
+        lambda: Surface.bspline(NET, knots="uv"),
+        "knots must be a pair, one entry for u and one for v; got 'uv'",
+    ),
+    (
+        lambda: with_knots(CLAMPED[1:]),
+        "knots[1] must be control points + degree + 1 = 6 + 3 + 1 = 10 numbers; got 9",
+    ),
+    (
+        lambda: with_knots([CLAMPED]),
+        "knots[1] must be control points + degree + 1 = 6 + 3 + 1 = 10 numbers; got (1, 10)",
+    ),
+    (
+        lambda: with_knots(changed(CLAMPED, 5, 0.25)),
+        "knots[1] must not decrease; got 0.25 behind 0.333333 at 5",
+    ),
     (lambda: with_knots(changed(CLAMPED, 5, np.nan)), "knots[1][5] must be finite; got nan"),
     (
         lambda: with_knots([0, 0, 0, 0, 0, 0.5, 1, 1, 1, 1]),
         "knots[1] must hold no knot more than degree + 1 = 4 times; got 0 5 times",
     ),
-    (lambda: with_knots(np.linspace(0, 1, 10) ** 0), "knots[1] must hold no knot more than degree + 1 = 4 times; got 1 10 times"),
+    (
+        lambda: with_knots(np.linspace(0, 1, 10) ** 0),
+        "knots[1] must hold no knot more than degree + 1 = 4 times; got 1 10 times",
+    ),
     (
         lambda: Surface.bspline(NET[:4, :4], knots=([-3, -2, -1, 0, 0, 1, 2, 3], [0, 0, 0, 0, 1, 1, 1, 1])),
         "knots[0] must leave a domain, knot 3 < knot 4; got 0 at both",
     ),
     # weights, side
-    (lambda: Surface.nurbs(NET, np.ones((6, 5))), "weights must be of the control points' shape (6, 6); got (6, 5)"),
+    (
+        lambda: Surface.nurbs(NET, np.ones((6, 5))),
+        "weights must be of the control points' shape (6, 6); got (6, 5)",
+    ),
     (lambda: Surface.nurbs(NET, changed(np.ones((6, 6)), (2, 1), 0.0)), "weights[2, 1] must be > 0; got 0.0"),
-    (lambda: Surface.nurbs(NET, changed(np.ones((6, 6)), (5, 5), -2.0)), "weights[5, 5] must be > 0; got -2.0"),
-    (lambda: Surface.nurbs(NET, changed(np.ones((6, 6)), (0, 3), np.nan)), "weights[3] must be finite; got nan"),
-    (lambda: Surface.nurbs(NET, None), "weights must be given; Surface.bspline makes a surface without; got None"),
+    (
+        lambda: Surface.nurbs(NET, changed(np.ones((6, 6)), (5, 5), -2.0)),
+        "weights[5, 5] must be > 0; got -2.0",
+    ),
+    (
+        lambda: Surface.nurbs(NET, changed(np.ones((6, 6)), (0, 3), np.nan)),
+        "weights[3] must be finite; got nan",
+    ),
+    (
+        lambda: Surface.nurbs(NET, None),
+        "weights must be given; Surface.bspline makes a surface without; got None",
+    ),
     (lambda: Surface.bspline(NET, outward=0), "outward must be one of 1, -1; got 0"),
     # parameters
     (lambda: DIE.point(1.2, 0.5), "u must be in the surface's domain [0, 1]; got 1.2"),
@@ -69,8 +111,14 @@ REFUSED = [
     (lambda: DIE.grid([0.0, 1.5], [0.0]), "u[1] must be in the surface's domain [0, 1]; got 1.5"),
     (lambda: DIE.grid(0.5, [0.0]), "u must be one-dimensional; got ()"),
     (lambda: DIE.grid([0.5], [[0.0]]), "v must be one-dimensional; got (1, 1)"),
-    (lambda: DIE.replace(knots=(3 * CLAMPED, CLAMPED)).point(3.1, 0), "u must be in the surface's domain [0, 3]; got 3.1"),
-    (lambda: DIE.point([0.1, 0.2], [0.1, 0.2, 0.3]), "u, v must be of shapes that fit together; got (2,) and (3,)"),
+    (
+        lambda: DIE.replace(knots=(3 * CLAMPED, CLAMPED)).point(3.1, 0),
+        "u must be in the surface's domain [0, 3]; got 3.1",
+    ),
+    (
+        lambda: DIE.point([0.1, 0.2], [0.1, 0.2, 0.3]),
+        "u, v must be of shapes that fit together; got (2,) and (3,)",
+    ),
     # directions, moves
     (
         lambda: DIE.normal_curvature(0.5, 0.25, 0.0, 0.0),

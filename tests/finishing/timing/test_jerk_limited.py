@@ -111,5 +111,7 @@ def test_a_program_that_fails_is_told(monkeypatch):
         return jerk_program.JerkFound(np.zeros(32), np.zeros(32), False, "no step was found")
 
     monkeypatch.setattr(jerk_program, "solve", failed)
-    with pytest.raises(ValueError, match=r"run 0: no jerk-limited law was found between 8 and 8\.2 mm \(no step was found\)"):
+    with pytest.raises(
+        ValueError, match=r"run 0: no jerk-limited law was found between 8 and 8\.2 mm \(no step was found\)"
+    ):
         fastest(SHORT[0], SMOOTH)

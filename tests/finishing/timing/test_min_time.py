@@ -1,4 +1,6 @@
-"""The fastest law without limits of jerk: closed form, linear program, toppra, optimality, limits between points."""
+"""The fastest law without limits of jerk: closed form, linear program, toppra, optimality, limits between
+points.
+"""
 
 import logging
 
@@ -38,13 +40,18 @@ def linear_program(run, limits, grid):
 
 
 def swept_by_programs(run, limits, grid):
-    """The same sweep as the kernel's, each step a linear program in (x, u), solved by scipy: backward, then forward."""
+    """The same sweep as the kernel's, each step a linear program in (x, u), solved by scipy: backward, then
+    forward.
+    """
     p, c, cap = rows(run, limits, grid)
     x = np.zeros(grid.size)
 
     def best(k, cost, low, high):
         step = grid[k + 1] - grid[k]
-        here, there = np.column_stack([c[k], p[k]]), np.column_stack([c[k + 1], p[k + 1] + 2 * step * c[k + 1]])
+        here, there = (
+            np.column_stack([c[k], p[k]]),
+            np.column_stack([c[k + 1], p[k + 1] + 2 * step * c[k + 1]]),
+        )
         end = np.array([[1.0, 2 * step]])
         A = np.vstack([here, -here, there, -there, end, -end])
         b = np.concatenate([np.ones(4 * p.shape[1]), [x[k + 1], 0.0]])
@@ -69,19 +76,28 @@ COARSE = {"sine": sine(samples=41), "ellipse": ellipse(samples=41), "wavy": wavy
 def test_sweep_is_a_sweep_of_linear_programs(name):
     run = COARSE[name]
     limits = ARM if name == "wavy" else TABLE
-    swept, by_programs = min_time.swept(run, limits, FAST, None, run.length), swept_by_programs(run, limits, run.length)
+    swept, by_programs = (
+        min_time.swept(run, limits, FAST, None, run.length),
+        swept_by_programs(run, limits, run.length),
+    )
     # the programs are feasible to 1e-7, in rows of order 1
     assert duration(run.length, swept) == pytest.approx(duration(run.length, by_programs), rel=3e-5)
-    if name != "sine":  # where a row has no say in u, its own rounding has: the course may differ there, its time does not
+    # where a row has no say in u, its own rounding has: the course may differ there, its time does not
+    if name != "sine":
         assert np.allclose(swept, by_programs, atol=1e-4 * np.max(swept))
 
 
 @pytest.mark.parametrize("name", COARSE)
 def test_no_course_of_one_great_program_is_much_faster(name):
-    """A sweep is the best course in the limit of small steps only; on forty steps it may lose a little to the whole program."""
+    """A sweep is the best course in the limit of small steps only; on forty steps it may lose a little to the
+    whole program.
+    """
     run = COARSE[name]
     limits = ARM if name == "wavy" else TABLE
-    swept, whole = min_time.swept(run, limits, FAST, None, run.length), linear_program(run, limits, run.length)
+    swept, whole = (
+        min_time.swept(run, limits, FAST, None, run.length),
+        linear_program(run, limits, run.length),
+    )
     assert duration(run.length, swept) == pytest.approx(duration(run.length, whole), rel=2e-3)
 
 
@@ -97,12 +113,18 @@ def test_straight_line_in_closed_form(method):
 def test_is_the_trapezoid_where_only_the_path_is_limited(span):
     shape, fastest = (
         time_laws(
-            [line(span)], LINE.replace(speed_max=(1e4,), acceleration_max=(1e7,)), feed_rate=25.0, acceleration=500.0, method=m
+            [line(span)],
+            LINE.replace(speed_max=(1e4,), acceleration_max=(1e7,)),
+            feed_rate=25.0,
+            acceleration=500.0,
+            method=m,
         )
         for m in ("trapezoid", "min_time")
     )
     # where a trapezoid's corner is between points, one interval of a few hundred is not at a limit
-    assert shape[0].duration * (1 - 1e-9) <= fastest[0].duration <= shape[0].duration * (1 + 2 * min_time.GAIN)
+    assert (
+        shape[0].duration * (1 - 1e-9) <= fastest[0].duration <= shape[0].duration * (1 + 2 * min_time.GAIN)
+    )
 
 
 def by_toppra(run, limits, parts):
@@ -126,13 +148,17 @@ def test_twenty_random_paths_against_toppra_and_between_points(seed):
 
 @pytest.mark.parametrize("run", [wavy(1), wavy(2), ellipse(samples=101)], ids=["wavy 1", "wavy 2", "ellipse"])
 def test_some_limit_is_reached_everywhere(run):
-    """Bang-bang: in every interval a row or a speed is at its limit, but for the few in which it changes over."""
+    """Bang-bang: in every interval a row or a speed is at its limit, but for the few in which it changes
+    over.
+    """
     limits = ARM if run.joints.shape[1] == 7 else TABLE
     grid = min_time.grid_of(run, 10)
     x = min_time.swept(run, limits, FAST, None, grid)
     p, c, cap = rows(run, limits, grid)
     u = (np.diff(x) / (2 * np.diff(grid)))[:, None]
-    used = np.maximum(np.abs(p[:-1] * u + c[:-1] * x[:-1, None]), np.abs(p[1:] * u + c[1:] * x[1:, None])).max(axis=1)
+    used = np.maximum(
+        np.abs(p[:-1] * u + c[:-1] * x[:-1, None]), np.abs(p[1:] * u + c[1:] * x[1:, None])
+    ).max(axis=1)
     at_limit = (used >= 1 - 1e-6) | (x[:-1] >= cap[:-1] * (1 - 1e-9)) | (x[1:] >= cap[1:] * (1 - 1e-9))
     assert np.max(used) <= 1 + 1e-9
     assert np.mean(at_limit) >= 0.97
@@ -141,7 +167,8 @@ def test_some_limit_is_reached_everywhere(run):
 def test_half_the_step_halves_the_error():
     run = wavy(4)
     times = [
-        duration(grid, min_time.swept(run, ARM, FAST, None, grid)) for grid in (min_time.grid_of(run, n) for n in (8, 16, 32))
+        duration(grid, min_time.swept(run, ARM, FAST, None, grid))
+        for grid in (min_time.grid_of(run, n) for n in (8, 16, 32))
     ]
     assert times[0] > times[1] > times[2]
     assert (times[0] - times[1]) / (times[1] - times[2]) == pytest.approx(2.0, abs=0.8)

@@ -65,7 +65,10 @@ def test_samples_are_exact_for_straight_lines():
 
 def test_samples_do_not_depend_on_their_step():
     corners = np.array([0.0, 0.1, 0.25, 0.4]), np.array([0.0, 3.0, 3.0, -1.0])
-    fine, coarse = (LOOP.follow(np.interp(np.arange(count + 1) * 0.4 / count, *corners), 0.4 / count) for count in (400, 80))
+    fine, coarse = (
+        LOOP.follow(np.interp(np.arange(count + 1) * 0.4 / count, *corners), 0.4 / count)
+        for count in (400, 80)
+    )
     assert np.allclose(fine[::5], coarse, atol=1e-11)
 
 

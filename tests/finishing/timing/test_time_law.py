@@ -28,7 +28,8 @@ def test_polynomials_of_degree_five_are_met_exactly():
     run = JointPath(s, np.column_stack([s**5, 1 - s**3]))
     x = np.linspace(0.0, 2.0, 57)
     exact = [
-        np.column_stack(pair) for pair in ((x**5, 1 - x**3), (5 * x**4, -3 * x**2), (20 * x**3, -6 * x), (60 * x**2, x * 0 - 6))
+        np.column_stack(pair)
+        for pair in ((x**5, 1 - x**3), (5 * x**4, -3 * x**2), (20 * x**3, -6 * x), (60 * x**2, x * 0 - 6))
     ]
     for derivative in range(4):
         assert np.allclose(run.at(x, derivative), exact[derivative], atol=1e-9)
@@ -61,7 +62,9 @@ def test_a_law_is_its_own_derivative():
     before, now, after = law.at(inside - step), law.at(inside), law.at(inside + step)
     assert np.allclose((after.length - before.length) / (2 * step), now.feed, atol=1e-5)
     assert np.allclose((after.feed - before.feed) / (2 * step), now.acceleration, atol=1e-4)
-    assert np.allclose((after.acceleration - before.acceleration) / (2 * step), now.jerk, rtol=1e-6, atol=1e-3)
+    assert np.allclose(
+        (after.acceleration - before.acceleration) / (2 * step), now.jerk, rtol=1e-6, atol=1e-3
+    )
 
 
 def test_length_feed_and_acceleration_do_not_jump_at_knots():
@@ -109,7 +112,9 @@ def test_trapezoid_of_the_path_where_no_joint_asks_for_more():
 
 
 def test_trapezoid_is_slowed_by_the_acceleration_of_a_joint():
-    """A joint that turns 3 rad/mm has three times the path's acceleration: time grows by sqrt(3 a/limit) where no speed binds."""
+    """A joint that turns 3 rad/mm has three times the path's acceleration: time grows by sqrt(3 a/limit)
+    where no speed binds.
+    """
     run = JointPath([0.0, 1.0], [[0.0], [3.0]])
     limits = JointLimits(["q"], speed_max=[1e6], acceleration_max=[1500.0])
     (law,) = time_laws([run], limits, feed_rate=1e5, acceleration=1000.0)

@@ -1,4 +1,6 @@
-"""Laws by toppra: straight lines in closed form, spots that are too fast between the points of a grid, what toppra loses."""
+"""Laws by toppra: straight lines in closed form, spots that are too fast between the points of a grid, what
+toppra loses.
+"""
 
 import numpy as np
 import pytest
@@ -16,7 +18,9 @@ def straight(span, azimuth, seed=0):
     noise = np.random.default_rng(seed).uniform(-1, 1, size=(61, 7)) * 1e-15
     s = np.linspace(0.0, span, 61)[:, None]
     way = np.array([0.3, -0.2, 0.5, 0.1, 0.0, np.cos(azimuth), np.sin(azimuth)])
-    return JointPath(s[:, 0] + 40.0, noise + np.array([0.3, -0.2, 0.5, 0.1, 0.0, 0.0, 0.0]) + s * (np.arange(7) > 4) * way)
+    return JointPath(
+        s[:, 0] + 40.0, noise + np.array([0.3, -0.2, 0.5, 0.1, 0.0, 0.0, 0.0]) + s * (np.arange(7) > 4) * way
+    )
 
 
 @pytest.mark.parametrize("feed", [5.0, 20.0, 25.0, 50.0])
@@ -32,7 +36,9 @@ def test_straight_lines_are_the_trapezoid(span, feed, azimuth):
 
 @pytest.mark.parametrize(("side", "pitch"), PITCHES)
 def test_zigzags_on_a_flat(side, pitch):
-    problem = fin.FinishingProblem(fin.zigzag(fin.surface.flat_surface(side), pitch=pitch), feed_rate=20.0, acceleration=2000.0)
+    problem = fin.FinishingProblem(
+        fin.zigzag(fin.surface.flat_surface(side), pitch=pitch), feed_rate=20.0, acceleration=2000.0
+    )
     motion = fin.plan(problem, method="toppra")
     assert motion.worst_violation.ratio <= 1 + 1e-6
     # every leg is a trapezoid at the acceleration of the table, which that method is told as the path's
@@ -93,7 +99,9 @@ def test_what_cannot_be_narrowed_is_slowed():
     assert np.all(factors == 1)
 
 
-@pytest.mark.parametrize("first", [None, np.nan, 0.0, 1e-3], ids=["nothing", "not a number", "rest", "stalled"])
+@pytest.mark.parametrize(
+    "first", [None, np.nan, 0.0, 1e-3], ids=["nothing", "not a number", "rest", "stalled"]
+)
 def test_another_grid_where_toppra_loses_the_law(monkeypatch, first):
     real, sizes = toppra_law._by_toppra, []
 
@@ -101,7 +109,11 @@ def test_another_grid_where_toppra_loses_the_law(monkeypatch, first):
         sizes.append(cap.size)
         if len(sizes) > 1:
             return real(path, cap)
-        return None if first is None else real(path, cap) * np.where(np.arange(cap.size) == cap.size // 2, first, 1.0)
+        return (
+            None
+            if first is None
+            else real(path, cap) * np.where(np.arange(cap.size) == cap.size // 2, first, 1.0)
+        )
 
     monkeypatch.setattr(toppra_law, "_by_toppra", once)
     (law,) = time_laws([line(9.0)], LINE, feed_rate=20.0, method="toppra")
@@ -112,6 +124,8 @@ def test_another_grid_where_toppra_loses_the_law(monkeypatch, first):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_as_fast_as_our_own(seed):
-    laws = [time_laws([wavy(seed)], ARM, feed_rate=50.0, method=method)[0] for method in ("min_time", "toppra")]
+    laws = [
+        time_laws([wavy(seed)], ARM, feed_rate=50.0, method=method)[0] for method in ("min_time", "toppra")
+    ]
     assert laws[1].duration == pytest.approx(laws[0].duration, rel=2 * toppra_law.GAIN)
     assert worst_violation([wavy(seed)], laws[1:], limits=ARM, feed_rate=50.0).ratio <= 1 + 1e-6

@@ -19,11 +19,17 @@ def test_ratios_are_those_of_dense_sampling(seed):
 
 
 def test_the_place_between_points_is_found():
-    """Table on an ellipse at constant feed: X is fastest half way, where the tangent points along it, between any samples."""
+    """Table on an ellipse at constant feed: X is fastest half way, where the tangent points along it, between
+    any samples.
+    """
     run = ellipse(samples=400)
     law = TimeLaw([0.0, run.span / 50.0], [0.0], [50.0], [0.0], [0.0])
     worst = worst_violation(
-        [run], [law], limits=TABLE.replace(speed_max=(40.0, 200.0), acceleration_max=(1e6, 1e6)), feed_rate=100.0, refine=1
+        [run],
+        [law],
+        limits=TABLE.replace(speed_max=(40.0, 200.0), acceleration_max=(1e6, 1e6)),
+        feed_rate=100.0,
+        refine=1,
     )
     assert (worst.quantity, worst.joint, worst.run) == ("speed", "X", 0)
     assert worst.ratio == pytest.approx(50.0 / 40.0, rel=1e-6)

@@ -5,7 +5,9 @@ import numpy as np
 from sdpgrind.finishing.timing import JointLimits, JointPath
 
 ARM = JointLimits(
-    ("q1", "q2", "q3", "q4", "q5", "X", "Y"), speed_max=(1.5,) * 5 + (200.0,) * 2, acceleration_max=(8.0,) * 5 + (2000.0,) * 2
+    ("q1", "q2", "q3", "q4", "q5", "X", "Y"),
+    speed_max=(1.5,) * 5 + (200.0,) * 2,
+    acceleration_max=(8.0,) * 5 + (2000.0,) * 2,
 )
 SMOOTH = ARM.replace(jerk_max=(400.0,) * 5 + (1e5,) * 2)
 TABLE = JointLimits(("X", "Y"), speed_max=(200.0, 200.0), acceleration_max=(2000.0, 2000.0))
@@ -16,7 +18,10 @@ def wavy(seed, span=30.0, samples=61):
     """Seven joints as sums of sines with random amplitudes and phases."""
     rng = np.random.default_rng(seed)
     s = np.linspace(0.0, span, samples)
-    waves = [rng.normal(size=7) / k * np.sin(np.pi * k * s[:, None] / span + rng.uniform(0, 6, 7)) for k in range(1, 5)]
+    waves = [
+        rng.normal(size=7) / k * np.sin(np.pi * k * s[:, None] / span + rng.uniform(0, 6, 7))
+        for k in range(1, 5)
+    ]
     return JointPath(s, sum(waves) * np.array([0.1] * 5 + [10.0] * 2))
 
 
@@ -48,7 +53,9 @@ def sine(span=60.0, samples=201):
 
 
 def dense(run, law, limits, feed_rate, count=20001):
-    """Greatest shares of speed, acceleration, jerk, feed at many equal times: the obvious twin of the compiled check."""
+    """Greatest shares of speed, acceleration, jerk, feed at many equal times: the obvious twin of the
+    compiled check.
+    """
     length, feed, bend, jerk = law.at(np.linspace(0.0, law.duration, count))
     q1, q2, q3 = (run.at(length, d) for d in (1, 2, 3))
     v, a, j = feed[:, None], bend[:, None], jerk[:, None]

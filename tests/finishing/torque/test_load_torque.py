@@ -40,20 +40,28 @@ def test_standard_deviations_are_those_of_the_errors(load, swing):
     rng = np.random.default_rng(5)
     errors = []
     for seed in range(120):
-        found = identify_load_torque(free_motion(load, offset=rng.uniform(0, 1), seed=seed, swing=swing), AXIS)
+        found = identify_load_torque(
+            free_motion(load, offset=rng.uniform(0, 1), seed=seed, swing=swing), AXIS
+        )
         errors.append((found["load_torque"] - load) / found.sd[0])
     assert np.sqrt(np.mean(np.square(errors))) < 1.3
     if swing == 0.05:
         assert np.sqrt(np.mean(np.square(errors))) > 0.5  # that of the worst course nearby, so not as small
 
 
-@pytest.mark.parametrize(("counts", "readings"), [(0.99, 100), (0.995, 200), (1.02, 50), (2.01, 100), (0.505, 100)])
+@pytest.mark.parametrize(
+    ("counts", "readings"), [(0.99, 100), (0.995, 200), (1.02, 50), (2.01, 100), (0.505, 100)]
+)
 def test_a_motor_that_turns_by_nearly_whole_counts_is_not_trusted_too_far(counts, readings):
     """Rounding then beats slowly, and looks like acceleration."""
     rng, time, errors = np.random.default_rng(7), np.arange(readings) * AXIS.sample_time, []
     for _ in range(60):
         turned = np.round(rng.uniform() + counts * np.arange(readings)) * AXIS.angle_step
-        data = {"time": time, "motor_angle": turned, "current": np.full(readings, 0.02 / AXIS.torque_constant)}
+        data = {
+            "time": time,
+            "motor_angle": turned,
+            "current": np.full(readings, 0.02 / AXIS.torque_constant),
+        }
         found = identify_load_torque(data, AXIS)
         errors.append((found["load_torque"] - 0.02) / found.sd[0])
     assert np.sqrt(np.mean(np.square(errors))) < 1.2 and np.mean(np.abs(errors) < 2) > 0.9
@@ -130,5 +138,7 @@ def test_weight_of_a_tool():
     assert gravity_torque(0.44, 50.0, 0.0) == pytest.approx(0.2158, abs=1e-4)
     assert gravity_torque(0.44, 50.0, 0.0) > AXIS.torque_max
     np.testing.assert_allclose(
-        gravity_torque(0.1, 20.0, np.array([0.0, pi / 3, pi / 2])), 0.1 * 9.81 * 0.02 * np.array([1, 0.5, 0]), atol=1e-17
+        gravity_torque(0.1, 20.0, np.array([0.0, pi / 3, pi / 2])),
+        0.1 * 9.81 * 0.02 * np.array([1, 0.5, 0]),
+        atol=1e-17,
     )

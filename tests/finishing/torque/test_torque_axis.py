@@ -80,7 +80,9 @@ def test_energy_is_kept_on_a_surface_that_stands_still(gap, speed, drive, scale,
 
 
 @settings(max_examples=60, deadline=None)
-@given(gap=st.floats(-1e-2, 1e-2), speed=st.floats(-2, 2), drive=st.floats(-0.1, 0.2), tick=st.floats(1e-4, 5e-3))
+@given(
+    gap=st.floats(-1e-2, 1e-2), speed=st.floats(-2, 2), drive=st.floats(-0.1, 0.2), tick=st.floats(1e-4, 5e-3)
+)
 def test_played_backwards_it_comes_back(gap, speed, drive, tick):
     axis = np.array([AXIS.inertia, AXIS.contact_angular_stiffness, AXIS.torque_constant, tick])
     there = ticks((gap, speed), np.full(30, drive), np.zeros(31), axis)[-1]
@@ -91,7 +93,12 @@ def test_played_backwards_it_comes_back(gap, speed, drive, tick):
 
 
 @settings(max_examples=60, deadline=None)
-@given(gap=st.floats(-2e-3, 5e-3), speed=st.floats(-1, 1), drive=st.floats(-0.1, 0.2), move=st.floats(-1e-3, 1e-3))
+@given(
+    gap=st.floats(-2e-3, 5e-3),
+    speed=st.floats(-1, 1),
+    drive=st.floats(-0.1, 0.2),
+    move=st.floats(-1e-3, 1e-3),
+)
 def test_a_tick_is_the_sum_of_its_parts(gap, speed, drive, move):
     """Touches and lifts are found wherever the ticks end; the mean torque is that of the parts."""
     whole = np.array([AXIS.inertia, AXIS.contact_angular_stiffness, AXIS.torque_constant, 4e-3])

@@ -50,7 +50,9 @@ def motion(time=(0.0, 1.0, 1.0, 2.0), per_force=(0.095, 0.1, 0.12, 0.09), job=No
 )
 @pytest.mark.parametrize("limit", [1.0, 0.4])
 def test_compiled_samples_are_those_of_a_plain_twin(options, twin, limit):
-    """With a fine converter, so that rounding does not hide or make differences; with limits that are met, too."""
+    """With a fine converter, so that rounding does not hide or make differences; with limits that are met,
+    too.
+    """
     axis = AXIS.replace(bits=40, current_limit=limit)
     law, plain = controller(axis, normal_force=0.6, **options), twin(axis)
     rng, angle = np.random.default_rng(3), 0.0
@@ -77,14 +79,15 @@ TABLE = [
 
 
 @pytest.mark.parametrize(
-    ("options", "axis", "settling", "overshoot", "rms", "error"), [row[1:] for row in TABLE], ids=[row[0] for row in TABLE]
+    ("options", "axis", "settling", "overshoot", "rms", "error"),
+    [row[1:] for row in TABLE],
+    ids=[row[0] for row in TABLE],
 )
 def test_table_of_controllers(options, axis, settling, overshoot, rms, error):
     """Means over 20 start angles within 20 % of the specification.
 
-    Noise is that of limit cycles, which some start angles have and others not: 20 of them give 0.0062 to 0.0065 N for PIDFF,
-    400 give 0.0065 to 0.0068, in every order of rounding that was tried.
-    """
+    Noise is that of limit cycles, which some start angles have and others not: 20 of them give 0.0062 to
+    0.0065 N for PIDFF, 400 give 0.0065 to 0.0068, in every order of rounding that was tried."""
     found = simulate_axis(controller(axis, **options), duration=1.0)
     figures = found.figures
     if settling is not None:
@@ -130,7 +133,9 @@ def test_speed_is_paid_for_in_tolerance():
 def test_a_load_that_is_not_known_is_an_error_of_the_force(kind):
     load = 0.02
     blind = simulate_axis(controller(kind=kind), duration=2.0, load_torque=load, start="pressed")
-    known = simulate_axis(controller(kind=kind, load_torque=load), duration=2.0, load_torque=load, start="pressed")
+    known = simulate_axis(
+        controller(kind=kind, load_torque=load), duration=2.0, load_torque=load, start="pressed"
+    )
     assert np.mean(blind.offset) == pytest.approx(-load / 0.095, rel=0.03)
     assert np.mean(known.offset) == pytest.approx(0, abs=0.004)
     believed = blind.estimate[:, 1000:].mean()
@@ -171,7 +176,9 @@ def test_step_batch_and_compiled_loop_give_the_same_bits(kind):
     """Along a motion, with the feed that waits: Python's steps against the batch."""
     axis, played = AXIS, motion()
     law = controller(kind=kind, motion=played, settle_time=0.05, load_torque=[0.0, 0.01, 0.01, 0.0])
-    record = simulate_axis(law, duration=1.5, start_angles=[1e-4], height_error=lambda t: 0.02 * np.sin(9 * t), load_torque=0.01)
+    record = simulate_axis(
+        law, duration=1.5, start_angles=[1e-4], height_error=lambda t: 0.02 * np.sin(9 * t), load_torque=0.01
+    )
     stepped = copy.deepcopy(law)
     state, path_time, override, contact = np.array([1e-4, 0.0, 0.0]), 0.0, 0.0, 0.0
     surface = np.append(record.height_error, 0.02 * np.sin(9 * 1.5)) / axis.lever_arm
@@ -183,7 +190,9 @@ def test_step_batch_and_compiled_loop_give_the_same_bits(kind):
         override = command["feed_override"]
         assert command["current"] == record.current[0, k]
         assert override == (k >= 50)
-        contact = kernels.axis_tick(state, command["current"], 0.01, 1e-4 + surface[k], 1e-4 + surface[k + 1], axis.parameters)
+        contact = kernels.axis_tick(
+            state, command["current"], 0.01, 1e-4 + surface[k], 1e-4 + surface[k + 1], axis.parameters
+        )
         path_time += override * 1e-3
     assert path_time == pytest.approx(1.45)
     assert not law.state.any()  # the batch had its own
@@ -191,7 +200,14 @@ def test_step_batch_and_compiled_loop_give_the_same_bits(kind):
 
 def test_the_torque_follows_the_motion():
     law = controller(kind="constant", motion=motion(), settle_time=0.0)
-    for path_time, wanted in [(0.0, 0.095), (0.5, 0.0975), (1.0, 0.12), (0.25, 0.09625), (1.5, 0.105), (9.0, 0.09)]:
+    for path_time, wanted in [
+        (0.0, 0.095),
+        (0.5, 0.0975),
+        (1.0, 0.12),
+        (0.25, 0.09625),
+        (1.5, 0.105),
+        (9.0, 0.09),
+    ]:
         law.step(motor_angle=0.0, path_time=path_time)
         assert law.report()["torque_ref"] == pytest.approx(1.111 * wanted, rel=1e-12)
     law.step(motor_angle=0.0)  # it is not told: as before
@@ -225,7 +241,9 @@ def test_what_is_said_to_the_loop():
     assert still.period == 1e-3
     assert set(still.report()) == set(still.reports)
     assert set(still.step(motor_angle=0.0)) == {"current"}
-    np.testing.assert_array_equal(moving.step(motor_angle=0.0, path_time=0.0)["motion"], moving.motion.profile)
+    np.testing.assert_array_equal(
+        moving.step(motor_angle=0.0, path_time=0.0)["motion"], moving.motion.profile
+    )
 
 
 def test_the_motion_waits_until_the_contact_has_settled():
@@ -246,7 +264,10 @@ def test_copies_have_a_state_of_their_own(kind):
     assert twins[0].motion is law.motion
     law.reset()
     fresh = controller(kind=kind, motion=motion())
-    assert law.step(motor_angle=1e-4, path_time=0.0)["current"] == fresh.step(motor_angle=1e-4, path_time=0.0)["current"]
+    assert (
+        law.step(motor_angle=1e-4, path_time=0.0)["current"]
+        == fresh.step(motor_angle=1e-4, path_time=0.0)["current"]
+    )
     other = law.replace(normal_force=0.556)
     assert other.report()["torque_ref"] == 0.0
 
@@ -271,9 +292,13 @@ def test_controllers_touch_down_from_the_air():
     assert np.all(np.isfinite(record.settling(0.05)))
 
 
-@pytest.mark.parametrize(("kind", "hertz"), [("pidff", 5.56), ("damped", 8.15), ("lqg", 9.40), ("constant", 10.68)])
+@pytest.mark.parametrize(
+    ("kind", "hertz"), [("pidff", 5.56), ("damped", 8.15), ("lqg", 9.40), ("constant", 10.68)]
+)
 def test_force_is_held_on_slow_waves_only(kind, hertz):
-    """Above some 10 Hz a surface that moves is felt in full by every controller: at 25 mm/s, waves shorter than 2.5 mm."""
+    """Above some 10 Hz a surface that moves is felt in full by every controller: at 25 mm/s, waves shorter
+    than 2.5 mm.
+    """
     loop = controller(kind=kind).loop()
     felt = np.abs(loop.response(2 * pi * np.array([0.98 * hertz, 1.02 * hertz, 12.0]), "surface_angle")[:, 0])
     felt /= AXIS.contact_angular_stiffness
@@ -324,7 +349,10 @@ def test_a_first_reading_that_is_missing_starts_nothing(kind):
     with_all, without = controller(kind=kind), controller(kind=kind)
     assert without.step(motor_angle=nan)["current"] == pytest.approx(1.111 * 0.095 / 0.185, abs=0.0013)
     for angle in (0.5, 0.5001, 0.5003):
-        wanted, found = with_all.step(motor_angle=angle)["current"], without.step(motor_angle=angle)["current"]
+        wanted, found = (
+            with_all.step(motor_angle=angle)["current"],
+            without.step(motor_angle=angle)["current"],
+        )
         assert found == pytest.approx(wanted, abs=2 * 0.00245)
 
 

@@ -1,4 +1,6 @@
-"""Closed loops of the torque axis: poles with the observer, what the observer sees, steps, what a load and a surface do."""
+"""Closed loops of the torque axis: poles with the observer, what the observer sees, steps, what a load and a
+surface do.
+"""
 
 from math import exp, pi
 
@@ -52,8 +54,12 @@ def test_printed_gains_are_triple_poles_of_loop_and_observer_alone():
     gains, J = PidffGains(), AXIS.inertia
     loop = [1, gains.kd, gains.kp + AXIS.contact_angular_stiffness / J, gains.ki]
     np.testing.assert_allclose(loop, np.poly([-61.0] * 3), atol=1e-4)
-    np.testing.assert_allclose(np.array([J, gains.obs_kd, gains.obs_kp, gains.obs_ki]) / J, np.poly([-40.0] * 3), rtol=1e-9)
-    np.testing.assert_allclose(np.poly(controller(observer="ideal").loop().A), np.poly([-61.0] * 3), rtol=1e-6)
+    np.testing.assert_allclose(
+        np.array([J, gains.obs_kd, gains.obs_kp, gains.obs_ki]) / J, np.poly([-40.0] * 3), rtol=1e-9
+    )
+    np.testing.assert_allclose(
+        np.poly(controller(observer="ideal").loop().A), np.poly([-61.0] * 3), rtol=1e-6
+    )
 
 
 def test_designed_gains_are_the_printed_ones_at_their_poles():
@@ -101,16 +107,24 @@ def test_sampled_loop_is_what_the_compiled_code_does(options):
     later = {"load_torque": lambda t: 2e-3 * (t >= begin * 1e-3 - 1e-9)}
     record = simulate_axis(loop, duration=1.0, start="pressed", start_angles=[0.0], **later)
     other = simulate_axis(loop, duration=1.0, start="pressed", start_angles=[0.0])
-    answer = loop.loop(sampled_time=True).step_response(record.time[: record.time.size - begin], "load_torque")
-    np.testing.assert_allclose((record.contact_torque - other.contact_torque)[0, begin:], 2e-3 * answer[:, 0], atol=2e-8 * torque)
-    np.testing.assert_allclose((record.estimate - other.estimate)[0, begin:], 2e-3 * answer[:, 1], atol=1e-5 * torque)
+    answer = loop.loop(sampled_time=True).step_response(
+        record.time[: record.time.size - begin], "load_torque"
+    )
+    np.testing.assert_allclose(
+        (record.contact_torque - other.contact_torque)[0, begin:], 2e-3 * answer[:, 0], atol=2e-8 * torque
+    )
+    np.testing.assert_allclose(
+        (record.estimate - other.estimate)[0, begin:], 2e-3 * answer[:, 1], atol=1e-5 * torque
+    )
 
 
 def test_poles_of_the_lqg_are_those_of_filter_and_feedback():
     gains = LqgGains()
     (first, second), A = gains.feedback(AXIS), gains.model(AXIS)[0]
     regulator = np.roots([AXIS.inertia, second, AXIS.contact_angular_stiffness + first])
-    np.testing.assert_allclose(sorted(regulator.imag), [-80 * np.sqrt(1 - 0.81), 80 * np.sqrt(1 - 0.81)], rtol=1e-9)
+    np.testing.assert_allclose(
+        sorted(regulator.imag), [-80 * np.sqrt(1 - 0.81), 80 * np.sqrt(1 - 0.81)], rtol=1e-9
+    )
     error = np.linalg.eigvals(A - np.outer(gains.kalman_continuous(AXIS), [1, 0, 0, 0]))
     wanted = np.concatenate([regulator, error])
     found = controller(kind="lqg").poles.continuous
@@ -122,7 +136,9 @@ def test_poles_of_the_lqg_are_those_of_filter_and_feedback():
 @settings(max_examples=25, deadline=None)
 @given(inertia=st.floats(0.7, 1.5), motor=st.floats(0.8, 1.2), w=st.floats(0.1, 500))
 def test_what_the_observer_sees_is_wang_9_corrected(observer, inertia, motor, w):
-    """That = (N/D) [(k_t^/k_t) (T_f + T_L) + J^ (J k_t^/(J^ k_t) - 1) s omega], in a loop whose parameters are wrong."""
+    """That = (N/D) [(k_t^/k_t) (T_f + T_L) + J^ (J k_t^/(J^ k_t) - 1) s omega], in a loop whose parameters
+    are wrong.
+    """
     truth = AXIS.replace(inertia=inertia * AXIS.inertia, torque_constant=motor * AXIS.torque_constant)
     loop = controller(observer=observer).loop(truth)
     contact, estimate = loop.response(w, "load_torque")
@@ -134,7 +150,9 @@ def test_what_the_observer_sees_is_wang_9_corrected(observer, inertia, motor, w)
     D = J * s**3 + N
     N = N if observer == "pid" else g.obs_ki
     k = AXIS.torque_constant / truth.torque_constant
-    np.testing.assert_allclose(seen, [N / D * k, N / D * J * (truth.inertia * k / J - 1) * s], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(
+        seen, [N / D * k, N / D * J * (truth.inertia * k / J - 1) * s], rtol=1e-12, atol=1e-15
+    )
 
 
 @pytest.mark.parametrize("options", LOOPS, ids=named)
@@ -165,7 +183,11 @@ def test_the_true_torque_leaves_an_error_of_a_load_that_rises():
 
 @pytest.mark.parametrize(
     ("options", "gain"),
-    [({"kind": "constant"}, 0.0147), ({"kind": "pidff", "observer": "ideal"}, 0.120), ({"kind": "lqg"}, 0.039)],
+    [
+        ({"kind": "constant"}, 0.0147),
+        ({"kind": "pidff", "observer": "ideal"}, 0.120),
+        ({"kind": "lqg"}, 0.039),
+    ],
     ids=["constant", "pidff", "lqg"],
 )
 def test_damping_on_the_speed_adds_error_on_a_surface_that_moves(options, gain):
@@ -182,8 +204,12 @@ def test_steps_of_wang_8():
     wanted = [0.327386, 0.784010, 1.248753, 1.067533, 1.007815]
     np.testing.assert_allclose(triple_pole_step(time), wanted, atol=1e-6)
     np.testing.assert_allclose(contact_step(time), wanted, atol=1e-6)
-    np.testing.assert_allclose(contact_step(time, gains=PidffGains.of_poles(AXIS)), triple_pole_step(time), atol=1e-12)
-    np.testing.assert_allclose(controller(observer="ideal").loop().step_response(time)[:, 0], contact_step(time), atol=1e-12)
+    np.testing.assert_allclose(
+        contact_step(time, gains=PidffGains.of_poles(AXIS)), triple_pole_step(time), atol=1e-12
+    )
+    np.testing.assert_allclose(
+        controller(observer="ideal").loop().step_response(time)[:, 0], contact_step(time), atol=1e-12
+    )
 
 
 def test_overshoot_peak_and_settling_of_wang_8():
@@ -201,9 +227,12 @@ def test_a_prefilter_takes_the_overshoot_away():
     assert figures.overshoot < 1e-9
     assert figures.settling == pytest.approx(7.517 / 61, rel=1e-3)
     assert PidffGains.of_poles(AXIS).prefilter_rate(AXIS) == pytest.approx(61 / 3, rel=1e-12)
-    record = simulate_axis(controller(FINE, observer="ideal", prefilter=True), duration=0.4, start_angles=[0.0])
+    record = simulate_axis(
+        controller(FINE, observer="ideal", prefilter=True), duration=0.4, start_angles=[0.0]
+    )
     found = record.contact_torque[0] / (1.111 * 0.095)
-    np.testing.assert_allclose(found, triple_pole_step(record.time, prefilter=True), atol=0.03)  # sampled at 1 ms
+    # sampled at 1 ms
+    np.testing.assert_allclose(found, triple_pole_step(record.time, prefilter=True), atol=0.03)
     assert record.overshoot[0] < 5e-3
 
 
@@ -228,7 +257,10 @@ def test_ranges_of_stiffness():
     low, high = stiffness_range(controller(kind="lqg"), low=0.3, high=10)
     assert low == 0.3
     assert 2 < high < 5
-    truth = [AXIS.replace(contact_angular_stiffness=f * high * AXIS.contact_angular_stiffness) for f in (0.99, 1.01)]
+    truth = [
+        AXIS.replace(contact_angular_stiffness=f * high * AXIS.contact_angular_stiffness)
+        for f in (0.99, 1.01)
+    ]
     assert [controller(kind="lqg").loop(t, sampled_time=True).stable for t in truth] == [True, False]
     low, high = stiffness_range(controller(kind="damped"), low=0.3, high=3)
     assert (low, high) == (0.3, 3)
@@ -248,15 +280,24 @@ def test_the_filter_is_stable_whatever_the_encoder(counts, step, density):
 def test_loops_and_records_are_told_in_a_line():
     law = controller(kind="lqg")
     assert repr(law.poles) == f"AxisPoles({law.poles})"
-    assert repr(law.loop(sampled_time=True)).startswith("AxisLoop(6 states, sampled every 0.001 s, stable; slowest pole 0.949")
+    assert repr(law.loop(sampled_time=True)).startswith(
+        "AxisLoop(6 states, sampled every 0.001 s, stable; slowest pole 0.949"
+    )
     assert repr(controller(kind="constant").loop()).startswith("AxisLoop(2 states, continuous, not stable")
     record = simulate_axis(law, duration=0.5, start_angles=3)
     assert repr(record).startswith("AxisRecord(3 runs of 0.5 s, 1.111 N: 2 % within 0.0")
     case = worst_case(law, (0.5, 1.0), duration=0.5, start_angles=3)
-    assert repr(case).startswith("StiffnessCase(at worst of k_e x 0.5 to 1: 5 % within ") and "to 4.35)" in repr(case)
+    assert repr(case).startswith(
+        "StiffnessCase(at worst of k_e x 0.5 to 1: 5 % within "
+    ) and "to 4.35)" in repr(case)
 
 
 def test_poles_are_told():
     assert "-16.54±8.88j" in str(controller().poles)
-    assert "±" not in str(controller(observer="ideal", gains=PidffGains(kp=-9000.0, ki=2e3, kd=150.0)).poles).split("1/s")[0]
+    assert (
+        "±"
+        not in str(controller(observer="ideal", gains=PidffGains(kp=-9000.0, ki=2e3, kd=150.0)).poles).split(
+            "1/s"
+        )[0]
+    )
     assert DampingGains(damping=1.0).speed_gain(AXIS) == pytest.approx(2 * DampingGains().speed_gain(AXIS))

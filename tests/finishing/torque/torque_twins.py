@@ -39,7 +39,9 @@ def _step(x, h, touching, drive, inertia, stiffness):
 
 
 class PidffTwin:
-    """PID plus feedforward with the observer in its PID or its state form, sample by sample, as one would write it down."""
+    """PID plus feedforward with the observer in its PID or its state form, sample by sample, as one would
+    write it down.
+    """
 
     def __init__(self, axis, gains, observer="pid", prefilter=False):
         self.axis, self.g, self.observer = axis, gains, observer
@@ -49,7 +51,14 @@ class PidffTwin:
     def sample(self, angle, wanted):
         a, g, h = self.axis, self.g, self.axis.sample_time
         if self.before is None:
-            self.before, self.angle, self.speed, self.third, self.sum, self.filtered = angle, angle, 0.0, 0.0, 0.0, 0.0
+            self.before, self.angle, self.speed, self.third, self.sum, self.filtered = (
+                angle,
+                angle,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+            )
         omega, self.before = (angle - self.before) / h, angle
         e = angle - self.angle
         if self.observer == "pid":

@@ -160,7 +160,9 @@ class GeometryEstimator:
         try:
             code = take(self._state, float(angle + 0.0), float(reading + 0.0))
         except TypeError:
-            code = take(self._state, checks.number("angle", angle, "rad"), checks.number("reading", reading, "mm"))
+            code = take(
+                self._state, checks.number("angle", angle, "rad"), checks.number("reading", reading, "mm")
+            )
         if code != 0:
             self._note(code, float(angle), float(reading))
 
@@ -216,7 +218,9 @@ class GeometryEstimator:
         status = Status.OK if valid else Status.UNDETERMINED if limit == "samples" else Status.UNSURE
         if limit == "noise" and not holds_axis(state):
             status = Status.IMPOSSIBLE
-        return CircleEstimate(value, 0.5 * (covariance + covariance.T), status, message, freedom=freedom, **common)
+        return CircleEstimate(
+            value, 0.5 * (covariance + covariance.T), status, message, freedom=freedom, **common
+        )
 
     @property
     def rejected(self) -> tuple[Floats, Floats]:

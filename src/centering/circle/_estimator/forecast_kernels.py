@@ -5,7 +5,13 @@ import numpy as np
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.kernels import _write_lobes
 from centering.circle._estimator.noise_kernels import _arrays, _copy, _freedom_of, _known_quantile, _quantile
-from centering.circle._estimator.validity_kernels import _conclude, _form_bound, _ratio_of, _worst, may_have_moved
+from centering.circle._estimator.validity_kernels import (
+    _conclude,
+    _form_bound,
+    _ratio_of,
+    _worst,
+    may_have_moved,
+)
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
@@ -27,14 +33,22 @@ def arc_needed(state):
 @compiled(error_model="numpy")
 def _forecast(state):
     """The same where readings do not disagree."""
-    if state[at.MOVES] == 0.0 or state[at.USED] < 4.0 or not (state[at.FREEDOM] > 0.0 or state[at.NOISE] > 0.0):
+    if (
+        state[at.MOVES] == 0.0
+        or state[at.USED] < 4.0
+        or not (state[at.FREEDOM] > 0.0 or state[at.NOISE] > 0.0)
+    ):
         return turn_needed(state)
     each = _TURN / _STEPS
     usual = state[at.PATH] / state[at.MOVES]
     count = each / usual * state[at.USED] / state[at.SEEN]
     width = _arrays(state).shape[1]
     ahead, before, row = np.zeros((3, width)), np.zeros((3, width)), np.empty(width)
-    back_to_edge = state[at.HIGH] - state[at.POSITION] if state[at.DIRECTION] > 0.0 else state[at.POSITION] - state[at.LOW]
+    back_to_edge = (
+        state[at.HIGH] - state[at.POSITION]
+        if state[at.DIRECTION] > 0.0
+        else state[at.POSITION] - state[at.LOW]
+    )
     covered, stride, n = state[at.COVERED] - back_to_edge, _STRIDE, 0
     while n < _STEPS:
         for k in range(n + 1, n + stride + 1):

@@ -106,7 +106,10 @@ def _cover(state, step):
     else:
         state[at.COVERED] += wider
     state[at.WIDENINGS] += 1.0
-    state[at.LOW], state[at.HIGH] = min(state[at.LOW], state[at.POSITION]), max(state[at.HIGH], state[at.POSITION])
+    state[at.LOW], state[at.HIGH] = (
+        min(state[at.LOW], state[at.POSITION]),
+        max(state[at.HIGH], state[at.POSITION]),
+    )
 
 
 @compiled(error_model="numpy")
@@ -139,7 +142,11 @@ def _write_row_at(state, c, s, reading, row):
         return
     r, x, y = reading + state[at.TIP], state[at.CENTER_X], state[at.CENTER_Y]
     part_x, part_y, along = r * c - x, r * s - y, r - (x * c + y * s)
-    distance, start, per_start = np.sqrt(part_x * part_x + part_y * part_y), state[at.REFERENCE], state[at.PER_REFERENCE]
+    distance, start, per_start = (
+        np.sqrt(part_x * part_x + part_y * part_y),
+        state[at.REFERENCE],
+        state[at.PER_REFERENCE],
+    )
     if along > _STEEPEST * distance:
         cosine, steep = along / distance, distance / along
     else:
@@ -261,7 +268,12 @@ def _note(state, row, weight, way):
     state[at.BIAS + 3] += weight * state[at.NEW_BIAS + 1]
     state[at.BIAS + 4] += weight * state[at.NEW_BIAS + 2]
     if state[at.LAGGED] != 0.0:
-        change = h0 - state[at.PREVIOUS], h1 - state[at.PREVIOUS + 1], h2 - state[at.PREVIOUS + 2], t - state[at.PREVIOUS + 3]
+        change = (
+            h0 - state[at.PREVIOUS],
+            h1 - state[at.PREVIOUS + 1],
+            h2 - state[at.PREVIOUS + 2],
+            t - state[at.PREVIOUS + 3],
+        )
         k = at.LAG
         for i in range(4):
             for j in range(i, 4):

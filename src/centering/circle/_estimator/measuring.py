@@ -50,9 +50,14 @@ class MeasuringController:
     tier: ClassVar[str] = "probe"
     reads: ClassVar[Mapping[str, str]] = {"angle": "rad", "reading": "mm"}
     commands: ClassVar[Mapping[str, str]] = {"stop": ""}
-    reports: ClassVar[Mapping[str, str]] = {**dict.fromkeys(("radius", "center_x", "center_y", "band"), "mm"), "valid": ""}
+    reports: ClassVar[Mapping[str, str]] = {
+        **dict.fromkeys(("radius", "center_x", "center_y", "band"), "mm"),
+        "valid": "",
+    }
 
-    def __init__(self, estimator: GeometryEstimator, *, turns_max: float = 10.0, period: float | None = None) -> None:
+    def __init__(
+        self, estimator: GeometryEstimator, *, turns_max: float = 10.0, period: float | None = None
+    ) -> None:
         self.estimator = checks.able(
             "estimator", estimator, "an estimator such as centering.GeometryEstimator()", "update", "reset"
         )

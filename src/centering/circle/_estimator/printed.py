@@ -161,7 +161,9 @@ class PrintedEstimator:
         """
         at, seen = _pairs(angle, reading)
         for one in seen:
-            kernels.printed_extend(self._state, self._kind, self._settings, at, one, np.empty((at.size, kernels.TOLD)))
+            kernels.printed_extend(
+                self._state, self._kind, self._settings, at, one, np.empty((at.size, kernels.TOLD))
+            )
 
     def history(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> PrintedHistory:
         """Return what would be told after each reading from an empty start; the estimator itself is left alone.
@@ -284,5 +286,7 @@ def _pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats
     """Angles (m,) and readings (runs, m)."""
     at, seen = checks.finite_array("angle", angle, "rad"), checks.finite_array("reading", reading, "mm")
     if at.ndim != 1 or seen.ndim not in (1, 2) or seen.shape[-1] != at.size:
-        raise ValueError(f"angle and reading must be of shape (m,) and (m,) or (runs, m); got {at.shape} and {seen.shape}")
+        raise ValueError(
+            f"angle and reading must be of shape (m,) and (m,) or (runs, m); got {at.shape} and {seen.shape}"
+        )
     return np.ascontiguousarray(at), np.ascontiguousarray(np.atleast_2d(seen))

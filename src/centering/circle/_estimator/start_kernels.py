@@ -4,7 +4,15 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.kernels import PIVOT, _count, _least_noise, _note, _rotate_if_tame, _write_row, _write_row_at
+from centering.circle._estimator.kernels import (
+    PIVOT,
+    _count,
+    _least_noise,
+    _note,
+    _rotate_if_tame,
+    _write_row,
+    _write_row_at,
+)
 from centering.circle._estimator.noise_kernels import _arrays, _copy
 from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled

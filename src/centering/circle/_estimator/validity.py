@@ -35,7 +35,11 @@ def limited_by(state: Floats) -> str:
     if state[at.INFLATION] > 1 and (band - form) / state[at.INFLATION] <= tolerance:
         return "correlation"
     even_turn = state[at.REACH] * (2 / state[at.WEIGHT]) ** 0.5  # the same readings, spread over a turn
-    return "arc" if state[at.COVERED] < _FULL and even_turn <= 0.7 * state[at.REACH] * state[at.SPREAD] else "noise"
+    return (
+        "arc"
+        if state[at.COVERED] < _FULL and even_turn <= 0.7 * state[at.REACH] * state[at.SPREAD]
+        else "noise"
+    )
 
 
 def sentence(state: Floats, limit: str, arc: float) -> str:

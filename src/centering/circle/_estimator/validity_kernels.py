@@ -8,7 +8,14 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.noise_kernels import _arrays, _copy, _known_quantile, _quantile, _write_covariance, _write_noise
+from centering.circle._estimator.noise_kernels import (
+    _arrays,
+    _copy,
+    _known_quantile,
+    _quantile,
+    _write_covariance,
+    _write_noise,
+)
 from centering.circle._estimator.turn_kernels import _in_first_turn
 from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
@@ -31,7 +38,11 @@ def _weighing_noise(state, ratio):
     """The noise that what is known beforehand is weighed with: of this fit and those before together, not below the least."""
     freedom, before = max(state[at.WEIGHT] - 3.0, 0.0), state[at.PRIOR_FREEDOM]
     total = freedom + before
-    pooled = np.sqrt((state[at.SQUARES] + before * (ratio * state[at.PRIOR_NOISE]) ** 2) / total) if total > 0.0 else 0.0
+    pooled = (
+        np.sqrt((state[at.SQUARES] + before * (ratio * state[at.PRIOR_NOISE]) ** 2) / total)
+        if total > 0.0
+        else 0.0
+    )
     return max(pooled, ratio * state[at.NOISE], ratio * _QUIET * state[at.LARGEST])
 
 
@@ -82,7 +93,9 @@ def _with_radius(state, array, value, weighing, room):
     """Take in what is known of the radius: one row that is not linear, by Gauss-Newton steps."""
     weight = weighing / state[at.PRIOR_SD]
     row, start = _arrays(state)[15], state[at.REFERENCE]
-    if state[at.LIMACON] == 0.0:  # begin where the radius is right: of two circles through a short arc the known one
+    if (
+        state[at.LIMACON] == 0.0
+    ):  # begin where the radius is right: of two circles through a short arc the known one
         value[0] = (state[at.PRIOR_RADIUS] ** 2 - start**2) / (2.0 * start)
         value[1] = value[2] = 0.0
     for _ in range(_STEPS):
@@ -162,7 +175,10 @@ def judge(state, least):
     rows = _arrays(state)
     array, room = rows[9:12], rows[12:15]
     _copy(rows, array)
-    value, information = state[at.VALUE : at.VALUE + 3], state[at.INFORMATION : at.INFORMATION + 9].reshape((3, 3))
+    value, information = (
+        state[at.VALUE : at.VALUE + 3],
+        state[at.INFORMATION : at.INFORMATION + 9].reshape((3, 3)),
+    )
     _conclude(state, array, room, value, information)
     ratio = _ratio_of(state, value)
     _write_fit(state, value, information, ratio)
@@ -191,7 +207,10 @@ def _write_fit(state, value, information, ratio):
 @compiled(error_model="numpy")
 def holds_axis(state):
     """Whether the fitted circle holds the spindle axis; a limacon may be about a radius of 0."""
-    return state[at.LIMACON] != 0.0 or np.hypot(state[at.FIT_X], state[at.FIT_Y]) < state[at.RADIUS] + state[at.TIP]
+    return (
+        state[at.LIMACON] != 0.0
+        or np.hypot(state[at.FIT_X], state[at.FIT_Y]) < state[at.RADIUS] + state[at.TIP]
+    )
 
 
 @compiled(error_model="numpy")
@@ -213,7 +232,9 @@ def _write_rounding(state):
     state[at.FIT_NOISE] = max(state[at.FIT_NOISE], rounding)
     free = max((state[at.FIT_NOISE] / step) ** 2 - 1.0 / 12.0, 0.0)
     together = rounding * np.sqrt(state[at.WEIGHT]) * np.exp(-2.0 * np.pi**2 * free)
-    state[at.INFLATION] = max(state[at.INFLATION], together / (_quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE]))
+    state[at.INFLATION] = max(
+        state[at.INFLATION], together / (_quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE])
+    )
 
 
 @compiled(error_model="numpy")
@@ -232,7 +253,10 @@ def may_have_moved(state):
 def _write_band(state):
     """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
     _write_rounding(state)
-    seen, least = _quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE], _known_quantile(state) * state[at.NOISE]
+    seen, least = (
+        _quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE],
+        _known_quantile(state) * state[at.NOISE],
+    )
     if state[at.FREED] != 0.0 and seen * state[at.INFLATION] < least:
         state[at.INFLATION], seen = 1.0, 0.0
     measured = seen >= least
@@ -245,4 +269,8 @@ def _write_band(state):
     if in_doubt(state) or may_have_moved(state) or never_changed(state) or not holds_axis(state):
         return False
     # t of a fit needs a degree of freedom, whatever noise is known: else a wrong reading would pass unseen.
-    return state[at.COVERED] >= state[at.ARC_MIN] and state[at.FREEDOM] >= 1.0 and state[at.BAND] <= state[at.TOLERANCE]
+    return (
+        state[at.COVERED] >= state[at.ARC_MIN]
+        and state[at.FREEDOM] >= 1.0
+        and state[at.BAND] <= state[at.TOLERANCE]
+    )

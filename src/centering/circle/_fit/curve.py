@@ -36,7 +36,9 @@ def radial_position(slide: npt.ArrayLike, probe: npt.ArrayLike, calibration: flo
     return np.asarray(checks.number("calibration", calibration, "mm") + (carried + shown))
 
 
-def circle_reading(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float = 0.0) -> Floats:
+def circle_reading(
+    angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float = 0.0
+) -> Floats:
     """Return the reading of an offset circle, mm, Mears (4.11): d cos psi + sqrt((R + rho)^2 - d^2 sin^2 psi) - rho.
 
     psi = angle - offset_angle. A round tip sees the circle as one of radius R + rho; no other correction is needed.
@@ -110,12 +112,16 @@ def circle_derivatives(
     return np.stack(columns, axis=-1)
 
 
-def _checked(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float) -> tuple[Floats, float]:
+def _checked(
+    angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float
+) -> tuple[Floats, float]:
     """The angle from the part's direction, and the radius at which the tip's centre runs."""
     turned = checks.finite_array("angle", angle, "rad") - checks.number("offset_angle", offset_angle, "rad")
     checks.positive("radius", radius, "mm")
     if checks.nonnegative("offset", offset, "mm") >= radius:
-        raise checks.refuse("offset", f"< radius, {float(radius)!r}: the spindle's axis lies in the part", float(offset), "mm")
+        raise checks.refuse(
+            "offset", f"< radius, {float(radius)!r}: the spindle's axis lies in the part", float(offset), "mm"
+        )
     return turned, radius + checks.nonnegative("tip_radius", tip_radius, "mm")
 
 

@@ -10,15 +10,21 @@ from sdpgrind.base.checks import Floats
 def radius_and_sd(prior: tuple[float, float], tip_radius: float) -> tuple[float, float]:
     """Radius with the tip, and its sd, mm."""
     if not isinstance(prior, tuple | list) or len(prior) != 2:
-        raise TypeError(f"radius_prior must be a pair: radius and its standard deviation (mm); got {checks.shown(prior)}")
-    return checks.positive("radius_prior[0]", prior[0], "mm") + tip_radius, checks.positive("radius_prior[1]", prior[1], "mm")
+        raise TypeError(
+            f"radius_prior must be a pair: radius and its standard deviation (mm); got {checks.shown(prior)}"
+        )
+    return checks.positive("radius_prior[0]", prior[0], "mm") + tip_radius, checks.positive(
+        "radius_prior[1]", prior[1], "mm"
+    )
 
 
 def pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats]:
     """Float arrays of one length; what is in them the kernels check."""
     angles, readings = _floats("angle", angle, "rad"), _floats("reading", reading, "mm")
     if angles.ndim != 1 or angles.shape != readings.shape:
-        raise ValueError(f"angle and reading must be one-dimensional of one length; got {angles.shape} and {readings.shape}")
+        raise ValueError(
+            f"angle and reading must be one-dimensional of one length; got {angles.shape} and {readings.shape}"
+        )
     return angles, readings
 
 

@@ -203,7 +203,9 @@ class CircleEstimate(Estimate, ByValue):
         """
         if self.model == "limacon":
             return limacon_reading(angle, self.radius, self.offset, self.offset_angle)
-        tip = self.tip_radius  # its centre runs on a circle that is larger by it; in a bore, where it is less than 0, smaller
+        tip = (
+            self.tip_radius
+        )  # its centre runs on a circle that is larger by it; in a bore, where it is less than 0, smaller
         return np.asarray(circle_reading(angle, self.radius + tip, self.offset, self.offset_angle) - tip)
 
     def plot(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> Any:
@@ -221,7 +223,10 @@ class CircleEstimate(Estimate, ByValue):
         ValueError, TypeError
             For unequal lengths, none, or what is not finite.
         """
-        turned, line = checks.finite_array("angle", angle, "rad"), checks.finite_array("reading", reading, "mm")
+        turned, line = (
+            checks.finite_array("angle", angle, "rad"),
+            checks.finite_array("reading", reading, "mm"),
+        )
         if turned.ndim != 1 or line.shape != turned.shape or not turned.size:
             raise ValueError(
                 f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}"
@@ -229,7 +234,9 @@ class CircleEstimate(Estimate, ByValue):
         return pictures.drawn("centering.circle._fit.picture:plot_fit", self, turned, line)
 
     def __repr__(self) -> str:
-        angle = f"{self.offset_angle:.6g} ± {self.offset_angle_sd:.2g} rad" if self.angle_known else "not known"
+        angle = (
+            f"{self.offset_angle:.6g} ± {self.offset_angle_sd:.2g} rad" if self.angle_known else "not known"
+        )
         return (
             f"CircleEstimate(radius = {self.radius:.7g} ± {self.radius_sd:.2g} mm, offset = {self.offset:.6g} ±"
             f" {self.offset_sd:.2g} mm, offset_angle = {angle}, from {self.samples} readings; {self.message})"

@@ -116,7 +116,9 @@ def fit_circle(
     return circle
 
 
-def _weighed(data: tuple[Floats, Floats], known: Any, robust: Any, form: Floats) -> tuple[int, Floats, tuple[Seen, float]]:
+def _weighed(
+    data: tuple[Floats, Floats], known: Any, robust: Any, form: Floats
+) -> tuple[int, Floats, tuple[Seen, float]]:
     """How the fit ended, its slots, the noise and the angle covered; a radius prior is weighed with all of the noise."""
     mean, sd, noise_sd = known
     travel, step = travel_of(data[0]), step_noise(data[1])
@@ -125,13 +127,18 @@ def _weighed(data: tuple[Floats, Floats], known: Any, robust: Any, form: Floats)
         ended, result, left = _fitted(data, (mean, told, noise_sd, *robust), form)
         shown = float(result[at.SEEN]), float(result[at.NOISE]), float(result[at.FREEDOM])
         seen = seen_noise(travel, data, result[:3], left, shown, noise_sd, step)
-        before, told = told, sd * float(result[at.UNIT]) / seen.scale if seen.scale > 0 and result[at.UNIT] > 0 else sd
+        before, told = (
+            told,
+            sd * float(result[at.UNIT]) / seen.scale if seen.scale > 0 and result[at.UNIT] > 0 else sd,
+        )
         if ended != at.FITTED or abs(told - before) <= ALIKE * before:
             break
     return ended, result, (seen, travel.swept)
 
 
-def _fitted(data: tuple[Floats, Floats], options: tuple[Any, ...], form: Floats) -> tuple[int, Floats, Floats]:
+def _fitted(
+    data: tuple[Floats, Floats], options: tuple[Any, ...], form: Floats
+) -> tuple[int, Floats, Floats]:
     """How the fit ended, its slots, and residuals; the known form is laid about the centre found until that stays."""
     angle, reading = data
     result, added, left = np.zeros(at.RESULT), np.zeros(angle.size), np.zeros(angle.size + 1)
@@ -185,28 +192,46 @@ def _judged(ended: int, result: Floats) -> tuple[Status, str]:
             f" {result[at.RADIUS]:.6g}: turn the part further, or look for bad readings or a wrong unit"
         )
     if ended == at.SINGULAR or result[at.CONDITION] > CONDITION:
-        told = f"; the others widen its standard deviation {result[at.CONDITION]:.3g} times" if result[at.CONDITION] > 0 else ""
+        told = (
+            f"; the others widen its standard deviation {result[at.CONDITION]:.3g} times"
+            if result[at.CONDITION] > 0
+            else ""
+        )
         name = NAMES[int(result[at.WORST])]
-        return Status.UNDETERMINED, f"the readings do not tell {name} from the others: turn the part further{told}"
+        return (
+            Status.UNDETERMINED,
+            f"the readings do not tell {name} from the others: turn the part further{told}",
+        )
     if ended == at.ENDLESS:
         return Status.UNDETERMINED, "the fit does not settle: turn the part further, or look for bad readings"
     return Status.OK, ""
 
 
-def readings(angle: npt.ArrayLike, reading: npt.ArrayLike, turns: float | None = None) -> tuple[Floats, Floats]:
+def readings(
+    angle: npt.ArrayLike, reading: npt.ArrayLike, turns: float | None = None
+) -> tuple[Floats, Floats]:
     """Return angles (rad) and readings (mm) as arrays of one length, checked (private to this package)."""
     # Copies: compiled code would be compiled anew for arrays that are read-only or strided.
-    turned, line = (_real(name, given, unit) for name, given, unit in (("angle", angle, "rad"), ("reading", reading, "mm")))
+    turned, line = (
+        _real(name, given, unit)
+        for name, given, unit in (("angle", angle, "rad"), ("reading", reading, "mm"))
+    )
     if turned.ndim != 1 or line.shape != turned.shape:
-        raise ValueError(f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}")
+        raise ValueError(
+            f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}"
+        )
     if turned.size < 3:
         raise checks.refuse("angle", "at least 3 angles", turned.size)
     span = float(turned.max() - turned.min())
     if turns is not None and span > 2 * pi * checks.positive("turns", turns, "1") * (1 + 1e-9):
-        raise ValueError(f"angle must span at most {turns:g} turns, {2 * pi * turns:.6g} rad; got {span:.6g}: is it in degrees?")
+        raise ValueError(
+            f"angle must span at most {turns:g} turns, {2 * pi * turns:.6g} rad; got {span:.6g}: is it in degrees?"
+        )
     smell = "" if turns is not None else smell_of_degrees(turned, line)
     if smell:
-        raise ValueError(f"angle must be in rad; {smell} smells of degrees: give units.deg(angle), or say how many turns")
+        raise ValueError(
+            f"angle must be in rad; {smell} smells of degrees: give units.deg(angle), or say how many turns"
+        )
     return turned, line
 
 

@@ -41,7 +41,12 @@ def _prepared(angle, reading, form):
     """Rows of data (4, m)."""
     data = np.empty((4, angle.size))
     for i in range(angle.size):
-        data[0, i], data[1, i], data[2, i], data[3, i] = np.cos(angle[i]), np.sin(angle[i]), reading[i], form[i]
+        data[0, i], data[1, i], data[2, i], data[3, i] = (
+            np.cos(angle[i]),
+            np.sin(angle[i]),
+            reading[i],
+            form[i],
+        )
     return data
 
 
@@ -129,7 +134,9 @@ def _residuals(data, circle, out):
     for i in range(data.shape[1]):
         c, s = data[0, i], data[1, i]
         across, effective = circle[2] * c - circle[1] * s, circle[0] + data[3, i]
-        out[i] = data[2, i] - circle[1] * c - circle[2] * s - np.sqrt((effective - across) * (effective + across))
+        out[i] = (
+            data[2, i] - circle[1] * c - circle[2] * s - np.sqrt((effective - across) * (effective + across))
+        )
     return True
 
 
@@ -198,7 +205,11 @@ def _moved(data, circle, step, prior_mean, prior_weight, left):
     m, trial, share = data.shape[1], np.empty(3), 1.0
     cost = _dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
     for _ in range(HALVINGS):
-        trial[0], trial[1], trial[2] = circle[0] + share * step[0], circle[1] + share * step[1], circle[2] + share * step[2]
+        trial[0], trial[1], trial[2] = (
+            circle[0] + share * step[0],
+            circle[1] + share * step[1],
+            circle[2] + share * step[2],
+        )
         if _residuals(data, trial, left):
             left[m] = prior_mean - trial[0]
             now = _dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
@@ -242,7 +253,13 @@ def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, left, result
     ended = _started(data, rows, result)
     if ended != FITTED or not _residuals(data, result, left):
         return max(ended, SINGULAR)
-    left[m], result[FREEDOM], result[UNIT], result[AWAY], result[TAKEN] = prior_mean - result[0], m - 3.0, 0.0, 0.0, 0.0
+    left[m], result[FREEDOM], result[UNIT], result[AWAY], result[TAKEN] = (
+        prior_mean - result[0],
+        m - 3.0,
+        0.0,
+        0.0,
+        0.0,
+    )
     ended = ENDLESS
     while ended == ENDLESS and result[TAKEN] < STEPS:
         result[TAKEN] += 1.0

@@ -40,7 +40,9 @@ def travel_of(angle: Floats) -> Travel:
     line = place[order]
     covered = float(swept(line))
     turns = (covered + (line[-1] - line[0]) / max(line.size - 1, 1)) / TURN
-    return Travel(order, covered, turns if turns >= 1 - 1e-6 and covered > 0.99 * (line[-1] - line[0]) else 0.0)
+    return Travel(
+        order, covered, turns if turns >= 1 - 1e-6 and covered > 0.99 * (line[-1] - line[0]) else 0.0
+    )
 
 
 def seen_noise(
@@ -65,7 +67,9 @@ def seen_noise(
     if inflation == ratio == 1.0:
         return Seen(scale, noise_sd, 1.0, shown[2], shift)
     count = np.count_nonzero(np.isfinite(left))
-    return Seen(scale * inflation, noise_sd, inflation, max(freedom * min((shown[2] + 3) / count, 1.0), 1.0), shift)
+    return Seen(
+        scale * inflation, noise_sd, inflation, max(freedom * min((shown[2] + 3) / count, 1.0), 1.0), shift
+    )
 
 
 def step_noise(reading: Floats) -> float:

@@ -46,7 +46,9 @@ def form_gain(angle: npt.ArrayLike, upr: int) -> float:
     lobes = np.column_stack([np.cos(lobe * theta), np.sin(lobe * theta)])
     shift, _, rank, _ = np.linalg.lstsq(basis, lobes, rcond=1e-11)
     if rank < 3:
-        raise checks.refuse("angle", "at least 3 different angles that determine a circle", int(np.unique(theta).size), "rad")
+        raise checks.refuse(
+            "angle", "at least 3 different angles that determine a circle", int(np.unique(theta).size), "rad"
+        )
     return float(np.linalg.norm(shift[1:], 2))
 
 
@@ -64,8 +66,13 @@ def assumed_lobes(form: Mapping[int, float] | None) -> Floats:
     if form is None:
         return np.zeros((0, 2))
     if not isinstance(form, Mapping):
-        raise TypeError(f"form must be a mapping of undulations per revolution to amplitudes (mm); got {checks.shown(form)}")
-    rows = [(checks.count("upr of form", n, 2), checks.nonnegative(f"form[{n}]", a, "mm")) for n, a in form.items()]
+        raise TypeError(
+            f"form must be a mapping of undulations per revolution to amplitudes (mm); got {checks.shown(form)}"
+        )
+    rows = [
+        (checks.count("upr of form", n, 2), checks.nonnegative(f"form[{n}]", a, "mm"))
+        for n, a in form.items()
+    ]
     return np.array(rows, dtype=float).reshape(-1, 2)
 
 
@@ -102,7 +109,11 @@ def _arrays(harmonics: Any) -> tuple[Floats, ...]:
             f"harmonics must be a spectrum with upr, amplitude (mm) and phase (rad), or upr -> (amplitude, phase); got"
             f" {checks.shown(harmonics)}"
         )
-    arrays = tuple(checks.finite_array(f"harmonics.{k}", getattr(harmonics, k), unit) for k, unit in names.items())
+    arrays = tuple(
+        checks.finite_array(f"harmonics.{k}", getattr(harmonics, k), unit) for k, unit in names.items()
+    )
     if any(array.shape != (arrays[0].size,) for array in arrays):
-        raise ValueError(f"harmonics must hold arrays of one length; got shapes {[array.shape for array in arrays]}")
+        raise ValueError(
+            f"harmonics must hold arrays of one length; got shapes {[array.shape for array in arrays]}"
+        )
     return arrays

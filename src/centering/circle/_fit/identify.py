@@ -101,12 +101,20 @@ def identify_circle(
     angle, reading = _pair(data, part)
     if checks.one_of("method", method, METHODS) == "exact":
         known: dict[str, Any] = {"radius_prior": radius_prior, "noise_sd": noise_sd, "harmonics": harmonics}
-        return fits.fit_circle(angle, reading, tip_radius=tip_radius, loss=loss, turns=turns, throw=throw, **known)
-    for name, given, taken in (("loss", loss, "linear"), ("radius_prior", radius_prior, None), ("harmonics", harmonics, None)):
+        return fits.fit_circle(
+            angle, reading, tip_radius=tip_radius, loss=loss, turns=turns, throw=throw, **known
+        )
+    for name, given, taken in (
+        ("loss", loss, "linear"),
+        ("radius_prior", radius_prior, None),
+        ("harmonics", harmonics, None),
+    ):
         if given is not taken and given != taken:
             raise ValueError(f"{name} must be {taken!r} for method {method!r}; got {checks.shown(given)}")
     turned, line = fits.readings(angle, reading, turns)
-    fitted = _limacon(turned, line, checks.nonnegative("tip_radius", tip_radius, "mm"), fits.noise_of(noise_sd))
+    fitted = _limacon(
+        turned, line, checks.nonnegative("tip_radius", tip_radius, "mm"), fits.noise_of(noise_sd)
+    )
     if method == "printed":
         fitted = _corrected(fitted, turned)
     elif fitted.ok:
@@ -123,14 +131,18 @@ def _pair(data: Any, part: int | None) -> tuple[Any, Any]:
             raise ValueError(f"data must be the pair (angle, reading) (rad, mm); got {len(data)} entries")
         return data[0], data[1]
     if isinstance(data, Mapping) and "angle" in data:
-        wanted = {name: data[name] for name in _UNITS if name in data}  # not a column "probe" for a table of that name
+        wanted = {
+            name: data[name] for name in _UNITS if name in data
+        }  # not a column "probe" for a table of that name
         table = idf.readings(wanted, _UNITS, tier="probe", each="readings")
         return table["angle"], table["reading"]
     if hasattr(data, "angle") and hasattr(data, "reading"):
         return _read(data.angle, data.reading)
     of_parts = idf.series(data, _UNITS, tier="probe", part=part)
     if len(of_parts) != 1:
-        raise ValueError(f"part must say which part (unit 1); data hold {', '.join(one.label for one in of_parts) or 'none'}")
+        raise ValueError(
+            f"part must say which part (unit 1); data hold {', '.join(one.label for one in of_parts) or 'none'}"
+        )
     return _read(of_parts[0]["angle"], of_parts[0]["reading"])
 
 
@@ -146,7 +158,12 @@ def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) ->
     travel = travel_of(angle)
     q, upper = np.linalg.qr(limacon_columns(angle))
     length = np.sqrt(np.sum(upper**2, axis=0))
-    told: dict[str, Any] = {"samples": angle.size, "swept": travel.swept, "tip_radius": tip_radius, "model": "limacon"}
+    told: dict[str, Any] = {
+        "samples": angle.size,
+        "swept": travel.swept,
+        "tip_radius": tip_radius,
+        "model": "limacon",
+    }
     if np.abs(np.diag(upper)).min() * fits.CONDITION <= length.max():
         name = NAMES[int(np.argmin(np.abs(np.diag(upper))))]
         message = f"the readings do not tell {name} from the others: turn the part further"
@@ -171,7 +188,9 @@ def _noise(travel: Travel, angle: Floats, left: Floats, known: float, step: floa
     """The noise of a limacon: its columns are those of a circle about the axis."""
     freedom = float(angle.size - 3)
     sd = float(np.sqrt(left @ left / max(freedom, 1.0)))
-    return seen_noise(travel, (angle, np.ones_like(angle)), np.array([1.0, 0.0, 0.0]), left, (sd, sd, freedom), known, step)
+    return seen_noise(
+        travel, (angle, np.ones_like(angle)), np.array([1.0, 0.0, 0.0]), left, (sd, sd, freedom), known, step
+    )
 
 
 def _corrected(fitted: CircleEstimate, angle: Floats) -> CircleEstimate:

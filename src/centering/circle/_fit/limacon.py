@@ -194,7 +194,9 @@ def limacon_bias(angle: npt.ArrayLike, radius: float, offset: float, offset_angl
     turned = np.atleast_1d(checks.finite_array("angle", angle, "rad"))
     if turned.size < 3:
         raise checks.refuse("angle", "at least 3 angles", turned.size)
-    lacking = circle_reading(turned, radius, offset, offset_angle) - limacon_reading(turned, radius, offset, offset_angle)
+    lacking = circle_reading(turned, radius, offset, offset_angle) - limacon_reading(
+        turned, radius, offset, offset_angle
+    )
     return np.asarray(np.linalg.lstsq(limacon_columns(turned), lacking, rcond=None)[0])
 
 

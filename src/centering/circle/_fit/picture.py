@@ -35,7 +35,11 @@ def plot_fit(circle: "CircleEstimate", angle: Floats, reading: Floats) -> Any:
 
 def _told(circle: "CircleEstimate") -> str:
     """The estimate in one line."""
-    direction = f" at {circle.offset_angle / units.deg(1.0):.2f} deg" if circle.angle_known else ", direction not known"
+    direction = (
+        f" at {circle.offset_angle / units.deg(1.0):.2f} deg"
+        if circle.angle_known
+        else ", direction not known"
+    )
     return f"radius {circle.radius:.4f} mm, offset {circle.offset:.4f} mm{direction}; centre ± {told_length(circle.center_sd)}"
 
 
@@ -45,7 +49,9 @@ def _draw_model(axis: Any, circle: "CircleEstimate", angle: Floats) -> None:
     turn = np.linspace(low, max(high, low + 2 * np.pi), FINE)
     axis.plot(turn / units.deg(1.0), circle.reading(turn), color=GREY, lw=0.8, ls="--")
     covered = np.linspace(low, high, FINE)
-    axis.plot(covered / units.deg(1.0), circle.reading(covered), color=RED, lw=1.0, label=f"{circle.model} model")
+    axis.plot(
+        covered / units.deg(1.0), circle.reading(covered), color=RED, lw=1.0, label=f"{circle.model} model"
+    )
 
 
 def _draw_residuals(axis: Any, circle: "CircleEstimate", angle: Floats, reading: Floats) -> None:
@@ -60,7 +66,11 @@ def _draw_residuals(axis: Any, circle: "CircleEstimate", angle: Floats, reading:
 
 
 def plot_centers(
-    centers: "npt.ArrayLike | Sequence[CircleEstimate]", tolerance: float, *, shown: int | None = None, ax: Any = None
+    centers: "npt.ArrayLike | Sequence[CircleEstimate]",
+    tolerance: float,
+    *,
+    shown: int | None = None,
+    ax: Any = None,
 ) -> Any:
     """Draw where the centre has been, push by push, on a log-polar chart with the circle of tolerance; return the figure.
 
@@ -93,7 +103,9 @@ def plot_centers(
     middle = np.log10(min(wanted, float(offset[offset > 0].min(initial=wanted)))) - SPARE
     if ax is None:
         ax = pictures.figure(6, 6).add_subplot(projection="polar")
-    places = np.asarray(_height(offset, middle) * np.exp(1j * np.arctan2(line[:, 1], line[:, 0])), dtype=complex)
+    places = np.asarray(
+        _height(offset, middle) * np.exp(1j * np.arctan2(line[:, 1], line[:, 0])), dtype=complex
+    )
     _draw_paper(ax, middle, np.log10(max(wanted, float(offset.max()))) + 0.2 - middle, places)
     _draw_tolerance(ax, wanted, np.log10(wanted) - middle)
     _draw_path(ax, line[:count], widths[:count], middle)
@@ -115,7 +127,11 @@ def _freest(places: Complex, rings: Floats, top: float) -> float:
     """Direction (deg, between the lines of the paper) in which the crossings with the rings are farthest from the path."""
     directions = np.arange(22.5, 360.0, 45.0)
     crossings = np.multiply.outer(np.exp(1j * np.radians(directions)), rings)
-    path = np.concatenate([np.linspace(*pair, _STEPS) for pair in pairwise(places)]) if len(places) > 1 else places
+    path = (
+        np.concatenate([np.linspace(*pair, _STEPS) for pair in pairwise(places)])
+        if len(places) > 1
+        else places
+    )
     room = np.abs(crossings[..., None] - path).min(axis=-1)
     return float(directions[np.minimum(room, 2 * _ROOM * top).sum(axis=-1).argmax()])
 
@@ -146,7 +162,9 @@ def _draw_path(axis: Any, line: Floats, widths: Floats, middle: float) -> None:
     height = _height(offset, middle)
     axis.plot(angle, height, color=BLUE, lw=0.8, alpha=0.7)
     low, high = _height(offset - widths, middle), _height(offset + widths, middle)
-    axis.errorbar(angle, height, yerr=[height - low, high - height], fmt="o", color=BLUE, ms=4, lw=1, label="centre")
+    axis.errorbar(
+        angle, height, yerr=[height - low, high - height], fmt="o", color=BLUE, ms=4, lw=1, label="centre"
+    )
     axis.plot(angle[-1:], height[-1:], "o", color=BLUE, ms=7)
     for k in _apart(np.asarray(height * np.exp(1j * angle), dtype=complex), _ROOM * float(height.max())):
         axis.annotate(str(k), (angle[k], height[k]), xytext=(6, 6), textcoords="offset points", fontsize=8)

@@ -110,7 +110,9 @@ def residual_checks(residual: npt.ArrayLike, *, lags: int | None = None) -> Resi
     if count >= left.size:
         raise checks.refuse("lags", f"< the number of residuals, {left.size}", count)
     correlation = _autocorrelation(away, count)
-    statistic = float(left.size * (left.size + 2) * np.sum(correlation**2 / (left.size - np.arange(1, count + 1))))
+    statistic = float(
+        left.size * (left.size + 2) * np.sum(correlation**2 / (left.size - np.arange(1, count + 1)))
+    )
     return ResidualChecks(
         samples=left.size,
         anderson_darling=_anderson_darling(away),

@@ -89,7 +89,9 @@ def _weigh(left, scale, loss, kept, weight, result):
         away += share < 0.5
         weight[i] = np.sqrt(share)
     mean = max(slope / count, 1e-3)
-    more = 1.0 + 3.0 / count * (1.0 - mean) / mean  # Huber's correction of small samples, for a slope that is 0 or 1
+    more = (
+        1.0 + 3.0 / count * (1.0 - mean) / mean
+    )  # Huber's correction of small samples, for a slope that is 0 or 1
     result[fit.SEEN] = more * scale * np.sqrt(square / max(count - 3.0, 1.0)) / mean
     result[fit.FREEDOM], result[fit.AWAY] = max(slope - 3.0, 1.0), away
     return mean
@@ -100,7 +102,11 @@ def _advanced(data, circle, step, left):
     """Go along a step, halved until the curve exists; whether it does."""
     trial, share = np.empty(3), 1.0
     for _ in range(fit.HALVINGS):
-        trial[0], trial[1], trial[2] = circle[0] + share * step[0], circle[1] + share * step[1], circle[2] + share * step[2]
+        trial[0], trial[1], trial[2] = (
+            circle[0] + share * step[0],
+            circle[1] + share * step[1],
+            circle[2] + share * step[2],
+        )
         if fit._residuals(data, trial, left):
             circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
             return True
@@ -147,7 +153,9 @@ def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, tripl
             least = fit.ROUNDING * result[fit.RADIUS]
             width = max(_sifted(left, max(width, least), kept), least)
             scale = max(width, noise_sd)
-        ended = _reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result)
+        ended = _reweighted(
+            data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result
+        )
         if ended == fit.SINGULAR or ended == fit.OUTSIDE:
             return ended
     _weigh(left, scale, loss, kept, weight, result)

@@ -37,7 +37,9 @@ class CycleBase(ABC):
         "finished": "",
     }
 
-    def __init__(self, problem: CenteringProblem, settings: CycleSettings | None, gains: FollowingGains | None) -> None:
+    def __init__(
+        self, problem: CenteringProblem, settings: CycleSettings | None, gains: FollowingGains | None
+    ) -> None:
         self.problem = checks.kind("problem", problem, CenteringProblem)
         self.settings = checks.kind("settings", settings or CycleSettings(), CycleSettings)
         limits = problem.limits
@@ -48,7 +50,9 @@ class CycleBase(ABC):
 
     def __repr__(self) -> str:
         part = self.problem.model.part
-        return f"{type(self).__name__}({part.mass:g} kg, radius {part.radius:g} mm, {self._state.name.lower()})"
+        return (
+            f"{type(self).__name__}({part.mass:g} kg, radius {part.radius:g} mm, {self._state.name.lower()})"
+        )
 
     @property
     def period(self) -> float:

@@ -68,9 +68,15 @@ class CenteringController(CycleBase):
     }
 
     def __init__(
-        self, strategy: PushStrategy, *, settings: CycleSettings | None = None, gains: FollowingGains | None = None
+        self,
+        strategy: PushStrategy,
+        *,
+        settings: CycleSettings | None = None,
+        gains: FollowingGains | None = None,
     ) -> None:
-        self.strategy = checks.able("strategy", strategy, "a strategy such as centering.plan(problem)", "push", "update_belief")
+        self.strategy = checks.able(
+            "strategy", strategy, "a strategy such as centering.plan(problem)", "push", "update_belief"
+        )
         chosen = settings or CycleSettings()
         problem = strategy.problem
         self._view = PartView(problem.model.part.radius, chosen, problem.scatter.measuring_sd)
@@ -104,7 +110,11 @@ class CenteringController(CycleBase):
     def report(self) -> dict[str, float]:
         """Return what is known and intended: state, offset (mm), its direction (rad), band (mm), friction, angles (rad)."""
         view = self._view
-        told = {"state": float(self._state), "friction": self._learner.friction, "pushes": float(self._pushes)}
+        told = {
+            "state": float(self._state),
+            "friction": self._learner.friction,
+            "pushes": float(self._pushes),
+        }
         if view.known:
             told |= {"offset": view.offset, "offset_angle": view.offset_angle, "band": view.band}
         launch = self._coming.launch
@@ -228,7 +238,11 @@ class CenteringController(CycleBase):
         self._learner.pushed(self._view, choice, push.beyond)
         self._pushed_aim = choice.aim
         speed = max(self._table.set_point, 1e-6)
-        thrown = 0.0 if choice.shape == "gentle" else 2.0 * choice.push_speed / (self.problem.model.mu_kinetic * GRAVITY)
+        thrown = (
+            0.0
+            if choice.shape == "gentle"
+            else 2.0 * choice.push_speed / (self.problem.model.mu_kinetic * GRAVITY)
+        )
         self._rest_angle = self._coming.trigger + speed * (push.stop_time + thrown + self.period)
         self._view.moved()
         return {}

@@ -144,7 +144,9 @@ class Follower:
         wanted = self.gains.proportional * deviation
         allowed = min(braking_speed(abs(deviation), self.limits), self.limits.speed)
         held = abs(wanted) > allowed
-        integral = self._integral + (0.0 if held else self.gains.integral * self.limits.sample_time * deviation)
+        integral = self._integral + (
+            0.0 if held else self.gains.integral * self.limits.sample_time * deviation
+        )
         total = (copysign(allowed, wanted) if held else wanted) + integral + feed_forward
         if abs(total) <= self.limits.speed:
             self._integral = integral
@@ -249,7 +251,10 @@ def tune_following(
     kp = _gains("proportional", np.linspace(2.0, 60.0, 30) if proportional is None else proportional)
     ki = _gains("integral", np.linspace(0.0, 300.0, 31) if integral is None else integral)
     checks.positive("proportional", float(kp.min()), units_of(FollowingGains)["proportional"])
-    nominal = checks.positive("settling_nominal", settling_nominal, "s"), checks.positive("overshoot_nominal", overshoot_nominal)
+    nominal = (
+        checks.positive("settling_nominal", settling_nominal, "s"),
+        checks.positive("overshoot_nominal", overshoot_nominal),
+    )
     settling, overshoot = _responses(way, limits or FollowingLimits(), kp, ki)
     return FollowingMap(kp, ki, settling, overshoot, settling / nominal[0] + overshoot / nominal[1])
 
@@ -274,11 +279,16 @@ def _responses(step: float, limits: FollowingLimits, kp: Floats, ki: Floats) -> 
     settled, greatest = np.zeros_like(place), np.zeros_like(place)
     fine = limits.sample_time / _FINE
     for k in range(round(_WATCHED / limits.sample_time)):
-        wanted = np.array([one.step(step - x) for one, x in zip(followers, place.ravel(), strict=True)]).reshape(place.shape)
+        wanted = np.array(
+            [one.step(step - x) for one, x in zip(followers, place.ravel(), strict=True)]
+        ).reshape(place.shape)
         for n in range(1, _FINE + 1):
             outside = np.abs(place - step) > _SETTLED * step
             settled[outside] = k * limits.sample_time + n * fine
-            before, speed = speed, speed + np.clip(wanted - speed, -limits.acceleration * fine, limits.acceleration * fine)
+            before, speed = (
+                speed,
+                speed + np.clip(wanted - speed, -limits.acceleration * fine, limits.acceleration * fine),
+            )
             place = place + 0.5 * (before + speed) * fine
             greatest = np.maximum(greatest, place)
     settled[settled > _WATCHED - limits.sample_time] = np.inf

@@ -47,9 +47,20 @@ class RingFilter:
     """
 
     def __init__(
-        self, radius: float, radius_sd: float, form_sd: float, noise_sd: float, angle_sd: float, tip_radius: float
+        self,
+        radius: float,
+        radius_sd: float,
+        form_sd: float,
+        noise_sd: float,
+        angle_sd: float,
+        tip_radius: float,
     ) -> None:
-        self._nominal, self._tip, self._noise, self._turning = radius, tip_radius, noise_sd, angle_sd / noise_sd
+        self._nominal, self._tip, self._noise, self._turning = (
+            radius,
+            tip_radius,
+            noise_sd,
+            angle_sd / noise_sd,
+        )
         self._radius_sd, self._least_form = radius_sd, form_sd
         self._matrix, self._vector = np.zeros((SIZE, SIZE)), np.zeros(SIZE)
         self._rows = np.zeros((_KEPT, 3))
@@ -101,7 +112,9 @@ class RingFilter:
         covariance, inflation = self._solved(noise)
         if not 1.0 / _CHANGED < self._noise_sd / noise < _CHANGED:
             covariance, inflation = self._solved(self._noise_sd)
-        self._form = max(self._least_form, sqrt(float(np.mean(self._value[3:] ** 2 + np.diag(covariance)[3:]))))
+        self._form = max(
+            self._least_form, sqrt(float(np.mean(self._value[3:] ** 2 + np.diag(covariance)[3:])))
+        )
         self.x, self.y = float(self._value[0]), float(self._value[1])
         a, b, c = covariance[0, 0], covariance[0, 1], covariance[1, 1]
         self.sd = inflation * sqrt(0.5 * (a + c) + hypot(0.5 * (a - c), b)) if isfinite(a + c) else inf

@@ -44,7 +44,9 @@ def _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, ve
     """Add readings to normal equations about a value: upper triangle; `radius` is that of dR = 0, tip included."""
     row = np.empty(SIZE)
     for k in range(angles.size):
-        target, weight = _write_row(angles[k], readings[k], value[0], value[1], radius + value[2], turning, row)
+        target, weight = _write_row(
+            angles[k], readings[k], value[0], value[1], radius + value[2], turning, row
+        )
         for i in range(3):
             target += row[i] * value[i]
         for i in range(SIZE):

@@ -18,8 +18,15 @@ from sdpgrind.base.frozen import Frozen
 _ERROR = 1e-6  # mm, chosen: of a step of the push in the plane
 _TRIES = 12  # chosen
 _MOVED = 0.2  # of the offset: a ring that went less far was hardly touched; pushes of less than half of it are not chosen
-_EARLIER, _NEAR_END = 0.5, 1e-3  # of the way to a lead with alignment at the end, and rad more: the next try then
-_SLOPE, _SLOPES, _LEAP = -0.7, (-3.0, -0.3), 0.5  # of the direction over the lead, at first and in bounds; rad at a time
+_EARLIER, _NEAR_END = (
+    0.5,
+    1e-3,
+)  # of the way to a lead with alignment at the end, and rad more: the next try then
+_SLOPE, _SLOPES, _LEAP = (
+    -0.7,
+    (-3.0, -0.3),
+    0.5,
+)  # of the direction over the lead, at first and in bounds; rad at a time
 _LATEST = 0.2  # rad beyond alignment at the end: later the rim sweeps up the tip from its other side, where it is aligned, too
 _CLOSE = 1e-4  # chosen: of the offset, across: far below what the direction scatters
 _PAUSE = 0.02  # s, chosen: a tip that is not drawn back at once stays so long
@@ -131,11 +138,18 @@ def launch(
     if lag == 0.0:
         return best
     late = lag * start.spindle_speed
-    return SentPush(best.lead + late, _made_up(best.rows, best.first, lag), best.stop_time + lag, best.beyond, best.first)
+    return SentPush(
+        best.lead + late, _made_up(best.rows, best.first, lag), best.stop_time + lag, best.beyond, best.first
+    )
 
 
 def preview(
-    kind: PushKind, stroke: float, start: Approach, model: PushModel, limits: CenteringLimits, friction: float = 1.0
+    kind: PushKind,
+    stroke: float,
+    start: Approach,
+    model: PushModel,
+    limits: CenteringLimits,
+    friction: float = 1.0,
 ) -> SentPush:
     """Return about what is to be sent for a push that is not due yet: `launch`, its stroke not mended (`beyond` is 0).
 

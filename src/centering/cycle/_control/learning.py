@@ -7,7 +7,10 @@ from centering.cycle._control.next_push import ChosenPush, PushStrategy
 from centering.cycle._control.part_view import PartView
 from sdpgrind.base.frozen import Frozen
 
-_TOLD, _HIDDEN = 0.05, 2e-3  # of the wanted travel, and mm: what turning may add before a push tells nothing of friction
+_TOLD, _HIDDEN = (
+    0.05,
+    2e-3,
+)  # of the wanted travel, and mm: what turning may add before a push tells nothing of friction
 _LONG = 1.0  # mm: what a longer push is off by is more of its direction than of friction, and small pushes tell it better
 _MEMORY = 4.0  # chosen: pushes' worth of evidence at most: friction may change, and models err
 _TELLING = 0.02  # mm, chosen: shorter travels say nothing about the direction
@@ -37,7 +40,9 @@ class RingTravel(Frozen):
     across: float
 
     @classmethod
-    def between(cls, before: tuple[float, float], after: tuple[float, float], *, towards: float) -> "RingTravel":
+    def between(
+        cls, before: tuple[float, float], after: tuple[float, float], *, towards: float
+    ) -> "RingTravel":
         """Return the travel between two centres (mm) in a push whose direction on the table is `towards` (rad)."""
         x, y = after[0] - before[0], after[1] - before[1]
         return cls(x * cos(towards) + y * sin(towards), y * cos(towards) - x * sin(towards))
@@ -120,7 +125,10 @@ class PartLearner:
         self._direction.reset()
         self.friction, self.evidence = 1.0, 0.0
         self._last: _Pushed | None = None
-        self._nearest, self._idle = inf, 0  # offset (mm) that is to be halved, and pushes since the last that did so
+        self._nearest, self._idle = (
+            inf,
+            0,
+        )  # offset (mm) that is to be halved, and pushes since the last that did so
 
     @property
     def bias(self) -> float:
@@ -164,7 +172,9 @@ class PartLearner:
             self.friction, self.evidence = belief[0], min(belief[1], _MEMORY)
         self._count(view.offset)
         if travel.along > _TELLING:
-            spread = hypot(self._strategy.problem.scatter.direction_sd, hypot(last.sd, view.sd) / travel.along)
+            spread = hypot(
+                self._strategy.problem.scatter.direction_sd, hypot(last.sd, view.sd) / travel.along
+            )
             self._direction.see(travel.across / travel.along, spread)
 
     def _count(self, offset: float) -> None:

@@ -10,7 +10,11 @@ from centering.push._machine.problem import CenteringProblem
 
 _TURN = 2.0 * pi
 _LATEST = 1.3  # chosen: samples before: a profile can still be sent
-_ROUGH, _STALE, _SOON = 0.4, 0.1, 0.07  # relative change that makes a planned push stale, and when it is due in so many s
+_ROUGH, _STALE, _SOON = (
+    0.4,
+    0.1,
+    0.07,
+)  # relative change that makes a planned push stale, and when it is due in so many s
 
 
 class ChosenPush(Protocol):
@@ -40,7 +44,9 @@ class PushStrategy(Protocol):
     @property
     def offset_max(self) -> float: ...
     def push(self, *, offset: float, friction: float, evidence: float) -> ChosenPush: ...
-    def update_belief(self, friction: float, evidence: float, commanded: Any, travelled: float) -> tuple[float, float]: ...
+    def update_belief(
+        self, friction: float, evidence: float, commanded: Any, travelled: float
+    ) -> tuple[float, float]: ...
 
 
 class NextPush:
@@ -102,7 +108,9 @@ class NextPush:
         if near and (not self._exact or _stale(self._planned, start, _STALE)):
             self.finish_plan(choice, start, friction)
         elif self.launch is None or _stale(self._planned, start, _ROUGH):
-            self.launch = preview(_kind(choice), choice.stroke, start, self._problem.model, self._problem.limits, friction)
+            self.launch = preview(
+                _kind(choice), choice.stroke, start, self._problem.model, self._problem.limits, friction
+            )
             self._planned, self._exact = start, False
 
     def finish_plan(self, choice: ChosenPush, start: Approach, friction: float) -> SentPush:

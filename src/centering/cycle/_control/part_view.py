@@ -101,7 +101,9 @@ class PartView:
     def __init__(self, radius: float, settings: CycleSettings, noise_sd: float) -> None:
         prior, tip = (radius, settings.radius_sd), settings.tip_radius
         self._estimator = PlaceEstimator(noise_sd=settings.noise_sd, tip_radius=tip, radius_prior=prior)
-        self._ring = RingFilter(*prior, settings.form_sd, max(noise_sd, settings.noise_sd), settings.angle_sd, tip)
+        self._ring = RingFilter(
+            *prior, settings.form_sd, max(noise_sd, settings.noise_sd), settings.angle_sd, tip
+        )
         self._forget()
 
     def reset(self) -> None:

@@ -4,7 +4,9 @@ from math import pi, sqrt
 
 from sdpgrind.base.quantities import Described, described, quantity
 
-_ROUNDED = 2.0 * pi / 4000.0 / sqrt(12.0)  # rad, derived: standard deviation of rounding to 4000 counts a turn
+_ROUNDED = (
+    2.0 * pi / 4000.0 / sqrt(12.0)
+)  # rad, derived: standard deviation of rounding to 4000 counts a turn
 
 
 @described()

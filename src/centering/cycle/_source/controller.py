@@ -99,9 +99,15 @@ class PrintedController(CycleBase):
             "spindle_speed", spindle_speed, "spindle_speed_max", limits.spindle_speed_max, "rad/s"
         )
         if push_speed is not None:
-            push_speed = checks.at_most("push_speed", push_speed, "push_speed_max", limits.push_speed_max, "mm/s")
+            push_speed = checks.at_most(
+                "push_speed", push_speed, "push_speed_max", limits.push_speed_max, "mm/s"
+            )
         self.push_speed = push_speed
-        self.scheduled = scheduled if scheduled is None else checks.able("scheduled", scheduled, "a strategy", "spindle_speed")
+        self.scheduled = (
+            scheduled
+            if scheduled is None
+            else checks.able("scheduled", scheduled, "a strategy", "spindle_speed")
+        )
         self.timing = one_of("timing", timing, ("printed", "exact"))
         self._planner = PrintedPlanner(problem, self.push_speed, self.timing)
         self._fit = PrintedPlace("prls")
@@ -133,7 +139,11 @@ class PrintedController(CycleBase):
 
     def report(self) -> dict[str, float]:
         """Return state, offset (mm) and direction (rad) as fitted, pushes, running correction (mm), lead and trigger (rad)."""
-        told = {"state": float(self._state), "pushes": float(self._pushes), "stroke_offset": self._planner.correction.value}
+        told = {
+            "state": float(self._state),
+            "pushes": float(self._pushes),
+            "stroke_offset": self._planner.correction.value,
+        }
         if isfinite(self._offset):
             told |= {"offset": self._offset, "offset_angle": self._angle}
         if self._planner.push is not None and isfinite(self._trigger):
@@ -167,7 +177,10 @@ class PrintedController(CycleBase):
         slower = self._planner.slower
         if self.scheduled is None:
             return self.spindle_speed * slower
-        return self.scheduled.spindle_speed(self._offset if isfinite(self._offset) else self.problem.offset_max) * slower
+        return (
+            self.scheduled.spindle_speed(self._offset if isfinite(self._offset) else self.problem.offset_max)
+            * slower
+        )
 
     def _collect(self) -> None:
         if self._samples == 0:
@@ -181,7 +194,9 @@ class PrintedController(CycleBase):
         self._offset, self._angle = hypot(x, y), atan2(y, x)
         if self._before is not None:
             way = travelled(*self._before, self._offset, self._angle)
-            self._planner.correction.update(wanted=self._wanted, travelled=way, gap_left=max(self._nearest, 0.0))
+            self._planner.correction.update(
+                wanted=self._wanted, travelled=way, gap_left=max(self._nearest, 0.0)
+            )
             self._before = None
 
     def _decide(self) -> Command:
@@ -224,7 +239,9 @@ class PrintedController(CycleBase):
 
     def _turning(self) -> float:
         """Speed of the table at the trigger, rad/s."""
-        return max(self._table.speed_at(self._trigger) if isfinite(self._trigger) else self._speed(), _SLOWEST_TABLE)
+        return max(
+            self._table.speed_at(self._trigger) if isfinite(self._trigger) else self._speed(), _SLOWEST_TABLE
+        )
 
     def _standing(self) -> float:
         """Where the tip comes to stand if the slide is stopped now, mm from the axis."""

@@ -12,7 +12,10 @@ _LEAST_SHARE = 0.1  # chosen: of the offset: least stroke that is left when free
 _SLOWER = 0.9  # chosen: of the table speed, where the rim would arrive before the push
 _SLOWEST = 0.2  # chosen: of it, below which something else is wrong
 _SLOWEST_PUSH = 0.1  # mm/s, chosen
-_STALE, _CHANGED = 0.02, 2e-3  # relative change of offset or table speed, and of the offset in mm, that make a push stale
+_STALE, _CHANGED = (
+    0.02,
+    2e-3,
+)  # relative change of offset or table speed, and of the offset in mm, that make a push stale
 
 
 class PrintedPlanner:
@@ -32,7 +35,9 @@ class PrintedPlanner:
         self._push_speed, self._timing = push_speed, timing
         self._slides = free_slide_table(problem.model)
         # What free sliding takes off a stroke is no correction: its limit does not hold for that.
-        self._problem = problem.replace(limits=problem.limits.replace(stroke_offset_max=2.0 * problem.offset_max))
+        self._problem = problem.replace(
+            limits=problem.limits.replace(stroke_offset_max=2.0 * problem.offset_max)
+        )
         self.correction = StrokeCorrection(problem.limits.stroke_offset_max)
         self.reset()
 
@@ -67,7 +72,9 @@ class PrintedPlanner:
         spindle_speed : float
             At the trigger, rad/s.
         """
-        far = room + 2.0 * offset  # the gap on the other side: with it the lead is too long by what the approach is
+        far = (
+            room + 2.0 * offset
+        )  # the gap on the other side: with it the lead is too long by what the approach is
         self.plan(offset, far, spindle_speed)
         if self.push is None:
             return
@@ -79,12 +86,16 @@ class PrintedPlanner:
     def _approach(self, way: float) -> float:
         """Time of an approach over a way (mm), s."""
         limits = self._problem.limits
-        return move_time(way, speed=limits.approach_speed, acceleration=limits.acceleration_max, timing=self._timing)
+        return move_time(
+            way, speed=limits.approach_speed, acceleration=limits.acceleration_max, timing=self._timing
+        )
 
     def slow_down(self) -> None:
         """There is no push: the table is to be slower."""
         if self.slower < _SLOWEST:
-            raise RuntimeError(f"the rim arrives before the push even at {self.slower:.2g} of the table speed")
+            raise RuntimeError(
+                f"the rim arrives before the push even at {self.slower:.2g} of the table speed"
+            )
         self.slower *= _SLOWER
         self.push = None
 

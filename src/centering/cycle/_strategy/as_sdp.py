@@ -77,7 +77,9 @@ def offset_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
 def friction_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
     """Axis of the believed friction scale."""
     reach = max(_SIGMAS * problem.scatter.friction_part_sd, 0.01)
-    return sdp.Axis("friction", max(0.6, 1 - reach), min(1.4, 1 + reach), nodes, "", below="hold", above="hold")
+    return sdp.Axis(
+        "friction", max(0.6, 1 - reach), min(1.4, 1 + reach), nodes, "", below="hold", above="hold"
+    )
 
 
 def packed_axes(offset: sdp.Axis, friction: sdp.Axis) -> tuple[float, float, int, float, float, int]:
@@ -97,7 +99,13 @@ def draws(problem: CenteringProblem) -> tuple[Floats, ...]:
     hidden = scatter.measuring_sd**2 / place if place > 0 else 0.0
     unit = (np.arange(DRAWS)[:, None] * np.array(_LATTICE) / DRAWS + 0.5 / DRAWS) % 1.0
     friction, direction, where = ndtri(unit).T
-    return friction, scatter.direction_sd * direction, place * where, hidden * where, np.full(DRAWS, 1.0 / DRAWS)
+    return (
+        friction,
+        scatter.direction_sd * direction,
+        place * where,
+        hidden * where,
+        np.full(DRAWS, 1.0 / DRAWS),
+    )
 
 
 def _compiled(friction: Floats, direction: Floats, *others: Floats) -> tuple[Floats, ...]:
@@ -113,7 +121,9 @@ class KindOfPush:
     kind: int
     settled: int
 
-    def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> sdp.Rows:
+    def rows(
+        self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats
+    ) -> sdp.Rows:
         """Return the one-step distribution, and the expected time (s): infinite where no stroke is long enough."""
         share = menu.controls(choice, level).share
         time, (starts, columns, weights) = self._follow(points[0], points[1], share, self._seen(stage))
@@ -121,7 +131,14 @@ class KindOfPush:
         return sdp.Rows(matrix, np.zeros(time.size, dtype=np.int64), time, np.zeros(time.size))
 
     def sample(
-        self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats, rng: np.random.Generator
+        self,
+        menu: Any,
+        points: tuple[Floats, ...],
+        mode: Any,
+        stage: Any,
+        choice: Any,
+        level: Floats,
+        rng: np.random.Generator,
     ) -> tuple[tuple[Floats, ...], Any]:
         """Draw next coordinates: nodes of the grid, by the weights of `rows`."""
         rows = self.rows(menu, points, mode, stage, choice, level)
@@ -150,8 +167,16 @@ class KindOfPush:
             *(np.ascontiguousarray(np.ravel(x), dtype=float) for x in (offset, friction, share)),
             (table.travel[k], table.mean_travel[k], table.contact_time[k], table.grid, int(table.last[k])),
             (ground.speeds, ground.finish),
-            (belief.sd(WORTH * seen), belief.push_sd, float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd))),
-            (ground.timing.busy_time, ground.timing.measuring_arc, ground.problem.limits.spindle_acceleration_max),
+            (
+                belief.sd(WORTH * seen),
+                belief.push_sd,
+                float(np.hypot(scatter.stop_sd, np.sqrt(2.0) * scatter.measuring_sd)),
+            ),
+            (
+                ground.timing.busy_time,
+                ground.timing.measuring_arc,
+                ground.problem.limits.spindle_acceleration_max,
+            ),
             packed_axes(where, friction_scale),
             _compiled(*draws(ground.problem)),
             out,

@@ -8,7 +8,9 @@ from sdpgrind.base.compiled import compiled
 _PARTS, _PUSHES = 41, 17  # chosen
 _REACH = 4.0  # chosen: standard deviations
 _FAR = 50.0  # chosen: squared standard deviations beyond which a travel is a surprise, whatever the friction
-_STRANGERS = 1e-3  # share of parts whose friction is nothing that is known: even in its logarithm over the table
+_STRANGERS = (
+    1e-3  # share of parts whose friction is nothing that is known: even in its logarithm over the table
+)
 
 
 @compiled
@@ -59,7 +61,10 @@ def _moments(table, grid, stroke, scales, weights, push_sd, noise, travelled):
     """How well friction scales with weights explain a travel, and their mean and sd after it."""
     total, first, second, about = 0.0, 0.0, 0.0, scales[scales.size // 2]
     for i in range(scales.size):
-        weight, off = weights[i] * _likelihood(table, grid, stroke, scales[i], push_sd, noise, travelled), scales[i] - about
+        weight, off = (
+            weights[i] * _likelihood(table, grid, stroke, scales[i], push_sd, noise, travelled),
+            scales[i] - about,
+        )
         total += weight
         first += weight * off
         second += weight * off * off

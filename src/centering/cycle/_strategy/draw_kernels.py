@@ -126,7 +126,9 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
                 continue
             i = min(max((0.5 * np.log(square) - log_low) / log_step, 0.0), n_offset - 1.0)
             speed = _between(speeds, i)
-            time += w * waiting_time(_turn_to(along, across), pressed + busy, speed, arc, before, acceleration)
+            time += w * waiting_time(
+                _turn_to(along, across), pressed + busy, speed, arc, before, acceleration
+            )
             learned = min(max(m + share * rate * (x - expected), low), high)
             j = min((learned - low) / step, n_friction - 1.0)
             a, b = min(int(i), n_offset - 2), min(int(j), n_friction - 2)

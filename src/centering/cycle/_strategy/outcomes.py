@@ -94,7 +94,12 @@ def default_kinds(top_speed: float) -> tuple[PushKind, ...]:
     """Return the pushes that are tried: from slow taps to the `top_speed` (mm/s), and gentle ones."""
     taps = [PushKind("trapezoid", speed, True) for speed in (2.0, 5.0, 20.0, 40.0) if speed < top_speed]
     gentle = [PushKind("gentle", speed, True) for speed in (5.0, 10.0, 20.0, 40.0) if speed < top_speed]
-    return (*taps, PushKind("trapezoid", top_speed, True), PushKind("trapezoid", min(10.0, top_speed), False), *gentle)
+    return (
+        *taps,
+        PushKind("trapezoid", top_speed, True),
+        PushKind("trapezoid", min(10.0, top_speed), False),
+        *gentle,
+    )
 
 
 @described("centering.outcomes")
@@ -187,7 +192,9 @@ def simulated(
     return OutcomeTable(tuple(kinds), float(first), _STEP, travel, time, last)
 
 
-def _rows(model: PushModel, strokes: Floats, acceleration: float, kind: PushKind) -> tuple[Floats, Floats, int]:
+def _rows(
+    model: PushModel, strokes: Floats, acceleration: float, kind: PushKind
+) -> tuple[Floats, Floats, int]:
     """Travel [stroke, friction scale], time of contact [stroke] and last stroke of one kind of push."""
     profiles, times = [], []
     for stroke in strokes:

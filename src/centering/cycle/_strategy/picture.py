@@ -12,7 +12,12 @@ if TYPE_CHECKING:
     from centering.cycle._strategy.outcomes import PushKind
     from centering.cycle._strategy.strategy import Strategy
 
-_MAPS = {("trapezoid", True): "Blues", ("trapezoid", False): "Greens", ("gentle", True): "Oranges", ("gentle", False): "Purples"}
+_MAPS = {
+    ("trapezoid", True): "Blues",
+    ("trapezoid", False): "Greens",
+    ("gentle", True): "Oranges",
+    ("gentle", False): "Purples",
+}
 _PALE = 0.15  # chosen: share of a map that is too pale
 _BOX: dict[str, Any] = {"edgecolor": "none", "framealpha": 0.8, "fontsize": 9}
 
@@ -32,7 +37,13 @@ def _draw_value(ax: Any, strategy: "Strategy", data: Any) -> None:
     """Expected time to go, before any push was seen and once friction is known well."""
     offset, middle = 1e3 * data.offset.values, data.sizes["friction"] // 2
     for pushes, style in ((0, "-"), (data.sizes["pushes"] - 1, "--")):
-        ax.semilogx(offset, data["value"].values[pushes, :, middle], style, color="#08519c", label=f"{pushes} pushes seen")
+        ax.semilogx(
+            offset,
+            data["value"].values[pushes, :, middle],
+            style,
+            color="#08519c",
+            label=f"{pushes} pushes seen",
+        )
     _mark(ax, strategy)
     ax.set(xlabel="offset [µm]", ylabel="time from the next touch to the end [s]", ylim=(0, None))
     ax.legend(**_BOX)
@@ -45,7 +56,9 @@ def _draw_kinds(ax: Any, strategy: "Strategy", data: Any) -> None:
     count = len(strategy.kinds)
     colors = ListedColormap(_colours(strategy.kinds))
     norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
-    image = ax.pcolormesh(1e3 * data.offset, data.friction, data["kind"].values[1].T, cmap=colors, norm=norm, rasterized=True)
+    image = ax.pcolormesh(
+        1e3 * data.offset, data.friction, data["kind"].values[1].T, cmap=colors, norm=norm, rasterized=True
+    )
     bar = ax.figure.colorbar(image, ax=ax, ticks=range(count))
     bar.ax.set_yticklabels([kind.name for kind in strategy.kinds], fontsize=8)
     ax.set(
@@ -62,9 +75,17 @@ def _colours(kinds: "Sequence[PushKind]") -> list[Any]:
     from matplotlib import colormaps
 
     groups = [(kind.shape, kind.retract) for kind in kinds]
-    speeds = {group: sorted(k.push_speed for k, of in zip(kinds, groups, strict=True) if of == group) for group in groups}
-    shares = [(speeds[of].index(k.push_speed) + 1) / (len(speeds[of]) + 1) for k, of in zip(kinds, groups, strict=True)]
-    return [colormaps[_MAPS[of]](_PALE + (1 - _PALE) * share) for of, share in zip(groups, shares, strict=True)]
+    speeds = {
+        group: sorted(k.push_speed for k, of in zip(kinds, groups, strict=True) if of == group)
+        for group in groups
+    }
+    shares = [
+        (speeds[of].index(k.push_speed) + 1) / (len(speeds[of]) + 1)
+        for k, of in zip(kinds, groups, strict=True)
+    ]
+    return [
+        colormaps[_MAPS[of]](_PALE + (1 - _PALE) * share) for of, share in zip(groups, shares, strict=True)
+    ]
 
 
 def _draw_aim(ax: Any, strategy: "Strategy", data: Any) -> None:
@@ -72,10 +93,16 @@ def _draw_aim(ax: Any, strategy: "Strategy", data: Any) -> None:
     offset = data.offset.values[1:]
     choices = [strategy.push(offset=float(d), evidence=1) for d in offset]
     ax.semilogx(
-        1e3 * offset, [c.stroke / d for c, d in zip(choices, offset, strict=True)], color="0.6", label="travel of the tip"
+        1e3 * offset,
+        [c.stroke / d for c, d in zip(choices, offset, strict=True)],
+        color="0.6",
+        label="travel of the tip",
     )
     ax.semilogx(
-        1e3 * offset, [c.aim / d for c, d in zip(choices, offset, strict=True)], color="#e6550d", label="aimed travel of the part"
+        1e3 * offset,
+        [c.aim / d for c, d in zip(choices, offset, strict=True)],
+        color="#e6550d",
+        label="aimed travel of the part",
     )
     ax.axhline(1.0, color="k", lw=0.6)
     _mark(ax, strategy)
@@ -88,7 +115,13 @@ def _draw_belief(ax: Any, strategy: "Strategy") -> None:
     pushes = range(10)
     belief = strategy.belief
     ax.plot(pushes, [100 * belief.sd(n) for n in pushes], "o-", color="#08519c", label="friction of the part")
-    ax.plot(pushes, [100 * belief.next_sd(n) for n in pushes], "o-", color="#e6550d", label="friction of the next push")
+    ax.plot(
+        pushes,
+        [100 * belief.next_sd(n) for n in pushes],
+        "o-",
+        color="#e6550d",
+        label="friction of the next push",
+    )
     ax.set(xlabel="pushes seen", ylabel="standard deviation [%]", ylim=(0, None))
     ax.legend(**_BOX)
 

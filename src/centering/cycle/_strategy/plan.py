@@ -6,7 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from centering.cycle._strategy.as_sdp import FRACTIONS, Size, StrategyGround, finish_offset, moves, offset_axis
+from centering.cycle._strategy.as_sdp import (
+    FRACTIONS,
+    Size,
+    StrategyGround,
+    finish_offset,
+    moves,
+    offset_axis,
+)
 from centering.cycle._strategy.outcomes import PushKind, default_kinds, simulated
 from centering.cycle._strategy.strategy import Strategy
 from centering.cycle._strategy.timing import CycleTiming, table_speeds
@@ -68,12 +75,18 @@ def plan(
     if isinstance(spindle_speed, str):
         checks.one_of("spindle_speed", spindle_speed, ("scheduled",))
     else:
-        checks.at_most("spindle_speed", spindle_speed, "spindle_speed_max", problem.limits.spindle_speed_max, "rad/s")
+        checks.at_most(
+            "spindle_speed", spindle_speed, "spindle_speed_max", problem.limits.spindle_speed_max, "rad/s"
+        )
     if problem.quantum_note:
         warnings.warn(problem.quantum_note, stacklevel=2)
     tell = progress if progress is not None else TerminalLine()
     return solved(
-        prepared(problem, spindle_speed, default_kinds(problem.limits.push_speed_max), Size(), executor, tell), executor, tell
+        prepared(
+            problem, spindle_speed, default_kinds(problem.limits.push_speed_max), Size(), executor, tell
+        ),
+        executor,
+        tell,
     )
 
 
@@ -97,7 +110,12 @@ def prepared(
     )
     offsets = np.geomspace(axis.low, axis.high, axis.nodes)
     return StrategyGround(
-        problem, outcomes, CycleTiming(), table_speeds(problem, offsets, spindle_speed), finish_offset(problem), size
+        problem,
+        outcomes,
+        CycleTiming(),
+        table_speeds(problem, offsets, spindle_speed),
+        finish_offset(problem),
+        size,
     )
 
 
@@ -106,17 +124,25 @@ def solved(ground: StrategyGround, executor: Executor | None, tell: Progress) ->
     given_up = sdp.Stop("given up", _given_up, allowed=_no_more)
     further = max(1, ground.problem.pushes_max - SETTLED)
     settled = sdp.plan(
-        sdp.Problem(ground.axes, moves(ground, SETTLED, False), [given_up], sdp.Stages(further, 1.0, "unseen", "")),
+        sdp.Problem(
+            ground.axes, moves(ground, SETTLED, False), [given_up], sdp.Stages(further, 1.0, "unseen", "")
+        ),
         executor=executor,
-        progress=lambda share, text: tell(_SHARES[1] + (_SHARES[2] - _SHARES[1]) * share, "the pushes after the first ones"),
+        progress=lambda share, text: tell(
+            _SHARES[1] + (_SHARES[2] - _SHARES[1]) * share, "the pushes after the first ones"
+        ),
     )
     done = sdp.Stop("seen", _Settled(settled), allowed=_no_more)
     first = sdp.plan(
-        sdp.Problem(ground.axes, moves(ground, SETTLED, True), [done], sdp.Stages(SETTLED, 1.0, "unseen", "")),
+        sdp.Problem(
+            ground.axes, moves(ground, SETTLED, True), [done], sdp.Stages(SETTLED, 1.0, "unseen", "")
+        ),
         executor=executor,
         progress=lambda share, text: tell(_SHARES[2] + (1 - _SHARES[2]) * share, "the first pushes"),
     )
-    return Strategy(ground.problem, ground.outcomes, ground.timing, ground.speeds, _joined(ground.size, settled, first))
+    return Strategy(
+        ground.problem, ground.outcomes, ground.timing, ground.speeds, _joined(ground.size, settled, first)
+    )
 
 
 class _Settled:
@@ -143,5 +169,7 @@ def _joined(size: Size, settled: sdp.Policy, first: sdp.Policy) -> tuple[Floats,
     shape = (SETTLED + 1, *size)
     tables = [first.table, settled.table]
     rows = [(0, SETTLED - n) for n in range(SETTLED)] + [(1, -1)]
-    value, kind, entry = (np.stack([getattr(tables[t], name)[row, 0] for t, row in rows]) for name in ("value", "best", "entry"))
+    value, kind, entry = (
+        np.stack([getattr(tables[t], name)[row, 0] for t, row in rows]) for name in ("value", "best", "entry")
+    )
     return value.reshape(shape), kind.reshape(shape).astype(np.int64), FRACTIONS[entry].reshape(shape)

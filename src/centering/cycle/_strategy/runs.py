@@ -68,7 +68,9 @@ class CenteringRuns:
         left.axvline(self.mean, color="k", lw=1, label=f"mean {self.mean:.2f} s")
         left.set(xlabel="time of a part [s]", ylabel="parts")
         left.legend(frameon=False)
-        middle.hist(self.pushes, bins=np.arange(self.pushes.max() + 2) - 0.5, color=pictures.ACTUAL, rwidth=0.9)
+        middle.hist(
+            self.pushes, bins=np.arange(self.pushes.max() + 2) - 0.5, color=pictures.ACTUAL, rwidth=0.9
+        )
         middle.set(xlabel="pushes", ylabel="parts")
         right.hist(1e3 * self.offset, bins=30, color=pictures.ACTUAL)
         right.axvline(1e3 * self.problem.tolerance, color="k", lw=1, ls="--", label="tolerance")

@@ -30,7 +30,9 @@ class Followed(Protocol):
     def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice: ...
     def spindle_speed(self, offset: float) -> float: ...
     def profile(self, choice: PushChoice) -> TipProfile: ...
-    def update_belief(self, friction: float, evidence: float, commanded: PushChoice, travelled: float) -> Belief: ...
+    def update_belief(
+        self, friction: float, evidence: float, commanded: PushChoice, travelled: float
+    ) -> Belief: ...
 
 
 def simulate(strategy: Followed, parts: int, rng: Seed, start: Any) -> CenteringRuns:
@@ -38,10 +40,16 @@ def simulate(strategy: Followed, parts: int, rng: Seed, start: Any) -> Centering
     random = generator(rng)
     checks.count("runs", parts)
     offset_max = strategy.problem.offset_max
-    begun = random.uniform(_LEAST_SHARE * offset_max, offset_max, parts) if start is None else np.array(start, dtype=float)
+    begun = (
+        random.uniform(_LEAST_SHARE * offset_max, offset_max, parts)
+        if start is None
+        else np.array(start, dtype=float)
+    )
     begun = np.broadcast_to(checks.finite_array("start", begun, "mm"), parts)
     if np.any(begun <= 0.0) or np.any(begun > offset_max):
-        raise checks.refuse("start", f"in (0, {offset_max:g}]", float(begun[(begun <= 0.0) | (begun > offset_max)][0]), "mm")
+        raise checks.refuse(
+            "start", f"in (0, {offset_max:g}]", float(begun[(begun <= 0.0) | (begun > offset_max)][0]), "mm"
+        )
     return _Parts(strategy, begun, random).run()
 
 
@@ -53,7 +61,11 @@ class _Parts:
         self.scatter, count = strategy.problem.scatter, start.size
         self.scale = 1.0 + self.scatter.friction_part_sd * random.standard_normal(count)
         self.offset = start.copy()
-        self.friction, self.evidence, self.waiting = np.ones(count), np.zeros(count), np.ones(count, dtype=bool)
+        self.friction, self.evidence, self.waiting = (
+            np.ones(count),
+            np.zeros(count),
+            np.ones(count, dtype=bool),
+        )
         self.pushes = np.zeros(count, dtype=np.int64)
         self.measured = np.abs(self.offset + self.scatter.measuring_sd * random.standard_normal(count))
         self.time = np.array([self._start_time(float(d)) for d in self.measured])
@@ -104,7 +116,9 @@ class _Parts:
         self.offset[k], phase = push_once(self.offset[k], travel, self.scatter.direction_sd * unit[2])
         before = self.measured[k]
         self.measured[k] = abs(self.offset[k] + self.scatter.measuring_sd * unit[3])
-        seen = float(np.sqrt(before**2 + self.measured[k] ** 2 - 2.0 * before * self.measured[k] * np.cos(phase)))
+        seen = float(
+            np.sqrt(before**2 + self.measured[k] ** 2 - 2.0 * before * self.measured[k] * np.cos(phase))
+        )
         belief = strategy.update_belief(float(self.friction[k]), float(self.evidence[k]), choice, seen)
         self.friction[k], self.evidence[k] = belief
         self.pushes[k] += 1
@@ -112,6 +126,8 @@ class _Parts:
         busy = pushing_time(strategy.profile(choice)) + strategy.timing.busy_time
         speed, arc = strategy.spindle_speed(float(self.measured[k])), strategy.timing.measuring_arc
         if self.waiting[k]:
-            self.time[k] += waiting_time(phase, busy, speed, arc, choice.spindle_speed, limits.spindle_acceleration_max)
+            self.time[k] += waiting_time(
+                phase, busy, speed, arc, choice.spindle_speed, limits.spindle_acceleration_max
+            )
         else:
             self.time[k] += busy + arc / speed

@@ -78,10 +78,14 @@ class Strategy(Plan):
         self.problem, self.outcomes, self.timing = problem, outcomes, timing
         self.kinds, self.finish = outcomes.kinds, finish_offset(problem)
         self._speeds = lasting(speeds)
-        self._value, self._kind, self._share = (lasting(x, kind) for x, kind in zip(table, (float, np.int64, float), strict=True))
+        self._value, self._kind, self._share = (
+            lasting(x, kind) for x, kind in zip(table, (float, np.int64, float), strict=True)
+        )
         self.belief = FrictionScaleBelief.of(problem.scatter)
         self._settled = self._value.shape[0] - 1
-        self._axes = packed_axes(offset_axis(problem, self._value.shape[1]), friction_axis(problem, self._value.shape[2]))
+        self._axes = packed_axes(
+            offset_axis(problem, self._value.shape[1]), friction_axis(problem, self._value.shape[2])
+        )
         self._outcomes = (outcomes.travel, outcomes.mean_travel, outcomes.last, outcomes.grid)
 
     # -- looking up ------------------------------------------------------------------------------------------------
@@ -107,7 +111,13 @@ class Strategy(Plan):
             raise checks.refuse("offset", f"> {self.finish:g}, at which the part is centred", offset, "mm")
         self._refuse_beyond(offset)
         kind, aim, stroke, speed = choose(
-            (self._kind, self._share), self._outcomes, self._speeds, self._axes, offset, friction, self._mode(evidence)
+            (self._kind, self._share),
+            self._outcomes,
+            self._speeds,
+            self._axes,
+            offset,
+            friction,
+            self._mode(evidence),
         )
         how = self.kinds[kind]
         return PushChoice(aim, stroke, how.push_speed, how.shape, how.retract, speed, kind)
@@ -152,7 +162,9 @@ class Strategy(Plan):
     def cycle_time(self, offset: float) -> float:
         """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s."""
         speed = self.spindle_speed(offset)
-        return self.timing.start_time(speed, self.problem.limits.spindle_acceleration_max) + self.value(offset=offset)
+        return self.timing.start_time(speed, self.problem.limits.spindle_acceleration_max) + self.value(
+            offset=offset
+        )
 
     def spindle_speed(self, offset: float) -> float:
         """Return the table speed at an `offset` (mm), rad/s."""
@@ -163,7 +175,9 @@ class Strategy(Plan):
         kind = self.kinds[choice.kind]
         return kind.profile(self.problem.model, choice.stroke, self.problem.limits.acceleration_max)
 
-    def update_belief(self, friction: float, evidence: float, commanded: PushChoice, travelled: float) -> Belief:
+    def update_belief(
+        self, friction: float, evidence: float, commanded: PushChoice, travelled: float
+    ) -> Belief:
         """Return what is believed after a push: Bayes' rule, the push scattering about the friction of the part.
 
         A travel that only a friction far outside what is believed explains makes it begin anew, about that.
@@ -186,9 +200,13 @@ class Strategy(Plan):
         """
         prior = friction, self.belief.sd(evidence)
         table, grid = self.outcomes.travel[commanded.kind], self.outcomes.grid
-        mean, sd, wrong = posterior(table, grid, commanded.stroke, prior, self.belief.push_sd, self._noise, travelled)
+        mean, sd, wrong = posterior(
+            table, grid, commanded.stroke, prior, self.belief.push_sd, self._noise, travelled
+        )
         told = self.belief.evidence(sd)
-        return Belief(min(max(mean, FRICTION_SCALES[0]), FRICTION_SCALES[-1]), told if wrong else max(evidence, told))
+        return Belief(
+            min(max(mean, FRICTION_SCALES[0]), FRICTION_SCALES[-1]), told if wrong else max(evidence, told)
+        )
 
     @cached_property
     def _noise(self) -> float:
@@ -197,7 +215,9 @@ class Strategy(Plan):
 
     # -- predicting ------------------------------------------------------------------------------------------------
 
-    def simulate(self, *, runs: int = 200, rng: Seed = 0, start: npt.ArrayLike | None = None) -> "CenteringRuns":
+    def simulate(
+        self, *, runs: int = 200, rng: Seed = 0, start: npt.ArrayLike | None = None
+    ) -> "CenteringRuns":
         """Follow the strategy on the model: pushes simulated exactly, friction that stays with its part; no machine.
 
         Parameters
@@ -227,8 +247,16 @@ class Strategy(Plan):
         low, step, nodes, first, spacing, count = self._axes
         table = self.outcomes
         variables: dict[str, Any] = {
-            "value": (dims, self._value, {"units": "s", "long_name": "expected time from the next touch to the end"}),
-            "kind": (dims, self._kind, {"long_name": "kind of push: " + "; ".join(k.name for k in self.kinds)}),
+            "value": (
+                dims,
+                self._value,
+                {"units": "s", "long_name": "expected time from the next touch to the end"},
+            ),
+            "kind": (
+                dims,
+                self._kind,
+                {"long_name": "kind of push: " + "; ".join(k.name for k in self.kinds)},
+            ),
             "share": (dims, self._share, {"units": "1", "long_name": "wanted mean travel over offset"}),
             "spindle_speed": (("offset",), self._speeds, {"units": "rad/s", "long_name": "table speed"}),
             "travel": (
@@ -236,16 +264,35 @@ class Strategy(Plan):
                 table.travel,
                 {"units": "mm", "long_name": "travel of the part"},
             ),
-            "contact_time": (("push_kind", "stroke"), table.contact_time, {"units": "s", "long_name": "time of contact"}),
-            "last": (("push_kind",), table.last, {"long_name": "greatest stroke of a kind of push, its number"}),
+            "contact_time": (
+                ("push_kind", "stroke"),
+                table.contact_time,
+                {"units": "s", "long_name": "time of contact"},
+            ),
+            "last": (
+                ("push_kind",),
+                table.last,
+                {"long_name": "greatest stroke of a kind of push, its number"},
+            ),
         }
         coordinates = {
             "pushes": ("pushes", np.arange(self._settled + 1), {"long_name": "pushes seen"}),
             "offset": ("offset", np.exp(low + step * np.arange(nodes)), {"units": "mm"}),
-            "friction": ("friction", first + spacing * np.arange(count), {"units": "1", "long_name": "mean friction scale"}),
+            "friction": (
+                "friction",
+                first + spacing * np.arange(count),
+                {"units": "1", "long_name": "mean friction scale"},
+            ),
             "stroke": ("stroke", table.strokes, {"units": "mm"}),
         }
-        plain = encode({"problem": self.problem, "timing": self.timing, "kinds": self.kinds, "strokes": table.stroke_range})
+        plain = encode(
+            {
+                "problem": self.problem,
+                "timing": self.timing,
+                "kinds": self.kinds,
+                "strokes": table.stroke_range,
+            }
+        )
         return xr.Dataset(variables, coordinates, {"strategy": plain})
 
     @classmethod
@@ -253,7 +300,9 @@ class Strategy(Plan):
         plain = decode(dataset.attrs["strategy"])
         arrays = {name: dataset[name].values for name in dataset.data_vars}
         first, ratio = plain["strokes"]
-        outcomes = OutcomeTable(plain["kinds"], first, ratio, arrays["travel"], arrays["contact_time"], arrays["last"])
+        outcomes = OutcomeTable(
+            plain["kinds"], first, ratio, arrays["travel"], arrays["contact_time"], arrays["last"]
+        )
         table = arrays["value"], arrays["kind"], arrays["share"]
         return cls(plain["problem"], outcomes, plain["timing"], arrays["spindle_speed"], table)
 

@@ -44,7 +44,11 @@ class CycleTiming(Described):
     def start_time(self, speed: float, acceleration: float) -> float:
         """Return the mean time from rest to first touch, s: acceleration (rad/s^2) to a speed (rad/s), measuring, half a turn."""
         angle, turned = self.first_arc + pi, 0.5 * speed**2 / acceleration
-        return sqrt(2.0 * angle / acceleration) if angle < turned else speed / acceleration + (angle - turned) / speed
+        return (
+            sqrt(2.0 * angle / acceleration)
+            if angle < turned
+            else speed / acceleration + (angle - turned) / speed
+        )
 
 
 def table_speeds(problem: CenteringProblem, offset: Floats, speed: str | float) -> Floats:

@@ -20,7 +20,9 @@ def _swing_energies(motion, tip_speed, tip_acceleration, parameters, duration):
     quick = duration if slow == 0.0 else min(duration, _GONE / (alpha if rate > 0.0 else fast))
     work, drag = _panels(motion, tip_speed, tip_acceleration, parameters, 0.0, quick, fast)
     if quick < duration:
-        more, further = _panels(motion, tip_speed, tip_acceleration, parameters, quick, duration, slow if rate <= 0.0 else 0.0)
+        more, further = _panels(
+            motion, tip_speed, tip_acceleration, parameters, quick, duration, slow if rate <= 0.0 else 0.0
+        )
         work, drag = work + more, drag + further
     return work, drag
 

@@ -159,7 +159,9 @@ def _table(law: tuple[float, ...], speed_max: float) -> FreeSlideTable:
     if _slides(parameters, np.array([speed_max]))[0] <= 0.0:
         return FreeSlideTable(lasting([speed_max]), lasting([0.0]))
     threshold = _threshold(parameters, speed_max)
-    speed = threshold + (speed_max - threshold) * np.linspace(0.0, 1.0, _SPEEDS) ** 2  # steep at the threshold
+    speed = (
+        threshold + (speed_max - threshold) * np.linspace(0.0, 1.0, _SPEEDS) ** 2
+    )  # steep at the threshold
     distance = np.maximum.accumulate(np.concatenate(((0.0,), _slides(parameters, speed[1:]))))
     return FreeSlideTable(lasting(speed), lasting(distance))
 
@@ -179,7 +181,9 @@ def _threshold(parameters: Floats, speed_max: float) -> float:
 def _slides(parameters: Floats, speed: Floats) -> Floats:
     """Longest free slide at each speed, mm."""
     mass, stiffness, damping, static, coulomb, _ = parameters
-    contact = _PERIODS * 2.0 * np.pi * np.sqrt(mass / stiffness) + (static + damping * speed) / (stiffness * speed)
+    contact = _PERIODS * 2.0 * np.pi * np.sqrt(mass / stiffness) + (static + damping * speed) / (
+        stiffness * speed
+    )
     flight = 4.0 * mass * (speed + static / np.sqrt(mass * stiffness)) / coulomb
     pushes = zip(speed, contact + flight, strict=True)
     return simulate_pushes(parameters, [TipProfile.constant_speed(v, t) for v, t in pushes])[:, 1]

@@ -60,7 +60,9 @@ def sliding_speed(model: PushModel, distance: float) -> float:
     high = 2.0 * coulomb
     while _viscous(model, high).distance < d:
         high *= 2.0
-    return float(brentq(lambda v: _viscous(model, v).distance - d, coulomb, high, xtol=1e-14 * high, rtol=1e-15))
+    return float(
+        brentq(lambda v: _viscous(model, v).distance - d, coulomb, high, xtol=1e-14 * high, rtol=1e-15)
+    )
 
 
 def free_slide(model: PushModel, speed: float) -> FreeSlide:
@@ -143,7 +145,9 @@ def restitution(*, slide_before: float, slide_after: float, part_after: float) -
     0.84892
     """
     before = checks.positive("slide_before", slide_before, "mm/s")
-    apart = checks.number("part_after", part_after, "mm/s") - checks.number("slide_after", slide_after, "mm/s")
+    apart = checks.number("part_after", part_after, "mm/s") - checks.number(
+        "slide_after", slide_after, "mm/s"
+    )
     return checks.within("restitution", apart / before, 0.0, 1.0, "1")
 
 
@@ -165,7 +169,9 @@ def mass_ratio(*, slide_before: float, slide_after: float, part_after: float) ->
     >>> round(mass_ratio(slide_before=139.0, slide_after=104.0, part_after=222.0), 4)
     0.1577
     """
-    lost = checks.number("slide_before", slide_before, "mm/s") - checks.number("slide_after", slide_after, "mm/s")
+    lost = checks.number("slide_before", slide_before, "mm/s") - checks.number(
+        "slide_after", slide_after, "mm/s"
+    )
     return lost / checks.positive("part_after", part_after, "mm/s")
 
 

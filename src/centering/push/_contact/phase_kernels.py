@@ -165,7 +165,13 @@ def _slip(law, gap, tip_speed, acceleration, speed, left, peak):
     greatest = _greatest_force(law, motion, rise, taken, max(peak, force, force_after))
     if leaves < stops:
         return taken, FREE, gap_after, speed_after, greatest
-    return taken, STICK if force_after > 0.0 else REST, gap_after, 0.0 if stops <= taken else speed_after, greatest
+    return (
+        taken,
+        STICK if force_after > 0.0 else REST,
+        gap_after,
+        0.0 if stops <= taken else speed_after,
+        greatest,
+    )
 
 
 @compiled
@@ -178,7 +184,9 @@ def _greatest_force(law, motion, rise, left, peak):
     for _ in range(_SPARE_TURNS + int(max(motion[7], 0.0) * left / np.pi)):
         if _swing_bound(motion, k, b, left) <= peak:
             break
-        turn = _first_negative(_swing_change(motion), sign * k, sign * b, 0.0, 0.0, max(sign * rise, 0.0), slope, left)
+        turn = _first_negative(
+            _swing_change(motion), sign * k, sign * b, 0.0, 0.0, max(sign * rise, 0.0), slope, left
+        )
         if turn == np.inf:
             break
         motion, left, rise = _later_swing(motion, turn), left - turn, 0.0

@@ -74,7 +74,9 @@ def simulate_pushes(
         checks.kind("profiles", profile, TipProfile)
     m = max(len(listed), len(rows))
     if len(rows) not in (1, m) or len(listed) not in (1, m):
-        raise checks.refuse("parameters and profiles", "of one number, or one of either", (len(rows), len(listed)))
+        raise checks.refuse(
+            "parameters and profiles", "of one number, or one of either", (len(rows), len(listed))
+        )
     segments = np.concatenate([profile.segments for profile in listed])
     ends = np.cumsum([profile.duration.size for profile in listed])
     starts = np.array([profile.start for profile in listed])
@@ -94,7 +96,9 @@ def parameter_rows(parameters: Any) -> Floats:
     for j, (name, unit) in enumerate(zip(_NAMES, _UNITS, strict=True)):
         least = rows[:, j].min()
         if least < 0.0 or (least == 0.0 and name not in ("b", "k_v")):
-            raise checks.refuse(f"parameters[:, {j}], {name},", ">= 0" if name in ("b", "k_v") else "> 0", float(least), unit)
+            raise checks.refuse(
+                f"parameters[:, {j}], {name},", ">= 0" if name in ("b", "k_v") else "> 0", float(least), unit
+            )
     if np.any(rows[:, 3] < rows[:, 4]):
         raise checks.refuse("parameters[:, 3], F_s,", ">= F_k", rows[rows[:, 3] < rows[:, 4]][0], "N")
     return np.ascontiguousarray(rows)
@@ -110,4 +114,6 @@ def refuse_unfinished(status: Any) -> None:
             f"a push must have at most {EVENTS_MAX} phases; push {bad[0]} has more: make it shorter or faster, its jumps are "
             "2 (F_s - F_k)/k long"
         )
-    raise ValueError(f"a push must advance in time; push {bad[0]} changes its mode without end at one instant")
+    raise ValueError(
+        f"a push must advance in time; push {bad[0]} changes its mode without end at one instant"
+    )

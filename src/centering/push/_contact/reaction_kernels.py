@@ -55,7 +55,9 @@ def push(parameters, segments, start, out, log):
     tip, gap, speed, tip_speed = start, start, 0.0, 0.0
     for s in range(segments.shape[0]):
         duration, tip_speed, acceleration = segments[s, 0], segments[s, 1], segments[s, 2]
-        tip, gap, speed, status = _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums)
+        tip, gap, speed, status = _segment(
+            law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums
+        )
         tip_speed += acceleration * duration
         if status != DONE:
             return status
@@ -100,7 +102,9 @@ def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, 
         left = duration - time if duration < np.inf else _horizon(law, mode, gap, velocity, speed)
         if left <= 0.0:
             break
-        taken, after, gap_after, speed_after, peak = _phase(law, mode, gap, velocity, acceleration, speed, left, out[PEAK_FORCE])
+        taken, after, gap_after, speed_after, peak = _phase(
+            law, mode, gap, velocity, acceleration, speed, left, out[PEAK_FORCE]
+        )
         out[PEAK_FORCE] = max(out[PEAK_FORCE], peak)
         _add_energies(law, mode, gap, velocity, acceleration, speed, speed_after, gap_after, taken, sums)
         time, gap, speed = time + taken, gap_after, speed_after
@@ -158,5 +162,7 @@ def _finish(law, tip, tip_speed, gap, speed, out, log, sums):
         log[row, 4], log[row, 5], log[row, 6] = 0.0, gap, speed
     _slide(tip - gap, out, sums)
     out[FINAL_POSITION], out[FINAL_SPEED] = tip - gap, speed
-    scale = sums[_WORK] + 0.5 * law[3] * law[3] / law[1]  # with what the contact stores until the part breaks away
+    scale = (
+        sums[_WORK] + 0.5 * law[3] * law[3] / law[1]
+    )  # with what the contact stores until the part breaks away
     out[ENERGY_ERROR] = abs(sums[_WORK] - sums[_FRICTION] - 0.5 * law[0] * speed * speed) / scale

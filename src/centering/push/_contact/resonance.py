@@ -15,7 +15,9 @@ from sdpgrind.base.checks import Floats
 
 _LOWEST = 4.0  # Hz, chosen: below are the rise of the force and its drift
 _SAMPLES = 8001  # chosen
-_PADDING = 16  # times the length: lines are 1/(16 T) apart, and a parabola through three finds the top between them
+_PADDING = (
+    16  # times the length: lines are 1/(16 T) apart, and a parabola through three finds the top between them
+)
 _PROMINENCE = 0.2  # chosen: of the range of the force: smaller peaks are ripple
 _EVEN = 1e-6  # chosen: of a step
 
@@ -103,7 +105,9 @@ def resonance_over_speed(
     [40, 40, 32]
     """
     checks.kind("model", model, PushModel)
-    return tuple(stiction_resonance(simulate_push(model, TipProfile.constant_speed(v, duration))) for v in speeds)
+    return tuple(
+        stiction_resonance(simulate_push(model, TipProfile.constant_speed(v, duration))) for v in speeds
+    )
 
 
 def implied_stiffness(frequency: float, *, mass: float, damping: float = 0.0) -> float:
@@ -144,7 +148,9 @@ def _record(trace: Any) -> tuple[Floats, Floats]:
     time = checks.finite_array("time", data["time"].values, "s")
     force = checks.finite_array("contact_force", data["contact_force"].values, "N")
     if time.ndim != 1 or time.size < _PADDING or time.shape != force.shape:
-        raise checks.refuse("time and contact_force", f"of one length >= {_PADDING}", (time.shape, force.shape))
+        raise checks.refuse(
+            "time and contact_force", f"of one length >= {_PADDING}", (time.shape, force.shape)
+        )
     steps = np.diff(time)
     if steps[0] <= 0.0 or np.ptp(steps) > _EVEN * steps[0]:
         raise checks.refuse("time", "evenly spaced and increasing", time, "s")
@@ -168,4 +174,6 @@ def _peaks(force: Floats) -> Floats:
     tops = signal.find_peaks(force, prominence=_PROMINENCE * np.ptp(force))[0]
     before, at, after = force[tops - 1], force[tops], force[tops + 1]
     bend = before - 2.0 * at + after
-    return np.asarray(tops + np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, -1.0), 0.0))
+    return np.asarray(
+        tops + np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, -1.0), 0.0)
+    )

@@ -22,7 +22,14 @@ def sample(parameters, log, times, out):
 @compiled
 def _write_state(law, begun, t, out):
     """Write tip position, part position, part speed and contact force a time (s) after the begin of a phase."""
-    mode, tip, tip_speed, acceleration, gap, speed = int(begun[1]), begun[2], begun[3], begun[4], begun[5], begun[6]
+    mode, tip, tip_speed, acceleration, gap, speed = (
+        int(begun[1]),
+        begun[2],
+        begun[3],
+        begun[4],
+        begun[5],
+        begun[6],
+    )
     mass, k, b, _, coulomb, viscous = law
     if mode == SLIP:
         motion = _swing(gap, tip_speed - speed, tip_speed, acceleration, law)

@@ -160,7 +160,9 @@ def _swinging(motion, gain, rate_gain):
     _, _, _, p, q, alpha, square, rate, _ = motion
     if motion[0] == 0.0 or rate <= 0.0:
         return np.inf, 0.0
-    size = np.hypot(gain * p + rate_gain * (q - alpha * p), (gain * q + rate_gain * (square * p - alpha * q)) / rate)
+    size = np.hypot(
+        gain * p + rate_gain * (q - alpha * p), (gain * q + rate_gain * (square * p - alpha * q)) / rate
+    )
     return size, alpha
 
 
@@ -176,7 +178,10 @@ def _line(motion, gain, rate_gain, constant, trend):
 def _values(t, motion, gain, rate_gain, constant, trend):
     """Value of f at a time, and its slope."""
     gap, rate, acceleration = _gap_at(t, motion)
-    return gain * gap + rate_gain * rate + constant + trend * t, gain * rate + rate_gain * acceleration + trend
+    return (
+        gain * gap + rate_gain * rate + constant + trend * t,
+        gain * rate + rate_gain * acceleration + trend,
+    )
 
 
 @compiled

@@ -185,7 +185,10 @@ class PushTrace(ByValue, Plan):
         columns = {}
         for j, (name, (unit, told)) in enumerate(_LABELS.items()):
             columns[name] = ("time", states[:, j], {"units": unit, "long_name": told})
-        return xr.Dataset(columns, {"time": ("time", times, {"units": "s", "long_name": "time from the begin of the profile"})})
+        return xr.Dataset(
+            columns,
+            {"time": ("time", times, {"units": "s", "long_name": "time from the begin of the profile"})},
+        )
 
     @property
     def dataset(self) -> xr.Dataset:

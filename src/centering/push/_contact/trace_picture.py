@@ -77,7 +77,10 @@ def _draw_lead(axis: Any, trace: "PushTrace") -> None:
 def _draw_force(axis: Any, trace: "PushTrace") -> None:
     static, coulomb = trace.parameters[3:5]
     axis.plot(_MILLI * trace.time, trace.contact_force, color=BLUE, lw=1.0)
-    for level, name, style in ((static, "breaks away at $F_s$", "--"), (coulomb, "slides against $F_k$", ":")):
+    for level, name, style in (
+        (static, "breaks away at $F_s$", "--"),
+        (coulomb, "slides against $F_k$", ":"),
+    ):
         axis.axhline(level, color=GREY, lw=1.0, ls=style, label=f"{name} = {level:.1f} N")
     axis.set_ylabel("contact force [N]")
     axis.set_ylim(0.0, 1.3 * max(float(trace.contact_force.max()), float(static)))
@@ -101,7 +104,9 @@ def plot_profile(profile: "TipProfile") -> Any:
     time = np.unique(np.concatenate((np.linspace(0.0, edges[-1], _FINE), edges)))
     above.plot(_MILLI * time, profile.position(time), color=RED, lw=1.2)
     above.axhline(0.0, color=GREY, lw=0.8, ls=":", label="first touch")
-    above.set(ylabel="tip position [mm]", title=f"{profile.stroke:.4g} mm in {_MILLI * profile.total_time:.4g} ms")
+    above.set(
+        ylabel="tip position [mm]", title=f"{profile.stroke:.4g} mm in {_MILLI * profile.total_time:.4g} ms"
+    )
     pictures.legend(above)
     _draw_speed(below, profile, edges)
     return figure

@@ -14,7 +14,10 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 
-_WATCHED, _PLACES = 0.2, 12  # sqrt(M/k) between places where force and speed are held to their bounds; most in a segment
+_WATCHED, _PLACES = (
+    0.2,
+    12,
+)  # sqrt(M/k) between places where force and speed are held to their bounds; most in a segment
 _SEGMENT = 1.2, 0.3, 16.0  # chosen: first and last segment, growth per time from the nearer end, longest one
 _SHORTEST, _LONGEST = 0.02, 2.0  # sqrt(M/k), chosen; times of the first guess
 _CRITICAL = 1e-6  # chosen: relative frequency below which the swing is as good as critically damped
@@ -112,7 +115,10 @@ class PushProgram:
     def guess(self) -> tuple[Floats, Floats, Floats]:
         """Durations, speeds (one more) and accelerations of a plain push, in segments that are short at both ends."""
         task = self.task
-        gain, brake = min(self.begin[0], task.acceleration), min(self.begin[1] * min(task.frictions), task.acceleration)
+        gain, brake = (
+            min(self.begin[0], task.acceleration),
+            min(self.begin[1] * min(task.frictions), task.acceleration),
+        )
         begin = self._touch[0] + self.begin[2] * (self._touch[1] - self._touch[0])
         reach = (task.distance + begin * begin * 0.5 / gain) / (0.5 / gain + 0.5 / brake)
         top = max(min(task.speed, sqrt(reach)), begin)
@@ -125,7 +131,9 @@ class PushProgram:
     @property
     def _touch(self) -> tuple[float, float]:
         """Least and greatest speed of touching."""
-        least, most = (task_r * self.task.breakaway / max(self.task.contact, 1e-9) for task_r in self._extremes)
+        least, most = (
+            task_r * self.task.breakaway / max(self.task.contact, 1e-9) for task_r in self._extremes
+        )
         return (most, self.task.speed) if self.task.at_once else (0.0, min(least, self.task.speed))
 
     @property
@@ -219,7 +227,13 @@ class PushProgram:
 
         x = casadi.vertcat(*self.parts.values())
         what = {"x": x, "f": casadi.sum1(self.h), "g": casadi.vertcat(*self.conditions)}
-        own: dict[str, Any] = {"print_level": 0, "sb": "yes", "max_iter": _ITERATIONS, "tol": 1e-7, "mu_strategy": "adaptive"}
+        own: dict[str, Any] = {
+            "print_level": 0,
+            "sb": "yes",
+            "max_iter": _ITERATIONS,
+            "tol": 1e-7,
+            "mu_strategy": "adaptive",
+        }
         options: dict[str, Any] = {"print_time": False, "error_on_fail": False} | {
             f"ipopt.{name}": value for name, value in own.items()
         }

@@ -20,7 +20,9 @@ def plot_optimal(push: "OptimalPush") -> Any:
     """Draw a push; return the figure (private to this package)."""
     figure = pictures.figure(8.0, 6.4)
     above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=(1.6, 1.6, 1.0))
-    colours = need("matplotlib.colors", "plot").LinearSegmentedColormap.from_list("friction", [_LIGHT, BLUE, _DARK])
+    colours = need("matplotlib.colors", "plot").LinearSegmentedColormap.from_list(
+        "friction", [_LIGHT, BLUE, _DARK]
+    )
     shades = [colours(share) for share in np.linspace(0.0, 1.0, len(push.traces))]
     _draw_speed(above, push, shades[-1])
     for trace, ratio, shade in zip(push.traces, push.friction, shades, strict=True):
@@ -39,8 +41,16 @@ def _draw_speed(axis: Any, push: "OptimalPush", shade: Any) -> None:
     edges = np.concatenate(((0.0,), np.cumsum(profile.duration)))
     ends = profile.velocity + profile.acceleration * profile.duration
     times = np.column_stack((edges[:-1], edges[1:])).ravel()
-    axis.plot(_MILLI * trace.time, trace.part_velocity, color=shade, lw=1.1, label=f"part, friction x {push.friction[-1]:.3g}")
-    axis.plot(_MILLI * times, np.column_stack((profile.velocity, ends)).ravel(), color=RED, lw=1.4, label="tip")
+    axis.plot(
+        _MILLI * trace.time,
+        trace.part_velocity,
+        color=shade,
+        lw=1.1,
+        label=f"part, friction x {push.friction[-1]:.3g}",
+    )
+    axis.plot(
+        _MILLI * times, np.column_stack((profile.velocity, ends)).ravel(), color=RED, lw=1.4, label="tip"
+    )
     most = push.problem.limits.push_speed_max
     axis.axhline(most, color=GREY, lw=1.0, ls="--", label=f"greatest speed of the tip, {most:.4g} mm/s")
 
@@ -48,7 +58,9 @@ def _draw_speed(axis: Any, push: "OptimalPush", shade: Any) -> None:
 def _dress(push: "OptimalPush", above: Any, middle: Any, below: Any) -> None:
     """Names, limits, what the picture says."""
     errors, time = push.stop_error * _MILLI, push.time
-    found = {"NOT_FOUND": "none found, the gentle push: ", "NOT_CONFIRMED": "not confirmed: "}.get(push.status.name, "")
+    found = {"NOT_FOUND": "none found, the gentle push: ", "NOT_CONFIRMED": "not confirmed: "}.get(
+        push.status.name, ""
+    )
     above.set_title(
         f"{found}{push.distance:g} mm in {_MILLI * time:.1f} ms, stops {errors.min():+.1f} to {errors.max():+.1f} µm from there",
         fontsize=10,

@@ -27,7 +27,9 @@ class PushStatus(StrEnum):
     """How the search for a push ended; the text says what to try. No unit."""
 
     OK = "found; the simulator confirms it for every friction"
-    NOT_FOUND = "no push keeps all bounds: allow a larger stop error, less contact force, or less spread of friction"
+    NOT_FOUND = (
+        "no push keeps all bounds: allow a larger stop error, less contact force, or less spread of friction"
+    )
     NOT_CONFIRMED = "found, but a simulated part leaves the tip or stops too far off: ask for more contact force or finer steps"
 
 
@@ -103,7 +105,12 @@ class OptimalPush(ByValue, Plan):
     @property
     def dataset(self) -> xr.Dataset:
         """The motion (s, mm/s, mm/s^2), and what came of it at every friction (mm, s, N), labelled; the whole push in it."""
-        plain = {"problem": self.problem, "profile": self.profile, "message": self.message, "steps": self.steps}
+        plain = {
+            "problem": self.problem,
+            "profile": self.profile,
+            "message": self.message,
+            "steps": self.steps,
+        }
         plain |= {"distance": self.distance, "status": self.status.name}
         return plan_record.optimal_dataset(self, self.profile, self.traces, plain)
 
@@ -118,7 +125,9 @@ class OptimalPush(ByValue, Plan):
 
     def _told(self) -> str:
         errors = f"{1e3 * self.stop_error.min():+.2f} to {1e3 * self.stop_error.max():+.2f} µm"
-        told = f"{self.distance:g} mm in {self.time:.4g} s, stops {errors}, force up to {self.peak_force:.1f} N"
+        told = (
+            f"{self.distance:g} mm in {self.time:.4g} s, stops {errors}, force up to {self.peak_force:.1f} N"
+        )
         return f"{told}; {self.status.name}"
 
 
@@ -154,7 +163,9 @@ def with_friction(model: PushModel, ratio: float) -> PushModel:
 def _motion(trace: PushTrace) -> tuple[float, float]:
     """When the part first breaks away and when it finally rests, s."""
     moving = [k for k, mode in enumerate(trace.event_mode) if mode in ("slip", "free")]
-    return (float(trace.phases[moving[0], 0]), float(trace.phases[moving[-1] + 1, 0])) if moving else (0.0, 0.0)
+    return (
+        (float(trace.phases[moving[0], 0]), float(trace.phases[moving[-1] + 1, 0])) if moving else (0.0, 0.0)
+    )
 
 
 def _least_force(trace: PushTrace) -> float:

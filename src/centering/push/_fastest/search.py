@@ -19,7 +19,10 @@ from sdpgrind.base.checks import Floats
 
 _MARGIN = 0.05  # chosen: of F_k: the contact force that is kept
 _CLEAR = 0.5  # chosen: mm that the tip is drawn back by
-_BEFORE, _ROOM = 1.5, 1.2  # of F_s/k: how much shorter the push before a creep is; of half the spread: its stop error
+_BEFORE, _ROOM = (
+    1.5,
+    1.2,
+)  # of F_s/k: how much shorter the push before a creep is; of half the spread: its stop error
 _TRIES = 3  # chosen: creeps
 _SWING = 4.0  # chosen: of the spread: parts that break away in turn may begin so far apart
 _LEAST = 1e-9  # s, chosen
@@ -157,9 +160,13 @@ def _wish(
     model = checks.kind("problem", problem, CenteringProblem).model
     d, ratios = checks.positive("distance", distance, "mm"), _ratios(friction)
     near = checks.positive("stop_error_max", problem.tolerance if error is None else error, "mm")
-    least = checks.nonnegative("contact_margin", _MARGIN * model.coulomb_force if margin is None else margin, "N")
+    least = checks.nonnegative(
+        "contact_margin", _MARGIN * model.coulomb_force if margin is None else margin, "N"
+    )
     if least >= ratios[0] * model.coulomb_force:
-        rule = f"< {ratios[0] * model.coulomb_force:.4g}, the least Coulomb force, which has to brake the part"
+        rule = (
+            f"< {ratios[0] * model.coulomb_force:.4g}, the least Coulomb force, which has to brake the part"
+        )
         raise checks.refuse("contact_margin", rule, least, "N")
     finer = checks.positive("fineness", fineness, "1")
     return _Wish(problem, d, near, tuple(ratios), least, _force(model, ratios, least, force), finer)
@@ -168,15 +175,21 @@ def _wish(
 def _fastest(wish: _Wish, guesses: int = len(STARTS)) -> tuple[OptimalPush, TipProfile]:
     """The fastest confirmed push, and it without its way back; where none is, the gentle one or one that is not confirmed."""
     limits, (length, time) = wish.problem.limits, wish.units
-    plain = gentle_profile(wish.problem.model, wish.distance, limits.push_speed_max, acceleration_max=limits.acceleration_max)
+    plain = gentle_profile(
+        wish.problem.model, wish.distance, limits.push_speed_max, acceleration_max=limits.acceleration_max
+    )
     pushes = []
     for found in [PushProgram(task, start).solved() for task in wish.tasks for start in STARTS[:guesses]]:
         if found.message == SOLVED:
-            rows = np.column_stack((found.duration * time, found.velocity * length / time, found.acceleration * length / time**2))
+            rows = np.column_stack(
+                (found.duration * time, found.velocity * length / time, found.acceleration * length / time**2)
+            )
             stopped = TipProfile(*_stopped(rows, limits.acceleration_max).T)
             pushes.append((wish.judged(_with_way_back(stopped, wish), found.message, found.steps), stopped))
         else:
-            pushes.append((replace(wish.judged(plain, found.message, found.steps), status=PushStatus.NOT_FOUND), plain))
+            pushes.append(
+                (replace(wish.judged(plain, found.message, found.steps), status=PushStatus.NOT_FOUND), plain)
+            )
     ranks = list(PushStatus)
     return min(pushes, key=lambda each: (not each[0].ok, ranks.index(each[0].status), each[0].time))
 
@@ -218,7 +231,9 @@ def _force(model: PushModel, ratios: Sequence[float], margin: float, force_max: 
         return inf
     needed = ratios[-1] * model.breakaway_force
     if checks.positive("force_max", force_max, "N") <= max(needed, margin):
-        raise checks.refuse("force_max", f"> the margin and {needed:.4g}, which the part breaks away at", force_max, "N")
+        raise checks.refuse(
+            "force_max", f"> the margin and {needed:.4g}, which the part breaks away at", force_max, "N"
+        )
     return force_max
 
 
@@ -259,7 +274,11 @@ def creeps(
     profiles = [TipProfile(*np.vstack((before.segments, rows, after)).T) for rows, _ in possible]
     ends = np.array([simulate_pushes(model, profiles)[:, 0] for model in models])
     middle, reach = 0.5 * (ends.max(axis=0) + ends.min(axis=0)), 0.5 * np.ptp(ends, axis=0)
-    near = [Creep(*each, float(place)) for each, place, far in zip(possible, middle, reach, strict=True) if far <= _SHARE * error]
+    near = [
+        Creep(*each, float(place))
+        for each, place, far in zip(possible, middle, reach, strict=True)
+        if far <= _SHARE * error
+    ]
     return tuple(sorted(near, key=lambda creep: creep.time))
 
 
@@ -267,5 +286,7 @@ def _possible(model: PushModel, acceleration: float) -> list[Floats]:
     """Rows from rest to rest, of several speeds and lengths."""
     jump = (model.breakaway_force - model.coulomb_force) / sqrt(model.contact_stiffness * model.inertia)
     closing = model.breakaway_force / model.contact_stiffness
-    moves = [TipProfile.move(share * closing, part * jump, acceleration) for part in _SPEEDS for share in _LENGTHS]
+    moves = [
+        TipProfile.move(share * closing, part * jump, acceleration) for part in _SPEEDS for share in _LENGTHS
+    ]
     return [move.segments[move.duration > _LEAST] for move in moves]

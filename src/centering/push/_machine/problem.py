@@ -58,12 +58,22 @@ class CenteringLimits(Described):
     approach_speed: float = quantity("mm/s", above=0, usual=(0.5, 2000.0), typical=80, default=_RAPID)
     push_speed_max: float = quantity("mm/s", above=0, usual=(0.5, 2000.0), typical=80, default=_RAPID)
     slide_speed_max: float = quantity(
-        "mm/s", above=0, below=2000.0, hint="; mm/min over 60", usual=(0.5, 2000.0), typical=120, default=120.0
+        "mm/s",
+        above=0,
+        below=2000.0,
+        hint="; mm/min over 60",
+        usual=(0.5, 2000.0),
+        typical=120,
+        default=120.0,
     )
     acceleration_max: float = quantity("mm/s^2", above=0, default=2560.0)
     settle_time: float = quantity("s", at_least=0, below=5.0, hint="; ms/1000", default=0.05)
-    safety: float = quantity("mm", above=0, below=100.0, hint=_MICROMETRES, usual=(0.005, 100.0), typical=0.5, default=0.5)
-    follow_gap: float = quantity("mm", above=0, below=200.0, hint=_MICROMETRES, usual=(0.1, 200.0), typical=8, default=7.928)
+    safety: float = quantity(
+        "mm", above=0, below=100.0, hint=_MICROMETRES, usual=(0.005, 100.0), typical=0.5, default=0.5
+    )
+    follow_gap: float = quantity(
+        "mm", above=0, below=200.0, hint=_MICROMETRES, usual=(0.1, 200.0), typical=8, default=7.928
+    )
     spindle_speed_max: float = quantity(
         "rad/s",
         above=0,
@@ -83,7 +93,9 @@ class CenteringLimits(Described):
         speeds = {name: getattr(self, name) for name in ("approach_speed", "push_speed_max")}
         fast = {name: speed for name, speed in speeds.items() if speed > self.slide_speed_max}
         if fast:
-            rule = f"<= slide_speed_max = {self.slide_speed_max:g}; lower {'it' if len(fast) == 1 else 'both'}"
+            rule = (
+                f"<= slide_speed_max = {self.slide_speed_max:g}; lower {'it' if len(fast) == 1 else 'both'}"
+            )
             raise checks.refuse(" and ".join(fast), rule, max(fast.values()), "mm/s")
         if self.acceleration_max <= _SLOWEST:
             raise self._refused("acceleration_max", f"> {_SLOWEST:g}; 1000 times m/s^2")
@@ -117,7 +129,9 @@ class PushScatter(Described):
 
     friction_part_sd: float = quantity("relative", at_least=0, default=0.08)
     friction_push_sd: float = quantity("relative", at_least=0, default=0.04)
-    direction_sd: float = quantity("rad", at_least=0, below=0.3, hint="; units.deg(...) for degrees", default=units.deg(1.5))
+    direction_sd: float = quantity(
+        "rad", at_least=0, below=0.3, hint="; units.deg(...) for degrees", default=units.deg(1.5)
+    )
     stop_sd: float = quantity("mm", at_least=0, below=0.1, hint=_MICROMETRES, default=0.5e-3)
     measuring_sd: float = quantity("mm", at_least=0, below=0.1, hint=_MICROMETRES, default=0.3e-3)
 
@@ -127,7 +141,13 @@ class PushScatter(Described):
                 raise self._refused(name, "in [0, 1)")
 
 
-_MACHINE = ("slide_speed_max", "acceleration_max", "follow_gap", "spindle_speed_max", "spindle_acceleration_max")
+_MACHINE = (
+    "slide_speed_max",
+    "acceleration_max",
+    "follow_gap",
+    "spindle_speed_max",
+    "spindle_acceleration_max",
+)
 _ESTIMATED = ("mu_static", "mu_kinetic", "viscous_coefficient", "contact_stiffness", "contact_damping")
 
 
@@ -227,7 +247,9 @@ class CenteringProblem(Described):
             checks.one_of("estimate.names", name, _ESTIMATED)
         changed = self.replace(**{name: estimate[name] for name in estimate.names})
         spread = _relative_sd(estimate)
-        return changed.replace(scatter=self.scatter.replace(friction_part_sd=spread)) if spread < 1 else changed
+        return (
+            changed.replace(scatter=self.scatter.replace(friction_part_sd=spread)) if spread < 1 else changed
+        )
 
 
 def _relative_sd(estimate: Estimate) -> float:

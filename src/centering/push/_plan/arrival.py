@@ -87,11 +87,15 @@ class Arrival(ByValue, Described):
         return f"Arrival({1e3 * self.offset:.3g} µm from the axis, give or take {along:.3g} µm along and {across:.3g} µm across)"
 
 
-def arrival(model: PushModel, scatter: PushScatter, touch: Touch, offset: float, spindle_speed: float) -> Arrival:
+def arrival(
+    model: PushModel, scatter: PushScatter, touch: Touch, offset: float, spindle_speed: float
+) -> Arrival:
     """Follow the push in the plane, as planned and with each thing that scatters changed."""
 
     def end(friction: float = 0.0, place: complex = 0.0, nearer: float = 0.0) -> complex:
-        scaled = model.replace(mu_static=model.mu_static * (1 + friction), mu_kinetic=model.mu_kinetic * (1 + friction))
+        scaled = model.replace(
+            mu_static=model.mu_static * (1 + friction), mu_kinetic=model.mu_kinetic * (1 + friction)
+        )
         return _end(scaled, touch, offset + place, nearer, offset, spindle_speed)
 
     spread = sqrt(3.0) * min(hypot(scatter.friction_part_sd, scatter.friction_push_sd), 0.5)
@@ -99,14 +103,21 @@ def arrival(model: PushModel, scatter: PushScatter, touch: Touch, offset: float,
     slips = np.array([nominal, end(spread), end(-spread)])  # Gauss-Hermite points: friction bends the way
     measuring = [scatter.measuring_sd * (end(place=_CHANGE * way) - nominal) / _CHANGE for way in (1.0, 1j)]
     stop = scatter.stop_sd * (end(nearer=_CHANGE) - nominal) / _CHANGE
-    shares = [*np.sqrt(_WEIGHTS) * (slips - _WEIGHTS @ slips), *measuring, stop, *_turned(nominal - offset, scatter.direction_sd)]
+    shares = [
+        *np.sqrt(_WEIGHTS) * (slips - _WEIGHTS @ slips),
+        *measuring,
+        stop,
+        *_turned(nominal - offset, scatter.direction_sd),
+    ]
     moved = np.array([(share.real, share.imag) for share in shares])
     return Arrival(nominal.real, nominal.imag, moved.T @ moved)
 
 
 def _turned(way: complex, sd: float) -> tuple[complex, complex]:
     """Standard deviations along and across of a way that is turned by an angle with a standard deviation, rad; to all orders."""
-    return way * (1.0 - exp(-sd * sd).real) / sqrt(2.0), 1j * way * sqrt((1.0 - exp(-2.0 * sd * sd).real) / 2.0)
+    return way * (1.0 - exp(-sd * sd).real) / sqrt(2.0), 1j * way * sqrt(
+        (1.0 - exp(-2.0 * sd * sd).real) / 2.0
+    )
 
 
 def _end(model: PushModel, touch: Touch, start: complex, nearer: float, offset: float, w: float) -> complex:

@@ -36,8 +36,13 @@ SHAPES = ("trapezoid", "gentle")
 
 _ROUNDS = 3  # chosen: a gentle profile depends little on the angle: each round is one digit or more
 _FINE, _SMALL = 1e-3, 0.1  # chosen: of the offset, of the tolerance: what is told when more is left
-_SHARE = 0.1  # of the offset: what is too much, unless the ring sticks or is thrown, or it is within the tolerance
-_CLOSES, _STUCK = 2.0, 0.98  # times F_s/k: a ring nearer than that may stick; share of the offset that is left where it does
+_SHARE = (
+    0.1  # of the offset: what is too much, unless the ring sticks or is thrown, or it is within the tolerance
+)
+_CLOSES, _STUCK = (
+    2.0,
+    0.98,
+)  # times F_s/k: a ring nearer than that may stick; share of the offset that is left where it does
 _LOOKS, _NEAR = 400, 1e-6  # chosen: at a run-up, and mm: a rim that is ahead of the tip by more has met it
 
 
@@ -128,7 +133,9 @@ def plan_touch(
     shift = checks.within("stroke_offset", stroke_offset, -most, most, "mm")
     total = d + problem.limits.safety + shift
     if total <= 0.0:
-        raise checks.refuse("stroke_offset", f"> {-d - problem.limits.safety:g}, so that a stroke is left", shift, "mm")
+        raise checks.refuse(
+            "stroke_offset", f"> {-d - problem.limits.safety:g}, so that a stroke is left", shift, "mm"
+        )
     return _Task(problem, d, w, v, total, shape).touch(direction)
 
 
@@ -178,7 +185,10 @@ class _Task(NamedTuple):
         d, left = self.offset, aim.left
         if aim.rests and left <= max(_FINE * d, _SMALL * self.problem.tolerance):
             return ""
-        model, overrun = self.problem.model, self.spindle_speed * d >= self.push_speed  # the rim may be faster than the tip
+        model, overrun = (
+            self.problem.model,
+            self.spindle_speed * d >= self.push_speed,
+        )  # the rim may be faster than the tip
         sticks = aim.along > _STUCK * d and d <= _CLOSES * model.breakaway_force / model.contact_stiffness
         thrown = aim.along < 0.0 and not overrun
         where = f"for an offset of {d:.4g} mm at push_speed = {self.push_speed:.4g} mm/s"
@@ -186,7 +196,13 @@ class _Task(NamedTuple):
             raise self._no_push(where, left)
         why = "it is thrown beyond, push slower" if thrown else "it chatters on the tip"
         why = why if aim.rests else "it does not come to rest on the turning table, slow the spindle"
-        why = "the rim is as fast as the tip, slow the spindle or push faster" if overrun else "it sticks" if sticks else why
+        why = (
+            "the rim is as fast as the tip, slow the spindle or push faster"
+            if overrun
+            else "it sticks"
+            if sticks
+            else why
+        )
         return f"the push leaves the ring {left:.3g} mm from the axis {where}: {why}"
 
     def _no_push(self, where: str, left: float) -> ValueError:
@@ -199,7 +215,9 @@ class _Task(NamedTuple):
         way = float(reach(angle, self.offset, self.problem.model.part.radius))
         if not way > 0.0:
             rule = f"higher for an offset of {self.offset:g} mm at spindle_speed = {self.spindle_speed:.4g} rad/s"
-            raise checks.refuse("push_speed", f"{rule}: the ring would be pushed from its side", self.push_speed, "mm/s")
+            raise checks.refuse(
+                "push_speed", f"{rule}: the ring would be pushed from its side", self.push_speed, "mm/s"
+            )
         return way
 
     def _angle(self, direction: str, rows: Floats) -> float:
@@ -212,7 +230,9 @@ class _Task(NamedTuple):
         out = np.zeros(at.TOUCHES)
         touch_back(self.problem.model.part.radius, self.spindle_speed, rows, self.offset, out)
         if not out[at.FOUND]:
-            raise ValueError(f"the stroke must reach the rim at an offset of {self.offset:g} mm; {self.total:g} mm do not")
+            raise ValueError(
+                f"the stroke must reach the rim at an offset of {self.offset:g} mm; {self.total:g} mm do not"
+            )
         return -float(out[at.ANGLE])
 
     def _aligned_at_end(self, rows: Floats) -> float:
@@ -220,7 +240,9 @@ class _Task(NamedTuple):
         time, radius = float(rows[:, 0].sum()), self.problem.model.part.radius
 
         def apart(angle: float) -> float:
-            return float(reach(angle, self.offset, radius)) - remaining(rows, time - angle / self.spindle_speed)
+            return float(reach(angle, self.offset, radius)) - remaining(
+                rows, time - angle / self.spindle_speed
+            )
 
         most = min(self.spindle_speed * time, pi / 2)
         return float(brentq(apart, 0.0, most, xtol=1e-13)) if apart(most) < 0.0 else most
@@ -254,4 +276,6 @@ class _Task(NamedTuple):
 def profile_of(rows: Floats, start: float) -> TipProfile:
     """The profile of rows of duration, velocity and acceleration, which are trusted: they are made of checked ones."""
     duration, velocity, acceleration = (lasting(column) for column in rows.T)
-    return trusted(TipProfile, duration=duration, velocity=velocity, acceleration=acceleration, start=float(start))
+    return trusted(
+        TipProfile, duration=duration, velocity=velocity, acceleration=acceleration, start=float(start)
+    )

@@ -27,7 +27,9 @@ def draw_push(push: "Push", axis: Any) -> None:
     """Draw a push (private to this package)."""
     touched = _shade(push, axis)
     time = np.linspace(0.0, push.profile.total_time, _FINE)
-    axis.plot(_MILLI * time, _rim(push, touched) - push.profile.position(time), color=RED, lw=1.4, label="tip")
+    axis.plot(
+        _MILLI * time, _rim(push, touched) - push.profile.position(time), color=RED, lw=1.4, label="tip"
+    )
     before = np.append(time[time < touched], touched)
     axis.plot(_MILLI * before, _rim(push, before), color=BLUE, lw=1.4, label="rim, until it is touched")
     axis.plot(_MILLI * touched, _rim(push, touched), "o", color=BLUE, ms=5.0, label="first touch")

@@ -227,7 +227,11 @@ def plan_push(
     limits = problem.limits
     gap = limits.follow_gap if follow_gap is None else checks.positive("follow_gap", follow_gap, "mm")
     checks.one_of("timing", timing, ("exact", "printed"))
-    check_speed(problem, checks.positive("offset", offset, "mm"), checks.positive("spindle_speed", spindle_speed, "rad/s"))
+    check_speed(
+        problem,
+        checks.positive("offset", offset, "mm"),
+        checks.positive("spindle_speed", spindle_speed, "rad/s"),
+    )
     touch = plan_touch(
         problem,
         offset=offset,
@@ -259,7 +263,14 @@ def plan_push(
 
 
 def _lead(
-    problem: CenteringProblem, touch: Touch, fine: float, gap: float, d: float, w: float, v: float, timing: str
+    problem: CenteringProblem,
+    touch: Touch,
+    fine: float,
+    gap: float,
+    d: float,
+    w: float,
+    v: float,
+    timing: str,
 ) -> tuple[Lead, float, float]:
     """The lead, and the times of approach and push in it; what the printed times are too long by turns the table further."""
     limits = problem.limits

@@ -39,7 +39,9 @@ def push_dataset(push: Any, profile: TipProfile) -> xr.Dataset:
     return _dataset(push, profile, _PLANNED).assign_attrs(push=encode(push))
 
 
-def optimal_dataset(push: Any, profile: TipProfile, traces: tuple[PushTrace, ...], plain: Mapping[str, Any]) -> xr.Dataset:
+def optimal_dataset(
+    push: Any, profile: TipProfile, traces: tuple[PushTrace, ...], plain: Mapping[str, Any]
+) -> xr.Dataset:
     """Motion, results and phases of an `OptimalPush` at every friction, labelled; `plain` as JSON."""
     data = _dataset(push, profile, {"distance": "mm"})
     data = data.assign_coords(
@@ -47,7 +49,10 @@ def optimal_dataset(push: Any, profile: TipProfile, traces: tuple[PushTrace, ...
     )
     for name, unit in _FOUND.items():
         data[name] = ("friction", getattr(push, name), {"units": unit, "long_name": name.replace("_", " ")})
-    for name, column, told in (("parameters", "parameter", PARAMETERS_TOLD), ("summary", "result", ", ".join(COLUMN_NAMES))):
+    for name, column, told in (
+        ("parameters", "parameter", PARAMETERS_TOLD),
+        ("summary", "result", ", ".join(COLUMN_NAMES)),
+    ):
         data[name] = (("friction", column), [getattr(trace, name) for trace in traces], {"long_name": told})
     data["phases"] = (("friction", "phase", "state"), _padded(traces), {"long_name": PHASES_TOLD})
     return data.assign_attrs(optimal_push=encode(plain))
@@ -67,12 +72,25 @@ def optimal_fields(data: xr.Dataset) -> dict[str, Any]:
 def _padded(traces: tuple[PushTrace, ...]) -> Any:
     """Phases of all traces, as long as the longest; NaN after the last."""
     longest = max(len(trace.phases) for trace in traces)
-    return [np.pad(each, ((0, longest - len(each)), (0, 0)), constant_values=math.nan) for each in (t.phases for t in traces)]
+    return [
+        np.pad(each, ((0, longest - len(each)), (0, 0)), constant_values=math.nan)
+        for each in (t.phases for t in traces)
+    ]
 
 
 def _dataset(plan: Any, profile: TipProfile, numbers: Mapping[str, str]) -> xr.Dataset:
     """A motion, and numbers of a plan."""
-    motion = {name: ("segment", getattr(profile, name), {"units": u, "long_name": told}) for name, (u, told) in _MOTION.items()}
-    start = ((), profile.start, {"units": "mm", "long_name": "position of the slide at the begin, from first touch"})
-    named = {n: ((), getattr(plan, n), {"units": unit, "long_name": n.replace("_", " ")}) for n, unit in numbers.items()}
+    motion = {
+        name: ("segment", getattr(profile, name), {"units": u, "long_name": told})
+        for name, (u, told) in _MOTION.items()
+    }
+    start = (
+        (),
+        profile.start,
+        {"units": "mm", "long_name": "position of the slide at the begin, from first touch"},
+    )
+    named = {
+        n: ((), getattr(plan, n), {"units": unit, "long_name": n.replace("_", " ")})
+        for n, unit in numbers.items()
+    }
     return xr.Dataset(motion | {"start": start} | named)

@@ -9,15 +9,25 @@ from centering.push._profile.profile import TipProfile
 from centering.push._profile.row_kernels import ROWS, gentle_rows
 from sdpgrind.base import checks
 
-_OVERLOAD = 1.12  # closing of the contact over F_s/k until which it stays slow: friction may be higher than believed
-_GAIN, _BRAKE = 0.5, 0.7  # accelerations over mu_k g: the contact stays closed while the part is braked by friction
+_OVERLOAD = (
+    1.12  # closing of the contact over F_s/k until which it stays slow: friction may be higher than believed
+)
+_GAIN, _BRAKE = (
+    0.5,
+    0.7,
+)  # accelerations over mu_k g: the contact stays closed while the part is braked by friction
 _CLEAR = 0.5  # chosen: mm that the tip is drawn back by
 
 Row = tuple[float, float, float]
 
 
 def gentle_profile(
-    model: PushModel, distance: float, speed: float, *, acceleration_max: float = 2560.0, whole_periods: bool = False
+    model: PushModel,
+    distance: float,
+    speed: float,
+    *,
+    acceleration_max: float = 2560.0,
+    whole_periods: bool = False,
 ) -> TipProfile:
     """Return a push after which the part rests near the tip's stop: slow until it breaks away, stopped below mu_k g, drawn back.
 

@@ -85,7 +85,10 @@ class TipProfile(ByValue, Described):
         """
         v = checks.positive("speed", speed, "mm/s")
         return cls(
-            np.array([checks.positive("duration", duration, units_of(cls)["duration"])]), np.array([v]), np.zeros(1), start
+            np.array([checks.positive("duration", duration, units_of(cls)["duration"])]),
+            np.array([v]),
+            np.zeros(1),
+            start,
         )
 
     @classmethod
@@ -114,7 +117,9 @@ class TipProfile(ByValue, Described):
         return cls._from_rows(scaled([(rise, 0.0, a), (cruise, top, 0.0), (rise, top, -a)], d), start)
 
     @classmethod
-    def jerk_limited(cls, distance: float, speed: float, acceleration: float, jerk: float, *, start: float = 0.0) -> Self:
+    def jerk_limited(
+        cls, distance: float, speed: float, acceleration: float, jerk: float, *, start: float = 0.0
+    ) -> Self:
         """Return the fastest move from rest to rest within a speed, an acceleration and a jerk, in seven phases.
 
         Where the acceleration ramps, 16 steps of constant acceleration stand for the ramp: time, speeds and end are exact.

@@ -10,7 +10,9 @@ ROWS = 8
 SHAPE, TOTAL, SPEED, MOST, CLOSING, GAIN, BRAKE, PUSH = range(8)
 """Columns of a push: 1 where it is gentle; the tip's travel (mm), speed and greatest acceleration; what `gentle_rows` takes."""
 
-_BREAKAWAY_SPEED = 1.0  # mm/s: what is stored in the contact when the part breaks away is F_s^2/(2 k), and little more
+_BREAKAWAY_SPEED = (
+    1.0  # mm/s: what is stored in the contact when the part breaks away is F_s^2/(2 k), and little more
+)
 _CLEAR = 0.5  # chosen: mm that the tip is drawn back by
 
 
@@ -68,7 +70,12 @@ def _ramps(way, speed, slow, gain, brake, period):
 @compiled
 def gentle_rows(distance, speed, closing, gain, brake, period, most, out):
     """Slow until the contact has closed, faster, to rest, and drawn back; return how many rows."""
-    slow, half, k, way = min(_BREAKAWAY_SPEED, speed, sqrt(2.0 * brake * distance)), sqrt(_CLEAR / most), 0, distance
+    slow, half, k, way = (
+        min(_BREAKAWAY_SPEED, speed, sqrt(2.0 * brake * distance)),
+        sqrt(_CLEAR / most),
+        0,
+        distance,
+    )
     if distance > closing + slow * slow / (2.0 * brake):
         k, way = _row(out, k, closing / slow, slow, 0.0), distance - closing
     top, rise, fall = _ramps(way, speed, slow, gain, brake, period)
@@ -87,5 +94,9 @@ def gentle_rows(distance, speed, closing, gain, brake, period, most, out):
 def push_rows(push, reach, longer, out):
     """A push from first touch on, where `reach` (mm) is left to the axis, with a stroke so much longer; how many rows."""
     if push[SHAPE] < 0.5:
-        return last_rows(out, trapezoid_rows(push[TOTAL] + longer, push[SPEED], push[MOST], out), reach + longer)
-    return gentle_rows(reach + longer, push[SPEED], push[CLOSING], push[GAIN], push[BRAKE], 0.0, push[MOST], out)
+        return last_rows(
+            out, trapezoid_rows(push[TOTAL] + longer, push[SPEED], push[MOST], out), reach + longer
+        )
+    return gentle_rows(
+        reach + longer, push[SPEED], push[CLOSING], push[GAIN], push[BRAKE], 0.0, push[MOST], out
+    )

@@ -46,7 +46,9 @@ def stopping_way(speed: float, acceleration: float) -> StoppingWay:
     return StoppingWay(v / a, v * v / (2.0 * a))
 
 
-def move_time(distance: float, *, speed: float, acceleration: float, jerk: float = inf, timing: str = "exact") -> float:
+def move_time(
+    distance: float, *, speed: float, acceleration: float, jerk: float = inf, timing: str = "exact"
+) -> float:
     """Return how long a move from rest to rest takes, s.
 
     The speed is a trapezoid, or a triangle where the distance is too short for it; with a limited jerk seven phases.

@@ -35,11 +35,17 @@ _M, _K, _B, _FS, _FK, _KV = range(6)  # of the law
 
 _GROWTH, _SHRINK, _SAFETY, _ORDER = 4.0, 0.2, 0.9, 5.0  # of steps
 _BRAKED = 0.8  # of the time in which a slide would stop: there the direction of friction is not smooth
-_SHORT = 2e-6  # s: a step that begins or ends a slide; a ring that stops goes mu g/2 times its square, 3e-9 mm
+_SHORT = (
+    2e-6  # s: a step that begins or ends a slide; a ring that stops goes mu g/2 times its square, 3e-9 mm
+)
 _PER_SWING = 4.0  # chosen: steps at least in a swing of the ring on the contact while it does not touch
 _EXACT = 1e-11  # s, chosen: so exactly an event is met
 _SLIVER = 1e-12  # s, chosen
-_EDGE, _GOLDEN, _CREST = 0.02, (sqrt(5.0) - 1.0) / 2.0, 1e-6  # of a rest: where its load is looked at; how closely
+_EDGE, _GOLDEN, _CREST = (
+    0.02,
+    (sqrt(5.0) - 1.0) / 2.0,
+    1e-6,
+)  # of a rest: where its load is looked at; how closely
 _PARTS = 4  # chosen: in which a slide that goes on after the stroke is followed
 _HELD = 1.0 / 16.0  # of mu_k g: what is left of it at least, for a bound of the time
 _MOVED = 0.02  # chosen: of the offset; below it the ring has stuck, and no direction can be told

@@ -71,7 +71,13 @@ def rim_advance(angle: float, *, offset: float, radius: float) -> float:
 
 
 def find_lead(
-    rough_time: Callable[[float], float], after: float, *, offset: float, radius: float, room: float, spindle_speed: float
+    rough_time: Callable[[float], float],
+    after: float,
+    *,
+    offset: float,
+    radius: float,
+    room: float,
+    spindle_speed: float,
 ) -> Lead:
     """Solve lead = speed x (time of the approach, which depends on the lead) + `after` (rad) by a bracketed root; `room` in mm.
 
@@ -101,7 +107,9 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
 def _greatest_lead(d: float, r: float, room: float) -> float:
     """Lead at which the rim has come so near that nothing is left to approach, at most pi, rad."""
     if room < 0.0:
-        raise TooFastError(f"rough must be >= 0 (mm); got {room:.4g} for a rim that stands still: open the gap")
+        raise TooFastError(
+            f"rough must be >= 0 (mm); got {room:.4g} for a rim that stands still: open the gap"
+        )
     if advance(pi, d, r) <= room:
         return pi
     return _root(lambda alpha: advance(alpha, d, r) - room, 0.0, pi)

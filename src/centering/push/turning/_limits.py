@@ -106,7 +106,9 @@ def max_rim_slope(*, offset: float, radius: float) -> float:
     return float(greatest(d, r, 1))
 
 
-def closing_distance(*, offset: float, radius: float, spindle_speed: float, slide_speed: float, acceleration: float) -> float:
+def closing_distance(
+    *, offset: float, radius: float, spindle_speed: float, slide_speed: float, acceleration: float
+) -> float:
     """Return how much the distance from slide to rim shrinks when a slide that nears the rim brakes and withdraws, mm.
 
     The worst phase of the rim is taken. Mears (3.5) brakes the sum of both speeds at the slide's acceleration (`stopping_way`),
@@ -136,7 +138,10 @@ def closing_distance(*, offset: float, radius: float, spindle_speed: float, slid
     15.586
     """
     d, r = _offset(offset, radius)
-    w, v = checks.positive("spindle_speed", spindle_speed, "rad/s"), checks.positive("slide_speed", slide_speed, "mm/s")
+    w, v = (
+        checks.positive("spindle_speed", spindle_speed, "rad/s"),
+        checks.positive("slide_speed", slide_speed, "mm/s"),
+    )
     a = checks.positive("acceleration", acceleration, "mm/s^2")
 
     def slide(t: float) -> float:
@@ -189,12 +194,18 @@ def spindle_speed_limit(
     d, r = _offset(offset, problem.model.part.radius)
     limits = problem.limits
     turn = 2.0 * pi / (checks.count("samples_per_turn", samples_per_turn) * limits.sample_time)
-    every = {"table": limits.spindle_speed_max, "samples": turn, "friction": friction_limit(problem.model.mu_static, d)}
+    every = {
+        "table": limits.spindle_speed_max,
+        "samples": turn,
+        "friction": friction_limit(problem.model.mu_static, d),
+    }
     every["slide_speed"] = limits.slide_speed_max / greatest(d, r, 1) if d else inf
     every["slide_acceleration"] = sqrt(limits.acceleration_max / greatest(d, r, 2)) if d else inf
     if push_speed is not None:
         gap = limits.follow_gap if follow_gap is None else checks.positive("follow_gap", follow_gap, "mm")
-        every["push"] = _push_limit(problem, d, gap - limits.safety, checks.positive("push_speed", push_speed, "mm/s"))
+        every["push"] = _push_limit(
+            problem, d, gap - limits.safety, checks.positive("push_speed", push_speed, "mm/s")
+        )
     reason = min(every, key=lambda name: every[name])
     return SpeedLimit(every[reason], reason, every)
 
@@ -290,5 +301,7 @@ def _push_limit(problem: CenteringProblem, d: float, room: float, v: float) -> f
     limits = problem.limits
     if room < 0.0 or advance(pi, d, problem.model.part.radius) <= room:
         return inf if room >= 0.0 else 0.0
-    most = float(brentq(lambda angle: advance(angle, d, problem.model.part.radius) - room, 0.0, pi, xtol=1e-12))
+    most = float(
+        brentq(lambda angle: advance(angle, d, problem.model.part.radius) - room, 0.0, pi, xtol=1e-12)
+    )
     return most / (limits.settle_time + rest_to_rest(d + limits.safety, v, limits.acceleration_max))

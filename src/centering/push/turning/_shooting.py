@@ -62,7 +62,14 @@ def aimed(model: PushModel, spindle_speed: float, push: Floats, offset: float, a
     `push` is what `push_rows` takes. A ring that is thrown so far that no stroke does is aimed at the axis in its direction only.
     """
     best = _Search(model, spindle_speed, push, offset).best(angle)
-    return Aim(best.angle, best.longer * offset, best.astray, best.along * offset, best.left * offset, best.rests > 0.5)
+    return Aim(
+        best.angle,
+        best.longer * offset,
+        best.astray,
+        best.along * offset,
+        best.left * offset,
+        best.rests > 0.5,
+    )
 
 
 class _Tried(NamedTuple):
@@ -123,7 +130,9 @@ class _Search:
         rough, inverse = self._followed(angle, longer, inverse, _COARSE, _ROUGH)
         return self._followed(rough.angle, rough.longer, inverse, _FINE, _NEAR)[0]
 
-    def _followed(self, angle: float, longer: float, inverse: _Inverse, tolerance: float, near: float) -> tuple[_Tried, _Inverse]:
+    def _followed(
+        self, angle: float, longer: float, inverse: _Inverse, tolerance: float, near: float
+    ) -> tuple[_Tried, _Inverse]:
         """Follow what is missed to within `near` of nothing; the best that was found."""
         now = best = self._tried(angle, longer, tolerance)
         for _ in range(_ROUNDS):

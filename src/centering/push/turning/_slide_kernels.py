@@ -78,7 +78,9 @@ def _stride(ring, tip, touching, h, y, k, end):
         end[i] = y[i] + h * (44 / 45 * k[0, i] - 56 / 15 * k[1, i] + 32 / 9 * k[2, i])
     _slope(ring, _tip_after(tip, 0.8 * h), touching, end, k[3])
     for i in range(MOTION):
-        gained = 19372 / 6561 * k[0, i] - 25360 / 2187 * k[1, i] + 64448 / 6561 * k[2, i] - 212 / 729 * k[3, i]
+        gained = (
+            19372 / 6561 * k[0, i] - 25360 / 2187 * k[1, i] + 64448 / 6561 * k[2, i] - 212 / 729 * k[3, i]
+        )
         end[i] = y[i] + h * gained
     _slope(ring, _tip_after(tip, 8 / 9 * h), touching, end, k[4])
     for i in range(MOTION):
@@ -87,7 +89,13 @@ def _stride(ring, tip, touching, h, y, k, end):
     after = _tip_after(tip, h)
     _slope(ring, after, touching, end, k[5])
     for i in range(MOTION):
-        gained = 35 / 384 * k[0, i] + 500 / 1113 * k[2, i] + 125 / 192 * k[3, i] - 2187 / 6784 * k[4, i] + 11 / 84 * k[5, i]
+        gained = (
+            35 / 384 * k[0, i]
+            + 500 / 1113 * k[2, i]
+            + 125 / 192 * k[3, i]
+            - 2187 / 6784 * k[4, i]
+            + 11 / 84 * k[5, i]
+        )
         end[i] = y[i] + h * gained
     _slope(ring, after, touching, end, k[6])
     return _error(ring[0], h, k)
@@ -142,7 +150,11 @@ def _creep(ring, tip, h, y, end):
     slip, lost = sqrt(s_x * s_x + s_y * s_y), h * law[_FK] / m
     kept = 0.0 if slip <= lost else (1.0 - lost / slip) / (1.0 + h * law[_KV] / m)
     end[V_X], end[V_Y] = -w * end[Y] + kept * s_x, w * end[X] + kept * s_y
-    end[X], end[Y], end[WAY] = end[X] + end[V_X] * h / 2.0, end[Y] + end[V_Y] * h / 2.0, y[WAY] + kept * slip * h
+    end[X], end[Y], end[WAY] = (
+        end[X] + end[V_X] * h / 2.0,
+        end[Y] + end[V_Y] * h / 2.0,
+        y[WAY] + kept * slip * h,
+    )
     return slip <= lost
 
 

@@ -167,7 +167,11 @@ def launch_for(model: PushModel, *, distance: float, turn: float) -> RingLaunch:
         far, turned, _ = _unit_slide(cos(angle), sin(angle))
         return turned * x - far * along
 
-    angle = float(brentq(off, _EDGE, pi / 2 - _EDGE, xtol=1e-14)) if off(_EDGE) < 0 < off(pi / 2 - _EDGE) else _nearest(x, along)
+    angle = (
+        float(brentq(off, _EDGE, pi / 2 - _EDGE, xtol=1e-14))
+        if off(_EDGE) < 0 < off(pi / 2 - _EDGE)
+        else _nearest(x, along)
+    )
     far, turned, _ = _unit_slide(cos(angle), sin(angle))
     size = (braking * hypot(x, along) / hypot(far, turned)) ** 0.5
     less = x * turned / (far * along)  # than the root gives, of a motion that is small and goes as its speed
@@ -225,4 +229,9 @@ def _slopes(u: float, y: Floats) -> tuple[float, ...]:
     c, s, size = cos(angle), sin(angle), exp(y[0])
     force, moment = _shares(c, s)
     stretch = sin(4.0 * angle) / (4.0 * (force * s - moment * c))
-    return -(force * c + moment * s) * stretch, size * size * c * stretch, size * size * s * stretch, size * stretch
+    return (
+        -(force * c + moment * s) * stretch,
+        size * size * c * stretch,
+        size * size * s * stretch,
+        size * stretch,
+    )

@@ -85,7 +85,10 @@ class TableProfile(TipProfile):
         """
         whole = super().then(other)
         nothing = np.zeros(other.duration.size)
-        loads = {name: np.concatenate((getattr(self, name), getattr(other, name, nothing))) for name in ("held", "slid")}
+        loads = {
+            name: np.concatenate((getattr(self, name), getattr(other, name, nothing)))
+            for name in ("held", "slid")
+        }
         return whole.replace(**loads)
 
 
@@ -133,7 +136,10 @@ def turning_profile(
     checks.kind("model", model, PushModel)
     if profile.start != 0:
         raise checks.refuse("profile.start", "0: it begins at first touch", profile.start, "mm")
-    w, angle = checks.number("spindle_speed", spindle_speed, "rad/s"), checks.number("touch_angle", touch_angle, "rad")
+    w, angle = (
+        checks.number("spindle_speed", spindle_speed, "rad/s"),
+        checks.number("touch_angle", touch_angle, "rad"),
+    )
     d = checks.nonnegative("offset", offset, "mm")
     if d >= model.part.radius:
         raise checks.refuse("offset", f"< the radius of the part = {model.part.radius:g}", d, "mm")

@@ -8,7 +8,14 @@ from math import ceil, hypot, sqrt
 
 import numpy as np
 
-from centering.push._contact.reaction_kernels import BREAKAWAY_TIME, COLUMNS, DONE, _end_speed, _finish, _segment
+from centering.push._contact.reaction_kernels import (
+    BREAKAWAY_TIME,
+    COLUMNS,
+    DONE,
+    _end_speed,
+    _finish,
+    _segment,
+)
 from centering.push._contact.sample_kernels import _write_state
 from centering.push.turning._direction_kernels import RESTS, TIP, V_X, V_Y, X, Y, _push_on_table
 from sdpgrind.base.compiled import compiled

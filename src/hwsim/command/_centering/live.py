@@ -73,7 +73,10 @@ class LiveView:
     """
 
     def __init__(
-        self, problem: CenteringProblem, stream: TextIO | None = None, wait: Callable[[float], None] = time.sleep
+        self,
+        problem: CenteringProblem,
+        stream: TextIO | None = None,
+        wait: Callable[[float], None] = time.sleep,
     ) -> None:
         self._stream = sys.stderr if stream is None else stream
         self._chart = Chart(problem.tolerance, problem.offset_max)
@@ -132,7 +135,12 @@ def watched(controller: Any, view: LiveView) -> Any:
         view(measured["time"], self.report())
         return command
 
-    names = {"step": step, "__module__": kind.__module__, "__qualname__": kind.__qualname__, "__doc__": kind.__doc__}
+    names = {
+        "step": step,
+        "__module__": kind.__module__,
+        "__qualname__": kind.__qualname__,
+        "__doc__": kind.__doc__,
+    }
     seen = copy.copy(controller)
     seen.__class__ = type(kind.__name__, (kind,), names)
     return seen

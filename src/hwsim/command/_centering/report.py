@@ -49,7 +49,9 @@ def _given_up(outcome: Any) -> list[str]:
     if "state" not in outcome:
         return why
     states = (CycleState(int(state)).name.lower().replace("_", " ") for state in outcome.state.values)
-    return [f"{_GAVE_UP}: {state}" if each == _GAVE_UP else each for each, state in zip(why, states, strict=True)]
+    return [
+        f"{_GAVE_UP}: {state}" if each == _GAVE_UP else each for each, state in zip(why, states, strict=True)
+    ]
 
 
 def side_by_side(title: str, log: "Log", plan: Any) -> str:
@@ -90,24 +92,39 @@ def _head(title: str, plan: Any) -> Iterator[str]:
 
 
 def _places(problem: Any) -> list[float]:
-    return [round(share * problem.offset_max, 6) for share in (0.01, 0.1, 1.0) if share * problem.offset_max > problem.tolerance]
+    return [
+        round(share * problem.offset_max, 6)
+        for share in (0.01, 0.1, 1.0)
+        if share * problem.offset_max > problem.tolerance
+    ]
 
 
 def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
     outcome, done = log.outcome, np.array([not each for each in why])
-    start = np.clip(np.hypot(outcome.center_x.values[:, 0], outcome.center_y.values[:, 0]), 0.0, plan.problem.offset_max)
+    start = np.clip(
+        np.hypot(outcome.center_x.values[:, 0], outcome.center_y.values[:, 0]), 0.0, plan.problem.offset_max
+    )
     model = plan.simulate(runs=_PREDICTED, rng=0, start=np.resize(start, _PREDICTED))
     yield summary_head(int(done.sum()), len(log), "part")
     if done.any():
         expected = float(np.mean([plan.cycle_time(float(offset)) for offset in start[done]]))
         yield summary_line("time (s)", outcome.time.values[done], ".3f", expected)
         yield summary_line("pushes", outcome.pushes.values[done], ".3f", float(model.pushes.mean()))
-        yield summary_line("offset at the end (µm)", _UM * outcome.offset.values[done], ".3f", _UM * float(np.mean(model.offset)))
-    yield summary_line("finished (%)", 100 * outcome.finished.values, ".1f", 100 * float(np.mean(model.finished)))
+        yield summary_line(
+            "offset at the end (µm)",
+            _UM * outcome.offset.values[done],
+            ".3f",
+            _UM * float(np.mean(model.offset)),
+        )
+    yield summary_line(
+        "finished (%)", 100 * outcome.finished.values, ".1f", 100 * float(np.mean(model.finished))
+    )
     yield summary_line("peak force (N)", outcome.peak_force.values, ".1f")
     for name, label in (("collisions", "collisions"), ("slipped", "slipped on the table (%)")):
         if outcome[name].values.any():
-            yield summary_line(label, (1.0 if name == "collisions" else 100.0) * outcome[name].values, ".2f", 0.0)
+            yield summary_line(
+                label, (1.0 if name == "collisions" else 100.0) * outcome[name].values, ".2f", 0.0
+            )
     yield from broken_lines(why, "part")
 
 

@@ -62,7 +62,14 @@ def _job(file: Table) -> Job:
     speed: str | float = "scheduled"
     if file.has("spindle_speed") and file.take("spindle_speed") != "scheduled":
         speed = file.number("spindle_speed", "rad/s")
-        file.made(checks.at_most, "spindle_speed", speed, "spindle_speed_max", problem.limits.spindle_speed_max, "rad/s")
+        file.made(
+            checks.at_most,
+            "spindle_speed",
+            speed,
+            "spindle_speed_max",
+            problem.limits.spindle_speed_max,
+            "rad/s",
+        )
     settings = _changed(centering.CycleSettings(), file.maybe("controller"), _NOT_SET)
     machine = _machine(problem, file.maybe("machine"))
     return Job(machine, speed, settings.replace(tip_radius=machine.tip_radius))
@@ -70,7 +77,11 @@ def _job(file: Table) -> Job:
 
 def _problem(file: Table) -> centering.CenteringProblem:
     """A preset with what the file says of part, model, limits and scatter."""
-    name = file.text("preset", tuple(info.name for info in centering.presets())) if file.has("preset") else "printed"
+    name = (
+        file.text("preset", tuple(info.name for info in centering.presets()))
+        if file.has("preset")
+        else "printed"
+    )
     known = centering.preset(name)
     part = _changed(known.model.part, file.maybe("part"))
     model = _changed(known.model.replace(part=part), file.maybe("model"))
@@ -82,7 +93,9 @@ def _problem(file: Table) -> centering.CenteringProblem:
 
 def _changed(known: Any, table: Table, skip: Iterable[str] = ()) -> Any:
     """Something known with the values of a table, but for what it holds inside."""
-    changed = table.made(known.replace, **table.values(type(known), every=False, skip=(*_inside(known), *skip)))
+    changed = table.made(
+        known.replace, **table.values(type(known), every=False, skip=(*_inside(known), *skip))
+    )
     table.done()
     return changed
 
@@ -118,7 +131,8 @@ def _truth(model: PushModel, table: Table) -> PushModel:
 
 def _errors(table: Table) -> ProbeErrors:
     errors = table.made(
-        ProbeErrors(noise_sd=0.0, runout=0.0).replace, **table.values(ProbeErrors, every=False, skip=("counts", "runout_phase"))
+        ProbeErrors(noise_sd=0.0, runout=0.0).replace,
+        **table.values(ProbeErrors, every=False, skip=("counts", "runout_phase")),
     )
     table.done()
     return errors

@@ -74,7 +74,9 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
     if arguments.plan is not None:
         raise ValueError("--motion must be left out with --study, which plans motions of its own")
     if arguments.parts is not None:
-        raise ValueError(f"--parts must be left out with --study (--confirm is of the runs that confirm); got {arguments.parts}")
+        raise ValueError(
+            f"--parts must be left out with --study (--confirm is of the runs that confirm); got {arguments.parts}"
+        )
     if arguments.confirm is not None:
         settings["confirm"] = arguments.confirm
     folder = arguments.out

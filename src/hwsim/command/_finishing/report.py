@@ -28,7 +28,11 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     feed = f"{plan.mean_feed_rate:.2f} mm/s on average, {100 * share:.0f} % of the {problem.feed_rate:g} mm/s commanded"
     yield f"motion: {plan.duration:.2f} s, {feed}; {plan.status}"
     controller = job.controller(plan)
-    slowest = "" if controller.kind == "constant" else f"; its slowest pole decays with {controller.poles.slowest:.1f} 1/s"
+    slowest = (
+        ""
+        if controller.kind == "constant"
+        else f"; its slowest pole decays with {controller.poles.slowest:.1f} 1/s"
+    )
     yield f"controller: {controller.kind}, {job.stand.target_force:g} N{slowest}"
 
 
@@ -46,7 +50,9 @@ def _means(outcome: Any, plan: Any, wanted: float) -> Iterator[str]:
     yield summary_line("off the path (mm)", outcome.path_deviation.values, ".4f", 0.0)
     rough = outcome.roughness_ra.values
     if np.isfinite(rough).any():
-        yield summary_line("roughness Ra (µm)", _UM * rough[np.isfinite(rough)], ".3f", _expected(plan.problem, wanted))
+        yield summary_line(
+            "roughness Ra (µm)", _UM * rough[np.isfinite(rough)], ".3f", _expected(plan.problem, wanted)
+        )
     if outcome.extrapolated.values.any():
         yield summary_line("beyond the model (%)", 100.0 * outcome.extrapolated.values, ".1f", 0.0)
 

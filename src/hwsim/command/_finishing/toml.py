@@ -42,7 +42,9 @@ class Job(StandJob[FinishingCell]):
     def controller(self, plan: finishing.Motion) -> finishing.TorqueController:
         """The controller of every part."""
         return finishing.TorqueController(
-            self.stand.torque_axis, plan, **{"normal_force": self.stand.target_force, "kind": KIND} | dict(self.settings)
+            self.stand.torque_axis,
+            plan,
+            **{"normal_force": self.stand.target_force, "kind": KIND} | dict(self.settings),
         )
 
 
@@ -78,7 +80,12 @@ def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis
     most = axis.torque_max / float(np.max(problem.torque_per_force(problem.feed_angles(places))))
     unit = units_of(finishing.TorqueController)["normal_force"]
     if force > most:
-        raise checks.refuse("normal_force", f"<= {most:.4g}, what current_limit = {axis.current_limit:g} A presses", force, unit)
+        raise checks.refuse(
+            "normal_force",
+            f"<= {most:.4g}, what current_limit = {axis.current_limit:g} A presses",
+            force,
+            unit,
+        )
 
 
 def _surface(table: Table) -> finishing.Surface:
@@ -131,8 +138,15 @@ def _axis(problem: finishing.FinishingProblem, table: Table) -> finishing.Torque
 
 
 def _settings(table: Table) -> dict[str, Any]:
-    settings = {"normal_force": NORMAL_FORCE} | table.values(finishing.TorqueController, every=False, skip=("axis",))
-    table.made(checks.positive, "normal_force", settings["normal_force"], units_of(finishing.TorqueController)["normal_force"])
+    settings = {"normal_force": NORMAL_FORCE} | table.values(
+        finishing.TorqueController, every=False, skip=("axis",)
+    )
+    table.made(
+        checks.positive,
+        "normal_force",
+        settings["normal_force"],
+        units_of(finishing.TorqueController)["normal_force"],
+    )
     if table.has("prefilter"):
         settings["prefilter"] = table.flag("prefilter")
     table.done()
@@ -141,7 +155,9 @@ def _settings(table: Table) -> dict[str, Any]:
 
 def _study(table: Table) -> dict[str, Any]:
     """What a study varies, and how often; all of it may be left out."""
-    levels: dict[str, Any] = {key: tuple(table.list_of(key, unit)) for key, unit in UNITS.items() if table.has(key)}
+    levels: dict[str, Any] = {
+        key: tuple(table.list_of(key, unit)) for key, unit in UNITS.items() if table.has(key)
+    }
     levels |= table.given({"pitch": "mm"})
     levels |= {key: table.take(key) for key in ("pattern", "replicates") if table.has(key)}
     table.done()
@@ -162,7 +178,9 @@ def _truth(nominal: CellTruth, table: Table) -> CellTruth:
     if table.has("axis"):
         changes["axis"] = _true_axis(nominal.axis, table.table("axis"))
     if table.has("table"):  # false: a table that is always where it shall be
-        changes["table"] = None if table.take("table") is False else table.table("table").one(finishing.timing.TableLoop)
+        changes["table"] = (
+            None if table.take("table") is False else table.table("table").one(finishing.timing.TableLoop)
+        )
     if table.has("wave"):
         changes["height"] = _wave(table.table("wave"))
     table.done()

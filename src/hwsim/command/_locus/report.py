@@ -21,7 +21,9 @@ _UM = 1000.0
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     stand, controller = job.stand, job.controller(plan)
     low, high = plan.problem.controls["work_rotation"]
-    limits = f"infeed up to {_UM * plan.problem.controls['infeed_rate'][1]:g} µm/s, work {low:g} to {high:g} rad/s"
+    limits = (
+        f"infeed up to {_UM * plan.problem.controls['infeed_rate'][1]:g} µm/s, work {low:g} to {high:g} rad/s"
+    )
     yield f"{title}: {stand.stock:g} mm of stock, {limits}"
     area = stand.wear_flat_area
     best = plan.at(wear_flat_area=area).controls
@@ -49,14 +51,20 @@ def _rates(log: "Log", plan: Any, job: Any, finished: Any) -> Iterator[str]:
     outcome, process = log.outcome, plan.problem.model
     best = best_rates(log, plan, job)[finished]
     across = np.pi * process.work_diameter * process.width
-    yield summary_line("time (s)", outcome.time.values[finished], ".3f", float(np.mean(job.stand.stock / best)))
-    yield summary_line("removal rate (mm^3/s)", outcome.removal_rate.values[finished], ".3f", float(across * np.mean(best)))
+    yield summary_line(
+        "time (s)", outcome.time.values[finished], ".3f", float(np.mean(job.stand.stock / best))
+    )
+    yield summary_line(
+        "removal rate (mm^3/s)", outcome.removal_rate.values[finished], ".3f", float(across * np.mean(best))
+    )
 
 
 def best_rates(log: "Log", plan: Any, job: Any) -> Any:
     """Infeed rates (mm/s) of the curve at the wear flat area in the middle of each part: nothing is faster."""
     outcome, stand = log.outcome, job.stand
-    middles = outcome.true_wear_flat_area.values - 0.5 * stand.dulling * (stand.stock - outcome.remaining.values)
+    middles = outcome.true_wear_flat_area.values - 0.5 * stand.dulling * (
+        stand.stock - outcome.remaining.values
+    )
     return np.array([plan.at(wear_flat_area=float(area)).controls["infeed_rate"] for area in middles])
 
 

@@ -25,7 +25,9 @@ PRINTED: Mapping[str, Any] = {
     "floor": 8e-4,
 }  # Koren (36), in mm/(s W), s and mm/s; his gains alone are printed, the rest was calibrated to his 28 s and 4 s
 
-DESIGNED: Mapping[str, Any] = {"margin": 2.0}  # W; what the lags and the dulling of the nominal machine take is 0.9
+DESIGNED: Mapping[str, Any] = {
+    "margin": 2.0
+}  # W; what the lags and the dulling of the nominal machine take is 0.9
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,11 @@ class Job(StandJob[AdaptiveGrinder]):
 
 
 _GAINS = {"margin": "W", "kd": "mm/(s W)", "kp": "mm/(s W)", "floor": "mm/s"}
-_WORDS_OR = {"gain": "mm/(s W)", "start": "mm/s", "hold": "s"}  # a number with a unit, or one of the controller's words
+_WORDS_OR = {
+    "gain": "mm/(s W)",
+    "start": "mm/s",
+    "hold": "s",
+}  # a number with a unit, or one of the controller's words
 _GAUGE = {"noise_sd": "W", "relative_sd": "", "quantum": "W"}
 
 
@@ -57,7 +63,9 @@ def _job(file: Table) -> Job:
     return Job(_grinder(problem, file.maybe("grinder")), _settings(file.maybe("controller")))
 
 
-def _ranges(process: locus.processes.Grinding, table: Table, names: tuple[str, ...]) -> dict[str, tuple[float, float]]:
+def _ranges(
+    process: locus.processes.Grinding, table: Table, names: tuple[str, ...]
+) -> dict[str, tuple[float, float]]:
     found = {name: _pair(table, name, process.units[name].removeprefix("1")) for name in names}
     table.done()
     return found
@@ -66,12 +74,16 @@ def _ranges(process: locus.processes.Grinding, table: Table, names: tuple[str, .
 def _pair(table: Table, key: str, unit: str) -> tuple[float, float]:
     values = table.list_of(key, unit)
     if len(values) != 2:
-        raise ValueError(f"{table.path(key)} must be a least and a greatest value ({unit or '1'}); got {values!r}")
+        raise ValueError(
+            f"{table.path(key)} must be a least and a greatest value ({unit or '1'}); got {values!r}"
+        )
     return values[0], values[1]
 
 
 def _process(table: Table) -> locus.processes.Grinding:
-    process = table.made(locus.processes.Grinding, **table.values(locus.processes.Grinding, skip=("roughness",)))
+    process = table.made(
+        locus.processes.Grinding, **table.values(locus.processes.Grinding, skip=("roughness",))
+    )
     table.done()
     return process
 

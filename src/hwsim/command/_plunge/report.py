@@ -35,7 +35,9 @@ def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[st
         yield summary_line("slack of damage (µm)", _UM * known, ".2f", 0.0)
     yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
     if finished.any():
-        yield summary_line("roundness (µm)", _UM * outcome.roundness.values[finished], ".3f", _UM * plan.roundness)
+        yield summary_line(
+            "roundness (µm)", _UM * outcome.roundness.values[finished], ".3f", _UM * plan.roundness
+        )
         yield summary_line("out of round (%)", 100.0 * outcome.out_of_round.values[finished], ".1f", 0.0)
 
 

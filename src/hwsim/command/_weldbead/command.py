@@ -49,7 +49,9 @@ the last finished bead, with the results that it would have had; a finished run 
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
-            tolerance: float | Literal["auto"] = "auto" if arguments.tolerance is None else arguments.tolerance
+            tolerance: float | Literal["auto"] = (
+                "auto" if arguments.tolerance is None else arguments.tolerance
+            )
             return weldbead.plan(job.problem, tolerance=tolerance, progress=progress)
 
     def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:

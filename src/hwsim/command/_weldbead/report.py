@@ -8,7 +8,12 @@ from hwsim.command._report import parts_table, summary_head, summary_line
 if TYPE_CHECKING:
     from hwsim._log.log import Log
 
-_SHORT = {"overground": "mean over", "overground_worst": "deepest", "penalty_planned": "planned", "penalty": "realised"}
+_SHORT = {
+    "overground": "mean over",
+    "overground_worst": "deepest",
+    "penalty_planned": "planned",
+    "penalty": "realised",
+}
 _COLUMNS = (
     ("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("overground", ".4f"), ("overground_worst", ".3f"), ("lateness", ".1f"),
     ("stalls", "d"), ("penalty_planned", ".4f"), ("penalty", ".4f"),
@@ -32,7 +37,9 @@ def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
 def _beads(log: "Log") -> Iterator[str]:
     outcome = log.outcome
     level = "overground_worst" not in outcome  # then the height says how much is missing
-    columns = [(name, form) for name, form in _COLUMNS if name in outcome and not (level and name == "overground")]
+    columns = [
+        (name, form) for name, form in _COLUMNS if name in outcome and not (level and name == "overground")
+    ]
     return parts_table(log, "bead", columns, _SHORT)
 
 
@@ -43,7 +50,9 @@ def _summary(log: "Log", risk: Any) -> Iterator[str]:
     yield summary_line("penalty ($)", outcome.penalty.values, ".4f", planned)
     yield summary_line("passes", outcome.passes.values, ".2f", float(risk.passes))
     yield summary_line("height left (mm)", outcome.height.values, ".4f")
-    yield summary_line("overground (%)", 100.0 * (outcome.height.values < 0), ".1f", 100.0 * float(risk.overground))
+    yield summary_line(
+        "overground (%)", 100.0 * (outcome.height.values < 0), ".1f", 100.0 * float(risk.overground)
+    )
     yield summary_line("overground depth (mm)", outcome.overground.values, ".4f")
     if "overground_worst" in outcome:
         yield summary_line("deepest place (mm)", outcome.overground_worst.values, ".4f")

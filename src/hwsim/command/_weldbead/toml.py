@@ -111,7 +111,9 @@ def read(path: Path, *, simple: bool = False) -> Job:
     return one_draw if simple else three_tiers
 
 
-def _bead(problem: Problem, height: float, wave: float | None = None, wave_length: float = WAVE_LENGTH) -> passes.Contour:
+def _bead(
+    problem: Problem, height: float, wave: float | None = None, wave_length: float = WAVE_LENGTH
+) -> passes.Contour:
     """A wavy bead of a mean height (mm), with metal everywhere."""
     wave = checks.nonnegative("wave", min(WAVE, height / 2) if wave is None else wave, "mm")
     if wave_length < 10 * _NODE:
@@ -120,7 +122,9 @@ def _bead(problem: Problem, height: float, wave: float | None = None, wave_lengt
     shape = np.sin(2 * np.pi * x / wave_length)
     z = height + wave * (shape - np.trapezoid(shape, x) / problem.bead_length)
     if z.min() <= 0:
-        raise checks.refuse("wave", f"small enough to leave metal everywhere on a bead of {height:g} mm", wave, "mm")
+        raise checks.refuse(
+            "wave", f"small enough to leave metal everywhere on a bead of {height:g} mm", wave, "mm"
+        )
     return passes.Contour(x, z)
 
 
@@ -139,7 +143,9 @@ def _problem(job: Table) -> Problem:
         burn_limit=_burn_limit(job.table("burn_limit")) if job.has("burn_limit") else None,
         height_charge=_height_charge(job.table("height_charge")),
         lateness_charge=_one_sided(job.table("lateness_charge"), "s") if job.has("lateness_charge") else None,
-        finish_charge=job.table("finish_charge").one(weldbead.FinishCharge) if job.has("finish_charge") else None,
+        finish_charge=job.table("finish_charge").one(weldbead.FinishCharge)
+        if job.has("finish_charge")
+        else None,
     )
 
 
@@ -152,7 +158,9 @@ def _scatter(table: Table) -> weldbead.Scatter:
     if table.has("sample"):
         options["sample"] = tuple(quantity(table.path("sample"), value, "") for value in table.take("sample"))
     table.done()
-    return table.made(weldbead.Scatter, tuple(names) if several else names, numbers if several else numbers[0], **options)
+    return table.made(
+        weldbead.Scatter, tuple(names) if several else names, numbers if several else numbers[0], **options
+    )
 
 
 def _height_charge(table: Table) -> sdp.Charge:
@@ -172,7 +180,9 @@ def _one_sided(table: Table, unit: str) -> sdp.OneSided:
     tolerance = table.given({"tolerance": unit})
     table.done()
     if len(named) != 1:
-        raise ValueError(f"{table.name} must have one of {', '.join(kinds)}; got {', '.join(named) or 'none'}")
+        raise ValueError(
+            f"{table.name} must have one of {', '.join(kinds)}; got {', '.join(named) or 'none'}"
+        )
     make, rate_unit = kinds[named[0]]
     return table.made(make, table.number(named[0], rate_unit), **tolerance)
 
@@ -191,7 +201,9 @@ def _burn_limit(table: Table) -> _BurnLimit:
 def _malkin(table: Table) -> weldbead.MalkinBurnLimit:
     if table.has("u0") or table.has("B"):
         return table.one(weldbead.MalkinBurnLimit)
-    return table.made(weldbead.MalkinBurnLimit.published, **table.values(weldbead.MalkinBurnLimit, skip=("u0", "B")))
+    return table.made(
+        weldbead.MalkinBurnLimit.published, **table.values(weldbead.MalkinBurnLimit, skip=("u0", "B"))
+    )
 
 
 def _stands(problem: Problem, file: Table) -> tuple[OneDraw, ThreeTiers]:
@@ -222,9 +234,13 @@ def _start(problem: Problem, table: Table) -> dict[str, float]:
     """Height and time that the plan knows: what it does not, the machine would find only after the planning."""
     start = _given(table, WeldBeadStand, "height", "time")
     if "height" in start and not 0 < start["height"] <= problem.height_max:
-        raise checks.refuse(table.path("height"), f"> 0 and <= height_max = {problem.height_max:g}", start["height"], "mm")
+        raise checks.refuse(
+            table.path("height"), f"> 0 and <= height_max = {problem.height_max:g}", start["height"], "mm"
+        )
     if "time" in start and not 0 <= start["time"] <= problem.horizon:
-        raise checks.refuse(table.path("time"), f">= 0 and <= horizon = {problem.horizon:g}", start["time"], "s")
+        raise checks.refuse(
+            table.path("time"), f">= 0 and <= horizon = {problem.horizon:g}", start["time"], "s"
+        )
     return start
 
 
@@ -245,10 +261,18 @@ def _truth(problem: Problem, table: Table) -> tuple[weldbead.GrindingProcess, Pr
     return process, truth if table.entries else None
 
 
-def _force_table(problem: Problem, disc: passes.TiltedDisc, process: Any, table: Table, plain: WeldBeadStand) -> ForceTableStand:
-    contour = table.made(_bead, problem, plain.start_height, **table.given({"wave": "mm", "wave_length": "mm"}))
+def _force_table(
+    problem: Problem, disc: passes.TiltedDisc, process: Any, table: Table, plain: WeldBeadStand
+) -> ForceTableStand:
+    contour = table.made(
+        _bead, problem, plain.start_height, **table.given({"wave": "mm", "wave_length": "mm"})
+    )
     motor = _MOTORS[table.text("motor", _MOTORS)]() if table.has("motor") else None
-    scatter = {name: table.table(name).one(CoefficientScatter) for name in ("pass_scatter", "bead_scatter") if table.has(name)}
+    scatter = {
+        name: table.table(name).one(CoefficientScatter)
+        for name in ("pass_scatter", "bead_scatter")
+        if table.has(name)
+    }
     return table.made(
         ForceTableStand,
         table.made(_one_pass, problem, disc, contour),

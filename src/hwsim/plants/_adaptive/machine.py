@@ -64,7 +64,9 @@ class AdaptivePart:
         self._command, self._rotation = 0.0, nan
         self._rate = self._removed = self._power = 0.0  # of the slide, of the work, in the monitor
         self._slack = self._part_slack = inf
-        self._samples = [(0.0, 0.0, float(rig.wear_flat_area), 0.0, 0.0)]  # time, rate, area, power, burning power
+        self._samples = [
+            (0.0, 0.0, float(rig.wear_flat_area), 0.0, 0.0)
+        ]  # time, rate, area, power, burning power
         self._seen = self._read()
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
@@ -165,7 +167,9 @@ class AdaptivePart:
         self._samples.append((self._clock.seconds(self.time), self._rate, area, power, burning))
 
     def _read(self) -> dict[str, float]:
-        power = self._rig.power_gauge.read(self._power + self._rig.idle_error, float(self._rng.standard_normal()))
+        power = self._rig.power_gauge.read(
+            self._power + self._rig.idle_error, float(self._rng.standard_normal())
+        )
         return {"grinding_power": power, "infeed_rate": self._rate, "removed": self._removed}
 
     def outcome(self) -> dict[str, Any]:

@@ -22,7 +22,9 @@ def picture(log: PartLog) -> "Figure":
     figure: Figure = pictures.figure(12.5, 7.2)
     grid = figure.add_gridspec(6, 2, width_ratios=(1.6, 1))
     slack = figure.add_subplot(grid[4:, 0])
-    _in_time([*(figure.add_subplot(grid[rows, 0], sharex=slack) for rows in (slice(2), slice(2, 4))), slack], log)
+    _in_time(
+        [*(figure.add_subplot(grid[rows, 0], sharex=slack) for rows in (slice(2), slice(2, 4))), slack], log
+    )
     _way(figure.add_subplot(grid[:2, 1]), log)
     least = figure.add_subplot(grid[4:, 1])
     _outcomes([figure.add_subplot(grid[2:4, 1], sharex=least), least], log)
@@ -36,7 +38,9 @@ def _title(log: PartLog) -> str:
     areas = out.true_wear_flat_area.values
     parts = f"{len(log)} parts" if len(log) > 1 else "1 part"
     burned = f"{int(out.burned.values.sum())} burned"
-    return f"{parts}: {out.time.values.mean():.1f} s each, {burned}; wear flat area {areas[-1]:.4g} in the end"
+    return (
+        f"{parts}: {out.time.values.mean():.1f} s each, {burned}; wear flat area {areas[-1]:.4g} in the end"
+    )
 
 
 def _samples(log: PartLog, part: int) -> dict[str, Floats]:
@@ -66,7 +70,13 @@ def _in_time(axes: list[Any], log: PartLog) -> None:
         at = begin + true["sample_time"]
         rates.step(begin + time, _UM * rate, where="post", color=_COMMAND, lw=1, label=label("command"))
         rates.plot(at, _UM * true["true_infeed_rate"], color=_TRUE, label=label("true infeed"))
-        rates.plot(at, _UM * true["best_infeed_rate"], "--", color=_BEST, label=label("best infeed for the wheel as it is"))
+        rates.plot(
+            at,
+            _UM * true["best_infeed_rate"],
+            "--",
+            color=_BEST,
+            label=label("best infeed for the wheel as it is"),
+        )
         _powers([power, slack], at[1:], true["true_grinding_power"][1:], true["burning_power"][1:], label)
         for axis in axes:
             axis.axvspan(begin, begin + float(log.outcome.attrs["touch_in"]), color="0.94", lw=0, zorder=0)
@@ -110,10 +120,23 @@ def _way(axis: Any, log: PartLog) -> None:
         true, (_, rate, rotation) = _samples(log, part), _commands(log, part)
         shown = np.isfinite(rotation)
         first = part == 0
-        axis.plot(_UM * rate[shown], half * rotation[shown], ".", color=_COMMAND, ms=4, label="command" if first else None)
+        axis.plot(
+            _UM * rate[shown],
+            half * rotation[shown],
+            ".",
+            color=_COMMAND,
+            ms=4,
+            label="command" if first else None,
+        )
         count = min(int(shown.sum()), len(true["true_infeed_rate"]) - 1)
         after = true["true_infeed_rate"][1 : 1 + count]
-        axis.plot(_UM * after, half * rotation[shown][:count], color=_TRUE, lw=1, label="true infeed" if first else None)
+        axis.plot(
+            _UM * after,
+            half * rotation[shown][:count],
+            color=_TRUE,
+            lw=1,
+            label="true infeed" if first else None,
+        )
         ends += rate[shown].tolist()
     if process and ends:
         _locus(axis, process, np.linspace(0.9 * min(ends), 1.1 * max(ends), 200), ranges)

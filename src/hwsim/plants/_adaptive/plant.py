@@ -32,7 +32,9 @@ def _ground(name: str, value: object) -> Problem:
 def _check_process(name: str, process: object) -> Grinding:
     known = checks.kind(name, process, Grinding, " (see locus.processes.Grinding)")
     if known.roughness is not None:
-        raise ValueError(f"{name}.roughness must be None: this machine has no gauge of roughness; got {known.roughness!r}")
+        raise ValueError(
+            f"{name}.roughness must be None: this machine has no gauge of roughness; got {known.roughness!r}"
+        )
     return known
 
 
@@ -142,7 +144,14 @@ class AdaptiveGrinder(Described):
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
         """Name -> unit of what a part became, and the dimension of what is told sample by sample."""
-        part = {"time": "s", "slack": "W", "part_slack": "W", "burned": "", "convergence_time": "s", "removal_rate": "mm^3/s"}
+        part = {
+            "time": "s",
+            "slack": "W",
+            "part_slack": "W",
+            "burned": "",
+            "convergence_time": "s",
+            "removal_rate": "mm^3/s",
+        }
         end = {"remaining": "mm", "timed_out": "", "true_wear_flat_area": ""}
         rates = {"sample_time": "s", "true_infeed_rate": "mm/s", "best_infeed_rate": "mm/s"}
         samples = {**rates, "true_grinding_power": "W", "burning_power": "W"}
@@ -205,4 +214,9 @@ class AdaptiveGrinder(Described):
         of_truth, of_noise = rng.spawn(2)
         truth = self.problem.model if self.truth is None else self.truth
         process = truth if isinstance(truth, Grinding) else _check_process("truth(rng)", truth(of_truth))
-        return AdaptivePart(AdaptiveRig(*(getattr(self, name) for name in AdaptiveRig._fields)), process, self._ranges, of_noise)
+        return AdaptivePart(
+            AdaptiveRig(*(getattr(self, name) for name in AdaptiveRig._fields)),
+            process,
+            self._ranges,
+            of_noise,
+        )

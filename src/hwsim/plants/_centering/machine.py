@@ -48,7 +48,9 @@ class CenteringRig(NamedTuple):
 class CenteringPart:
     """A live part; see `hwsim.protocols.Machine`."""
 
-    def __init__(self, rig: CenteringRig, ring: Ring, gap: float, rngs: Sequence[np.random.Generator]) -> None:
+    def __init__(
+        self, rig: CenteringRig, ring: Ring, gap: float, rngs: Sequence[np.random.Generator]
+    ) -> None:
         self.time, self.done, self.event = 0, False, False
         self._rig = rig
         self._of_pushes, self._of_gauges, of_tasks = rngs
@@ -95,9 +97,17 @@ class CenteringPart:
         period = self._rig.control_ticks
         if until % period and until < self._most:
             rule = f"a whole number of those of the task control, {self._rig.clock.seconds(period):g}"
-            raise checks.refuse("period of the controller", rule, self._rig.clock.seconds(until - self.time), "s")
+            raise checks.refuse(
+                "period of the controller", rule, self._rig.clock.seconds(until - self.time), "s"
+            )
         job = tasks.sample(-(-until // period), self, self._rig.clock.seconds(self._most))
-        self.time = self._most if job is None and not self.done else self.time if job is None else min(job * period, self._most)
+        self.time = (
+            self._most
+            if job is None and not self.done
+            else self.time
+            if job is None
+            else min(job * period, self._most)
+        )
         return not self.done
 
     def move_to(self, seconds: float) -> None:
@@ -108,7 +118,11 @@ class CenteringPart:
     def spindle(self) -> tuple[float, float, float, float]:
         """Angle (rad), speed (rad/s), acceleration (rad/s^2), and how long that acceleration lasts (s)."""
         angle, speed, wanted = (float(self._state[k]) for k in (slide.ANGLE, slide.SPEED, slide.SPEED_SET))
-        rate = math.copysign(float(self._cell[slide.SPINDLE_ACCELERATION]), wanted - speed) if wanted != speed else 0.0
+        rate = (
+            math.copysign(float(self._cell[slide.SPINDLE_ACCELERATION]), wanted - speed)
+            if wanted != speed
+            else 0.0
+        )
         return angle, speed, rate, abs((wanted - speed) / rate) if rate else math.inf
 
     def take_effect(self) -> bool:
@@ -134,7 +148,9 @@ class CenteringPart:
             self._set_spindle(command["spindle_speed"])
         if "velocity" in command:
             most = self._cell[slide.SPEED_MAX]
-            self._state[slide.VELOCITY_SET] = min(max(checks.number("velocity", command["velocity"], "mm/s"), -most), most)
+            self._state[slide.VELOCITY_SET] = min(
+                max(checks.number("velocity", command["velocity"], "mm/s"), -most), most
+            )
         if "profile" in command:
             self._load(command["profile"], command.get("profile_angle"))
         if command.get("retract") or command.get("finished"):
@@ -145,7 +161,12 @@ class CenteringPart:
         most = self._rig.problem.limits.spindle_speed_max
         wanted = checks.nonnegative("spindle_speed", speed, "rad/s")
         if wanted > most * (1 + _ROUNDING):
-            raise checks.refuse("spindle_speed", f"<= spindle_speed_max = {most:.6g}; units.rpm(20) for rev/min", wanted, "rad/s")
+            raise checks.refuse(
+                "spindle_speed",
+                f"<= spindle_speed_max = {most:.6g}; units.rpm(20) for rev/min",
+                wanted,
+                "rad/s",
+            )
         self._state[slide.SPEED_SET] = wanted
 
     def _load(self, profile: Any, angle: object) -> None:
@@ -182,7 +203,9 @@ class CenteringPart:
         self._ended = until = float(state[slide.TIME])
         state[slide.SEGMENT], state[slide.ARMED] = -1.0, 0.0
         state[slide.VELOCITY_SET] = -self._cell[slide.SPEED_MAX]
-        while until < self._ended + _AWAY and (until == self._ended or not (kernels.settled(state) or self._beyond)):
+        while until < self._ended + _AWAY and (
+            until == self._ended or not (kernels.settled(state) or self._beyond)
+        ):
             until += _SHORT
             self.move_to(until)
         self._check_lost()
@@ -191,7 +214,18 @@ class CenteringPart:
     def _read(self) -> dict[str, float]:
         rig, shown = self._rig, np.empty(len(gauges.NAMES))
         normal, (first, second) = self._of_gauges.standard_normal(), self._of_gauges.random(2).tolist()
-        gauges.measure(self._state, self._cell, self._profile, rig.shape, rig.lobes, rig.gauge, normal, first, second, shown)
+        gauges.measure(
+            self._state,
+            self._cell,
+            self._profile,
+            rig.shape,
+            rig.lobes,
+            rig.gauge,
+            normal,
+            first,
+            second,
+            shown,
+        )
         shown[8] = 1.0 if self._tasks is None else float(self._tasks.refreshed)
         return dict(zip(gauges.NAMES, shown.tolist(), strict=True))
 
@@ -233,7 +267,9 @@ def _checked(profile: Any, cell: Floats) -> Floats:
         raise checks.refuse("profile[:, 0]", "durations > 0", float(rows[:, 0].min()), "s")
     fastest = float(np.abs(np.concatenate([rows[:, 1], rows[:, 1] + rows[:, 0] * rows[:, 2]])).max())
     if fastest > cell[slide.SPEED_MAX] * (1 + _ROUNDING):
-        raise checks.refuse("profile[:, 1]", f"speeds <= slide_speed_max = {cell[slide.SPEED_MAX]:g}", fastest, "mm/s")
+        raise checks.refuse(
+            "profile[:, 1]", f"speeds <= slide_speed_max = {cell[slide.SPEED_MAX]:g}", fastest, "mm/s"
+        )
     hardest = float(np.abs(rows[:, 2]).max())
     if hardest > cell[slide.ACCELERATION_MAX] * (1 + _ROUNDING):
         rule = f"accelerations <= acceleration_max = {cell[slide.ACCELERATION_MAX]:g}"

@@ -39,7 +39,10 @@ def _last(log: PartLog) -> dict[str, Floats]:
     """Columns of the last part."""
     table = log[log.tiers[0]]
     rows = table.part.values == table.part.values[-1]
-    return {name: table[name].values[rows] for name in ("time", "slide", "probe", "force", "peak_force", "pushing")}
+    return {
+        name: table[name].values[rows]
+        for name in ("time", "slide", "probe", "force", "peak_force", "pushing")
+    }
 
 
 def _centers(log: PartLog) -> Floats:
@@ -99,5 +102,9 @@ def _title(log: PartLog) -> str:
     """What became of them, in one line."""
     out = log.outcome
     parts, done = len(log), int((out.finished.values > 0).sum())
-    told = f"{float(out.attrs['mass']):g} kg: {done} of {parts} finished" if parts > 1 else f"{float(out.attrs['mass']):g} kg"
+    told = (
+        f"{float(out.attrs['mass']):g} kg: {done} of {parts} finished"
+        if parts > 1
+        else f"{float(out.attrs['mass']):g} kg"
+    )
     return f"{told}, {out.pushes.values.mean():.3g} pushes and {out.time.values.mean():.3g} s a part"

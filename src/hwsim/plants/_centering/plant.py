@@ -110,7 +110,9 @@ class CenteringMachine(Described):
     ring: Ring | None = part(Ring, " or None", default=None)
     start_offset: tuple[float, float] | float | None = custom(unit="mm", default=None)
     scatter: PushScatter | None = part(PushScatter, " or None", default=None)
-    errors: ProbeErrors | None = part(ProbeErrors, " or None", default_factory=lambda: ProbeErrors(noise_sd=0.0, runout=0.0))
+    errors: ProbeErrors | None = part(
+        ProbeErrors, " or None", default_factory=lambda: ProbeErrors(noise_sd=0.0, runout=0.0)
+    )
     scheduler: Scheduler | None = part(Scheduler, " or None", default_factory=source_tasks)
     tip_radius: float = quantity("mm", at_least=0, usual=(0.0, 500.0), typical=4, default=3.75)
     start_gap: float | None = quantity("mm", above=0, usual=(0.0, 1000.0), typical=8, default=None)
@@ -156,13 +158,25 @@ class CenteringMachine(Described):
     def _control_ticks(self) -> int:
         """Ticks between two releases of the controller's task; 1 where nothing schedules it."""
         clock = Clock(exact("tick", self.tick))
-        return 1 if self.scheduler is None else clock.ticks("period of the task control", control_period(self.scheduler))
+        return (
+            1
+            if self.scheduler is None
+            else clock.ticks("period of the task control", control_period(self.scheduler))
+        )
 
     @property
     def measures(self) -> Mapping[str, str]:
         """Name -> unit of what is measured."""
         lengths, forces = dict.fromkeys(("slide", "probe"), "mm"), dict.fromkeys(("force", "peak_force"), "N")
-        return {"time": "s", "angle": "rad", **lengths, **forces, "spindle_speed": "rad/s", "pushing": "", "refreshed": ""}
+        return {
+            "time": "s",
+            "angle": "rad",
+            **lengths,
+            **forces,
+            "spindle_speed": "rad/s",
+            "pushing": "",
+            "refreshed": "",
+        }
 
     @property
     def accepts(self) -> Mapping[str, str]:
@@ -182,7 +196,12 @@ class CenteringMachine(Described):
     def description(self) -> Mapping[str, float | str]:
         """Part (kg, mm), tolerance (mm) and radius of the roller (mm), for the log."""
         ring, tolerance = self.problem.model.part, self.problem.tolerance
-        return {"mass": ring.mass, "radius": ring.radius, "tolerance": tolerance, "tip_radius": self.tip_radius}
+        return {
+            "mass": ring.mass,
+            "radius": ring.radius,
+            "tolerance": tolerance,
+            "tip_radius": self.tip_radius,
+        }
 
     @property
     def job(self) -> Mapping[str, object]:
@@ -231,7 +250,12 @@ class CenteringMachine(Described):
             shape_of(ring, self.tip_radius),
             lobes_of(ring),
             gauge_settings(self.errors, scatter, phase, ring.radius, self.tip_radius),
-            core_settings(self.problem.limits, model, ring.radius, 0.0 if self.gain_scheduling else lag_time(model.part.mass)),
+            core_settings(
+                self.problem.limits,
+                model,
+                ring.radius,
+                0.0 if self.gain_scheduling else lag_time(model.part.mass),
+            ),
             Clock(exact("tick", self.tick)),
             self.time_max,
             self.scheduler,
@@ -258,4 +282,6 @@ def _check_ring(ring: object, radius: float, most: float) -> None:
         raise checks.refuse("radius of ring", f"that of the part, {radius:g}", given.radius, "mm")
     out = given.offset + sum(amplitude for amplitude, _ in given.lobes.values())
     if out > most:
-        raise checks.refuse("offset and amplitudes of lobes of ring", f"<= offset_max = {most:g} together", out, "mm")
+        raise checks.refuse(
+            "offset and amplitudes of lobes of ring", f"<= offset_max = {most:g} together", out, "mm"
+        )

@@ -10,7 +10,9 @@ from centering.push import PushModel
 from hwsim.plants._probe.errors import NO_ERRORS, ProbeErrors
 from sdpgrind.base.checks import Floats
 
-_BANDWIDTH = 2 * math.pi * 825.0  # rad/s, of the slide's velocity loop; with this damping it is its natural frequency, too
+_BANDWIDTH = (
+    2 * math.pi * 825.0
+)  # rad/s, of the slide's velocity loop; with this damping it is its natural frequency, too
 _DAMPING = math.sqrt(0.5)
 _STROKE = 25.0  # mm, of the probe
 _FORCE_MAX = 446.0  # N
@@ -34,7 +36,9 @@ def core_settings(limits: CenteringLimits, model: PushModel, radius: float, lag_
     return cell
 
 
-def gauge_settings(given: ProbeErrors | None, scatter: PushScatter, phase: float, radius: float, tip_radius: float) -> Floats:
+def gauge_settings(
+    given: ProbeErrors | None, scatter: PushScatter, phase: float, radius: float, tip_radius: float
+) -> Floats:
     """Slide, probe, force and spindle as they are read; the roller's runout has this phase (rad) where the errors say none."""
     errors, gauge = NO_ERRORS if given is None else given, np.zeros(gauges.GAUGES)
     gauge[gauges.COUNTS], gauge[gauges.SKEW] = errors.counts, errors.skew

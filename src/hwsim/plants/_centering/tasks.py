@@ -52,7 +52,10 @@ class Tasks:
         self._core = scheduler.start(rng, told=_TOLD)
         self._job = -1  # of the last sample
         self._models = any(task.name == MODEL for task in scheduler.tasks)
-        self._turned, self._until = False, FOREVER  # whether the processor knows how the spindle turns, and until when, ns
+        self._turned, self._until = (
+            False,
+            FOREVER,
+        )  # whether the processor knows how the spindle turns, and until when, ns
         self.refreshed = not self._models
 
     def sample(self, number: int, part: Moved, last: float) -> int | None:
@@ -82,7 +85,10 @@ class Tasks:
             return self._core.next_event(min(limit, self._until))
         part.move_to(self._core.now * _SECOND)
         angle, speed, rate, lasts = part.spindle()
-        self._turned, self._until = True, self._core.now + max(round(lasts * NANOSECONDS), 1) if rate else FOREVER
+        self._turned, self._until = (
+            True,
+            self._core.now + max(round(lasts * NANOSECONDS), 1) if rate else FOREVER,
+        )
         return self._core.next_event(min(limit, self._until), angle, speed, rate)
 
     def _complete(self, event: TaskEvent, part: Moved) -> None:
@@ -102,4 +108,6 @@ def control_period(scheduler: Scheduler) -> float:
     for task in scheduler.tasks:
         if task.name == CONTROL and task.period is not None:
             return task.period
-    raise checks.refuse("scheduler", f"with a task named {CONTROL} that has a period", [task.name for task in scheduler.tasks])
+    raise checks.refuse(
+        "scheduler", f"with a task named {CONTROL} that has a period", [task.name for task in scheduler.tasks]
+    )

@@ -20,7 +20,9 @@ def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: flo
     """Rows of a motion (m, 8) after a look at them; `weight` is the torque (N m) of what is out of balance, held level."""
     rows = checks.finite_array("motion", motion, "s, rad, mm")
     if rows.ndim != 2 or rows.shape[1] != 8 or len(rows) < 2:
-        raise ValueError(f"motion must be an array (m, 8) of times and seven joints, m >= 2; got one of shape {rows.shape}")
+        raise ValueError(
+            f"motion must be an array (m, 8) of times and seven joints, m >= 2; got one of shape {rows.shape}"
+        )
     if rows[0, 0] != 0.0 or not np.all(np.diff(rows[:, 0]) > 0):
         raise ValueError("times of motion must begin at 0 and rise (s)")
     _check_joints(problem, rows)
@@ -70,7 +72,10 @@ def _check_joints(problem: FinishingProblem, rows: Floats) -> None:
         row, joint = (int(k) for k in np.argwhere(beyond)[0])
         rule = f"in [{low[joint]:g}, {high[joint]:g}]"
         raise checks.refuse(
-            f"{arm.names[joint]} in motion at {rows[row, 0]:g} s", rule, float(rows[row, joint + 1]), arm.units[joint]
+            f"{arm.names[joint]} in motion at {rows[row, 0]:g} s",
+            rule,
+            float(rows[row, joint + 1]),
+            arm.units[joint],
         )
 
 

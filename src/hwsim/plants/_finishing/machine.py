@@ -20,7 +20,10 @@ from sdpgrind.finishing.torque import gravity_torque
 
 _SAMPLES = 5000  # most rows of a trace
 _BLOCK = 8192  # ticks for which rows are made at once
-_LONGEST, _IDLE = 2.0, 60.0  # times the duration of the motion, and s more; where nothing says when a part is broken off
+_LONGEST, _IDLE = (
+    2.0,
+    60.0,
+)  # times the duration of the motion, and s more; where nothing says when a part is broken off
 
 
 class FinishingSetup(NamedTuple):
@@ -48,7 +51,9 @@ class FinishingPart:
         self._state, self._axis_state = np.zeros(core.STATES), np.zeros(torque_axis.STATES)
         self._state[core.TOUCHED], self._state[core.EVERY] = -1.0, 1.0
         self._state[core.FORCE_MIN] = math.inf
-        self._axis_state[torque_axis.ANGLE] = -cell.gap / (cell.problem.lever_arm * math.cos(cell.problem.contact_angle))
+        self._axis_state[torque_axis.ANGLE] = -cell.gap / (
+            cell.problem.lever_arm * math.cos(cell.problem.contact_angle)
+        )
         self._trace = np.empty((_SAMPLES, len(core.TRACE)))
         self._current, self._override, self._most = 0.0, 0.0, self._ticks_max(0.0)
         core.begin(self._course, self._waves, self._loop, self._cell, self._state)
@@ -77,7 +82,10 @@ class FinishingPart:
                 if self._finished:
                     self.done = True
                     break
-        return {"motor_angle": float(core.shown(self._cell, self._axis_state)), "path_time": float(self._state[core.PLAYED])}
+        return {
+            "motor_angle": float(core.shown(self._cell, self._axis_state)),
+            "path_time": float(self._state[core.PLAYED]),
+        }
 
     @property
     def _core(self) -> tuple[Floats, ...]:
@@ -130,7 +138,13 @@ class FinishingPart:
 
     def _labelled(self, rows: Floats, motion: Floats) -> dict[str, Floats]:
         last = self.step({}, 0)
-        columns = dict(zip(core.ROWS, np.concatenate([rows, np.full((1, len(core.ROWS)), math.nan)]).T.copy(), strict=True))
+        columns = dict(
+            zip(
+                core.ROWS,
+                np.concatenate([rows, np.full((1, len(core.ROWS)), math.nan)]).T.copy(),
+                strict=True,
+            )
+        )
         for name, value in last.items():
             columns[name][-1] = value
         given = np.full((2, len(rows) + 1), math.nan)
@@ -144,7 +158,9 @@ class FinishingPart:
         trace = self._trace[: int(state[core.SAMPLES])]
         return {
             "time": self._clock.seconds(self.time),
-            "touch_down": self._clock.seconds(int(state[core.TOUCHED])) if state[core.TOUCHED] > 0 else math.nan,
+            "touch_down": self._clock.seconds(int(state[core.TOUCHED]))
+            if state[core.TOUCHED] > 0
+            else math.nan,
             **self._forces(),
             "path_deviation": float(state[core.DEVIATION]),
             **self._roughness(),
@@ -159,7 +175,15 @@ class FinishingPart:
     def _forces(self) -> dict[str, float]:
         """Force and feed over the path; NaN where nothing was played."""
         state, count = self._state, float(self._state[core.COUNT])
-        names = ("normal_force", "normal_force_sd", "normal_force_min", "normal_force_max", "lift_off", "feed", "feed_sd")
+        names = (
+            "normal_force",
+            "normal_force_sd",
+            "normal_force_min",
+            "normal_force_max",
+            "lift_off",
+            "feed",
+            "feed_sd",
+        )
         wanted = self._setup.cell.target_force
         if count == 0:
             return dict.fromkeys(names if wanted is None else (*names, "force_error"), math.nan)
@@ -193,5 +217,8 @@ def _settings(setup: FinishingSetup) -> Floats:
     settings[core.CONTACT_ANGLE], settings[core.SIDE] = problem.contact_angle, 1.0 if problem.pushed else -1.0
     settings[core.FRICTION], settings[core.LOAD] = truth.friction_ratio, truth.load_torque
     settings[core.RESOLUTION], settings[core.OFFSET] = cell.torque_axis.angle_step, setup.offset
-    settings[core.CURRENT_STEP], settings[core.CURRENT_MAX] = cell.torque_axis.current_step, cell.torque_axis.current_limit
+    settings[core.CURRENT_STEP], settings[core.CURRENT_MAX] = (
+        cell.torque_axis.current_step,
+        cell.torque_axis.current_limit,
+    )
     return settings

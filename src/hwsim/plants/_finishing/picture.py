@@ -39,7 +39,9 @@ def _title(log: PartLog, wanted: float | None) -> str:
     played = np.isfinite(out.normal_force.values)
     if not played.any():
         return f"{parts}, {out.attrs['pattern']}: nothing was played"
-    force, off, feed = (float(out[name].values[played].mean()) for name in ("normal_force", "lift_off", "feed"))
+    force, off, feed = (
+        float(out[name].values[played].mean()) for name in ("normal_force", "lift_off", "feed")
+    )
     held = f"{force:.3f} N" + ("" if wanted is None else f" for {wanted:.3f} N")
     return f"{parts}, {out.attrs['pattern']}: force {held}, {100 * off:.2g} % without contact, feed {feed:.1f} mm/s"
 
@@ -70,7 +72,9 @@ def _in_time(axes: list[Any], last: dict[str, Floats], log: PartLog, wanted: flo
     force.set_title("The last part", loc="left")
     pictures.legend(force, **_LEGEND, ncols=3)
     feed.plot(time, last["true_feed"], color=_TRUE, lw=0.5, label="of the contact")
-    feed.axhline(float(log.outcome.attrs["feed_rate"]), color=_SET, lw=1, ls="--", label="planned between corners")
+    feed.axhline(
+        float(log.outcome.attrs["feed_rate"]), color=_SET, lw=1, ls="--", label="planned between corners"
+    )
     feed.set(ylabel="feed [mm/s]", ylim=(0, None))
     pictures.legend(feed, **_LEGEND, ncols=2)
     height.plot(time, _UM * last["height_error"], color=_TRUE, lw=0.8)
@@ -87,7 +91,9 @@ def _from_above(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
     moved = down[last["true_feed"][down] > 0]
     force = last["true_normal_force"][moved]
     low, high = np.percentile(force, [1, 99]) if force.size else (0.0, 1.0)
-    dots = axis.scatter(last["true_x"][moved], last["true_y"][moved], c=force, s=5, lw=0, vmin=low, vmax=high, cmap="viridis")
+    dots = axis.scatter(
+        last["true_x"][moved], last["true_y"][moved], c=force, s=5, lw=0, vmin=low, vmax=high, cmap="viridis"
+    )
     axis.figure.colorbar(dots, ax=axis, label="normal force [N]", shrink=0.85, extend="both")
     axis.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
     axis.set_title("The last part from above", loc="left")
@@ -99,12 +105,30 @@ def _parts(axis: Any, log: PartLog) -> None:
     rough, stretched = _UM * out.roughness_ra.values, out.extrapolated.values != 0
     axis.plot(parts, rough, "-", color=_TRUE, lw=0.8, alpha=0.5)
     axis.plot(parts[~stretched], rough[~stretched], "o", color=_TRUE, ms=4)
-    axis.plot(parts[stretched], rough[stretched], "o", color=_TRUE, ms=4, mfc="none", label="beyond the model's range")
+    axis.plot(
+        parts[stretched],
+        rough[stretched],
+        "o",
+        color=_TRUE,
+        ms=4,
+        mfc="none",
+        label="beyond the model's range",
+    )
     if np.isnan(rough).all():
-        axis.annotate("the model does not know this pattern", (0.5, 0.5), xycoords="axes fraction", ha="center", color=_BAD)
+        axis.annotate(
+            "the model does not know this pattern",
+            (0.5, 0.5),
+            xycoords="axes fraction",
+            ha="center",
+            color=_BAD,
+        )
     elif stretched.any():
         pictures.legend(axis)
-    axis.set(xlabel="part", ylabel="roughness Ra [µm]", ylim=(0, 1.2 * np.nanmax(rough) if np.isfinite(rough).any() else 1.0))
+    axis.set(
+        xlabel="part",
+        ylabel="roughness Ra [µm]",
+        ylim=(0, 1.2 * np.nanmax(rough) if np.isfinite(rough).any() else 1.0),
+    )
     axis.set_title("Every part", loc="left")
     axis.grid(alpha=0.25, lw=0.5)
     axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)

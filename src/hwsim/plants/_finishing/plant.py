@@ -115,8 +115,18 @@ class FinishingCell(Described):
         force = {f"normal_force{end}": "N" for end in ("", "_sd", "_min", "_max")}
         force |= {} if self.target_force is None else {"force_error": "N"}
         path = {"lift_off": "", "feed": "mm/s", "feed_sd": "mm/s", "path_deviation": "mm"}
-        true = {"torque_constant": "N m/A", "contact_angular_stiffness": "N m/rad", "friction_ratio": "", "load_torque": "N m"}
-        end = {"roughness_ra": "mm", "extrapolated": "", "timed_out": "", **{f"true_{name}": unit for name, unit in true.items()}}
+        true = {
+            "torque_constant": "N m/A",
+            "contact_angular_stiffness": "N m/rad",
+            "friction_ratio": "",
+            "load_torque": "N m",
+        }
+        end = {
+            "roughness_ra": "mm",
+            "extrapolated": "",
+            "timed_out": "",
+            **{f"true_{name}": unit for name, unit in true.items()},
+        }
         place = {"height_error": "mm", "true_x": "mm", "true_y": "mm"}
         samples = {"sample_time": "s", "true_normal_force": "N", "true_feed": "mm/s", **place}
         traced = {name: (unit, "sample") for name, unit in samples.items()}

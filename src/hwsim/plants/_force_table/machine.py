@@ -19,7 +19,10 @@ from sdpgrind.weldbead.passes import TiltedDisc
 from sdpgrind.weldbead.passes import kernels as cutting
 
 SUB_STEPS = 56  # of table and sensors in a sample: a multiple of the 8 inside the sensor
-_GRINDING, _BOUNCING = 14, 56  # grinding sub-steps of a sample; of a grinder with inertia, which rings at some 50 Hz
+_GRINDING, _BOUNCING = (
+    14,
+    56,
+)  # grinding sub-steps of a sample; of a grinder with inertia, which rings at some 50 Hz
 IDLE, LEAD_IN, ON_BEAD, LEAD_OUT, RESET = range(5)
 _IN_CONTACT = 2.0  # N; a reading above it counts as grinding
 _DAMPING = 0.05  # of the grinder on its compliance
@@ -69,7 +72,9 @@ class Done:
 class ForceTable:
     """A bead under the force-controlled grinder (`hwsim.protocols.Machine`)."""
 
-    def __init__(self, setup: ForceTableSetup, passes: np.random.Generator, noise: np.random.Generator) -> None:
+    def __init__(
+        self, setup: ForceTableSetup, passes: np.random.Generator, noise: np.random.Generator
+    ) -> None:
         self.time, self.done, self.event = 0, False, False
         self._setup, self._passes, self._noise = setup, passes, noise
         stand, disc = setup.stand, setup.disc
@@ -82,7 +87,10 @@ class ForceTable:
         self._state = np.zeros(kernels.STATES)
         self._state[kernels.PHASE] = noise.uniform(0, 2 * np.pi)
         self._state[kernels.SPIN] = self._free_speed
-        self._drive, self._sensors = stand.drive.start(self._drawn_back()), np.zeros((2, stand.sensor.start().size))
+        self._drive, self._sensors = (
+            stand.drive.start(self._drawn_back()),
+            np.zeros((2, stand.sensor.start().size)),
+        )
         self._state[kernels.CENTER] = stand.start_x
         self._cut = np.zeros(cutting.STATES)
         self._log: list[Done] = []
@@ -125,7 +133,9 @@ class ForceTable:
         self._feed = checks.positive("feed_rate", command["feed_rate"], "mm/s")
         start = checks.number("start_x", command.get("start_x", stand.start_x), "mm")
         if start > (latest := self._setup.bead.x[0] + reach(self._setup.disc)):
-            raise checks.refuse("start_x", f"<= {latest:.6g}, so that the tip is before the bead", start, "mm")
+            raise checks.refuse(
+                "start_x", f"<= {latest:.6g}, so that the tip is before the bead", start, "mm"
+            )
         self._log.append(Done(drawn_disc(stand.pass_scatter, self._setup.disc, self._passes)))
         self._prepare(start)
 
@@ -168,7 +178,9 @@ class ForceTable:
     def _disc_core(self, disc: TiltedDisc) -> cutting.CutCore:
         """With inertia, contact meets a spring that is stiffer by what turns the grinder in one sub-step."""
         core = disc.core
-        core = core._replace(angles=np.ascontiguousarray(core.angles), torques=np.ascontiguousarray(core.torques))
+        core = core._replace(
+            angles=np.ascontiguousarray(core.angles), torques=np.ascontiguousarray(core.torques)
+        )
         if self._grinder.inertia == 0.0:
             return core
         slope, _ = kernels.inertial(self._grinder, np.zeros(kernels.STATES))
@@ -294,7 +306,14 @@ class ForceTable:
         left = stand.start_time - self.time * stand.tick
         if self._phase in (IDLE, RESET):
             still = {"force": nan, "friction_force": nan, "disk_speed": self._free_speed, "center_x": nan}
-            return {**still, "table_position": nan, "pass_time": nan, "time_left": left, "phase": float(self._phase), **now}
+            return {
+                **still,
+                "table_position": nan,
+                "pass_time": nan,
+                "time_left": left,
+                "phase": float(self._phase),
+                **now,
+            }
         force, friction, speed = self._read if self.time > self._pass_start else (0.0, 0.0, self._free_speed)
         normal = self._normals_now if self.time > self._pass_start else np.zeros(5)
         return {
@@ -323,7 +342,11 @@ class ForceTable:
         return {
             "penalty": self._penalty(height),
             **{"height": height, "overground": mean, "overground_worst": worst},
-            **{"passes": len(done), "time": self.time * stand.tick, "lead_time": self._lead_samples * stand.tick},
+            **{
+                "passes": len(done),
+                "time": self.time * stand.tick,
+                "lead_time": self._lead_samples * stand.tick,
+            },
             **{"lateness": self._lateness, "stalls": self._stalls},
             **{"burned": sum(each.over > 0 for each in done), "burn_time": sum(each.over for each in done)},
             "contour": self._z.copy(),

@@ -24,7 +24,9 @@ def picture(log: PartLog) -> "Figure":
     pictures.opened(axes.ravel())
     out = log.outcome
     beads = f"{len(log)} beads" if len(log) > 1 else "1 bead"
-    figure.suptitle(f"{beads}: {out.passes.values.mean():.1f} passes each, {int(out.stalls.values.sum())} stalls")
+    figure.suptitle(
+        f"{beads}: {out.passes.values.mean():.1f} passes each, {int(out.stalls.values.sum())} stalls"
+    )
     return figure
 
 
@@ -44,7 +46,9 @@ def _forces(axis: Any, log: PartLog) -> None:
     axis.set_title("Force of the first bead", loc="left")
     if table is None:
         return
-    if "force_demand_planned" in table:  # below what was read: the demand repeats its noise where the force is re-planned
+    if (
+        "force_demand_planned" in table
+    ):  # below what was read: the demand repeats its noise where the force is re-planned
         axis.plot(table.time, table.force_demand_planned, color=_ASKED, lw=1.6, label="demanded")
     axis.plot(table.time, table.force, color=_REAL, lw=0.7, label="read")
     pictures.legend(axis)
@@ -71,7 +75,9 @@ def _contours(axis: Any, log: PartLog) -> None:
 def _cuts(axis: Any, log: PartLog) -> None:
     """Mean depth of every pass against its force."""
     out = log.outcome
-    axis.plot(out.true_force.values.ravel(), out.true_cut_depth.values.ravel(), "o", color=_REAL, ms=3, alpha=0.6)
+    axis.plot(
+        out.true_force.values.ravel(), out.true_cut_depth.values.ravel(), "o", color=_REAL, ms=3, alpha=0.6
+    )
     axis.set(xlabel="mean force on the bead [N]", ylabel="mean cut [mm]")
     axis.set_title("What passes removed", loc="left")
 
@@ -80,7 +86,9 @@ def _outcomes(axis: Any, log: PartLog) -> None:
     """Height left and the deepest place below the parent, bead by bead."""
     out = log.outcome
     axis.plot(out.part.values, out.height.values, "o", color=_REAL, ms=4, label="mean height left")
-    axis.plot(out.part.values, -out.overground_worst.values, "v", color=_BAD, ms=4, label="deepest overground")
+    axis.plot(
+        out.part.values, -out.overground_worst.values, "v", color=_BAD, ms=4, label="deepest overground"
+    )
     axis.axhline(0, color=_PLAN, lw=1)
     axis.set(xlabel="bead", ylabel="height [mm]", xlim=(out.part.values[0] - 0.5, out.part.values[-1] + 0.5))
     axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)

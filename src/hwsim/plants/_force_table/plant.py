@@ -10,7 +10,17 @@ import numpy as np
 from hwsim.devices import Gauge, Scanner
 from hwsim.plants._force_table.machine import ForceTable, ForceTableSetup
 from sdpgrind.base import checks
-from sdpgrind.base.quantities import Described, count, custom, described, flag, part, quantity, units_of, valued
+from sdpgrind.base.quantities import (
+    Described,
+    count,
+    custom,
+    described,
+    flag,
+    part,
+    quantity,
+    units_of,
+    valued,
+)
 from sdpgrind.weldbead import SequenceProblem, preset
 from sdpgrind.weldbead.force import SensorChain, TableDrive, table_drive
 from sdpgrind.weldbead.kernels import FINE, SPACING, GroundBead, drawn_disc, reach
@@ -27,7 +37,9 @@ def _drive() -> TableDrive:
 
 def _checked_disc(disc: Any) -> TiltedDisc:
     if not isinstance(disc, TiltedDisc):
-        raise TypeError(f"truth must be None, a TiltedDisc or a function of rng that gives one; got {checks.shown(disc)}")
+        raise TypeError(
+            f"truth must be None, a TiltedDisc or a function of rng that gives one; got {checks.shown(disc)}"
+        )
     return disc
 
 
@@ -125,7 +137,9 @@ class ForceTableStand(Described):
     _: KW_ONLY
     truth: Truth = custom(_checked_truth, default=None)
     pass_scatter: CoefficientScatter = part(CoefficientScatter, default_factory=CoefficientScatter)
-    bead_scatter: CoefficientScatter = part(CoefficientScatter, default_factory=lambda: CoefficientScatter(0.0, 0.0, 0.0))
+    bead_scatter: CoefficientScatter = part(
+        CoefficientScatter, default_factory=lambda: CoefficientScatter(0.0, 0.0, 0.0)
+    )
     sequence: SequenceProblem | None = part(SequenceProblem, default=None)
     time: float | None = quantity("s", default=None)
     motor: Motor | None = part(Motor, default=None)
@@ -150,7 +164,9 @@ class ForceTableStand(Described):
             rule = "0 with a compliance table; a grinder with inertia needs rotational_stiffness"
             raise self._refused("grinder_inertia", rule)
         if self.bead.length <= self.scanner.spacing:
-            raise checks.refuse("bead", f"longer than the scanner's spacing {self.scanner.spacing:g}", self.bead.length, "mm")
+            raise checks.refuse(
+                "bead", f"longer than the scanner's spacing {self.scanner.spacing:g}", self.bead.length, "mm"
+            )
 
     @cached_property
     def bead(self) -> GroundBead:
@@ -183,8 +199,21 @@ class ForceTableStand(Described):
     def measures(self) -> Mapping[str, str]:
         """Name -> unit of what sensors, gauges and the scanner say."""
         return {
-            **{"force": "N", "friction_force": "N", "disk_speed": "rad/s", "center_x": "mm", "table_position": "mm"},
-            **{"pass_time": "s", "time_left": "s", "phase": "", "profile": "mm", "profile_x": "mm", "height": "mm"},
+            **{
+                "force": "N",
+                "friction_force": "N",
+                "disk_speed": "rad/s",
+                "center_x": "mm",
+                "table_position": "mm",
+            },
+            **{
+                "pass_time": "s",
+                "time_left": "s",
+                "phase": "",
+                "profile": "mm",
+                "profile_x": "mm",
+                "height": "mm",
+            },
             **{"grinding_power": "W", "normal_force": "N", "tangential_force": "N", "removal_rate": "mm^3/s"},
             **{"feed_rate": "mm/s", "cut_depth": "mm"},
         }
@@ -206,7 +235,13 @@ class ForceTableStand(Described):
             "time": units_of(type(self))["time"],
         }
         more = {"lead_time": "s", "lateness": "s", "stalls": "", "burned": "", "burn_time": "s"}
-        of_pass = {"cut_depth": "mm", "specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": "", "force": "N"}
+        of_pass = {
+            "cut_depth": "mm",
+            "specific_energy": "J/mm^3",
+            "idle_power": "W",
+            "friction_ratio": "",
+            "force": "N",
+        }
         arrays = {f"true_{name}": (unit, "pass") for name, unit in {**of_pass, "volume": "mm^3"}.items()}
         return {**scalars, **more, "contour": ("mm", "x"), **arrays}
 
@@ -249,5 +284,7 @@ class ForceTableStand(Described):
         """
         of_truth, of_passes, of_noise = rng.spawn(3)
         disc = self.truth(of_truth) if callable(self.truth) else self.truth
-        disc = drawn_disc(self.bead_scatter, _checked_disc(self.problem.disc if disc is None else disc), of_truth)
+        disc = drawn_disc(
+            self.bead_scatter, _checked_disc(self.problem.disc if disc is None else disc), of_truth
+        )
         return ForceTable(ForceTableSetup(self, self.bead, disc), of_passes, of_noise)

@@ -20,7 +20,9 @@ _BLOCK = 512  # samples for which random numbers are drawn at once
 class PlungePart:
     """A live part; see `hwsim.protocols.Machine`."""
 
-    def __init__(self, problem: CycleProblem, model: PlungeModel, rig: cycle.PartRig, rng: np.random.Generator) -> None:
+    def __init__(
+        self, problem: CycleProblem, model: PlungeModel, rig: cycle.PartRig, rng: np.random.Generator
+    ) -> None:
         self.done, self.event = False, False
         self._problem, self._model, self._rig, self._rng = problem, model, rig, rng
         self._clock = Clock(exact("sample_time", problem.sample_time))
@@ -93,7 +95,10 @@ class PlungePart:
         columns = dict(zip(cycle.ROW, rows.T.copy(), strict=True))
         table = {"time": self._clock.all_seconds(columns["samples"])}
         table |= {name: columns[name] for name in cycle.COLUMNS}
-        table["command_rate_command"], table["balancing_command"] = columns["command_rate"], columns["balancing"]
+        table["command_rate_command"], table["balancing_command"] = (
+            columns["command_rate"],
+            columns["balancing"],
+        )
         if columns["section"][-1] == cycle.RETRACT:
             table["retract_command"] = np.append(np.full(len(rows) - 1, math.nan), 1.0)
         columns["wear_flat_area"] *= controller.problem.model.wear_flat_area
@@ -102,7 +107,9 @@ class PlungePart:
     def outcome(self) -> dict[str, float]:
         """What the part became; see the plant."""
         state, model = self._state, self._model
-        slack, part_slack = (float(state[k]) if np.isfinite(state[k]) else math.nan for k in (cycle.SLACK, cycle.PART_SLACK))
+        slack, part_slack = (
+            float(state[k]) if np.isfinite(state[k]) else math.nan for k in (cycle.SLACK, cycle.PART_SLACK)
+        )
         roundness = float(model.roundness(state[cycle.RATE]))
         return {
             "time": self._clock.seconds(self.time),

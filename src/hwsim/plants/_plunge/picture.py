@@ -64,7 +64,9 @@ def _rates(axis: Any, last: dict[str, Floats]) -> None:
     time = last["time"]
     axis.step(time, _UM * last["command_rate_command"], where="post", color="0.6", lw=1, label="command")
     if np.isfinite(last["infeed_rate_planned"]).any():
-        axis.plot(time, _UM * last["infeed_rate_planned"], color=_FEED, label="infeed, as the controller has it")
+        axis.plot(
+            time, _UM * last["infeed_rate_planned"], color=_FEED, label="infeed, as the controller has it"
+        )
     _sections(axis, last)
     axis.set(ylabel="rate [µm/s]")
     axis.tick_params(labelbottom=False)
@@ -75,13 +77,19 @@ def _rates(axis: Any, last: dict[str, Floats]) -> None:
 def _stock(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
     """What is left, by the gauge, and how deep the damage goes, by power where it is not clipped."""
     attributes, time = log.outcome.attrs, last["time"]
-    axis.plot(time, float(attributes["stock"]) - last["size"], color=_LEFT, label="remaining stock, by the gauge")
+    axis.plot(
+        time, float(attributes["stock"]) - last["size"], color=_LEFT, label="remaining stock, by the gauge"
+    )
     if "problem" in attributes:
         model = stored.decode(str(attributes["problem"])).model
-        cuts = last["infeed_rate_planned"] > _BEGINS * model.burn_onset[0]  # below, ploughing alone looks like damage
+        cuts = (
+            last["infeed_rate_planned"] > _BEGINS * model.burn_onset[0]
+        )  # below, ploughing alone looks like damage
         used = cuts & (last["power_saturated"] == 0)
         damage = model.burn_depth(last["infeed_rate_planned"][used], last["grinding_power"][used])
-        axis.plot(time[used], np.maximum(damage, 0.0), ".", color=_DAMAGE, ms=3, label="depth of damage, by power")
+        axis.plot(
+            time[used], np.maximum(damage, 0.0), ".", color=_DAMAGE, ms=3, label="depth of damage, by power"
+        )
     axis.axhline(0, color=_LIMIT, lw=1)
     _sections(axis, last)
     axis.set(xlabel="time [s]", ylabel="depth from the size [mm]")
@@ -98,11 +106,15 @@ def _outcomes(axes: list[Any], log: PartLog) -> None:
     _series(axes[1], parts, _UM * out.part_slack.values, out.burned.values)
     axes[1].set(ylabel="part slack [µm]")
     axes[1].axhline(0, color=_LIMIT, lw=1, ls="--")
-    axes[1].annotate("below: burned", (0.99, 0), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right"))
+    axes[1].annotate(
+        "below: burned", (0.99, 0), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right")
+    )
     _series(axes[2], parts, _UM * out.roundness.values, out.out_of_round.values)
     axes[2].set(ylabel="out-of-round [µm]", xlabel="part")
     axes[2].axhline(_UM * limit, color=_LIMIT, lw=1, ls="--")
-    axes[2].annotate("limit", (0.99, _UM * limit), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right"))
+    axes[2].annotate(
+        "limit", (0.99, _UM * limit), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right")
+    )
     for axis in axes:
         axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
         axis.margins(y=0.2)

@@ -130,8 +130,22 @@ class PlungeGrinder(Described):
     @property
     def outcomes(self) -> Mapping[str, str]:
         """Name -> unit of what a part became."""
-        lengths = {"slack": "mm", "part_slack": "mm", "roundness": "mm", "burned": "", "out_of_round": "", "remaining": "mm"}
-        return {"time": "s", **lengths, "unfinished": "", "timed_out": "", "true_wear_flat_area": "", "true_contact_zero": "mm"}
+        lengths = {
+            "slack": "mm",
+            "part_slack": "mm",
+            "roundness": "mm",
+            "burned": "",
+            "out_of_round": "",
+            "remaining": "mm",
+        }
+        return {
+            "time": "s",
+            **lengths,
+            "unfinished": "",
+            "timed_out": "",
+            "true_wear_flat_area": "",
+            "true_contact_zero": "mm",
+        }
 
     @property
     def description(self) -> Mapping[str, float | str]:
@@ -181,7 +195,9 @@ class PlungeGrinder(Described):
 
     def _drawn(self, rng: np.random.Generator) -> PlungeModel:
         truth = self.problem.model if self.truth is None else self.truth
-        model = truth if isinstance(truth, PlungeModel) else checks.kind("truth(rng)", truth(rng), PlungeModel)
+        model = (
+            truth if isinstance(truth, PlungeModel) else checks.kind("truth(rng)", truth(rng), PlungeModel)
+        )
         if self.dynamics == "first_order":
             return model.replace(linear_time_constant=self.problem.time_constant)
         return model
@@ -190,5 +206,7 @@ class PlungeGrinder(Described):
     def _samples_max(self) -> int:
         longest = self.max_time
         if longest is None:
-            longest = _LONGEST * self.problem.stock / min(self.problem.final_rate, self.problem.command_rate_max)
+            longest = (
+                _LONGEST * self.problem.stock / min(self.problem.final_rate, self.problem.command_rate_max)
+            )
         return math.ceil(longest / self.tick)

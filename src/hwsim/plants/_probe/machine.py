@@ -25,7 +25,9 @@ def checked_speed(speed: object, sample_time: float | None) -> float:
     checked = checks.positive("spindle_speed", speed, "rad/s")
     if checked > fastest:
         why = "" if fastest == _FASTEST else f" for {_FEWEST} samples in a turn"
-        raise checks.refuse("spindle_speed", f"<= {fastest:.4g}{why}; units.rpm(20) for rev/min", checked, "rad/s")
+        raise checks.refuse(
+            "spindle_speed", f"<= {fastest:.4g}{why}; units.rpm(20) for rev/min", checked, "rad/s"
+        )
     return checked
 
 
@@ -33,7 +35,14 @@ class ProbePart:
     """A live part; see `hwsim.protocols.Machine`. Its compiled core has a `shape`, settings `cell`, and starts from `state`."""
 
     def __init__(
-        self, ring: Ring, shape: Floats, cell: Floats, state: Floats, turns_max: float, clock: Clock, rng: np.random.Generator
+        self,
+        ring: Ring,
+        shape: Floats,
+        cell: Floats,
+        state: Floats,
+        turns_max: float,
+        clock: Clock,
+        rng: np.random.Generator,
     ) -> None:
         self.done, self.event, self.time = False, False, 0
         self._ring, self._cell, self._state, self._clock, self._rng = ring, cell, state, clock, rng
@@ -47,7 +56,9 @@ class ProbePart:
         """Take the next samples, one a row, in the columns of the compiled core."""
         table = np.empty((number, len(kernels.COLUMNS)))
         self._draw(number)
-        kernels.measure(self._shape, self._lobes, self._cell, self._state, self._normals, self._uniforms, table)
+        kernels.measure(
+            self._shape, self._lobes, self._cell, self._state, self._normals, self._uniforms, table
+        )
         self._normals, self._uniforms = self._normals[number:], self._uniforms[number:]
         self.time = int(table[-1, -1])
         return table

@@ -17,7 +17,12 @@ _UM = 1000.0
 _TURN = 2 * math.pi
 _TOP = 1e4  # µm: more is not worth a picture
 _LINE = 400  # points on the curve of the model
-_NOTE: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "ha": "right", "xycoords": ("axes fraction", "data")}
+_NOTE: dict[str, Any] = {
+    "textcoords": "offset points",
+    "fontsize": 8,
+    "ha": "right",
+    "xycoords": ("axes fraction", "data"),
+}
 
 
 def picture(log: PartLog) -> "Figure":
@@ -73,7 +78,13 @@ def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float
     above.plot(turns, last["reading"], ".", color=_DATA, ms=3, label="read")
     if known.size:
         angle = np.linspace(last["angle"][0], last["angle"][-1], _LINE)
-        above.plot(angle / _TURN, _model(last, known[-1], angle, tip_radius), color=_MODEL, lw=1, label="model at the end")
+        above.plot(
+            angle / _TURN,
+            _model(last, known[-1], angle, tip_radius),
+            color=_MODEL,
+            lw=1,
+            label="model at the end",
+        )
         left = last["reading"] - _model(last, known[-1], last["angle"], tip_radius)
         below.plot(turns, _UM * left, ".", color=_DATA, ms=3)
     above.set(ylabel="reading [mm]")
@@ -92,10 +103,16 @@ def _history(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
     if not known.size:
         return
     error = np.hypot(
-        last["center_x_planned"] - out.true_center_x.values[-1], last["center_y_planned"] - out.true_center_y.values[-1]
+        last["center_x_planned"] - out.true_center_x.values[-1],
+        last["center_y_planned"] - out.true_center_y.values[-1],
     )
     turns = last["angle"] / _TURN
-    axis.plot(turns[known], _UM * last["band_planned"][known], color=_BAND, label="band: as sure as this it was said to be")
+    axis.plot(
+        turns[known],
+        _UM * last["band_planned"][known],
+        color=_BAND,
+        label="band: as sure as this it was said to be",
+    )
     axis.plot(turns[known], _UM * error[known], color=_ERROR, label="from the true centre")
     axis.set_ylim(top=min(axis.get_ylim()[1], _TOP))
     pictures.legend(axis)
@@ -123,4 +140,7 @@ def _ratio(log: PartLog, part: int) -> float:
     if not known.size:
         return math.nan
     x, y, band = (float(columns[f"{name}_planned"][known[-1]]) for name in ("center_x", "center_y", "band"))
-    return math.hypot(x - float(out.true_center_x.values[part]), y - float(out.true_center_y.values[part])) / band
+    return (
+        math.hypot(x - float(out.true_center_x.values[part]), y - float(out.true_center_y.values[part]))
+        / band
+    )

@@ -165,7 +165,9 @@ class Probe(Described):
         ring = truth if isinstance(truth, Ring) else checks.kind("truth(rng)", truth(of_truth), Ring)
         clock = Clock(exact("sample_time", self.tick))
         cell = self._settings(ring, clock, of_readings)
-        return ProbePart(ring, self._shape(ring), cell, self._begun(ring, cell), float(self.turns_max), clock, of_readings)
+        return ProbePart(
+            ring, self._shape(ring), cell, self._begun(ring, cell), float(self.turns_max), clock, of_readings
+        )
 
     def scan(self, turns: float = 1.0, *, rng: Seed = 0) -> ProbeScan:
         """Measure at once: the samples of so many turns, the last one not included, that `hwsim.run` would give one by one.
@@ -190,7 +192,9 @@ class Probe(Described):
         True
         """
         per_turn = (
-            2 * math.pi / (self.spindle_speed * self.sample_time) if self.samples_per_turn is None else self.samples_per_turn
+            2 * math.pi / (self.spindle_speed * self.sample_time)
+            if self.samples_per_turn is None
+            else self.samples_per_turn
         )
         number = math.ceil(checks.positive("turns", turns) * per_turn - _UNEVEN)
         part = self.start(children(rng, 1)[0])
@@ -215,7 +219,10 @@ class Probe(Described):
         drawn = rng.uniform(-math.pi, math.pi)
         cell[kernels.RUNOUT_PHASE] = drawn if errors.runout_phase is None else errors.runout_phase
         if self.tip_radius > 0:
-            cell[kernels.RUNOUT], cell[kernels.ROLL] = errors.runout, ring.radius / self.tip_radius * (1 - errors.slip)
+            cell[kernels.RUNOUT], cell[kernels.ROLL] = (
+                errors.runout,
+                ring.radius / self.tip_radius * (1 - errors.slip),
+            )
         cell[kernels.SKEW], cell[kernels.NOISE_SD] = errors.skew, errors.noise_sd
         cell[kernels.DUST], cell[kernels.DUST_SIZE] = errors.dust, errors.dust_size
         cell[kernels.PROBE_QUANTUM], cell[kernels.SLIDE_QUANTUM] = errors.probe_quantum, errors.slide_quantum

@@ -34,14 +34,18 @@ def _checked(name: str, lobes: Any) -> dict[int, tuple[float, float]]:
     if not isinstance(lobes, Mapping):
         rule = "a mapping of undulations per revolution -> (amplitude in mm, phase in rad)"
         raise TypeError(f"{name} must be {rule}; got {checks.shown(lobes)}")
-    return {checks.count(f"upr of {name}", upr, 2): _lobe(f"{name}[{upr}]", lobes[upr]) for upr in sorted(lobes)}
+    return {
+        checks.count(f"upr of {name}", upr, 2): _lobe(f"{name}[{upr}]", lobes[upr]) for upr in sorted(lobes)
+    }
 
 
 def _lobe(name: str, value: object) -> tuple[float, float]:
     if not isinstance(value, tuple | list) or len(value) != 2:
         raise TypeError(f"{name} must be a pair (amplitude in mm, phase in rad); got {checks.shown(value)}")
     amplitude, phase = value
-    return checks.nonnegative(f"amplitude of {name}", amplitude, "mm"), checks.number(f"phase of {name}", phase, "rad")
+    return checks.nonnegative(f"amplitude of {name}", amplitude, "mm"), checks.number(
+        f"phase of {name}", phase, "rad"
+    )
 
 
 @described()
@@ -87,7 +91,9 @@ class Ring(Described):
         _about_the_axis("offset", self.offset, self)
         steep = sum(upr * amplitude for upr, (amplitude, _) in self.lobes.items())
         if steep > _STEEP * self.radius:
-            raise checks.refuse("lobes", f"of upr times amplitude <= {_STEEP * self.radius:g} together", steep, "mm")
+            raise checks.refuse(
+                "lobes", f"of upr times amplitude <= {_STEEP * self.radius:g} together", steep, "mm"
+            )
 
     @property
     def center_x(self) -> float:
@@ -126,7 +132,8 @@ class Ring(Described):
         """
         angle = checks.finite_array("part_angle", part_angle, "rad")
         return self.radius + sum(
-            (amplitude * np.cos(upr * angle - phase) for upr, (amplitude, phase) in self.lobes.items()), np.zeros_like(angle)
+            (amplitude * np.cos(upr * angle - phase) for upr, (amplitude, phase) in self.lobes.items()),
+            np.zeros_like(angle),
         )
 
     def reading(self, angle: npt.ArrayLike, tip_radius: float = 0.0) -> Floats:
@@ -176,7 +183,9 @@ class Ring(Described):
         angles = checks.finite_array("angle", angle, "rad")
         reading, part_angle = np.empty(angles.size), np.empty(angles.size)
         shape = shape_of(self, checks.nonnegative("tip_radius", tip_radius, "mm"))
-        kernels.contacts(shape, lobes_of(self), self.center_x, self.center_y, angles.ravel(), reading, part_angle)
+        kernels.contacts(
+            shape, lobes_of(self), self.center_x, self.center_y, angles.ravel(), reading, part_angle
+        )
         return reading.reshape(angles.shape), part_angle.reshape(angles.shape)
 
 

@@ -49,7 +49,12 @@ class WeldBead:
     """A bead under the grinder (`hwsim.protocols.Machine`)."""
 
     def __init__(
-        self, setup: WeldBeadSetup, sd: Noise, clock: Clock, cuts: np.random.Generator, noise: np.random.Generator
+        self,
+        setup: WeldBeadSetup,
+        sd: Noise,
+        clock: Clock,
+        cuts: np.random.Generator,
+        noise: np.random.Generator,
     ) -> None:
         self.time, self.done, self.event = 0, False, False
         self._problem, self._process, self._scatter = setup.problem, setup.process, setup.scatter
@@ -85,7 +90,9 @@ class WeldBead:
         """Refuse a pass that the stand cannot do."""
         problem = self._problem
         if "normal_force" not in command:
-            raise ValueError(f"a pass needs normal_force (N) and duration (s) or feed_rate (mm/s); got {dict(command)!r}")
+            raise ValueError(
+                f"a pass needs normal_force (N) and duration (s) or feed_rate (mm/s); got {dict(command)!r}"
+            )
         force = checks.positive("normal_force", command["normal_force"], "N")
         if force > problem.force_max * (1 + _AGREE):
             raise checks.refuse("normal_force", f"<= force_max = {problem.force_max:g}", force, "N")
@@ -106,7 +113,9 @@ class WeldBead:
         duration = checks.number("duration", command["duration"], "s")
         if duration <= reset:
             raise checks.refuse("duration", f"> reset_time = {reset:g}", duration, "s")
-        feed_rate = checks.positive("feed_rate", command.get("feed_rate", length / (duration - reset)), "mm/s")
+        feed_rate = checks.positive(
+            "feed_rate", command.get("feed_rate", length / (duration - reset)), "mm/s"
+        )
         if abs(length / feed_rate + reset - duration) > _AGREE * duration:
             rule = f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} s, reset {reset:g} s"
             raise checks.refuse("feed_rate", rule, feed_rate, "mm/s")
@@ -172,7 +181,9 @@ class WeldBead:
         """What the bead became; see the stand."""
         problem = self._problem
         lateness = max(0.0, -self._time_left())
-        penalty = float(problem.height_charge(self._height)) + self._finish + problem.pass_charge * len(self._truth)
+        penalty = (
+            float(problem.height_charge(self._height)) + self._finish + problem.pass_charge * len(self._truth)
+        )
         if problem.lateness_charge is not None:
             penalty += float(np.asarray(problem.lateness_charge(np.asarray(lateness))))
         return {

@@ -181,7 +181,9 @@ class WeldBeadStand(Described):
             See `hwsim.protocols.Machine`; its ticks are those of ``tick`` (s).
         """
         of_truth, of_cuts, of_noise = rng.spawn(3)
-        setup = WeldBeadSetup(self.problem, *self._drawn(self.truth, of_truth), self.start_height, self.start_time)
+        setup = WeldBeadSetup(
+            self.problem, *self._drawn(self.truth, of_truth), self.start_height, self.start_time
+        )
         noise = Noise(self.height_noise, self.power_noise, self.force_noise)
         return WeldBead(setup, noise, self._clock, of_cuts, of_noise)
 
@@ -197,5 +199,7 @@ class WeldBeadStand(Described):
 
 def _checked_draw(truth: Any) -> Any:
     if not isinstance(truth, GrindingProcess | SequenceProblem):
-        raise TypeError(f"truth(rng) must give a GrindingProcess or a SequenceProblem; got {checks.shown(truth)}")
+        raise TypeError(
+            f"truth(rng) must give a GrindingProcess or a SequenceProblem; got {checks.shown(truth)}"
+        )
     return truth

@@ -52,9 +52,15 @@ class HeightField(Described, ByValue):
 
     def _check(self) -> None:
         number = self.phases.size
-        if self.waves.shape != (number, 3) or self.phases.shape != (number,) or self.amplitudes.shape != (number,):
+        if (
+            self.waves.shape != (number, 3)
+            or self.phases.shape != (number,)
+            or self.amplitudes.shape != (number,)
+        ):
             shapes = ", ".join(str(each.shape) for each in (self.waves, self.phases, self.amplitudes))
-            raise ValueError(f"waves, phases and amplitudes must be of shapes (n, 3), (n,) and (n,); got {shapes}")
+            raise ValueError(
+                f"waves, phases and amplitudes must be of shapes (n, 3), (n,) and (n,); got {shapes}"
+            )
 
     def __repr__(self) -> str:
         number, spread = self.phases.size, float(np.sqrt(np.sum(self.amplitudes**2) / 2))
@@ -66,7 +72,13 @@ class HeightField(Described, ByValue):
         return cls(np.empty((0, 3)), np.empty(0), np.empty(0))
 
     @classmethod
-    def wave(cls, amplitude: float, wavelength: float, direction: Sequence[float] = (1.0, 0.0, 0.0), phase: float = 0.0) -> Self:
+    def wave(
+        cls,
+        amplitude: float,
+        wavelength: float,
+        direction: Sequence[float] = (1.0, 0.0, 0.0),
+        phase: float = 0.0,
+    ) -> Self:
         """Return one wave.
 
         Parameters
@@ -80,7 +92,9 @@ class HeightField(Described, ByValue):
         """
         along = checks.finite_array("direction", direction)
         if along.shape != (3,) or not np.any(along):
-            raise ValueError(f"direction must be three coordinates, not all zero; got {checks.shown(direction)}")
+            raise ValueError(
+                f"direction must be three coordinates, not all zero; got {checks.shown(direction)}"
+            )
         number = 2 * np.pi / checks.positive("wavelength", wavelength, "mm")
         return cls(number * along[np.newaxis] / np.linalg.norm(along), [phase], [amplitude])
 

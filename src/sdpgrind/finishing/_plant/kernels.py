@@ -16,12 +16,23 @@ from sdpgrind.finishing.torque._states import AXIS, CONTROLLER, LAW, MOTOR
 TIME, TABLE, TIP, NORMAL, AZIMUTH, WEIGHT, AHEAD, COLUMNS = 0, 1, 3, 6, 9, 12, 13, 16
 
 # Settings of a cell.
-TICK, LEVER, CONTACT_ANGLE, SIDE, FRICTION, LOAD, RESOLUTION, OFFSET, CURRENT_STEP, CURRENT_MAX, SETTINGS = range(11)
+TICK, LEVER, CONTACT_ANGLE, SIDE, FRICTION, LOAD, RESOLUTION, OFFSET, CURRENT_STEP, CURRENT_MAX, SETTINGS = (
+    range(11)
+)
 
 # State of a cell: what is played and where the tool is, then what came of it.
-PLAYED, LEG, SURFACE, CONTACT, TABLE_X, TABLE_Y = 0, 1, 2, 3, 6, 10  # of each axis of the table three states and the command
+PLAYED, LEG, SURFACE, CONTACT, TABLE_X, TABLE_Y = (
+    0,
+    1,
+    2,
+    3,
+    6,
+    10,
+)  # of each axis of the table three states and the command
 FORCE, FEED, HEIGHT, TICKS, TOUCHED, SAMPLES, EVERY = range(14, 21)
-COUNT, FORCE_MEAN, FORCE_SQUARES, FORCE_MIN, FORCE_MAX, LIFTED, FEED_MEAN, FEED_SQUARES, DEVIATION = range(21, 30)
+COUNT, FORCE_MEAN, FORCE_SQUARES, FORCE_MIN, FORCE_MAX, LIFTED, FEED_MEAN, FEED_SQUARES, DEVIATION = range(
+    21, 30
+)
 STATES = 30
 
 TRACE = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")
@@ -149,7 +160,18 @@ def _slide(place, along, cell, state):
 @compiled
 def tick(course, waves, loop, cell, axis, state, axis_state, trace, current, override):
     """Advance by a tick with a current (A) and a share of the planned speed, both held."""
-    _tick(course, waves, loop, cell, axis.view(AXIS)[0], state, axis_state.view(MOTOR)[0], trace, current, override)
+    _tick(
+        course,
+        waves,
+        loop,
+        cell,
+        axis.view(AXIS)[0],
+        state,
+        axis_state.view(MOTOR)[0],
+        trace,
+        current,
+        override,
+    )
 
 
 @compiled
@@ -229,7 +251,23 @@ def _shown(cell, motor):
 
 
 @compiled
-def finish(course, waves, loop, cell, axis, state, axis_state, trace, law, controller, time, torque, known, table, most):
+def finish(
+    course,
+    waves,
+    loop,
+    cell,
+    axis,
+    state,
+    axis_state,
+    trace,
+    law,
+    controller,
+    time,
+    torque,
+    known,
+    table,
+    most,
+):
     """Work on under a controller until the table of rows is full or the part is done; return rows, and whether it is done."""
     motor, known_axis = axis_state.view(MOTOR)[0], axis.view(AXIS)[0]
     setting, told = law.view(LAW)[0], controller.view(CONTROLLER)[0]

@@ -121,10 +121,19 @@ class CellScatter(Described):
         rng : numpy.random.Generator
             Equally many numbers are drawn whatever the standard deviations are.
         """
-        factor = dict(zip(_RELATIVE, np.exp([getattr(self, n) for n in _RELATIVE] * rng.standard_normal(4)), strict=True))
-        load, mass = self.load_torque * float(rng.standard_normal()), self.tool_mass * float(rng.standard_exponential())
+        factor = dict(
+            zip(
+                _RELATIVE, np.exp([getattr(self, n) for n in _RELATIVE] * rng.standard_normal(4)), strict=True
+            )
+        )
+        load, mass = (
+            self.load_torque * float(rng.standard_normal()),
+            self.tool_mass * float(rng.standard_exponential()),
+        )
         height = HeightField.drawn(self.height_sd, self.shortest_wavelength, rng)
-        axis = truth.axis.replace(**{name: getattr(truth.axis, name) * float(factor[name]) for name in _RELATIVE[:3]})
+        axis = truth.axis.replace(
+            **{name: getattr(truth.axis, name) * float(factor[name]) for name in _RELATIVE[:3]}
+        )
         return truth.replace(
             axis=axis,
             friction_ratio=truth.friction_ratio * float(factor["friction_ratio"]),

@@ -92,7 +92,9 @@ class Motion(Plan):
 
     kind = "finishing.motion"
 
-    def __init__(self, problem: FinishingProblem, method: str, posture: Posture, worst: Violation, data: xr.Dataset) -> None:
+    def __init__(
+        self, problem: FinishingProblem, method: str, posture: Posture, worst: Violation, data: xr.Dataset
+    ) -> None:
         self.problem, self.method, self.posture, self.worst_violation = problem, method, posture, worst
         self._data = data
         for column in data.variables.values():
@@ -150,7 +152,9 @@ class Motion(Plan):
     def _tips(self, joints: Floats) -> Floats:
         """Where joints put the tip of the tool, in the frame of the surface, mm."""
         poses = self.problem.arm.forward_work(joints)
-        tips: Floats = poses[:, :3, 3] + self.problem.lever_arm * poses[:, :3, 2] - np.array(self.posture.placement)
+        tips: Floats = (
+            poses[:, :3, 3] + self.problem.lever_arm * poses[:, :3, 2] - np.array(self.posture.placement)
+        )
         return tips
 
     @cached_property
@@ -214,7 +218,13 @@ class Motion(Plan):
     def status(self) -> str:
         """One sentence: what comes nearest to its limit, or exceeds it (rad, mm, s)."""
         worst = self.worst_violation
-        kept = "all limits are held" if worst.held else "all limits are held to 0.1 %" if worst.ratio <= 1 + EXCEEDED else ""
+        kept = (
+            "all limits are held"
+            if worst.held
+            else "all limits are held to 0.1 %"
+            if worst.ratio <= 1 + EXCEEDED
+            else ""
+        )
         return f"{kept}, the nearest is the {worst}" if kept else f"exceeded is the {worst}"
 
     def plot(self) -> Any:
@@ -234,7 +244,9 @@ class Motion(Plan):
         radius, branch, place = json.loads(told["posture"])
         worst = Violation(*json.loads(told["worst_violation"]))
         problem, method = stored.decode(told["problem"]), str(told["method"])
-        return cls(problem, method, Posture(radius, branch, tuple(place)), worst, dataset.drop_attrs(deep=False))
+        return cls(
+            problem, method, Posture(radius, branch, tuple(place)), worst, dataset.drop_attrs(deep=False)
+        )
 
     def _told(self) -> str:
         way = f"{self.length[-1]:.0f} mm in {self.duration:.2f} s"

@@ -12,7 +12,10 @@ from sdpgrind.base.extras import need
 if TYPE_CHECKING:
     from sdpgrind.finishing._problem.motion import Motion
 
-MANY, FEW = 1500, 150  # slices of time drawn by their extremes: as many as columns of pixels; and so few that lines stay apart
+MANY, FEW = (
+    1500,
+    150,
+)  # slices of time drawn by their extremes: as many as columns of pixels; and so few that lines stay apart
 PIECES = 3000
 CLOSE = 1.0  # s
 COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "black", "0.55")
@@ -42,7 +45,9 @@ def _draw_path(figure: Any, axis: Any, motion: "Motion") -> None:
     axis.add_collection3d(drawn)
     place = points[int(np.argmin(np.abs(motion.time - worst.time)))]
     told = f"{worst.quantity} {worst.joint}".strip()
-    axis.scatter(*place, color="black", s=25, zorder=4, label=f"{told}: {100 * worst.ratio:.1f} % of its limit")
+    axis.scatter(
+        *place, color="black", s=25, zorder=4, label=f"{told}: {100 * worst.ratio:.1f} % of its limit"
+    )
     pictures.legend(axis, loc="upper left")
     figure.colorbar(drawn, ax=axis, shrink=0.6, pad=0.12, label="feed [mm/s]")
 
@@ -71,14 +76,22 @@ def _draw_close(axis: Any, motion: "Motion") -> None:
     near = (motion.time >= first) & (motion.time <= first + CLOSE)
     axis.plot(motion.time[near], motion.feed_rate[near], color=pictures.ACTUAL, lw=1)
     axis.axvline(worst.time, color=pictures.LIMIT, lw=0.8)
-    axis.set(ylabel="feed [mm/s]", xlim=(first, min(first + CLOSE, motion.duration)), ylim=(0, 1.08 * motion.problem.feed_rate))
+    axis.set(
+        ylabel="feed [mm/s]",
+        xlim=(first, min(first + CLOSE, motion.duration)),
+        ylim=(0, 1.08 * motion.problem.feed_rate),
+    )
 
 
 def _draw_joints(axis: Any, motion: "Motion") -> None:
     """Greatest share of its limits of speed and acceleration that each joint uses, over time."""
     arm, step = motion.problem.arm, np.diff(motion.time)
     lasting = step > 0
-    pushed = np.diff(motion.joint_speed, axis=0)[lasting] / step[lasting, np.newaxis] / np.array(arm.acceleration_max)
+    pushed = (
+        np.diff(motion.joint_speed, axis=0)[lasting]
+        / step[lasting, np.newaxis]
+        / np.array(arm.acceleration_max)
+    )
     share = np.maximum(np.abs(motion.joint_speed[:-1][lasting]) / np.array(arm.speed_max), np.abs(pushed))
     for k, (name, colour) in enumerate(zip(arm.names, COLOURS, strict=True)):
         time, _, high = _extremes(motion.time[:-1][lasting], share[:, k], FEW)

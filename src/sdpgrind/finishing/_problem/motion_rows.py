@@ -28,7 +28,9 @@ def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[Ti
         inside = np.clip(course.length, run.length[0] + INSIDE * run.span, run.length[-1] - INSIDE * run.span)
         tables.append((begun + time, course.length, course.feed, by_length[:, 0], speed, inside))
         begun += law.duration
-    time, length, feed, joints, speed, inside = (np.concatenate(column) for column in zip(*tables, strict=True))
+    time, length, feed, joints, speed, inside = (
+        np.concatenate(column) for column in zip(*tables, strict=True)
+    )
     lever = problem.torque_per_force(problem.feed_angles(problem.path.at(inside)))
     return _labelled(problem.arm, time, length, feed, joints, speed, lever)
 
@@ -43,13 +45,23 @@ def _times(law: TimeLaw) -> Floats:
     return times
 
 
-def _labelled(arm: Arm, time: Floats, length: Floats, feed: Floats, joints: Floats, speed: Floats, lever: Floats) -> xr.Dataset:
+def _labelled(
+    arm: Arm, time: Floats, length: Floats, feed: Floats, joints: Floats, speed: Floats, lever: Floats
+) -> xr.Dataset:
     columns = {
         "time": ("row", time, {"units": "s", "long_name": "time"}),
         "length": ("row", length, {"units": "mm", "long_name": "length of path behind"}),
         "feed_rate": ("row", feed, {"units": "mm/s", "long_name": "feed along the path"}),
         "joints": (("row", "joint"), joints, {"units": "joint_unit", "long_name": "joints"}),
-        "joint_speed": (("row", "joint"), speed, {"units": "joint_unit/s", "long_name": "speed of the joints"}),
-        "torque_per_force": ("row", lever, {"units": "N m/N", "long_name": "motor torque for each N of normal force"}),
+        "joint_speed": (
+            ("row", "joint"),
+            speed,
+            {"units": "joint_unit/s", "long_name": "speed of the joints"},
+        ),
+        "torque_per_force": (
+            "row",
+            lever,
+            {"units": "N m/N", "long_name": "motor torque for each N of normal force"},
+        ),
     }
     return xr.Dataset(columns, {"joint": list(arm.names), "joint_unit": ("joint", list(arm.units))})

@@ -26,7 +26,13 @@ ENDLESS = 1e6  # mm
 FEWEST, STEP = 8, 0.25  # samples of a leg, and mm between them
 
 
-def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = True, progress: Progress | None = None) -> Motion:
+def plan(
+    problem: FinishingProblem,
+    *,
+    method: str = "trapezoid",
+    throw: bool = True,
+    progress: Progress | None = None,
+) -> Motion:
     """Plan the motion along a path: poses by Wang (1), joints in closed form, and a time law that keeps the limits.
 
     ``"trapezoid"``: rest at every sharp corner, in between a trapezoid of feed (Wang, figure 9), slower where a joint asks for
@@ -66,7 +72,9 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
     """
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
     checks.one_of("method", method, METHODS)
-    if problem.heading == "fixed":  # ends of legs tell what is out of reach before the many samples of a great surface are made
+    if (
+        problem.heading == "fixed"
+    ):  # ends of legs tell what is out of reach before the many samples of a great surface are made
         posture_of(problem, problem.path.sample(per_leg=1))
     samples = problem.path.sample(per_leg=_per_leg(problem.path))
     posture, joints = posture_of(problem, samples)
@@ -80,13 +88,22 @@ def plan(problem: FinishingProblem, *, method: str = "trapezoid", throw: bool = 
     pace = problem.acceleration if method == "trapezoid" else None
     runs = runs_of(samples, joints)
     laws = time_laws(
-        runs, limits, feed_rate=problem.feed_rate, acceleration=pace, method=method, progress=progress or TerminalLine()
+        runs,
+        limits,
+        feed_rate=problem.feed_rate,
+        acceleration=pace,
+        method=method,
+        progress=progress or TerminalLine(),
     )
     worst = worst_violation(runs, laws, limits=limits, feed_rate=problem.feed_rate)
     begun = sum(law.duration for law in laws[: worst.run])
-    motion = Motion(problem, method, posture, worst._replace(time=begun + worst.time), rows(problem, runs, laws))
+    motion = Motion(
+        problem, method, posture, worst._replace(time=begun + worst.time), rows(problem, runs, laws)
+    )
     if throw and worst.ratio > 1 + EXCEEDED:
-        raise MotionError(f"a limit is exceeded: {motion.worst_violation}; try a lower feed_rate or another method", motion)
+        raise MotionError(
+            f"a limit is exceeded: {motion.worst_violation}; try a lower feed_rate or another method", motion
+        )
     return motion
 
 
@@ -120,7 +137,9 @@ def _advice(problem: FinishingProblem) -> str:
     if problem.path.frames()[:, 2, 2].mean() < 0:
         return "surface must have its outward normals up; outward=-1 turns them"
     if problem.heading == "feed_aligned":
-        return "without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading='fixed'"
+        return (
+            "without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading='fixed'"
+        )
     return f"the arm must reach the path: try another azimuth (now {problem.azimuth:.4g} rad), placement or wrist_radius"
 
 
@@ -129,7 +148,8 @@ def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, fl
     arm, raised = problem.arm, poses.copy()
     raised[:, 2, 3] += TABLE_HEIGHT
     endless = arm.replace(
-        position_min=(*arm.position_min[:5], -ENDLESS, -ENDLESS), position_max=(*arm.position_max[:5], ENDLESS, ENDLESS)
+        position_min=(*arm.position_min[:5], -ENDLESS, -ENDLESS),
+        position_max=(*arm.position_max[:5], ENDLESS, ENDLESS),
     )
     table = _chosen(problem, endless, raised).joints[:, 5:]
     middle = (table.max(axis=0) + table.min(axis=0)) / 2

@@ -88,7 +88,9 @@ class FinishingProblem(Described):
     path: Path = part(Path, " (see finishing.hilbert)")
     _: dataclasses.KW_ONLY
     model: RoughnessModel = part(
-        RoughnessModel, " (see finishing.roughness.RoughnessModel.published)", default_factory=RoughnessModel.published
+        RoughnessModel,
+        " (see finishing.roughness.RoughnessModel.published)",
+        default_factory=RoughnessModel.published,
     )
     arm: Arm = part(Arm, " (see finishing.Arm.generic)", default_factory=Arm.generic)
     contact_angle: float = quantity("rad", default=units.deg(30.0))
@@ -113,10 +115,14 @@ class FinishingProblem(Described):
             )
         if not SLOWEST <= self.feed_rate <= FASTEST:
             raise self._refused("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?")
-        for turned in (0.0, math.pi) if self.heading == "fixed" else (0.0,):  # a fixed tool meets every direction of feed
+        for turned in (
+            (0.0, math.pi) if self.heading == "fixed" else (0.0,)
+        ):  # a fixed tool meets every direction of feed
             self.torque_per_force(turned)
         for k, radius in enumerate(self.wrist_radii):
-            checks.positive(f"wrist_radius[{k}]" if len(self.wrist_radii) > 1 else "wrist_radius", radius, "mm")
+            checks.positive(
+                f"wrist_radius[{k}]" if len(self.wrist_radii) > 1 else "wrist_radius", radius, "mm"
+            )
 
     def __repr__(self) -> str:
         path = f"{self.path.pattern} of {len(self.path.nodes)} nodes at {self.feed_rate:g} mm/s"
@@ -143,7 +149,9 @@ class FinishingProblem(Described):
             Between feed and azimuth of the tool, rad.
         """
         ratio, pushed = self.friction_ratio, self.pushed
-        return torque_per_force(self.contact_angle, self.lever_arm, friction_ratio=ratio, feed_angle=feed_angle, pushed=pushed)
+        return torque_per_force(
+            self.contact_angle, self.lever_arm, friction_ratio=ratio, feed_angle=feed_angle, pushed=pushed
+        )
 
     def tool_poses(self, samples: PathSamples) -> Floats:
         """Return the poses of the tool at places of the path, in the frame of the surface, (m, 4, 4): Wang (1).
@@ -170,7 +178,11 @@ class FinishingProblem(Described):
     @cached_property
     def job(self) -> Mapping[str, object]:
         """Part and machine, name -> (value, unit); nothing that is estimated."""
-        told = {"pattern": self.path.pattern, "path_length": (self.path.length, "mm"), "path_digest": _digest(self.path)}
+        told = {
+            "pattern": self.path.pattern,
+            "path_length": (self.path.length, "mm"),
+            "path_digest": _digest(self.path),
+        }
         return {
             **told,
             **valued(self, ("contact_angle", "lever_arm")),

@@ -25,7 +25,9 @@ def _positions(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
     found = _seven(name, values)
     for joint, value in zip(NAMES[:5], found, strict=False):
         if abs(value) > 4 * math.pi:
-            raise checks.refuse(f"{name} of {joint}", "within two turns; units.deg(90) for degrees", value, "rad")
+            raise checks.refuse(
+                f"{name} of {joint}", "within two turns; units.deg(90) for degrees", value, "rad"
+            )
     return found
 
 
@@ -40,7 +42,9 @@ def _rates(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
 def _seven(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
     array = checks.finite_array(name, values, "rad, mm")
     if array.shape != (7,):
-        raise ValueError(f"{name} must be seven numbers, of {', '.join(NAMES)} (rad, mm); got {checks.shown(values)}")
+        raise ValueError(
+            f"{name} must be seven numbers, of {', '.join(NAMES)} (rad, mm); got {checks.shown(values)}"
+        )
     return tuple(array.tolist())
 
 
@@ -97,7 +101,9 @@ class Arm(Described):
     def _check(self) -> None:
         for joint, unit, low, high in zip(NAMES, UNITS, self.position_min, self.position_max, strict=True):
             if low >= high:
-                raise ValueError(f"position_max of {joint} must be > position_min ({unit}); got {high!r} and {low!r}")
+                raise ValueError(
+                    f"position_max of {joint} must be > position_min ({unit}); got {high!r} and {low!r}"
+                )
 
     @classmethod
     def generic(cls) -> Self:
@@ -177,7 +183,9 @@ class Arm(Described):
         full = chain.jacobian(_joints(joints, (7,)), self.lengths)
         return full if motor else full[..., :7]
 
-    def inverse(self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, branch: int = 0, continuous: bool = True) -> Floats:
+    def inverse(
+        self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, branch: int = 0, continuous: bool = True
+    ) -> Floats:
         """Return the joints that take poses, in closed form.
 
         With phi the tool's pitch (sin(phi) = a_z, a = z_P) and q1 its azimuth, the wrist is ``wrist_radius`` from the first axis
@@ -223,7 +231,9 @@ class Arm(Described):
             raise ValueError(found.text)
         return joints
 
-    def branches(self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, continuous: bool = True) -> tuple[Floats, Bools]:
+    def branches(
+        self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, continuous: bool = True
+    ) -> tuple[Floats, Bools]:
         """Return the joints of all four branches, whether or not they are possible; see `inverse`.
 
         Parameters

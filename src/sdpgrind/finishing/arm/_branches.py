@@ -92,15 +92,22 @@ def choose_branches(
     for k, row in enumerate(ways):
         _refuse_impossible(k, row, pairs)
     picked = [pairs[p] for p in _least_travel(arm, ways, [f"{BRANCHES[b]} at {r!r} mm" for b, r in pairs])]
-    taken = [joints_of(arm, poses, radius, branch, True)[0] for poses, (branch, radius) in zip(checked, picked, strict=True)]
-    return tuple(ArmChoice(branch, radius, joints) for (branch, radius), joints in zip(picked, taken, strict=True))
+    taken = [
+        joints_of(arm, poses, radius, branch, True)[0]
+        for poses, (branch, radius) in zip(checked, picked, strict=True)
+    ]
+    return tuple(
+        ArmChoice(branch, radius, joints) for (branch, radius), joints in zip(picked, taken, strict=True)
+    )
 
 
 def _radii(wrist_radii: float | Sequence[float]) -> list[float]:
     """Radii as asked for, mm."""
     array = np.atleast_1d(checks.finite_array("wrist_radii", wrist_radii, "mm"))
     if array.ndim != 1 or not array.size:
-        raise ValueError(f"wrist_radii must be one number or a list of them (mm); got {checks.shown(wrist_radii)}")
+        raise ValueError(
+            f"wrist_radii must be one number or a list of them (mm); got {checks.shown(wrist_radii)}"
+        )
     return [checks.positive(f"wrist_radii[{k}]", value, "mm") for k, value in enumerate(array.tolist())]
 
 

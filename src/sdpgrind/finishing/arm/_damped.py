@@ -48,7 +48,9 @@ def _error(arm: Links, target: Floats, joints: Floats) -> Floats:
 
 def _turn(rotation: Floats) -> Floats:
     """Axis times angle (rad) of a rotation."""
-    skew = 0.5 * np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+    skew = 0.5 * np.array(
+        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
+    )
     sine, cosine = float(np.linalg.norm(skew)), 0.5 * (float(np.trace(rotation)) - 1)
     if sine < 1e-6 and cosine < 0:  # half a turn: the axis is the direction that stays
         axis = np.linalg.eigh(0.5 * (rotation + rotation.T))[1][:, -1]
@@ -65,7 +67,9 @@ def _step(arm: Links, joints: Floats, left: Floats, damping: float, low: Floats,
         held = slopes[:, free]
         move = np.zeros(7)
         gram = held @ held.T
-        move[free] = held.T @ np.linalg.lstsq(gram + damping * np.trace(gram) / 6 * np.eye(6), left, rcond=None)[0]
+        move[free] = (
+            held.T @ np.linalg.lstsq(gram + damping * np.trace(gram) / 6 * np.eye(6), left, rcond=None)[0]
+        )
         tried = joints + _WEIGHTS * move
         out = free & (((joints <= low) & (tried < low)) | ((joints >= high) & (tried > high)))
         if not out.any():

@@ -44,7 +44,9 @@ class CornerJumps(NamedTuple):
     flip_table: Floats
 
 
-def corner_jumps(arm: "Arm", runs: Sequence[npt.ArrayLike], *, wrist_radius: float = 350.0, branch: int = 0) -> CornerJumps:
+def corner_jumps(
+    arm: "Arm", runs: Sequence[npt.ArrayLike], *, wrist_radius: float = 350.0, branch: int = 0
+) -> CornerJumps:
     """Return how far joints and table jump from the end of each run to the beginning of the next, whatever their limits.
 
     An arm without wrist yaw points where q1 does: if the heading turns by an angle at a corner, so does q1, and the table has to
@@ -85,7 +87,9 @@ def corner_jumps(arm: "Arm", runs: Sequence[npt.ArrayLike], *, wrist_radius: flo
     flipped = _places(arm, [poses[0] for poses in checked[1:]], radius, -sign)
     before = _places(arm, [poses[-1] for poses in checked[:-1]], radius, sign)
     stay, over = after - before, flipped - before
-    return CornerJumps(_wrapped(stay[:, 0]), stay[:, 2:], _wrapped(over[:, 1]), _wrapped(over[:, 0]), over[:, 2:])
+    return CornerJumps(
+        _wrapped(stay[:, 0]), stay[:, 2:], _wrapped(over[:, 1]), _wrapped(over[:, 0]), over[:, 2:]
+    )
 
 
 def check_corners(arm: "Arm", jumps: CornerJumps) -> None:

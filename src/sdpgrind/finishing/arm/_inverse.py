@@ -78,7 +78,9 @@ def checked_runs(runs: Sequence[npt.ArrayLike]) -> list[Floats]:
     return out
 
 
-def joints_of(arm: Links, poses: Floats, radius: float, branch: int, continuous: bool) -> tuple[Floats, Bools]:
+def joints_of(
+    arm: Links, poses: Floats, radius: float, branch: int, continuous: bool
+) -> tuple[Floats, Bools]:
     """Joints (m, 7) of checked poses in one branch, and where the wrist is within reach (m,)."""
     joints, reached = np.empty((len(poses), 7)), np.empty(len(poses), dtype=np.bool_)
     middle = 0.5 * (np.array(arm.position_min) + np.array(arm.position_max))

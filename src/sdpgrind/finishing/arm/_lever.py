@@ -103,7 +103,9 @@ def feed_angle(tangent: npt.ArrayLike, normal: npt.ArrayLike, poses: npt.ArrayLi
     axis = checks.finite_array("poses", poses, "mm")
     _, feed, up = contacts(np.zeros((len(axis), 3)), tangent, normal)
     if axis.shape != (len(feed), 4, 4):
-        raise ValueError(f"poses must be of shape ({len(feed)}, 4, 4), one for each tangent; got {axis.shape}")
+        raise ValueError(
+            f"poses must be of shape ({len(feed)}, 4, 4), one for each tangent; got {axis.shape}"
+        )
     motor = axis[:, :3, 1]
     along = np.cross(motor, up)
     out: Floats = np.arctan2(np.einsum("ij,ij->i", feed, motor), np.einsum("ij,ij->i", feed, along))

@@ -90,7 +90,9 @@ def tool_poses(
     return poses
 
 
-def contacts(point: npt.ArrayLike, tangent: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:
+def contacts(
+    point: npt.ArrayLike, tangent: npt.ArrayLike, normal: npt.ArrayLike
+) -> tuple[Floats, Floats, Floats]:
     """Check contacts: points, unit feeds in the tangent plane, unit normals, each (m, 3)."""
     place = checks.finite_array("point", point, "mm")
     feed, up = checks.finite_array("tangent", tangent), checks.finite_array("normal", normal)

@@ -42,11 +42,15 @@ class ArcLength:
 
     def at(self, piece: Ints, t: Floats) -> Floats:
         """Length up to t on a piece, mm."""
-        interval = np.searchsorted(self.piece + self.first, piece + np.minimum(t, 1 - 1e-15), side="right") - 1
+        interval = (
+            np.searchsorted(self.piece + self.first, piece + np.minimum(t, 1 - 1e-15), side="right") - 1
+        )
         interval = np.clip(interval, *np.searchsorted(self.piece, [piece, piece + 1]) - np.array([[0], [1]]))
         width = self.last[interval] - self.first[interval]
         out = np.empty(len(interval))
-        travelled(self.series, interval, np.clip(2.0 * (t - self.first[interval]) / width - 1.0, -1.0, 1.0), out)
+        travelled(
+            self.series, interval, np.clip(2.0 * (t - self.first[interval]) / width - 1.0, -1.0, 1.0), out
+        )
         return np.asarray(self.before[interval] + out)
 
     def places(self, length: Floats) -> tuple[Ints, Floats]:
@@ -67,13 +71,21 @@ def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: i
         if halvings == 0:
             np.add.at(whole, piece, 2.0 * series[:, 0])
         tail = np.abs(series[:, -1]) + np.abs(series[:, -2])
-        good = (tail <= TOLERANCE * whole[piece]) | (series[:, 0] <= NOTHING * max(whole.sum(), size)) | (halvings == HALVINGS)
+        good = (
+            (tail <= TOLERANCE * whole[piece])
+            | (series[:, 0] <= NOTHING * max(whole.sum(), size))
+            | (halvings == HALVINGS)
+        )
         done.append((piece[good], first[good], last[good], series[good]))
         if good.all():
             break
         piece, first, last = piece[~good], first[~good], last[~good]
         middle = 0.5 * (first + last)
-        piece, first, last = np.tile(piece, 2), np.concatenate([first, middle]), np.concatenate([middle, last])
+        piece, first, last = (
+            np.tile(piece, 2),
+            np.concatenate([first, middle]),
+            np.concatenate([middle, last]),
+        )
     return _sorted(*map(np.concatenate, zip(*done, strict=True)))
 
 

@@ -65,11 +65,15 @@ def _arms(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints, deviation: 
         piece = np.repeat(np.arange(len(at)), len(LOOKS))
         points = _points(surface, mapping, blends, piece, np.tile(LOOKS, len(at)))
         squares = ((points.reshape(len(at), -1, 3) - corner[:, None]) ** 2).sum(axis=-1)
-        arm = np.minimum(arm * deviation / np.maximum(np.sqrt(departure.least(squares)), STRAIGHT * deviation), room)
+        arm = np.minimum(
+            arm * deviation / np.maximum(np.sqrt(departure.least(squares)), STRAIGHT * deviation), room
+        )
     return _shortened(surface, mapping, sharp.coefficients, at, arm / pace, deviation)
 
 
-def _shortened(surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, deviation: float) -> Floats:
+def _shortened(
+    surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, deviation: float
+) -> Floats:
     """Arms (2, c) of blends that hold the deviation all along."""
     todo = np.arange(len(at))
     for _ in range(SHRINKS):
@@ -80,7 +84,9 @@ def _shortened(surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms:
         if not len(todo):
             return arms
         arms[:, todo] *= np.clip(deviation / off[over], LEAST, MOST)
-    raise ValueError(f"deviation must be larger: the corner at nodes[{at[todo[0]]}] cannot be rounded within {deviation:g} mm")
+    raise ValueError(
+        f"deviation must be larger: the corner at nodes[{at[todo[0]]}] cannot be rounded within {deviation:g} mm"
+    )
 
 
 def _turns(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints) -> tuple[Floats, Floats]:
@@ -92,7 +98,9 @@ def _turns(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints) -> tuple[F
     before, after = found.tangent[: len(at)], found.tangent[len(at) :]
     back = at[np.linalg.norm(before + after, axis=1) < BACK]
     if len(back):
-        raise ValueError(f"a corner that turns back on itself cannot be rounded; the path does at nodes[{back[0]}]")
+        raise ValueError(
+            f"a corner that turns back on itself cannot be rounded; the path does at nodes[{back[0]}]"
+        )
     return found.speed.reshape(2, -1), np.linalg.norm(after - before, axis=1)
 
 

@@ -35,7 +35,9 @@ def jets(coefficients: Floats, piece: Ints, t: Floats) -> Floats:
     outside = along(coefficients, piece, t, OUTSIDE, found)
     if outside >= 0:
         a, b = found[outside, 0]
-        raise ValueError(f"the path must stay in the unit square; its leg {piece[outside]} comes to ({a:.9g}, {b:.9g})")
+        raise ValueError(
+            f"the path must stay in the unit square; its leg {piece[outside]} comes to ({a:.9g}, {b:.9g})"
+        )
     return found
 
 
@@ -54,7 +56,21 @@ def contact(surface: Surface, moved: Floats, there: SurfaceDerivatives, place: I
     m = len(place)
     tangent, bend, normal = np.empty((3, m, 3))
     pace, area = np.empty((2, m))
-    follow(moved, place, there.u, there.v, there.uu, there.uv, there.vv, surface.outward, pace, tangent, bend, normal, area)
+    follow(
+        moved,
+        place,
+        there.u,
+        there.v,
+        there.uu,
+        there.uv,
+        there.vv,
+        surface.outward,
+        pace,
+        tangent,
+        bend,
+        normal,
+        area,
+    )
     _refuse_rest(moved, pace)
     scale = np.sqrt((there.u**2).sum(axis=1).max() * (there.v**2).sum(axis=1).max())
     pole = np.flatnonzero(~(area > FLAT * scale))
@@ -67,7 +83,9 @@ def _refuse_no_area(moved: Floats, pace: Floats) -> None:
     lost = np.flatnonzero(~np.isfinite(pace))
     if len(lost):
         u, v = moved[lost[0], 0]
-        raise ValueError(f"nodes must keep away from where equal areas come to a point; (u, v) = ({u:.6g}, {v:.6g}) has no area")
+        raise ValueError(
+            f"nodes must keep away from where equal areas come to a point; (u, v) = ({u:.6g}, {v:.6g}) has no area"
+        )
 
 
 def _refuse_rest(moved: Floats, pace: Floats) -> None:
@@ -75,7 +93,9 @@ def _refuse_rest(moved: Floats, pace: Floats) -> None:
     still = np.flatnonzero(~(pace > REST * pace.max(initial=0.0)))
     if len(still):
         u, v = moved[still[0], 0]
-        raise ValueError(f"the path must move on the surface everywhere; at (u, v) = ({u:.6g}, {v:.6g}) it stands still")
+        raise ValueError(
+            f"the path must move on the surface everywhere; at (u, v) = ({u:.6g}, {v:.6g}) it stands still"
+        )
 
 
 def frames(point: Floats, place: Ints, tangent: Floats, normal: Floats) -> Floats:

@@ -46,7 +46,13 @@ def follow(jets, place, su, sv, suu, suv, svv, outward, speed, tangent, bend, no
         squared, along_it = 0.0, 0.0
         for c in range(3):
             tangent[m, c] = su[k, c] * u1 + sv[k, c] * v1
-            bend[m, c] = su[k, c] * u2 + sv[k, c] * v2 + suu[k, c] * u1 * u1 + 2.0 * suv[k, c] * u1 * v1 + svv[k, c] * v1 * v1
+            bend[m, c] = (
+                su[k, c] * u2
+                + sv[k, c] * v2
+                + suu[k, c] * u1 * u1
+                + 2.0 * suv[k, c] * u1 * v1
+                + svv[k, c] * v1 * v1
+            )
             squared += tangent[m, c] ** 2
             along_it += bend[m, c] * tangent[m, c]
         speed[m] = sqrt(squared)
@@ -68,7 +74,12 @@ def put_frames(point, place, tangent, normal, out):
         t0, t1, t2 = tangent[m, 0], tangent[m, 1], tangent[m, 2]
         n0, n1, n2 = normal[m, 0], normal[m, 1], normal[m, 2]
         out[m, 0, 0], out[m, 1, 0], out[m, 2, 0], out[m, 3, 0] = t0, t1, t2, 0.0
-        out[m, 0, 1], out[m, 1, 1], out[m, 2, 1], out[m, 3, 1] = n1 * t2 - n2 * t1, n2 * t0 - n0 * t2, n0 * t1 - n1 * t0, 0.0
+        out[m, 0, 1], out[m, 1, 1], out[m, 2, 1], out[m, 3, 1] = (
+            n1 * t2 - n2 * t1,
+            n2 * t0 - n0 * t2,
+            n0 * t1 - n1 * t0,
+            0.0,
+        )
         out[m, 0, 2], out[m, 1, 2], out[m, 2, 2], out[m, 3, 2] = n0, n1, n2, 0.0
         for c in range(3):
             out[m, c, 3] = point[place[m], c]

@@ -38,7 +38,9 @@ def crossings(surface: Surface, mapping: Mapping, own: Legs) -> tuple[Ints, Floa
     for crease in creases(surface):
         piece, t = crossed(mapping, own.coefficients, np.array([crease.place]), crease.axis)
         if crease.torn and len(piece):
-            raise ValueError(f"the path must keep off where its surface is torn; leg {piece[0]} crosses a tear: the {crease}")
+            raise ValueError(
+                f"the path must keep off where its surface is torn; leg {piece[0]} crosses a tear: the {crease}"
+            )
         found.append((piece, t))
     piece, t = (np.concatenate(each) for each in zip(*found, strict=True))
     order = np.lexsort((t, piece))
@@ -61,12 +63,18 @@ def cut(surface: Surface, mapping: Mapping, own: Legs) -> Legs:
 def _parted(own: Legs, piece: Ints, t: Floats, first: Floats, last: Floats) -> Legs:
     """Pieces from `first` to `last`, and cut at t."""
     every = np.arange(len(own.run))
-    begin = np.concatenate([first, t + INSET])[np.lexsort((np.concatenate([first, t]), np.concatenate([every, piece])))]
-    end = np.concatenate([t - INSET, last])[np.lexsort((np.concatenate([t, last]), np.concatenate([piece, every])))]
+    begin = np.concatenate([first, t + INSET])[
+        np.lexsort((np.concatenate([first, t]), np.concatenate([every, piece])))
+    ]
+    end = np.concatenate([t - INSET, last])[
+        np.lexsort((np.concatenate([t, last]), np.concatenate([piece, every])))
+    ]
     of = np.sort(np.concatenate([every, piece]))
     run = np.append(0, np.cumsum((np.diff(own.run[of]) > 0) | (np.diff(of) == 0)))
     which = np.searchsorted(of + begin, own.at_piece + own.at_t, side="right") - 1
-    which = np.clip(which, np.searchsorted(of, own.at_piece), np.searchsorted(of, own.at_piece, side="right") - 1)
+    which = np.clip(
+        which, np.searchsorted(of, own.at_piece), np.searchsorted(of, own.at_piece, side="right") - 1
+    )
     at_t = np.clip((own.at_t - begin[which]) / (end[which] - begin[which]), 0.0, 1.0)
     return Legs(part(own.coefficients[of], begin, end), run, own.at_node, which, at_t)
 

@@ -21,7 +21,9 @@ def intervals(surface: Surface, mapping: Mapping, coefficients: Floats) -> tuple
     count = len(coefficients)
     piece, t = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
     uv = mapping.carried(jets(coefficients, piece, t))[:, 0].reshape(count, len(PLACES), 2)
-    found = [_crossed(mapping, coefficients, uv[..., axis], surface.breaks[axis][1:-1], axis) for axis in (0, 1)]
+    found = [
+        _crossed(mapping, coefficients, uv[..., axis], surface.breaks[axis][1:-1], axis) for axis in (0, 1)
+    ]
     every = np.arange(count)
     piece = np.concatenate([every, *(pieces for pieces, _ in found)])
     first = np.concatenate([np.zeros(count), *(places for _, places in found)])
@@ -40,17 +42,23 @@ def crossed(mapping: Mapping, coefficients: Floats, knots: Floats, axis: int) ->
     return _crossed(mapping, coefficients, places, knots, axis)
 
 
-def _crossed(mapping: Mapping, coefficients: Floats, places: Floats, knots: Floats, axis: int) -> tuple[Ints, Floats]:
+def _crossed(
+    mapping: Mapping, coefficients: Floats, places: Floats, knots: Floats, axis: int
+) -> tuple[Ints, Floats]:
     """Pieces and t at which one parameter, (k, 5) at `PLACES`, goes through a knot."""
     span = np.searchsorted(knots, places, side="right")
     crossed = np.abs(np.diff(span, axis=1))
     piece, interval = (np.repeat(index, crossed[crossed > 0]) for index in np.nonzero(crossed))
-    which = np.arange(len(piece)) - np.searchsorted(piece * len(PLACES) + interval, piece * len(PLACES) + interval)
+    which = np.arange(len(piece)) - np.searchsorted(
+        piece * len(PLACES) + interval, piece * len(PLACES) + interval
+    )
     knot = knots[np.minimum(span[piece, interval], span[piece, interval + 1]) + which]
     return piece, _halved(mapping, coefficients, piece, PLACES[interval], knot, axis)
 
 
-def _halved(mapping: Mapping, coefficients: Floats, piece: Ints, begin: Floats, knot: Floats, axis: int) -> Floats:
+def _halved(
+    mapping: Mapping, coefficients: Floats, piece: Ints, begin: Floats, knot: Floats, axis: int
+) -> Floats:
     """Where from `begin` on, within a quarter of a piece, a parameter is on the other side of its knot."""
 
     def below(place: Floats) -> Bools:

@@ -42,7 +42,9 @@ class Section:
         """Interpolate (sites, ...) by a spline, as polynomials (cells, degree + 1, ...) of a cell's own 0 to 1."""
         spline = make_interp_spline(self.sites, values, k=DEGREE, t=_clamped(self.breaks))
         width = np.diff(self.breaks).reshape(-1, *(1,) * (values.ndim - 1))
-        return np.stack([spline(self.breaks[:-1], nu=a) * width**a / factorial(a) for a in range(DEGREE + 1)], axis=1)
+        return np.stack(
+            [spline(self.breaks[:-1], nu=a) * width**a / factorial(a) for a in range(DEGREE + 1)], axis=1
+        )
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,9 @@ class DensityAxis:
         """Two cells a knot span; cut where the surface has not two derivatives, as its density may jump or bend there."""
         places = surface.breaks[axis]
         count = np.count_nonzero(surface.knots[axis][:, None] == places, axis=0)
-        cuts = np.unique(np.concatenate([[0], np.flatnonzero(surface.degree[axis] - count < 2), [len(places) - 1]]))
+        cuts = np.unique(
+            np.concatenate([[0], np.flatnonzero(surface.degree[axis] - count < 2), [len(places) - 1]])
+        )
         return cls(tuple(Section.of(_halved(places[a : b + 1])) for a, b in pairwise(cuts)))
 
     @property

@@ -16,7 +16,9 @@ BLOCK = 512
 """Corners that are measured at once."""
 
 
-def departures(surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, blends: Floats) -> Floats:
+def departures(
+    surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, blends: Floats
+) -> Floats:
     """Greatest distances (c,) between blends (c, 6, 2) and the arms (2, c), shares of the legs at corners `at`, mm."""
     out = np.empty(len(at))
     for first in range(0, len(at), BLOCK):
@@ -25,7 +27,9 @@ def departures(surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms:
     return out
 
 
-def _block(surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, blends: Floats) -> Floats:
+def _block(
+    surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, blends: Floats
+) -> Floats:
     every = np.arange(len(at))
     before = points(surface, mapping, legs, at - 1, 1.0 - arms[0][:, None] * ON_ARM[::-1])
     after = points(surface, mapping, legs, at, arms[1][:, None] * ON_ARM)

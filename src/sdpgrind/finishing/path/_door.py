@@ -18,7 +18,9 @@ def square_nodes(value: npt.ArrayLike) -> Floats:
         raise checks.refuse(f"nodes[{outside[0]}]", "in the unit square", tuple(nodes[outside[0]].tolist()))
     same = np.flatnonzero((nodes[1:] == nodes[:-1]).all(axis=1))
     if len(same):
-        raise checks.refuse(f"nodes[{same[0] + 1}]", f"apart from nodes[{same[0]}]", tuple(nodes[same[0]].tolist()))
+        raise checks.refuse(
+            f"nodes[{same[0] + 1}]", f"apart from nodes[{same[0]}]", tuple(nodes[same[0]].tolist())
+        )
     nodes.flags.writeable = False
     return nodes
 
@@ -29,11 +31,15 @@ def sharp_corners(value: npt.ArrayLike | None, nodes: Floats, smooth: bool) -> B
         return None
     corners = np.array(value)
     if corners.shape != (len(nodes),) or corners.dtype != bool:
-        raise ValueError(f"corners must be of shape ({len(nodes)},), true or false; got shape {corners.shape}, {corners.dtype}")
+        raise ValueError(
+            f"corners must be of shape ({len(nodes)},), true or false; got shape {corners.shape}, {corners.dtype}"
+        )
     corners[[0, -1]] = False
     missed = np.flatnonzero(turning(nodes) & ~corners)
     if len(missed) and not smooth:
-        raise ValueError(f"corners[{missed[0]}] must be True, as straight legs turn there; or ask for smooth=True")
+        raise ValueError(
+            f"corners[{missed[0]}] must be True, as straight legs turn there; or ask for smooth=True"
+        )
     corners.flags.writeable = False
     return corners
 

@@ -46,7 +46,9 @@ def equal_area(surface: Surface) -> EqualArea:
     u = fitted(DensityAxis.of(surface, 0), lambda at: _density(surface, at, lines[1]))
     v = fitted(DensityAxis.of(surface, 1), lambda at: _density(surface, lines[0], at).T)
     powers = u.powers(_density(surface, u.sites, v.sites))
-    powers = v.powers(np.moveaxis(powers, -1, 0)).transpose(2, 0, 3, 1)  # (cells of u, cells of v, powers of u, powers of v)
+    powers = v.powers(np.moveaxis(powers, -1, 0)).transpose(
+        2, 0, 3, 1
+    )  # (cells of u, cells of v, powers of u, powers of v)
     return _integrated(u.breaks, v.breaks, powers, _error(surface, u, v, powers))
 
 

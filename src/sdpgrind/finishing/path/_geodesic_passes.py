@@ -53,7 +53,9 @@ class Rim(NamedTuple):
         return (places, corners) if end > start else (places[::-1], corners[::-1])
 
 
-def geodesic_nodes(square: Square, pitch: float, columns: Floats, top: float, radius: float) -> tuple[Floats, Bools]:
+def geodesic_nodes(
+    square: Square, pitch: float, columns: Floats, top: float, radius: float
+) -> tuple[Floats, Bools]:
     """Places (n, 2) of (s, c) along passes of equal distance from c = 0 up to c = `top`, and which are sharp corners."""
     refuse_creases(square.surface, "geodesic")  # the metric of a node would not be that of all its triangles
     field = distance_field(square)
@@ -66,7 +68,9 @@ def geodesic_nodes(square: Square, pitch: float, columns: Floats, top: float, ra
     if not ends:
         places, corners = turns.joined(square, [*passes, PathPass.straight(columns, top)], radius)
     else:
-        places, corners = turns.joined(square, passes, radius) if passes else (np.empty((0, 2)), np.empty(0, bool))
+        places, corners = (
+            turns.joined(square, passes, radius) if passes else (np.empty((0, 2)), np.empty(0, bool))
+        )
         places, corners = _worked_off(places, corners, ends, rim)
     return places, corners | _kinks(square, places)
 
@@ -137,7 +141,9 @@ def _length(square: Square, each: PathPass) -> float:
     return float(np.linalg.norm(legs, axis=1).sum())
 
 
-def _worked_off(places: Floats, corners: Bools, pieces: Sequence[Sequence[PathPass]], rim: Rim) -> tuple[Floats, Bools]:
+def _worked_off(
+    places: Floats, corners: Bools, pieces: Sequence[Sequence[PathPass]], rim: Rim
+) -> tuple[Floats, Bools]:
     """Whole passes, pieces one column after the other by way of the rim, and a last pass along its top."""
     all_places, all_corners = [places], [corners]
     here = rim.number(*places[-1]) if len(places) else 0.0
@@ -157,7 +163,9 @@ def _worked_off(places: Floats, corners: Bools, pieces: Sequence[Sequence[PathPa
     return np.concatenate(all_places), np.concatenate(all_corners)
 
 
-def _in_order(pieces: Sequence[Sequence[PathPass]], level: int, low: float, high: float) -> Iterator[PathPass]:
+def _in_order(
+    pieces: Sequence[Sequence[PathPass]], level: int, low: float, high: float
+) -> Iterator[PathPass]:
     """Each piece, then what lies beyond it, before the next one beside it."""
     if level == len(pieces):
         return

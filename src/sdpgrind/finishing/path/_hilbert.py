@@ -119,7 +119,9 @@ def hilbert_lsystem(order: int, *, printed: bool = False) -> Nodes:
 def _drawn(text: str) -> Nodes:
     """Where the steps of a string lead, with y mirrored."""
     symbols = np.frombuffer(text.encode(), dtype=np.uint8)
-    turns = np.cumsum((symbols == ord("+")).astype(int) - (symbols == ord("-")))  # + is clockwise, and mirrored it is not
+    turns = np.cumsum(
+        (symbols == ord("+")).astype(int) - (symbols == ord("-"))
+    )  # + is clockwise, and mirrored it is not
     heading = turns[symbols == ord("F")] % 4
     steps = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])[heading]
     return np.concatenate([np.zeros((1, 2), np.int32), np.cumsum(steps, axis=0, dtype=np.int32)])

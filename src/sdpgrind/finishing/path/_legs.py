@@ -40,7 +40,9 @@ def turning(nodes: Floats) -> Bools:
 
 def legs(nodes: Floats, corners: Bools, smooth: bool) -> Legs:
     """Return one piece for each pair of nodes."""
-    coefficients = _splines(nodes, corners) if smooth else np.stack([nodes[:-1], np.diff(nodes, axis=0)], axis=1)
+    coefficients = (
+        _splines(nodes, corners) if smooth else np.stack([nodes[:-1], np.diff(nodes, axis=0)], axis=1)
+    )
     run = np.cumsum(corners[:-1], dtype=np.intp)
     node = np.repeat(np.arange(len(nodes)), 1 + corners)
     ends = np.concatenate([corners[node[:-1]] & (np.diff(node) == 0), [True]])

@@ -85,7 +85,9 @@ class PathMetrics(Frozen):
     path_step: float
 
     def __repr__(self) -> str:
-        cells = "not defined for this pattern" if self.cell_area_cv is None else f"CV {_small(self.cell_area_cv)}"
+        cells = (
+            "not defined for this pattern" if self.cell_area_cv is None else f"CV {_small(self.cell_area_cv)}"
+        )
         steps = f"{self.step_mean:.4g} mm ({self.step_min:.4g} to {self.step_max:.4g} mm, CV {_small(self.step_cv)})"
         rows = {
             "length": f"{self.length:.6g} mm",
@@ -99,11 +101,18 @@ class PathMetrics(Frozen):
 
 
 def metrics(
-    path: CellRoute, footprint_radius: float, surface_step: float | None = None, path_step: float | None = None
+    path: CellRoute,
+    footprint_radius: float,
+    surface_step: float | None = None,
+    path_step: float | None = None,
 ) -> PathMetrics:
     """Measure a path; see `Path.metrics`."""
     radius = checks.positive("footprint_radius", footprint_radius, "mm")
-    on_surface = radius / SURFACE_SHARE if surface_step is None else checks.positive("surface_step", surface_step, "mm")
+    on_surface = (
+        radius / SURFACE_SHARE
+        if surface_step is None
+        else checks.positive("surface_step", surface_step, "mm")
+    )
     on_path = radius / PATH_SHARE if path_step is None else checks.positive("path_step", path_step, "mm")
     on_surface, on_path = min(on_surface, path.pitch / SURFACE_PITCH), min(on_path, path.pitch / PATH_PITCH)
     _refuse_work("surface_step", on_surface, sample_count(path.surface, on_surface), SURFACE_PITCH)
@@ -212,7 +221,9 @@ def surface_samples(surface: Surface, step: float) -> Iterator[CellBlock]:
     for first in range(0, edges.size - 1, rows):
         u = edges[first : first + rows + 1]
         there = surface.grid((u[1:] + u[:-1]) / 2, (v[1:] + v[:-1]) / 2)
-        yield CellBlock(u, v, there.point.reshape(-1, 3), (area_density(there) * np.diff(u)[:, None] * np.diff(v)).ravel())
+        yield CellBlock(
+            u, v, there.point.reshape(-1, 3), (area_density(there) * np.diff(u)[:, None] * np.diff(v)).ravel()
+        )
 
 
 def sample_count(surface: Surface, step: float) -> float:

@@ -108,7 +108,15 @@ class Path(Described):
     @property
     def _key(self) -> tuple[Any, ...]:
         corners = None if self.corners is None else self.corners.tobytes()
-        return self.surface, self.nodes.tobytes(), self.mapping, self.pattern, corners, self.smooth, self.deviation
+        return (
+            self.surface,
+            self.nodes.tobytes(),
+            self.mapping,
+            self.pattern,
+            corners,
+            self.smooth,
+            self.deviation,
+        )
 
     @cached_property
     def _turns(self) -> Bools:
@@ -225,7 +233,9 @@ class Path(Described):
         """
         if step is None:
             return self._sampled(*places.by_legs(self._legs.run, checks.count("per_leg", per_leg)))
-        return self._sampled(*places.by_length(self._legs.run, self._arc, checks.positive("step", step, "mm")))
+        return self._sampled(
+            *places.by_length(self._legs.run, self._arc, checks.positive("step", step, "mm"))
+        )
 
     def at(self, length: npt.ArrayLike) -> PathSamples:
         """Return what is known of the path at lengths (m,) from its start, mm; at a sharp corner, of what follows it.
@@ -242,7 +252,15 @@ class Path(Described):
         there = self.surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
         found = contact.contact(self.surface, moved, there, np.arange(len(t)))
         length, uv = self._arc.at(piece, t), np.ascontiguousarray(moved[:, 0])
-        return PathSamples(self._legs.run[piece], length, uv, there.point, found.tangent, found.curvature_vector, found.normal)
+        return PathSamples(
+            self._legs.run[piece],
+            length,
+            uv,
+            there.point,
+            found.tangent,
+            found.curvature_vector,
+            found.normal,
+        )
 
     def resampled(self, step: float) -> Self:
         """Return the path with nodes at even distances of at most `step` (mm) in each run; its sharp corners stay nodes.
@@ -259,11 +277,15 @@ class Path(Described):
         first = np.append(True, np.diff(run[piece]) == 0)
         nodes = contact.jets(self._legs.coefficients, piece[first], t[first])[:, 0]
         corners = np.append(np.diff(run[piece]) > 0, False)[first]
-        return self.replace(nodes=nodes, corners=corners, smooth=self.smooth or self.deviation > 0, deviation=0.0)
+        return self.replace(
+            nodes=nodes, corners=corners, smooth=self.smooth or self.deviation > 0, deviation=0.0
+        )
 
     def reversed(self) -> Self:
         """Return the path with its nodes in the unit square from its end to its start."""
-        return self.replace(nodes=self.nodes[::-1], corners=None if self.corners is None else self.corners[::-1])
+        return self.replace(
+            nodes=self.nodes[::-1], corners=None if self.corners is None else self.corners[::-1]
+        )
 
     def blended(self, deviation: float | None = None) -> Self:
         """Return the path with its corners rounded, so that it is left by at most `deviation`, mm; None: 0.05 pitch.
@@ -281,7 +303,11 @@ class Path(Described):
         (51, 1)
         """
         unit = units_of(Path)["deviation"]
-        return self.replace(deviation=BLEND * self.pitch if deviation is None else checks.positive("deviation", deviation, unit))
+        return self.replace(
+            deviation=BLEND * self.pitch
+            if deviation is None
+            else checks.positive("deviation", deviation, unit)
+        )
 
     def metrics(
         self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None

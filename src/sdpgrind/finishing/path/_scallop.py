@@ -108,10 +108,14 @@ def _cusp(tool_radius: float, pitch: float, normal_curvature: float) -> tuple[fl
     half = checks.positive("pitch", pitch, "mm") / 2
     bend = checks.number("normal_curvature", normal_curvature, "1/mm")
     if bend * radius >= 1:
-        raise checks.refuse("normal_curvature", f"< 1/tool_radius = {1 / radius:g}: else the ball gouges", bend, "1/mm")
+        raise checks.refuse(
+            "normal_curvature", f"< 1/tool_radius = {1 / radius:g}: else the ball gouges", bend, "1/mm"
+        )
     apparent = radius / (1 - bend * radius)
     if half > apparent:
-        raise checks.refuse("pitch", f"<= {2 * apparent:g}: else passes of the ball do not meet", 2 * half, "mm")
+        raise checks.refuse(
+            "pitch", f"<= {2 * apparent:g}: else passes of the ball do not meet", 2 * half, "mm"
+        )
     return apparent, half
 
 

@@ -32,7 +32,11 @@ class Gaps(NamedTuple):
         j = np.clip(np.searchsorted(self.across, lines) - 1, 0, self.across.size - 2)
         h = self.across[j + 1] - self.across[j]
         t = (lines - self.across[j]) / h
-        rise, left, right = self.total[:, j + 1] - self.total[:, j], self.slope[:, j] * h, self.slope[:, j + 1] * h
+        rise, left, right = (
+            self.total[:, j + 1] - self.total[:, j],
+            self.slope[:, j] * h,
+            self.slope[:, j + 1] * h,
+        )
         bend = 3 * rise - 2 * left - right + t * (left + right - 2 * rise)
         return np.asarray(self.total[:, j] + t * (left + t * bend))
 
@@ -45,7 +49,11 @@ class Gaps(NamedTuple):
     def densest(self) -> float:
         """Largest derivative next to the mean of its row."""
         return float(
-            np.max(self.slope.max(axis=1) / np.maximum(self.total[:, -1], 1e-300), initial=0.0, where=self.total[:, -1] > 0)
+            np.max(
+                self.slope.max(axis=1) / np.maximum(self.total[:, -1], 1e-300),
+                initial=0.0,
+                where=self.total[:, -1] > 0,
+            )
         )
 
 
@@ -92,7 +100,9 @@ def equal_spacing(gaps: Gaps, pitch: float) -> Floats:
     greedy = _marched(gaps, pitch * (1 + ROUNDING), int(widest / pitch) + 2)
     open_border = (gaps.total[:, -1:] - gaps.at(np.minimum(greedy, 1.0))).max(axis=0)
     count = int(np.argmax((open_border <= pitch * (0.5 + ROUNDING)) | (greedy >= 1.0))) + 1
-    equal = brentq(lambda gap: _excess(gaps, gap, count), 0.25 * pitch, pitch * (1 + ROUNDING), xtol=1e-12 * pitch)
+    equal = brentq(
+        lambda gap: _excess(gaps, gap, count), 0.25 * pitch, pitch * (1 + ROUNDING), xtol=1e-12 * pitch
+    )
     return _marched(gaps, equal, count)
 
 

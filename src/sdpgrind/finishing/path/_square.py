@@ -35,7 +35,9 @@ class Square:
     def tangents(self, s: Floats, c: Floats) -> tuple[Floats, Floats]:
         """Derivatives Q_s, Q_c (..., 3) on the surface, mm."""
         places = self.nodes(s, c)
-        by_s, by_c = (self._derivatives(places, 0 if (self.along == "u") == first else 1) for first in (True, False))
+        by_s, by_c = (
+            self._derivatives(places, 0 if (self.along == "u") == first else 1) for first in (True, False)
+        )
         return by_s, by_c
 
     def _derivatives(self, places: Floats, which: int) -> Floats:
@@ -61,7 +63,9 @@ class Square:
         """The same with a place just before each crease: derivatives at a knot are those behind it."""
         axis = side if self.along == "u" else 1 - side
         low, high = self.surface.domain[axis]
-        places = [(each.place - low) / (high - low) - BEFORE for each in creases(self.surface) if each.axis == axis]
+        places = [
+            (each.place - low) / (high - low) - BEFORE for each in creases(self.surface) if each.axis == axis
+        ]
         return np.sort(np.concatenate([self.breaks(side), places]))
 
     def breaks(self, side: int) -> Floats:

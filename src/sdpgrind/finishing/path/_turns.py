@@ -76,7 +76,9 @@ def _arc(square: Square, each: PathPass, forward: bool, turn: float, radius: flo
     s = side + way / along * (radius * np.sin(psi) - reach - inward * np.cos(angle))
     step = radius * angle / count
     return Arc(
-        np.stack([s, each.at(s) + turn / across * inward], axis=1), (reach / along, reach / across), (step / along, step / across)
+        np.stack([s, each.at(s) + turn / across * inward], axis=1),
+        (reach / along, reach / across),
+        (step / along, step / across),
     )
 
 
@@ -90,7 +92,9 @@ def _refuse_radius(passes: Sequence[PathPass], up: Sequence[Arc], down: Sequence
         connector = (other.c[end] - one.c[end]) / (first.reach[1] + second.reach[1])
         room = min(room, connector, half / first.reach[0], half / second.reach[0])
     if room < 1 - 1e-9:
-        raise checks.refuse("radius", f"<= {room * radius:.4g}, what fits between the passes at their ends", radius, "mm")
+        raise checks.refuse(
+            "radius", f"<= {room * radius:.4g}, what fits between the passes at their ends", radius, "mm"
+        )
 
 
 def _along(each: PathPass, forward: bool, before: Arc | None, after: Arc | None) -> Floats:
@@ -117,8 +121,14 @@ def _graded(low: float, high: float, places: Floats, left: float, right: float) 
     """Places between two ends, with more near an end that has a step: one step from it, three, seven and so on."""
     middle = (low + high) / 2
     spacing = np.diff(places) if places.size > 1 else np.array([high - low])
-    near = [low + _steps(left, min(spacing[0], middle - low)), high - _steps(right, min(spacing[-1], high - middle))[::-1]]
-    first, last = (near[0][-1] if near[0].size else low) + left, (near[1][0] if near[1].size else high) - right
+    near = [
+        low + _steps(left, min(spacing[0], middle - low)),
+        high - _steps(right, min(spacing[-1], high - middle))[::-1],
+    ]
+    first, last = (
+        (near[0][-1] if near[0].size else low) + left,
+        (near[1][0] if near[1].size else high) - right,
+    )
     return np.concatenate([near[0], places[(places >= first) & (places <= last)], near[1]])
 
 

@@ -18,7 +18,9 @@ NODES_MAX = 4**12
 """As many as a Hilbert curve of the greatest order."""
 
 
-def zigzag(surface: Surface, pitch: float, *, mapping: str = "equal_spacing", along: str = "u", radius: float = 0.0) -> Path:
+def zigzag(
+    surface: Surface, pitch: float, *, mapping: str = "equal_spacing", along: str = "u", radius: float = 0.0
+) -> Path:
     """Lay passes over a surface that turn back at its edges.
 
     The gap of two passes v = v1 and v = v2 at a place u is the distance between them perpendicular to the passes,
@@ -82,15 +84,23 @@ def zigzag(surface: Surface, pitch: float, *, mapping: str = "equal_spacing", al
         places, corners = turns.joined(square, [PathPass.straight(columns, line) for line in lines], radius)
     given = corners if radius or mapping == "geodesic" else None
     nodes = square.nodes(*places.T)
-    return Path(surface, nodes, mapping=square.mapping, pattern="zigzag", corners=given, smooth=given is not None)
+    return Path(
+        surface, nodes, mapping=square.mapping, pattern="zigzag", corners=given, smooth=given is not None
+    )
 
 
 def _refuse_pitch(pitch: float, mapping: str, across: Gaps, lengthwise: Gaps) -> None:
     widths = across.width, lengthwise.width
-    if not np.isfinite(widths).all() or (mapping == "equal_area" and max(across.densest, lengthwise.densest) > DENSEST):
-        raise checks.refuse("mapping", "another one for a zigzag on a surface with a pole, where lines would crowd", mapping)
+    if not np.isfinite(widths).all() or (
+        mapping == "equal_area" and max(across.densest, lengthwise.densest) > DENSEST
+    ):
+        raise checks.refuse(
+            "mapping", "another one for a zigzag on a surface with a pole, where lines would crowd", mapping
+        )
     if pitch >= min(widths):
         raise checks.refuse("pitch", f"< {min(widths):.4g}, the lesser side of the surface", pitch, "mm")
     if np.prod(widths) / pitch**2 > NODES_MAX:
         least = float(np.sqrt(np.prod(widths) / NODES_MAX))
-        raise checks.refuse("pitch", f">= {least:.2g}: else a path has more than {NODES_MAX} nodes", pitch, "mm")
+        raise checks.refuse(
+            "pitch", f">= {least:.2g}: else a path has more than {NODES_MAX} nodes", pitch, "mm"
+        )

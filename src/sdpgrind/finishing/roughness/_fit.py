@@ -47,7 +47,9 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
     """
     rows, target = _system(data)
     if target.size <= len(NAMES):
-        raise ValueError(f"data must hold {len(NAMES) + 1} readings or more for {len(NAMES)} coefficients; got {target.size}")
+        raise ValueError(
+            f"data must hold {len(NAMES) + 1} readings or more for {len(NAMES)} coefficients; got {target.size}"
+        )
     found = identify.least_squares(rows, target, names=NAMES, throw=throw)
     left = target - rows @ found.value
     sd = float(np.sqrt(left @ left / found.freedom))
@@ -55,7 +57,15 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
     covariance[:-1, :-1] = found.covariance
     covariance[-1, -1] = sd**2 / (2 * found.freedom)  # of large samples of normal scatter
     message = f"from {target.size} readings" if found.ok else found.message
-    return Estimate((*NAMES, "residual_sd"), np.append(found.value, sd), covariance, found.status, message, (), found.freedom)
+    return Estimate(
+        (*NAMES, "residual_sd"),
+        np.append(found.value, sd),
+        covariance,
+        found.status,
+        message,
+        (),
+        found.freedom,
+    )
 
 
 @cache
@@ -94,7 +104,9 @@ def _of_mapping(data: Any) -> dict[str, npt.NDArray[Any]]:
     for name, unit in (*_SETTINGS.items(), ("roughness_ra", "mm")):
         arrays[name] = np.ravel(checks.finite_array(name, data[name], unit))
         if arrays[name].size != patterns.size:
-            raise ValueError(f"{name} must have {patterns.size} entries, as pattern has; got {arrays[name].size}")
+            raise ValueError(
+                f"{name} must have {patterns.size} entries, as pattern has; got {arrays[name].size}"
+            )
     for name, unit in _SETTINGS.items():
         if np.any(arrays[name] <= 0):
             raise checks.refuse(name, "> 0", float(arrays[name].min()), unit)

@@ -107,7 +107,13 @@ class RoughnessModel(Described):
     @classmethod
     def _of(cls, estimate: Estimate, **ranges: Any) -> Self:
         size = len(NAMES)
-        return cls(estimate.value[:size], estimate["residual_sd"], estimate.covariance[:size, :size], estimate.freedom, **ranges)
+        return cls(
+            estimate.value[:size],
+            estimate["residual_sd"],
+            estimate.covariance[:size, :size],
+            estimate.freedom,
+            **ranges,
+        )
 
     @property
     def standard_errors(self) -> Floats:
@@ -175,7 +181,12 @@ class RoughnessModel(Described):
         return sdp.LogNormal(mean, mean * np.sqrt(np.expm1(square)))
 
     def median(
-        self, pattern: Any, tool_diameter: npt.ArrayLike, normal_force: npt.ArrayLike, *, extrapolate: bool = False
+        self,
+        pattern: Any,
+        tool_diameter: npt.ArrayLike,
+        normal_force: npt.ArrayLike,
+        *,
+        extrapolate: bool = False,
     ) -> Floats:
         """Return the median of R_a, mm; `pattern`, `tool_diameter` (mm), `normal_force` (N) and `extrapolate` as in `law`."""
         rows = self._rows(pattern, tool_diameter, normal_force, extrapolate)
@@ -212,14 +223,22 @@ class RoughnessModel(Described):
         >>> float(model.sample("zigzag", 3.0, 1.111, rng=0, rounding=units.um(0.25)).round(5))  # mm
         0.0065
         """
-        drawn = self.law(pattern, tool_diameter, normal_force, extrapolate=extrapolate).sample(generator(rng), size)
+        drawn = self.law(pattern, tool_diameter, normal_force, extrapolate=extrapolate).sample(
+            generator(rng), size
+        )
         if rounding is None:
             return drawn
         step = checks.positive("rounding", rounding, "mm")
         return np.asarray(np.maximum(np.round(drawn / step), 1.0) * step)
 
     def responses(
-        self, settings: Mapping[str, Any], *, rng: Seed, runs: int, rounding: float | None = None, extrapolate: bool = False
+        self,
+        settings: Mapping[str, Any],
+        *,
+        rng: Seed,
+        runs: int,
+        rounding: float | None = None,
+        extrapolate: bool = False,
     ) -> Floats:
         """Draw readings (mm) of a whole study, `runs` times: what `Study.power` asks of a model.
 
@@ -243,7 +262,13 @@ class RoughnessModel(Described):
             if name not in settings:
                 raise ValueError(f"settings must hold {name}; got {', '.join(settings)}")
         size = (checks.count("runs", runs), np.size(settings["pattern"]))
-        return self.sample(*(settings[name] for name in SETTINGS), rng=rng, size=size, rounding=rounding, extrapolate=extrapolate)
+        return self.sample(
+            *(settings[name] for name in SETTINGS),
+            rng=rng,
+            size=size,
+            rounding=rounding,
+            extrapolate=extrapolate,
+        )
 
     def best_force(self) -> float:
         """Return the force (N) of least roughness within the range: the same for each tool and pattern.
@@ -278,17 +303,25 @@ class RoughnessModel(Described):
         if not estimate.ok:
             raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
         if estimate.names != (*NAMES, "residual_sd"):
-            raise ValueError(f"estimate must be of {', '.join(NAMES)} and residual_sd; got {', '.join(estimate.names)}")
-        return type(self)._of(estimate, tool_diameter_range=self.tool_diameter_range, normal_force_range=self.normal_force_range)
+            raise ValueError(
+                f"estimate must be of {', '.join(NAMES)} and residual_sd; got {', '.join(estimate.names)}"
+            )
+        return type(self)._of(
+            estimate, tool_diameter_range=self.tool_diameter_range, normal_force_range=self.normal_force_range
+        )
 
-    def _rows(self, pattern: Any, tool_diameter: npt.ArrayLike, normal_force: npt.ArrayLike, extrapolate: bool) -> Floats:
+    def _rows(
+        self, pattern: Any, tool_diameter: npt.ArrayLike, normal_force: npt.ArrayLike, extrapolate: bool
+    ) -> Floats:
         names = checked_patterns(pattern)
         diameter = self._in_range("tool_diameter", tool_diameter, self.tool_diameter_range, "mm", extrapolate)
         force = self._in_range("normal_force", normal_force, self.normal_force_range, "N", extrapolate)
         return design(names, diameter, force)
 
     @staticmethod
-    def _in_range(name: str, value: npt.ArrayLike, ends: tuple[float, float], unit: str, extrapolate: bool) -> Floats:
+    def _in_range(
+        name: str, value: npt.ArrayLike, ends: tuple[float, float], unit: str, extrapolate: bool
+    ) -> Floats:
         array = checks.finite_array(name, value, unit)
         if np.any(array <= 0):
             raise checks.refuse(name, "> 0", float(array.min()), unit)
@@ -304,10 +337,14 @@ def _check_covariance(matrix: Floats) -> None:
     rounding = 1e-9 * float(np.abs(matrix).max())
     if np.any(np.abs(matrix - matrix.T) > rounding):
         i, j = (int(k) for k in np.argwhere(np.abs(matrix - matrix.T) > rounding)[0])
-        raise ValueError(f"covariance must be symmetric (1); got {matrix[i, j]:g} at [{i}, {j}], {matrix[j, i]:g} at [{j}, {i}]")
+        raise ValueError(
+            f"covariance must be symmetric (1); got {matrix[i, j]:g} at [{i}, {j}], {matrix[j, i]:g} at [{j}, {i}]"
+        )
     least = float(np.linalg.eigvalsh(matrix)[0])
     if least < -rounding:
-        raise ValueError(f"covariance must be positive semidefinite, no eigenvalue below 0 (1); got {least:g}")
+        raise ValueError(
+            f"covariance must be positive semidefinite, no eigenvalue below 0 (1); got {least:g}"
+        )
 
 
 def _inside(array: Floats, ends: tuple[float, float]) -> npt.NDArray[np.bool_]:

@@ -28,7 +28,9 @@ class Fresh:
         share = np.diff(self.law.under(x)) / np.diff(x)  # mean of P(R <= x) over each cell
         return np.diff(share, prepend=0.0, append=1.0)
 
-    def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> sdp.Rows:
+    def rows(
+        self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats
+    ) -> sdp.Rows:
         """The same weights from each point, where the law has any."""
         axis, count = menu.grid.axes[0], points[0].size
         x = np.linspace(axis.low, axis.high, axis.nodes)
@@ -38,7 +40,8 @@ class Fresh:
         charge = menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level))
         return sdp.Rows(
             sparse.csr_array(
-                (np.tile(weights, count), np.tile(cells, count), np.arange(count + 1) * cells.size), shape=(count, x.size)
+                (np.tile(weights, count), np.tile(cells, count), np.arange(count + 1) * cells.size),
+                shape=(count, x.size),
             ),
             np.zeros(count, dtype=int) if mode is None else mode,
             np.broadcast_to(charge, (count,)).astype(float),
@@ -46,7 +49,14 @@ class Fresh:
         )
 
     def sample(
-        self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats, rng: np.random.Generator
+        self,
+        menu: Any,
+        points: tuple[Floats, ...],
+        mode: Any,
+        stage: Any,
+        choice: Any,
+        level: Floats,
+        rng: np.random.Generator,
     ) -> tuple[tuple[Floats, ...], npt.ArrayLike]:
         """Draw what comes out."""
         axis = menu.grid.axes[0]
@@ -110,9 +120,13 @@ def refinish_problem(
     """
     checks.kind("model", model, RoughnessModel)
     if not isinstance(roughness_charge, sdp.OneSided):
-        raise TypeError(f"roughness_charge must be such as sdp.Linear(rate, tolerance=...); got {checks.shown(roughness_charge)}")
+        raise TypeError(
+            f"roughness_charge must be such as sdp.Linear(rate, tolerance=...); got {checks.shown(roughness_charge)}"
+        )
     if not isinstance(settings, Mapping) or not settings:
-        raise ValueError(f"settings must be passes by name, {{'fine': {{'pattern': ..., ...}}}}; got {checks.shown(settings)}")
+        raise ValueError(
+            f"settings must be passes by name, {{'fine': {{'pattern': ..., ...}}}}; got {checks.shown(settings)}"
+        )
     laws = {name: _law(model, name, how, extrapolate) for name, how in settings.items()}
     coarsest = 2 * max(float(law.support[1]) for law in laws.values())
     high = coarsest if roughness_max is None else checks.positive("roughness_max", roughness_max, "mm")
@@ -137,7 +151,9 @@ def _cut(high: float, kink: float) -> tuple[float, int]:
 
 def _law(model: RoughnessModel, name: str, how: Mapping[str, Any], extrapolate: bool) -> sdp.LogNormal:
     if not isinstance(how, Mapping) or set(how) != set(SETTINGS):
-        raise ValueError(f"settings[{name!r}] must be a mapping with {', '.join(SETTINGS)}; got {checks.shown(how)}")
+        raise ValueError(
+            f"settings[{name!r}] must be a mapping with {', '.join(SETTINGS)}; got {checks.shown(how)}"
+        )
     law = model.law(**how, extrapolate=extrapolate)
     if law.shape != ():
         raise ValueError(f"settings[{name!r}] must be of one pass; got arrays of shape {law.shape}")

@@ -61,7 +61,18 @@ class AnovaRow:
     def cells(self) -> tuple[str, ...]:
         """The line as text: SS in the unit dB^2, shares in percent."""
         if self.source == "total":
-            return (self.source, str(self.df), f"{self.ss:.5f}", "", "", "", "", _share(self.contribution), "", "")
+            return (
+                self.source,
+                str(self.df),
+                f"{self.ss:.5f}",
+                "",
+                "",
+                "",
+                "",
+                _share(self.contribution),
+                "",
+                "",
+            )
         tested = ("", "") if self.source == "error" else (number(self.F, ".3f"), number(self.p, ".3g"))
         middle = (number(self.ms, ".5f"), *tested, number(self.pure_ss, ".3f"))
         shares = (_share(self.contribution), _share(self.pure_contribution))
@@ -131,7 +142,11 @@ class AnovaTable:
     def significant(self, alpha: float = 0.05) -> tuple[str, ...]:
         """Return the effects with p < `alpha` (probability, unit 1), without those that are so only after pooling."""
         late = self.pooling.only_after if self.pooling else ()
-        return tuple(row.source for row in self.effects if row.p is not None and row.p < alpha and row.source not in late)
+        return tuple(
+            row.source
+            for row in self.effects
+            if row.p is not None and row.p < alpha and row.source not in late
+        )
 
     @property
     def dataset(self) -> "xr.Dataset":
@@ -143,7 +158,11 @@ class AnovaTable:
         data = {}
         for name in fields:
             values = [getattr(row, name) for row in self.rows]
-            data[name] = ("source", np.array([np.nan if v is None else v for v in values]), {"units": units.get(name, "1")})
+            data[name] = (
+                "source",
+                np.array([np.nan if v is None else v for v in values]),
+                {"units": units.get(name, "1")},
+            )
         return xr.Dataset(data, {"source": [row.source for row in self.rows]}, {"method": self.method})
 
     def __repr__(self) -> str:
@@ -163,7 +182,8 @@ def anova(study: Observations, pool: Pool) -> AnovaTable:
     table = _table(found.without(set(names)))
     record = _recorded(pool, names, whole, table)
     rows = tuple(
-        dataclasses.replace(row, note="only after pooling") if row.source in record.only_after else row for row in table.rows
+        dataclasses.replace(row, note="only after pooling") if row.source in record.only_after else row
+        for row in table.rows
     )
     assert found.y.size - 1 == table.total.df  # pooling moves degrees of freedom, it makes none
     return dataclasses.replace(table, rows=rows, pooling=record, unpooled=whole)
@@ -212,7 +232,9 @@ def _type_two(model: LinearModel, y: Floats) -> Floats:
     return type_two(model, y)
 
 
-def _rows(names: list[str], model: LinearModel, squares: Floats, rest: float, y: Floats) -> tuple[AnovaRow, ...]:
+def _rows(
+    names: list[str], model: LinearModel, squares: Floats, rest: float, y: Floats
+) -> tuple[AnovaRow, ...]:
     total = float(np.sum((y - y.mean()) ** 2))
     variance = rest / model.error_df if rest > 0 else None
     found = [
@@ -221,7 +243,16 @@ def _rows(names: list[str], model: LinearModel, squares: Floats, rest: float, y:
     ]
     pure = None if variance is None else rest + sum(model.df) * variance
     error = AnovaRow(
-        "error", model.error_df, rest, variance, None, None, pure, _over(rest, total), _over(pure, total), _no_error(model, rest)
+        "error",
+        model.error_df,
+        rest,
+        variance,
+        None,
+        None,
+        pure,
+        _over(rest, total),
+        _over(pure, total),
+        _no_error(model, rest),
     )
     return (*found, error, AnovaRow("total", y.size - 1, total, None, contribution=_over(total, total)))
 
@@ -238,7 +269,9 @@ def _effect(name: str, df: int, ss: float, total: float, variance: float | None,
         return AnovaRow(name, df, ss, ss / df, contribution=share)
     F, pure = ss / df / variance, ss - df * variance
     p = float(fdtrc(df, error_df, F))
-    return AnovaRow(name, df, ss, ss / df, F, p, pure, share, _over(pure, total), "F < 1: pool" if F < 1 else "")
+    return AnovaRow(
+        name, df, ss, ss / df, F, p, pure, share, _over(pure, total), "F < 1: pool" if F < 1 else ""
+    )
 
 
 def _over(part: float | None, total: float) -> float | None:

@@ -113,7 +113,11 @@ def orthogonal_array(name: str) -> OrthogonalArray:
 
 def unbalanced(table: Table) -> list[tuple[int, int]]:
     """Pairs of columns (from 1) in which some pair of levels comes more often than another."""
-    return [(i + 1, j + 1) for i, j in combinations(range(table.shape[1]), 2) if not _balanced(table[:, i], table[:, j])]
+    return [
+        (i + 1, j + 1)
+        for i, j in combinations(range(table.shape[1]), 2)
+        if not _balanced(table[:, i], table[:, j])
+    ]
 
 
 def _balanced(one: npt.NDArray[Any], other: npt.NDArray[Any]) -> bool:

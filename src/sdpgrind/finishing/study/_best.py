@@ -85,19 +85,27 @@ class Best(Mapping[str, Level]):
 
     def __repr__(self) -> str:
         lines = [f"{factor}: {level(value)}{self._remark(factor)}" for factor, value in self.levels.items()]
-        return "\n".join(lines if self.judged else [*lines, "ties are not available: no error is left to judge by"])
+        return "\n".join(
+            lines if self.judged else [*lines, "ties are not available: no error is left to judge by"]
+        )
 
     def _remark(self, factor: str) -> str:
         if factor in self.arbitrary:
             return " (arbitrary: no effect is told from the scatter)"
-        ties = [f"{level(t.level)}, {t.behind:.3f} dB lower, p = {t.p:.2g}" for t in self.ties if t.factor == factor]
+        ties = [
+            f"{level(t.level)}, {t.behind:.3f} dB lower, p = {t.p:.2g}"
+            for t in self.ties
+            if t.factor == factor
+        ]
         return f" (tie: {'; '.join(ties)})" if ties else ""
 
 
 def best(study: Observations, pool: Pool, alpha: float) -> Best:
     """Best levels of a study; see `Study.best`."""
     if study.ratio == "none":
-        raise ValueError("ratio must say what is better, such as 'smaller' or 'larger', to find the best; got 'none'")
+        raise ValueError(
+            "ratio must say what is better, such as 'smaller' or 'larger', to find the best; got 'none'"
+        )
     checks.probability("alpha", alpha)
     table = anova(study, pool)
     found = analysed(study).without(set(table.pooling.names) if table.pooling else set())
@@ -140,14 +148,18 @@ def _groups(model: LinearModel) -> list[list[int]]:
     return [sorted(group) for group in groups]
 
 
-def _ties(study: Observations, found: Analysed, codes: list[int], variance: float, alpha: float) -> tuple[Tie, ...]:
+def _ties(
+    study: Observations, found: Analysed, codes: list[int], variance: float, alpha: float
+) -> tuple[Tie, ...]:
     """Levels that, put in place of the best one alone, are behind by less than the scatter allows to see."""
     model, ties = found.model, []
     effects = model.effects(found.y)
     for k in sorted({factor for term in model.terms for factor in term}):
         name = found.factors[k]
         for other in range(model.counts[k]):
-            change = model.rows(np.array([codes])) - model.rows(np.array([[*codes[:k], other, *codes[k + 1 :]]]))
+            change = model.rows(np.array([codes])) - model.rows(
+                np.array([[*codes[:k], other, *codes[k + 1 :]]])
+            )
             behind, width = float((change @ effects)[0]), float(np.sqrt(variance * spread(model, change)[0]))
             p = 1.0 if other == codes[k] else float(2 * stdtr(model.error_df, -abs(behind) / width))
             if other != codes[k] and p > alpha:

@@ -68,7 +68,10 @@ class LinearModel:
     def orthogonal(self) -> bool:
         """Whether no term has to be freed of others: type I, II and III are the same then."""
         plain = [self.columns(self.codes, term) for term in self.terms]
-        lost = (np.abs(self._freed(term) - own).max(initial=0.0) for term, own in zip(self.terms, plain, strict=True))
+        lost = (
+            np.abs(self._freed(term) - own).max(initial=0.0)
+            for term, own in zip(self.terms, plain, strict=True)
+        )
         return all(loss < _RANK for loss in lost)
 
     @property

@@ -87,7 +87,9 @@ def level_means(study: Observations, confidence: float) -> LevelMeans:
     effects, reach = model.effects(y), student(model, y, confidence)
     for k, factor in enumerate(study.factors):
         at = mean_rows(model, k)
-        for value, mean, width in zip(study.levels(factor), at @ effects, np.sqrt(spread(model, at)), strict=True):
+        for value, mean, width in zip(
+            study.levels(factor), at @ effects, np.sqrt(spread(model, at)), strict=True
+        ):
             half = None if reach is None else float(reach * width)
             rows.append(LevelMean(factor, value, float(mean), half, back(study.ratio, mean, study.reference)))
     return LevelMeans(tuple(rows), study.unit)
@@ -101,7 +103,9 @@ def mean_rows(model: LinearModel, factor: int) -> Floats:
     parts = [np.ones((count, 1))]
     for term in model.terms:
         columns = model.columns(codes, term)
-        parts.append(columns if term == (factor,) else np.zeros_like(columns))  # effects sum to zero over what is averaged out
+        parts.append(
+            columns if term == (factor,) else np.zeros_like(columns)
+        )  # effects sum to zero over what is averaged out
     return np.column_stack(parts)
 
 

@@ -91,7 +91,9 @@ class NextRuns(Sequence[NextRun]):
         for run in self.runs:
             where = ", ".join(f"{name} {_short(value)}" for name, value in run.settings.items())
             unit = self.unit if isinstance(run.law, sdp.LogNormal) else "dB"
-            lines.append(f"{where}: {amount(float(run.law.mean), unit)} +- {amount(float(run.law.sd), unit)}; {run.why}")
+            lines.append(
+                f"{where}: {amount(float(run.law.mean), unit)} +- {amount(float(run.law.sd), unit)}; {run.why}"
+            )
         promise = [f"the surface promises {self.gain:.2f} dB over the best levels"] if lines else []
         return "\n".join([*lines, *promise, *self.notes])
 
@@ -109,12 +111,18 @@ def next_runs(study: "Observations", number: int, pool: Pool) -> NextRuns:
     inside = [axis for axis in fit.axes if _peak(fit, axis) is not None]
     tops = {axis.factor: _top(fit, axis, found[axis.factor]) for axis in fit.axes}
     if not fit.axes:
-        return NextRuns((), 0.0, ("no factor shows an effect: no further run is worth more than another",), study.unit)
-    swaps = [swap for axis in fit.axes if axis not in inside for swap in _swaps(study, fit, axis, tops, found)]
+        return NextRuns(
+            (), 0.0, ("no factor shows an effect: no further run is worth more than another",), study.unit
+        )
+    swaps = [
+        swap for axis in fit.axes if axis not in inside for swap in _swaps(study, fit, axis, tops, found)
+    ]
     settings = _settings(fit, inside, list(islice(_tried(tops, swaps), number)), number)
     runs = [_run(study, fit, at, inside, tops) for at in settings]
     gain = fit.law(tops)[0] - fit.law({axis.factor: found[axis.factor] for axis in fit.axes})[0]
-    notes = tuple(note for axis in fit.axes if axis not in inside for note in _at_the_end(axis, tops[axis.factor]))
+    notes = tuple(
+        note for axis in fit.axes if axis not in inside for note in _at_the_end(axis, tops[axis.factor])
+    )
     if len(runs) < number:
         notes = (*notes, f"{len(runs)} of {number} runs: no other levels are as good, as far as the data say")
     return NextRuns(tuple(runs), gain, notes, study.unit)
@@ -138,11 +146,17 @@ def _tried(tops: dict[str, Level], swaps: list[tuple[str, Level]]) -> Iterator[d
                 yield tops | dict(chosen)
 
 
-def _settings(fit: SurfaceFit, inside: list[FactorAxis], tried: list[dict[str, Level]], number: int) -> list[dict[str, Level]]:
+def _settings(
+    fit: SurfaceFit, inside: list[FactorAxis], tried: list[dict[str, Level]], number: int
+) -> list[dict[str, Level]]:
     """At most so many settings, no two alike: first each part of a peak once, then other pairs of levels and parts."""
     found: list[dict[str, Level]] = []
-    for k, part in [(k % len(tried), k) for k in range(number)] + list(product(range(len(tried)), range(number))):
-        peaks: dict[str, Level] = {axis.factor: _placed(fit, axis, _part(part, j, number)) for j, axis in enumerate(inside)}
+    for k, part in [(k % len(tried), k) for k in range(number)] + list(
+        product(range(len(tried)), range(number))
+    ):
+        peaks: dict[str, Level] = {
+            axis.factor: _placed(fit, axis, _part(part, j, number)) for j, axis in enumerate(inside)
+        }
         if len(found) < number and tried[k] | peaks not in found:
             found.append(tried[k] | peaks)
     return found
@@ -192,7 +206,11 @@ def _placed(fit: SurfaceFit, axis: FactorAxis, share: float) -> float:
 
 
 def _run(
-    study: "Observations", fit: SurfaceFit, settings: dict[str, Level], inside: list[FactorAxis], tops: dict[str, Level]
+    study: "Observations",
+    fit: SurfaceFit,
+    settings: dict[str, Level],
+    inside: list[FactorAxis],
+    tops: dict[str, Level],
 ) -> NextRun:
     mean, sd = fit.law(settings)
     return NextRun(settings, mean, sd, law_of_a_reading(study, mean, sd), _why(settings, inside, tops))
@@ -205,7 +223,9 @@ def _why(settings: dict[str, Level], inside: list[FactorAxis], tops: dict[str, L
         if abs(value - top) <= 1e-9 * abs(top):
             parts.append(f"{axis.factor} at the top of the surface: confirms it")
         else:
-            parts.append(f"{axis.factor} {'below' if value < top else 'above'} the top {top:.4g}: where else the best may lie")
+            parts.append(
+                f"{axis.factor} {'below' if value < top else 'above'} the top {top:.4g}: where else the best may lie"
+            )
     swapped = [
         f"{name} {level(value)}: as good, as far as the data say"
         for name, value in settings.items()

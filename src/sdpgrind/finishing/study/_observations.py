@@ -52,7 +52,9 @@ class Observations(Frozen):
             widths = [len(levels) for levels in factors.values()]
             taken = assigned(array, widths) if self.columns is None else checked_columns(array, self.columns)
             if len(taken) != len(factors):
-                raise ValueError(f"columns must be one for each of the {len(factors)} factors; got {len(taken)}")
+                raise ValueError(
+                    f"columns must be one for each of the {len(factors)} factors; got {len(taken)}"
+                )
             object.__setattr__(self, "array", array)
             object.__setattr__(self, "columns", taken)
         object.__setattr__(self, "factors", factors)
@@ -183,12 +185,16 @@ class Observations(Frozen):
     def _check(self) -> None:
         codes = codes_of(self.array, self.columns, self.factors)
         if len(codes) != self.runs:
-            raise ValueError(f"response must have one entry for each of the {len(codes)} runs; got {self.runs}")
+            raise ValueError(
+                f"response must have one entry for each of the {len(codes)} runs; got {self.runs}"
+            )
         found, there = analysed(self), present(self)
         for k, name in enumerate(self.factors):
             absent = set(range(len(self.levels(name)))) - set(codes[there, k].tolist())
             if absent:
-                raise ValueError(f"each level must have a reading; {name} has none at {self.levels(name)[min(absent)]!r}")
+                raise ValueError(
+                    f"each level must have a reading; {name} has none at {self.levels(name)[min(absent)]!r}"
+                )
         if not found.model.full_rank:
             raise ValueError(f"effects must be told apart by the runs; those of {_confused(found)} are not")
 
@@ -196,7 +202,9 @@ class Observations(Frozen):
 def _confused(found: Analysed) -> str:
     model = found.model
     plain = [model.columns(model.codes, term).shape[1] for term in model.terms]
-    lost = [found.named(term) for term, df, full in zip(model.terms, model.df, plain, strict=True) if df < full]
+    lost = [
+        found.named(term) for term, df, full in zip(model.terms, model.df, plain, strict=True) if df < full
+    ]
     return ", ".join(lost) or "all factors together"
 
 
@@ -213,7 +221,9 @@ def _readings(response: npt.ArrayLike, unit: str) -> Floats:
     try:
         readings = np.array(response, dtype=float)
     except (TypeError, ValueError):
-        raise TypeError(f"response must be {checks.with_unit('numbers', unit)}; got {checks.shown(response)}") from None
+        raise TypeError(
+            f"response must be {checks.with_unit('numbers', unit)}; got {checks.shown(response)}"
+        ) from None
     if readings.ndim not in (1, 2) or readings.size == 0:
         raise ValueError(f"response must be of shape (runs,) or (runs, replicates); got {readings.shape}")
     readings = readings.reshape(len(readings), -1)
@@ -259,7 +269,11 @@ def analysed(study: Observations) -> Analysed:
     """What is analysed: the ratio of each run that is there; with ratio "none" each reading."""
     there, readings, names = present(study), study.readings, list(study.factors)
     single = study.ratio == "none"
-    y = readings[there].ravel() if single else sn_ratio(readings[there], study.ratio, reference=study.reference)
+    y = (
+        readings[there].ravel()
+        if single
+        else sn_ratio(readings[there], study.ratio, reference=study.reference)
+    )
     codes = codes_of(study.array, study.columns, study.factors)[there]
     codes = np.repeat(codes, readings.shape[1] if single else 1, axis=0)
     counts = tuple(len(study.levels(name)) for name in names)

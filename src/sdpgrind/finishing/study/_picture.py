@@ -55,5 +55,7 @@ def _second_scale(study: "Study", axis: Any) -> None:
     right = axis.twinx()
     right.set_ylim(axis.get_ylim())
     ticks = [tick for tick in axis.get_yticks() if axis.get_ylim()[0] <= tick <= axis.get_ylim()[1]]
-    right.set_yticks(ticks, [f"{scale * study.reference * float(back(np.asarray(tick))):.3g}" for tick in ticks])
+    right.set_yticks(
+        ticks, [f"{scale * study.reference * float(back(np.asarray(tick))):.3g}" for tick in ticks]
+    )
     right.set_ylabel(labelled(study.name, unit))

@@ -46,7 +46,11 @@ class Pooling:
         if not self.names:
             return f"rule {self.rule}: nothing counted as error"
         text = f"rule {self.rule}: {', '.join(self.names)} counted as error, {self.df} of its {self.error_df} degrees of freedom"
-        return f"{text}; {', '.join(self.only_after)} significant only after pooling, not counted" if self.only_after else text
+        return (
+            f"{text}; {', '.join(self.only_after)} significant only after pooling, not counted"
+            if self.only_after
+            else text
+        )
 
 
 def pooled(found: Analysed, ratios: Mapping[str, float | None], pool: Pool) -> tuple[str, ...]:

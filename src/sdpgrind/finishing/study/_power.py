@@ -87,7 +87,9 @@ class Power:
     def __repr__(self) -> str:
         lines = [f"of {self.runs} simulated repetitions of the study:"]
         for name, share in self.significant.items():
-            wrongly = " wrongly: the simulated truth has no such effect" if name in self.without_effect else ""
+            wrongly = (
+                " wrongly: the simulated truth has no such effect" if name in self.without_effect else ""
+            )
             lines.append(f"  {name} is significant (p < {self.alpha:g}) in {percent(share)}{wrongly}")
         lines.append(f"  the ranking {' > '.join(self.ranking)} returns in {percent(self.ranking_returned)}")
         return "\n".join([*lines, *self._changes()])
@@ -104,7 +106,11 @@ class Power:
                     f"{level(self.levels[name][k])} beats {level(self.levels[name][best])} in {percent(rows[k, best])}"
                     for k in others
                 ]
-                found.append(f"  {name}: {', '.join(told)}" if told else f"  {name}: the best level returns in {percent(share)}")
+                found.append(
+                    f"  {name}: {', '.join(told)}"
+                    if told
+                    else f"  {name}: the best level returns in {percent(share)}"
+                )
         return found
 
 
@@ -115,7 +121,9 @@ def power(study: Observations, rng: Seed, runs: int, model: Any, pool: Pool, alp
     found, random = analysed(study), generator(rng)
     linear = found.model
     if linear.error_df == 0:
-        raise ValueError("the study must leave an error to test with; it is saturated: fewer factors, or pool some for `anova`")
+        raise ValueError(
+            "the study must leave an error to test with; it is saturated: fewer factors, or pool some for `anova`"
+        )
     without: tuple[str, ...] = ()
     if model is None:
         drawn, without = _of_its_own(study, found, random, runs, pool)
@@ -152,7 +160,9 @@ def _of_a_model(study: Observations, rng: np.random.Generator, runs: int, model:
     """Ratios (runs, observations) of readings that a model draws."""
     draw: Callable[..., npt.ArrayLike] = getattr(model, "responses", model)
     if not callable(draw):
-        raise TypeError(f"model must be a RoughnessModel or a function of settings, rng= and runs=; got {checks.shown(model)}")
+        raise TypeError(
+            f"model must be a RoughnessModel or a function of settings, rng= and runs=; got {checks.shown(model)}"
+        )
     there = present(study)
     settings = {name: values[there] for name, values in study.settings.items()}
     readings = checks.finite_array("readings of the model", draw(settings, rng=rng, runs=runs), study.unit)
@@ -160,7 +170,9 @@ def _of_a_model(study: Observations, rng: np.random.Generator, runs: int, model:
     if readings.shape == (runs, count) and repeats == 1:
         readings = readings[..., None]
     if readings.shape != (runs, count, repeats):
-        raise ValueError(f"readings of the model must be of shape {(runs, count, repeats)}; got {readings.shape}")
+        raise ValueError(
+            f"readings of the model must be of shape {(runs, count, repeats)}; got {readings.shape}"
+        )
     if study.ratio == "none":
         return readings.reshape(runs, -1)
     return sn_ratio(readings, study.ratio, reference=study.reference)

@@ -69,7 +69,9 @@ class Prediction:
 
     def __repr__(self) -> str:
         runs = "1 confirmation run" if self.confirm == 1 else f"{self.confirm} confirmation runs"
-        shown = "" if self.response is None or self.ratio_unit == "" else f" ({amount(self.response, self.unit)})"
+        shown = (
+            "" if self.response is None or self.ratio_unit == "" else f" ({amount(self.response, self.unit)})"
+        )
         where = ", ".join(f"{name} {level(value)}" for name, value in self.levels.items()) or "no factor kept"
         return "\n".join(
             [
@@ -89,13 +91,17 @@ class Prediction:
         if width is None:
             return NOT_AVAILABLE
         text = f"+- {number(width, '.3f')} {self.ratio_unit or self.unit}".rstrip()
-        return text if ends is None else f"{text} ({amount(ends[0], self.unit)} to {amount(ends[1], self.unit)})"
+        return (
+            text if ends is None else f"{text} ({amount(ends[0], self.unit)} to {amount(ends[1], self.unit)})"
+        )
 
 
 def predict(study: Observations, levels: Mapping[str, Level], confirm: int, confidence: float) -> Prediction:
     """Prediction of a study; see `Study.predict`."""
     if not isinstance(levels, Mapping):
-        raise TypeError(f"levels must be a mapping from factors to levels, as study.best() gives; got {checks.shown(levels)}")
+        raise TypeError(
+            f"levels must be a mapping from factors to levels, as study.best() gives; got {checks.shown(levels)}"
+        )
     confirm = checks.count("confirm", confirm)
     names = list(study.factors)
     at = {name: position(study.factors, name, value) for name, value in levels.items()}

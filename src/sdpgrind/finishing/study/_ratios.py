@@ -56,9 +56,15 @@ def _itself(y: Floats) -> Floats:
 
 
 RATIOS = {
-    "smaller": Ratio(_smaller, 1, lambda eta: np.asarray(10.0 ** (-np.asarray(eta) / 20)), "dB", "root mean square"),
+    "smaller": Ratio(
+        _smaller, 1, lambda eta: np.asarray(10.0 ** (-np.asarray(eta) / 20)), "dB", "root mean square"
+    ),
     "larger": Ratio(
-        _larger, -1, lambda eta: np.asarray(10.0 ** (np.asarray(eta) / 20)), "dB", "inverse root mean square of the inverse"
+        _larger,
+        -1,
+        lambda eta: np.asarray(10.0 ** (np.asarray(eta) / 20)),
+        "dB",
+        "inverse root mean square of the inverse",
     ),
     "nominal": Ratio(_nominal, 0, None, "dB", ""),
     "nominal_taguchi": Ratio(_nominal_taguchi, 0, None, "dB", ""),
@@ -131,8 +137,14 @@ def back(ratio: str, mean: float, reference: float) -> float | None:
 
 def _check(ratio: str, y: Floats) -> None:
     if ratio == "smaller":
-        _refuse(np.any(y < 0, axis=-1), y, "response must be >= 0 where smaller is better (of signed errors give the size)")
-        _refuse(np.all(y == 0, axis=-1), y, "response must not be all zeros in a run: its ratio would be infinite")
+        _refuse(
+            np.any(y < 0, axis=-1),
+            y,
+            "response must be >= 0 where smaller is better (of signed errors give the size)",
+        )
+        _refuse(
+            np.all(y == 0, axis=-1), y, "response must not be all zeros in a run: its ratio would be infinite"
+        )
     if ratio == "larger":
         _refuse(np.any(y <= 0, axis=-1), y, "response must be > 0 where larger is better")
     if ratio.startswith("nominal"):
@@ -142,7 +154,9 @@ def _check(ratio: str, y: Floats) -> None:
 def _check_nominal(ratio: str, y: Floats) -> None:
     n = y.shape[-1]
     if n < 2:
-        raise ValueError(f"response must have two replicates or more where a nominal value is best; got {n}: no scatter to see")
+        raise ValueError(
+            f"response must have two replicates or more where a nominal value is best; got {n}: no scatter to see"
+        )
     over = _over_largest(y)
     square, variance = np.mean(over, axis=-1) ** 2, np.var(over, axis=-1, ddof=1)
     tiny = np.finfo(float).eps ** 2 * np.max(over**2, axis=-1)

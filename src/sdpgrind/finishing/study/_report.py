@@ -44,7 +44,9 @@ def _runs(study: Observations) -> str:
     rows, kept, there = [], iter(ratio), present(study)
     for k in range(study.runs):
         values = [level(settings[name][k]) for name in study.factors]
-        read = (amount(float(study.readings[k].mean()), study.unit), next(kept)) if there[k] else ("missing", "")
+        read = (
+            (amount(float(study.readings[k].mean()), study.unit), next(kept)) if there[k] else ("missing", "")
+        )
         rows.append((str(k + 1), *values, *read))
     return aligned(heads, rows)
 
@@ -52,7 +54,9 @@ def _runs(study: Observations) -> str:
 def _what_the_ratio_says(study: Observations) -> str:
     if study.ratio == "none":
         return ""
-    reference = f"; 0 dB is {amount(study.reference, study.unit)}" if study.ratio in ("smaller", "larger") else ""
+    reference = (
+        f"; 0 dB is {amount(study.reference, study.unit)}" if study.ratio in ("smaller", "larger") else ""
+    )
     text = f"Ratio: {study.ratio}{reference}."
     if study.readings.shape[1] == 1:
         text += " Of a single reading the ratio is the reading itself on another scale: it carries no information on noise."
@@ -68,7 +72,9 @@ def _hidden(study: Observations) -> str:
         return f"Interactions of two factors that no reading tells from a main effect: {told}."
     if found.clear:
         return "No interaction of two factors falls on a main effect."
-    return "Interactions of two factors, if there are any, fall in part on main effects; none hides one whole."
+    return (
+        "Interactions of two factors, if there are any, fall in part on main effects; none hides one whole."
+    )
 
 
 def _findings(table: AnovaTable, judged: bool) -> str:
@@ -85,6 +91,9 @@ def _what_to_do(study: Observations, pool: str | None, judged: bool) -> list[str
     kept = best(study, "F<1", 0.05) if judged and pool else found
     parts = [f"Best levels\n{found!r}", f"To be expected there\n{predict(study, kept, 1, 0.95)!r}"]
     single = study.sn_ratio.max()
-    values = {name: column[present(study)].tolist()[int(study.sn_ratio.argmax())] for name, column in study.settings.items()}
+    values = {
+        name: column[present(study)].tolist()[int(study.sn_ratio.argmax())]
+        for name, column in study.settings.items()
+    }
     where = ", ".join(f"{name} {level(value)}" for name, value in values.items())
     return [*parts, f"Best single run: {where} with {single:.3f} {RATIOS[study.ratio].unit}"]

@@ -32,13 +32,17 @@ def checked_factors(factors: Any) -> Factors:
 
 def _named(name: object) -> str:
     if not isinstance(name, str) or not name or " x " in name or name in ("error", "total"):
-        raise ValueError(f"a factor must have a name without ' x ' that is not 'error' or 'total'; got {name!r}")
+        raise ValueError(
+            f"a factor must have a name without ' x ' that is not 'error' or 'total'; got {name!r}"
+        )
     return name
 
 
 def _levels(name: str, levels: Any) -> tuple[Level, ...]:
     if isinstance(levels, str) or not isinstance(levels, Iterable):
-        raise TypeError(f"levels of {name!r} must be a sequence of numbers or names; got {checks.shown(levels)}")
+        raise TypeError(
+            f"levels of {name!r} must be a sequence of numbers or names; got {checks.shown(levels)}"
+        )
     found = tuple(_level(name, value) for value in levels)
     if len(set(found)) < 2:
         raise ValueError(f"levels of {name!r} must be two or more that differ; got {list(found)}")
@@ -67,7 +71,9 @@ def codes_of(array: Any, columns: Sequence[int] | None, factors: Mapping[str, Se
     return _codes_of_columns([array.matrix[:, k - 1] for k in columns or ()], factors)
 
 
-def _codes_of_columns(columns: Sequence[npt.NDArray[np.int64]], factors: Mapping[str, Sequence[Level]]) -> Codes:
+def _codes_of_columns(
+    columns: Sequence[npt.NDArray[np.int64]], factors: Mapping[str, Sequence[Level]]
+) -> Codes:
     coded = []
     for (name, levels), column in zip(factors.items(), columns, strict=True):
         if len(levels) != column.max() + 1:

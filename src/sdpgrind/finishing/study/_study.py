@@ -140,7 +140,9 @@ class Study(Observations):
         """
         return best(self, pool, alpha)
 
-    def predict(self, levels: Mapping[str, Level], *, confirm: int = 1, confidence: float = 0.95) -> Prediction:
+    def predict(
+        self, levels: Mapping[str, Level], *, confirm: int = 1, confidence: float = 0.95
+    ) -> Prediction:
         """Return the mean to be expected at chosen levels, and where runs that confirm it should fall.
 
         Parameters

@@ -78,7 +78,9 @@ class SurfaceFit:
     def law(self, settings: dict[str, Level]) -> tuple[float, float]:
         """Mean and standard deviation of the ratio of one further run (dB), uncertainty of the coefficients included."""
         row = self.row(settings)
-        return float(row @ self.estimate.value), float(np.sqrt(self.variance + row @ self.estimate.covariance @ row))
+        return float(row @ self.estimate.value), float(
+            np.sqrt(self.variance + row @ self.estimate.covariance @ row)
+        )
 
     def position(self, axis: FactorAxis) -> int:
         """Where the coefficients of an axis begin."""
@@ -92,10 +94,14 @@ def surface_fit(study: Observations, pool: Pool) -> SurfaceFit:
     axes = tuple(FactorAxis(name, study.levels(name)) for name in study.factors if name in names)
     y, there = analysed(study).y, present(study)
     settings = {name: values[there].tolist() for name, values in study.settings.items()}
-    rows = [[1.0, *(x for axis in axes for x in axis.columns(settings[axis.factor][k]))] for k in range(y.size)]
+    rows = [
+        [1.0, *(x for axis in axes for x in axis.columns(settings[axis.factor][k]))] for k in range(y.size)
+    ]
     count = len(rows[0])
     if y.size <= count:
-        raise ValueError(f"the study must leave an error for a response surface of {count} coefficients; got {y.size} runs")
+        raise ValueError(
+            f"the study must leave an error for a response surface of {count} coefficients; got {y.size} runs"
+        )
     estimate = identify.least_squares(rows, y, names=[f"b{k}" for k in range(count)])
     left = y - np.array(rows) @ estimate.value
     return SurfaceFit(axes, estimate, float(left @ left) / (y.size - count))

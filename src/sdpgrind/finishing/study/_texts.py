@@ -10,7 +10,9 @@ def aligned(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     table = [tuple(head), *(tuple(row) for row in rows)]
     width = [max(len(row[k]) for row in table) for k in range(len(head))]
     lines = (
-        "  ".join(cell.rjust(w) if k else cell.ljust(w) for k, (cell, w) in enumerate(zip(row, width, strict=True)))
+        "  ".join(
+            cell.rjust(w) if k else cell.ljust(w) for k, (cell, w) in enumerate(zip(row, width, strict=True))
+        )
         for row in table
     )
     return "\n".join(line.rstrip() for line in lines)

@@ -32,7 +32,9 @@ def _basis(knots, degree, span, x, out):
     out[:] = 0.0
     out[0, degree] = 1.0
     for d in range(1, degree + 1):
-        left = 0.0  # one over the width of a support of degree d - 1; the first of them does not reach this span
+        left = (
+            0.0  # one over the width of a support of degree d - 1; the first of them does not reach this span
+        )
         for r in range(degree - d, degree + 1):
             i = span - degree + r
             right = 1.0 / (knots[i + d + 1] - knots[i + 1]) if r < degree else 0.0

@@ -36,7 +36,9 @@ def creases(surface: Surface) -> tuple[Crease, ...]:
 def refuse_creases(surface: Surface, mapping: str) -> None:
     """Raise where the tangents of a surface jump, and a mapping would do so."""
     for crease in creases(surface):
-        raise ValueError(f"mapping must be another one than {mapping!r} on a surface whose tangents jump: its {crease}")
+        raise ValueError(
+            f"mapping must be another one than {mapping!r} on a surface whose tangents jump: its {crease}"
+        )
 
 
 def _sharp(surface: Surface, axis: int) -> list[tuple[float, int]]:

@@ -41,7 +41,9 @@ MEAN = Quantity(forms.mean, "mean curvature", 1, ROUGH)
 PRINCIPAL = Quantity(forms.principal, "principal curvatures", 1, ROUGH)
 
 
-def regular(surface: Differentiable, quantity: Quantity, d: SurfaceDerivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+def regular(
+    surface: Differentiable, quantity: Quantity, d: SurfaceDerivatives, u: npt.ArrayLike, v: npt.ArrayLike
+) -> Floats:
     """A quantity of the derivatives, and its limit wherever the surface is degenerate."""
     bad = _thin(surface, d, quantity.thin)
     if not bad.any():

@@ -19,7 +19,9 @@ def control_net(value: npt.ArrayLike) -> Floats:
     if net.ndim != 3 or net.shape[-1] != 3 or not net.size:
         raise checks.refuse("control_points", "of shape (nu, nv, 3)", net.shape)
     if not np.ptp(net.reshape(-1, 3), axis=0).any():
-        raise ValueError(f"control_points must not all coincide (mm); got {net.reshape(-1, 3)[:1].tolist()} everywhere")
+        raise ValueError(
+            f"control_points must not all coincide (mm); got {net.reshape(-1, 3)[:1].tolist()} everywhere"
+        )
     return frozen(net)
 
 
@@ -38,7 +40,9 @@ def knot_vectors(value: Any, degree: tuple[int, int], net: Floats) -> tuple[Floa
     if value is None:
         return clamped(net.shape[0], degree[0]), clamped(net.shape[1], degree[1])
     pair = _pair("knots", value)
-    return _knots("knots[0]", pair[0], degree[0], net.shape[0]), _knots("knots[1]", pair[1], degree[1], net.shape[1])
+    return _knots("knots[0]", pair[0], degree[0], net.shape[0]), _knots(
+        "knots[1]", pair[1], degree[1], net.shape[1]
+    )
 
 
 def _pair(name: str, value: Any) -> Any:
@@ -66,7 +70,9 @@ def _knots(name: str, value: npt.ArrayLike, degree: int, n: int) -> Floats:
         raise ValueError(f"{name} must not decrease; got {knots[k + 1]:g} behind {knots[k]:g} at {k + 1}")
     _refuse_repeats(name, knots, degree)
     if knots[degree] >= knots[n]:
-        raise ValueError(f"{name} must leave a domain, knot {degree} < knot {n}; got {knots[degree]:g} at both")
+        raise ValueError(
+            f"{name} must leave a domain, knot {degree} < knot {n}; got {knots[degree]:g} at both"
+        )
     return frozen(knots)
 
 
@@ -104,7 +110,9 @@ def parameter(name: str, value: npt.ArrayLike, low: float, high: float) -> Float
     bad = np.flatnonzero((array.ravel() < low - slack) | (array.ravel() > high + slack))
     if bad.size:
         place = f"{name}[{bad[0]}]" if array.ndim else name
-        raise checks.refuse(place, f"in the surface's domain [{low:g}, {high:g}]", float(array.ravel()[bad[0]]))
+        raise checks.refuse(
+            place, f"in the surface's domain [{low:g}, {high:g}]", float(array.ravel()[bad[0]])
+        )
     return np.clip(array, low, high)
 
 

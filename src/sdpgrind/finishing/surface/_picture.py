@@ -25,10 +25,16 @@ def surface(shape: "Surface", ax: Any = None) -> Any:
     (u0, u1), (v0, v1) = shape.domain
     found = shape.grid(np.linspace(u0, u1, FINE + 1), np.linspace(v0, v1, FINE + 1))
     azimuth, height = _side(shape.outward * np.cross(found.u, found.v).reshape(-1, 3))
-    light = need("matplotlib.colors", "plot").LightSource(azdeg=30.0 - azimuth, altdeg=np.copysign(55.0, height))
+    light = need("matplotlib.colors", "plot").LightSource(
+        azdeg=30.0 - azimuth, altdeg=np.copysign(55.0, height)
+    )
     axes.computed_zorder = False  # lines lie on the surface: which of them is nearer is a matter of rounding
-    x, y, z = np.moveaxis(found.point if shape.outward < 0 else found.point.swapaxes(0, 1), -1, 0)  # light falls on the outside
-    axes.plot_surface(x, y, z, color=COLOUR, rcount=FINE, ccount=FINE, linewidth=0, antialiased=False, lightsource=light)
+    x, y, z = np.moveaxis(
+        found.point if shape.outward < 0 else found.point.swapaxes(0, 1), -1, 0
+    )  # light falls on the outside
+    axes.plot_surface(
+        x, y, z, color=COLOUR, rcount=FINE, ccount=FINE, linewidth=0, antialiased=False, lightsource=light
+    )
     for line in knot_lines(shape):
         axes.plot(*line.T, color=LINES, lw=0.7, zorder=1.5)
     axes.view_init(elev=height, azim=azimuth)
@@ -51,7 +57,9 @@ def _axes(ax: Any) -> tuple[Any, Any]:
         figure = pictures.figure(7, 5)
         return figure, figure.add_subplot(projection="3d")
     if not hasattr(ax, "plot_surface"):
-        raise TypeError(f"ax must be 3-D axes of matplotlib, as add_subplot(projection='3d') gives; got {checks.shown(ax)}")
+        raise TypeError(
+            f"ax must be 3-D axes of matplotlib, as add_subplot(projection='3d') gives; got {checks.shown(ax)}"
+        )
     return ax.figure, ax
 
 
@@ -68,6 +76,8 @@ def _scaled(axes: Any, points: checks.Floats) -> None:
     middle, widths = 0.5 * (points.max(axis=0) + points.min(axis=0)), np.ptp(points, axis=0)
     shown = np.maximum(widths, THICK * widths.max())
     for name, centre, width in zip("xyz", middle, shown, strict=True):
-        axes.set(**{f"{name}lim": (centre - 0.5 * width, centre + 0.5 * width), f"{name}label": f"{name} [mm]"})
+        axes.set(
+            **{f"{name}lim": (centre - 0.5 * width, centre + 0.5 * width), f"{name}label": f"{name} [mm]"}
+        )
         axes.locator_params(axis=name, nbins=max(1, round(TICKS * width / shown.max())))
     axes.set_box_aspect([float(width) for width in shown])

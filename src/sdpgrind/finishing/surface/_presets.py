@@ -144,7 +144,11 @@ def _weighted() -> Surface:
 
 
 def _over(
-    x: Floats, y: Floats, z: Floats, degree: tuple[int, int] = (3, 3), knots: tuple[Floats, Floats] | None = None
+    x: Floats,
+    y: Floats,
+    z: Floats,
+    degree: tuple[int, int] = (3, 3),
+    knots: tuple[Floats, Floats] | None = None,
 ) -> Surface:
     """Heights z (nu, nv) over a net of x (nu,) and y (nv,)."""
     x, y = np.meshgrid(x, y, indexing="ij")

@@ -67,17 +67,28 @@ class Surface(Described):
 
     def _check(self) -> None:
         if self.degree is NOT_GIVEN or self.knots is NOT_GIVEN:
-            raise TypeError("degree and knots must be given; Surface.bspline(control_points) gives what is usual for both")
+            raise TypeError(
+                "degree and knots must be given; Surface.bspline(control_points) gives what is usual for both"
+            )
         net = door.control_net(self.control_points)
         degree = door.degrees(self.degree, net)
         knots = door.knot_vectors(self.knots, degree, net)
-        checked = {"control_points": net, "degree": degree, "knots": knots, "weights": door.weight_net(self.weights, net)}
+        checked = {
+            "control_points": net,
+            "degree": degree,
+            "knots": knots,
+            "weights": door.weight_net(self.weights, net),
+        }
         for name, value in {**checked, "outward": door.side(self.outward)}.items():
             object.__setattr__(self, name, value)
 
     @classmethod
     def bspline(
-        cls, control_points: npt.ArrayLike, degree: Pair = (3, 3), knots: KnotPair | None = None, outward: int = 1
+        cls,
+        control_points: npt.ArrayLike,
+        degree: Pair = (3, 3),
+        knots: KnotPair | None = None,
+        outward: int = 1,
     ) -> Self:
         """Return a B-spline surface.
 
@@ -160,7 +171,10 @@ class Surface(Described):
     @cached_property
     def breaks(self) -> tuple[Floats, Floats]:
         """Distinct knots of the domain along u and v (dimensionless), its ends included."""
-        u, v = (door.frozen(np.unique(np.clip(knots, *ends))) for knots, ends in zip(self.knots, self.domain, strict=True))
+        u, v = (
+            door.frozen(np.unique(np.clip(knots, *ends)))
+            for knots, ends in zip(self.knots, self.domain, strict=True)
+        )
         return u, v
 
     def derivatives(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives:
@@ -237,7 +251,9 @@ class Surface(Described):
         both = self.outward * degenerate.regular(self, degenerate.PRINCIPAL, self.derivatives(u, v), u, v)
         return both.max(axis=-1), both.min(axis=-1)
 
-    def normal_curvature(self, u: npt.ArrayLike, v: npt.ArrayLike, du: npt.ArrayLike, dv: npt.ArrayLike) -> Floats:
+    def normal_curvature(
+        self, u: npt.ArrayLike, v: npt.ArrayLike, du: npt.ArrayLike, dv: npt.ArrayLike
+    ) -> Floats:
         """Return the normal curvature (1/mm) along a direction: > 0 where the surface curves towards the tool (concave).
 
         Parameters

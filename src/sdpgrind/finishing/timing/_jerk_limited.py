@@ -57,7 +57,9 @@ class Points(NamedTuple):
     acceleration: Floats
 
 
-def jerk_limited_law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def jerk_limited_law(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
+) -> TimeLaw:
     """Fastest law of a run that keeps limits of jerk too."""
     first = fastest_law(run, limits, feed_rate, acceleration, gain=COARSE)
     turn = 2 * float(np.max(limits.table[1] / limits.table[2]))
@@ -131,7 +133,9 @@ def _count(least: float) -> int:
     return half * (1 + int(np.ceil(least / half - 1)))
 
 
-def _law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float, points: Points, tight: Floats) -> TimeLaw:
+def _law(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float, points: Points, tight: Floats
+) -> TimeLaw:
     """Law over all points, window by window; where one is not solved, the way to rest that the one before had found is taken."""
     count = points.length.size - 1
     begin, state, margin = 0, np.array([points.length[0], 0.0, 0.0]), MARGIN if count > SIZES[-1] else 0.0
@@ -141,7 +145,9 @@ def _law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: fl
         size = min(count - begin, SIZES[-1])
         window = Points(*(row[begin : begin + size + 1].copy() for row in points))
         try:
-            t, j = _window(run, limits, feed_rate, acceleration, window, state, tight[begin : begin + size + 1], margin)
+            t, j = _window(
+                run, limits, feed_rate, acceleration, window, state, tight[begin : begin + size + 1], margin
+            )
             kept = size if begin + size == count else size // 2
             pieces.append((t[:kept], j[:kept]))
             state, to_rest = _after(state, *pieces[-1]), (t[kept:], j[kept:])
@@ -173,15 +179,23 @@ def _window(
     rates = run.derivatives(points.length)[:, 1:] * held[:, None, None]
     speed, most, jerk = limits.table
     scale = np.array([long, long**2, long**3])[:, None] / (jerk * time**3)
-    cap = np.minimum(feed_rate / held, 1 / np.maximum(np.abs(rates[:, 0] / speed).max(axis=1), 1e-9)) * time / long
+    cap = (
+        np.minimum(feed_rate / held, 1 / np.maximum(np.abs(rates[:, 0] / speed).max(axis=1), 1e-9))
+        * time
+        / long
+    )
     start = (float(state[1]) * time / long, float(state[2]) * time**2 / long)
     cap[0] = max(cap[0], start[0])
     weight, along = jerk * time / most, acceleration * time**2 / long
     guess = _guess(points, cap, (long, time), rates * scale, weight)
-    found = jerk_program.solve(Data(rates * scale, weight, np.diff(points.length) / long, cap, along, start, guess))
+    found = jerk_program.solve(
+        Data(rates * scale, weight, np.diff(points.length) / long, cap, along, start, guess)
+    )
     if not found.solved:
         where = f"between {points.length[0]:.4g} and {points.length[-1]:.4g} mm"
-        raise LawError(f"no jerk-limited law was found {where} ({found.message}); method='trapezoid' gives a slower one")
+        raise LawError(
+            f"no jerk-limited law was found {where} ({found.message}); method='trapezoid' gives a slower one"
+        )
     t, j = found.durations, found.jerks
     exact = _exact(np.array([0.0, *start]), t, j, float(points.length[-1] - state[0]) / long)
     return t * time, exact * long / time**3

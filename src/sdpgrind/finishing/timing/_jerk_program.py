@@ -79,16 +79,24 @@ def _interval(x: Any, u: Any, after: Any, step: Any, ends: list[Any], weight: An
     (q1, r1), (q2, r2), (q3, r3) = ends
     way, w, b = advanced(t, -step, v, a, j)  # the solver wants rows of an interval in terms of its begin
     between = v + t * a / 2  # a parabola stays between its ends and this
-    joints = (q3 * v**3 + 3 * q2 * v * a + q1 * j, r3 * w**3 + 3 * r2 * w * b + r1 * j, weight * (r1 * b + r2 * w**2))
+    joints = (
+        q3 * v**3 + 3 * q2 * v * a + q1 * j,
+        r3 * w**3 + 3 * r2 * w * b + r1 * j,
+        weight * (r1 * b + r2 * w**2),
+    )
     return ca.vertcat(after[0] - w, after[1] - b, way, between, *joints)
 
 
 def _solver(plugin: str, what: dict[str, Any], equal: list[bool]) -> Any:
     """Interior points: along the chain of intervals ("fatrop"), or on any sparse program ("ipopt")."""
-    chain = {"structure_detection": "auto", "equality": equal} if plugin == "fatrop" else {f"{plugin}.sb": "yes"}
+    chain = (
+        {"structure_detection": "auto", "equality": equal} if plugin == "fatrop" else {f"{plugin}.sb": "yes"}
+    )
     own = {"print_level": 0, "tol": 1e-6, "mu_init": 1e-3, "max_iter": 300}
     options: dict[str, Any] = {"print_time": False, "error_on_fail": False, **chain}
-    return ca.nlpsol("law", plugin, what, options | {f"{plugin}.{name}": value for name, value in own.items()})
+    return ca.nlpsol(
+        "law", plugin, what, options | {f"{plugin}.{name}": value for name, value in own.items()}
+    )
 
 
 def solve(data: Data) -> JerkFound:

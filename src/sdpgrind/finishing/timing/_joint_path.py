@@ -103,7 +103,9 @@ class JointPath(Described):
         unit = units_of(JointPath)["length"]
         where = checks.finite_array("length", length, unit)
         slack = 1e-9 * self.span
-        for value in where.ravel()[(where.ravel() < self.length[0] - slack) | (where.ravel() > self.length[-1] + slack)][:1]:
+        for value in where.ravel()[
+            (where.ravel() < self.length[0] - slack) | (where.ravel() > self.length[-1] + slack)
+        ][:1]:
             raise checks.refuse("length", f"in [{self.length[0]:g}, {self.length[-1]:g}]", float(value), unit)
         return self.derivatives(where.ravel())[:, order].reshape(*where.shape, -1)
 

@@ -70,12 +70,18 @@ def time_laws(
     """
     checks.one_of("method", method, tuple(_MAKERS))
     if method == "toppra" and limits.jerk_max is not None:
-        raise checks.refuse("limits.jerk_max", "None for method='toppra', whose acceleration jumps", limits.jerk_max)
+        raise checks.refuse(
+            "limits.jerk_max", "None for method='toppra', whose acceleration jumps", limits.jerk_max
+        )
     feed = checks.positive("feed_rate", feed_rate, "mm/s")
     along = checks.positive("acceleration", acceleration, "mm/s^2") if acceleration is not None else None
     for k, run in enumerate(runs):
         if run.joints.shape[1] != len(limits.names):
-            raise checks.refuse(f"runs[{k}]", f"of the {len(limits.names)} joints {', '.join(limits.names)}", run.joints.shape[1])
+            raise checks.refuse(
+                f"runs[{k}]",
+                f"of the {len(limits.names)} joints {', '.join(limits.names)}",
+                run.joints.shape[1],
+            )
     out = []
     for k, run in enumerate(runs):
         out.append(_named(k, run, limits, feed, along, method))
@@ -83,7 +89,9 @@ def time_laws(
     return tuple(out)
 
 
-def _named(number: int, run: JointPath, limits: JointLimits, feed: float, along: float | None, method: str) -> TimeLaw:
+def _named(
+    number: int, run: JointPath, limits: JointLimits, feed: float, along: float | None, method: str
+) -> TimeLaw:
     """Law of one run, told how much slower it is than without joints; errors name the run."""
     try:
         law = _MAKERS[method](run, limits, feed, along)
@@ -99,18 +107,25 @@ def min_time_of(run: JointPath, limits: JointLimits, feed_rate: float, accelerat
     """Fastest law of one run; with limits of jerk seven pieces are that, too, where a run is straight for all its joints."""
     if limits.jerk_max is None:
         return fastest_law(run, limits, feed_rate, acceleration)
-    both = jerk_limited_law(run, limits, feed_rate, acceleration), _seven_pieces(run, limits, feed_rate, acceleration)
+    both = (
+        jerk_limited_law(run, limits, feed_rate, acceleration),
+        _seven_pieces(run, limits, feed_rate, acceleration),
+    )
     return min(both, key=lambda law: law.duration)
 
 
-def _seven_pieces(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def _seven_pieces(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
+) -> TimeLaw:
     """Seven pieces at the acceleration that the joints allow where they move straight."""
     steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
     joints = float(np.min(limits.table[1] / np.maximum(steepest, 1e-9)))
     return trapezoid_of(run, limits, feed_rate, min(joints, acceleration or np.inf))
 
 
-def trapezoid_of(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def trapezoid_of(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
+) -> TimeLaw:
     """Trapezoid of one run (rounded where jerk has a limit), at a speed all joints can follow, and slowed for the rest."""
     shape = _shape(run, limits, min(feed_rate, _speed_of(run, limits)), acceleration or ACCELERATION)
     return shape.slower(slowing(closest(run, shape, limits, feed_rate, REFINE)[:, 0]))

@@ -22,7 +22,9 @@ GAIN = 2e-4
 """Share of the duration that half the step must save to be taken; the duration is then known to about as much."""
 
 
-def fastest_law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, gain: float = GAIN) -> TimeLaw:
+def fastest_law(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, gain: float = GAIN
+) -> TimeLaw:
     """Fastest law of a run; jerk is not limited."""
     parts = -(-LEAST // (run.pieces.breaks.size - 1))
     before = _duration(run, limits, feed_rate, acceleration, parts)
@@ -35,7 +37,9 @@ def fastest_law(run: JointPath, limits: JointLimits, feed_rate: float, accelerat
     return kept_on(run, limits, feed_rate, acceleration, grid_of(run, parts)).law
 
 
-def kept_on(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats) -> Narrowed:
+def kept_on(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats
+) -> Narrowed:
     """Fastest law on a grid that keeps the limits between its points too."""
 
     def solve(factors: Floats) -> TimeLaw:
@@ -44,7 +48,9 @@ def kept_on(run: JointPath, limits: JointLimits, feed_rate: float, acceleration:
     return narrowed(run, limits, feed_rate, grid.size, solve)
 
 
-def _duration(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, parts: int) -> float:
+def _duration(
+    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, parts: int
+) -> float:
     """Time that a run takes on a grid of so many parts in each piece of the path, s."""
     grid = grid_of(run, parts)
     return law_of(grid, swept(run, limits, feed_rate, acceleration, grid)).duration
@@ -59,7 +65,12 @@ class LimitRows(NamedTuple):
 
 
 def rows_of(
-    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats, factors: Floats | None = None
+    run: JointPath,
+    limits: JointLimits,
+    feed_rate: float,
+    acceleration: float | None,
+    grid: Floats,
+    factors: Floats | None = None,
 ) -> LimitRows:
     """Limits at the points of a grid (mm); those of speed and acceleration are narrowed by factors (2, m)."""
     joints, narrow = run.derivatives(grid), np.ones((2, grid.size)) if factors is None else factors
@@ -73,7 +84,12 @@ def rows_of(
 
 
 def swept(
-    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats, factors: Floats | None = None
+    run: JointPath,
+    limits: JointLimits,
+    feed_rate: float,
+    acceleration: float | None,
+    grid: Floats,
+    factors: Floats | None = None,
 ) -> Floats:
     """Square of the feed (mm^2/s^2) at the points of a grid (mm)."""
     rows = rows_of(run, limits, feed_rate, acceleration, grid, factors)

@@ -119,7 +119,11 @@ class TableLoop(Described):
         acceleration : float
             Of the command, mm/s^2.
         """
-        return self.damping * checks.number("acceleration", acceleration, "mm/s^2") / (self.torque_constant * self.ki)
+        return (
+            self.damping
+            * checks.number("acceleration", acceleration, "mm/s^2")
+            / (self.torque_constant * self.ki)
+        )
 
     def sampled(self, period: float) -> SampledTable:
         """Return the loop over a sample, exact for commands that are straight lines between samples.
@@ -169,5 +173,7 @@ class TableLoop(Described):
         if told.ndim != 1 or not told.size:
             raise checks.refuse("command", "of shape (m,) with m >= 1", told.shape, "mm")
         position = np.empty(told.size)
-        table_kernels.follow(self.sampled(period).parameters, np.zeros(table_kernels.TABLE), told - told[0], position)
+        table_kernels.follow(
+            self.sampled(period).parameters, np.zeros(table_kernels.TABLE), told - told[0], position
+        )
         return np.asarray(position + told[0])

@@ -98,7 +98,10 @@ class TimeLaw(Described):
             begin, end = getattr(self, name)[1:], getattr(ends, name)[:-1]
             for k in np.flatnonzero(np.abs(begin - end) > JOINED * scale)[:1]:
                 raise checks.refuse(
-                    f"{name}[{k + 1}]", f"where piece {k} ends, at {end[k]:.6g}", float(begin[k]), units_of(TimeLaw)[name]
+                    f"{name}[{k + 1}]",
+                    f"where piece {k} ends, at {end[k]:.6g}",
+                    float(begin[k]),
+                    units_of(TimeLaw)[name],
                 )
 
     def __eq__(self, other: object) -> bool:
@@ -154,7 +157,9 @@ class TimeLaw(Described):
         length : array, (...)
             Arc lengths on the law, mm.
         """
-        where = np.clip(checks.finite_array("length", length, units_of(TimeLaw)["length"]), self.length[0], self.end)
+        where = np.clip(
+            checks.finite_array("length", length, units_of(TimeLaw)["length"]), self.length[0], self.end
+        )
         k = np.clip(np.searchsorted(self.length, where, side="right") - 1, 0, self.length.size - 1)
         # The length never falls: halving finds the time to the last digits.
         return halved(self.knots[k], self.knots[k + 1], lambda time: self._within(time).length < where, 60)

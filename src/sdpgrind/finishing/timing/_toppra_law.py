@@ -73,7 +73,9 @@ def toppra_law(run: JointPath, limits: JointLimits, feed_rate: float, accelerati
         if law is not None and law.duration <= STALLED * ours.law.duration:
             return law
     begin, end = run.length[[0, -1]]
-    raise ToppraError(f"toppra found no law between {begin:.4g} and {end:.4g} mm; take method='min_time' or 'trapezoid'")
+    raise ToppraError(
+        f"toppra found no law between {begin:.4g} and {end:.4g} mm; take method='min_time' or 'trapezoid'"
+    )
 
 
 def _parts(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> int:
@@ -134,7 +136,9 @@ def _by_toppra(path: _AsPath, cap: Floats) -> Floats | None:
     one, span = np.ones((path.dof, 1)), np.column_stack([np.zeros_like(cap), cap])
     limits = np.hstack([-one, one])
     speed: Any = constraint.JointVelocityConstraint(limits)
-    speed.compute_constraint_params = lambda *_: (None,) * 6 + (span,)  # the bound itself, no row: a row would need a joint
+    speed.compute_constraint_params = lambda *_: (
+        (None,) * 6 + (span,)
+    )  # the bound itself, no row: a row would need a joint
     rules = [speed, constraint.JointAccelerationConstraint(limits, discretization_scheme=ends)]
     with _quiet():
         feed: Any = algorithm.TOPPRA(rules, path, gridpoints=path.grid).compute_parameterization(0.0, 0.0)[1]

@@ -85,5 +85,7 @@ def double_s_peaks(shape: Trapezoid, jerk: float) -> tuple[float, float, float]:
     a = min(a, sqrt(v * jerk))  # the acceleration that is reached on the way to the commanded speed
     if length >= v * (v / a + a / jerk):
         return v, a, jerk
-    a = min(shape.acceleration, (length * jerk**2 / 2) ** (1 / 3))  # two ramps fill the way: L = v (v/a + a/j)
+    a = min(
+        shape.acceleration, (length * jerk**2 / 2) ** (1 / 3)
+    )  # two ramps fill the way: L = v (v/a + a/j)
     return (sqrt((a * a / jerk) ** 2 + 4 * length * a) - a * a / jerk) / 2, a, jerk

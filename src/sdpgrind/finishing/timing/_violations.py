@@ -55,7 +55,12 @@ class Violation(NamedTuple):
 
 
 def worst_violation(
-    runs: Sequence[JointPath], laws: Sequence[TimeLaw], *, limits: JointLimits, feed_rate: float, refine: int = 20
+    runs: Sequence[JointPath],
+    laws: Sequence[TimeLaw],
+    *,
+    limits: JointLimits,
+    feed_rate: float,
+    refine: int = 20,
 ) -> Violation:
     """Return where the motion comes closest to a limit, or goes beyond it.
 

@@ -127,7 +127,10 @@ class TorqueAxis(Described):
     @property
     def parameters(self) -> Floats:
         """J (kg m^2), k_e (N m/rad), k_t (N m/A) and the sample time (s) for `kernels.axis_tick`."""
-        return np.array([self.inertia, self.contact_angular_stiffness, self.torque_constant, self.sample_time], dtype=float)
+        return np.array(
+            [self.inertia, self.contact_angular_stiffness, self.torque_constant, self.sample_time],
+            dtype=float,
+        )
 
     def force(self, torque: float) -> float:
         """Return the force (N) of a torque on the lever arm alone, F = T/R: without contact angle and friction.
@@ -145,5 +148,7 @@ def true_axis(believed: TorqueAxis, truth: TorqueAxis | None) -> TorqueAxis:
     if truth is None:
         return believed
     if checks.kind("truth", truth, TorqueAxis).sample_time != believed.sample_time:
-        raise checks.refuse("truth.sample_time", f"that of the controller, {believed.sample_time:g}", truth.sample_time, "s")
+        raise checks.refuse(
+            "truth.sample_time", f"that of the controller, {believed.sample_time:g}", truth.sample_time, "s"
+        )
     return truth

@@ -83,7 +83,10 @@ def _in_contact(gap, speed, left, depth, frequency):
     c, s = np.cos(0.5 * frequency * left), np.sin(0.5 * frequency * left)
     half = _first(2.0 * depth - gap, rate, gap)
     if half > s / c:
-        rise, turn = 2.0 * s * s, 2.0 * s * c  # 1 - cos and sin of the phase: a change that is small stays exact
+        rise, turn = (
+            2.0 * s * s,
+            2.0 * s * c,
+        )  # 1 - cos and sin of the phase: a change that is small stays exact
         ahead = depth - gap
         return gap + ahead * rise + rate * turn, speed - speed * rise + frequency * ahead * turn, 0.0
     c = 1.0 / (1.0 + half * half)

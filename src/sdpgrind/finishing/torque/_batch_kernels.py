@@ -29,7 +29,9 @@ def batch(law, start, time, torque, axis, resolution, offsets, depth, surface, l
         contact = known.stiffness * max(motor.angle - offsets[i] - surface[0], 0.0)
         for k in range(out.shape[1]):
             shown = encoder_reading(motor.angle, resolution)
-            current = _controller_step(setting, controller, shown, path_time, time, torque, contact, motor.speed)
+            current = _controller_step(
+                setting, controller, shown, path_time, time, torque, contact, motor.speed
+            )
             row = out[i, k]
             row[SHOWN], row[CURRENT], row[TORQUE] = motor.angle, current, contact
             row[ESTIMATE], row[PATH_TIME] = controller.estimate, path_time

@@ -133,7 +133,9 @@ class TorqueController(Stateful, Described):
     @property
     def commands(self) -> Mapping[str, str]:
         """What it commands, with units (A)."""
-        return {"current": "A"} if self.motion is None else {"current": "A", "feed_override": "", "motion": ""}
+        return (
+            {"current": "A"} if self.motion is None else {"current": "A", "feed_override": "", "motion": ""}
+        )
 
     @property
     def job(self) -> Mapping[str, object]:
@@ -167,7 +169,11 @@ class TorqueController(Stateful, Described):
         """Arrays for compiled loops, in N m, A, rad and s."""
         known = self.reference
         return TorqueLaw(
-            self.setting.parameters(self.settling), floats(CONTROLLER), known.time, known.torque + known.load, known.load
+            self.setting.parameters(self.settling),
+            floats(CONTROLLER),
+            known.time,
+            known.torque + known.load,
+            known.load,
         )
 
     @cached_property
@@ -227,8 +233,12 @@ class TorqueController(Stateful, Described):
         """
         law, state = self.law, self.state
         if self.observer == "ideal":
-            raise checks.refuse("observer", "'pid' or 'state' on a machine: no sensor has the true contact torque", "ideal")
-        current = controller_step(law.parameters, state, float(motor_angle), float(path_time), law.time, law.torque, 0.0, 0.0)
+            raise checks.refuse(
+                "observer", "'pid' or 'state' on a machine: no sensor has the true contact torque", "ideal"
+            )
+        current = controller_step(
+            law.parameters, state, float(motor_angle), float(path_time), law.time, law.torque, 0.0, 0.0
+        )
         if self.motion is None:
             return {"current": current}
         count = state[_COUNT]
@@ -239,4 +249,7 @@ class TorqueController(Stateful, Described):
         """Return what it takes the contact torque to be, and what it is to be (N m)."""
         law, state = self.law, self.state
         load = float(torque_at(law.time, law.load, state[_PATH_TIME], state))
-        return {"torque_estimate": float(state[_ESTIMATE]) - load, "torque_ref": float(state[_REFERENCE]) - load}
+        return {
+            "torque_estimate": float(state[_ESTIMATE]) - load,
+            "torque_ref": float(state[_REFERENCE]) - load,
+        }

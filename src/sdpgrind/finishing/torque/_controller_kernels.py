@@ -91,7 +91,9 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
     true_torque, true_speed : float
         True contact torque (N m) and speed (rad/s), for the law that is given both; others do not look.
     """
-    return _sample(law.view(at.LAW)[0], state.view(at.CONTROLLER)[0], motor_angle, torque_ref, true_torque, true_speed)
+    return _sample(
+        law.view(at.LAW)[0], state.view(at.CONTROLLER)[0], motor_angle, torque_ref, true_torque, true_speed
+    )
 
 
 @compiled
@@ -231,5 +233,10 @@ def _lqg(law, s):
 def _ahead(law, i, angle, speed, offset, rate, drive):
     """One state of the filter a sample later."""
     row = 4 * i
-    free = law.matrix[row] * angle + law.matrix[row + 1] * speed + law.matrix[row + 2] * offset + law.matrix[row + 3] * rate
+    free = (
+        law.matrix[row] * angle
+        + law.matrix[row + 1] * speed
+        + law.matrix[row + 2] * offset
+        + law.matrix[row + 3] * rate
+    )
     return free + law.input[i] * drive

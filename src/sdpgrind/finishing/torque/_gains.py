@@ -70,7 +70,14 @@ class PidffGains(Described):
         p = checks.positive("pole", pole, "1/s")
         q = 3.0 * p if observer_pole is None else checks.positive("observer_pole", observer_pole, "1/s")
         J = axis.inertia
-        return cls(3.0 * p**2 - axis.contact_angular_stiffness / J, p**3, 3.0 * p, 3.0 * q**2 * J, q**3 * J, 3.0 * q * J)
+        return cls(
+            3.0 * p**2 - axis.contact_angular_stiffness / J,
+            p**3,
+            3.0 * p,
+            3.0 * q**2 * J,
+            q**3 * J,
+            3.0 * q * J,
+        )
 
     @property
     def pole(self) -> float:
@@ -171,7 +178,9 @@ class LqgGains(Described):
             What is believed of the axis.
         """
         J, stiffness = axis.inertia, axis.contact_angular_stiffness
-        A = np.array([[0.0, 1.0, 0.0, 0.0], [-stiffness / J, 0.0, -1.0 / J, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0] * 4])
+        A = np.array(
+            [[0.0, 1.0, 0.0, 0.0], [-stiffness / J, 0.0, -1.0 / J, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0] * 4]
+        )
         return A, np.array([0.0, 1.0 / J, 0.0, 0.0])
 
     def sampled(self, axis: TorqueAxis) -> tuple[Floats, Floats, Floats]:

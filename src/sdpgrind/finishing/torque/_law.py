@@ -68,7 +68,10 @@ class Setting:
         speed, axis = self.speed, self.axis
         if speed is not None and axis.sample_time > 1.0 / (5.0 * speed):
             raise checks.refuse(
-                "sample_time", f"<= 1/(5 p) = {1 / (5 * speed):.3g} for p = {speed:.4g} 1/s", axis.sample_time, "s"
+                "sample_time",
+                f"<= 1/(5 p) = {1 / (5 * speed):.3g} for p = {speed:.4g} 1/s",
+                axis.sample_time,
+                "s",
             )
 
     @cached_property
@@ -111,7 +114,9 @@ class Setting:
 def setting(axis: TorqueAxis, kind: str, gains: object, observer: str, prefilter: bool) -> Setting:
     """Check what a controller is to be made of."""
     if kind != "pidff" and (observer != "pid" or prefilter):
-        raise ValueError(f"observer and prefilter must be left as they are with kind {kind!r}; got {observer!r} and {prefilter}")
+        raise ValueError(
+            f"observer and prefilter must be left as they are with kind {kind!r}; got {observer!r} and {prefilter}"
+        )
     return Setting(axis, kind, _gains(kind, gains), observer, prefilter)
 
 

@@ -45,7 +45,12 @@ def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
 
 
 def identify_load_torque(
-    data: Any, axis: TorqueAxis, *, part: int | Sequence[int] | None = None, until: float | None = None, throw: bool = True
+    data: Any,
+    axis: TorqueAxis,
+    *,
+    part: int | Sequence[int] | None = None,
+    until: float | None = None,
+    throw: bool = True,
 ) -> idf.Estimate:
     """Estimate the load torque T_L from free motion before touch-down: least squares of J theta'' = k_t i - T_L.
 
@@ -106,7 +111,9 @@ def _of_part(one: idf.Series, axis: TorqueAxis, end: float) -> idf.Estimate:
     time, shown = one.time[rows], one["motor_angle"][rows]
     read = np.isfinite(shown)
     if read.sum() < _LEAST:
-        return _not_identified(f"{read.sum()} readings of the angle are too few: at least {_LEAST} are needed")
+        return _not_identified(
+            f"{read.sum()} readings of the angle are too few: at least {_LEAST} are needed"
+        )
     time, driven = (time - time[0])[read], _driven(time, one["current"][rows], axis)[read]
     shown = shown[read]
     matrix = np.stack([np.ones_like(time), time, -0.5 * time**2 / axis.inertia], axis=1)
@@ -118,7 +125,9 @@ def _of_part(one: idf.Series, axis: TorqueAxis, end: float) -> idf.Estimate:
     worst = float(np.abs(shown - driven - matrix @ fit.value).max())
     if rms > _FREE * rounding or worst > axis.angle_step:
         told = f"readings are off by {rms:.2g} rad, rounding explains {rounding:.2g}"
-        return _not_identified(f"the motion is not free ({told}): end it before touch-down, or look at the current")
+        return _not_identified(
+            f"the motion is not free ({told}): end it before touch-down, or look at the current"
+        )
     variance = _variance(matrix, driven + matrix @ fit.value, axis) * max(1.0, (rms / rounding) ** 2)
     return _estimate(float(fit.value[2]), max(variance, float(fit.covariance[2, 2])), "from free motion")
 
@@ -149,7 +158,9 @@ def _variance(matrix: Floats, angle: Floats, axis: TorqueAxis) -> float:
 
 
 def _estimate(value: float, variance: float, message: str) -> idf.Estimate:
-    return idf.Estimate(("load_torque",), np.array([value]), np.array([[variance]]), message=message, units=("N m",))
+    return idf.Estimate(
+        ("load_torque",), np.array([value]), np.array([[variance]]), message=message, units=("N m",)
+    )
 
 
 def _not_identified(reason: str) -> idf.Estimate:
@@ -163,7 +174,10 @@ def _pooled(each: list[idf.Estimate]) -> idf.Estimate:
     """Mean by inverse variances; no surer than the scatter of the parts lets it be."""
     if len(each) == 1:
         return each[0]
-    values, weights = np.array([one.value[0] for one in each]), np.array([1 / one.covariance[0, 0] for one in each])
+    values, weights = (
+        np.array([one.value[0] for one in each]),
+        np.array([1 / one.covariance[0, 0] for one in each]),
+    )
     mean = float(weights @ values / weights.sum())
     scatter = float(weights @ (values - mean) ** 2) / (len(each) - 1)
     return _estimate(mean, max(scatter, 1.0) / float(weights.sum()), f"from free motion of {len(each)} parts")

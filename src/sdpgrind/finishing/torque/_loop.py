@@ -50,10 +50,14 @@ class AxisLoop:
         """Poles, slowest first: 1/s, or dimensionless in the z plane of a sampled loop."""
         with one_blas_thread():
             poles = np.linalg.eigvals(self.A).astype(complex)
-        return np.asarray(poles[np.lexsort((poles.imag, -(np.abs(poles) if self.sample_time else poles.real)))])
+        return np.asarray(
+            poles[np.lexsort((poles.imag, -(np.abs(poles) if self.sample_time else poles.real)))]
+        )
 
     def __repr__(self) -> str:
-        kind, unit = (f"sampled every {self.sample_time:g} s", "in z") if self.sample_time else ("continuous", "1/s")
+        kind, unit = (
+            (f"sampled every {self.sample_time:g} s", "in z") if self.sample_time else ("continuous", "1/s")
+        )
         slowest = self.poles[0]
         told = f"{slowest.real:.4g}" + (f"±{abs(slowest.imag):.3g}j" if slowest.imag else "")
         return f"AxisLoop({len(self.A)} states, {kind}, {'' if self.stable else 'not '}stable; slowest pole {told} {unit})"
@@ -61,7 +65,11 @@ class AxisLoop:
     @property
     def stable(self) -> bool:
         """Whether every pole decays, dimensionless."""
-        return bool(np.all(np.abs(self.poles) < 1.0)) if self.sample_time else bool(np.all(self.poles.real < 0.0))
+        return (
+            bool(np.all(np.abs(self.poles) < 1.0))
+            if self.sample_time
+            else bool(np.all(self.poles.real < 0.0))
+        )
 
     def dc_gain(self, name: str) -> Floats:
         """Return what an input that stays changes in contact torque and estimate, (2,): N m per unit of the input.

@@ -72,7 +72,9 @@ def _linear(flow: _Flow, order: int, sample_time: float = 0.0) -> AxisLoop:
     return AxisLoop(A, B, C, D, sample_time)
 
 
-def _accelerated(truth: TorqueAxis, believed: TorqueAxis, angle: float, drive: float, u: Floats) -> tuple[float, float]:
+def _accelerated(
+    truth: TorqueAxis, believed: TorqueAxis, angle: float, drive: float, u: Floats
+) -> tuple[float, float]:
     """Acceleration of the motor and contact torque, given the torque (N m) that the controller believes to command."""
     torque = truth.contact_angular_stiffness * (angle - u[2])
     real = truth.torque_constant / believed.torque_constant * drive
@@ -133,7 +135,11 @@ def _pid_observer(x: Floats, gains: PidffGains, J: float, true: float) -> _Obser
 def _state_observer(x: Floats, gains: PidffGains, J: float, true: float) -> _Observed:
     """A load torque that is taken to be constant, as a third state."""
     e = x[0] - x[3]
-    return x[5], lambda drive: [x[4] + gains.obs_kd / J * e, (drive - x[5] + gains.obs_kp * e) / J, -gains.obs_ki * e]
+    return x[5], lambda drive: [
+        x[4] + gains.obs_kd / J * e,
+        (drive - x[5] + gains.obs_kp * e) / J,
+        -gains.obs_ki * e,
+    ]
 
 
 _OBSERVERS: dict[str, Callable[[Floats, PidffGains, float, float], _Observed]] = {

@@ -42,7 +42,11 @@ class ObservedTorque(NamedTuple):
 
 
 def observed_torque(
-    axis: TorqueAxis, gains: PidffGains | None = None, *, observer: str = "pid", truth: TorqueAxis | None = None
+    axis: TorqueAxis,
+    gains: PidffGains | None = None,
+    *,
+    observer: str = "pid",
+    truth: TorqueAxis | None = None,
 ) -> ObservedTorque:
     """Return how the observer's estimate follows the sum of contact and load torque, and the motor's speed: Wang (9), corrected.
 
@@ -75,4 +79,6 @@ def observed_torque(
     whole = np.array([gains.obs_kd, gains.obs_kp, gains.obs_ki])
     N = whole if observer == "pid" else whole[2:]
     share = axis.torque_constant / truth.torque_constant
-    return ObservedTorque(share * N, (truth.inertia * share - axis.inertia) * np.append(N, 0.0), np.append(axis.inertia, whole))
+    return ObservedTorque(
+        share * N, (truth.inertia * share - axis.inertia) * np.append(N, 0.0), np.append(axis.inertia, whole)
+    )

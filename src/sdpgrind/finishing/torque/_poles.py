@@ -41,7 +41,9 @@ class AxisPoles:
     def slowest(self) -> float:
         """Least rate of decay of the two, 1/s; 0 or less: it does not decay."""
         modulus = float(np.max(np.abs(self.sampled)))
-        return float(min(np.min(-self.continuous.real), -np.log(modulus) / self.sample_time if modulus else inf))
+        return float(
+            min(np.min(-self.continuous.real), -np.log(modulus) / self.sample_time if modulus else inf)
+        )
 
     @property
     def stable(self) -> bool:
@@ -60,7 +62,9 @@ class AxisPoles:
 def _text(poles: Complex, form: str) -> str:
     """Poles, pairs once."""
     one = (
-        f"{p.real:{form}}" + (f"±{p.imag:{'.2f' if form == '.2f' else '.3g'}}j" if p.imag else "") for p in poles if p.imag >= 0
+        f"{p.real:{form}}" + (f"±{p.imag:{'.2f' if form == '.2f' else '.3g'}}j" if p.imag else "")
+        for p in poles
+        if p.imag >= 0
     )
     return ", ".join(one)
 

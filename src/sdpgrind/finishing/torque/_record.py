@@ -51,7 +51,9 @@ class AxisRecord:
         band : float
             Share of the target, dimensionless.
         """
-        outside = np.abs(self.normal_force - self.target_force) > checks.share("band", band) * self.target_force
+        outside = (
+            np.abs(self.normal_force - self.target_force) > checks.share("band", band) * self.target_force
+        )
         n = self.time.size
         last = n - 1 - np.argmax(outside[:, ::-1], axis=1)  # meaningless where it never is outside
         step = self.time[1] - self.time[0]
@@ -92,14 +94,20 @@ class AxisRecord:
         least = 4 * np.pi / (time[-1] - time[0])
         if w < least:
             raise checks.refuse("frequency", f">= {least:.4g} for two periods in the second half", w, "rad/s")
-        window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(time.size) + 0.5) / time.size)  # what else swings must not leak in
+        window = 0.5 - 0.5 * np.cos(
+            2 * np.pi * (np.arange(time.size) + 0.5) / time.size
+        )  # what else swings must not leak in
         turned = window * np.exp(-1j * w * time)
         return np.asarray(2 * np.abs((force - force.mean(axis=1, keepdims=True)) @ turned) / window.sum())
 
     @property
     def figures(self) -> dict[str, float]:
         """Means over the runs: settling to 2 and 5 % (s), overshoot (dimensionless), offset (N); of ripple and error rms (N)."""
-        means = {"settling_2": self.settling(0.02), "settling_5": self.settling(0.05), "overshoot": self.overshoot}
+        means = {
+            "settling_2": self.settling(0.02),
+            "settling_5": self.settling(0.05),
+            "overshoot": self.overshoot,
+        }
         found = {name: float(np.mean(values)) for name, values in means.items()}
         squares = {"ripple": self.ripple, "rms_error": self.rms_error}
         found |= {name: float(np.sqrt(np.mean(values**2))) for name, values in squares.items()}
@@ -122,10 +130,10 @@ class AxisRecord:
 
     def __repr__(self) -> str:
         found, (runs, samples) = self.figures, self.normal_force.shape
-        times = f"{runs} runs of {samples * float(self.time[1] - self.time[0]):.3g} s, {self.target_force:g} N"
-        told = (
-            f"2 % within {found['settling_2']:.3g} s, overshoot {100 * found['overshoot']:.3g} %, ripple {found['ripple']:.3g} N"
+        times = (
+            f"{runs} runs of {samples * float(self.time[1] - self.time[0]):.3g} s, {self.target_force:g} N"
         )
+        told = f"2 % within {found['settling_2']:.3g} s, overshoot {100 * found['overshoot']:.3g} %, ripple {found['ripple']:.3g} N"
         return f"AxisRecord({times}: {told})"
 
     @property

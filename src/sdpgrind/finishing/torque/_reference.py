@@ -21,15 +21,21 @@ class TorqueReference:
     per_force: Floats
 
 
-def reference(axis: TorqueAxis, motion: Any, normal_force: float, load_torque: npt.ArrayLike) -> TorqueReference:
+def reference(
+    axis: TorqueAxis, motion: Any, normal_force: float, load_torque: npt.ArrayLike
+) -> TorqueReference:
     """Reference along a motion; refused where it needs more current than there is."""
-    time, per_force = (np.zeros(1), np.array([1e-3 * axis.lever_arm])) if motion is None else _motion(motion, axis)
+    time, per_force = (
+        (np.zeros(1), np.array([1e-3 * axis.lever_arm])) if motion is None else _motion(motion, axis)
+    )
     load = checks.finite_array("load_torque", load_torque, "N m")
     if load.shape not in ((), time.shape):
         raise ValueError(
             f"load_torque must be one number or {time.size}, one for each time of the motion; got shape {load.shape}"
         )
-    found = TorqueReference(time, normal_force * per_force, np.array(np.broadcast_to(load, time.shape)), per_force)
+    found = TorqueReference(
+        time, normal_force * per_force, np.array(np.broadcast_to(load, time.shape)), per_force
+    )
     _check_current(axis, found)
     return found
 
@@ -37,14 +43,20 @@ def reference(axis: TorqueAxis, motion: Any, normal_force: float, load_torque: n
 def _motion(motion: Any, axis: TorqueAxis) -> tuple[Floats, Floats]:
     missing = [name for name in ("time", "torque_per_force", "profile") if not hasattr(motion, name)]
     if missing:
-        raise TypeError(f"motion must be a motion, as plan(problem) gives it, or None; it has no {', '.join(missing)}")
+        raise TypeError(
+            f"motion must be a motion, as plan(problem) gives it, or None; it has no {', '.join(missing)}"
+        )
     planned = getattr(getattr(motion, "problem", None), "lever_arm", axis.lever_arm)
     if planned != axis.lever_arm:
         raise checks.refuse("axis.lever_arm", f"that of the motion, {planned:g}", axis.lever_arm, "mm")
     time = np.ascontiguousarray(checks.finite_array("motion.time", motion.time, "s"))
-    per_force = np.ascontiguousarray(checks.finite_array("motion.torque_per_force", motion.torque_per_force, "N m/N"))
+    per_force = np.ascontiguousarray(
+        checks.finite_array("motion.torque_per_force", motion.torque_per_force, "N m/N")
+    )
     if time.ndim != 1 or not time.size or per_force.shape != time.shape:
-        raise ValueError(f"motion.torque_per_force must have one number for each time; got {per_force.shape} and {time.shape}")
+        raise ValueError(
+            f"motion.torque_per_force must have one number for each time; got {per_force.shape} and {time.shape}"
+        )
     if time[0] != 0.0 or np.any(np.diff(time) < 0):
         raise ValueError("motion.time must begin at 0 and rise (s)")
     if np.any(per_force <= 0):

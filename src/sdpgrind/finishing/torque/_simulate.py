@@ -73,7 +73,11 @@ def simulate_axis(
     load = _along("load_torque(time)", load_torque, time, "N m")
     offsets, law = _offsets(axis, start_angles), controller.law
     known = controller.reference
-    depth = known.torque[0] / axis.contact_angular_stiffness if checks.one_of("start", start, _STARTS) == "pressed" else 0.0
+    depth = (
+        known.torque[0] / axis.contact_angular_stiffness
+        if checks.one_of("start", start, _STARTS) == "pressed"
+        else 0.0
+    )
     out = np.empty((offsets.size, time.size - 1, columns.COLUMNS))
     angles, resolution = height / _rise(controller, axis), 2 * pi / axis.encoder_counts
     batch(
@@ -88,7 +92,9 @@ def _rise(controller: TorqueController, axis: TorqueAxis) -> float:
     return axis.lever_arm * cos(tilt)
 
 
-def _record(controller: TorqueController, axis: TorqueAxis, time: Floats, height: Floats, out: Floats) -> AxisRecord:
+def _record(
+    controller: TorqueController, axis: TorqueAxis, time: Floats, height: Floats, out: Floats
+) -> AxisRecord:
     longer = axis.lever_arm / controller.axis.lever_arm
     known, played = controller.reference, out[..., columns.PATH_TIME]
     torque = out[..., columns.TORQUE]
@@ -112,7 +118,9 @@ def _times(duration: float, step: float) -> Floats:
     return np.asarray(np.arange(samples + 1) * step, dtype=float)
 
 
-def _along(name: str, given: float | Callable[[Floats], npt.ArrayLike] | None, time: Floats, unit: str) -> Floats:
+def _along(
+    name: str, given: float | Callable[[Floats], npt.ArrayLike] | None, time: Floats, unit: str
+) -> Floats:
     """A number, or a function of time, at all times."""
     if given is None:
         return np.zeros(time.size)
@@ -120,7 +128,9 @@ def _along(name: str, given: float | Callable[[Floats], npt.ArrayLike] | None, t
         return np.full(time.size, checks.number(name.removesuffix("(time)"), given, unit))
     values = checks.finite_array(name, given(time), unit)
     if values.shape not in ((), time.shape):
-        raise ValueError(f"{name} must have one value for each time ({unit}); got shape {values.shape} for {time.shape}")
+        raise ValueError(
+            f"{name} must have one value for each time ({unit}); got shape {values.shape} for {time.shape}"
+        )
     return np.array(np.broadcast_to(values, time.shape))
 
 

@@ -65,7 +65,9 @@ def triple_pole_step(time: npt.ArrayLike, pole: float = 61.0, *, prefilter: bool
     return np.asarray(1.0 - np.exp(-x) * curve)
 
 
-def contact_step(time: npt.ArrayLike, axis: TorqueAxis | None = None, gains: PidffGains | None = None) -> Floats:
+def contact_step(
+    time: npt.ArrayLike, axis: TorqueAxis | None = None, gains: PidffGains | None = None
+) -> Floats:
     """Return T_f/T* after a step for Wang (8) with any gains, by its error equation; dimensionless.
 
     That equation is (7) corrected: e'' + k_fd e' + (k_fp + k_e/J) e + k_fi int e = (k_e/J) T_L, here with T_L = 0. As printed,
@@ -94,7 +96,9 @@ def contact_step(time: npt.ArrayLike, axis: TorqueAxis | None = None, gains: Pid
     return np.asarray(1.0 - (scipy.linalg.expm(times[..., np.newaxis, np.newaxis] * chain) @ start)[..., 0])
 
 
-def step_figures(answer: Callable[[Floats], Floats] | AxisLoop, *, horizon: float = 1.0, band: float = 0.02) -> StepFigures:
+def step_figures(
+    answer: Callable[[Floats], Floats] | AxisLoop, *, horizon: float = 1.0, band: float = 0.02
+) -> StepFigures:
     """Return overshoot, peak and settling of the answer to a step.
 
     Parameters
@@ -120,9 +124,14 @@ def step_figures(answer: Callable[[Floats], Floats] | AxisLoop, *, horizon: floa
     k = int(np.argmax(values))
     near = (time[max(k - 1, 0)], time[min(k + 1, _CURVE)])
     found = minimize_scalar(
-        lambda t: -float(curve(np.array([t]))[0]), bounds=near, method="bounded", options={"xatol": 1e-12 * end}
+        lambda t: -float(curve(np.array([t]))[0]),
+        bounds=near,
+        method="bounded",
+        options={"xatol": 1e-12 * end},
     )
-    return StepFigures(max(-float(found.fun) - 1.0, 0.0), float(found.x), _settled(curve, time, values, share), share)
+    return StepFigures(
+        max(-float(found.fun) - 1.0, 0.0), float(found.x), _settled(curve, time, values, share), share
+    )
 
 
 def _settled(curve: Callable[[Floats], Floats], time: Floats, values: Floats, band: float) -> float:

@@ -47,21 +47,24 @@ class StiffnessCase:
 
     def __repr__(self) -> str:
         worst, (low, high) = self.worst, self.stable
-        told = (
-            f"5 % within {worst['settling_5']:.3g} s, overshoot {100 * worst['overshoot']:.3g} %, ripple {worst['ripple']:.3g} N"
-        )
+        told = f"5 % within {worst['settling_5']:.3g} s, overshoot {100 * worst['overshoot']:.3g} %, ripple {worst['ripple']:.3g} N"
         factors = f"k_e x {self.factors.min():.3g} to {self.factors.max():.3g}"
         return f"StiffnessCase(at worst of {factors}: {told}; stable for k_e x {low:.3g} to {high:.3g})"
 
     def __str__(self) -> str:
         head = "k_e x   2 % (s)   5 % (s)   overshoot   ripple (N)"
         columns = (self.factors, self.settling_2, self.settling_5, self.overshoot, self.ripple)
-        rows = (f"{f:5.3g}  {a:8.3f}  {b:8.3f}  {100 * o:8.1f} %   {r:10.4f}" for f, a, b, o, r in zip(*columns, strict=True))
+        rows = (
+            f"{f:5.3g}  {a:8.3f}  {b:8.3f}  {100 * o:8.1f} %   {r:10.4f}"
+            for f, a, b, o, r in zip(*columns, strict=True)
+        )
         low, high = self.stable
         return "\n".join([head, *rows, f"stable for k_e x {low:.3g} to {high:.3g}"])
 
 
-def stiffness_range(controller: TorqueController, *, low: float = 0.05, high: float = 20.0) -> tuple[float, float]:
+def stiffness_range(
+    controller: TorqueController, *, low: float = 0.05, high: float = 20.0
+) -> tuple[float, float]:
     """Return the factors of k_e between which the sampled loop is stable, dimensionless; the ends asked for where it is there.
 
     Of "constant" (1, 1): nothing damps it, it is marginal at every stiffness.

@@ -128,11 +128,17 @@ class AreaController(Stateful, Described):
         """
         missing = [name for name in self.curve.responses if name not in measurement]
         if missing:
-            raise ValueError(f"measurement must have {', '.join(missing)}; got {', '.join(measurement) or 'nothing'}")
+            raise ValueError(
+                f"measurement must have {', '.join(missing)}; got {', '.join(measurement) or 'nothing'}"
+            )
         readings = np.array([usable(name, measurement[name]) for name in self.curve.responses])
         error, slopes = self._errors(readings)
         known = np.isfinite(error)
-        move = np.linalg.lstsq(slopes[known], error[known], rcond=None)[0] if np.any(known) else np.zeros(self.state.size)
+        move = (
+            np.linalg.lstsq(slopes[known], error[known], rcond=None)[0]
+            if np.any(known)
+            else np.zeros(self.state.size)
+        )
         self.state[:] = np.clip(self.state + self.theta * move, 0.0, 1.0)
         return self.command
 
@@ -142,7 +148,9 @@ class AreaController(Stateful, Described):
         controls, hidden = np.array(list(best.controls.values())), system.unscaled(self.state, system.n)
         out = np.empty((1, system.m * (1 + system.h)))
         run_many(system.response_tape, np.concatenate([controls, hidden])[None], out)
-        limit = system.values(controls, hidden)[2] - [self.margin.get(name, 0.0) for name in self.curve.responses]
+        limit = system.values(controls, hidden)[2] - [
+            self.margin.get(name, 0.0) for name in self.curve.responses
+        ]
         active = np.array([best.multipliers[name] > 0 for name in self.curve.responses])
         error = (readings - np.where(active, limit, out[0, : system.m])) / system.scales
         slopes = out[0, system.m :].reshape(system.m, system.h) * system.unscaled_slope(self.state, system.n)

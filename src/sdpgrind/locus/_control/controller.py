@@ -19,12 +19,21 @@ from sdpgrind.locus.gains._design_gain import declared_range, design_gain, stret
 from sdpgrind.locus.gains._gain_design import GainDesign
 from sdpgrind.locus.gains._gain_schedule import GainSchedule
 
-METHODS, PLACES, HOLDS, STARTS = ("feedback", "inversion"), ("command", "actual"), ("none", "settled"), ("feasible", "learned")
+METHODS, PLACES, HOLDS, STARTS = (
+    ("feedback", "inversion"),
+    ("command", "actual"),
+    ("none", "settled"),
+    ("feasible", "learned"),
+)
 
 
 def _hold(name: str, value: Any) -> str | float:
     """A word, or a time in s."""
-    return str(checks.one_of(name, value, HOLDS)) if isinstance(value, str) else checks.nonnegative(name, value, "s")
+    return (
+        str(checks.one_of(name, value, HOLDS))
+        if isinstance(value, str)
+        else checks.nonnegative(name, value, "s")
+    )
 
 
 @described(eq=False)
@@ -123,7 +132,9 @@ class LocusController(Walking, Described):
             raise ValueError("period must be a number (s) where lag or hold is a time; got None")
         stretch, unit = self.stretch, self.reports["slack"]
         if self.margin >= (greatest := float(np.max(stretch.limit))):
-            raise checks.refuse("margin", f"< {greatest:.6g}, the greatest limit on the curve", self.margin, unit)
+            raise checks.refuse(
+                "margin", f"< {greatest:.6g}, the greatest limit on the curve", self.margin, unit
+            )
         if self.floor is not None:
             checks.within("floor", self.floor, stretch.low, stretch.high, stretch.unit)
         if self.method == "feedback":
@@ -162,7 +173,11 @@ class LocusController(Walking, Described):
         """What the compiled core knows, in the user's units."""
         stretch = self.stretch
         schedule = self.gain if isinstance(self.gain, GainSchedule) else None
-        if schedule is None and (self.gain is None or isinstance(self.gain, str)) and self.method == "feedback":
+        if (
+            schedule is None
+            and (self.gain is None or isinstance(self.gain, str))
+            and self.method == "feedback"
+        ):
             schedule = self.design.schedule()
         fixed = float(self.gain) if isinstance(self.gain, float | int) else 0.0
         return core.WalkLaw(
@@ -211,7 +226,9 @@ class LocusController(Walking, Described):
             return start[stretch.along]
         if stretch.hidden_name in start:
             return stretch.coordinate_of(start[stretch.hidden_name])
-        raise ValueError(f"start must name {stretch.along} or {stretch.hidden_name}; got {', '.join(map(str, start))}")
+        raise ValueError(
+            f"start must name {stretch.along} or {stretch.hidden_name}; got {', '.join(map(str, start))}"
+        )
 
     def simulate(self, hidden: Any, *, noise: Any = 0.0) -> LoopRecord:
         """Return what it does on the model itself in many runs at once, with the numbers of `step`, bit for bit.

@@ -89,7 +89,9 @@ class Walking(Stateful):
         return self._commanded(float(self.state[core.PLACE]))
 
     def _commanded(self, place: float) -> dict[str, float]:
-        return dict(zip(self.stretch.names, self.stretch.rows(place)[: len(self.stretch.names)].tolist(), strict=True))
+        return dict(
+            zip(self.stretch.names, self.stretch.rows(place)[: len(self.stretch.names)].tolist(), strict=True)
+        )
 
     def step(self, **measurement: float) -> dict[str, float]:
         """Return all controls for the next sample, in the user's units.
@@ -129,7 +131,11 @@ class Walking(Stateful):
         """What is wrong where the end of the stretch does not keep the limit, and what to do."""
         stretch, place, unit = self.stretch, float(self.state[core.PLACE]), self.reports["slack"]
         inside = stretch.low < place < stretch.high
-        way = "its floor is lower" if inside else f"the curve is planned for a wider range of {stretch.hidden_name}"
+        way = (
+            "its floor is lower"
+            if inside
+            else f"the curve is planned for a wider range of {stretch.hidden_name}"
+        )
         return (
             f"the limit has been exceeded in {PATIENCE} readings in a row, now by {-self._slack:.3g} {unit}".rstrip()
             + f", while {stretch.along} stands at the end of its stretch, {place:.6g} {stretch.unit}".rstrip()
@@ -158,7 +164,12 @@ class Walking(Stateful):
         """Whether this reading does."""
         if isinstance(self.hold, str):
             place, waited = float(self.state[core.PLACE]), float(self.state[core.WAITED])
-            settled = self.hold == "none" or actual is None or abs(actual - place) <= SETTLED * abs(place) or waited >= PATIENCE
+            settled = (
+                self.hold == "none"
+                or actual is None
+                or abs(actual - place) <= SETTLED * abs(place)
+                or waited >= PATIENCE
+            )
             self.state[core.WAITED] = 0.0 if settled else waited + 1.0
             return settled
         assert self.period is not None
@@ -193,7 +204,9 @@ class Walking(Stateful):
         state = hidden_of(self.stretch.values, controls[None], np.array([reading]), self.stretch.x)
         believed = self._believed
         believed[:] = state if isnan(believed[0]) else believed + self.filter * (state - believed)
-        self.state[core.PLACE] = np.clip(balanced(self.stretch, believed, self.margin), self.law.low, self.law.high)[0]
+        self.state[core.PLACE] = np.clip(
+            balanced(self.stretch, believed, self.margin), self.law.low, self.law.high
+        )[0]
 
     def report(self) -> dict[str, float]:
         """Return its coordinate, the hidden state for which that is the optimum, the slack that it saw last; user's units.

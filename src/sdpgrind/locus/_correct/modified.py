@@ -70,7 +70,9 @@ class Modified:
         inputs[: self.n], inputs[self.n] = controls, 0.5 * (low + high)
         run(self.model.response_tape, inputs, self._work, self._out)
         sign = np.sign(self._out[1])
-        find_state(self.model.response_tape, inputs, (self.n, 0, 1), low, high, sign, response, self._work, self._out)
+        find_state(
+            self.model.response_tape, inputs, (self.n, 0, 1), low, high, sign, response, self._work, self._out
+        )
         return float(inputs[self.n])
 
     def begin(self, modifiers: Floats) -> bool:
@@ -79,7 +81,10 @@ class Modified:
         found = list(Tracer(self.system, places).seeds(float(places[0])))
         if not found:
             return False
-        costs = [float(self.system.values(self.system.unscaled(point[: self.n]), modifiers)[0]) for point, _ in found]
+        costs = [
+            float(self.system.values(self.system.unscaled(point[: self.n]), modifiers)[0])
+            for point, _ in found
+        ]
         point, held = found[int(np.argmin(costs))]
         self.point[:], self.held[:] = point, held
         return True
@@ -100,12 +105,16 @@ def _with_modifiers(problem: Problem) -> Problem:
     cost, slack = SMALL * system.cost_scale, SMALL * float(system.scales[0])
     widths = [high - low for low, high in problem.controls.values()]
     hidden = dict(problem.hidden) | {"_bias": (-slack, slack)}
-    hidden |= {f"_p_{name}": (-slack / width, slack / width) for name, width in zip(names, widths, strict=True)}
+    hidden |= {
+        f"_p_{name}": (-slack / width, slack / width) for name, width in zip(names, widths, strict=True)
+    }
     hidden |= {f"_q_{name}": (-cost / width, cost / width) for name, width in zip(names, widths, strict=True)}
     (one,) = problem.varying
 
     def response(s: SimpleNamespace, c: SimpleNamespace) -> Any:
-        return one.response(s, c) + s._bias + sum(getattr(s, f"_p_{name}") * getattr(c, name) for name in names)
+        return (
+            one.response(s, c) + s._bias + sum(getattr(s, f"_p_{name}") * getattr(c, name) for name in names)
+        )
 
     def tilted(s: SimpleNamespace, c: SimpleNamespace) -> Any:
         return problem.objective(s, c) + sum(getattr(s, f"_q_{name}") * getattr(c, name) for name in names)

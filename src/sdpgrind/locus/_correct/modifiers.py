@@ -55,7 +55,9 @@ class ModifierAdaptation:
 
     def modifiers(self) -> Floats:
         """As `Modified` takes them."""
-        return np.concatenate([[self.hidden, self.bias - self.constraint @ self.reference], self.constraint, self.cost])
+        return np.concatenate(
+            [[self.hidden, self.bias - self.constraint @ self.reference], self.constraint, self.cost]
+        )
 
 
 @described(eq=False)
@@ -129,7 +131,9 @@ class ModifierController(Described):
             told = f"{len(self.problem.hidden)} and {len(self.problem.varying)}"
             raise ValueError(f"problem must have one hidden state and one constraint; got {told}")
         if self.problem.system.limit_varies:
-            raise ValueError("limit must not depend on the hidden state, for a controller is to compute it; it does")
+            raise ValueError(
+                "limit must not depend on the hidden state, for a controller is to compute it; it does"
+            )
         _ = self.start_hidden
 
     @property
@@ -137,7 +141,11 @@ class ModifierController(Described):
         """Hidden state at the start, in its unit."""
         (name,) = self.problem.hidden_names
         low, high = self.problem.hidden[name]
-        return 0.5 * (low + high) if self.hidden is None else checks.within(name, self.hidden, low, high, self.problem.unit(name))
+        return (
+            0.5 * (low + high)
+            if self.hidden is None
+            else checks.within(name, self.hidden, low, high, self.problem.unit(name))
+        )
 
     @property
     def response(self) -> str:
@@ -200,7 +208,9 @@ class ModifierController(Described):
     @property
     def center(self) -> dict[str, float]:
         """The controls without dither, in the user's units."""
-        return dict(zip(self.problem.names, self._modified.model.unscaled(self.state.center).tolist(), strict=True))
+        return dict(
+            zip(self.problem.names, self._modified.model.unscaled(self.state.center).tolist(), strict=True)
+        )
 
     def step(self, **measurement: float) -> dict[str, float]:
         """Return all controls for the next sample, in the user's units.
@@ -243,7 +253,9 @@ class ModifierController(Described):
         if self.feedback == "state":
             found = modified.hidden_of(z, P - tilt + limit)
             state.hidden += self.gain * (found - state.hidden)
-            state.bias = P - tilt - modified.values(z, found)[0]  # 0, unless no hidden state explains the reading
+            state.bias = (
+                P - tilt - modified.values(z, found)[0]
+            )  # 0, unless no hidden state explains the reading
         else:
             state.bias += self.gain * (P - tilt - modified.values(z, state.hidden)[0] - state.bias)
 
@@ -285,7 +297,9 @@ class ModifierController(Described):
         """Directions of the next pattern: along the limit of the corrected model, and across it where that is asked for."""
         model, n = self._modified.model, self._modified.n
         z = model.unscaled(state.center)
-        normal = (self._modified.values(z, state.hidden)[2] + state.constraint) * model.unscaled_slope(state.center)
+        normal = (self._modified.values(z, state.hidden)[2] + state.constraint) * model.unscaled_slope(
+            state.center
+        )
         basis = np.linalg.svd(normal[None])[2]  # the first row is across, the others along
         sizes = np.full(n, self.dither)
         if self._modified.active:
@@ -306,7 +320,9 @@ class ModifierController(Described):
             state.center = np.clip(state.center + step, room, 1 - room)
 
     def _move(self, state: ModifierAdaptation) -> None:
-        state.command = self._modified.model.unscaled(state.center + state.directions @ state.signs[state.row])
+        state.command = self._modified.model.unscaled(
+            state.center + state.directions @ state.signs[state.row]
+        )
 
     def report(self) -> dict[str, float]:
         """Return its hidden state, bias and the slack that it saw last; user's units."""

@@ -83,16 +83,26 @@ class Area(Plan):
         names = self.problem.hidden_names
         if set(hidden) != set(names):
             raise ValueError(f"hidden states must be {', '.join(names)}; got {', '.join(sorted(hidden))}")
-        x = np.array([checks.within(name, hidden[name], *self.problem.hidden[name], self.problem.unit(name)) for name in names])
+        x = np.array(
+            [
+                checks.within(name, hidden[name], *self.problem.hidden[name], self.problem.unit(name))
+                for name in names
+            ]
+        )
         return self._at(x)
 
     def _at(self, x: Floats, clamped: bool = False) -> Point:
         place = self.system.scaled(x, self.system.n)
         found = [end for corner in self._corners(place) if (end := self._followed(corner, place)) is not None]
         if not found:
-            given = ", ".join(f"{name} = {value:g}" for name, value in zip(self.problem.hidden_names, x, strict=True))
+            given = ", ".join(
+                f"{name} = {value:g}" for name, value in zip(self.problem.hidden_names, x, strict=True)
+            )
             raise ValueError(f"hidden states must have a feasible point; none is known at {given}")
-        columns = [(point_of(Tracer(self.system, place, 0), run.held, run.nodes[-1], run.tangents[-1]), run) for run in found]
+        columns = [
+            (point_of(Tracer(self.system, place, 0), run.held, run.nodes[-1], run.tangents[-1]), run)
+            for run in found
+        ]
         best, run = min(columns, key=lambda pair: float(pair[0].cost[0]))
         states = dict(zip(self.problem.hidden_names, map(float, x), strict=True))
         return named_point(self.problem, states, best, kind_of(run.held, self.system.n), clamped)
@@ -112,7 +122,9 @@ class Area(Plan):
             point[-1] = hidden[t]
             low, high = sorted((hidden[t], place[t]))
             if high > low:
-                run = Tracer(self.system, hidden, t).follow(point, held, np.sign(place[t] - hidden[t]), low, high)[-1]
+                run = Tracer(self.system, hidden, t).follow(
+                    point, held, np.sign(place[t] - hidden[t]), low, high
+                )[-1]
                 if run.end[0] != "range":
                     return None
                 point, held = run.nodes[-1].copy(), run.held
@@ -138,7 +150,9 @@ class Area(Plan):
         if set(measured) != {*self.names, *responses} or len(responses) < h:
             needed = f"all of {', '.join(self.names)} and {h} of {', '.join(self.responses)}"
             raise ValueError(f"measured must be {needed}; got {', '.join(sorted(measured))}")
-        values = {name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()}
+        values = {
+            name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()
+        }
         controls = np.array([self.problem.control(name, values[name]) for name in self.names])
         rows = [self.responses.index(name) for name in responses]
         place, clamped = self._inverted(controls, rows, np.array([values[name] for name in responses]))
@@ -151,7 +165,9 @@ class Area(Plan):
             hidden = system.unscaled(place, system.n)
             return (system.values(controls, hidden)[1][rows] - measured) / scales
 
-        found = optimize.least_squares(misfit, np.full(system.h, 0.5), bounds=(0.0, 1.0), xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        found = optimize.least_squares(
+            misfit, np.full(system.h, 0.5), bounds=(0.0, 1.0), xtol=1e-15, ftol=1e-15, gtol=1e-15
+        )
         return np.clip(found.x, 0.0, 1.0), bool(np.max(np.abs(found.fun)) > 1e-6)
 
     @cached_property
@@ -176,7 +192,9 @@ class Area(Plan):
         """One sentence: what was found (residual in unit 1)."""
         share = np.mean(self.known)
         told = f"{self.known.sum()} exact points, {100 * share:.0f} % of the grid, residual {self.error:.1g}"
-        return told + ("; many points are as good, the one of the most slack was taken" if self.degenerate else "")
+        return told + (
+            "; many points are as good, the one of the most slack was taken" if self.degenerate else ""
+        )
 
     def _told(self) -> str:
         return self.status

@@ -7,7 +7,18 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._curve.inversion_kernels import CONTROLS, DIRECTION, GUESS, HEAD, HIGH, LOW, RESPONSE, SLOPE, TAPE, retrieve
+from sdpgrind.locus._curve.inversion_kernels import (
+    CONTROLS,
+    DIRECTION,
+    GUESS,
+    HEAD,
+    HIGH,
+    LOW,
+    RESPONSE,
+    SLOPE,
+    TAPE,
+    retrieve,
+)
 from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.locus._trace.table_kernels import INSIDE, NO_KEY
 
@@ -98,4 +109,6 @@ class Inversion:
     def _nothing(self, measured: Any, controls: Any) -> ValueError:
         if np.isnan(measured):
             return checks.refuse("response", "a number, no NaN", measured)
-        return ValueError(f"controls must be where the model has a response; it has none at {', '.join(map(str, controls))}")
+        return ValueError(
+            f"controls must be where the model has a response; it has none at {', '.join(map(str, controls))}"
+        )

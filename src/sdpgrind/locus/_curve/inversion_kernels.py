@@ -27,7 +27,13 @@ def find_state(tape, inputs, places, low, high, direction, measured, work, out):
     """
     state, response, slope = places
     inset = INSET * (high - low)  # a pole may stand at an end: steps beside it are small, and tell nothing
-    x, a, b, tried_low, tried_high = min(max(inputs[state], low + inset), high - inset), low, high, False, False
+    x, a, b, tried_low, tried_high = (
+        min(max(inputs[state], low + inset), high - inset),
+        low,
+        high,
+        False,
+        False,
+    )
     before, step, rounding = 4.0 * (high - low), 2.0 * (high - low), ROUNDING * (high - low)
     for _ in range(STEPS):
         inputs[state] = x
@@ -83,7 +89,9 @@ def retrieve(packed, controls, measured, out):
         inputs[k] = controls[k]
     inputs[n] = packed[GUESS]
     places = (n, counts[RESPONSE], counts[SLOPE])
-    flag = find_state(tape, inputs, places, packed[LOW], packed[HIGH], packed[DIRECTION], measured, work, found)
+    flag = find_state(
+        tape, inputs, places, packed[LOW], packed[HIGH], packed[DIRECTION], measured, work, found
+    )
     out[0] = inputs[n]
     outside = look_up(packed[end:], inputs[n], out[1:])
     return flag if flag != INSIDE else outside

@@ -80,7 +80,9 @@ class Locus(Plan):
     @cached_property
     def best(self) -> tuple[Piece, ...]:
         """The global pieces, by rising hidden state (units of the problem)."""
-        return tuple(sorted((piece for piece in self.pieces if piece.is_global), key=lambda piece: piece.range))
+        return tuple(
+            sorted((piece for piece in self.pieces if piece.is_global), key=lambda piece: piece.range)
+        )
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -90,7 +92,9 @@ class Locus(Plan):
             for kind, k in ((piece.start, 0), (piece.end, -1)):
                 x = float(piece.table.hidden[k])
                 if kind not in ("", "range"):
-                    found.setdefault((kind, round(x, 12)), Event(kind, x, self._named(piece.table.controls[k])))
+                    found.setdefault(
+                        (kind, round(x, 12)), Event(kind, x, self._named(piece.table.controls[k]))
+                    )
         return tuple(sorted(found.values(), key=lambda event: event.hidden))
 
     @property
@@ -132,11 +136,15 @@ class Locus(Plan):
         """
         name = self.hidden_name
         if set(hidden) != {name}:
-            raise ValueError(f"hidden state must be given by its name, {name}=...; got {', '.join(sorted(hidden)) or 'nothing'}")
+            raise ValueError(
+                f"hidden state must be given by its name, {name}=...; got {', '.join(sorted(hidden)) or 'nothing'}"
+            )
         x = checks.number(name, hidden[name], self.problem.unit(name))
         point, (low, high) = self._at(x), self.range
         if throw and point.clamped:
-            raise checks.refuse(name, f"in [{low:g}, {high:g}], where best points are known", x, self.problem.unit(name))
+            raise checks.refuse(
+                name, f"in [{low:g}, {high:g}], where best points are known", x, self.problem.unit(name)
+            )
         return point
 
     def _at(self, x: float, clamped: bool = False) -> Point:
@@ -190,11 +198,15 @@ class Locus(Plan):
         if set(measured) != {*self.names, *responses} or len(responses) != 1:
             needed = f"all of {', '.join(self.names)} and one of {', '.join(self.responses)}"
             raise ValueError(f"measured must be {needed}; got {', '.join(sorted(measured))}")
-        values = {name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()}
+        values = {
+            name: checks.number(name, value, self.problem.unit(name)) for name, value in measured.items()
+        }
         controls = np.array([self.problem.control(name, values[name]) for name in self.names])
         x, inside = self._inverted(controls, responses[0], values[responses[0]])
         if throw and not inside:
-            raise checks.refuse(responses[0], "what some hidden state in its range explains", values[responses[0]])
+            raise checks.refuse(
+                responses[0], "what some hidden state in its range explains", values[responses[0]]
+            )
         return self._at(x, clamped=not inside)
 
     def _inverted(self, controls: Floats, response: str, measured: float) -> tuple[float, bool]:
@@ -204,7 +216,9 @@ class Locus(Plan):
         run(tape, inputs, work, out)
         j, slope = self.responses.index(response), self.system.m + self.responses.index(response)
         if not abs(out[slope]) > 0.0:
-            raise ValueError(f"{response} must tell something of {self.hidden_name}; at these controls it tells nothing")
+            raise ValueError(
+                f"{response} must tell something of {self.hidden_name}; at these controls it tells nothing"
+            )
         places = (len(controls), j, slope)
         flag = find_state(tape, inputs, places, low, high, np.sign(out[slope]), measured, work, out)
         return float(inputs[-1]), flag == INSIDE
@@ -297,7 +311,9 @@ class Locus(Plan):
         first, last = self.problem.hidden[self.hidden_name]
         if max(low - first, last - high) > 1e-9 * (last - first):
             told += f"; no best point was found elsewhere in {first:g} to {last:g}"
-        return told + ("; many points are as good, the one of the most slack was taken" if self.degenerate else "")
+        return told + (
+            "; many points are as good, the one of the most slack was taken" if self.degenerate else ""
+        )
 
     def _told(self) -> str:
         return self.status

@@ -50,7 +50,9 @@ def picture(curve: "Locus") -> Any:
 def _over_hidden(axis: Any, curve: "Locus", columns: list[checks.Floats]) -> None:
     for piece, column in zip(curve.pieces, columns, strict=True):
         style = "-" if piece.is_global else ":"
-        axis.plot(piece.table.hidden, column, style, color=COLOURS[piece.kind], lw=1.6 if piece.is_global else 1.0)
+        axis.plot(
+            piece.table.hidden, column, style, color=COLOURS[piece.kind], lw=1.6 if piece.is_global else 1.0
+        )
     for event in curve.events:
         axis.axvline(event.hidden, color="0.85", lw=0.7, zorder=0)
     _spread_out(axis)
@@ -85,11 +87,32 @@ def _between(axis: Any, curve: "Locus") -> None:
         style = "-" if piece.is_global else ":"
         label = None if piece.kind in seen else piece.kind
         seen.add(piece.kind)
-        marker = "o" if piece.kind == "interior" and len(set(map(tuple, piece.table.controls.round(9)))) == 1 else None
+        marker = (
+            "o"
+            if piece.kind == "interior" and len(set(map(tuple, piece.table.controls.round(9)))) == 1
+            else None
+        )
         x, y = piece.table.controls[:, 0], piece.table.controls[:, 1]
-        axis.plot(x, y, style, marker=marker, ms=5, color=COLOURS[piece.kind], lw=1.8 if piece.is_global else 1.0, label=label)
+        axis.plot(
+            x,
+            y,
+            style,
+            marker=marker,
+            ms=5,
+            color=COLOURS[piece.kind],
+            lw=1.8 if piece.is_global else 1.0,
+            label=label,
+        )
     for state, place in _numbered(curve):
-        axis.annotate(f"{state:.3g}", place, xytext=(5, 0), textcoords="offset points", fontsize=7, va="center", bbox=_BEHIND)
+        axis.annotate(
+            f"{state:.3g}",
+            place,
+            xytext=(5, 0),
+            textcoords="offset points",
+            fontsize=7,
+            va="center",
+            bbox=_BEHIND,
+        )
     axis.margins(x=0.12)  # room for the numbers
     axis.set(xlabel=_label(curve, first), ylabel=_label(curve, second))
     axis.set_title(f"numbers: {_label(curve, curve.hidden_name)}", fontsize=8, color="0.4")

@@ -106,7 +106,9 @@ def marked(tracer: Tracer, branches: list[Branch]) -> Any:
         own = [(low, high) for low, high, best in parts if best == b]
         ends = sorted({end for part in own for end in part})
         for run in branch:
-            for piece in tracer.cut(run, [end for end in ends if run.low + ROUNDING < end < run.high - ROUNDING]):
+            for piece in tracer.cut(
+                run, [end for end in ends if run.low + ROUNDING < end < run.high - ROUNDING]
+            ):
                 middle = 0.5 * (piece.low + piece.high)
                 yield piece, any(low <= middle <= high for low, high in own)
 
@@ -127,7 +129,9 @@ def _check_signs(problem: Problem, system: System) -> None:
         for j, name in enumerate(system.responses):
             _check_sign(name, hidden, slopes[:, j, k])
         if not np.any(np.abs(slopes[:, :, k]) > 0):
-            raise ValueError(f"hidden states must be seen in what is measured; nothing of it depends on {hidden}")
+            raise ValueError(
+                f"hidden states must be seen in what is measured; nothing of it depends on {hidden}"
+            )
 
 
 def _check_sign(name: str, hidden: str, slopes: Floats) -> None:

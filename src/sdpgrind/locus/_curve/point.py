@@ -58,7 +58,20 @@ def named_point(problem: Problem, hidden: dict[str, float], row: Columns, kind: 
         named = dict(zip(responses, map(float, values[0]), strict=True))
         return named if len(named) > 1 else next(iter(named.values()))
 
-    controls, slope = (dict(zip(problem.names, map(float, values[0]), strict=True)) for values in (row.controls, row.slope))
+    controls, slope = (
+        dict(zip(problem.names, map(float, values[0]), strict=True)) for values in (row.controls, row.slope)
+    )
     multipliers = dict(zip(responses, map(float, row.multipliers[0]), strict=True))
     response, limit = by_name(row.response), by_name(row.limit)
-    return Point(hidden, controls, float(row.cost[0]), multipliers, response, limit, slope, float(row.margin[0]), kind, clamped)
+    return Point(
+        hidden,
+        controls,
+        float(row.cost[0]),
+        multipliers,
+        response,
+        limit,
+        slope,
+        float(row.margin[0]),
+        kind,
+        clamped,
+    )

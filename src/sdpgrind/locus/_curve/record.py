@@ -35,17 +35,31 @@ def dataset_of(problem: Problem, pieces: tuple[Piece, ...], degenerate: bool) ->
     variables["piece"] = (("point",), np.repeat(np.arange(len(tables)), [len(one.hidden) for one in tables]))
     variables[name] = (("point",), table.hidden, {"units": problem.unit(name), "long_name": "hidden state"})
     held = np.array([piece.held for piece in pieces])
-    variables["held"] = (("pieces", "set"), held, {"long_name": "-1, 1: control at its least, greatest; 1: constraint active"})
-    attrs = {"problem": written(problem), "pieces": json.dumps(_described(pieces)), "degenerate": int(degenerate)}
+    variables["held"] = (
+        ("pieces", "set"),
+        held,
+        {"long_name": "-1, 1: control at its least, greatest; 1: constraint active"},
+    )
+    attrs = {
+        "problem": written(problem),
+        "pieces": json.dumps(_described(pieces)),
+        "degenerate": int(degenerate),
+    }
     return xr.Dataset(variables, coordinates(problem), attrs)
 
 
-def columns_of(problem: Problem, table: Columns, dims: tuple[str, ...], shape: tuple[int, ...] = (-1,)) -> dict[str, Any]:
+def columns_of(
+    problem: Problem, table: Columns, dims: tuple[str, ...], shape: tuple[int, ...] = (-1,)
+) -> dict[str, Any]:
     """Variables of a table whose points lie on dimensions."""
     found: dict[str, Any] = {}
     for name, second in (_WIDE | _TALL | {"points": "unknown", "along": "unknown"}).items():
         values = getattr(table, name)
-        found[name] = ((*dims, second), values.reshape(*shape, values.shape[1]), {"long_name": _TOLD.get(name, "scaled")})
+        found[name] = (
+            (*dims, second),
+            values.reshape(*shape, values.shape[1]),
+            {"long_name": _TOLD.get(name, "scaled")},
+        )
     for name in _NARROW:
         unit = "1" if name == "residual" else problem.unit("cost")
         found[name] = (dims, getattr(table, name).reshape(shape), {"units": unit, "long_name": _TOLD[name]})
@@ -95,7 +109,9 @@ def area_dataset(problem: Problem, grid: TraceGrid, degenerate: bool) -> xr.Data
         grid.held,
         {"long_name": "-1, 1: control at its least, greatest; 1: constraint active"},
     )
-    return xr.Dataset(variables, coordinates(problem) | along, {"problem": written(problem), "degenerate": int(degenerate)})
+    return xr.Dataset(
+        variables, coordinates(problem) | along, {"problem": written(problem), "degenerate": int(degenerate)}
+    )
 
 
 def area_fields(data: xr.Dataset) -> tuple[Problem, TraceGrid, bool]:

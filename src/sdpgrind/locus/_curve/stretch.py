@@ -18,8 +18,12 @@ def stretch(curve: Curve, along: str, x: tuple[float, float] | None) -> Stretch:
     checks.one_of("along", along, (*curve.names, curve.hidden_name))
     low, high = _declared(curve, x)
     if curve.system.limit_varies:
-        raise ValueError("limit must not depend on a hidden state where a controller is to compute it; it does")
-    chosen = [piece for piece in curve.best if piece.active and piece.range[1] > low and piece.range[0] < high]
+        raise ValueError(
+            "limit must not depend on a hidden state where a controller is to compute it; it does"
+        )
+    chosen = [
+        piece for piece in curve.best if piece.active and piece.range[1] > low and piece.range[0] < high
+    ]
     if not chosen:
         raise ValueError(
             f"x must hold states at which a measured constraint is active: from {low:g} to {high:g} none is, and nothing measured"
@@ -40,7 +44,9 @@ def stretch(curve: Curve, along: str, x: tuple[float, float] | None) -> Stretch:
         ends=_ends(chosen, low, high),
         values=_Model(curve.problem, j),
         response=curve.responses[j],
-        units={name: curve.problem.unit(name) for name in (*curve.names, curve.hidden_name, curve.responses[j])},
+        units={
+            name: curve.problem.unit(name) for name in (*curve.names, curve.hidden_name, curve.responses[j])
+        },
     )
 
 
@@ -49,7 +55,9 @@ def _declared(curve: Curve, x: tuple[float, float] | None) -> tuple[float, float
         return curve.problem.hidden[curve.hidden_name]
     unit = curve.problem.unit(curve.hidden_name)
     if np.shape(x) != (2,):
-        raise ValueError(f"x must be the least and the greatest {curve.hidden_name} to reckon with; got {checks.shown(x)}")
+        raise ValueError(
+            f"x must be the least and the greatest {curve.hidden_name} to reckon with; got {checks.shown(x)}"
+        )
     low, high = (checks.number(f"x[{k}]", value, unit) for k, value in enumerate(x))
     first, last = curve.problem.hidden[curve.hidden_name]
     if not first <= low < high <= last:
@@ -85,7 +93,9 @@ def _measured(curve: Curve, chosen: list[Piece]) -> int:
     common = set.intersection(*(set(piece.active) for piece in chosen))
     if not common:
         told = "; ".join(f"{', '.join(piece.active)} up to {piece.range[1]:.6g}" for piece in chosen)
-        raise ValueError(f"x must be a range on which one constraint is active all along, to be measured; got {told}")
+        raise ValueError(
+            f"x must be a range on which one constraint is active all along, to be measured; got {told}"
+        )
     return next(j for j, name in enumerate(curve.responses) if name in common)
 
 
@@ -99,10 +109,21 @@ def _rows(curve: Curve, piece: Piece, low: float, high: float, j: int) -> tuple[
     along = np.concatenate([ends[0].along, table.along[inside], ends[1].along])
     n = system.n
     controls, hidden = system.unscaled(points[:, :n]), system.unscaled(points[:, -1:], n)
-    by_length = along[:, :n] * system.unscaled_slope(points[:, :n]), along[:, -1] * system.unscaled_slope(points[:, -1:], n)[:, 0]
+    by_length = (
+        along[:, :n] * system.unscaled_slope(points[:, :n]),
+        along[:, -1] * system.unscaled_slope(points[:, -1:], n)[:, 0],
+    )
     response, limit = system.slopes(controls, hidden, by_length[0])
     total = limit[:, j]
-    return hidden[:, 0], controls, system.values(controls, hidden)[2][:, j], by_length[1], by_length[0], total, response[:, j]
+    return (
+        hidden[:, 0],
+        controls,
+        system.values(controls, hidden)[2][:, j],
+        by_length[1],
+        by_length[0],
+        total,
+        response[:, j],
+    )
 
 
 def _ends(chosen: list[Piece], low: float, high: float) -> tuple[str, str]:

@@ -22,9 +22,15 @@ def table(curve: Curve, key: str | None, points: int) -> LocusTable:
     checks.one_of("key", name, (curve.hidden_name, *curve.names, *curve.responses))
     checks.count("points", points, 2 * len(curve.best))
     pieces = zip(curve.best, _fine(curve, points), strict=True)
-    parts = [_part(rows, *_keyed(curve, rows, name)) for piece, rows in pieces if name == curve.hidden_name or piece.active]
+    parts = [
+        _part(rows, *_keyed(curve, rows, name))
+        for piece, rows in pieces
+        if name == curve.hidden_name or piece.active
+    ]
     if not parts:
-        raise ValueError(f"key must be {curve.hidden_name!r} where no measured constraint is ever active; got {name!r}")
+        raise ValueError(
+            f"key must be {curve.hidden_name!r} where no measured constraint is ever active; got {name!r}"
+        )
     spans = np.array([np.sum(np.sqrt(np.sum(np.diff(part.columns, axis=0) ** 2, axis=1))) for part in parts])
     shares = points * spans / max(float(np.sum(spans)), 1e-300)
     kept = [part.thinned(max(2, round(share))) for part, share in zip(parts, shares, strict=True)]
@@ -37,17 +43,23 @@ def inversion(curve: Curve, response: str | None, points: int) -> Inversion:
     j, m = curve.responses.index(name), len(curve.responses)
     slopes = curve.system.response_slopes()[:, j]
     if not (np.all(slopes >= 0) or np.all(slopes <= 0)) or not np.any(slopes):
-        raise ValueError(f"response must move one way with {curve.hidden_name} all over the ranges; {name} does not")
+        raise ValueError(
+            f"response must move one way with {curve.hidden_name} all over the ranges; {name} does not"
+        )
     low, high = curve.problem.hidden[curve.hidden_name]
     rising = bool(np.any(slopes > 0))
-    return Inversion(curve.system.response_tape, table(curve, None, points), low, high, rising=rising, count=m, index=j)
+    return Inversion(
+        curve.system.response_tape, table(curve, None, points), low, high, rising=rising, count=m, index=j
+    )
 
 
 def _fine(curve: Curve, points: int) -> list[Columns]:
     """The global pieces with more points, by Newton's method from those that are known."""
     tracer = Tracer(curve.system, np.zeros(1))
     runs = [TraceRun(piece.table.points, piece.table.along, piece.held) for piece in curve.best]
-    return [tabulate(tracer, [run], [size]) for run, size in zip(runs, counts(runs, FINER * points), strict=True)]
+    return [
+        tabulate(tracer, [run], [size]) for run, size in zip(runs, counts(runs, FINER * points), strict=True)
+    ]
 
 
 def _keyed(curve: Curve, rows: Columns, name: str) -> tuple[Floats, Floats]:
@@ -65,7 +77,9 @@ def _keyed(curve: Curve, rows: Columns, name: str) -> tuple[Floats, Floats]:
 def _part(rows: Columns, key: Floats, slope: Floats) -> LocusTable:
     known = np.isfinite(slope) & np.all(np.isfinite(rows.slope), axis=1)
     if not (np.all(slope[known] > 0) or np.all(slope[known] < 0)):
-        raise ValueError("key must change one way along the locus, so that it belongs to one point; it turns, or stands still")
+        raise ValueError(
+            "key must change one way along the locus, so that it belongs to one point; it turns, or stands still"
+        )
     return LocusTable(key[known], rows.controls[known], rows.slope[known] / slope[known, None])
 
 
@@ -93,4 +107,8 @@ def _check_joined(parts: list[LocusTable], name: str) -> None:
 
 
 def _rising(part: LocusTable) -> LocusTable:
-    return part if part.key[-1] > part.key[0] else LocusTable(part.key[::-1], part.columns[::-1], part.slopes[::-1])
+    return (
+        part
+        if part.key[-1] > part.key[0]
+        else LocusTable(part.key[::-1], part.columns[::-1], part.slopes[::-1])
+    )

@@ -29,7 +29,9 @@ def _ranges(owner: str, given: Any) -> dict[str, tuple[float, float]]:
         try:
             low, high = ends
         except (TypeError, ValueError):
-            raise TypeError(f"{owner}[{name!r}] must be (least, greatest); got {checks.shown(ends)}") from None
+            raise TypeError(
+                f"{owner}[{name!r}] must be (least, greatest); got {checks.shown(ends)}"
+            ) from None
         low, high = checks.number(f"{owner}[{name!r}][0]", low), checks.number(f"{owner}[{name!r}][1]", high)
         if not low < high:
             raise checks.refuse(f"{owner}[{name!r}]", "(least, greatest) with least < greatest", (low, high))
@@ -40,7 +42,9 @@ def _ranges(owner: str, given: Any) -> dict[str, tuple[float, float]]:
 def _constraints(name: str, given: Any) -> tuple[Varying, ...]:
     if isinstance(given, Varying):
         return (given,)
-    return tuple(checks.kind(f"{name}[{k}]", one, Varying, " (see locus.Varying)") for k, one in enumerate(given))
+    return tuple(
+        checks.kind(f"{name}[{k}]", one, Varying, " (see locus.Varying)") for k, one in enumerate(given)
+    )
 
 
 @described("locus.problem")
@@ -97,10 +101,15 @@ class Problem(Described):
         if self.model is None:
             check_function("cost", self.cost)
         elif self.cost is not None or self.constraints:
-            raise ValueError("cost and constraints must be left out where a model is given, which brings them; got both")
+            raise ValueError(
+                "cost and constraints must be left out where a model is given, which brings them; got both"
+            )
         elif hasattr(self.model, "check"):
             self.model.check(self.controls, self.hidden)
-        checks.unique("names of controls, hidden states and constraints", [*self.controls, *self.hidden, *self.responses])
+        checks.unique(
+            "names of controls, hidden states and constraints",
+            [*self.controls, *self.hidden, *self.responses],
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -164,7 +173,9 @@ class Problem(Described):
         """
         checks.kind("estimate", estimate, Estimate, " (see sdpgrind.identify)")
         if self.model is None:
-            raise ValueError("estimate must be of fields of a model, and this problem has none: give it other functions")
+            raise ValueError(
+                "estimate must be of fields of a model, and this problem has none: give it other functions"
+            )
         if not estimate.ok:
             raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
         return self.replace(model=self.model.replace(**{name: estimate[name] for name in estimate.names}))
@@ -201,7 +212,11 @@ def written(problem: Problem) -> str:
     """The problem as text."""
     if problem.model is not None:
         return stored.encode(problem)
-    ranges = {"controls": dict(problem.controls), "hidden": dict(problem.hidden), "units": dict(problem.units)}
+    ranges = {
+        "controls": dict(problem.controls),
+        "hidden": dict(problem.hidden),
+        "units": dict(problem.units),
+    }
     named = [[one.name, one.unit] for one in problem.varying]
     return json.dumps({"function": system_of(problem).function.serialize(), "constraints": named, **ranges})
 
@@ -216,6 +231,7 @@ def read_problem(text: str) -> Problem:
     names, m = (tuple(ranges["controls"]), tuple(ranges["hidden"])), len(known["constraints"])
     cost, *rest = (Expression(known["function"], k, *names) for k in range(1 + 2 * m))
     constraints = [
-        Varying(response=rest[j], limit=rest[m + j], name=name, unit=unit) for j, (name, unit) in enumerate(known["constraints"])
+        Varying(response=rest[j], limit=rest[m + j], name=name, unit=unit)
+        for j, (name, unit) in enumerate(known["constraints"])
     ]
     return Problem(**ranges, cost=cost, constraints=constraints, units=known["units"])

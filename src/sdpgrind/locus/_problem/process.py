@@ -15,7 +15,9 @@ Ranges: TypeAlias = Mapping[str, tuple[float, float]]
 def check_function(name: str, value: Any) -> Any:
     """Return a function f(s, c)."""
     if not callable(value):
-        raise TypeError(f"{name} must be a function f(s, c) of hidden states and controls; got {checks.shown(value)}")
+        raise TypeError(
+            f"{name} must be a function f(s, c) of hidden states and controls; got {checks.shown(value)}"
+        )
     return value
 
 

@@ -98,9 +98,14 @@ class System:
         self._cost = _expression("cost", problem.objective, states, controls)
         pairs = [(one.response, one.limit) for one in problem.varying]
         self._response = ca.vertcat(
-            *(_expression(f"constraints[{j}].response", f, states, controls) for j, (f, _) in enumerate(pairs))
+            *(
+                _expression(f"constraints[{j}].response", f, states, controls)
+                for j, (f, _) in enumerate(pairs)
+            )
         )
-        self._limit = ca.vertcat(*(_expression(f"constraints[{j}].limit", f, states, controls) for j, (_, f) in enumerate(pairs)))
+        self._limit = ca.vertcat(
+            *(_expression(f"constraints[{j}].limit", f, states, controls) for j, (_, f) in enumerate(pairs))
+        )
         self.value_tape = self._tape(self._cost, self._response, self._limit)
         self.response_tape = self._tape(self._response, ca.vec(ca.jacobian(self._response, x).T))
         self.cost_scale, self.scales = self._scales()
@@ -113,7 +118,9 @@ class System:
         """Cost (...), responses and limits (..., m) of controls (..., n) and hidden states (..., h), in the user's units."""
         z, x = np.asarray(controls, dtype=float), np.asarray(hidden, dtype=float)
         shape = np.broadcast_shapes(z.shape[:-1], x.shape[:-1])
-        inputs = np.concatenate([np.broadcast_to(z, (*shape, self.n)), np.broadcast_to(x, (*shape, self.h))], axis=-1)
+        inputs = np.concatenate(
+            [np.broadcast_to(z, (*shape, self.n)), np.broadcast_to(x, (*shape, self.h))], axis=-1
+        )
         cost, response, limit = self.values_of(inputs.reshape(-1, self.n + self.h))
         return cost.reshape(shape), response.reshape(*shape, self.m), limit.reshape(*shape, self.m)
 
@@ -182,13 +189,17 @@ class System:
     @cached_property
     def _growth(self) -> Floats:
         """Logarithm of the greatest over the least value, where that is positive."""
-        growth: Floats = np.log(np.where(self.logarithmic, self.high, 1.0) / np.where(self.logarithmic, self.low, 1.0))
+        growth: Floats = np.log(
+            np.where(self.logarithmic, self.high, 1.0) / np.where(self.logarithmic, self.low, 1.0)
+        )
         return growth
 
     def lattice(self, places: int) -> Floats:
         """Points of a lattice over all controls and hidden states, scaled (k, n + h)."""
         ticks = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, places).round().astype(int)]
-        return np.stack(np.meshgrid(*[ticks] * (self.n + self.h), indexing="ij"), axis=-1).reshape(-1, self.n + self.h)
+        return np.stack(np.meshgrid(*[ticks] * (self.n + self.h), indexing="ij"), axis=-1).reshape(
+            -1, self.n + self.h
+        )
 
     def on_lattice(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Points of a lattice, scaled, with cost, responses and limits there."""
@@ -200,7 +211,9 @@ class System:
     def _scales(self) -> tuple[float, Floats]:
         """How far cost and slack spread over the ranges: what small means."""
         _, cost, response, limit = self.on_lattice()
-        return _spread("cost", cost), np.array([_spread(f"constraints[{j}]", e) for j, e in enumerate((response - limit).T)])
+        return _spread("cost", cost), np.array(
+            [_spread(f"constraints[{j}]", e) for j, e in enumerate((response - limit).T)]
+        )
 
     def response_slopes(self) -> Floats:
         """Slope (k, m) of each response by the first hidden state over a lattice, where it is finite."""
@@ -228,7 +241,9 @@ class System:
         slack = slack / ca.DM(self.scales)
         cost = cost / self.cost_scale + tie * ca.sum1(slack)
         parts = [cost, slack, *_by_controls([cost, *ca.vertsplit(slack)], y[:n], y[n:])]
-        whole_tape, first_tape = (tape(ca.Function("f", [y], [ca.densify(ca.vertcat(*out))])) for out in (parts, parts[:2]))
+        whole_tape, first_tape = (
+            tape(ca.Function("f", [y], [ca.densify(ca.vertcat(*out))])) for out in (parts, parts[:2])
+        )
         return whole_tape, first_tape
 
 
@@ -248,14 +263,20 @@ def _unscaled(place: Any, low: float, high: float, logarithmic: bool) -> Any:
 def _expression(name: str, function: Function, states: SimpleNamespace, controls: SimpleNamespace) -> Any:
     """The expression that a user's function gives for symbols."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FutureWarning)  # of numpy's functions on symbols, which do what is wanted
+        warnings.simplefilter(
+            "ignore", FutureWarning
+        )  # of numpy's functions on symbols, which do what is wanted
         try:
             found = function(states, controls)
         except AttributeError as error:
             known = ", ".join([*vars(states), *vars(controls)])
-            raise ValueError(f"{name} must use names of hidden states and controls, {known}; got {error.name!r}") from None
+            raise ValueError(
+                f"{name} must use names of hidden states and controls, {known}; got {error.name!r}"
+            ) from None
         except Exception as error:
-            raise ValueError(f"{name} must be made of operators, ** and functions that take symbols; {error}") from error
+            raise ValueError(
+                f"{name} must be made of operators, ** and functions that take symbols; {error}"
+            ) from error
     try:
         value = ca.SX(found)
     except (RuntimeError, TypeError):  # what CasADi raises for what it cannot hold

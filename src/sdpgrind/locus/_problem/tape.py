@@ -31,7 +31,9 @@ def tape(function: casadi.Function) -> Floats:
         packed += [op, len(members), *(places.get(n, n) for k in members for n in code[k][1:])]
     head = [listing.n_in, listing.n_out, len(listing.constants), len(code), len(runs)]
     results = [places.get(n, n) for n in results]
-    return np.concatenate([_bits(head), np.frombuffer(b"".join(listing.constants)), _bits(packed), _bits(results)])
+    return np.concatenate(
+        [_bits(head), np.frombuffer(b"".join(listing.constants)), _bits(packed), _bits(results)]
+    )
 
 
 def _expanded(function: casadi.Function) -> casadi.Function:
@@ -75,7 +77,11 @@ class _Listing:
 
     def take(self, k: int) -> None:
         """Follow one of CasADi's instructions."""
-        what, of, to = self.function.instruction_id(k), self.function.instruction_input(k), self.function.instruction_output(k)
+        what, of, to = (
+            self.function.instruction_id(k),
+            self.function.instruction_input(k),
+            self.function.instruction_output(k),
+        )
         if what == casadi.OP_OUTPUT:
             self.results[self.outputs[to[0]][to[1]]] = self.held[of[0]]
         elif what == casadi.OP_INPUT:
@@ -147,4 +153,11 @@ def _bits(numbers: Sequence[int]) -> Floats:
 
 def _name(what: int) -> str:
     """CasADi's name of an operation."""
-    return next((name[3:].lower() for name in dir(casadi) if name.startswith("OP_") and getattr(casadi, name) == what), str(what))
+    return next(
+        (
+            name[3:].lower()
+            for name in dir(casadi)
+            if name.startswith("OP_") and getattr(casadi, name) == what
+        ),
+        str(what),
+    )

@@ -34,7 +34,9 @@ def _family(x: int, exponent: float) -> tuple[int, bool, float]:
     return x, exponent > 0, round(size - floor(size), 12)
 
 
-def _nearest_to_zero(code: list[Operation], constants: dict[int, float]) -> dict[tuple[int, bool, float], int]:
+def _nearest_to_zero(
+    code: list[Operation], constants: dict[int, float]
+) -> dict[tuple[int, bool, float], int]:
     """Place of the exponent that is nearest to 0, of each family."""
     found: dict[tuple[int, bool, float], int] = {}
     for op, x, y in code:

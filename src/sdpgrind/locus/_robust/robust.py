@@ -105,7 +105,9 @@ class RobustLocus:
             What the sensor reads too much, in the unit of the response.
         """
         return loss_table(
-            self, checks.count("points", points, 2), checks.number("bias", bias, self.path.units[self.path.response])
+            self,
+            checks.count("points", points, 2),
+            checks.number("bias", bias, self.path.units[self.path.response]),
         )
 
     def __repr__(self) -> str:
@@ -174,13 +176,17 @@ def robust_locus(
     parts = shares(weights, len(given))
     declared = given[0].hidden[given[0].hidden_names[0]] if x is None else declared_range(given[0], x)
     loci = [traced(one, along, checks.count("points", points, 10)) for one in given]
-    models = [Sample(one, curve, stretch, declared) for one, (curve, stretch) in zip(given, loci, strict=True)]
+    models = [
+        Sample(one, curve, stretch, declared) for one, (curve, stretch) in zip(given, loci, strict=True)
+    ]
     places, ends = _places(models)
     free = 1 - given[0].names.index(along)
     find = _mean if objective == "mean" else _worst
     others, slopes = find(models, parts, places, free)
     path = _path(models[0], along, places, others, slopes, ends)
-    return RobustLocus(given, parts, objective, declared, path, models[0].stretch, tuple(one.curve for one in models))
+    return RobustLocus(
+        given, parts, objective, declared, path, models[0].stretch, tuple(one.curve for one in models)
+    )
 
 
 def _mean(models: list[Sample], weights: Floats, places: Floats, free: int) -> tuple[Floats, Floats]:
@@ -212,7 +218,9 @@ def _worst(models: list[Sample], weights: Floats, places: Floats, free: int) -> 
         tried = worst(np.where(left, c, d))
         fc, fd = np.where(left, tried, kept), np.where(left, kept, tried)
     found = 0.5 * (a + b)
-    return found, np.asarray(PchipInterpolator(places, found).derivative()(places))  # it has kinks where the worst two change
+    return found, np.asarray(
+        PchipInterpolator(places, found).derivative()(places)
+    )  # it has kinks where the worst two change
 
 
 def _between(models: list[Sample], places: Floats, free: int) -> tuple[Floats, Floats]:
@@ -231,14 +239,18 @@ def _places(models: list[Sample]) -> tuple[Floats, tuple[str, str]]:
     first, last = int(np.argmax(lows)), int(np.argmin(highs))
     low, high = lows[first], highs[last]
     if not low < high:
-        raise ValueError(f"samples must have coordinates in common; along {models[0].stretch.along!r} they have none")
+        raise ValueError(
+            f"samples must have coordinates in common; along {models[0].stretch.along!r} they have none"
+        )
     nodes = np.unique(np.concatenate([[low, high], *(one.stretch.coordinate for one in models)]))
     inside = nodes[(nodes >= low) & (nodes <= high)]
     apart = np.append(np.diff(inside) > 1e-4 * (high - low), True)
     return inside[apart], (models[first].stretch.ends[0], models[last].stretch.ends[1])
 
 
-def _path(nominal: Sample, along: str, places: Floats, others: Floats, slopes: Floats, ends: tuple[str, str]) -> Stretch:
+def _path(
+    nominal: Sample, along: str, places: Floats, others: Floats, slopes: Floats, ends: tuple[str, str]
+) -> Stretch:
     """The robust locus with the limit of the nominal model, and calibrated by its hidden state."""
     problem, free = nominal.problem, 1 - nominal.problem.names.index(along)
     controls, direction = _controls(places, others, free), _controls(np.ones_like(places), slopes, free)
@@ -269,20 +281,35 @@ def loss_table(robust: RobustLocus, points: int, bias: float) -> xr.Dataset:
     loss, violation = np.empty((2, len(robust.samples), len(WAYS), points))
     for j, curve in enumerate(robust.curves):
         least = _optima(curve, x)[1]
-        ways = (feedback_points(robust.nominal, curve, x, bias), feedback_points(path, curve, x, bias), nominal)
+        ways = (
+            feedback_points(robust.nominal, curve, x, bias),
+            feedback_points(path, curve, x, bias),
+            nominal,
+        )
         for k, controls in enumerate(ways):
             cost, response, limit = curve.system.values(controls, x[:, None])
             loss[j, k], violation[j, k] = cost - least, response[:, 0] - limit[:, 0]
     dims, unit = ("sample", "way", path.hidden_name), path.units[path.response]
     return xr.Dataset(
         {
-            "loss": (dims, loss, {"long_name": "cost beyond the optimum of the sample", "units": robust.samples[0].unit("cost")}),
+            "loss": (
+                dims,
+                loss,
+                {
+                    "long_name": "cost beyond the optimum of the sample",
+                    "units": robust.samples[0].unit("cost"),
+                },
+            ),
             "violation": (dims, violation, {"long_name": f"{path.response} beyond its limit", "units": unit}),
         },
         {
             "sample": np.arange(len(robust.samples)),
             "way": list(WAYS),
-            path.hidden_name: (path.hidden_name, x, {"units": path.units[path.hidden_name], "long_name": "hidden state"}),
+            path.hidden_name: (
+                path.hidden_name,
+                x,
+                {"units": path.units[path.hidden_name], "long_name": "hidden state"},
+            ),
         },
         {"bias": bias, "objective": robust.objective},
     )

@@ -32,7 +32,9 @@ class Sample:
     def hidden(self, controls: Floats) -> Floats:
         """X (k,): hidden states for which controls (k, 2) just meet the limit."""
         limit = self.stretch.values(controls, np.full(len(controls), self.stretch.x[0]))[1]
-        return hidden_of(self.stretch.values, controls, limit, self.curve.problem.hidden[self.stretch.hidden_name])
+        return hidden_of(
+            self.stretch.values, controls, limit, self.curve.problem.hidden[self.stretch.hidden_name]
+        )
 
     def condition(self, controls: Floats) -> Floats:
         """Q/|P_x|, by how likely its hidden state is, and its two slopes by the controls (k, 3)."""
@@ -48,7 +50,9 @@ class Sample:
         (phi_u, phi_v), (P_u, P_v) = (ca.vertsplit(ca.gradient(f, z)) for f in (cost, P))
         P_x = ca.gradient(P, x)
         condition = _likely(x, *self.x) * (phi_u * P_v - phi_v * P_u) / ca.fabs(P_x)
-        slopes = ca.gradient(condition, z) - ca.gradient(condition, x) * ca.gradient(P, z) / P_x  # x moves with z, on P = 0
+        slopes = (
+            ca.gradient(condition, z) - ca.gradient(condition, x) * ca.gradient(P, z) / P_x
+        )  # x moves with z, on P = 0
         return tape(ca.Function("f", [z, x], [ca.vertcat(condition, slopes)]))
 
     def loss(self, controls: Floats) -> Floats:
@@ -112,32 +116,43 @@ def _walkable(curve: Locus, middle: float) -> tuple[float, float]:
     pieces = list(curve.best)
     free = [bool(piece.active) and not piece.bounds for piece in pieces]
     if not any(free):
-        raise ValueError(f"samples must have a locus on which the constraint is active and both controls are free; got {curve}")
+        raise ValueError(
+            f"samples must have a locus on which the constraint is active and both controls are free; got {curve}"
+        )
     k = min(
-        (k for k, good in enumerate(free) if good), key=lambda k: max(pieces[k].range[0] - middle, middle - pieces[k].range[1])
+        (k for k, good in enumerate(free) if good),
+        key=lambda k: max(pieces[k].range[0] - middle, middle - pieces[k].range[1]),
     )
     first = last = k
     while first > 0 and free[first - 1] and pieces[first].start != "jump":
         first -= 1
     while last < len(pieces) - 1 and free[last + 1] and pieces[last].end != "jump":
         last += 1
-    beyond = 1e-9 * (pieces[last].range[1] - pieces[first].range[0])  # so far that an end where nothing is active is seen as one
+    beyond = 1e-9 * (
+        pieces[last].range[1] - pieces[first].range[0]
+    )  # so far that an end where nothing is active is seen as one
     low = beyond if first > 0 and not pieces[first - 1].active else 0.0
     high = beyond if last < len(pieces) - 1 and not pieces[last + 1].active else 0.0
     return pieces[first].range[0] - low, pieces[last].range[1] + high
 
 
 def checked(samples: Any, along: str) -> tuple[Problem, ...]:
-    given = tuple(checks.kind(f"samples[{k}]", one, Problem, " (see locus.preset)") for k, one in enumerate(samples))
+    given = tuple(
+        checks.kind(f"samples[{k}]", one, Problem, " (see locus.preset)") for k, one in enumerate(samples)
+    )
     if len(given) < 2:
         raise checks.refuse("samples", "two problems or more, that disagree", len(given))
     first = given[0]
     checks.one_of("along", along, first.names)
     for k, one in enumerate(given):
         if len(one.names) != 2 or len(one.hidden) != 1 or len(one.varying) != 1:
-            raise ValueError(f"samples[{k}] must have two controls, one hidden state and one constraint; got {_told(one)}")
+            raise ValueError(
+                f"samples[{k}] must have two controls, one hidden state and one constraint; got {_told(one)}"
+            )
         if dict(one.controls) != dict(first.controls) or one.hidden_names != first.hidden_names:
-            raise ValueError(f"samples[{k}] must have controls and hidden state of samples[0], {_told(first)}; got {_told(one)}")
+            raise ValueError(
+                f"samples[{k}] must have controls and hidden state of samples[0], {_told(first)}; got {_told(one)}"
+            )
     _check_limits(given)
     return given
 
@@ -174,5 +189,7 @@ def declared_range(problem: Problem, x: Any) -> tuple[float, float]:
         raise checks.refuse("x", f"the least and the greatest {name}", x)
     low, high = (checks.number(f"x[{k}]", value, problem.unit(name)) for k, value in enumerate(x))
     if not low < high:
-        raise checks.refuse("x", f"the least and the greatest {name}, rising", (low, high), problem.unit(name))
+        raise checks.refuse(
+            "x", f"the least and the greatest {name}, rising", (low, high), problem.unit(name)
+        )
     return low, high

@@ -55,7 +55,9 @@ def calibration(
     return Calibration(monotone, rho, hidden, _converging(s, np.column_stack(slopes), hidden_at))
 
 
-def _converging(s: Floats, slopes: Floats, hidden_at: Callable[[Floats], Floats]) -> tuple[tuple[float, float], ...]:
+def _converging(
+    s: Floats, slopes: Floats, hidden_at: Callable[[Floats], Floats]
+) -> tuple[tuple[float, float], ...]:
     """Where |P_c,s| < |P_b,s|, from splines of the two slopes; the ends are found by halving."""
     both = CubicHermiteSpline(s, slopes, bends(s, slopes))
 

@@ -18,7 +18,11 @@ def strictly(column: Any) -> bool:
 def told(columns: Mapping[str, Floats]) -> str:
     """Which of the columns are single-valued, to end a sentence with."""
     single = [name for name, column in columns.items() if strictly(column)]
-    return f"but {' and '.join(single)} {'are' if len(single) > 1 else 'is'}" if single else "and nothing else is"
+    return (
+        f"but {' and '.join(single)} {'are' if len(single) > 1 else 'is'}"
+        if single
+        else "and nothing else is"
+    )
 
 
 def check_single(along: str, columns: Mapping[str, Floats], slopes: Mapping[str, Floats]) -> None:
@@ -26,7 +30,9 @@ def check_single(along: str, columns: Mapping[str, Floats], slopes: Mapping[str,
     if not strictly(columns[along]):
         raise ValueError(f"along must be single-valued on the locus; {along!r} is not, {told(columns)}")
     if np.any(slopes[along] == 0):
-        raise ValueError(f"along must change all along the locus; {along!r} stands still somewhere, {told(columns)}")
+        raise ValueError(
+            f"along must change all along the locus; {along!r} stands still somewhere, {told(columns)}"
+        )
 
 
 def check_hidden(name: str, hidden: Floats, slope: Floats) -> None:

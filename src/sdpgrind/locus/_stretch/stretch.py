@@ -183,7 +183,9 @@ class Stretch:
             When the coordinate is not single-valued; one that is gets named.
         """
         checks.one_of("along", along, (*names, hidden_name))
-        controls, hidden, limit = apart([*names, hidden_name].index(along), (controls, hidden, limit), tangents)
+        controls, hidden, limit = apart(
+            [*names, hidden_name].index(along), (controls, hidden, limit), tangents
+        )
         place = dict(zip((*names, hidden_name), (*controls.T, hidden), strict=True))
         by = dict(zip(place, (*np.asarray(tangents[0]).T, tangents[1]), strict=True))
         check_single(along, place, by)
@@ -330,4 +332,6 @@ class Stretch:
         from sdpgrind.locus._stretch.calibration import calibration
 
         slopes = self.response_slope, self.limit_slope
-        return calibration(self.coordinate, self.hidden, self.limit, slopes, lambda s: self.rows(s)[:, len(self.names)])
+        return calibration(
+            self.coordinate, self.hidden, self.limit, slopes, lambda s: self.rows(s)[:, len(self.names)]
+        )

@@ -19,8 +19,14 @@ EQUAL = 1e-10
 def cheapest(tracer: Tracer, branches: list[Branch]) -> list[tuple[float, float, int]]:
     """Parts of the range, (low, high, which branch is of least cost there); where there is none, none."""
     parts: list[tuple[float, float, int]] = []
-    for low, high in pairwise(_distinct(end for branch in branches for end in (branch[0].low, branch[-1].high))):
-        alive = [b for b, branch in enumerate(branches) if branch[0].low <= low + ROUNDING and branch[-1].high >= high - ROUNDING]
+    for low, high in pairwise(
+        _distinct(end for branch in branches for end in (branch[0].low, branch[-1].high))
+    ):
+        alive = [
+            b
+            for b, branch in enumerate(branches)
+            if branch[0].low <= low + ROUNDING and branch[-1].high >= high - ROUNDING
+        ]
         if parts and parts[-1][2] in alive:  # where costs are equal, the branch goes on
             alive.sort(key=parts[-1][2].__ne__)
         for part in _between(tracer, branches, alive, low, high):
@@ -46,7 +52,9 @@ def _between(
         cheapest = int(np.argmin(row))
         if row[cheapest] < row[best] - EQUAL * tracer.system.cost_scale:
             if k:
-                jump = _crossing(tracer, branches[alive[best]], branches[alive[cheapest]], places[sure][k - 1], place)
+                jump = _crossing(
+                    tracer, branches[alive[best]], branches[alive[cheapest]], places[sure][k - 1], place
+                )
                 yield since, jump, alive[best]
                 since = jump
             best = cheapest
@@ -69,7 +77,11 @@ def is_degenerate(tracer: Tracer, branches: list[Branch]) -> bool:
 
 def _unmatched(tracer: Tracer, branches: list[Branch], place: float, cost: float) -> bool:
     near = [np.clip(place, branch[0].low, branch[-1].high) for branch in branches]
-    costs = [tracer.cost(branch, at) for branch, at in zip(branches, near, strict=True) if abs(at - place) < CLOSE_BY]
+    costs = [
+        tracer.cost(branch, at)
+        for branch, at in zip(branches, near, strict=True)
+        if abs(at - place) < CLOSE_BY
+    ]
     return not min(costs, default=np.inf) <= cost + np.sqrt(EQUAL) * tracer.system.cost_scale
 
 

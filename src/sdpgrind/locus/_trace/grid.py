@@ -31,11 +31,21 @@ class TraceGrid:
     def table(self, system: System) -> Columns:
         """What is known at the nodes, one after the other; rows of NaN where nothing is."""
         size = self.points.shape[-1]
-        flat = zip(self.points.reshape(-1, size), self.held.reshape(-1, size - 2), self.places.reshape(-1, system.h), strict=True)
+        flat = zip(
+            self.points.reshape(-1, size),
+            self.held.reshape(-1, size - 2),
+            self.places.reshape(-1, system.h),
+            strict=True,
+        )
         rows = []
         for point, held, place in flat:
             known = bool(np.isfinite(point[0]))
-            row = point_of(Tracer(system, place), held, point if known else np.full(size, 0.5), np.eye(1, size, size - 1)[0])
+            row = point_of(
+                Tracer(system, place),
+                held,
+                point if known else np.full(size, 0.5),
+                np.eye(1, size, size - 1)[0],
+            )
             rows.append(row if known else row.blank())
         return Columns.joined(rows)
 
@@ -50,7 +60,11 @@ def trace_grid(system: System) -> tuple[TraceGrid, bool]:
     for others in itertools.product(range(nodes), repeat=system.h - 1):
         tracer = Tracer(system, np.array([0.0, *places[list(others)]]))
         for k, known, own in _line(tracer, places):
-            points[(k, *others)], held[(k, *others)], residual[(k, *others)] = known.points[0], own, known.residual[0]
+            points[(k, *others)], held[(k, *others)], residual[(k, *others)] = (
+                known.points[0],
+                own,
+                known.residual[0],
+            )
         flat = flat or bool(tracer.flat)
     return TraceGrid(points, held, residual), flat
 

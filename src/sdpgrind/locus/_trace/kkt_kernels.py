@@ -243,7 +243,9 @@ def _curvature(d, point, held, n, m):
     reduced = np.zeros((free, free))
     for a in range(free):
         for b in range(a + 1):
-            both = _curved(d, point, basis, active + a, active + b, n, m) + _curved(d, point, basis, active + b, active + a, n, m)
+            both = _curved(d, point, basis, active + a, active + b, n, m) + _curved(
+                d, point, basis, active + b, active + a, n, m
+            )
             reduced[a, b] = reduced[b, a] = 0.5 * both
     return np.linalg.eigvalsh(reduced)[0]
 

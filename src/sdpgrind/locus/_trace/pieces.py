@@ -60,7 +60,9 @@ class Columns:
     @classmethod
     def joined(cls, tables: Sequence["Columns"]) -> "Columns":
         """All points of several tables, one after the other; private to this package."""
-        return cls(*(np.concatenate([getattr(table, column.name) for table in tables]) for column in fields(cls)))
+        return cls(
+            *(np.concatenate([getattr(table, column.name) for table in tables]) for column in fields(cls))
+        )
 
     def blank(self) -> "Columns":
         """As many points, of which nothing is known; private to this package."""
@@ -103,8 +105,13 @@ class Piece:
 
     def __repr__(self) -> str:
         low, high = self.range
-        what = ", ".join([*self.active, *(f"{name} {end}" for name, end in self.bounds.items())]) or "nothing active"
-        return f"Piece({self.kind}: {what}; {low:.6g} to {high:.6g}; {self.start or '-'} to {self.end or '-'})"
+        what = (
+            ", ".join([*self.active, *(f"{name} {end}" for name, end in self.bounds.items())])
+            or "nothing active"
+        )
+        return (
+            f"Piece({self.kind}: {what}; {low:.6g} to {high:.6g}; {self.start or '-'} to {self.end or '-'})"
+        )
 
 
 def counts(runs: Sequence[TraceRun], points: int) -> list[int]:
@@ -130,7 +137,9 @@ def tabulate(tracer: Tracer, runs: Sequence[TraceRun], sizes: Sequence[int]) -> 
     return columns(tracer, points, along, pulls, residual, curvature)
 
 
-def columns(tracer: Tracer, points: Floats, along: Floats, pulls: Floats, residual: Floats, curvature: Floats) -> Columns:
+def columns(
+    tracer: Tracer, points: Floats, along: Floats, pulls: Floats, residual: Floats, curvature: Floats
+) -> Columns:
     system, n, m = tracer.system, tracer.system.n, tracer.system.m
     places = np.empty((len(points), n + system.h))
     places[:, :n], places[:, n:], places[:, n + tracer.t] = points[:, :n], tracer.hidden, points[:, -1]
@@ -141,7 +150,9 @@ def columns(tracer: Tracer, points: Floats, along: Floats, pulls: Floats, residu
         slope = along[:, :n] / along[:, -1:] * stretch[:, :n] / stretch[:, n + tracer.t, None]
         weights = np.where(points[:, n, None] > NONE, points[:, n, None], 0.0)  # 0 where feasibility ends
         multipliers = np.nan_to_num(
-            points[:, n + 1 : n + 1 + m] / weights * (system.cost_scale / system.scales), nan=0.0, posinf=np.inf
+            points[:, n + 1 : n + 1 + m] / weights * (system.cost_scale / system.scales),
+            nan=0.0,
+            posinf=np.inf,
         )
     pulls = np.abs(pulls) * system.cost_scale / stretch[:, :n]
     margin = np.nan_to_num(curvature * system.cost_scale, nan=0.0, posinf=np.inf, neginf=-np.inf)
@@ -154,7 +165,9 @@ def point_of(tracer: Tracer, held: Ints, point: Floats, along: Floats) -> Column
     return tabulate(tracer, [TraceRun(np.vstack([point, point]), np.vstack([along, along]), held)], [1])
 
 
-def pieces(problem: Problem, runs: Sequence[tuple[TraceRun, bool]], table: Columns, sizes: Sequence[int]) -> tuple[Piece, ...]:
+def pieces(
+    problem: Problem, runs: Sequence[tuple[TraceRun, bool]], table: Columns, sizes: Sequence[int]
+) -> tuple[Piece, ...]:
     """Name what the runs are, with their points."""
     names, responses = problem.names, list(problem.responses)
     n, found, since = len(names), [], 0

@@ -4,7 +4,15 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run, run_many, work_size
-from sdpgrind.locus._trace.kkt_kernels import GOOD, _curvature, _evaluate, _gradient_row, _newton, _sizes, _solve
+from sdpgrind.locus._trace.kkt_kernels import (
+    GOOD,
+    _curvature,
+    _evaluate,
+    _gradient_row,
+    _newton,
+    _sizes,
+    _solve,
+)
 from sdpgrind.locus._trace.row_kernels import _copied, _dot, _made_unit
 
 FIRST, SHRINK, LAST = 0.1, 0.03, 2e-12
@@ -108,7 +116,9 @@ def _barrier_system(d, q, n, m, weight, hessian, gradient):
         for i in range(n):
             gradient[i] += force * d[f + j * n + i]
             for k in range(n):
-                hessian[i, k] += force * (d[f * (1 + n) + (j * n + i) * n + k] + d[f + j * n + i] * d[f + j * n + k] / -d[j])
+                hessian[i, k] += force * (
+                    d[f * (1 + n) + (j * n + i) * n + k] + d[f + j * n + i] * d[f + j * n + k] / -d[j]
+                )
 
 
 @compiled(inline="always")
@@ -230,7 +240,11 @@ def _mended(d, point, held, n, m, h, t):
 def best_points(kkt, first, n, m, h, hidden, t, starts):
     """Best points below feasible starts: points (k, n + m + 2), sets (k, n + m), curvatures (k,); see `best_point`."""
     count = len(starts)
-    points, sets, curvatures = np.zeros((count, n + m + 2)), np.zeros((count, n + m), dtype=np.int64), np.empty(count)
+    points, sets, curvatures = (
+        np.zeros((count, n + m + 2)),
+        np.zeros((count, n + m), dtype=np.int64),
+        np.empty(count),
+    )
     for k in range(count):
         curvatures[k] = _best_point(kkt, first, n, m, h, hidden, t, starts[k], points[k], sets[k])
     return points, sets, curvatures
@@ -253,7 +267,23 @@ def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
     weight = FIRST * _room(first, n, m, given, work_first, out)
     while True:
         last = weight <= LAST
-        _centre(kkt, first, n, m, h, hidden, t, weight, 1e-3 if last else 0.1, given, point, work, d, work_first, out)
+        _centre(
+            kkt,
+            first,
+            n,
+            m,
+            h,
+            hidden,
+            t,
+            weight,
+            1e-3 if last else 0.1,
+            given,
+            point,
+            work,
+            d,
+            work_first,
+            out,
+        )
         if weight <= LOW or last:
             _copied(given[:n], point)
             _evaluate(kkt, n, h, point, hidden, t, work, d)
@@ -263,7 +293,9 @@ def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
             moved = 0.0
             for i in range(n):
                 moved = max(moved, abs(point[i] - given[i]))
-            if found > FLAT and (last or (moved <= NEAR and _pulled(d, point, held, n, m, h, t) > 0.1 * np.sqrt(weight))):
+            if found > FLAT and (
+                last or (moved <= NEAR and _pulled(d, point, held, n, m, h, t) > 0.1 * np.sqrt(weight))
+            ):
                 return found
             if last:
                 _copied(given[:n], point)  # the middle of all that are as good

@@ -11,7 +11,9 @@ SAME, APART = 1e-12, 1e-9
 """Shares of a range up to which two points are one, and by which they are set apart."""
 
 
-def apart(k: int, columns: tuple[Floats, Floats, Floats], tangents: tuple[Floats, ...]) -> tuple[Floats, Floats, Floats]:
+def apart(
+    k: int, columns: tuple[Floats, Floats, Floats], tangents: tuple[Floats, ...]
+) -> tuple[Floats, Floats, Floats]:
     """Controls, hidden state and limit with a little room at kinks: the second point goes on along its own tangent.
 
     Room is made in control `k`, or in the hidden state where `k` is beyond the controls.
@@ -22,7 +24,9 @@ def apart(k: int, columns: tuple[Floats, Floats, Floats], tangents: tuple[Floats
     step = np.zeros(hidden.size)
     with np.errstate(divide="ignore"):
         room = APART * np.ptp(np.column_stack([controls, hidden])[:, k]) / np.abs(speed[again])
-    onward = np.sign(tangents[1][again]) * np.sign(hidden[-1] - hidden[0])  # tangents may point against the order of the points
+    onward = np.sign(tangents[1][again]) * np.sign(
+        hidden[-1] - hidden[0]
+    )  # tangents may point against the order of the points
     step[again] = np.where(np.isfinite(room), room, 0.0) * onward
     return controls + step[:, None] * tangents[0], hidden + step * tangents[1], limit + step * tangents[2]
 

@@ -4,7 +4,15 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import BLOCK, _room, _run_block, work_size
-from sdpgrind.locus._trace.kkt_kernels import CLOSE, _conditions, _curvature, _gradient_row, _newton, _sizes, _solve
+from sdpgrind.locus._trace.kkt_kernels import (
+    CLOSE,
+    _conditions,
+    _curvature,
+    _gradient_row,
+    _newton,
+    _sizes,
+    _solve,
+)
 from sdpgrind.locus._trace.row_kernels import _copied, _made_unit
 
 EXACT = 1e-11
@@ -34,7 +42,21 @@ def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls,
         for k in range(here):
             place = since + k
             residuals[place] = _finish(
-                kkt, d[k], points[place], rows[k], held, n, m, h, hidden, t, a, b, single, along[place], pulls[place]
+                kkt,
+                d[k],
+                points[place],
+                rows[k],
+                held,
+                n,
+                m,
+                h,
+                hidden,
+                t,
+                a,
+                b,
+                single,
+                along[place],
+                pulls[place],
             )
             curvatures[place] = _curvature(d[k], points[place], held, n, m)
 
@@ -56,7 +78,12 @@ def _cubic(nodes, tangents, arc, k, s, point, row):
     """Near the point at length s, in segment k; and near the tangent there."""
     span = arc[k + 1] - arc[k]
     u = (s - arc[k]) / span if span > 0.0 else 0.0
-    a, b, c, e = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2 * span, u * u * (3 - 2 * u), u * u * (u - 1) * span
+    a, b, c, e = (
+        (1 + 2 * u) * (1 - u) ** 2,
+        u * (1 - u) ** 2 * span,
+        u * u * (3 - 2 * u),
+        u * u * (u - 1) * span,
+    )
     for i in range(point.size):
         point[i] = a * nodes[k, i] + b * tangents[k, i] + c * nodes[k + 1, i] + e * tangents[k + 1, i]
         row[i] = (1 - u) * tangents[k, i] + u * tangents[k + 1, i]

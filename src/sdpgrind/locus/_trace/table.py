@@ -60,7 +60,10 @@ class LocusTable:
         if key.ndim != 1 or key.size < 2:
             raise checks.refuse("key", "a row of 2 numbers or more", key.shape)
         _check_monotone(key)
-        columns, slopes = checks.finite_array("columns", self.columns), checks.finite_array("slopes", self.slopes)
+        columns, slopes = (
+            checks.finite_array("columns", self.columns),
+            checks.finite_array("slopes", self.slopes),
+        )
         if columns.ndim != 2 or len(columns) != key.size or columns.shape[1] == 0:
             raise checks.refuse("columns", f"of shape ({key.size}, n)", columns.shape)
         if slopes.shape != columns.shape:
@@ -73,7 +76,9 @@ class LocusTable:
             object.__setattr__(self, name, _fixed(array))
 
     def __repr__(self) -> str:
-        return f"LocusTable({self.key.size} nodes from {self.low:.6g} to {self.high:.6g}, {self.width} columns)"
+        return (
+            f"LocusTable({self.key.size} nodes from {self.low:.6g} to {self.high:.6g}, {self.width} columns)"
+        )
 
     def __deepcopy__(self, memo: object) -> Self:
         return self  # nothing in it changes
@@ -187,7 +192,9 @@ def _check_monotone(key: Floats) -> None:
     wrong = np.flatnonzero((np.sign(steps) != np.sign(steps[0])) | (steps == 0))
     if wrong.size:
         k = int(wrong[0])
-        raise ValueError(f"key must rise or fall strictly; key[{k}] and key[{k + 1}] are {key[k]:.12g} and {key[k + 1]:.12g}")
+        raise ValueError(
+            f"key must rise or fall strictly; key[{k}] and key[{k + 1}] are {key[k]:.12g} and {key[k + 1]:.12g}"
+        )
 
 
 def _no_key(name: str, value: float) -> ValueError:

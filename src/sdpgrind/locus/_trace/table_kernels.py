@@ -24,7 +24,10 @@ def pack(key, columns, slopes, n_cell):
     whole = packed.view(np.int64)
     whole[0], whole[1], whole[2] = n_node, n_column, n_cell
     scale = n_cell / (key[-1] - key[0])
-    packed[3], packed[4] = key[0], scale if scale < np.inf else 0.0  # where all is closer than numbers can tell: one cell
+    packed[3], packed[4] = (
+        key[0],
+        scale if scale < np.inf else 0.0,
+    )  # where all is closer than numbers can tell: one cell
     for k in range(n_node):
         packed[HEAD + k], row = key[k], HEAD + n_node + 2 * n_column * k
         for j in range(n_column):

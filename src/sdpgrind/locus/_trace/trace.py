@@ -85,7 +85,11 @@ class Tracer:
         n, m, h = self._sizes
         hidden = self._hidden_at(place)
         kkt, first, lattice = self.system.kkt_tape, self.system.first_tape, starts_of(n)
-        chosen = lattice[lattice_minima(first, n, m, hidden, lattice, TICKS.get(n, 3))] if starts is None else starts
+        chosen = (
+            lattice[lattice_minima(first, n, m, hidden, lattice, TICKS.get(n, 3))]
+            if starts is None
+            else starts
+        )
         found = best_points(kkt, first, n, m, h, hidden, self.t, chosen)
         for point, held, curvature in zip(*found, strict=True):
             if curvature > 0:
@@ -93,13 +97,29 @@ class Tracer:
             elif curvature == 0:
                 self.flat.append((place, float(self._costs(point[None])[0])))
 
-    def follow(self, point: Floats, held: Ints, rising: float, low: float = 0.0, high: float = 1.0) -> list[TraceRun]:
+    def follow(
+        self, point: Floats, held: Ints, rising: float, low: float = 0.0, high: float = 1.0
+    ) -> list[TraceRun]:
         """Runs to one side of a best point, in the order in which they are met."""
         n, m, h = self._sizes
         nodes, tangents = np.empty((MOST, n + m + 2)), np.empty((MOST, n + m + 2))
         sets, events = np.empty((MOST, n + m), dtype=np.int64), np.zeros((MOST, 2), dtype=np.int64)
         count = kernels.follow(
-            self.system.kkt_tape, n, m, h, self.hidden, self.t, point, held, rising, low, high, nodes, tangents, sets, events
+            self.system.kkt_tape,
+            n,
+            m,
+            h,
+            self.hidden,
+            self.t,
+            point,
+            held,
+            rising,
+            low,
+            high,
+            nodes,
+            tangents,
+            sets,
+            events,
         )
         return list(_runs(nodes[:count], tangents[:count], sets[:count], events[:count]))
 
@@ -115,13 +135,17 @@ class Tracer:
             last.start,
             first.end,
         )
-        return _rising([run for run in [*backward[:-1], joined, *up[1:]] if run.high > run.low + ROUNDING], self.system.n)
+        return _rising(
+            [run for run in [*backward[:-1], joined, *up[1:]] if run.high > run.low + ROUNDING], self.system.n
+        )
 
     def at(self, run: TraceRun, place: float) -> Floats | None:
         """The point of a run at a place of the hidden state; None where it cannot be found."""
         n, m, h = self._sizes
         point = np.empty(n + m + 2)
-        left = kernels.reach(self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, run.nodes, place, point)
+        left = kernels.reach(
+            self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, run.nodes, place, point
+        )
         return point if left <= GOOD else None
 
     def cost(self, branch: Branch, place: float) -> float:
@@ -134,7 +158,9 @@ class Tracer:
         """Cost (k,) at points (k, n + m + 2)."""
         hidden, n = np.repeat(self.hidden[None], len(points), axis=0), self.system.n
         hidden[:, self.t] = points[:, -1]
-        values: tuple[Floats, ...] = self.system.values(self.system.unscaled(points[:, :n]), self.system.unscaled(hidden, n))
+        values: tuple[Floats, ...] = self.system.values(
+            self.system.unscaled(points[:, :n]), self.system.unscaled(hidden, n)
+        )
         return values[0]
 
     def branches(self) -> list[Branch]:
@@ -202,15 +228,25 @@ class Tracer:
             tangent = np.empty_like(point)
             self._tangent(point, rest, k, tangent)
             head, tail = rest.nodes[:k], rest.nodes[k:]
-            yield replace(rest, nodes=np.vstack([head, point]), tangents=np.vstack([rest.tangents[:k], tangent]), end=("jump", 0))
+            yield replace(
+                rest,
+                nodes=np.vstack([head, point]),
+                tangents=np.vstack([rest.tangents[:k], tangent]),
+                end=("jump", 0),
+            )
             rest = replace(
-                rest, nodes=np.vstack([point, tail]), tangents=np.vstack([tangent, rest.tangents[k:]]), start=("jump", 0)
+                rest,
+                nodes=np.vstack([point, tail]),
+                tangents=np.vstack([tangent, rest.tangents[k:]]),
+                start=("jump", 0),
             )
         yield rest
 
     def _tangent(self, point: Floats, run: TraceRun, k: int, out: Floats) -> None:
         n, m, h = self._sizes
-        kernels.tangent_of(self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, point, run.tangents[k], out)
+        kernels.tangent_of(
+            self.system.kkt_tape, n, m, h, self.hidden, self.t, run.held, point, run.tangents[k], out
+        )
 
 
 def run_at(branch: Branch, place: float) -> TraceRun | None:

@@ -170,12 +170,19 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         taken, left = _newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(STEPS), point, work, d)
         if left <= GOOD:
             determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
-        if left > GOOD or determinant == 0.0 or _dot(tangent, along) < COSINE or _farthest(point, guess) > step:
+        if (
+            left > GOOD
+            or determinant == 0.0
+            or _dot(tangent, along) < COSINE
+            or _farthest(point, guess) > step
+        ):
             step *= 0.4
             _copied(old, point)
             _copied(along, tangent)
             if step < SHORTEST:
-                return _record(points, tangents, sets, events, count, point, tangent, held, np.int64(suspected), _FIRST)
+                return _record(
+                    points, tangents, sets, events, count, point, tangent, held, np.int64(suspected), _FIRST
+                )
             continue
         _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
         failed, earliest, span = -1, np.inf, _advanced(old, point, along)
@@ -203,7 +210,9 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         if left > GOOD or _farthest(point, guess) > step or not _dot(tangent, along) >= COSINE:
             _copied(old, point)
             _copied(along, tangent)
-            if step > NEAREST:  # Newton's method may leave for another branch, where two cross or come near: nearer, it does not
+            if (
+                step > NEAREST
+            ):  # Newton's method may leave for another branch, where two cross or come near: nearer, it does not
                 step *= 0.4
                 suspected = kind if kind in (FOLD, BRANCH) else LOST
                 continue
@@ -212,7 +221,9 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
             kind = INFEASIBLE
         if kind == RANGE:  # exactly, so that all branches end at one place
             point[size - 1] = low if failed == 2 * n + m else high
-        count = _record(points, tangents, sets, events, count, point, tangent, held, np.int64(kind), np.int64(index))
+        count = _record(
+            points, tangents, sets, events, count, point, tangent, held, np.int64(kind), np.int64(index)
+        )
         if kind >= RANGE:
             return count
         was = held[index] if index < n else 0
@@ -230,7 +241,9 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         along[:] = 0.0
         along[size - 1] = rising
         determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
-        if determinant == 0.0 or (not exchanged and _away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0):
+        if determinant == 0.0 or (
+            not exchanged and _away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0
+        ):
             events[count - 1, 0] = FOLD
             return count
         orientation = 1.0 if determinant > 0.0 else -1.0
@@ -274,7 +287,12 @@ def between(left, right, along_left, along_right, place, point):
     span, low, high = np.sqrt(total), 0.0, 1.0
     for _ in range(54):
         u = 0.5 * (low + high)
-        a, b, c, e = (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2 * span, u * u * (3 - 2 * u), u * u * (u - 1) * span
+        a, b, c, e = (
+            (1 + 2 * u) * (1 - u) ** 2,
+            u * (1 - u) ** 2 * span,
+            u * u * (3 - 2 * u),
+            u * u * (u - 1) * span,
+        )
         if a * left[last] + b * along_left[last] + c * right[last] + e * along_right[last] < place:
             low = u
         else:

@@ -39,11 +39,15 @@ def decoupling_gains(slopes: npt.ArrayLike, theta: float = 1.0) -> Floats:
     """
     matrix = checks.finite_array("slopes", slopes)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
-        raise checks.refuse("slopes", "square, a row for each constraint and a column for each coordinate", matrix.shape)
+        raise checks.refuse(
+            "slopes", "square, a row for each constraint and a column for each coordinate", matrix.shape
+        )
     checks.share("theta", theta)
     scaled = matrix / np.maximum(np.abs(matrix).max(axis=1, keepdims=True), 1e-300)
     if np.linalg.cond(scaled) > 1e12:
-        raise checks.refuse("slopes", "regular: the constraints must answer differently to the coordinates", matrix.tolist())
+        raise checks.refuse(
+            "slopes", "regular: the constraints must answer differently to the coordinates", matrix.tolist()
+        )
     return np.asarray(-theta * np.linalg.inv(matrix)) + 0.0
 
 

@@ -19,7 +19,11 @@ TOUCHING, CLOSE = 1e-9, 1e-6
 
 
 def design_gain(
-    curve: Any, *, along: str | None = None, x: tuple[float, float] | None = None, start: str | float = "feasible"
+    curve: Any,
+    *,
+    along: str | None = None,
+    x: tuple[float, float] | None = None,
+    start: str | float = "feasible",
 ) -> GainDesign:
     """Design the gain of a controller that walks along a locus by one measurement.
 
@@ -104,7 +108,9 @@ def declared_range(stretch: Stretch, x: Any) -> tuple[float, float]:
     room = TOUCHING * (high - low)
     below, above = a < low - room and ends[0] != "interior", b > high + room and ends[1] != "interior"
     if below or above or min(b, high) <= max(a, low):
-        raise ValueError(f"x must lie in {low:g}..{high:g}, where the stretch ends ({ends[0]}, {ends[1]}); got {(a, b)}")
+        raise ValueError(
+            f"x must lie in {low:g}..{high:g}, where the stretch ends ({ends[0]}, {ends[1]}); got {(a, b)}"
+        )
     return max(a, low), min(b, high)
 
 
@@ -113,7 +119,9 @@ def _check_slope(stretch: Stretch, x: tuple[float, float]) -> None:
     low, high = sorted(stretch.coordinate_of(np.array(x)).tolist())
     slopes = stretch.rows(np.linspace(low, high, 257))[:, -1]
     if np.any(slopes == 0) or np.any(np.sign(slopes) != np.sign(slopes[0])):
-        raise ValueError(f"along must be a coordinate along which the slack changes one way; along {stretch.along!r} it does not")
+        raise ValueError(
+            f"along must be a coordinate along which the slack changes one way; along {stretch.along!r} it does not"
+        )
 
 
 def _start(stretch: Stretch, x: tuple[float, float], start: Any) -> float:
@@ -135,7 +143,11 @@ def _start(stretch: Stretch, x: tuple[float, float], start: Any) -> float:
 
 
 def _free(
-    stretch: Stretch, start: float, places: tuple[float, float], weight: Callable[[Floats], Floats], at_optimum: float
+    stretch: Stretch,
+    start: float,
+    places: tuple[float, float],
+    weight: Callable[[Floats], Floats],
+    at_optimum: float,
 ) -> float:
     """The least of weight(s) (s* - s)/e(s) between the start and every optimum s*; next to it this is `at_optimum` or more."""
     room = CLOSE * (stretch.high - stretch.low)
@@ -150,5 +162,7 @@ def _free(
 
     found = min(at_optimum, least(allowed, places, (0.0, NEAR), places=129)[0])
     if found == 0:
-        raise ValueError(f"start must have slack all the way to the optimum, or no gain leads there; from {start:.6g} it has not")
+        raise ValueError(
+            f"start must have slack all the way to the optimum, or no gain leads there; from {start:.6g} it has not"
+        )
     return found

@@ -82,7 +82,9 @@ class Drift:
             return worst
         return self._played(margin, self.furthest)[0]
 
-    def _played(self, margin: float, move: Callable[[Floats, Floats, float], Floats]) -> tuple[float, Floats, Floats]:
+    def _played(
+        self, margin: float, move: Callable[[Floats, Floats, float], Floats]
+    ) -> tuple[float, Floats, Floats]:
         way = np.sign(self.tight - self.loose)
         length = abs(self.tight - self.loose)
         phases = self.rate * np.linspace(0.0, 1.0, PHASES + 1)
@@ -121,12 +123,17 @@ class Drift:
         """Places up to which the violation is no more than `bound`."""
         return np.clip(balanced(self.stretch, states, -bound), *self.ends)
 
-    def _invariant(self, states: Floats, margin: float, move: Callable[[Floats, Floats, float], Floats]) -> float:
+    def _invariant(
+        self, states: Floats, margin: float, move: Callable[[Floats, Floats, float], Floats]
+    ) -> float:
         low, high = sorted((self.loose, self.tight))
         after = np.clip(states + np.sign(self.tight - self.loose) * self.rate, low, high)
 
         def excess(bound: float) -> float:
-            return float(np.max(-self.stretch.slack(move(self._reach(states, bound), states, margin), after))) - bound
+            return (
+                float(np.max(-self.stretch.slack(move(self._reach(states, bound), states, margin), after)))
+                - bound
+            )
 
         low = -margin
         high = low + float(np.max(-self.stretch.slack(self._reach(states, low), after))) - low

@@ -113,7 +113,11 @@ class GainDesign(Frozen):
         def noise(s: Floats) -> Floats:
             return np.asarray(k / np.sqrt(1 - (1 - k * self.slope_at(s)) ** 2))
 
-        return float(noise(np.asarray(place))) if place is not None else -least(lambda s: -noise(s), self._places)[0]
+        return (
+            float(noise(np.asarray(place)))
+            if place is not None
+            else -least(lambda s: -noise(s), self._places)[0]
+        )
 
     def slope_at(self, s: Any) -> Any:
         """Return ``|e_s|`` at a coordinate, in units of the response over those of the coordinate.
@@ -125,7 +129,9 @@ class GainDesign(Frozen):
         """
         return np.abs(self.stretch.rows(s)[..., -1])
 
-    def stable_range(self, gain: float, *, kp: float = 0.0, kd: float = 0.0) -> tuple[tuple[float, float], ...]:
+    def stable_range(
+        self, gain: float, *, kp: float = 0.0, kd: float = 0.0
+    ) -> tuple[tuple[float, float], ...]:
         """Return the hidden states of the range for which a gain is stable, as ranges in its unit.
 
         Parameters
@@ -144,7 +150,9 @@ class GainDesign(Frozen):
             same = (self._radius(middle, pid) < 1) == first
             a, b = np.where(same, middle, a), np.where(same, b, middle)
         cuts = np.array([low, *(0.5 * (a + b)), high])
-        kept = [sorted(self._hidden(cuts[k : k + 2])) for k in range(len(cuts) - 1) if inside[0] == (k % 2 == 0)]
+        kept = [
+            sorted(self._hidden(cuts[k : k + 2])) for k in range(len(cuts) - 1) if inside[0] == (k % 2 == 0)
+        ]
         return tuple((a, b) for a, b in sorted(kept))
 
     def radius(
@@ -178,7 +186,11 @@ class GainDesign(Frozen):
             checks.nonnegative(name, time, "s")
         pid, delays = Pid(gain, kp, kd), Lag(lag, sensor_lag, checks.positive("period", period, "s"))
         checks.one_of("at", at, ("command", "actual"))
-        s = np.linspace(*self._places, 33 if lag else 513) if x is None else np.array([self.stretch.coordinate_of(x)])
+        s = (
+            np.linspace(*self._places, 33 if lag else 513)
+            if x is None
+            else np.array([self.stretch.coordinate_of(x)])
+        )
         if not lag:
             return float(self._radius(s, pid).max())
         return max(sampled_radius(self.stretch, float(place), pid, delays, at) for place in s)
@@ -273,9 +285,14 @@ class GainDesign(Frozen):
         low, high = self._places
         if float(np.max(self._radius(np.linspace(low, high, 513), Pid(gain, kp, kd)))) >= 1:
             name, (a, b) = self.stretch.hidden_name, self.x
-            ranges = " and ".join(f"{c:.4g}..{d:.4g}" for c, d in self.stable_range(gain, kp=kp, kd=kd)) or "nothing of it"
+            ranges = (
+                " and ".join(f"{c:.4g}..{d:.4g}" for c, d in self.stable_range(gain, kp=kp, kd=kd))
+                or "nothing of it"
+            )
             rule = f"< {self.stable:.4g}" if kp == kd == 0 else "smaller with these kp and kd"
-            raise ValueError(f"gain must be {rule} to be stable for {name} in {a:g}..{b:g}; got {gain:g}, stable for {ranges}")
+            raise ValueError(
+                f"gain must be {rule} to be stable for {name} in {a:g}..{b:g}; got {gain:g}, stable for {ranges}"
+            )
         if warn and gain + kp > self.violation_free * (1 + ROUNDING):
             self._warn(f"gain {gain + kp:g}", self.violation_free)
         elif warn and kd > 0:
@@ -295,7 +312,9 @@ class GainDesign(Frozen):
 
     def _warn(self, what: str, most: float) -> None:
         where = f"the start at {self.stretch.along} = {self.start:.6g}"
-        warnings.warn(f"{what} may step beyond the limit from {where}: it never does up to {most:.4g}", stacklevel=5)
+        warnings.warn(
+            f"{what} may step beyond the limit from {where}: it never does up to {most:.4g}", stacklevel=5
+        )
 
 
 def tight_end(stretch: Stretch, x: tuple[float, float]) -> float:

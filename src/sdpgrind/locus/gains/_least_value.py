@@ -23,6 +23,9 @@ def least(
         if found[k] < value:
             value, where = float(found[k]), tuple(float(axis.ravel()[k]) for axis in lattice)
         steps = [(high - low) / (count - 1) for low, high in box]
-        box = [(max(a, w - 1.5 * h), min(b, w + 1.5 * h)) for (a, b), w, h in zip(sides, where, steps, strict=True)]
+        box = [
+            (max(a, w - 1.5 * h), min(b, w + 1.5 * h))
+            for (a, b), w, h in zip(sides, where, steps, strict=True)
+        ]
         count = FINE
     return value, where

@@ -75,7 +75,9 @@ def sampled_radius(stretch: Stretch, s: float, pid: Pid, lag: Lag, at: str) -> f
     small = SMALL * (stretch.high - stretch.low)
     beside = np.array([row[:n], row[:n]])
     beside[:, k] += [-small, small]
-    of_response, of_limit = (float(np.diff(values)[0]) / (2 * small) for values in stretch.values(beside, np.repeat(x, 2)))
+    of_response, of_limit = (
+        float(np.diff(values)[0]) / (2 * small) for values in stretch.values(beside, np.repeat(x, 2))
+    )
     total = float(np.diff(stretch.rows(np.array([s - small, s + small]))[:, n + 1])[0]) / (2 * small)
     fixed = total - float(row[-1])  # slope of the response along the locus
     limit = (of_limit, total - of_limit) if at == "actual" else (0.0, total)

@@ -56,7 +56,9 @@ class DressedGrinding(Described):
                 "grinding must have a roughness (see locus.processes.Roughness): the coarsest lead is best without; got none"
             )
 
-    def check(self, controls: Mapping[str, tuple[float, float]], hidden: Mapping[str, tuple[float, float]]) -> None:
+    def check(
+        self, controls: Mapping[str, tuple[float, float]], hidden: Mapping[str, tuple[float, float]]
+    ) -> None:
         """Refuse ranges (low, high) of controls and hidden states that smell of another unit (rad/s): see `Grinding`."""
         self.grinding.check(controls, hidden)
 
@@ -64,7 +66,9 @@ class DressedGrinding(Described):
     def constraints(self) -> tuple[Varying, ...]:
         """Grinding power under burning power (W), and roughness under its greatest value (mm)."""
         burning = Varying(response=self._power, limit=self._burning, name="grinding_power", unit="W")
-        return burning, Varying(response=self._roughness, limit=self._roughness_limit, name="roughness", unit="mm")
+        return burning, Varying(
+            response=self._roughness, limit=self._roughness_limit, name="roughness", unit="mm"
+        )
 
     @property
     def units(self) -> Mapping[str, str]:

@@ -88,7 +88,9 @@ class Grinding(Described):
         if self.internal and self.wheel_diameter >= self.work_diameter:
             raise self._refused("wheel_diameter", f"< work_diameter = {self.work_diameter:g} in a bore")
 
-    def check(self, controls: Mapping[str, tuple[float, float]], hidden: Mapping[str, tuple[float, float]]) -> None:
+    def check(
+        self, controls: Mapping[str, tuple[float, float]], hidden: Mapping[str, tuple[float, float]]
+    ) -> None:
         """Refuse ranges (low, high) of controls and hidden states that smell of another unit (rad/s, parts of 1).
 
         Raises
@@ -98,10 +100,14 @@ class Grinding(Described):
         """
         for area in hidden.get("wear_flat_area", (0.0, 0.0)):
             if not 0 <= area <= 1:
-                raise ValueError(f"wear_flat_area must be a part of 1, in [0, 1]: divide by 100 for percent; got {area!r}")
+                raise ValueError(
+                    f"wear_flat_area must be a part of 1, in [0, 1]: divide by 100 for percent; got {area!r}"
+                )
         infeed = controls.get("infeed_rate", (0.0, 0.0))[1]
         if infeed > FASTEST_INFEED:
-            raise ValueError(f"infeed_rate must be in mm/s, up to {FASTEST_INFEED:g}; units.um(...) for um/s; got {infeed!r}")
+            raise ValueError(
+                f"infeed_rate must be in mm/s, up to {FASTEST_INFEED:g}; units.um(...) for um/s; got {infeed!r}"
+            )
         rotation = controls.get("work_rotation", (0.0, 0.0))[1]
         if rotation * self.work_diameter / 2 > self.wheel_speed / RPM_LIKE:
             raise ValueError(
@@ -115,7 +121,9 @@ class Grinding(Described):
         burning = Varying(response=self._power, limit=self._burning, name="grinding_power", unit="W")
         if self.roughness is None:
             return (burning,)
-        return burning, Varying(response=self._roughness, limit=self._roughness_limit, name="roughness", unit="mm")
+        return burning, Varying(
+            response=self._roughness, limit=self._roughness_limit, name="roughness", unit="mm"
+        )
 
     @property
     def units(self) -> Mapping[str, str]:
@@ -135,7 +143,9 @@ class Grinding(Described):
 
     def _roughness(self, s: Any, c: Any) -> Any:
         law: Any = self.roughness
-        return law.roughness(self.specific_removal_rate(c.infeed_rate) / self.wheel_speed, law.lead, s.dressing_state)
+        return law.roughness(
+            self.specific_removal_rate(c.infeed_rate) / self.wheel_speed, law.lead, s.dressing_state
+        )
 
     def _roughness_limit(self, s: Any, c: Any) -> Any:
         law: Any = self.roughness
@@ -210,7 +220,9 @@ class Grinding(Described):
             rule = "> 0, with chips and ploughing needing more than leaves with the chips"
             raise checks.refuse("specific_removal_rate", rule, specific_removal_rate, "mm^2/s")
         unit_speed = self._curvature_speed
-        return unit_speed * _speed_ratio(2 * power / (self.burning.B * (self.equivalent_diameter * Z * unit_speed) ** 0.25))
+        return unit_speed * _speed_ratio(
+            2 * power / (self.burning.B * (self.equivalent_diameter * Z * unit_speed) ** 0.25)
+        )
 
     def wear_flat_area_on_locus(self, specific_removal_rate: npt.ArrayLike) -> Floats:
         """Return the area A (0..1) at which a specific removal rate Z' (mm^2/s) is optimal: the calibration of the locus.
@@ -220,7 +232,9 @@ class Grinding(Described):
         Z = np.asarray(specific_removal_rate, dtype=float)
         speed, wide = self.work_speed_on_locus(Z), self.equivalent_diameter
         sliding = self._malkin.pressure * self.wheel_speed / N_MM_S_PER_W * (wide * Z / speed) ** 0.5
-        return self.burning.B * (wide * Z * speed) ** 0.25 / (2 * (speed / self._curvature_speed - 1) * sliding)
+        return (
+            self.burning.B * (wide * Z * speed) ** 0.25 / (2 * (speed / self._curvature_speed - 1) * sliding)
+        )
 
     @property
     def slowest_removal_rate(self) -> float:
@@ -250,7 +264,9 @@ class Grinding(Described):
 
     @property
     def _malkin(self) -> physics.MalkinSliding:
-        return checks.kind("power.sliding", self.power.sliding, physics.MalkinSliding, ", whose locus has a closed form")
+        return checks.kind(
+            "power.sliding", self.power.sliding, physics.MalkinSliding, ", whose locus has a closed form"
+        )
 
     @property
     def _curvature_speed(self) -> float:

@@ -21,7 +21,9 @@ def _m_per_min(value: float) -> float:
 
 
 def _koren_example() -> Problem:
-    return Problem(model=KorenExample(), controls={"u": (0.0, 5.0), "v": (0.0, 10.0)}, hidden={"x": (0.2, 20.0)})
+    return Problem(
+        model=KorenExample(), controls={"u": (0.0, 5.0), "v": (0.0, 10.0)}, hidden={"x": (0.2, 20.0)}
+    )
 
 
 def _turning() -> Problem:
@@ -40,7 +42,11 @@ def _turning() -> Problem:
         breaking_exponent=0.5,
     )
     speeds = (_m_per_min(60.0), _m_per_min(350.0))
-    return Problem(model=model, controls={"cutting_speed": speeds, "feed": (0.02, 0.5)}, hidden={"flank_wear": (0.0, 0.58)})
+    return Problem(
+        model=model,
+        controls={"cutting_speed": speeds, "feed": (0.02, 0.5)},
+        hidden={"flank_wear": (0.0, 0.58)},
+    )
 
 
 def _milling() -> Problem:
@@ -58,7 +64,11 @@ def _milling() -> Problem:
         power_max=14000.0,
     )
     speeds = (_m_per_min(60.0), _m_per_min(300.0))
-    return Problem(model=model, controls={"cutting_speed": speeds, "feed": (0.05, 0.25)}, hidden={"flank_wear": (0.0, 0.6)})
+    return Problem(
+        model=model,
+        controls={"cutting_speed": speeds, "feed": (0.05, 0.25)},
+        hidden={"flank_wear": (0.0, 0.6)},
+    )
 
 
 def _wheel() -> Grinding:

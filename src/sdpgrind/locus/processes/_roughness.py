@@ -57,7 +57,9 @@ class Roughness(Described):
     def _check(self) -> None:
         for name, value in (("roughness_max", self.roughness_max), ("base", self.base)):
             if value >= ROUGHEST:
-                raise ValueError(f"{name} must be in mm, < {ROUGHEST:g}; units.um(...) for micrometres; got {value!r}")
+                raise ValueError(
+                    f"{name} must be in mm, < {ROUGHEST:g}; units.um(...) for micrometres; got {value!r}"
+                )
 
     def roughness(self, chip_thickness: Any, lead: Any, state: Any) -> Any:
         """Return R_a (mm) of an equivalent chip thickness Z'/V_s (mm), a dressing lead (mm) and a dressing state (unit 1)."""

@@ -11,7 +11,9 @@ from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.locus._problem.process import Varying
 
 
-def tool_change_time(*, change: float, edge_cost: float, machine_rate: float, profit_rate: float = 0.0) -> float:
+def tool_change_time(
+    *, change: float, edge_cost: float, machine_rate: float, profit_rate: float = 0.0
+) -> float:
     """Return the time tau (s) that a worn edge is worth: t1 + C2/(C1 + profit rate), after Koren (3).
 
     Nothing earned besides: least cost, t1 + C2/C1. An unbounded `profit_rate`: greatest production rate, t1, as an edge costs
@@ -118,7 +120,9 @@ class Turning(Described):
 
     def _check(self) -> None:
         if self.breaking_force is None and self.power_max is None:
-            raise ValueError("breaking_force (N) or power_max (W) must be given: nothing else limits the cut; got neither")
+            raise ValueError(
+                "breaking_force (N) or power_max (W) must be given: nothing else limits the cut; got neither"
+            )
         if self.breaking_force is not None and self.breaking_exponent >= self.force_exponent:
             rule = f"< force_exponent = {self.force_exponent:g}: else no feed is too great for the tool"
             raise self._refused("breaking_exponent", rule)
@@ -160,7 +164,11 @@ class Turning(Described):
 
     def cutting_force(self, cutting_speed: Any, feed: Any, flank_wear: Any) -> Any:
         """Return the force (N) of a cutting speed (mm/s), feed (mm) and flank wear (mm): K_c f^q - C_v v + C_w W, Koren (30)."""
-        return self.feed_force * feed**self.force_exponent - self.speed_force * cutting_speed + self.wear_force * flank_wear
+        return (
+            self.feed_force * feed**self.force_exponent
+            - self.speed_force * cutting_speed
+            + self.wear_force * flank_wear
+        )
 
     def breaking(self, feed: Any) -> Any:
         """Return the force (N) that breaks the tool at a feed (mm): K_b f^nb, Koren (27)."""
@@ -175,7 +183,9 @@ class Turning(Described):
     @property
     def strongest_feed(self) -> float:
         """Feed f_pk = (nb K_b/(q K_c))^(1/(q - nb)) (mm) at which the tool can bear most wear."""
-        ratio = self.breaking_exponent * self._breaks("strongest_feed") / (self.force_exponent * self.feed_force)
+        ratio = (
+            self.breaking_exponent * self._breaks("strongest_feed") / (self.force_exponent * self.feed_force)
+        )
         return float(ratio ** (1 / (self.force_exponent - self.breaking_exponent)))
 
     def wear_at_limit(self, cutting_speed: Any, feed: Any) -> Any:
@@ -221,10 +231,14 @@ class Turning(Described):
         gives way.
         """
         if self.power_max is None:
-            raise ValueError("power_max must be given for power_residual; got None: the machine has power enough")
+            raise ValueError(
+                "power_max must be given for power_residual; got None: the machine has power enough"
+            )
         by_speed, by_feed = self._savings(cutting_speed, feed)
         speed = cutting_speed / N_MM_S_PER_W
-        return by_speed * self._feed_slope(feed) * speed - by_feed * (self.power_max - self.speed_force * speed * cutting_speed)
+        return by_speed * self._feed_slope(feed) * speed - by_feed * (
+            self.power_max - self.speed_force * speed * cutting_speed
+        )
 
     def _savings(self, cutting_speed: Any, feed: Any) -> tuple[Any, Any]:
         """By how much the cost falls with speed and with feed, in shares of 1/(v f): the brackets of (35)."""

@@ -87,7 +87,9 @@ class SampledCycle:
         ValueError
             When the gauge says before any feed that nothing is left to grind (mm).
         """
-        command = control_step(self.state, self.law, float(size), np.nan if power_saturated else float(grinding_power))
+        command = control_step(
+            self.state, self.law, float(size), np.nan if power_saturated else float(grinding_power)
+        )
         if self.state[places.SECTION] == places.RETRACT:
             self.check_fed()
             return {"retract": 1.0}
@@ -103,7 +105,11 @@ class SampledCycle:
 
     def check_fed(self) -> None:
         """Raise ValueError where a part is done before any feed, as the gauge says that nothing is left (mm)."""
-        if self.state[places.SECTION] == places.RETRACT and self.state[places.COMMANDED] == 0.0 and not self.lost:
+        if (
+            self.state[places.SECTION] == places.RETRACT
+            and self.state[places.COMMANDED] == 0.0
+            and not self.lost
+        ):
             size, stock = float(self.state[places.SIZE]), self.problem.stock
             raise checks.refuse("size", f"< stock = {stock:g} before any feed", size, "mm")
 

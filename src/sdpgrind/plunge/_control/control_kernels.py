@@ -30,7 +30,15 @@ from sdpgrind.plunge._control.state import (
     TOUCHED,
     Y,
 )
-from sdpgrind.plunge._model.kernels import _deflected, _least_over_burn, _rate_near, _worn, beyond, burn_depth, rate_of_burn
+from sdpgrind.plunge._model.kernels import (
+    _deflected,
+    _least_over_burn,
+    _rate_near,
+    _worn,
+    beyond,
+    burn_depth,
+    rate_of_burn,
+)
 
 ROUND_ENOUGH = 1.004
 """Rate over the final one with which a part may end."""
@@ -117,7 +125,9 @@ def _usable(state, law, size):
     last, noise = state[SIZE], OUTLYING * law.size_sd
     state[STILL] = state[STILL] + state[RATE] * law.sample_time if size == last else 0.0
     farthest = law.rate_max * law.sample_time * (state[MISSED] + 1.0)
-    jumps = size < last - np.sqrt(2.0) * noise - 1e-12 or size > last + farthest + np.sqrt(2.0) * noise + 1e-12
+    jumps = (
+        size < last - np.sqrt(2.0) * noise - 1e-12 or size > last + farthest + np.sqrt(2.0) * noise + 1e-12
+    )
     if np.isnan(size) or jumps or state[STILL] > noise:
         state[MISSED] += 1.0
         return False

@@ -36,7 +36,10 @@ def _know_nothing(state, law):
     for i in range(2):
         for j in range(2):
             state[COVARIANCE + 4 * i + j] = law.zero_sd**2
-    state[COVARIANCE + 10], state[COVARIANCE + 15] = law.scale_sd**2, law.sharpness_sd**2  # diagonal, rows of 4
+    state[COVARIANCE + 10], state[COVARIANCE + 15] = (
+        law.scale_sd**2,
+        law.sharpness_sd**2,
+    )  # diagonal, rows of 4
 
 
 @compiled

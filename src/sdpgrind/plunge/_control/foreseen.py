@@ -23,10 +23,15 @@ def foreseen(
     """
     slowest = min(problem.final_rate, problem.command_rate_max, problem.model.burn_rate)
     rows = ceil(problem.stock / slowest / problem.sample_time) + _SPARE
-    rig = kernels.rig(problem.model, problem.stock, problem.sample_time, rows - 1)._replace(contact_zero=contact)
+    rig = kernels.rig(problem.model, problem.stock, problem.sample_time, rows - 1)._replace(
+        contact_zero=contact
+    )
     normals = np.zeros((rows, 2))
     if rng is not None:
-        rig, normals = rig._replace(size_sd=law.size_sd, power_sd=law.power_sd), rng.standard_normal((rows, 2))
+        rig, normals = (
+            rig._replace(size_sd=law.size_sd, power_sd=law.power_sd),
+            rng.standard_normal((rows, 2)),
+        )
     state, brain = np.zeros(kernels.STATES), np.zeros(places.STATES)
     kernels.start_part(state, rig)
     start_control(brain, law)

@@ -48,7 +48,11 @@ class PartRig(NamedTuple):
 def rig(model: Any, stock: float, sample_time: float, samples_max: int = 20_000) -> PartRig:
     """A part with gauges that tell the truth; `_replace` makes them worse."""
     wear = model.wear
-    growth = (0.0, 0.0, 1.0) if wear is None else (wear.growth / model.wear_flat_area, wear.exponent, wear.reference_rate)
+    growth = (
+        (0.0, 0.0, 1.0)
+        if wear is None
+        else (wear.growth / model.wear_flat_area, wear.exponent, wear.reference_rate)
+    )
     return PartRig(
         core=model.core,
         sample_time=float(sample_time),
@@ -157,8 +161,16 @@ def grind(state, rig, brain, law, normals, table, row):
         ended = brain[places.SECTION] == places.RETRACT
         table[row, 4] = np.nan if ended else command
         table[row, 5] = np.nan if ended else brain[places.BALANCED]
-        table[row, 6], table[row, 7], table[row, 8] = brain[places.SECTION], brain[places.RATE], brain[places.REMAINING]
-        table[row, 9], table[row, 10], table[row, 11] = brain[places.SHARPNESS], brain[places.ZERO], brain[places.SCALE]
+        table[row, 6], table[row, 7], table[row, 8] = (
+            brain[places.SECTION],
+            brain[places.RATE],
+            brain[places.REMAINING],
+        )
+        table[row, 9], table[row, 10], table[row, 11] = (
+            brain[places.SHARPNESS],
+            brain[places.ZERO],
+            brain[places.SCALE],
+        )
         row += 1
         if ended:
             judge(state, rig, False)

@@ -64,15 +64,26 @@ def secant(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
     return _one(cycle, problem, 1, TAU, float(problem.replace(time_constant=None).time_constant or 0.0))
 
 
-def _one(cycle: Cycle, problem: CycleProblem, which: int, name: tuple[str, str], times: float) -> idf.Estimate:
+def _one(
+    cycle: Cycle, problem: CycleProblem, which: int, name: tuple[str, str], times: float
+) -> idf.Estimate:
     """One of the two values, times a constant."""
     if reason := fault(cycle):
         return not_identified(*name, reason)
     fit = fitted(cycle, problem.model)
     scale, sd = fit["scale"], fit.sd[1]
-    status = fit.status if sd < scale and SCALES[0] * 1.001 < scale < SCALES[1] / 1.001 else idf.Status.NOT_IDENTIFIED
+    status = (
+        fit.status
+        if sd < scale and SCALES[0] * 1.001 < scale < SCALES[1] / 1.001
+        else idf.Status.NOT_IDENTIFIED
+    )
     only = slice(which, which + 1)
     found = idf.Estimate(
-        name[:1], times * fit.value[only], times**2 * fit.covariance[only, only], status, units=name[1:], freedom=fit.freedom
+        name[:1],
+        times * fit.value[only],
+        times**2 * fit.covariance[only, only],
+        status,
+        units=name[1:],
+        freedom=fit.freedom,
     )
     return concluded(found, _FAINT) if which == 1 or not found.ok else found

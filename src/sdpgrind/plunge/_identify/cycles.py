@@ -74,13 +74,22 @@ class Cycle:
         return self.read & (self.size > (first[0] if first.size else 0.0) + self.jitter)
 
 
-def cycles(data: Any, *, power: bool = False, size: bool = True, part: int | Sequence[int] | None = None) -> tuple[Cycle, ...]:
+def cycles(
+    data: Any, *, power: bool = False, size: bool = True, part: int | Sequence[int] | None = None
+) -> tuple[Cycle, ...]:
     """Return the parts of a log, or of arrays by name."""
     needed = {"size": size, "grinding_power": power, "power_saturated": False}
     optional = [name for name in needed if not needed[name]]
-    found = idf.series(data, _QUANTITIES, tier="controller", commands=("command_rate",), optional=optional, part=part)
+    found = idf.series(
+        data, _QUANTITIES, tier="controller", commands=("command_rate",), optional=optional, part=part
+    )
     return tuple(
-        Cycle(s.label, s.time, s["command_rate"], *(s[name] if name in s else np.full(s.time.size, np.nan) for name in needed))
+        Cycle(
+            s.label,
+            s.time,
+            s["command_rate"],
+            *(s[name] if name in s else np.full(s.time.size, np.nan) for name in needed),
+        )
         for s in found
     )
 
@@ -126,7 +135,9 @@ def concluded(estimate: idf.Estimate, reason: str) -> idf.Estimate:
     return estimate
 
 
-def of_parts(each: Sequence[Cycle], one: Callable[[Cycle], idf.Estimate], name: str, unit: str) -> idf.Estimate:
+def of_parts(
+    each: Sequence[Cycle], one: Callable[[Cycle], idf.Estimate], name: str, unit: str
+) -> idf.Estimate:
     """Estimate from each part, and their mean; parts that failed are left out and counted."""
     found = [(cycle, one(cycle)) for cycle in each]
     good = [estimate for _, estimate in found if estimate.ok]

@@ -119,7 +119,9 @@ def _found(
 ) -> Estimate:
     if what == "wear_flat_area" and problem is not None:
         each = cycles(data, power=True, size=False, part=part)
-        return of_parts(each, lambda cycle: _sharpness.wear_flat_area(cycle, problem, power_max), what, _sharpness.UNIT)
+        return of_parts(
+            each, lambda cycle: _sharpness.wear_flat_area(cycle, problem, power_max), what, _sharpness.UNIT
+        )
     each = cycles(data, part=part)
     if method == "recursive":
         return _time_constant.recursively(each, forgetting)

@@ -33,7 +33,11 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
     top = float(np.min(cycle.grinding_power[clipped], initial=np.inf)) if power_max is None else power_max
     model, usable = problem.model, np.isfinite(cycle.grinding_power) & ~clipped
     if not np.any(usable):
-        few = f"all {int(clipped.sum())} readings of the power are clipped" if np.any(clipped) else "there is no power"
+        few = (
+            f"all {int(clipped.sum())} readings of the power are clipped"
+            if np.any(clipped)
+            else "there is no power"
+        )
         return not_identified(NAME, UNIT, few)
     mean = model.wear_flat_area
     corrected = bool(np.any(cycle.read)) and not fault(cycle)
@@ -54,30 +58,46 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         return not_identified(NAME, UNIT, few)
     variance = _of_mean(first)
     if fit:
-        slope = np.array([_change(cycle, trial, fit, step, usable, _NEAR * top) for step in np.diag(_FIT_STEPS)])
+        slope = np.array(
+            [_change(cycle, trial, fit, step, usable, _NEAR * top) for step in np.diag(_FIT_STEPS)]
+        )
         variance += float(slope @ fit.covariance @ slope)
-    return idf.Estimate((NAME,), first.mean(keepdims=True), np.full((1, 1), variance), units=(UNIT,), freedom=first.size - 1.0)
+    return idf.Estimate(
+        (NAME,), first.mean(keepdims=True), np.full((1, 1), variance), units=(UNIT,), freedom=first.size - 1.0
+    )
 
 
-def _change(cycle: Cycle, model: PlungeModel, fit: idf.Estimate, step: Floats, usable: Mask, most: float) -> float:
+def _change(
+    cycle: Cycle, model: PlungeModel, fit: idf.Estimate, step: Floats, usable: Mask, most: float
+) -> float:
     """By how much the mean changes with contact or scale."""
     low, high = (
-        samples(cycle, model, course(cycle, model, *at).infeed_rate, usable, most) for at in (fit.value - step, fit.value + step)
+        samples(cycle, model, course(cycle, model, *at).infeed_rate, usable, most)
+        for at in (fit.value - step, fit.value + step)
     )
     return float((high[0].mean() - low[0].mean()) / (2 * step.sum())) if low[0].size and high[0].size else 0.0
 
 
-def samples(cycle: Cycle, model: PlungeModel, rate: Floats, usable: Mask, most: float) -> tuple[Floats, Floats]:
+def samples(
+    cycle: Cycle, model: PlungeModel, rate: Floats, usable: Mask, most: float
+) -> tuple[Floats, Floats]:
     """Wear flat area of each sample in which sliding is expected to be a quarter of the power, and the power below `most`.
 
     And by how much it has grown since the part began.
     """
     depth = model.depth_of_cut(rate)
-    wheel = {"work_speed": model.work_speed, "wheel_speed": model.wheel_speed, "equivalent_diameter": model.equivalent_diameter}
+    wheel = {
+        "work_speed": model.work_speed,
+        "wheel_speed": model.wheel_speed,
+        "equivalent_diameter": model.equivalent_diameter,
+    }
     expected = model.grinding_power(rate)
     rest = model.power.power(depth_of_cut=depth, **wheel, wear_flat_area=0.0, width=model.width)
     used = usable & (rate > 0) & (expected - rest > SLIDING * expected) & (expected < most)
-    full = model.power.power(depth_of_cut=depth[used], **wheel, wear_flat_area=1.0, width=model.width) - rest[used]
+    full = (
+        model.power.power(depth_of_cut=depth[used], **wheel, wear_flat_area=1.0, width=model.width)
+        - rest[used]
+    )
     growth = np.zeros(rate.size)
     if model.wear is not None:
         growth[1:] = np.cumsum(model.wear.rate(0.5 * (rate[1:] + rate[:-1])) * cycle.step)

@@ -19,7 +19,9 @@ NAME, UNIT = "time_constant", "s"
 RANGE = (0.05, 50.0)
 """Time constants that are looked for, s."""
 _FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
-_CURVED = "the linear model leaves more than noise: at other rates the lag is another; in spark-out with `problem`"
+_CURVED = (
+    "the linear model leaves more than noise: at other rates the lag is another; in spark-out with `problem`"
+)
 _BLOCK, _RARELY = 16, 1e-3  # readings of a mean; how often noise alone is taken for a bend
 _SIGNIFICANT = 8.0  # of the F test with one degree of freedom: once in 200 by chance
 
@@ -89,7 +91,9 @@ def recursively(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
     for cycle in cycles:
         if not fault(cycle):
             estimator.begin(touch_in=float(np.append(_fitted(cycle).value, 0.0)[1]))
-            for row in zip(cycle.time.tolist(), cycle.size.tolist(), cycle.command_rate.tolist(), strict=True):
+            for row in zip(
+                cycle.time.tolist(), cycle.size.tolist(), cycle.command_rate.tolist(), strict=True
+            ):
                 estimator.update(time=row[0], size=row[1], command_rate=row[2])
     found = estimator.estimate
     return not_identified(NAME, UNIT, reasons[0]) if reasons and not found.ok else found
@@ -108,7 +112,9 @@ def as_printed(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
     fit = rls.estimate
     pole = fit.value[0]
     if not fit.ok or not 0 < pole < 1:
-        return not_identified(NAME, UNIT, f"(4) gives a' = {pole:.4g}, which is the pole of no lag: it must be in (0, 1)")
+        return not_identified(
+            NAME, UNIT, f"(4) gives a' = {pole:.4g}, which is the pole of no lag: it must be in (0, 1)"
+        )
     tau = -step / np.log(pole)
     slope = tau**2 / (step * pole)
     covariance = slope**2 * fit.covariance[:1, :1]
@@ -204,7 +210,11 @@ class TimeConstantEstimator:
 
     def _learn(self, size: float) -> None:
         """Sums of w, w r, w r^2, w g, w g^2, w g r of the residuals r and their slopes g; and of w^2, w^2 g, w^2 g^2."""
-        f, r, g = self._forgetting, size - max(self._infeed - self._touch, 0.0) + self._deflection, self._sensitivity
+        f, r, g = (
+            self._forgetting,
+            size - max(self._infeed - self._touch, 0.0) + self._deflection,
+            self._sensitivity,
+        )
         one = np.ones_like(r)
         self._sums = f * self._sums + np.stack([one, r, r * r, g, g * g, g * r])
         self._doubles = f * f * self._doubles + np.stack([one, g, g * g])
@@ -227,7 +237,9 @@ class TimeConstantEstimator:
         """Estimate of ``time_constant`` (s); not ok until the readings determine it."""
         squares, slope, information, double = self._profiled
         if self._count < MOVING:
-            return not_identified(NAME, UNIT, f"{self._count} readings are too few: at least {MOVING} are needed")
+            return not_identified(
+                NAME, UNIT, f"{self._count} readings are too few: at least {MOVING} are needed"
+            )
         best = int(np.argmin(squares))
         if not 1 < best < self._taus.size - 3:
             return not_identified(NAME, UNIT, _FAINT)
@@ -238,7 +250,9 @@ class TimeConstantEstimator:
         left = max(float(squares[best] - slope[best] ** 2 / information[best]), 0.0)
         noise = left / self._weight * self._effective / freedom
         variance = noise * twice / known**2 if known > 0 else np.inf
-        found = idf.Estimate((NAME,), np.array([tau]), np.full((1, 1), variance), units=(UNIT,), freedom=freedom)
+        found = idf.Estimate(
+            (NAME,), np.array([tau]), np.full((1, 1), variance), units=(UNIT,), freedom=freedom
+        )
         return concluded(found.replace(message=f"from {self._count} readings"), _FAINT)
 
     @property

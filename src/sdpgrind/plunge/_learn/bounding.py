@@ -86,7 +86,9 @@ class ConstraintBounding:
         self.cap = _amounts("cap", cap, CAPS)
         self.rule = checks.one_of("rule", rule, RULES)
         self.method = checks.one_of("method", method, METHODS)
-        self.settings = checks.unique("settings", [checks.one_of("settings", name, SETTINGS) for name in settings])
+        self.settings = checks.unique(
+            "settings", [checks.one_of("settings", name, SETTINGS) for name in settings]
+        )
         self._bounds: dict[str, float] = {}
         self._good: dict[str, float] = {}
         self._left: dict[str, float] = {}
@@ -115,7 +117,9 @@ class ConstraintBounding:
         Raises ValueError before the first part, and with ``method="nlp"``.
         """
         if self._program is None:
-            raise ValueError("statement must be asked for after a part, with method='qp': there is no program yet")
+            raise ValueError(
+                "statement must be asked for after a part, with method='qp': there is no program yet"
+            )
         return self._program.statement()
 
     def next(self, controller: StagedController, part_log: Any) -> StagedController:
@@ -134,7 +138,9 @@ class ConstraintBounding:
             return controller
         now = {name: float(getattr(controller, name)) for name in SETTINGS}
         self._learn(controller.problem, now, measured(part_log, controller))
-        found = optimum(controller.problem, now, bounds=self._bounds, moving=self.settings, method=self.method)
+        found = optimum(
+            controller.problem, now, bounds=self._bounds, moving=self.settings, method=self.method
+        )
         self._message, self._program = found.message, found.first
         if found.message != SOLVED:
             self._message = f"no setting is within the bounds, the last stays: {found.message}"
@@ -186,8 +192,13 @@ def _steps(step: float | Mapping[str, float]) -> dict[str, float]:
 
 def _amounts(what: str, given: Mapping[str, float] | None, usual: Mapping[str, float]) -> dict[str, float]:
     if given is not None and not isinstance(given, Mapping):
-        raise TypeError(f"{what} must be a mapping of {', '.join(CONSTRAINTS)} to amounts (mm, W); got {checks.shown(given)}")
+        raise TypeError(
+            f"{what} must be a mapping of {', '.join(CONSTRAINTS)} to amounts (mm, W); got {checks.shown(given)}"
+        )
     for name in given or {}:
         checks.one_of(what, name, CONSTRAINTS)
     amounts = {**usual, **(given or {})}
-    return {name: checks.nonnegative(f"{what}[{name!r}]", value, CONSTRAINTS[name]) for name, value in amounts.items()}
+    return {
+        name: checks.nonnegative(f"{what}[{name!r}]", value, CONSTRAINTS[name])
+        for name, value in amounts.items()
+    }

@@ -46,7 +46,9 @@ class SharpnessUpdate:
             if not estimate.ok:
                 return controller
             area = estimate["wear_flat_area"]
-        return controller.replace(problem=controller.problem.replace(wear_flat_area=float(np.clip(area, 1e-4, 1.0))))
+        return controller.replace(
+            problem=controller.problem.replace(wear_flat_area=float(np.clip(area, 1e-4, 1.0)))
+        )
 
 
 class Chain:
@@ -65,7 +67,9 @@ class Chain:
     """
 
     def __init__(self, *adaptations: Any) -> None:
-        self.adaptations = tuple(checks.able("adaptation", each, "an adaptation", "next") for each in adaptations)
+        self.adaptations = tuple(
+            checks.able("adaptation", each, "an adaptation", "next") for each in adaptations
+        )
 
     def next(self, controller: Any, part_log: Any) -> Any:
         """Return the controller of the next part; each sees the log, units as there, and what the one before made.
@@ -82,7 +86,9 @@ class Chain:
         return controller
 
 
-def adaptation(problem: CycleProblem, *, confidence: float = 0.999, power_gain_tolerance: float = 0.0) -> Chain:
+def adaptation(
+    problem: CycleProblem, *, confidence: float = 0.999, power_gain_tolerance: float = 0.0
+) -> Chain:
     """Return what is recommended: a chance margin against burning, and one of its own for roundness.
 
     A controller that learns during the part needs nothing else; others are given the sharpness of the part before.

@@ -7,7 +7,13 @@ from scipy.special import ndtri
 
 from sdpgrind.base import checks
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._learn.readings import at_size, measured_slack, noise_of_slack, scatter_of_roundness, scatter_of_slack
+from sdpgrind.plunge._learn.readings import (
+    at_size,
+    measured_slack,
+    noise_of_slack,
+    scatter_of_roundness,
+    scatter_of_slack,
+)
 
 _BIN = 5e-4
 """Margins (mm) between which noise does the same."""
@@ -50,7 +56,12 @@ class MarginBounding:
     """
 
     def __init__(
-        self, step: float = 0.25, noise_buffer: float = 0.005, *, rule: str = "contracting", slack: str = "measured"
+        self,
+        step: float = 0.25,
+        noise_buffer: float = 0.005,
+        *,
+        rule: str = "contracting",
+        slack: str = "measured",
     ) -> None:
         self.step = checks.within("step", step, 0.0, 1.0)
         self.noise_buffer = checks.nonnegative("noise_buffer", noise_buffer, "mm")

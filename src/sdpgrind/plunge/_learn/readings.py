@@ -74,9 +74,14 @@ def noise_of_slack(controller: CycleController) -> tuple[float, float, float]:
     with. Without a balance: no bias and no scatter.
     """
     rng = np.random.default_rng(0)
-    parts = [(true - _least(readings), _scatter(readings)) for true, readings in (_both(controller, rng) for _ in range(PARTS))]
+    parts = [
+        (true - _least(readings), _scatter(readings))
+        for true, readings in (_both(controller, rng) for _ in range(PARTS))
+    ]
     off, each = np.array([part for part in parts if np.all(np.isfinite(part))]).reshape(-1, 2).T
-    return (float(np.mean(off)), float(np.std(off)), float(np.mean(each))) if len(off) > 1 else (0.0, 0.0, 0.0)
+    return (
+        (float(np.mean(off)), float(np.std(off)), float(np.mean(each))) if len(off) > 1 else (0.0, 0.0, 0.0)
+    )
 
 
 @lru_cache(maxsize=512)
@@ -124,7 +129,9 @@ class _StageReadings:
     def __init__(self, columns: Mapping[str, Floats], controller: StagedController) -> None:
         model = controller.problem.model
         low, high = model.burn_onset
-        fast = np.sqrt(low * min(high, controller.problem.command_rate_max))  # well above the artefact of ploughing
+        fast = np.sqrt(
+            low * min(high, controller.problem.command_rate_max)
+        )  # well above the artefact of ploughing
         rate = _rate(columns["size"], columns["infeed_rate_planned"], controller.problem.sample_time)
         used = np.isfinite(columns["size"]) & np.isfinite(columns["grinding_power"]) & (rate > fast)
         self.rate = rate[used]
@@ -178,7 +185,9 @@ def _rate(size: Floats, foreseen: Floats, step: float) -> Floats:
     index = np.arange(size.size)
     unexplained = np.interp(index, index[read], (size - gone)[read])
     weights = np.arange(-half, half + 1.0)
-    slope = np.correlate(unexplained, weights / (weights @ weights * step), "valid")  # of the line nearest to a window
+    slope = np.correlate(
+        unexplained, weights / (weights @ weights * step), "valid"
+    )  # of the line nearest to a window
     return np.asarray(foreseen + np.pad(slope, half, "edge"))
 
 

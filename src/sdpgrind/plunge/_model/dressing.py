@@ -46,7 +46,13 @@ class RoughnessLaw(Described):
     layer_exponent: float = quantity("1", above=0, default=0.3)
 
     def roughness(
-        self, dressing_lead: float, *, dressing_depth: float, infeed_rate: float, work_diameter: float, wheel_speed: float
+        self,
+        dressing_lead: float,
+        *,
+        dressing_depth: float,
+        infeed_rate: float,
+        work_diameter: float,
+        wheel_speed: float,
     ) -> float:
         """Return the roughness R_a, mm.
 
@@ -110,5 +116,8 @@ class RoughnessLaw(Described):
 def _layer(infeed_rate: float, work_diameter: float, wheel_speed: float) -> float:
     """Thickness of the layer that passes the wheel, pi d_w v/v_s, over 1 mm."""
     speed = checks.positive("wheel_speed", wheel_speed, "mm/s")
-    rate, diameter = checks.positive("infeed_rate", infeed_rate, "mm/s"), checks.positive("work_diameter", work_diameter, "mm")
+    rate, diameter = (
+        checks.positive("infeed_rate", infeed_rate, "mm/s"),
+        checks.positive("work_diameter", work_diameter, "mm"),
+    )
     return pi * diameter * rate / speed

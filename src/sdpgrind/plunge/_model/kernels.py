@@ -58,7 +58,19 @@ def burn_depth(v, core):
 def _worn(core, ratio):
     """The core of a wheel whose wear flats have grown by `ratio`."""
     k2, heat2, power2 = core.K2 * ratio, core.heat2 * ratio, core.power2 * ratio
-    return PlungeCore(core.K0, core.K1, k2, core.p, core.heat0, core.heat1, heat2, core.reach, core.power0, core.power1, power2)
+    return PlungeCore(
+        core.K0,
+        core.K1,
+        k2,
+        core.p,
+        core.heat0,
+        core.heat1,
+        heat2,
+        core.reach,
+        core.power0,
+        core.power1,
+        power2,
+    )
 
 
 @compiled
@@ -197,7 +209,9 @@ def _over_burn(v, scale, core):
     heat = core.heat0 + core.heat1 * v + core.heat2 * w
     depth = core.reach * root * np.log(heat / root)
     y_slope = core.K1 * v + core.p * core.K2 * w
-    depth_slope = 0.25 * depth + core.reach * root * ((core.heat1 * v + core.p * core.heat2 * w) / heat - 0.25)
+    depth_slope = 0.25 * depth + core.reach * root * (
+        (core.heat1 * v + core.p * core.heat2 * w) / heat - 0.25
+    )
     return scale * (core.K1 * v + core.K2 * w) - depth, scale * y_slope - depth_slope
 
 

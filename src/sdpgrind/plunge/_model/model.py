@@ -173,7 +173,9 @@ class PlungeModel(Described):
     def burning_power(self, infeed_rate: npt.ArrayLike) -> Floats:
         """Return the power (W) at which the work begins to burn at an infeed rate (mm/s)."""
         speeds = {"work_speed": self.work_speed, "equivalent_diameter": self.equivalent_diameter}
-        return np.asarray(self.burning.power(depth_of_cut=self.depth_of_cut(infeed_rate), **speeds, width=self.width))
+        return np.asarray(
+            self.burning.power(depth_of_cut=self.depth_of_cut(infeed_rate), **speeds, width=self.width)
+        )
 
     def burn_depth(self, infeed_rate: npt.ArrayLike, grinding_power: npt.ArrayLike | None = None) -> Floats:
         """Return how deep the damage goes (mm) at an infeed rate (mm/s); negative: how much is left.
@@ -192,7 +194,9 @@ class PlungeModel(Described):
             Measured power, W; that of the model by default.
         """
         rate = np.asarray(infeed_rate, dtype=float)
-        power = self.grinding_power(rate) if grinding_power is None else np.asarray(grinding_power, dtype=float)
+        power = (
+            self.grinding_power(rate) if grinding_power is None else np.asarray(grinding_power, dtype=float)
+        )
         chips = self.burning.u0 * self.width * self.work_speed * self.depth_of_cut(rate)
         contact = np.sqrt(self.equivalent_diameter * self.depth_of_cut(rate))
         reach = np.sqrt(self.diffusivity * contact / self.work_speed) / _kernels.DECAY
@@ -247,7 +251,9 @@ class PlungeModel(Described):
             depth_of_cut=a1, work_speed=self.work_speed, wheel_speed=self.wheel_speed,
             equivalent_diameter=self.equivalent_diameter, wear_flat_area=self.wear_flat_area,
         )  # fmt: skip
-        chips = power.specific_energy * self.work_speed * a1 * N_MM_S_PER_W / self.wheel_speed  # N/mm at 1 mm/s
+        chips = (
+            power.specific_energy * self.work_speed * a1 * N_MM_S_PER_W / self.wheel_speed
+        )  # N/mm at 1 mm/s
         heat = self.wheel_speed / N_MM_S_PER_W
         band = self.burning.B * (self.equivalent_diameter * a1) ** 0.25 * self.work_speed**0.5
         contact = np.sqrt(self.equivalent_diameter * a1)

@@ -19,7 +19,9 @@ def _simulation() -> CycleProblem:
         wear_flat_area=0.026,
         stiffness=8000.0,
         normal_force_ratio=9.78,
-        power=physics.GrindingPower(specific_energy=13.8, ploughing_force=0.962, sliding=physics.DongSliding()),
+        power=physics.GrindingPower(
+            specific_energy=13.8, ploughing_force=0.962, sliding=physics.DongSliding()
+        ),
         burning=physics.BurningLimit(u0=6.205, B=3.32),
         diffusivity=12.5,
         roundness_base=units.um(1.59),

@@ -118,9 +118,17 @@ class CollocationProgram:
         self._unknown("y", at(begin.y, nodes), 0.0, np.inf, float(_kernels.beyond(most, core)))
         self._unknown("left", at(begin.left, nodes), -np.inf, np.inf, problem.stock)
         if model.wear is not None:
-            self._unknown("area", np.full(nodes.size, model.wear_flat_area), 0.0, np.inf, model.wear_flat_area)
-        for name, time in {"1": inside[0], "2": inside[1], "0": nodes[1:-1] if self.job.free else nodes[:0]}.items():
-            self._unknown("w" + name, at(begin.rate, time) ** core.p, LOWEST * most**core.p, np.inf, most**core.p)
+            self._unknown(
+                "area", np.full(nodes.size, model.wear_flat_area), 0.0, np.inf, model.wear_flat_area
+            )
+        for name, time in {
+            "1": inside[0],
+            "2": inside[1],
+            "0": nodes[1:-1] if self.job.free else nodes[:0],
+        }.items():
+            self._unknown(
+                "w" + name, at(begin.rate, time) ** core.p, LOWEST * most**core.p, np.inf, most**core.p
+            )
             self._unknown("room" + name, np.full(time.size, 0.1 * most), 0.0, np.inf, most)
         self._unknown("command", at(begin.rate, nodes[:-1] + steps / 2), 0.0, most, most)
         if self.job.free:
@@ -131,7 +139,10 @@ class CollocationProgram:
 
     def nodes(self, ends: Floats) -> Floats:
         """Times of the ends of the intervals."""
-        pieces = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(ends[:-1], ends[1:], self.job.intervals, strict=True)]
+        pieces = [
+            np.linspace(a, b, n + 1)[1:]
+            for a, b, n in zip(ends[:-1], ends[1:], self.job.intervals, strict=True)
+        ]
         return np.concatenate([[0.0], *pieces])
 
     def _get(self, name: str) -> Any:
@@ -172,7 +183,9 @@ class CollocationProgram:
 
         rotation = self._get("rotation")[intervals] if self.job.free else self.job.rotation[0]
         core, rate = core_at(self.model, rotation, state.get("area")), self._rate(point)
-        self._require((state["y"] - core.K1 * rate - core.K2 * self._get("w" + point)) / self.scale["y"], 0.0, 0.0)
+        self._require(
+            (state["y"] - core.K1 * rate - core.K2 * self._get("w" + point)) / self.scale["y"], 0.0, 0.0
+        )
         hotter = rate + self._get("room" + point)
         depth = self._depth(state["left"], intervals)
         self._require((depth - burn_depth(hotter, core, casadi.log)) / 0.1, 0.0, np.inf)
@@ -203,13 +216,20 @@ class CollocationProgram:
             self._require(one[1:] - one[:-1], 0.0, 0.0)
             self._require(self._get("time")[-1] * rotation / (2 * np.pi), 1.0, 2.0)
         rate = self._rate("2")[-1]
-        rounder = (problem.roundness_max - self.model.roundness_base) / self.model.roundness_gain * rotation / (2 * np.pi)
+        rounder = (
+            (problem.roundness_max - self.model.roundness_base)
+            / self.model.roundness_gain
+            * rotation
+            / (2 * np.pi)
+        )
         self._require((rounder - rate) / problem.final_rate, 0.0, np.inf)
 
     def split(self, x: Floats) -> dict[str, Floats]:
         """The unknowns by name, in their own units."""
         ends = np.cumsum([part.shape[0] for part in self.parts.values()])[:-1]
-        return {name: part * self.scale[name] for name, part in zip(self.parts, np.split(x, ends), strict=True)}
+        return {
+            name: part * self.scale[name] for name, part in zip(self.parts, np.split(x, ends), strict=True)
+        }
 
 
 @dataclass(frozen=True)
@@ -222,7 +242,9 @@ class CollocationFound:
     message: str
 
 
-def task(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> CollocationTask:
+def task(
+    problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int
+) -> CollocationTask:
     """The intervals shared out between the phases."""
     until = 2 * intervals // 3 if margin > 0 else intervals
     shared = (until, intervals - until)[: 1 + (margin > 0)]
@@ -240,10 +262,14 @@ def guess(job: CollocationTask) -> Guess:
     ends = np.array([0.0, *met, 1.0])
     if job.free:
         ends = np.append(0.98 * ends, 1.0)
-    return Guess(total * share, left, problem.model.deflection(rate) - problem.model.core.K0, rate, total * ends)
+    return Guess(
+        total * share, left, problem.model.deflection(rate) - problem.model.core.K0, rate, total * ends
+    )
 
 
-def plainly(problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int) -> CollocationFound:
+def plainly(
+    problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int
+) -> CollocationFound:
     """Solve from the plain guess."""
     job = task(problem, margin, rotation, intervals)
     return solve(job, guess(job))
@@ -260,7 +286,9 @@ def _solve(job: CollocationTask, start: Guess, strategy: str) -> CollocationFoun
 
     nlp = CollocationProgram(job, start)
     program = {"x": nlp.unknowns, "f": nlp.cost, "g": casadi.vertcat(*nlp.conditions)}
-    solver = casadi.nlpsol("cycle", "ipopt", program, {"print_time": False, "ipopt": IPOPT | {"mu_strategy": strategy}})
+    solver = casadi.nlpsol(
+        "cycle", "ipopt", program, {"print_time": False, "ipopt": IPOPT | {"mu_strategy": strategy}}
+    )
     low, high = np.array(nlp.low), np.array(nlp.high)
     found = solver(x0=nlp.start, lbx=nlp.lower, ubx=nlp.upper, lbg=low, ubg=high)
     x, stats, residual = np.asarray(found["x"]).ravel(), solver.stats(), np.inf
@@ -289,13 +317,20 @@ def _residual(nlp: CollocationProgram, found: Any, low: Floats, high: Floats) ->
 
     g = casadi.vertcat(*nlp.conditions)
     price = casadi.SX.sym("price", g.shape[0])
-    slope = casadi.Function("slope", [nlp.unknowns, price], [casadi.gradient(nlp.cost + casadi.dot(price, g), nlp.unknowns), g])
+    slope = casadi.Function(
+        "slope", [nlp.unknowns, price], [casadi.gradient(nlp.cost + casadi.dot(price, g), nlp.unknowns), g]
+    )
     flat, value = (np.asarray(part).ravel() for part in slope(found["x"], found["lam_g"]))
     x, of_x, of_g = (np.asarray(found[name]).ravel() for name in ("x", "lam_x", "lam_g"))
     size = max(1.0, float(np.mean(np.abs(np.concatenate([of_x, of_g])))) / 100)
     worst = float(np.max(np.abs(flat + of_x))) / size
-    for at, bounds, prices in ((x, (np.array(nlp.lower), np.array(nlp.upper)), of_x), (value, (low, high), of_g)):
-        room = np.maximum(prices, 0.0) * _finite(bounds[1] - at) + np.maximum(-prices, 0.0) * _finite(at - bounds[0])
+    for at, bounds, prices in (
+        (x, (np.array(nlp.lower), np.array(nlp.upper)), of_x),
+        (value, (low, high), of_g),
+    ):
+        room = np.maximum(prices, 0.0) * _finite(bounds[1] - at) + np.maximum(-prices, 0.0) * _finite(
+            at - bounds[0]
+        )
         over = np.maximum(np.maximum(bounds[0] - at, at - bounds[1]), 0.0)
         worst = max(worst, float(np.max(np.abs(room))) / size, float(np.max(over)))
     return worst

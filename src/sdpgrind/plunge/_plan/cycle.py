@@ -145,7 +145,11 @@ class CyclePlan(Plan):
             return f"{s.message} after {s.iterations} iterations with {s.steps} steps"
         if s.left > 0:
             return f"{s.message}, but played back, the commands leave {s.left:.3g} mm of stock"
-        deeper = f"damage goes {1e3 * s.excess:.1g} µm deeper than allowed" if s.excess > 0 else "all limits are kept"
+        deeper = (
+            f"damage goes {1e3 * s.excess:.1g} µm deeper than allowed"
+            if s.excess > 0
+            else "all limits are kept"
+        )
         return f"{s.message} with {s.steps} steps, time known to {self.error:.1g} s; played back, {deeper}"
 
     def plot(self) -> Any:
@@ -156,8 +160,15 @@ class CyclePlan(Plan):
         top.plot(t.time, 1e3 * t.infeed_rate, color=pictures.ACTUAL, label="actual")
         top.set(ylabel="infeed rate [µm/s]")
         low.plot(t.time, t.remaining, color="0.35", label="remaining stock")
-        burning = t.infeed_rate > self.problem.model.burn_onset[0]  # below it damage is an artefact of ploughing
-        low.plot(t.time, np.maximum(t.burn_depth, 0.0).where(burning, 0.0), color=pictures.LIMIT, label="depth of damage")
+        burning = (
+            t.infeed_rate > self.problem.model.burn_onset[0]
+        )  # below it damage is an artefact of ploughing
+        low.plot(
+            t.time,
+            np.maximum(t.burn_depth, 0.0).where(burning, 0.0),
+            color=pictures.LIMIT,
+            label="depth of damage",
+        )
         low.set(ylabel="depth from the size [mm]", xlabel="time [s]")
         for axis in (top, low):
             pictures.legend(axis)
@@ -169,7 +180,11 @@ class CyclePlan(Plan):
     @cached_property
     def dataset(self) -> "xr.Dataset":
         """All of it as labelled arrays."""
-        attrs = {"problem": stored.encode(self.problem), "safety_margin": self.safety_margin, "error": self.error}
+        attrs = {
+            "problem": stored.encode(self.problem),
+            "safety_margin": self.safety_margin,
+            "error": self.error,
+        }
         if self.solution is not None:
             attrs["solution"] = stored.encode(self.solution)
         return self.trajectory.assign_attrs(attrs | {"switches": list(self.switches), "method": self.method})

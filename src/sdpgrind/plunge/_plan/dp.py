@@ -115,7 +115,9 @@ def mean_rate(v: Floats, after: Floats, core: PlungeCore) -> Floats:
     def integral(rate: Floats) -> Floats:
         return rate * (core.K1 * rate / 2 + core.p / (core.p + 1) * core.K2 * rate**core.p)
 
-    mean = (integral(other) - integral(v)) / (_kernels.beyond.py_func(other, core) - _kernels.beyond.py_func(v, core))
+    mean = (integral(other) - integral(v)) / (
+        _kernels.beyond.py_func(other, core) - _kernels.beyond.py_func(v, core)
+    )
     return np.where(near, 0.5 * (v + after), mean)
 
 
@@ -140,7 +142,14 @@ def described(ground: Ground) -> sdp.Problem:
 
     return sdp.Problem(
         (sdp.Axis("fill", 0.0, 1.0, NODES, below="hold", above="hold"),),
-        (sdp.Move("feed", {"spared": sdp.Levels(0.0, 1.0, LEVELS)}, sdp.Sampled(step, charge=time, compiled=False), timed=True),),
+        (
+            sdp.Move(
+                "feed",
+                {"spared": sdp.Levels(0.0, 1.0, LEVELS)},
+                sdp.Sampled(step, charge=time, compiled=False),
+                timed=True,
+            ),
+        ),
         (sdp.Stop("size", lambda s: 0.0 * s.fill, allowed=lambda s: s.left < 0.5),),
         sdp.Stages(ground.drop.size, 1.0, "left", ""),
     )

@@ -115,7 +115,10 @@ def _falling(limits: EnvelopeLimits) -> Iterator[EnvelopePiece]:
             yield EnvelopePiece("hold", 0.0, limits.margin, limits.y(limits.burn_rate))
         for first, last in _slower(limits):
             yield EnvelopePiece(
-                "track", limits.margin + max(limits.z(first), 0.0), limits.margin + limits.z(last), limits.y(first)
+                "track",
+                limits.margin + max(limits.z(first), 0.0),
+                limits.margin + limits.z(last),
+                limits.y(first),
             )
     yield EnvelopePiece("hold", top, np.inf, limits.y(limits.rate_max))
 
@@ -129,7 +132,9 @@ def _slower(limits: EnvelopeLimits) -> Iterator[tuple[float, float]]:
     scan = np.geomspace(limits.burn_rate, limits.rate_max, SCAN)
     scan[[0, -1]] = limits.burn_rate, limits.rate_max
     rising = limits.slope_of_y(scan) > limits.slope_of_z(scan)
-    changes = [float(brentq(faster, scan[k], scan[k + 1], xtol=1e-16)) for k in np.flatnonzero(np.diff(rising))]
+    changes = [
+        float(brentq(faster, scan[k], scan[k + 1], xtol=1e-16)) for k in np.flatnonzero(np.diff(rising))
+    ]
     ends = [limits.burn_rate, *changes, limits.rate_max]
     first = int(rising[0])
     yield from zip(ends[first:-1:2], ends[first + 1 :: 2], strict=True)

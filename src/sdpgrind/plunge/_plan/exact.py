@@ -53,7 +53,14 @@ def fastest(limits: EnvelopeLimits, points: int = 40) -> tuple[float, tuple[floa
         now = float(part[0][-1])
         ends.append(now)
         parts.append(part)
-    wait = np.zeros(1), np.array([limits.stock]), np.zeros(1), np.zeros(1), np.array([limits.rate_max]), np.array([WAIT])
+    wait = (
+        np.zeros(1),
+        np.array([limits.stock]),
+        np.zeros(1),
+        np.zeros(1),
+        np.array([limits.rate_max]),
+        np.array([WAIT]),
+    )
     columns = [np.concatenate(column) for column in zip(wait, *parts, strict=True)]
     return now, tuple(ends), ExactCourse(*columns)
 
@@ -106,7 +113,9 @@ def _meeting(limits: EnvelopeLimits, envelope: Envelope) -> tuple[float, float]:
     return meet, max(left(meet), 0.0)
 
 
-def _piece(limits: EnvelopeLimits, piece: EnvelopePiece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
+def _piece(
+    limits: EnvelopeLimits, piece: EnvelopePiece, high: float, now: float, rule: Rule
+) -> tuple[Floats, ...]:
     """Course of a piece from `high` (mm) down to its low end."""
     if piece.kind == "track":
         return _tracking(limits, piece, high, now, rule)
@@ -114,7 +123,14 @@ def _piece(limits: EnvelopeLimits, piece: EnvelopePiece, high: float, now: float
     if piece.kind == "hold":
         v = _kernels.rate(piece.y, limits.core)
         rates = np.full(SAMPLES, v)
-        return now + (high - remaining) / v, remaining, np.full(SAMPLES, piece.y), rates, rates, np.full(SAMPLES, HOLD)
+        return (
+            now + (high - remaining) / v,
+            remaining,
+            np.full(SAMPLES, piece.y),
+            rates,
+            rates,
+            np.full(SAMPLES, HOLD),
+        )
     y = piece.y + remaining - piece.low
     rates = _kernels.rates(y, limits.core)
     given_back = _antiderivative(limits, rates)
@@ -128,7 +144,9 @@ def _antiderivative(limits: EnvelopeLimits, rate: Floats) -> Floats:
     return np.asarray(c.K1 * np.log(rate) + c.K2 * power)
 
 
-def _tracking(limits: EnvelopeLimits, piece: EnvelopePiece, high: float, now: float, rule: Rule) -> tuple[Floats, ...]:
+def _tracking(
+    limits: EnvelopeLimits, piece: EnvelopePiece, high: float, now: float, rule: Rule
+) -> tuple[Floats, ...]:
     """On the limit of burning, r = m + z(v): the time is the integral of z'(v)/v."""
     first, last = limits.rate_at(high), limits.rate_at(piece.low)
     rates = np.geomspace(first, last, SAMPLES)

@@ -90,7 +90,9 @@ def plan(
             raise ValueError(f"steps must be None with method 'exact', which has none; got {steps!r}")
         return _exactly(problem, safety_margin)
     found = _by_stages if method == "dp" else _by_collocation
-    best = found(problem, safety_margin, rotation, None if steps is None else checks.count("steps", steps, FEWEST))
+    best = found(
+        problem, safety_margin, rotation, None if steps is None else checks.count("steps", steps, FEWEST)
+    )
     if throw and best.solution is not None and not best.solution.ok:
         raise CycleError(
             f"problem must be one that method {method!r} can solve; it was {best.status}: try other steps, milder limits, or"
@@ -106,10 +108,14 @@ def _rotation(problem: CycleProblem, method: str, asked: Any) -> tuple[float, fl
     if method != "collocation":
         raise ValueError(f"method must be 'collocation' where work_rotation_range is given; got {method!r}")
     if np.shape(asked) != (2,):
-        raise ValueError(f"work_rotation_range must be a least and a greatest rotation (rad/s); got {checks.shown(asked)}")
+        raise ValueError(
+            f"work_rotation_range must be a least and a greatest rotation (rad/s); got {checks.shown(asked)}"
+        )
     low, high = (checks.positive(f"work_rotation_range[{k}]", x, "rad/s") for k, x in enumerate(asked))
     if not low <= high <= FASTEST_WORK:
-        raise ValueError(f"work_rotation_range must rise, up to {FASTEST_WORK:g} at most (rad/s); got {checks.shown(asked)}")
+        raise ValueError(
+            f"work_rotation_range must rise, up to {FASTEST_WORK:g} at most (rad/s); got {checks.shown(asked)}"
+        )
     return low, high
 
 
@@ -120,9 +126,15 @@ def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float
     if method == "exact":
         raise ValueError("method must be 'dp' or 'collocation' where the model has wear; got 'exact'")
     if wear.exponent != 0 and method == "dp":
-        raise ValueError(f"method must be 'collocation' where wear depends on the rate, exponent = {wear.exponent:g}; got 'dp'")
+        raise ValueError(
+            f"method must be 'collocation' where wear depends on the rate, exponent = {wear.exponent:g}; got 'dp'"
+        )
     area = problem.model.wear_flat_area + wear.growth * problem.stock
-    if wear.exponent == 0 and rotation[0] == rotation[1] and burns_always(core_at(problem.model, rotation[0], area)):
+    if (
+        wear.exponent == 0
+        and rotation[0] == rotation[1]
+        and burns_always(core_at(problem.model, rotation[0], area))
+    ):
         raise ValueError(
             f"wear must be less: at the end the wear flat area is {area:.4g}, and the work burns at every infeed rate; got"
             f" growth = {wear.growth:g} (1/mm)"
@@ -131,13 +143,17 @@ def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float
 
 def _exactly(problem: CycleProblem, margin: float) -> CyclePlan:
     model = problem.model
-    limits = EnvelopeLimits(model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, margin, problem.stock)
+    limits = EnvelopeLimits(
+        model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, margin, problem.stock
+    )
     time, ends, course = fastest(limits)
     error = abs(time - fastest(limits, points=20)[0]) + ROUNDING * time
     return CyclePlan(problem, margin, error, ends, partial(of_exact, problem, course))
 
 
-def _by_stages(problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None) -> CyclePlan:
+def _by_stages(
+    problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None
+) -> CyclePlan:
     from sdpgrind.plunge._plan import dp as _dp
 
     played, count = [], steps or _dp.STAGES
@@ -150,18 +166,25 @@ def _by_stages(problem: CycleProblem, margin: float, rotation: tuple[float, floa
     return _stepped(problem, margin, "dp", played, found)
 
 
-def _by_collocation(problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None) -> CyclePlan:
+def _by_collocation(
+    problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None
+) -> CyclePlan:
     from sdpgrind.plunge._plan import collocation
 
     count = steps or collocation.INTERVALS
-    solved = [collocation.plainly(problem, margin, rotation, intervals) for intervals in (count // 4, count // 2, count)]
+    solved = [
+        collocation.plainly(problem, margin, rotation, intervals)
+        for intervals in (count // 4, count // 2, count)
+    ]
     played = [replay(problem, one.commands, margin) for one in solved]
     fine, best = solved[-1], played[-1]
     found = CycleSolution(count, fine.iterations, fine.residual, best.excess, best.left, fine.message)
     return _stepped(problem, margin, "collocation", played, found)
 
 
-def _stepped(problem: CycleProblem, margin: float, method: str, played: list[CycleReplay], found: CycleSolution) -> CyclePlan:
+def _stepped(
+    problem: CycleProblem, margin: float, method: str, played: list[CycleReplay], found: CycleSolution
+) -> CyclePlan:
     """The plan of the finest of three solutions, each of twice the steps; they are of second order.
 
     The last change is three times the error, or by luck less than the error; so a quarter of the one before counts too.

@@ -49,11 +49,16 @@ def replay(problem: CycleProblem, commands: Commands, margin: float) -> CycleRep
     """Play the commands, and say by how much the limit on burning is passed."""
     model, wear = problem.model, problem.model.wear
     kept = commands.duration > 0
-    rate, duration, rotation = (np.ascontiguousarray(x[kept]) for x in (commands.rate, commands.duration, commands.rotation))
+    rate, duration, rotation = (
+        np.ascontiguousarray(x[kept]) for x in (commands.rate, commands.duration, commands.rotation)
+    )
     core = core_at(model, rotation)
     gives = np.ascontiguousarray(np.broadcast_arrays(core.K1, core.K2, core.p, rate)[:3]).T.copy()
     law = np.array(
-        [model.wear_flat_area, *((0.0, 0.0, 1.0) if wear is None else (wear.growth, wear.exponent, wear.reference_rate))]
+        [
+            model.wear_flat_area,
+            *((0.0, 0.0, 1.0) if wear is None else (wear.growth, wear.exponent, wear.reference_rate)),
+        ]
     )
     rows = (rate.size + SPARE) * (STEPS + 1)
     out, index = np.empty((rows, COLUMNS)), np.zeros(rows, dtype=np.int64)

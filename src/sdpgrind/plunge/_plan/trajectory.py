@@ -40,7 +40,14 @@ _COLUMNS = {
 def of_exact(problem: CycleProblem, course: ExactCourse) -> "xr.Dataset":
     """Label the exact course."""
     model, same = problem.model, np.ones(course.time.size)
-    columns = (course.remaining, course.rate, course.command, course.y, model.wear_flat_area * same, model.work_rotation * same)
+    columns = (
+        course.remaining,
+        course.rate,
+        course.command,
+        course.y,
+        model.wear_flat_area * same,
+        model.work_rotation * same,
+    )
     return _labelled(problem, course.time, columns, course.kind)
 
 
@@ -54,11 +61,16 @@ def of_replay(problem: CycleProblem, played: CycleReplay, margin: float) -> "xr.
     columns = (played.remaining, played.rate, played.command, played.y, played.area, played.rotation)
     kind = whole(WAIT, _kinds(problem, played, margin))
     return _labelled(
-        problem, whole(0.0, played.time), tuple(whole(x, column) for x, column in zip(starts, columns, strict=True)), kind
+        problem,
+        whole(0.0, played.time),
+        tuple(whole(x, column) for x, column in zip(starts, columns, strict=True)),
+        kind,
     )
 
 
-def _labelled(problem: CycleProblem, time: Floats, columns: tuple[Floats, ...], kind: npt.ArrayLike) -> "xr.Dataset":
+def _labelled(
+    problem: CycleProblem, time: Floats, columns: tuple[Floats, ...], kind: npt.ArrayLike
+) -> "xr.Dataset":
     import xarray as xr  # takes most of a second to import: a controller needs none
 
     remaining, rate, command, y, area, rotation = columns
@@ -70,12 +82,15 @@ def _labelled(problem: CycleProblem, time: Floats, columns: tuple[Floats, ...], 
         "command_rate": command,
         "deflection": np.where(np.asarray(kind) == WAIT, 0.0, y + model.core.K0),
         "burn_depth": damage(problem, rate, area, rotation),
-        "grinding_power": np.where(rate > 0, core.power0 + core.power1 * rate + core.power2 * rate**core.p, 0.0),
+        "grinding_power": np.where(
+            rate > 0, core.power0 + core.power1 * rate + core.power2 * rate**core.p, 0.0
+        ),
         "wear_flat_area": area,
         "work_rotation": rotation,
     }
     data: dict[str, Any] = {
-        name: ("time", column, dict(zip(("units", "long_name"), _COLUMNS[name], strict=True))) for name, column in values.items()
+        name: ("time", column, dict(zip(("units", "long_name"), _COLUMNS[name], strict=True)))
+        for name, column in values.items()
     }
     meanings = ", ".join(f"{k}: {words}" for k, words in PIECES.items())
     data["piece"] = ("time", np.asarray(kind).astype(np.int16), {"long_name": meanings})
@@ -91,7 +106,9 @@ def damage(problem: CycleProblem, rate: Floats, area: Floats, rotation: Floats) 
 def _kinds(problem: CycleProblem, played: CycleReplay, margin: float) -> Floats:
     """What a sampled course does, by its command and by how near the damage is to what will be ground off."""
     most = problem.command_rate_max
-    room = np.maximum(played.remaining - margin, 0.0) - damage(problem, played.rate, played.area, played.rotation)
+    room = np.maximum(played.remaining - margin, 0.0) - damage(
+        problem, played.rate, played.area, played.rotation
+    )
     kind = np.full(played.time.size, float(BETWEEN))
     kind[np.abs(played.command - played.rate) < 10 * NEAR * most] = HOLD
     kind[room < NEAR] = TRACK

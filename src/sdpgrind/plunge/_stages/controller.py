@@ -67,7 +67,9 @@ class StagedController(SampledCycle, Described):
             from sdpgrind.plunge._stages.search import fastest_stages
 
             for name, value in zip(
-                ("stage_remaining", "stage_rate"), fastest_stages(self.problem, self.safety_margin), strict=True
+                ("stage_remaining", "stage_rate"),
+                fastest_stages(self.problem, self.safety_margin),
+                strict=True,
             ):
                 object.__setattr__(self, name, value)
         self._check_within("stage_remaining", stock)

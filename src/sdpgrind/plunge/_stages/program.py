@@ -81,7 +81,9 @@ class StageProgram:
             "spark_out": 1,
         }
         ends = np.cumsum(list(counts.values())).tolist()
-        return {name: slice(end - count, end) for (name, count), end in zip(counts.items(), ends, strict=True)}
+        return {
+            name: slice(end - count, end) for (name, count), end in zip(counts.items(), ends, strict=True)
+        }
 
     @cached_property
     def condition_scale(self) -> Floats:
@@ -137,7 +139,9 @@ class StageProgram:
             fed = casadi.fmax(v, v2)  # below v2 nothing is fed any more
             if v is not corner:
                 commanded += u2 * _passes(u2, above, casadi.log((above - u2) / (fed - u2)), core, _COARSE)
-            layers.append(burn_depth(v, core, casadi.log) - (self.problem.stock - commanded + _beyond(v, core)))
+            layers.append(
+                burn_depth(v, core, casadi.log) - (self.problem.stock - commanded + _beyond(v, core))
+            )
             above = fed
         return layers
 
@@ -205,7 +209,9 @@ def _passes(u: Any, start: Any, span: Any, core: PlungeCore, nodes: int = _FINE)
     for node, weight in zip(*np.polynomial.legendre.leggauss(nodes), strict=True):
         share = 0.5 * (1 + node)
         v = u + (start - u) * casadi.exp(-span * share**power)
-        total += 0.5 * weight * power * share ** (power - 1) * (core.K1 + core.p * core.K2 * v ** (core.p - 1))
+        total += (
+            0.5 * weight * power * share ** (power - 1) * (core.K1 + core.p * core.K2 * v ** (core.p - 1))
+        )
     return span * total
 
 

@@ -23,7 +23,10 @@ def fastest_stages(problem: CycleProblem, margin: float) -> tuple[float, float]:
     k = int(np.argmin(times))
     ends = rates[max(k - 1, 0)], rates[min(k + 1, _GRID - 1)]
     best = minimize_scalar(
-        lambda rate: _time(problem, rate, margin), bounds=ends, method="bounded", options={"xatol": 1e-4 * high}
+        lambda rate: _time(problem, rate, margin),
+        bounds=ends,
+        method="bounded",
+        options={"xatol": 1e-4 * high},
     )
     rate = float(best.x) if best.fun <= times[k] else float(rates[k])
     return _begin(problem, rate, margin), rate
@@ -52,4 +55,6 @@ def _ground(problem: CycleProblem, remaining: float, rate: float) -> tuple[float
     state, _ = foreseen(problem, staged_law(problem, remaining, rate))
     over = -state[kernels.REMAINING] / max(state[kernels.RATE], 1e-9)
     slack = state[kernels.PART_SLACK]
-    return float(state[kernels.SAMPLES] * problem.sample_time - over), float(slack if np.isfinite(slack) else problem.stock)
+    return float(state[kernels.SAMPLES] * problem.sample_time - over), float(
+        slack if np.isfinite(slack) else problem.stock
+    )

@@ -19,7 +19,14 @@ SOLVED = "solved"
 _STEPS, _FARTHEST, _SMALL, _FEASIBLE = 30, 0.5, 1e-5, 1e-6
 _CONVEX = 0.1
 """Least curvature over the greatest, or over 1."""
-_OSQP = {"verbose": False, "eps_abs": 1e-6, "eps_rel": 1e-6, "max_iter": 10_000, "polishing": True, "adaptive_rho_interval": 25}
+_OSQP = {
+    "verbose": False,
+    "eps_abs": 1e-6,
+    "eps_rel": 1e-6,
+    "max_iter": 10_000,
+    "polishing": True,
+    "adaptive_rho_interval": 25,
+}
 
 
 class Optimum(NamedTuple):
@@ -115,7 +122,11 @@ class StageTask:
     """A program with bounds, and settings to begin from."""
 
     def __init__(
-        self, program: StageProgram, settings: Mapping[str, float], bounds: Mapping[str, float], moving: tuple[str, ...]
+        self,
+        program: StageProgram,
+        settings: Mapping[str, float],
+        bounds: Mapping[str, float],
+        moving: tuple[str, ...],
     ) -> None:
         self.program, self.ceilings = program, program.ceilings(bounds)
         self.start = program.at(settings)
@@ -151,7 +162,11 @@ class StageTask:
         found = solver(x0=start, lbx=self.low, ubx=self.high, lbg=least, ubg=self.ceilings)
         stats = solver.stats()
         x = np.clip(np.asarray(found["x"]).ravel(), self.low, self.high)
-        return x, SOLVED if stats["success"] else f"IPOPT says {stats['return_status']}", int(stats["iter_count"])
+        return (
+            x,
+            SOLVED if stats["success"] else f"IPOPT says {stats['return_status']}",
+            int(stats["iter_count"]),
+        )
 
 
 class About:
@@ -161,7 +176,9 @@ class About:
     """
 
     def __init__(self, task: StageTask, x: Floats, prices: Floats) -> None:
-        slope, conditions, slopes, curvature = (np.asarray(each) for each in task.program.derivatives(x, prices))
+        slope, conditions, slopes, curvature = (
+            np.asarray(each) for each in task.program.derivatives(x, prices)
+        )
         conditions, self._slope, self._slopes = conditions.ravel(), slope.ravel(), slopes
         follow = np.linalg.solve(slopes[:2, FREE:], -np.column_stack([conditions[:2], slopes[:2, :FREE]]))
         self.own = np.concatenate([np.zeros(FREE), follow[:, 0]])

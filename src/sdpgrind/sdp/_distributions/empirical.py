@@ -113,7 +113,9 @@ def _above_zero(base: "Normal | _Smoothed", lost: Floats) -> tuple[Floats, Float
     weights = np.where(total > 0, weights / np.where(total > 0, total, 1.0), first)
     share = np.where(base._scale > 0, 1 - lost, 1.0)[..., None]
     zero = np.zeros((*base.shape, 1))
-    return np.concatenate([zero, points], axis=-1), np.concatenate([zero + 1 - share, share * weights], axis=-1)
+    return np.concatenate([zero, points], axis=-1), np.concatenate(
+        [zero + 1 - share, share * weights], axis=-1
+    )
 
 
 class _Steps(LocationScale):
@@ -242,7 +244,9 @@ def _kernel_moment(v: Floats, near: tuple[PPoly, ...], far: tuple[PPoly, ...], p
     """E((v - U)+)^power: below the mean 0 by its own table, above it by what the other side leaves of the whole."""
     whole = (1.0, v, 1 + v * v)[power]
     other = _looked_up(np.minimum(-v, 0.0), far[power])
-    return np.where(v < 0, _looked_up(np.minimum(v, 0.0), near[power]), whole + other if power == 1 else whole - other)
+    return np.where(
+        v < 0, _looked_up(np.minimum(v, 0.0), near[power]), whole + other if power == 1 else whole - other
+    )
 
 
 def _looked_up(v: Floats, table: PPoly) -> Floats:

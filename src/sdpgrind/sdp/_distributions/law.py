@@ -153,7 +153,9 @@ def _jacobi(points: Floats, start: Floats, n: int) -> Floats:
     vector, norm = start, np.sqrt(np.sum(start**2, axis=-1))
     for k in range(n):
         # A measure of fewer atoms than n ends the recurrence: what follows is cut off and gets weight 0.
-        basis[..., k, :] = np.divide(vector, norm[..., None], out=np.zeros_like(vector), where=norm[..., None] > 1e-12)
+        basis[..., k, :] = np.divide(
+            vector, norm[..., None], out=np.zeros_like(vector), where=norm[..., None] > 1e-12
+        )
         vector = points * basis[..., k, :]
         matrix[..., k, k] = np.sum(vector * basis[..., k, :], axis=-1)
         for _ in range(2):

@@ -10,7 +10,15 @@ from scipy.special import erfcx, ndtr, roots_hermitenorm
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
-from sdpgrind.sdp._distributions.law import Law, LocationScale, Size, amounts, atom_over, atom_under, checked_power
+from sdpgrind.sdp._distributions.law import (
+    Law,
+    LocationScale,
+    Size,
+    amounts,
+    atom_over,
+    atom_under,
+    checked_power,
+)
 
 ROOT2 = sqrt(2.0)
 HALF_PI = sqrt(pi / 2)
@@ -79,7 +87,9 @@ class Normal(LocationScale):
 
     def sample(self, rng: Seed, size: Size | None = None) -> Floats:
         """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
-        return self._location + self._scale * generator(rng).standard_normal(self.shape if size is None else size)
+        return self._location + self._scale * generator(rng).standard_normal(
+            self.shape if size is None else size
+        )
 
     def nodes(self, n: int) -> tuple[Floats, Floats]:
         """Return the Gauss-Hermite rule with `n` points on the last axis; see `Law.nodes`. Unit of D."""
@@ -177,7 +187,11 @@ class LogNormal(Law):
         """Standard value of ln y, where y > 0, and y there (the mean elsewhere)."""
         inside = y > 0
         top = np.where(inside, y, self._safe_mean)
-        return (np.log(top) - np.log(self._safe_mean)) / self._safe_sigma + 0.5 * self._safe_sigma, inside, top
+        return (
+            (np.log(top) - np.log(self._safe_mean)) / self._safe_sigma + 0.5 * self._safe_sigma,
+            inside,
+            top,
+        )
 
     def _incomplete(self, y: Floats, z: Floats, power: int) -> Floats:
         """E((y - D)^power; D <= y), by the incomplete moments of D."""

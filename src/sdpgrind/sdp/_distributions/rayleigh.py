@@ -76,7 +76,9 @@ class Rayleigh(LocationScale):
 
     def sample(self, rng: Seed, size: Size | None = None) -> Floats:
         """Draw from `rng`; `size` (by default `shape`) must broadcast with `shape`. Unit of D."""
-        return self._location + self._scale * generator(rng).rayleigh(size=self.shape if size is None else size)
+        return self._location + self._scale * generator(rng).rayleigh(
+            size=self.shape if size is None else size
+        )
 
     def nodes(self, n: int) -> tuple[Floats, Floats]:
         """Return the Gauss rule with `n` points on the last axis; see `Law.nodes`. Unit of D."""

@@ -221,5 +221,9 @@ def _notes(problem: Problem, small: Problem) -> list[str]:
 
 def _callbacks(move: Move) -> list[tuple[str, Any]]:
     named = [("charge", move.charge), ("allowed", move.allowed)]
-    named += [(name, getattr(move.to, name)) for name in ("law", "others", "step", "charge") if hasattr(move.to, name)]
+    named += [
+        (name, getattr(move.to, name))
+        for name in ("law", "others", "step", "charge")
+        if hasattr(move.to, name)
+    ]
     return [(name, callback) for name, callback in named if callable(callback)]

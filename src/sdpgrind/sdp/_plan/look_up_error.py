@@ -34,7 +34,9 @@ def between_nodes(policy: Solution) -> float:
     points = tuple(policy.grid.coordinate(k, i) for k, i in enumerate(index))
     place = Place(row, np.zeros(row.size), mode, index, points, row.shape, np.zeros(row.size))
     cost = _cost(policy, place)
-    return float(np.max(np.abs(policy.interpolated(row, mode, index) - cost), initial=0.0, where=np.isfinite(cost)))
+    return float(
+        np.max(np.abs(policy.interpolated(row, mode, index) - cost), initial=0.0, where=np.isfinite(cost))
+    )
 
 
 def _points(policy: Solution) -> tuple[Ints, Ints, Floats]:
@@ -42,7 +44,11 @@ def _points(policy: Solution) -> tuple[Ints, Ints, Floats]:
     shape = policy.grid.shape
     bend = _bends(policy.table.value.reshape(*policy.table.value.shape[:2], *shape))
     wanted = min(bend.size, POINTS // len(PARTS) ** len(shape)) if shape else 0
-    worst = np.argpartition(bend.ravel(), bend.size - wanted)[bend.size - wanted :] if wanted else np.zeros(0, int)
+    worst = (
+        np.argpartition(bend.ravel(), bend.size - wanted)[bend.size - wanted :]
+        if wanted
+        else np.zeros(0, int)
+    )
     row, mode, *cell = np.unravel_index(np.sort(worst), bend.shape)
     part = np.array(list(product(PARTS, repeat=len(shape)))).T.reshape(len(shape), 1, -1)
     index = (np.array(cell).reshape(len(shape), -1, 1) + part).reshape(len(shape), -1)
@@ -79,7 +85,12 @@ def _cost(policy: Solution, place: Place) -> Floats:
         else:
             count = policy.countdown
             late = np.where(count.in_base(row), 0.0, count.late(count.time(row)))
-            cost[here] = charge_of(problem, problem.stops[-1 - k], stop_state(problem, points, mode, row + count.first)) + late
+            cost[here] = (
+                charge_of(
+                    problem, problem.stops[-1 - k], stop_state(problem, points, mode, row + count.first)
+                )
+                + late
+            )
     return cost
 
 
@@ -93,7 +104,9 @@ def _beyond_chords(
     told = mode if len(menu.problem.modes) > 1 else None
     s = menu.state(points, told, count.time(row), without=menu.move.to.axis)
     law = menu.move.to.law(s, menu.controls(entry.astype(np.int64), control))
-    index = np.empty(row.shape)  # writable, as all that is looked up: else the kernel would be compiled once more
+    index = np.empty(
+        row.shape
+    )  # writable, as all that is looked up: else the kernel would be compiled once more
     index[:] = policy.grid.index(0, points[0] - law.mean)
     narrow = (law.sd < NARROW * policy.grid.spacing[0]) & (index >= 0) & (index <= policy.grid.shape[0] - 1)
     end = np.zeros_like(row)

@@ -112,7 +112,9 @@ def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progr
     return Policy(problem, Layout.of(problem, grid, table.base is not None), table.stacked(), None)
 
 
-def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell: Progress, throw: bool) -> Policy:
+def _refined(
+    problem: Problem, tolerance: float, executor: Executor | None, tell: Progress, throw: bool
+) -> Policy:
     before = _solve(problem, 1, executor, tell)
     changes: list[float] = []
     at_nodes: list[float] = []
@@ -124,7 +126,9 @@ def _refined(problem: Problem, tolerance: float, executor: Executor | None, tell
         every, shared = _changes(before, policy)
         changes.append(every)
         at_nodes.append(shared)
-        if grid_error(changes) <= tolerance / 2 < policy.table.search_error:  # the grid will do, the search will not
+        if (
+            grid_error(changes) <= tolerance / 2 < policy.table.search_error
+        ):  # the grid will do, the search will not
             problem = _with_finer_levels(problem)
             policy = _solve(problem, 2**halvings, executor, tell)
         error = grid_error(changes) + policy.table.search_error
@@ -190,7 +194,10 @@ def _table_bytes(problem: Problem, refine: int) -> float:
 def _with_finer_levels(problem: Problem) -> Problem:
     moves = []
     for move in problem.moves:
-        finer = {k: replace(v, count=2 * v.count) if isinstance(v, Levels) and v.search else v for k, v in move.controls.items()}
+        finer = {
+            k: replace(v, count=2 * v.count) if isinstance(v, Levels) and v.search else v
+            for k, v in move.controls.items()
+        }
         moves.append(replace(move, controls=finer))
     return replace(problem, moves=moves)
 

@@ -87,7 +87,9 @@ class Distribution:
     def excess(self, level: float) -> float:
         """Return E (penalty - level)+, $, for a level in $."""
         total = float(self.probability @ np.maximum(self.charge - level, 0.0))
-        return total + sum(float(left.probability @ left.tail.excess(level - left.extra)) for left in self.tails)
+        return total + sum(
+            float(left.probability @ left.tail.excess(level - left.extra)) for left in self.tails
+        )
 
     def exceeds(self, level: float) -> float:
         """Return P(penalty > level), for a level in $."""
@@ -132,7 +134,9 @@ def distribution(policy: Solution, state: dict[str, Any], nodes: npt.ArrayLike |
         raise ValueError("distribution needs stages: a process without end has no finite forward recursion")
     if policy.locator.outside(place)[0]:
         return _ended(policy, place, float(policy.value_at(place)[0]))
-    return _Spread(policy, problem, policy.grid if nodes is None else Graded.on(policy.layout.axes, nodes)).run(place)
+    return _Spread(
+        policy, problem, policy.grid if nodes is None else Graded.on(policy.layout.axes, nodes)
+    ).run(place)
 
 
 def _ended(policy: Solution, place: Any, charge: float) -> Distribution:
@@ -190,7 +194,9 @@ class _Spread:
         points = tuple(x[node] for x in self.grid.points)
         return self.policy.act(self.policy.placed(np.full(node.size, stage), mode, points))[:3]
 
-    def _act(self, stage: int, k: int, points: Points, mode: Any, entry: Any, control: Floats, mass: Floats) -> None:
+    def _act(
+        self, stage: int, k: int, points: Points, mode: Any, entry: Any, control: Floats, mass: Floats
+    ) -> None:
         if k < 0:
             self._stop(stage, k, points, mode, mass)
         else:
@@ -201,10 +207,14 @@ class _Spread:
 
     def _stop(self, stage: int, k: int, points: Points, mode: Any, mass: Floats) -> None:
         s = stop_state(self.problem, points, mode, stage)
-        charge = np.broadcast_to(charge_of(self.problem, self.problem.stops[-1 - k], s), mass.shape) + self._late(stage)
+        charge = np.broadcast_to(
+            charge_of(self.problem, self.problem.stops[-1 - k], s), mass.shape
+        ) + self._late(stage)
         self.atoms.append((charge, mass, np.array(points).reshape(len(points), mass.size)))
 
-    def _move(self, stage: int, k: int, points: Points, mode: Any, entry: Any, control: Floats, mass: Floats) -> None:
+    def _move(
+        self, stage: int, k: int, points: Points, mode: Any, entry: Any, control: Floats, mass: Floats
+    ) -> None:
         menu = self.menus[k]
         told = mode if len(self.problem.modes) > 1 else None
         time = np.full(mass.size, stage * self.layout.step)
@@ -218,7 +228,13 @@ class _Spread:
                 for tail in rows.tails
                 if float(mass[here] @ rows.stopped[here]) > NEGLIGIBLE
             ]
-        beyond = sum((tail.end.charge(tail.law, tail.x, tail.end.probability(tail.law, tail.x)) for tail in rows.tails), 0.0)
+        beyond = sum(
+            (
+                tail.end.charge(tail.law, tail.x, tail.end.probability(tail.law, tail.x))
+                for tail in rows.tails
+            ),
+            0.0,
+        )
         self.on_the_way += float(mass @ (rows.charge - beyond))
         self.moves += float(mass.sum())
         after = rows.spread(mass, len(self.problem.modes))

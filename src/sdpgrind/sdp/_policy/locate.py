@@ -50,7 +50,9 @@ class Locator:
         points = tuple(np.ravel(a) for a in arrays[: len(layout.axes)])
         mode = np.ravel(modes).astype(np.int64)
         time = np.zeros(mode.size) if layout.endless else np.ravel(arrays[-1])
-        row, late = (np.zeros(mode.size, np.int64), np.zeros(mode.size)) if layout.endless else self._rows(time)
+        row, late = (
+            (np.zeros(mode.size, np.int64), np.zeros(mode.size)) if layout.endless else self._rows(time)
+        )
         index = np.array([self._position(k, x) for k, x in enumerate(points)]).reshape(len(points), mode.size)
         return Place(row, late, mode, index, points, modes.shape, time)
 
@@ -69,7 +71,11 @@ class Locator:
     def _rows(self, time: Floats) -> tuple[Ints, Floats]:
         """Slices of stage coordinates, and the late charge that the base slice lacks."""
         layout, stage = self.layout, time / self.layout.step
-        self._refuse(time, ~(stage <= layout.count + ROUNDING), f"<= {layout.count * layout.step:g}, the horizon of the policy")
+        self._refuse(
+            time,
+            ~(stage <= layout.count + ROUNDING),
+            f"<= {layout.count * layout.step:g}, the horizon of the policy",
+        )
         below = np.floor(stage + ROUNDING).astype(np.int64)
         lowest = self.countdown.lowest
         if not self.countdown.has_base:

@@ -50,7 +50,9 @@ def _moves(policy: Solution, figure: Any, ax: Any, x: Any, y: Any, best: Any) ->
     which = np.where(best < 0, -1 - best, best + len(policy.layout.stops))
     used = np.unique(which)
     colours = [
-        (0.88, 0.88, 0.88) if k < len(policy.layout.stops) else plt.cm.plasma(0.1 + 0.8 * i / max(1, len(used) - 1))
+        (0.88, 0.88, 0.88)
+        if k < len(policy.layout.stops)
+        else plt.cm.plasma(0.1 + 0.8 * i / max(1, len(used) - 1))
         for i, k in enumerate(used)
     ]
     cmap = need("matplotlib.colors", "plot").ListedColormap(colours)

@@ -76,7 +76,9 @@ class Policy(Solution, Plan):
 
     kind = "sdp.policy"
 
-    def __init__(self, problem: Problem | None, layout: Layout, table: StageTable, error: float | None) -> None:
+    def __init__(
+        self, problem: Problem | None, layout: Layout, table: StageTable, error: float | None
+    ) -> None:
         super().__init__(problem, layout, table)
         self.error = error
 
@@ -126,11 +128,16 @@ class Policy(Solution, Plan):
         """Return what to do at states; see `value`. Its gap is in $, its controls in their own units."""
         place = self.locate(state)
         best, entry, control, gap = self.act(place)
-        durations = np.array([0.0] * len(self.layout.stops) + [m.duration * (self.layout.step or 1.0) for m in self.layout.moves])
+        durations = np.array(
+            [0.0] * len(self.layout.stops)
+            + [m.duration * (self.layout.step or 1.0) for m in self.layout.moves]
+        )
         names = np.array([*self.layout.stops, *(m.name for m in self.layout.moves)])
         which = np.where(best < 0, -1 - best, best + len(self.layout.stops))
         shape = place.shape
-        controls = {name: _shaped(values, shape) for name, values in self.controls(best, entry, control).items()}
+        controls = {
+            name: _shaped(values, shape) for name, values in self.controls(best, entry, control).items()
+        }
         name = names[which].reshape(shape)
         return Action(
             _shaped(best < 0, shape),
@@ -143,7 +150,9 @@ class Policy(Solution, Plan):
     @cached_property
     def _slopes(self) -> list[Floats]:
         value = self.table.value.reshape(*self.table.value.shape[:2], *self.grid.shape)
-        slopes = [np.gradient(value, x, axis=k + 2, edge_order=2) for k, x in enumerate(self.grid.coordinates)]
+        slopes = [
+            np.gradient(value, x, axis=k + 2, edge_order=2) for k, x in enumerate(self.grid.coordinates)
+        ]
         return [slope.reshape(self.table.value.shape) for slope in slopes]
 
     # -- predicting ------------------------------------------------------------------------------------------------
@@ -227,13 +236,20 @@ class Policy(Solution, Plan):
                     "moves": ", ".join(m.name for m in layout.moves),
                 },
             ),
-            "move": (t.move, {"long_name": "best move, also where it is better to stop (-1: none is allowed)"}),
+            "move": (
+                t.move,
+                {"long_name": "best move, also where it is better to stop (-1: none is allowed)"},
+            ),
             "entry": (t.entry, {"long_name": "entry of the move's lists of controls"}),
-            "control": (t.control, {"long_name": "continuous control: " + (", ".join(sorted(set(level))) or "none")}),
+            "control": (
+                t.control,
+                {"long_name": "continuous control: " + (", ".join(sorted(set(level))) or "none")},
+            ),
             "gap": (t.gap, {"units": "$", "long_name": "how much worse the best alternative is"}),
         }
         coordinates = {
-            axis.name: (axis.name, x, {"units": axis.unit}) for axis, x in zip(layout.axes, self.grid.coordinates, strict=True)
+            axis.name: (axis.name, x, {"units": axis.unit})
+            for axis, x in zip(layout.axes, self.grid.coordinates, strict=True)
         }
         times = self.countdown.time(np.arange(t.value.shape[0]))
         attrs = {
@@ -258,9 +274,17 @@ class Policy(Solution, Plan):
         if k.start.size < 2:
             return {}
         return {
-            "kink": (("stage", "mode", "cell"), k.at, {"long_name": "number of a cell in which the action changes (-1: none)"}),
+            "kink": (
+                ("stage", "mode", "cell"),
+                k.at,
+                {"long_name": "number of a cell in which the action changes (-1: none)"},
+            ),
             "line_start": (("kink_end",), k.start, {"long_name": "first line of each such cell"}),
-            "line_cost": (("line", "end"), k.cost, {"units": "$", "long_name": "cost of an action at both ends of the cell"}),
+            "line_cost": (
+                ("line", "end"),
+                k.cost,
+                {"units": "$", "long_name": "cost of an action at both ends of the cell"},
+            ),
             "line_control": (("line", "end"), k.control, {"long_name": "its continuous control"}),
             "line_act": (("line",), k.act, {"long_name": "its stop (-1, -2, ...) or move (0, 1, ...)"}),
             "line_entry": (("line",), k.entry, {"long_name": "its entry of the move's lists of controls"}),
@@ -274,11 +298,15 @@ class Policy(Solution, Plan):
     def from_dataset(cls, dataset: xr.Dataset, problem: Problem | None) -> Self:
         """Rebuild a policy from its `dataset`, for `problem` where that is known."""
         if missing := {*TABLES} - {*dataset.data_vars}:
-            raise ValueError(f"the file was saved by another version, it lacks {', '.join(sorted(missing))}: plan again")
+            raise ValueError(
+                f"the file was saved by another version, it lacks {', '.join(sorted(missing))}: plan again"
+            )
         layout: Layout = stored.decode(dataset.attrs["layout"])
         shape = (dataset.sizes["stage"], dataset.sizes["mode"], -1)
         first, search_error = int(dataset.attrs["first"]), float(dataset.attrs["search_error"])
-        arrays: dict[str, Any] = {name: np.ascontiguousarray(dataset[name].values.reshape(shape)) for name in TABLES}
+        arrays: dict[str, Any] = {
+            name: np.ascontiguousarray(dataset[name].values.reshape(shape)) for name in TABLES
+        }
         table = StageTable(first=first, search_error=search_error, **arrays)
         error = dataset.attrs.get("error")
         found = None if error is None else float(error)

@@ -67,8 +67,12 @@ class Runs:
     @cached_property
     def dataset(self) -> xr.Dataset:
         """All of it, labelled (dimension: run)."""
-        final = {f"final_{name}": ("run", x, {"units": self.units.get(name, "")}) for name, x in self.final.items()}
-        return xr.Dataset({"penalty": ("run", self.penalty, {"units": "$"}), "moves": ("run", self.moves), **final})
+        final = {
+            f"final_{name}": ("run", x, {"units": self.units.get(name, "")}) for name, x in self.final.items()
+        }
+        return xr.Dataset(
+            {"penalty": ("run", self.penalty, {"units": "$"}), "moves": ("run", self.moves), **final}
+        )
 
     def plot(self) -> Any:
         """Draw the distribution of the penalty and of the moves; return the figure."""
@@ -104,14 +108,21 @@ def simulate(
     sizes = [min(BLOCK, runs - k) for k in range(0, checks.count("runs", runs), BLOCK)]
     seeds = random.children(rng, len(sizes))
     if executor is None:
-        blocks = [_Block(policy, truth, snap, noise, size, seed).run(place) for size, seed in zip(sizes, seeds, strict=True)]
+        blocks = [
+            _Block(policy, truth, snap, noise, size, seed).run(place)
+            for size, seed in zip(sizes, seeds, strict=True)
+        ]
     else:
         recipe = pickle.dumps((policy, truth, snap, dict(noise), place))
         work = partial(_work, hashlib.sha256(recipe).hexdigest(), recipe)
         blocks = execute(work, list(zip(sizes, seeds, strict=True)), executor)
     penalty, moves, *final = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    names = [axis.name for axis in policy.layout.axes] + ([policy.layout.stage_name] if not policy.layout.endless else [])
-    units = {axis.name: axis.unit for axis in policy.layout.axes} | {policy.layout.stage_name: policy.layout.stage_unit}
+    names = [axis.name for axis in policy.layout.axes] + (
+        [policy.layout.stage_name] if not policy.layout.endless else []
+    )
+    units = {axis.name: axis.unit for axis in policy.layout.axes} | {
+        policy.layout.stage_name: policy.layout.stage_unit
+    }
     return Runs(penalty, moves, dict(zip(names, final, strict=False)), units)
 
 
@@ -167,7 +178,9 @@ class _Block:
         if not self.noise[axis]:
             return true
         high = self.layout.axes[axis].high
-        return np.minimum(true + self.noise[axis] * self.rng.standard_normal(true.size), np.maximum(true, high))
+        return np.minimum(
+            true + self.noise[axis] * self.rng.standard_normal(true.size), np.maximum(true, high)
+        )
 
     def _advance(self, alive: Ints) -> Ints:
         best, entry, control, _ = self.policy.act(self._place(alive))
@@ -178,7 +191,9 @@ class _Block:
                 self._stop(alive[here], -1 - int(k))
                 going[here] = False
             else:
-                going[here] = self._move(alive[here], self.menus[k], entry[here].astype(np.int64), control[here])
+                going[here] = self._move(
+                    alive[here], self.menus[k], entry[here].astype(np.int64), control[here]
+                )
         return alive[going]
 
     def _stop(self, who: Ints, stop: int) -> None:
@@ -194,7 +209,9 @@ class _Block:
         mode = self.mode[who] if len(self.truth.modes) > 1 else None
         stage = self.stage[who] * self.truth.step
         after, extra = menu.move.to.sample(menu, points, mode, stage, entry, control, self.rng)
-        self.penalty[who] += menu.penalty(menu.state(points, mode, stage), menu.controls(entry, control)) + extra
+        self.penalty[who] += (
+            menu.penalty(menu.state(points, mode, stage), menu.controls(entry, control)) + extra
+        )
         self.moves[who] += 1
         self.stage[who] -= menu.move.duration
         if menu.into is not None:

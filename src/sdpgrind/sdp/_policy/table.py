@@ -87,7 +87,9 @@ class Solution:
         part = np.array([[0.0, 1.0, 1e-6, 0.25, 0.5, 0.75, 1 - 1e-6]])
         at = charge(self.grid.coordinate(0, cell + part))
         chord = at[:, :1] + part[:, 2:] * (at[:, 1:2] - at[:, :1])
-        curved = np.any(np.abs(at[:, 2:] - chord) > TIE_ABS + 2e-6 * np.abs(at).max(axis=1, keepdims=True), axis=1)
+        curved = np.any(
+            np.abs(at[:, 2:] - chord) > TIE_ABS + 2e-6 * np.abs(at).max(axis=1, keepdims=True), axis=1
+        )
         return curved & ((best[:, :, 1:] < 0) | (best[:, :, :-1] < 0))
 
     def _bent(self, row: Ints, mode: Ints, index: Floats) -> tuple[Ints, Floats]:
@@ -125,7 +127,9 @@ class Solution:
     def need_problem(self, purpose: str) -> Problem:
         """Return the problem, or say that a loaded policy has none."""
         if self.problem is None:
-            raise ValueError(f"{purpose} needs the problem, whose functions no file can hold: plan it again, or pass problem=")
+            raise ValueError(
+                f"{purpose} needs the problem, whose functions no file can hold: plan it again, or pass problem="
+            )
         return self.problem
 
     @cached_property

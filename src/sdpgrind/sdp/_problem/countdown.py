@@ -37,7 +37,11 @@ class Countdown:
     @classmethod
     def of(cls, stages: Any, first: int = 0) -> "Countdown":
         """Read the stages of a problem."""
-        return cls(stages.step, stages.late, first) if isinstance(stages, Stages) else cls(0.0, None, endless=True)
+        return (
+            cls(stages.step, stages.late, first)
+            if isinstance(stages, Stages)
+            else cls(0.0, None, endless=True)
+        )
 
     @property
     def lowest(self) -> int:
@@ -50,7 +54,11 @@ class Countdown:
 
     def late(self, time: Any) -> Floats:
         """Late charge at stage coordinates."""
-        return np.zeros(np.shape(time)) if self.charge is None else np.asarray(self.charge(np.maximum(-np.asarray(time), 0.0)))
+        return (
+            np.zeros(np.shape(time))
+            if self.charge is None
+            else np.asarray(self.charge(np.maximum(-np.asarray(time), 0.0)))
+        )
 
     def row(self, stage: Any) -> Any:
         """Slice that serves a stage."""

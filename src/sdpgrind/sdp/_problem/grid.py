@@ -51,7 +51,10 @@ class Grid:
     @cached_property
     def spacing(self) -> tuple[float, ...]:
         """Length of a cell of each axis (of its logarithm on a log axis)."""
-        return tuple((self._scaled(axis, axis.high) - self._scaled(axis, axis.low)) / (axis.nodes - 1) for axis in self.axes)
+        return tuple(
+            (self._scaled(axis, axis.high) - self._scaled(axis, axis.low)) / (axis.nodes - 1)
+            for axis in self.axes
+        )
 
     @cached_property
     def coordinates(self) -> tuple[Floats, ...]:
@@ -112,12 +115,18 @@ class Graded(Grid):
     def on(cls, axes: Sequence[Axis], nodes: npt.ArrayLike) -> "Graded":
         """Return the grid of the only one of `axes` with these nodes (its unit)."""
         if len(axes) != 1 or axes[0].scale != "linear":
-            raise ValueError(f"nodes must be left out unless there is one axis, a linear one; there are {len(axes)}")
+            raise ValueError(
+                f"nodes must be left out unless there is one axis, a linear one; there are {len(axes)}"
+            )
         axis = axes[0]
         places = checks.finite_array("nodes", nodes, axis.unit)
-        ends = places.ndim == 1 and places.size > 2 and bool(places[0] == axis.low and places[-1] == axis.high)
+        ends = (
+            places.ndim == 1 and places.size > 2 and bool(places[0] == axis.low and places[-1] == axis.high)
+        )
         if not ends or np.any(np.diff(places) <= 0):
-            raise checks.refuse("nodes", f"3 or more that rise from {axis.low:g} to {axis.high:g}", nodes, axis.unit)
+            raise checks.refuse(
+                "nodes", f"3 or more that rise from {axis.low:g} to {axis.high:g}", nodes, axis.unit
+            )
         return cls((replace(axis, nodes=places.size),), tuple(places.tolist()))
 
     @cached_property
@@ -141,5 +150,9 @@ def corners(shape: Sequence[int], index: Sequence[Any]) -> tuple[Ints, Floats]:
     node, weight = [], []
     for upper in product((0, 1), repeat=len(shape)):
         node.append(sum((k + u) * s for k, u, s in zip(low, upper, stride, strict=True)))
-        weight.append(np.prod(np.broadcast_arrays(*[p if u else 1 - p for p, u in zip(part, upper, strict=True)]), axis=0))
+        weight.append(
+            np.prod(
+                np.broadcast_arrays(*[p if u else 1 - p for p, u in zip(part, upper, strict=True)]), axis=0
+            )
+        )
     return np.stack(np.broadcast_arrays(*node)), np.stack(weight)

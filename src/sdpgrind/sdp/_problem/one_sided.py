@@ -225,4 +225,6 @@ class Quadratic(OneSided, Frozen):
 
 def _check(charge: OneSided, name: str, unit: str) -> None:
     object.__setattr__(charge, name, checks.nonnegative(name, getattr(charge, name), unit))
-    object.__setattr__(charge, "tolerance", checks.nonnegative("tolerance", charge.tolerance, "unit of distance"))
+    object.__setattr__(
+        charge, "tolerance", checks.nonnegative("tolerance", charge.tolerance, "unit of distance")
+    )

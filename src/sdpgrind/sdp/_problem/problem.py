@@ -66,7 +66,9 @@ class Axis:
             if isinstance(side, str):
                 checks.one_of(f"{self.name}.below and .above", side, ("refuse", "hold", "stop"))
             elif np.isnan(side):
-                raise ValueError(f"{self.name}.below and .above must be a word or a value-to-go ($); got {side!r}")
+                raise ValueError(
+                    f"{self.name}.below and .above must be a word or a value-to-go ($); got {side!r}"
+                )
 
     @property
     def interval(self) -> str:
@@ -155,7 +157,9 @@ class Transition(Protocol):
     ``s`` and ``c`` of them.
     """
 
-    def rows(self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats) -> Any:
+    def rows(
+        self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats
+    ) -> Any:
         """Return the exact one-step distribution, in-path charges ($) included.
 
         Parameters
@@ -231,7 +235,9 @@ class Move:
         levels = [name for name, control in self.controls.items() if isinstance(control, Levels)]
         if len(levels) > 1:
             raise ValueError(f"move {self.name!r}: controls must have at most one Levels; got {levels}")
-        lengths = {name: np.size(np.asarray(entry)) for name, entry in self.controls.items() if name not in levels}
+        lengths = {
+            name: np.size(np.asarray(entry)) for name, entry in self.controls.items() if name not in levels
+        }
         if len(set(lengths.values())) > 1:
             raise ValueError(f"move {self.name!r}: lists of controls must be of equal length; got {lengths}")
         if 0 in lengths.values():
@@ -336,9 +342,15 @@ class Problem:
         exact = len(self.axes) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
         two_axes = len(stopping) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
         if stopping and not (exact or two_axes):
-            raise ValueError(f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a Charge of that axis")
+            raise ValueError(
+                f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a Charge of that axis"
+            )
 
-        numbers = [axis.name for axis in self.axes if not isinstance(axis.below, str) or not isinstance(axis.above, str)]
+        numbers = [
+            axis.name
+            for axis in self.axes
+            if not isinstance(axis.below, str) or not isinstance(axis.above, str)
+        ]
         if numbers and isinstance(self.stages, Stages) and self.stages.late is not None:
             raise ValueError(
                 f"the ends of the axis {numbers[0]!r} must not be numbers beside a late charge,"

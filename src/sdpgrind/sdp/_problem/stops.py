@@ -17,7 +17,9 @@ class StopCharges:
         self.problem, self.grid = problem, grid
         self._each = [self._fixed(stop) for stop in problem.stops]
         self.still: Floats | None = (
-            np.stack([q for q in self._each if q is not None]) if all(q is not None for q in self._each) and self._each else None
+            np.stack([q for q in self._each if q is not None])
+            if all(q is not None for q in self._each) and self._each
+            else None
         )
         self._level = self._levels()
 
@@ -52,11 +54,16 @@ class StopCharges:
 
     def _state(self, stage: int | None) -> Any:
         return stop_state(
-            self.problem, [x[None, :] for x in self.grid.points], np.arange(len(self.problem.modes))[:, None], stage
+            self.problem,
+            [x[None, :] for x in self.grid.points],
+            np.arange(len(self.problem.modes))[:, None],
+            stage,
         )
 
     def _evaluate(self, stop: Stop, s: Any) -> Floats:
-        return np.broadcast_to(charge_of(self.problem, stop, s), (len(self.problem.modes), self.grid.size)).astype(float)
+        return np.broadcast_to(
+            charge_of(self.problem, stop, s), (len(self.problem.modes), self.grid.size)
+        ).astype(float)
 
     def _levels(self) -> Floats:
         modes = np.arange(len(self.problem.modes))
@@ -64,7 +71,8 @@ class StopCharges:
             return np.zeros(modes.size)
         fields = {"mode": modes} if modes.size > 1 else {}
         return np.broadcast_to(
-            np.asarray(self.problem.stops[0].extra(record("S", tuple(fields))(**fields)), dtype=float), modes.shape
+            np.asarray(self.problem.stops[0].extra(record("S", tuple(fields))(**fields)), dtype=float),
+            modes.shape,
         )
 
 

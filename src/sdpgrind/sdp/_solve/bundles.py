@@ -48,7 +48,9 @@ class BundlePiece:
 class Bundles:
     """All moves of a problem on a grid, ready to be evaluated into a value-to-go."""
 
-    def __init__(self, problem: Problem, grid: Grid, executor: Executor | None = None, keep: bool = True) -> None:
+    def __init__(
+        self, problem: Problem, grid: Grid, executor: Executor | None = None, keep: bool = True
+    ) -> None:
         self.problem, self.grid, self.keep = problem, grid, keep
         self.shared = np.array([not _per_mode(Menu(problem, grid, k)) for k in range(len(problem.moves))])
         self.search_error = 0.0
@@ -60,10 +62,16 @@ class Bundles:
         self._here = (
             {}
             if self._remote
-            else {piece: piece.prepare(problem, grid, None, keep) for _, pieces in self._groups for piece in pieces}
+            else {
+                piece: piece.prepare(problem, grid, None, keep)
+                for _, pieces in self._groups
+                for piece in pieces
+            }
         )
 
-    def best(self, value: Floats, level: Floats, stage: int | None, last: int | None) -> Iterator[tuple[list[int], RowsFound]]:
+    def best(
+        self, value: Floats, level: Floats, stage: int | None, last: int | None
+    ) -> Iterator[tuple[list[int], RowsFound]]:
         """Yield the moves of each bundle with what is best into value[mode, node], which is that of `stage`.
 
         Moves that would begin beyond the stage `last` are left out where that saves work; `stage` None: the late side.
@@ -79,7 +87,10 @@ class Bundles:
     def timed(self, move: int, value: Floats, level: Floats, departure: int) -> RowsFound:
         """Return what is best of one timed move that begins at the stage `departure` and leads into value[mode, node]."""
         pieces = self._cut([move])
-        ready = [piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False) for piece in pieces]
+        ready = [
+            piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False)
+            for piece in pieces
+        ]
         return self._join([move], pieces, [(b.best(value, level), b.search_error) for b in ready])
 
     def alone(self) -> ShiftBundle | None:
@@ -89,12 +100,16 @@ class Bundles:
         bundle = next(iter(self._here.values()))
         return bundle if isinstance(bundle, ShiftBundle) else None
 
-    def _evaluate(self, pieces: list[BundlePiece], value: Floats, level: Floats) -> list[tuple[RowsFound, float]]:
+    def _evaluate(
+        self, pieces: list[BundlePiece], value: Floats, level: Floats
+    ) -> list[tuple[RowsFound, float]]:
         if self._remote is not None:
             return self._remote.evaluate(pieces, value, level)
         return [(self._here[piece].best(value, level), self._here[piece].search_error) for piece in pieces]
 
-    def _join(self, moves: list[int], pieces: list[BundlePiece], results: list[tuple[RowsFound, float]]) -> RowsFound:
+    def _join(
+        self, moves: list[int], pieces: list[BundlePiece], results: list[tuple[RowsFound, float]]
+    ) -> RowsFound:
         """Put blocks together: [move, mode or 0, node]."""
         self.search_error = max(self.search_error, *(error for _, error in results))
         shift = self.problem.moves[moves[0]].to
@@ -104,7 +119,10 @@ class Bundles:
                 return found
             if len(self.grid.shape) == 1:
                 return RowsFound(found.q[:, :, 0], found.control[:, :, 0], found.entry[:, :, 0])
-        parts = [np.concatenate([getattr(found, name) for found, _ in results], axis=2) for name in ("q", "control", "entry")]
+        parts = [
+            np.concatenate([getattr(found, name) for found, _ in results], axis=2)
+            for name in ("q", "control", "entry")
+        ]
         if not isinstance(shift, Shift):
             return RowsFound(*parts)
         axis = shift.position(self.grid)
@@ -127,7 +145,8 @@ class Bundles:
         if isinstance(to, Shift):
             total, size = self.grid.size // self.grid.shape[to.position(self.grid)], LINES
         return [
-            BundlePiece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total))) for a in range(0, total, size)
+            BundlePiece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total)))
+            for a in range(0, total, size)
         ]
 
 
@@ -158,7 +177,9 @@ class _Remote:
         self.recipe = pickle.dumps((problem, grid))
         self.token = hashlib.sha256(self.recipe).hexdigest()
 
-    def evaluate(self, pieces: list[BundlePiece], value: Floats, level: Floats) -> list[tuple[RowsFound, float]]:
+    def evaluate(
+        self, pieces: list[BundlePiece], value: Floats, level: Floats
+    ) -> list[tuple[RowsFound, float]]:
         """Evaluate every piece; the recipe travels along, and is unpacked once in each worker."""
         return execute(partial(_work, self.token, self.recipe, value, level), pieces, self.executor)
 
@@ -174,7 +195,9 @@ def _prepared(token: str, recipe: bytes, piece: BundlePiece) -> Any:
     return piece.prepare(*_unpacked(token, recipe))
 
 
-def _work(token: str, recipe: bytes, value: Floats, level: Floats, piece: BundlePiece) -> tuple[RowsFound, float]:
+def _work(
+    token: str, recipe: bytes, value: Floats, level: Floats, piece: BundlePiece
+) -> tuple[RowsFound, float]:
     bundle = _prepared(token, recipe, piece)
     with one_blas_thread():
         return bundle.best(value, level), bundle.search_error

@@ -81,7 +81,9 @@ def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges,
     return dataclasses.replace(table, search_error=bundles.search_error, changes=changes)
 
 
-def policy_rows(problem: Problem, grid: Grid, best: Any, control: Floats, entry: Any) -> list[tuple[Any, Any, Rows]]:
+def policy_rows(
+    problem: Problem, grid: Grid, best: Any, control: Floats, entry: Any
+) -> list[tuple[Any, Any, Rows]]:
     """Return, for each move that a policy [mode, node] uses: the modes and nodes where it does, and its exact rows there."""
     out = []
     for k in range(len(problem.moves)):
@@ -90,7 +92,9 @@ def policy_rows(problem: Problem, grid: Grid, best: Any, control: Floats, entry:
             menu = Menu(problem, grid, k)
             start = tuple(x[node] for x in grid.points)
             told = mode if len(problem.modes) > 1 else None
-            rows = menu.move.to.rows(menu, start, told, None, entry[mode, node].astype(np.int64), control[mode, node])
+            rows = menu.move.to.rows(
+                menu, start, told, None, entry[mode, node].astype(np.int64), control[mode, node]
+            )
             out.append((mode, node, rows))
     return out
 
@@ -109,7 +113,9 @@ def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: StageTab
         rest[mode * grid.size + node] = rows.charge + rows.stopped * stops.level(0, 0.0)[rows.mode]
     step = _transitions(found_rows, grid, size)
     found = _solve(step, rest, value.ravel())
-    good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(1.0, np.max(np.abs(found)))
+    good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(
+        1.0, np.max(np.abs(found))
+    )
     return found.reshape(value.shape) if good else value
 
 
@@ -119,7 +125,9 @@ def _transitions(found: list[tuple[Any, Any, Rows]], grid: Grid, size: int) -> A
     for mode, node, rows in found:
         matrix = sparse.coo_array(rows.matrix)
         start, end = mode * grid.size + node, rows.mode * grid.size
-        step = step + sparse.csr_array((matrix.data, (start[matrix.row], end[matrix.row] + matrix.col)), shape=(size, size))
+        step = step + sparse.csr_array(
+            (matrix.data, (start[matrix.row], end[matrix.row] + matrix.col)), shape=(size, size)
+        )
     return step
 
 
@@ -142,7 +150,9 @@ def _refuse_idle(problem: Problem, grid: Grid, table: StageTable) -> None:
 
 
 def _place(problem: Problem, grid: Grid, mode: int, node: int) -> str:
-    where = ", ".join(f"{a.name} = {x[node]:g} {a.unit}".strip() for a, x in zip(grid.axes, grid.points, strict=True))
+    where = ", ".join(
+        f"{a.name} = {x[node]:g} {a.unit}".strip() for a, x in zip(grid.axes, grid.points, strict=True)
+    )
     return (where or "its start") + (f", mode {problem.modes[mode]!r}" if len(problem.modes) > 1 else "")
 
 
@@ -167,12 +177,18 @@ def refuse_endless(problem: Problem, grid: Grid) -> None:
         problem,
         axes=[dataclasses.replace(a, below=_free(a.below), above=_free(a.above)) for a in problem.axes],
         moves=[
-            dataclasses.replace(m, charge=0.0, to=dataclasses.replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to)
+            dataclasses.replace(
+                m,
+                charge=0.0,
+                to=dataclasses.replace(m.to, charge=None) if isinstance(m.to, Sampled) else m.to,
+            )
             for m in problem.moves
         ],
         stops=[
             dataclasses.replace(
-                s, charge=Charge(Linear(0.0), Linear(0.0)) if isinstance(s.charge, Charge) else _nothing, extra=None
+                s,
+                charge=Charge(Linear(0.0), Linear(0.0)) if isinstance(s.charge, Charge) else _nothing,
+                extra=None,
             )
             for s in problem.stops
         ],

@@ -107,7 +107,11 @@ def _vertex(levels, a, qa, qb, qc, e, qe):
     twist = ((qe - qa - left * (xe - xa)) / ((xe - xa) * (xe - xb)) - bend) / (xe - xc)
     x = u
     for _ in range(3):
-        slope = left + bend * (2 * x - xa - xb) + twist * ((x - xa) * (x - xb) + (x - xa) * (x - xc) + (x - xb) * (x - xc))
+        slope = (
+            left
+            + bend * (2 * x - xa - xb)
+            + twist * ((x - xa) * (x - xb) + (x - xa) * (x - xc) + (x - xb) * (x - xc))
+        )
         curve = 2 * bend + 2 * twist * (3 * x - xa - xb - xc)
         if not curve > 0.0:
             return u, flat, qb - flat
@@ -136,7 +140,9 @@ def _next(a, b, c, qa, qb, qc, halve):
 
 
 @compiled(fastmath=REORDER)
-def _descend(group, base, node, f, low, high, stride, q, before, after, tables, value, flipped, level, levels):
+def _descend(
+    group, base, node, f, low, high, stride, q, before, after, tables, value, flipped, level, levels
+):
     """Follow the minimum around level `f` (value `q`, scanned neighbours `before` and `after`) inside the regime [low, high].
 
     A bracket a < b < c of levels is closed until they are neighbours; at an end of the regime a or c coincides with b.
@@ -170,7 +176,9 @@ def _descend(group, base, node, f, low, high, stride, q, before, after, tables, 
 
 
 @compiled(fastmath=REORDER)
-def _search(group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out, state):
+def _search(
+    group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out, state
+):
     """Best row of one move at every node: every local minimum of the scan, in every regime, is followed down.
 
     `out`: (least value, control, entry of the lists) by node. `state`: [largest estimated error so far]. Ties go to the
@@ -232,7 +240,23 @@ def _first_least(q, levels, out):
 
 
 @compiled(fastmath=REORDER)
-def push(begin, end, plan, tables, value, flipped, level, dense, use_dense, complete, coarse_q, out_q, out_u, out_a, state):
+def push(
+    begin,
+    end,
+    plan,
+    tables,
+    value,
+    flipped,
+    level,
+    dense,
+    use_dense,
+    complete,
+    coarse_q,
+    out_q,
+    out_u,
+    out_a,
+    state,
+):
     """Moves begin to end of a bundle, all groups: out[move, group, node] = least expectation, with its control and entry.
 
     `dense` holds the inner sums of the scanned rows where `use_dense`, and all of their expectations where `complete`.
@@ -290,7 +314,9 @@ def least(q, levels, regimes, refine, out_q, out_u, out_a, state):
                         e = k + 2 if k + 1 < end else k - 2
                         fourth = q[e, node] if begin <= e <= end else np.inf
                         first = k - 1 - a * count
-                        u, value, wrong = _vertex(levels, first, q[k - 1, node], value, q[k + 1, node], e - a * count, fourth)
+                        u, value, wrong = _vertex(
+                            levels, first, q[k - 1, node], value, q[k + 1, node], e - a * count, fourth
+                        )
                     if value < best - _tie(best) or (best == np.inf and value < np.inf):
                         best, u_best, a_best = value, u, a
                         state[0] = max(state[0], wrong)

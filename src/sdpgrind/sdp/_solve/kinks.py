@@ -48,7 +48,14 @@ class Kinks(NamedTuple):
     def none(cls, shape: tuple[int, int, int]) -> "Kinks":
         """Return no kinks for so many rows, modes and cells."""
         empty = np.zeros(0, dtype=np.int32)
-        return cls(np.full(shape, -1, np.int32), np.zeros(1, np.int32), np.zeros((0, 2)), np.zeros((0, 2)), empty, empty)
+        return cls(
+            np.full(shape, -1, np.int32),
+            np.zeros(1, np.int32),
+            np.zeros((0, 2)),
+            np.zeros((0, 2)),
+            empty,
+            empty,
+        )
 
 
 class Lines(NamedTuple):
@@ -124,7 +131,15 @@ class Changes:
         """Begin for a problem."""
         return cls(Spans.of(problem), np.asarray(shared))
 
-    def add(self, row: int, stop_q: Floats, moves: tuple[Floats, Floats, Any], best: Any, entry: Any, control: Floats) -> None:
+    def add(
+        self,
+        row: int,
+        stop_q: Floats,
+        moves: tuple[Floats, Floats, Any],
+        best: Any,
+        entry: Any,
+        control: Floats,
+    ) -> None:
         """Look through one row: costs of stops [stop, mode, node] and moves [move, mode, node], and what was chosen."""
         mode, cell = np.nonzero(_changes(best, entry, control, self.spans))
         if cell.size:
@@ -145,7 +160,9 @@ class Changes:
         later = [lines._replace(row=lines.row + 1) for lines in _listed(self)]
         return Changes(self.spans, self.shared, (_listed(other) if other else []) + later)
 
-    def _look_through(self, stop_q: Floats, moves: tuple[Floats, Floats, Any], best: Any, entry: Any, control: Floats) -> None:
+    def _look_through(
+        self, stop_q: Floats, moves: tuple[Floats, Floats, Any], best: Any, entry: Any, control: Floats
+    ) -> None:
         """All rows of a problem of one mode at once: they take the place of the modes."""
         row, cell = np.nonzero(_changes(best, entry, control, self.spans))
         if cell.size:
@@ -167,9 +184,13 @@ def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Flo
     stop, move = np.arange(stop_q.shape[0])[:, None, None], np.arange(moves[0].shape[0])[:, None, None]
     stops = stop_q[stop, at[0][:, None], ends]
     found, control, entry = (array[move, at[1][:, :, None], ends] for array in moves)
-    beside = np.clip(ends + np.array([-1, 1]), 0, moves[0].shape[2] - 1)  # at an end the node itself: no change
+    beside = np.clip(
+        ends + np.array([-1, 1]), 0, moves[0].shape[2] - 1
+    )  # at an end the node itself: no change
     outer = moves[1][move, at[1][:, :, None], beside]
-    differ = (np.abs(np.diff(control)[..., 0]) > 0) | (entry[..., 0] != entry[..., 1])  # NaN: no continuous control
+    differ = (np.abs(np.diff(control)[..., 0]) > 0) | (
+        entry[..., 0] != entry[..., 1]
+    )  # NaN: no continuous control
     split = np.concatenate([np.zeros(stops.shape[:2], bool), differ])
     onward = np.concatenate([np.zeros(stops.shape), 2 * control[..., ::-1] - outer[..., ::-1]])
     cost, nothing = np.concatenate([stops, found]), np.zeros(stops.shape)
@@ -283,7 +304,9 @@ def _half_way(lines: Lines, steps: Steps) -> Try:
 def _nearer(lines: Lines, pair: list[Lines], middle: Floats) -> Any:
     """Whether the least of two lines is nearer than one to the best that is known in the middle."""
     one, *each = (line.cost.mean(axis=1) for line in (lines, *pair))
-    return (lines.entry[:, 0] != lines.entry[:, 1]) | (np.abs(np.minimum(*each) - middle) < np.abs(one - middle))
+    return (lines.entry[:, 0] != lines.entry[:, 1]) | (
+        np.abs(np.minimum(*each) - middle) < np.abs(one - middle)
+    )
 
 
 def _choices(lines: Lines, end: int, steps: Steps) -> list[Try]:
@@ -306,7 +329,9 @@ def _within(act: Ints, held: Floats, onward: Floats, steps: Steps) -> Floats:
     ends = np.array([[one.low, one.high] if one else [0.0, 0.0] for one in levels])[act]
     spans = Spans.of(steps.problem).select(act)
     low, high = spans.around(held)
-    return np.where(spans.search, np.clip(onward, np.maximum(low, ends[:, 0]), np.minimum(high, ends[:, 1])), held)
+    return np.where(
+        spans.search, np.clip(onward, np.maximum(low, ends[:, 0]), np.minimum(high, ends[:, 1])), held
+    )
 
 
 def _costs(lines: Lines, tries: Sequence[Try], steps: Steps) -> Floats:

@@ -35,7 +35,9 @@ class PointBundle:
         Whether `best` will be called more than once.
     """
 
-    def __init__(self, menu: Menu, per_mode: bool, block: slice, stage: float | None = None, keep: bool = True) -> None:
+    def __init__(
+        self, menu: Menu, per_mode: bool, block: slice, stage: float | None = None, keep: bool = True
+    ) -> None:
         self.menu, self.stage, self.block = menu, stage, block
         self.modes = len(menu.problem.modes)
         self.sources = np.arange(self.modes) if per_mode else np.zeros(1, dtype=int)
@@ -61,9 +63,13 @@ class PointBundle:
         c = self.menu.row_controls()
         c = type(c)(*(f[None, :, None] for f in c))
         s = self.menu.state(
-            [x[None, None, :] for x in self.nodes], self.sources[:, None, None] if self.tells_mode else None, self.stage
+            [x[None, None, :] for x in self.nodes],
+            self.sources[:, None, None] if self.tells_mode else None,
+            self.stage,
         )
-        return np.broadcast_to(self.menu.penalty(s, c), (self.sources.size, self.menu.rows, self.count)).astype(float)
+        return np.broadcast_to(
+            self.menu.penalty(s, c), (self.sources.size, self.menu.rows, self.count)
+        ).astype(float)
 
     def _targets(self) -> Ints:
         """Mode on arrival [source, row]."""
@@ -119,7 +125,9 @@ class PointBundle:
     def _chunks(self) -> list[tuple[int, slice]]:
         step = max(1, CHUNK // max(1, self.count * self.weight.size))
         return [
-            (k, slice(r, min(r + step, self.menu.rows))) for k in range(self.sources.size) for r in range(0, self.menu.rows, step)
+            (k, slice(r, min(r + step, self.menu.rows)))
+            for k in range(self.sources.size)
+            for r in range(0, self.menu.rows, step)
         ]
 
     def _land(self, source: int, rows: slice) -> tuple[Any, Any]:
@@ -129,12 +137,16 @@ class PointBundle:
         c = self.menu.row_controls()
         c = type(c)(*(f[rows, None, None] for f in c))
         s = self.menu.state(
-            [x[None, :, None] for x in self.nodes], int(self.sources[source]) if self.tells_mode else None, self.stage
+            [x[None, :, None] for x in self.nodes],
+            int(self.sources[source]) if self.tells_mode else None,
+            self.stage,
         )
         e = record("E", tuple(self.noise))(**self.noise)
         after, extra = move.arrive(self.menu, s, c, e)
         shape = (c[0].shape[0] if len(c) else 1, self.count, self.weight.size)
-        after, extra = masked(self.menu, after, extra, np.isfinite(self.penalty[source, rows])[:, :, None], shape)
+        after, extra = masked(
+            self.menu, after, extra, np.isfinite(self.penalty[source, rows])[:, :, None], shape
+        )
         return land(self.menu, after), extra
 
     def _tabulate_rows(self) -> tuple[Any, Floats, Floats]:
@@ -150,7 +162,11 @@ class PointBundle:
             rows: Rows = menu.move.to.rows(menu, points, mode, stage, choice, level)
             matrix = sparse.coo_array(rows.matrix)
             columns = rows.mode[matrix.row] * menu.grid.size + matrix.col
-            parts.append(sparse.csr_array((matrix.data, (matrix.row, columns)), shape=(choice.size, self.modes * menu.grid.size)))
+            parts.append(
+                sparse.csr_array(
+                    (matrix.data, (matrix.row, columns)), shape=(choice.size, self.modes * menu.grid.size)
+                )
+            )
             charge.append(rows.charge)
             stopped.append(rows.stopped)
         self.penalty = np.zeros(shape)
@@ -172,7 +188,11 @@ class PointBundle:
             data = np.moveaxis(landing.part * self.weight, 0, -1)
             lines = data.shape[0] * data.shape[1]
             matrix = sparse.csr_array(
-                (data.ravel(), np.moveaxis(columns, 0, -1).ravel(), np.arange(lines + 1) * (data.size // lines)),
+                (
+                    data.ravel(),
+                    np.moveaxis(columns, 0, -1).ravel(),
+                    np.arange(lines + 1) * (data.size // lines),
+                ),
                 shape=(lines, self.modes * size),
             )
             matrix.sum_duplicates()

@@ -45,7 +45,9 @@ class ShiftBundle:
         The stage coordinate of departure, for timed moves.
     """
 
-    def __init__(self, menus: Sequence[Menu], per_mode: bool, block: slice, stage: float | None = None) -> None:
+    def __init__(
+        self, menus: Sequence[Menu], per_mode: bool, block: slice, stage: float | None = None
+    ) -> None:
         self.menus, self.per_mode, self.block, self.stage = tuple(menus), per_mode, block, stage
         self.grid: Grid = menus[0].grid
         self.axis = _shift(menus[0]).position(self.grid)
@@ -86,7 +88,11 @@ class ShiftBundle:
         ]
         used = ends if rising else ends[:1]
         self.gone = np.zeros(
-            (groups, rows, n if any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used) else 0)
+            (
+                groups,
+                rows,
+                n if any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used) else 0,
+            )
         )
         self.stopped = np.zeros((groups, rows, 0))
         self._ends, self._stops = used, any(end.edge == "stop" for end in used)
@@ -117,7 +123,9 @@ class ShiftBundle:
         )
         self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
         self.scan_weight = (
-            np.ascontiguousarray(self.weight[0, self.scan_rows]) if self.dense else np.zeros((self.scan_rows.size, 0))
+            np.ascontiguousarray(self.weight[0, self.scan_rows])
+            if self.dense
+            else np.zeros((self.scan_rows.size, 0))
         )
         make = Product if n < LONG else Convolution
         self._product = make(self.scan_weight, n, self.weight.shape[2], self.first_lag)
@@ -140,7 +148,11 @@ class ShiftBundle:
                 refuse_leak(
                     menu,
                     end,
-                    np.where(allowed, np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2), 0.0),
+                    np.where(
+                        allowed,
+                        np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2),
+                        0.0,
+                    ),
                 )
             if end.edge not in ("hold", "stop"):
                 _add(self.gone, here, probability)
@@ -216,7 +228,12 @@ class ShiftBundle:
             entry,
             self.difference,
         )
-        lines = (len(self.menus), self.sources, -1, self.nodes)  # [move, mode or 0, line, node of the falling axis]
+        lines = (
+            len(self.menus),
+            self.sources,
+            -1,
+            self.nodes,
+        )  # [move, mode or 0, line, node of the falling axis]
         return RowsFound(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
 
     def _starts(self) -> tuple[list[Floats], Ints | None]:
@@ -239,7 +256,9 @@ class ShiftBundle:
     def tabulate_stopped(self) -> None:
         """Probabilities of ending beyond an edge: wanted only where that is charged otherwise than ending at the first node."""
         self.stopped = np.zeros((self.groups, int(self.row_at[-1]), self.nodes))
-        x = (self.grid.axes[self.axis].low + self.grid.spacing[self.axis] * np.arange(self.nodes))[:, None, None]
+        x = (self.grid.axes[self.axis].low + self.grid.spacing[self.axis] * np.arange(self.nodes))[
+            :, None, None
+        ]
         for menu, at in zip(self.menus, self.row_at, strict=False):
             law = self._laws(menu)[0]
             for end in self._ends:
@@ -267,7 +286,9 @@ def _shift(menu: Menu) -> Shift:
 
 def _scan_rows(menu: Menu) -> Ints:
     """Rows of the first scan: every stride-th level of every entry of the lists."""
-    return np.add.outer(np.arange(menu.move.choices) * menu.levels.size, np.arange(0, menu.levels.size, menu.stride)).ravel()
+    return np.add.outer(
+        np.arange(menu.move.choices) * menu.levels.size, np.arange(0, menu.levels.size, menu.stride)
+    ).ravel()
 
 
 def _row_controls(menu: Menu, extra: int = 1) -> Any:
@@ -291,12 +312,16 @@ def _rough(menu: Menu, law: Law, groups: int, h: float) -> Any:
 
 
 def _put(table: Floats, here: slice, found: Any) -> None:
-    table[:, here] = np.moveaxis(np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2)
+    table[:, here] = np.moveaxis(
+        np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2
+    )
 
 
 def _add(table: Floats, here: slice, found: Any) -> None:
     if np.ndim(found):
-        table[:, here] += np.moveaxis(np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2)
+        table[:, here] += np.moveaxis(
+            np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2
+        )
 
 
 def _runs(targets: Ints) -> list[tuple[int, slice]]:
@@ -311,7 +336,9 @@ class Product:
     def __init__(self, weight: Floats, nodes: int, lags: int, first_lag: int) -> None:
         self._weight = weight
         self._padded = np.zeros(nodes + 2 * lags)
-        self._inside = self._padded[lags : lags + nodes - 1]  # node 0 is the origin of the values: its weight does not matter
+        self._inside = self._padded[
+            lags : lags + nodes - 1
+        ]  # node 0 is the origin of the values: its weight does not matter
         # Entry (lag, node) of the Toeplitz matrix is the value of node - lag = flipped[nodes - 1 - node + lag].
         start, item = lags + nodes - 1 + first_lag, self._padded.itemsize
         view = np.lib.stride_tricks.as_strided(self._padded[start:], (lags, nodes), (item, -item))
@@ -319,7 +346,9 @@ class Product:
         self._blocks = []
         for begin, end in itertools.pairwise(edges):
             depth = min(lags, int(end) - first_lag)
-            self._blocks.append((slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin))))
+            self._blocks.append(
+                (slice(int(begin), int(end)), depth, view[:depth, begin:end], np.empty((depth, end - begin)))
+            )
 
     def __call__(self, rows: slice, flipped: Floats, out: Floats) -> None:
         """Multiply; `flipped` is the value from the top node down."""
@@ -343,4 +372,6 @@ class Convolution:
         for k in range(rows.start, rows.stop, CHUNK):
             some = slice(k, min(k + CHUNK, rows.stop))
             found = fft.irfft(self._spectrum[some] * value, self._size, axis=1, overwrite_x=True)
-            out[some.start - rows.start : some.stop - rows.start] = found[:, self._first : self._first + self._nodes]
+            out[some.start - rows.start : some.stop - rows.start] = found[
+                :, self._first : self._first + self._nodes
+            ]

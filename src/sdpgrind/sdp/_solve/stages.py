@@ -75,7 +75,9 @@ class StageTable:
             return self
         joined: Any = [np.concatenate(pair) for pair in zip(self.base.arrays, self.arrays, strict=True)]
         changes = self.changes.shifted(self.base.changes) if self.changes else None
-        return replace(self, first=self.first - 1, base=None, changes=changes, **dict(zip(TABLES, joined, strict=True)))
+        return replace(
+            self, first=self.first - 1, base=None, changes=changes, **dict(zip(TABLES, joined, strict=True))
+        )
 
 
 def late_stages(problem: Problem, stop_max: float) -> tuple[int, bool]:
@@ -91,7 +93,9 @@ def late_stages(problem: Problem, stop_max: float) -> tuple[int, bool]:
     if stages.late_window is not None:
         window = stages.late_window
     elif not isinstance(late, OneSided) or late.zero or not late.convex:
-        raise ValueError(f"late must be convex and not nothing, or late_window be given ({stages.unit}); got {late!r}")
+        raise ValueError(
+            f"late must be convex and not nothing, or late_window be given ({stages.unit}); got {late!r}"
+        )
     else:
         window = stages.step
         while late(window + shortest) - late(window) <= stop_max and window < 1e6 * stages.step:
@@ -127,7 +131,9 @@ def _refuse_late(problem: Problem, stops: StopCharges, first: int, stationary: b
     if not isinstance(stages, Stages) or stages.late is None:
         return
     if not np.all(np.isfinite(stops.at(first - 1, 0.0).min(axis=0, initial=np.inf))):
-        raise ValueError("late must be None where one may not stop everywhere; a stop is masked, or there is none")
+        raise ValueError(
+            "late must be None where one may not stop everywhere; a stop is masked, or there is none"
+        )
     timed = [move.name for move in problem.moves if move.timed]
     if stationary and timed:
         raise ValueError(
@@ -139,7 +145,9 @@ def _refuse_late(problem: Problem, stops: StopCharges, first: int, stationary: b
 class _Sweep:
     """Working arrays of one backward induction."""
 
-    def __init__(self, problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, first: int, last: int) -> None:
+    def __init__(
+        self, problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges, first: int, last: int
+    ) -> None:
         self.problem, self.grid, self.bundles, self.stops, self.first = problem, grid, bundles, stops, first
         self.modes, self.countdown = len(problem.modes), Countdown.of(problem.stages, first)
         self.duration = np.array([move.duration for move in problem.moves])
@@ -147,7 +155,9 @@ class _Sweep:
         alone = bundles.alone() is not None and stops.still is not None
         self.small = alone and grid.size < SMALL
         self.keeps = alone and 20 * (rows + longest) * len(problem.moves) * grid.size <= HISTORY
-        self.slots = longest + (rows if self.keeps else 1)  # room for all that is ever found, or until it is begun
+        self.slots = longest + (
+            rows if self.keeps else 1
+        )  # room for all that is ever found, or until it is begun
         shape = (len(problem.moves), self.modes, grid.size)
         self.q = np.full((self.slots, *shape), np.inf)
         self.control = np.zeros((self.slots, *shape))
@@ -195,7 +205,9 @@ class _Sweep:
     def _history(self, stop_q: Floats) -> tuple[Any, ...]:
         """All that was found, with the rows of the table where `Changes` has the modes."""
         late = self.countdown.late(self.countdown.time(np.arange(len(self.value))))
-        found = tuple(np.moveaxis(ring[: len(self.value), :, 0], 1, 0) for ring in (self.q, self.control, self.entry))
+        found = tuple(
+            np.moveaxis(ring[: len(self.value), :, 0], 1, 0) for ring in (self.q, self.control, self.entry)
+        )
         t = self.filled
         return stop_q[:, :1] + late[:, None], found, t.best[:, 0], t.entry[:, 0], t.control[:, 0]
 
@@ -217,14 +229,18 @@ class _Sweep:
 
     def _choose(self, stop_q: Floats, slot: int, row: int) -> bool:
         finite: bool = _sweep_kernels.choose(
-            stop_q, (self.q[slot], self.control[slot], self.entry[slot]), self.bundles.shared, self.filled.slice(row)
+            stop_q,
+            (self.q[slot], self.control[slot], self.entry[slot]),
+            self.bundles.shared,
+            self.filled.slice(row),
         )
         return finite
 
     def _refuse_unreachable(self, stage: int, row: int) -> None:
         mode, node = np.argwhere(~np.isfinite(self.value[row]))[0]
         where = ", ".join(
-            f"{axis.name} = {x[node]:g} {axis.unit}" for axis, x in zip(self.grid.axes, self.grid.points, strict=True)
+            f"{axis.name} = {x[node]:g} {axis.unit}"
+            for axis, x in zip(self.grid.axes, self.grid.points, strict=True)
         )
         raise ValueError(
             f"no stop and no move is allowed at stage {stage}, mode {self.problem.modes[mode]!r}, {where or 'no coordinates'}"
@@ -303,4 +319,6 @@ class _Sweep:
         """The finished table."""
         if self.keeps and self.changes is not None and self.stops.still is not None:
             self.changes.history = self._history(self.stops.still)
-        return replace(self.filled, search_error=self.bundles.search_error, changes=self.changes, base=self.base)
+        return replace(
+            self.filled, search_error=self.bundles.search_error, changes=self.changes, base=self.base
+        )

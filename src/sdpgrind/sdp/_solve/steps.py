@@ -31,20 +31,30 @@ class Steps:
         """The grid of the value-to-go."""
         return self.layout.grid
 
-    def cost(self, move: int, row: Ints, mode: Ints, points: tuple[Floats, ...], entry: Any, control: Floats) -> Floats:
+    def cost(
+        self, move: int, row: Ints, mode: Ints, points: tuple[Floats, ...], entry: Any, control: Floats
+    ) -> Floats:
         """Return what one move costs from points in slices (row, mode), $; infinite where it is not allowed."""
         together = max(1, TOGETHER // max(1, self.grid.size))
         cost = np.empty(row.size)
         for k in range(0, row.size, together):
             some = slice(k, k + together)
             told = mode[some] if len(self.problem.modes) > 1 else None
-            cost[some] = self._cost(move, row[some], told, tuple(x[some] for x in points), entry[some], control[some])
+            cost[some] = self._cost(
+                move, row[some], told, tuple(x[some] for x in points), entry[some], control[some]
+            )
         return cost
 
-    def _cost(self, move: int, row: Ints, mode: Any, points: tuple[Floats, ...], entry: Any, control: Floats) -> Floats:
+    def _cost(
+        self, move: int, row: Ints, mode: Any, points: tuple[Floats, ...], entry: Any, control: Floats
+    ) -> Floats:
         menu, count = Menu(self.problem, self.grid, move), self.countdown
-        rows: Rows = menu.move.to.rows(menu, points, mode, count.time(row), np.asarray(entry, dtype=np.int64), control)
-        extra = np.asarray(self.layout.edge_extra) if self.layout.edge_extra else np.zeros(len(self.layout.modes))
+        rows: Rows = menu.move.to.rows(
+            menu, points, mode, count.time(row), np.asarray(entry, dtype=np.int64), control
+        )
+        extra = (
+            np.asarray(self.layout.edge_extra) if self.layout.edge_extra else np.zeros(len(self.layout.modes))
+        )
         cost = np.full(row.shape, np.inf)
         for one in np.unique(row):
             end = count.arrival(int(one), menu.move.duration)

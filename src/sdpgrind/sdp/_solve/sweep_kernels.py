@@ -81,7 +81,22 @@ def _wanted(duration, left):
 
 
 @compiled(fastmath=REORDER)
-def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, scan_tables, plan, tables, shared, table, state):
+def sweep(
+    first,
+    late,
+    duration,
+    stop_q,
+    level,
+    base,
+    ring,
+    scan_weight,
+    scan_tables,
+    plan,
+    tables,
+    shared,
+    table,
+    state,
+):
     """A whole backward induction in one axis and one mode; see `stages` for what it does stage by stage.
 
     `ring[row, move, 0, node]` keeps all that is found; `late[k]` is the late charge at stage ``first - longest duration + k``.
@@ -92,7 +107,11 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, scan_ta
     value, best, move_table, control, entry, gap = table
     nodes, lags = value.shape[2], scan_weight.shape[1]
     first_lag, before = tables[1], late.size - value.shape[0]
-    matrix, dense, coarse_q = np.zeros((lags, nodes)), np.empty((scan_weight.shape[0], nodes)), np.empty((0, nodes))
+    matrix, dense, coarse_q = (
+        np.zeros((lags, nodes)),
+        np.empty((scan_weight.shape[0], nodes)),
+        np.empty((0, nodes)),
+    )
     flipped, here, stop_here = np.empty((1, nodes)), np.empty(1), np.empty(stop_q.shape)
     shape = (duration.size, 1, nodes)
     found_q, found_u, found_a = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
@@ -125,7 +144,23 @@ def sweep(first, late, duration, stop_q, level, base, ring, scan_weight, scan_ta
         low, high = plan[3][begin], plan[3][end]
         np.dot(scan_weight[low:high], matrix, dense[low:high])
         _complete(dense, low, high, scan_tables, v[0, 0], v[0, nodes - 1], here[0])
-        push(begin, end, plan, tables, v, flipped, here, dense, True, True, coarse_q, found_q, found_u, found_a, state)
+        push(
+            begin,
+            end,
+            plan,
+            tables,
+            v,
+            flipped,
+            here,
+            dense,
+            True,
+            True,
+            coarse_q,
+            found_q,
+            found_u,
+            found_a,
+            state,
+        )
         for move in range(begin, end):
             to = row + duration[move]
             for node in range(nodes):

@@ -75,7 +75,10 @@ class Exit:
         """Expected charge for what lies beyond: the stop's, or the given value-to-go."""
         if self.edge == "stop":
             y = np.subtract(x, self.place)
-            return sum((p.expected_over(law, y) if self.sign > 0 else p.expected_under(law, y) for p in self.parts), 0.0)
+            return sum(
+                (p.expected_over(law, y) if self.sign > 0 else p.expected_under(law, y) for p in self.parts),
+                0.0,
+            )
         return 0.0 if isinstance(self.edge, str) else self.edge * probability
 
     def full_hat(self, law: Law, x: Any, h: float, probability: Floats) -> Floats:

@@ -31,7 +31,10 @@ def levels_of(levels: Levels) -> tuple[Floats, Ints, int]:
     stride = min(SKIPPED, 2 ** max(0, int(np.log2(levels.count / SCANNED))))
     share = (np.diff(ends) / (levels.high - levels.low) + 1 / (len(ends) - 1)) / 2
     cells = stride * np.maximum(1, np.round(share * (levels.count - 1) / stride).astype(int))
-    pieces = [a + (b - a) * (1 - np.cos(np.pi * np.arange(k) / k)) / 2 for a, b, k in zip(ends, ends[1:], cells, strict=False)]
+    pieces = [
+        a + (b - a) * (1 - np.cos(np.pi * np.arange(k) / k)) / 2
+        for a, b, k in zip(ends, ends[1:], cells, strict=False)
+    ]
     return np.append(np.concatenate(pieces), levels.high), np.concatenate([[0], np.cumsum(cells)]), stride
 
 
@@ -89,14 +92,21 @@ class Menu:
 
     def row_controls(self) -> Any:
         """Return ``c`` with one entry for each row."""
-        return self.controls(np.repeat(np.arange(self.move.choices), self.levels.size), np.tile(self.levels, self.move.choices))
+        return self.controls(
+            np.repeat(np.arange(self.move.choices), self.levels.size), np.tile(self.levels, self.move.choices)
+        )
 
     def controls(self, choice: Ints, level: Floats) -> Any:
         """Return ``c`` for entries of the lists and values of the continuous control."""
-        fields = {name: (level if name == self.move.level_name else self.move.lists[name][choice]) for name in self.move.controls}
+        fields = {
+            name: (level if name == self.move.level_name else self.move.lists[name][choice])
+            for name in self.move.controls
+        }
         return record("C", tuple(fields))(**fields)
 
-    def state(self, coordinates: Sequence[Any], mode: Any = None, stage: Any = None, without: str | None = None) -> Any:
+    def state(
+        self, coordinates: Sequence[Any], mode: Any = None, stage: Any = None, without: str | None = None
+    ) -> Any:
         """Return ``s``: the coordinates (less the axis `without`), the stage coordinate if timed, the mode if given."""
         fields = {a.name: x for a, x in zip(self.grid.axes, coordinates, strict=True) if a.name != without}
         if self.move.timed and stage is not None:
@@ -111,5 +121,7 @@ class Menu:
         move = self.move
         charge = move.charge(s, c) if callable(move.charge) else move.charge
         if np.any(np.isnan(np.asarray(charge, dtype=float))):
-            raise ValueError(f"move {move.name!r}: charge must be a number ($), infinite where it is not allowed; got NaN")
+            raise ValueError(
+                f"move {move.name!r}: charge must be a number ($), infinite where it is not allowed; got NaN"
+            )
         return charge if move.allowed is None else np.where(move.allowed(s, c), charge, np.inf)

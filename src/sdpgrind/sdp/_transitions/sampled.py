@@ -53,9 +53,15 @@ class Sampled:
 
     def __post_init__(self) -> None:
         if not callable(self.step):
-            raise TypeError(f"step must be a function f(s, c, e) that gives the coordinates after the move; got {self.step!r}")
-        if not isinstance(self.noise, Mapping) or not all(isinstance(law, Law) for law in self.noise.values()):
-            raise TypeError(f"noise must be laws by name, such as {{'e': sdp.Normal(0.0, 1.0)}}; got {self.noise!r}")
+            raise TypeError(
+                f"step must be a function f(s, c, e) that gives the coordinates after the move; got {self.step!r}"
+            )
+        if not isinstance(self.noise, Mapping) or not all(
+            isinstance(law, Law) for law in self.noise.values()
+        ):
+            raise TypeError(
+                f"noise must be laws by name, such as {{'e': sdp.Normal(0.0, 1.0)}}; got {self.noise!r}"
+            )
 
     def quadrature(self) -> tuple[dict[str, Floats], Floats]:
         """Return the noise points by name and their joint weights, each (Q,)."""
@@ -71,20 +77,32 @@ class Sampled:
         after = self.step(s, c, e)
         if not isinstance(after, tuple) or len(after) != len(menu.grid.axes):
             got = f"a tuple of {len(after)}" if isinstance(after, tuple) else type(after).__name__
-            raise TypeError(f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}")
-        charge = 0.0 if self.charge is None else self.charge(s, c, record("N", tuple(a.name for a in menu.grid.axes))(*after))
+            raise TypeError(
+                f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}"
+            )
+        charge = (
+            0.0
+            if self.charge is None
+            else self.charge(s, c, record("N", tuple(a.name for a in menu.grid.axes))(*after))
+        )
         shape = np.broadcast_shapes(*(np.shape(x) for x in after), np.shape(charge))
         return tuple(np.broadcast_to(np.asarray(x, dtype=float), shape) for x in after), charge
 
-    def rows(self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats) -> Rows:
+    def rows(
+        self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats
+    ) -> Rows:
         """Return the one-step distribution from P points with one control each."""
         noise, weight = self.quadrature()
         e = record("E", tuple(noise))(**{name: x[None, :] for name, x in noise.items()})
         column = tuple(p[:, None] for p in points)
-        s = menu.state(column, None if mode is None else mode[:, None], stage if np.ndim(stage) == 0 else stage[:, None])
+        s = menu.state(
+            column, None if mode is None else mode[:, None], stage if np.ndim(stage) == 0 else stage[:, None]
+        )
         after, extra = self.arrive(menu, s, menu.controls(choice[:, None], level[:, None]), e)
         full = (points[0].size, weight.size)
-        penalty = np.broadcast_to(menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), full[:1])
+        penalty = np.broadcast_to(
+            menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), full[:1]
+        )
         after, extra = masked(menu, after, extra, np.isfinite(penalty)[:, None], full)
         landing = land(menu, after)
         index = np.broadcast_to(np.arange(full[0])[:, None], full)
@@ -112,7 +130,9 @@ class Sampled:
         rng: np.random.Generator,
     ) -> tuple[tuple[Floats, ...], Any]:
         """Draw the next coordinates and the charge that depends on them."""
-        e = record("E", tuple(self.noise))(**{name: law.sample(rng, points[0].shape) for name, law in self.noise.items()})
+        e = record("E", tuple(self.noise))(
+            **{name: law.sample(rng, points[0].shape) for name, law in self.noise.items()}
+        )
         return self.arrive(menu, menu.state(points, mode, stage), menu.controls(choice, level), e)
 
 
@@ -162,7 +182,10 @@ def masked(
     menu: Menu, after: tuple[Floats, ...], extra: Any, allowed: Any, shape: tuple[int, ...]
 ) -> tuple[tuple[Floats, ...], Floats]:
     """Return next coordinates and charges of this shape; where the move is not allowed: on the grid, for nothing."""
-    inside = tuple(np.where(allowed, np.broadcast_to(x, shape), axis.low) for axis, x in zip(menu.grid.axes, after, strict=True))
+    inside = tuple(
+        np.where(allowed, np.broadcast_to(x, shape), axis.low)
+        for axis, x in zip(menu.grid.axes, after, strict=True)
+    )
     return inside, np.where(allowed, np.broadcast_to(extra, shape), 0.0)
 
 

@@ -53,7 +53,9 @@ class Shift:
             raise ValueError(f"the axis {self.axis!r} of a Shift must have scale 'linear'; got 'log'")
         return names.index(self.axis)
 
-    def rows(self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats) -> Rows:
+    def rows(
+        self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats
+    ) -> Rows:
         """Return the exact one-step distribution from P points with one control each."""
         grid, ax = menu.grid, self.position(menu.grid)
         s, c = menu.state(points, mode, stage, without=self.axis), menu.controls(choice, level)
@@ -70,13 +72,22 @@ class Shift:
         matrix = np.moveaxis(whole.reshape(x.size, *full), -1, ax + 1).reshape(x.size, grid.size)
         charge = charge + penalty
         arrival = mode if menu.into is None else menu.into[choice]
-        return Rows(matrix, np.broadcast_to(0 if arrival is None else arrival, x.shape).astype(int), charge, stopped, tails)
+        return Rows(
+            matrix,
+            np.broadcast_to(0 if arrival is None else arrival, x.shape).astype(int),
+            charge,
+            stopped,
+            tails,
+        )
 
     @staticmethod
     def _targets(menu: Menu, ax: int, after: Any, allowed: Any) -> tuple[Ints, Floats]:
         """Nodes (flat, over the other axes) and weights, (corners, *shape of `allowed`), of where the others arrive."""
         rest, shape = [k for k in range(len(menu.grid.axes)) if k != ax], allowed.shape
-        index = [arrived(menu, k, np.where(allowed, value, menu.grid.axes[k].low)) for k, value in zip(rest, after, strict=True)]
+        index = [
+            arrived(menu, k, np.where(allowed, value, menu.grid.axes[k].low))
+            for k, value in zip(rest, after, strict=True)
+        ]
         node, part = corners([menu.grid.shape[k] for k in rest], index)
         return np.broadcast_to(node, (len(node), *shape)) if not rest else node, np.broadcast_to(
             part, (len(part), *shape)
@@ -114,12 +125,16 @@ def arrived(menu: Menu, axis: int, value: Any) -> Any:
     return np.clip(index, 0.0, top)
 
 
-def _line(menu: Menu, ax: int, law: Law, x: Floats, allowed: Any) -> tuple[Floats, Floats, Floats, tuple[Tail, ...]]:
+def _line(
+    menu: Menu, ax: int, law: Law, x: Floats, allowed: Any
+) -> tuple[Floats, Floats, Floats, tuple[Tail, ...]]:
     """Weights (P, nodes of the falling axis) from points x, expected charge and probability of the exits, and their tails."""
     axis, place = menu.grid.axes[ax], menu.grid.surrounded(ax)
     y, h = x - place[:, None], np.diff(place)
     # Below the mean the differences of E (y-D)+ are the accurate ones, above it those of E (D-y)+: noise has no sign.
-    below, above = (np.diff(np.diff(curve, axis=0) / h[:, None], axis=0) for curve in (law.under(y), law.over(y)))
+    below, above = (
+        np.diff(np.diff(curve, axis=0) / h[:, None], axis=0) for curve in (law.under(y), law.over(y))
+    )
     weight = np.broadcast_to(np.where(y[1:-1] <= law.mean, below, above), (axis.nodes, *x.shape)).T.copy()
     charge, stopped, tails = np.zeros(x.shape), np.zeros(x.shape), []
     for end, node in ((Exit.low(menu.problem, axis), 0), (Exit.high(menu.problem, axis), -1)):

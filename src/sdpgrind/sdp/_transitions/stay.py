@@ -23,7 +23,9 @@ class Stay:
     2
     """
 
-    def rows(self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats) -> Rows:
+    def rows(
+        self, menu: Menu, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Ints, level: Floats
+    ) -> Rows:
         """Return the one-step distribution from P points with one control each."""
         node, part = menu.grid.corners([menu.grid.index(k, p) for k, p in enumerate(points)])
         size, corners = choice.size, len(node)
@@ -31,11 +33,16 @@ class Stay:
         cells = np.broadcast_to(node.reshape(corners, -1), (corners, size)).ravel()
         weights = np.broadcast_to(part.reshape(corners, -1), (corners, size)).ravel()
         matrix = sparse.csr_array((weights, (at, cells)), shape=(size, menu.grid.size))
-        charge = np.broadcast_to(menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), (size,)).astype(
-            float
-        )
+        charge = np.broadcast_to(
+            menu.penalty(menu.state(points, mode, stage), menu.controls(choice, level)), (size,)
+        ).astype(float)
         arrival = mode if menu.into is None else menu.into[choice]
-        return Rows(matrix, np.broadcast_to(0 if arrival is None else arrival, (size,)).astype(int), charge, np.zeros(size))
+        return Rows(
+            matrix,
+            np.broadcast_to(0 if arrival is None else arrival, (size,)).astype(int),
+            charge,
+            np.zeros(size),
+        )
 
     def sample(
         self,

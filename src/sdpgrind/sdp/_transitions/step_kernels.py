@@ -41,7 +41,9 @@ def compiled_step(menu: Menu) -> Any:
 
 
 @lru_cache(maxsize=32)
-def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after: Any, sizes: tuple[int, int, int, int]) -> Any:
+def _kernel(
+    step: Any, charge: Any, state: Any, control: Any, noise: Any, after: Any, sizes: tuple[int, int, int, int]
+) -> Any:
     """The sweep over rows, nodes and noise for one step function; compiled once for each."""
     n_state, n_control, n_noise, n_axes = sizes
     step = njit(step)
@@ -49,7 +51,23 @@ def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after:
     charged = charge is not None
 
     @njit(nogil=True)
-    def sweep(points, controls, noises, weight, axes, logs, edges, shape, extra, sides, value, target, level, penalty, q):
+    def sweep(
+        points,
+        controls,
+        noises,
+        weight,
+        axes,
+        logs,
+        edges,
+        shape,
+        extra,
+        sides,
+        value,
+        target,
+        level,
+        penalty,
+        q,
+    ):
         """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite.
 
         Return the worst coordinate that left a refused edge (NaN: none did; infinite: one was no number).
@@ -77,7 +95,11 @@ def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after:
                         for side in range(2):
                             out = y < axes[a, 0] if side == 0 else y > axes[a, 1]
                             kind = edges[a, side]
-                            if out and kind == REFUSE and abs(y - axes[a, side]) > 1e-9 * (axes[a, 1] - axes[a, 0]):
+                            if (
+                                out
+                                and kind == REFUSE
+                                and abs(y - axes[a, side]) > 1e-9 * (axes[a, 1] - axes[a, 0])
+                            ):
                                 worst = y
                             if inside and kind == STOP and out:
                                 inside = False
@@ -92,7 +114,9 @@ def _kernel(step: Any, charge: Any, state: Any, control: Any, noise: Any, after:
                                 here += extra[a, side]
                         i = 0.0
                         if y > axes[a, 0] or not logs[a]:
-                            i = ((np.log(y) - np.log(axes[a, 0])) if logs[a] else (y - axes[a, 0])) / axes[a, 2]
+                            i = ((np.log(y) - np.log(axes[a, 0])) if logs[a] else (y - axes[a, 0])) / axes[
+                                a, 2
+                            ]
                         i = min(max(i, 0.0), shape[a] - 1.0)
                         low[a] = min(int(i), shape[a] - 2)
                         part[a] = i - low[a]
@@ -139,13 +163,17 @@ def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats
         if np.isinf(worst):
             raise ValueError(f"move {menu.move.name!r}: step must give numbers; got NaN or an infinity")
         if not np.isnan(worst):
-            raise ValueError(f"move {menu.move.name!r} must not leave an axis whose edge is 'refuse'; got {worst:g}")
+            raise ValueError(
+                f"move {menu.move.name!r} must not leave an axis whose edge is 'refuse'; got {worst:g}"
+            )
     return out
 
 
 def _columns(fields: Any, length: int) -> Floats:
     return np.ascontiguousarray(
-        np.array([np.broadcast_to(np.asarray(f, dtype=float), length) for f in fields]).reshape(len(fields), length).T
+        np.array([np.broadcast_to(np.asarray(f, dtype=float), length) for f in fields])
+        .reshape(len(fields), length)
+        .T
     )
 
 
@@ -155,7 +183,11 @@ def _edges(menu: Menu) -> tuple[Any, ...]:
     kinds, extra = np.zeros((len(grid.axes), 2), dtype=np.int64), np.zeros((len(grid.axes), 2))
     for k, axis in enumerate(grid.axes):
         for side, edge in enumerate((axis.below, axis.above)):
-            kinds[k, side] = {"hold": HOLD, "stop": STOP, "refuse": REFUSE}.get(edge, NUMBER) if isinstance(edge, str) else NUMBER
+            kinds[k, side] = (
+                {"hold": HOLD, "stop": STOP, "refuse": REFUSE}.get(edge, NUMBER)
+                if isinstance(edge, str)
+                else NUMBER
+            )
             extra[k, side] = 0.0 if isinstance(edge, str) else edge
     logs = np.array([a.scale == "log" for a in grid.axes])
     return axes, logs, kinds, np.array(grid.shape, dtype=np.int64), extra, _sides(menu)

@@ -105,7 +105,11 @@ class Hierarchy:
             checks.kind("parent", parent, Contour)
         options = (reestimate, replan, feedforward, parent, datum, lead_out)
         self._identity = (policy.problem, policy.dataset, disc, loop.identity, *options)
-        self._job = dict(policy.problem.job) | disc.job | {"datum": (datum, "mm"), "lead_out": (lead_out, "mm"), "parent": parent}
+        self._job = (
+            dict(policy.problem.job)
+            | disc.job
+            | {"datum": (datum, "mm"), "lead_out": (lead_out, "mm"), "parent": parent}
+        )
         most = policy.problem.force_max * (1 + 1e-9)  # a pass at its limit is at it but for rounding
         self.tiers: dict[str, Any] = {
             "sequence": _SequenceTier(policy, reestimate, replan),
@@ -149,7 +153,9 @@ class Hierarchy:
 
 def _refuse_other_process(planned: GrindingProcess, own: GrindingProcess) -> None:
     if planned != own:
-        raise ValueError(f"policy must be for the process of the disc; got one for {planned!r} and a disc with {own!r}")
+        raise ValueError(
+            f"policy must be for the process of the disc; got one for {planned!r} and a disc with {own!r}"
+        )
 
 
 class _SequenceTier(Stateful):
@@ -164,7 +170,9 @@ class _SequenceTier(Stateful):
         self._policy, self._reestimate, self._replan = policy, reestimate, replan
         self.reads = {"height": "mm", "time_left": "s"}
         if reestimate:
-            self.reads |= dict.fromkeys(("grinding_power",), "W") | dict.fromkeys(("normal_force", "tangential_force"), "N")
+            self.reads |= dict.fromkeys(("grinding_power",), "W") | dict.fromkeys(
+                ("normal_force", "tangential_force"), "N"
+            )
             self.reads |= {"removal_rate": "mm^3/s"}
         self.reset()
 
@@ -177,7 +185,9 @@ class _SequenceTier(Stateful):
         problem = self._policy.problem
         if self._reestimate and self._learner.learn(**others):
             self._model = self._learner.model
-            self._follow.follow(plan_sequence(problem.replace(model=self._model), tolerance=None, nodes=NODES))
+            self._follow.follow(
+                plan_sequence(problem.replace(model=self._model), tolerance=None, nodes=NODES)
+            )
         if self._begun and not self._replan:
             height = nan
         self._begun = True
@@ -195,7 +205,11 @@ class _SequenceTier(Stateful):
         if time_left >= 0 or isnan(time_left):
             return time_left
         problem = self._policy.problem
-        return 0.0 if problem.lateness_charge is None else floor(time_left / problem.stage + 1e-9) * problem.stage
+        return (
+            0.0
+            if problem.lateness_charge is None
+            else floor(time_left / problem.stage + 1e-9) * problem.stage
+        )
 
 
 class _Learner:
@@ -230,7 +244,11 @@ class _Learner:
         ratio = tangential_force / normal_force
         self._friction.update([1 / (PRIOR * first.friction_ratio)], ratio / (PRIOR * first.friction_ratio))
         energy, idle = self._power.estimate.value
-        found = {"specific_energy": energy, "idle_power": max(idle, 0.0), "friction_ratio": self._friction.estimate.value[0]}
+        found = {
+            "specific_energy": energy,
+            "idle_power": max(idle, 0.0),
+            "friction_ratio": self._friction.estimate.value[0],
+        }
         self.model = first.replace(**{name: float(value) for name, value in found.items()})
         return True
 
@@ -239,7 +257,12 @@ class _PassTier:
     """Plans the next pass on the scanned bead."""
 
     tier, period = "pass", None
-    reads: Mapping[str, str] = {"profile": "mm", "profile_x": "mm", "mean_cut": "mm", "planned_feed": "mm/s"} | _ESTIMATED
+    reads: Mapping[str, str] = {
+        "profile": "mm",
+        "profile_x": "mm",
+        "mean_cut": "mm",
+        "planned_feed": "mm/s",
+    } | _ESTIMATED
     commands: Mapping[str, str] = {
         "start": "", "feed_rate": "mm/s", "start_x": "mm",
         "plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm",
@@ -248,7 +271,9 @@ class _PassTier:
         "volume": "mm^3", "shortfall": "mm^3", "force": "N", "burn_margin": "N", "power_max": "W", "contour_height": "mm",
     }  # fmt: skip
 
-    def __init__(self, policy: SequencePolicy, disc: TiltedDisc, parent: Contour | None, lead_out: float) -> None:
+    def __init__(
+        self, policy: SequencePolicy, disc: TiltedDisc, parent: Contour | None, lead_out: float
+    ) -> None:
         self._disc, self._problem, self._parent, self._lead_out = disc, policy.problem, parent, lead_out
         self.reset()
 
@@ -270,17 +295,26 @@ class _PassTier:
             return {"stop": 1.0} if not stop and mean_cut < _LEAST_CUT else {}
         model = {name: others[name] for name in _ESTIMATED if not isnan(others.get(name, nan))}
         bead = Contour(np.asarray(profile_x, dtype=float), np.asarray(profile, dtype=float))
-        plan = plan_pass(self._in_time(self._asked(bead, mean_cut, planned_feed, self._disc.replace(**model))))
+        plan = plan_pass(
+            self._in_time(self._asked(bead, mean_cut, planned_feed, self._disc.replace(**model)))
+        )
         self._report = _summary(plan)
         names = {"plan_time": "time", "normal_force_plan": "normal_force", "fly_height_plan": "fly_height"}
-        arrays = {name: getattr(plan, column) for name, column in (names | {"center_x_plan": "center_x"}).items()}
+        arrays = {
+            name: getattr(plan, column) for name, column in (names | {"center_x_plan": "center_x"}).items()
+        }
         feed = plan.problem.feed_rate
         return arrays | {"start": 1.0, "feed_rate": feed, "start_x": float(plan.center_x[0]) - _LEAD * feed}
 
     def _asked(self, bead: Contour, mean_cut: float, feed_rate: float, disc: TiltedDisc) -> PassProblem:
-        limits: dict[str, Any] = {"burn_limit": self._problem.burn_limit, "normal_force_max": self._problem.force_max}
+        limits: dict[str, Any] = {
+            "burn_limit": self._problem.burn_limit,
+            "normal_force_max": self._problem.force_max,
+        }
         limits["allow_overground"] = True  # how deep to go is the sequence's affair: it pays for it
-        return PassProblem(disc, bead, mean_cut=mean_cut, feed_rate=feed_rate, target_shape=self._parent, **limits)
+        return PassProblem(
+            disc, bead, mean_cut=mean_cut, feed_rate=feed_rate, target_shape=self._parent, **limits
+        )
 
     def _in_time(self, asked: PassProblem) -> PassProblem:
         """Fed as much faster as it takes to spend no more time, leads included: a stage that is begun is lost."""

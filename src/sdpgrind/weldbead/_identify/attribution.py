@@ -97,7 +97,9 @@ class _LawFit(NamedTuple):
     sd: Floats
 
 
-def estimate_scatter(data: Any, method: str, *, model: GrindingProcess | None, law: str, depth_noise: float) -> ScatterEstimate:
+def estimate_scatter(
+    data: Any, method: str, *, model: GrindingProcess | None, law: str, depth_noise: float
+) -> ScatterEstimate:
     """Compare the attributions; see `identify`."""
     read, process = _passes(data, model, method)
     fits = {name: _fitted(read, process, name, method == "fit", law, depth_noise) for name in ATTRIBUTIONS}
@@ -149,7 +151,9 @@ def estimate_law(
         )
     if attribution is None:
         attribution = estimate_scatter(data, "fit", model=model, law=law, depth_noise=depth_noise).favoured
-    fit = _fitted(read, process, checks.one_of("attribution", attribution, ATTRIBUTIONS), True, law, depth_noise)
+    fit = _fitted(
+        read, process, checks.one_of("attribution", attribution, ATTRIBUTIONS), True, law, depth_noise
+    )
     if bandwidth is None:
         bandwidth = float((0.75 * read.points) ** -0.2) if method == "kernel" else 0.0
     return fit.scatter.replace(law="empirical", sample=tuple(fit.unit.tolist()), bandwidth=bandwidth)
@@ -167,16 +171,23 @@ def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[idf.
     return (read.levels("normal_force") if method == "fit" else read), model
 
 
-def _fitted(read: idf.Readings, process: GrindingProcess, name: str, refit: bool, law: str, noise: float) -> _LawFit:
+def _fitted(
+    read: idf.Readings, process: GrindingProcess, name: str, refit: bool, law: str, noise: float
+) -> _LawFit:
     """The relative sd of greatest likelihood under one attribution."""
 
     def tried(log_r: float) -> _LawFit:
         scatter = Scatter(name, float(np.exp(log_r)), law=law)
-        return _evaluated(read, _refitted(read, process, scatter, noise) if refit else process, scatter, noise)
+        return _evaluated(
+            read, _refitted(read, process, scatter, noise) if refit else process, scatter, noise
+        )
 
     bound = float(np.log(0.5 if law == "normal" else 3.0))
     found = minimize_scalar(
-        lambda log_r: -tried(log_r).likelihood, bounds=(np.log(1e-4), bound), method="bounded", options={"xatol": 1e-7}
+        lambda log_r: -tried(log_r).likelihood,
+        bounds=(np.log(1e-4), bound),
+        method="bounded",
+        options={"xatol": 1e-7},
     )
     best = tried(float(found.x))
     # Greatest likelihood divides by n where n less the number of fitted coefficients is due.
@@ -191,7 +202,9 @@ def _evaluated(read: idf.Readings, process: GrindingProcess, scatter: Scatter, n
     return _LawFit(scatter, process, likelihood, unit, sd)
 
 
-def _mean_and_sd(read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> tuple[Floats, Floats]:
+def _mean_and_sd(
+    read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float
+) -> tuple[Floats, Floats]:
     mean, sd = scatter.moments(process, read["normal_force"], read["feed_rate"])
     if scatter.law == "rayleigh":
         sd = np.minimum(sd, mean / sdp.Rayleigh.SWITCH)
@@ -199,7 +212,9 @@ def _mean_and_sd(read: idf.Readings, process: GrindingProcess, scatter: Scatter,
     return mean, np.sqrt(sd**2 + noise**2 + floor**2)
 
 
-def _refitted(read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float) -> GrindingProcess:
+def _refitted(
+    read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float
+) -> GrindingProcess:
     """K1 and K2 of the mean cut under that scatter: the removal rate on the power, weighted, three times over."""
     power = scatter.expected(process).grinding_power(read["normal_force"])
     whole = process.bead_width * read["feed_rate"]

@@ -16,7 +16,9 @@ _OF_POWER = {"grinding_power": "W", "removal_rate": "mm^3/s"}
 _OF_FRICTION = {"normal_force": "N", "tangential_force": "N"}
 
 
-def estimate_power(data: Any, method: str, *, forgetting: float, noise_ratio: float | None, throw: bool) -> idf.Estimate:
+def estimate_power(
+    data: Any, method: str, *, forgetting: float, noise_ratio: float | None, throw: bool
+) -> idf.Estimate:
     """K1 and K2 of Pi = K1 Q + K2, by one of `POWER_METHODS`."""
     read = idf.readings(data, _OF_POWER, tier="sequence", each="passes").require(3).levels("grinding_power")
     power, rate = read["grinding_power"], read["removal_rate"]
@@ -66,7 +68,9 @@ def _recursive(
 
 def _swapped(line: idf.Estimate) -> idf.Estimate:
     """Estimate of (K1, K2) from that of the line power = K2 + K1 rate."""
-    return line.replace(names=POWER, value=line.value[::-1], covariance=line.covariance[::-1, ::-1], units=_POWER_UNITS)
+    return line.replace(
+        names=POWER, value=line.value[::-1], covariance=line.covariance[::-1, ::-1], units=_POWER_UNITS
+    )
 
 
 def _coefficients(line: idf.Estimate) -> idf.Estimate:
@@ -75,7 +79,9 @@ def _coefficients(line: idf.Estimate) -> idf.Estimate:
     if not line.ok or b <= 0:
         status = idf.Status.UNDETERMINED if not line.ok else idf.Status.IMPOSSIBLE
         endless = np.diag(np.full(2, np.inf))
-        return line.replace(names=POWER, value=np.zeros(2), covariance=endless, status=status, message="", units=_POWER_UNITS)
+        return line.replace(
+            names=POWER, value=np.zeros(2), covariance=endless, status=status, message="", units=_POWER_UNITS
+        )
     slope = np.array([[0.0, -1 / b**2], [-1 / b, a / b**2]])
     value, covariance = np.array([1 / b, -a / b]), slope @ line.covariance @ slope.T
     return line.replace(names=POWER, value=value, covariance=covariance, units=_POWER_UNITS)

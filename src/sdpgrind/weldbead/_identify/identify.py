@@ -134,4 +134,6 @@ def identify(
     noise = checks.nonnegative("depth_noise", depth_noise, "mm")
     if what == "scatter":
         return estimate_scatter(data, method, model=model, law=law, depth_noise=noise)
-    return estimate_law(data, method, model=model, law=law, depth_noise=noise, attribution=attribution, bandwidth=bandwidth)
+    return estimate_law(
+        data, method, model=model, law=law, depth_noise=noise, attribution=attribution, bandwidth=bandwidth
+    )

@@ -60,8 +60,13 @@ class CoefficientScatter(Described):
         (True, True)
         """
         names = ("specific_energy", "idle_power", "friction_ratio")
-        factors = [_lognormal(getattr(self, name), normal) for name, normal in zip(names, rng.standard_normal(3), strict=True)]
-        return process.replace(**{name: getattr(process, name) * f for name, f in zip(names, factors, strict=True)})
+        factors = [
+            _lognormal(getattr(self, name), normal)
+            for name, normal in zip(names, rng.standard_normal(3), strict=True)
+        ]
+        return process.replace(
+            **{name: getattr(process, name) * f for name, f in zip(names, factors, strict=True)}
+        )
 
 
 def drawn_disc(scatter: CoefficientScatter, disc: TiltedDisc, rng: np.random.Generator) -> TiltedDisc:

@@ -28,7 +28,9 @@ class _Pass(NamedTuple):
         return self.process.bead_width * self.feed_rate
 
 
-def blamed(scatter: Scatter, process: GrindingProcess, normal_force: float, feed_rate: float, cut: float) -> PassCoefficients:
+def blamed(
+    scatter: Scatter, process: GrindingProcess, normal_force: float, feed_rate: float, cut: float
+) -> PassCoefficients:
     """Coefficients with which the static cut (Brown (4.4)-(4.8)) is exactly `cut` (mm) at this force and feed.
 
     Where several coefficients scatter, each takes the share of the deviation that it has of the variance.
@@ -56,9 +58,13 @@ def _shares(scatter: Scatter, done: _Pass) -> tuple[float, list[tuple[str, float
     names = (scatter.attribution,) if isinstance(scatter.attribution, str) else scatter.attribution
     if not isinstance(scatter.relative_sd, tuple) or float(sd) == 0:
         return float(mean), [(names[-1], 1.0)]
-    single = [scatter.replace(attribution=n, relative_sd=r) for n, r in zip(names, scatter.relative_sd, strict=True)]
+    single = [
+        scatter.replace(attribution=n, relative_sd=r) for n, r in zip(names, scatter.relative_sd, strict=True)
+    ]
     variances = [float(each.moments(*done)[1]) ** 2 for each in single]
-    return float(mean), [(name, variance / sum(variances)) for name, variance in zip(names, variances, strict=True)]
+    return float(mean), [
+        (name, variance / sum(variances)) for name, variance in zip(names, variances, strict=True)
+    ]
 
 
 def _specific_energy(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficients:

@@ -106,7 +106,11 @@ class PredictiveController(ForceController):
         if not (lost or isnan(force)):
             self._estimate += law.corrects * (force - wanted - float(law.drifting.C @ self._estimate))
         change = self._first_move(held, position, foreseen, time)
-        command = rest[1] + min(self._core.approach, self._core.rate) if lost else position + (held + change) / stiffness
+        command = (
+            rest[1] + min(self._core.approach, self._core.rate)
+            if lost
+            else position + (held + change) / stiffness
+        )
         command = self._within(command, rest[1])
         foreseen[:] = law.scaled.A @ foreseen + law.scaled.B * demand
         self._estimate = law.drifting.A @ self._estimate + law.drifting.B * stiffness * (command - position)
@@ -136,7 +140,9 @@ class PredictiveController(ForceController):
         found = self._solve(np.append(look.moves.T @ base, 0.0), low, high, rows, np.append(moves, 0.0))
         return float(found if found is not None else moves[0])
 
-    def _bounds(self, held: float, position: float, foreseen: Floats, base: Floats, time: float) -> tuple[Floats, Floats, Floats]:
+    def _bounds(
+        self, held: float, position: float, foreseen: Floats, base: Floats, time: float
+    ) -> tuple[Floats, Floats, Floats]:
         """Limits of command, rate, contact and slack over the horizon, in N of the correction."""
         n, stiffness, core = self._predictive.horizon, self._loop.plant.contact_stiffness, self._core
         ahead = [self._ahead(time + k * self.period) for k in range(n)]

@@ -19,7 +19,9 @@ from sdpgrind.weldbead.force._reference import ForceReference, Trajectory
 FORCE_MAX = 90.0
 _MEASURED = {"force": "N", "pass_time": "s", "center_x": "mm"}
 _SET_POINTS = {"plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm"}
-_PLACE_TRUST = 0.2  # share of what the gauge of the feed says in the time of a sample; the rest is that of the clock
+_PLACE_TRUST = (
+    0.2  # share of what the gauge of the feed says in the time of a sample; the rest is that of the clock
+)
 
 
 class ForceController(Stateful):
@@ -133,7 +135,15 @@ class ForceController(Stateful):
         """What tells this controller from another one: its loop, limits and plan."""
         reference = self._reference if self._plan is not None else None
         plan = None if reference is None else (reference.time, reference.normal_force, reference.fly_height)
-        return type(self).__name__, self._loop.identity, self._limits, self._blend, self._feedforward, self._datum, plan
+        return (
+            type(self).__name__,
+            self._loop.identity,
+            self._limits,
+            self._blend,
+            self._feedforward,
+            self._datum,
+            plan,
+        )
 
     def follow(self, plan: Trajectory) -> None:
         """Start a new pass with another plan.
@@ -240,7 +250,11 @@ class ForceController(Stateful):
         order, model = self._loop.law.system.order, self._core.model
         foreseen = float(model.C @ self._state[order : order + len(model.C)])
         reference = foreseen if self._feedforward else self._demand
-        return {"force_demand": self._demand, "force_reference": reference, "correction": float(self._state[-4])}
+        return {
+            "force_demand": self._demand,
+            "force_reference": reference,
+            "correction": float(self._state[-4]),
+        }
 
     def _command(self, force: float, demand: float, position: float, time: float) -> float:
         """Command (mm) of one sample."""
@@ -280,7 +294,9 @@ class ForceController(Stateful):
     def _known(self) -> ForceReference:
         if self._reference is None:
             names = ", ".join(_SET_POINTS)
-            raise ValueError(f"plan must be given before the first step, or come with it as set-points {names}")
+            raise ValueError(
+                f"plan must be given before the first step, or come with it as set-points {names}"
+            )
         return self._reference
 
     def _ahead(self, time: float) -> tuple[float, float]:

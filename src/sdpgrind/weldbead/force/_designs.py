@@ -58,7 +58,9 @@ def _given(plant: ForcePlant | None, limits: DesignLimits | None) -> tuple[Force
     return plant, DesignLimits() if limits is None else checks.kind("limits", limits, DesignLimits)
 
 
-def q_loop(plant: ForcePlant | None = None, limits: DesignLimits | None = None, *, taps: int = 40) -> ForceLoop:
+def q_loop(
+    plant: ForcePlant | None = None, limits: DesignLimits | None = None, *, taps: int = 40
+) -> ForceLoop:
     """Return the loop of largest bandwidth that any linear law reaches within the limits: the yardstick.
 
     Parameters
@@ -82,7 +84,12 @@ def q_loop(plant: ForcePlant | None = None, limits: DesignLimits | None = None, 
     """
     plant, limits = _given(plant, limits)
     seen, weight = runout_weight(plant)
-    both = QLimits(*(limits.sensitivity_max, limits.complementary_max), tuple(seen), tuple(weight), limits.runout_response)
+    both = QLimits(
+        *(limits.sensitivity_max, limits.complementary_max),
+        tuple(seen),
+        tuple(weight),
+        limits.runout_response,
+    )
     filter, _ = q_design(plant.sampled, both, taps=taps)
     return ForceLoop(Law.internal_model(plant.sampled, filter), plant, "convex")
 
@@ -169,17 +176,27 @@ class DisturbanceObserver(Described):
         """
         plant = ForcePlant() if plant is None else plant
         one = cls(1.0, plant=plant)
-        return tuned(lambda cut, lead: one._law(hz(cut), lead - 1.0), ((0.2, 30.0), (1.0, 2.0)), plant, limits, "observer")
+        return tuned(
+            lambda cut, lead: one._law(hz(cut), lead - 1.0),
+            ((0.2, 30.0), (1.0, 2.0)),
+            plant,
+            limits,
+            "observer",
+        )
 
     def _law(self, cutoff: float, lead: float) -> Law:
         T, slow = self.plant.sample_time, self.plant.drive.reduced[0]
         a, p = lead * np.exp(-slow * T), np.exp(-cutoff * T)
         first = Sampled(np.array([[p]]), np.array([1 - p]), np.array([p]), 1 - p, T)
         zero = Sampled(np.zeros((1, 1)), np.ones(1), np.array([-a / (1 - a)]), 1 / (1 - a), T)
-        return Law.internal_model(self.plant.sampled, first.then(first).then(zero).scaled(1 / self.plant.contact_stiffness))
+        return Law.internal_model(
+            self.plant.sampled, first.then(first).then(zero).scaled(1 / self.plant.contact_stiffness)
+        )
 
 
-def tuned(family: _Family, ranges: _Ranges, plant: ForcePlant, limits: DesignLimits | None, name: str) -> ForceLoop:
+def tuned(
+    family: _Family, ranges: _Ranges, plant: ForcePlant, limits: DesignLimits | None, name: str
+) -> ForceLoop:
     """Loop of largest bandwidth of a family of two positive parameters."""
     return ForceLoop(family(*best_parameters(family, ranges, plant, limits, name)), plant, name)
 
@@ -210,7 +227,10 @@ def best_parameters(
 
 
 def _points(centre: Floats, width: Floats, low: Floats, high: Floats, number: int) -> Floats:
-    lines = [np.clip(np.linspace(c - w, c + w, number), a, b) for c, w, a, b in zip(centre, width, low, high, strict=True)]
+    lines = [
+        np.clip(np.linspace(c - w, c + w, number), a, b)
+        for c, w, a, b in zip(centre, width, low, high, strict=True)
+    ]
     return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
 
 

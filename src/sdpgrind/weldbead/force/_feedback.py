@@ -61,7 +61,11 @@ class ForcePlant(Described):
         sensor = continuous(*self.sensor.analogue)
         A, B, C = _series(drive, sensor)
         chain = held(A, B, C, 0.0, self.sensor.inner_time)
-        return chain.then(self.sensor.digital_system).every(self.sensor.inner_rate or 1).scaled(self.contact_stiffness)
+        return (
+            chain.then(self.sensor.digital_system)
+            .every(self.sensor.inner_rate or 1)
+            .scaled(self.contact_stiffness)
+        )
 
     @cached_property
     def sampled(self) -> Sampled:
@@ -112,7 +116,9 @@ class ForceLoop(Described):
         same_sample_time(self.plant, self.law.system)
         worst = float(np.max(np.abs(self.open.closed().poles)))
         if worst >= 1:
-            raise ValueError(f"law must give a stable loop: poles inside the unit circle; the largest modulus is {worst:.4g}")
+            raise ValueError(
+                f"law must give a stable loop: poles inside the unit circle; the largest modulus is {worst:.4g}"
+            )
 
     @property
     def sample_time(self) -> float:
@@ -171,7 +177,9 @@ class PI(Described):
         """The law in plain arrays, mm per N; limits change its sum so that it goes on from the applied command."""
         step = self.ki * self.sample_time
         one = np.ones(1)
-        return Law(Sampled(np.ones((1, 1)), one, step * one, self.kp + step / 2, self.sample_time), one / step)
+        return Law(
+            Sampled(np.ones((1, 1)), one, step * one, self.kp + step / 2, self.sample_time), one / step
+        )
 
     def loop(self, plant: ForcePlant | None = None) -> ForceLoop:
         """Return the loop that this law closes.

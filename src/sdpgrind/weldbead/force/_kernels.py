@@ -207,7 +207,9 @@ def plant_sample(command, drive, sensor, drive_core, sensor_core, surface, stiff
 
 
 @compiled
-def simulate_core(control, state, drive, sensor, queue, cores, demand, position, surface, stiffness, noise, record):
+def simulate_core(
+    control, state, drive, sensor, queue, cores, demand, position, surface, stiffness, noise, record
+):
     """Close the loop over stiff contact. `surface`: (samples, sub-steps) mm; `record`: forces (samples, sub-steps) N.
 
     Returns commands (mm) and sensor readings (N), one a sample.

@@ -47,7 +47,9 @@ def margins(loop: ForceLoop, delay_samples: int | None = None) -> Margins:
     if delay_samples is not None:
         loop = loop.delayed(delay_samples)
     spin = np.linspace(*RUNOUT_BAND, 601)
-    return dataclasses.replace(loop_margins(loop.open), runout_response=float(runout_response(loop, spin).max()))
+    return dataclasses.replace(
+        loop_margins(loop.open), runout_response=float(runout_response(loop, spin).max())
+    )
 
 
 def runout_response(loop: ForceLoop, spin: npt.ArrayLike) -> Floats:

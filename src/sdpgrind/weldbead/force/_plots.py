@@ -16,10 +16,20 @@ def plot_loop(record: Any) -> Any:
     shown, period = min(runs, _MOST_RUNS), record.time[-1] / samples
     faint = max(0.2, 1 - shown / 12)
     for k in range(shown):
-        name = dict.fromkeys(("reading", "force"), "_") if k else {"reading": "read", "force": "at the contact"}
+        name = (
+            dict.fromkeys(("reading", "force"), "_") if k else {"reading": "read", "force": "at the contact"}
+        )
         begins = period * np.arange(samples)
         top.plot(begins, record.reading[k], ".", color="0.7", ms=2, label=name["reading"], zorder=1)
-        top.plot(record.time, record.force[k], color=pictures.ACTUAL, lw=0.9, alpha=faint, label=name["force"], zorder=2)
+        top.plot(
+            record.time,
+            record.force[k],
+            color=pictures.ACTUAL,
+            lw=0.9,
+            alpha=faint,
+            label=name["force"],
+            zorder=2,
+        )
         low.step(begins, record.command[k], where="post", color=pictures.ACTUAL, lw=0.9, alpha=faint)
     top.plot(record.time, record.planned, "--", color=pictures.LIMIT, lw=1.2, label="planned", zorder=3)
     top.set_ylabel("normal force [N]")
@@ -27,5 +37,7 @@ def plot_loop(record: Any) -> Any:
     low.set(ylabel="platform command [mm]", xlabel="time [s]", xlim=(0, record.time[-1]))
     some = f", the first {shown} drawn" if shown < runs else ""
     rms = record.error_rms().mean()
-    figure.suptitle(f"{runs} run{'s' if runs > 1 else ''}{some}: force {rms:.3g} N rms off the plan", fontsize=10)
+    figure.suptitle(
+        f"{runs} run{'s' if runs > 1 else ''}{some}: force {rms:.3g} N rms off the plan", fontsize=10
+    )
     return figure

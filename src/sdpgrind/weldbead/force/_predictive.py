@@ -58,7 +58,9 @@ class Predictive(Described):
     plant: ForcePlant = part(ForcePlant, default_factory=ForcePlant)
 
     @classmethod
-    def design(cls, plant: ForcePlant | None = None, limits: DesignLimits | None = None, horizon: int = 20) -> "Predictive":
+    def design(
+        cls, plant: ForcePlant | None = None, limits: DesignLimits | None = None, horizon: int = 20
+    ) -> "Predictive":
         """Return the predictive law of largest bandwidth within the limits, over weight and drift.
 
         Parameters

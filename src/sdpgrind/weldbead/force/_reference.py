@@ -44,7 +44,9 @@ class ForceReference:
                     f"plan must have the arrays time (s), normal_force (N) and fly_height (mm), as passes.plan gives it;"
                     f" {checks.shown(plan)} has no {name}"
                 )
-        return cls.arrays(plan.time, plan.normal_force, plan.fly_height, force_max, getattr(plan, "center_x", None))
+        return cls.arrays(
+            plan.time, plan.normal_force, plan.fly_height, force_max, getattr(plan, "center_x", None)
+        )
 
     @classmethod
     def arrays(

@@ -90,7 +90,9 @@ class SensorChain(Described):
         """The digital low-pass as a sampled system (sample time in s)."""
         (b0, b1, b2), (_, a1, a2) = self.digital
         A = np.array([[-a1, 1.0], [-a2, 0.0]])
-        return Sampled(A, np.array([b1 - a1 * b0, b2 - a2 * b0]), np.array([1.0, 0.0]), float(b0), self.inner_time)
+        return Sampled(
+            A, np.array([b1 - a1 * b0, b2 - a2 * b0]), np.array([1.0, 0.0]), float(b0), self.inner_time
+        )
 
     def response(self, frequency: npt.ArrayLike) -> Complex:
         """Return the complex gain (N/N) from a force at angular frequencies to the output, before it is sampled.

@@ -117,7 +117,9 @@ def simulate_loop(
     checks.kind("controller", controller, ForceController, ", as force.ForceController(plan, loop) makes one")
     plant = controller.loop.plant if plant is None else checks.kind("plant", plant, ForcePlant)
     if abs(plant.sample_time - controller.period) > 1e-9 * controller.period:
-        raise checks.refuse("sample_time", f"the controller's {controller.period:g} in the plant", plant.sample_time, "s")
+        raise checks.refuse(
+            "sample_time", f"the controller's {controller.period:g} in the plant", plant.sample_time, "s"
+        )
     samples = int(np.ceil(checks.positive("duration", duration, "s") / controller.period - 1e-9))
     time = (1 + np.arange(samples * SUB_STEPS)) * controller.period / SUB_STEPS
     planned, touch = _contact(controller, time)
@@ -136,7 +138,9 @@ def _heights(surface: Callable[[Floats], Floats] | None, time: Floats) -> Floats
     checks.able("surface", surface, "None or a function of times (s) that gives heights (mm)", "__call__")
     heights = checks.finite_array("surface(time)", surface(time), "mm")
     if heights.shape not in ((), time.shape):
-        raise ValueError(f"surface(time) must be one height (mm) for each time (s); got {heights.shape} for {time.shape}")
+        raise ValueError(
+            f"surface(time) must be one height (mm) for each time (s); got {heights.shape} for {time.shape}"
+        )
     return np.broadcast_to(heights, time.shape)
 
 
@@ -146,7 +150,9 @@ def _contact(controller: ForceController, time: Floats) -> tuple[Floats, Floats]
     return pairs[:, 0], pairs[:, 1] - pairs[:, 0] / controller.loop.plant.contact_stiffness
 
 
-def _run(controller: ForceController, plant: ForcePlant, touch: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
+def _run(
+    controller: ForceController, plant: ForcePlant, touch: Floats, noise: Floats
+) -> tuple[Floats, Floats, Floats]:
     """One run: forces, commands, readings."""
     samples, step = len(noise), plant.sample_time / SUB_STEPS
     cores = plant.drive.core(step), plant.sensor.core(step)

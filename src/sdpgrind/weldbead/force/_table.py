@@ -40,7 +40,12 @@ def designs(plant: ForcePlant | None = None, limits: DesignLimits | None = None)
     >>> loops = force.designs(limits=force.DesignLimits(runout_response=0.1))  # doctest: +SKIP
     """
     predictive = Predictive.design(plant, limits).loop
-    return [tuned_pi(plant, limits), DisturbanceObserver.design(plant, limits), predictive, q_loop(plant, limits)]
+    return [
+        tuned_pi(plant, limits),
+        DisturbanceObserver.design(plant, limits),
+        predictive,
+        q_loop(plant, limits),
+    ]
 
 
 def design_table(loops: Iterable[ForceLoop]) -> "xr.Dataset":

@@ -127,7 +127,9 @@ def collocate(
     patch, the solver fails, or the replay burns.
     """
     if problem.disc.rotational_stiffness is None:
-        return None, Collocation(0, np.inf, np.inf, "a compliance table has no smooth torque: rotational_stiffness is needed")
+        return None, Collocation(
+            0, np.inf, np.inf, "a compliance table has no smooth torque: rotational_stiffness is needed"
+        )
     inside = (start.tip_x > problem.bead.x[0] + ENGAGED) & (start.tip_x < problem.bead.x[-1] - ENGAGED)
     if not np.any(inside) or np.any(start.patches[inside] != 1):
         return None, Collocation(0, np.inf, np.inf, "the pass is no cut of one patch all along")
@@ -140,14 +142,18 @@ def collocate(
         return None, Collocation(iterations, residual, np.inf, message)
     record, error = _replay(problem, start, window, solved)
     if error > REPLAYED:
-        return None, Collocation(iterations, residual, error, f"the replay is {1e3 * error:.2g} µm off the solution")
+        return None, Collocation(
+            iterations, residual, error, f"the replay is {1e3 * error:.2g} µm off the solution"
+        )
     burns = float(np.max(record.normal_force[1:] - problem.burn_force(np.round(record.feed_rate, 9))))
     if burns > 1e-6:
         return None, Collocation(iterations, residual, error, f"the replay burns, by up to {burns:.3g} N")
     return record, Collocation(iterations, residual, error, message)
 
 
-def _solve(problem: PassProblem, window: _Window, freedom: Freedom | None) -> tuple[_Solved | None, int, float, str]:
+def _solve(
+    problem: PassProblem, window: _Window, freedom: Freedom | None
+) -> tuple[_Solved | None, int, float, str]:
     """The solution from IPOPT, iterations, residual of the optimality conditions, message."""
     import casadi
 
@@ -165,7 +171,14 @@ def _solve(problem: PassProblem, window: _Window, freedom: Freedom | None) -> tu
         for j in range(2):
             stage_wind = wind[k] + step * (RADAU[j, 0] * turn[0, k] + RADAU[j, 1] * turn[1, k]) / 100
             stage_height = height[k] + step * (RADAU[j, 0] * speed[0, k] + RADAU[j, 1] * speed[1, k])
-            stage = (stage_wind, stage_height, window.center[k] + PLACES[j] * way, turn[j, k] / 100, speed[j, k], front[j, k])
+            stage = (
+                stage_wind,
+                stage_height,
+                window.center[k] + PLACES[j] * way,
+                turn[j, k] / 100,
+                speed[j, k],
+                front[j, k],
+            )
             gap, force = _conditions(opti, problem, stage, feed, path, bead)
             opti.subject_to(opti.bounded(0, force / 100, problem.grinder_limit / 100))
             if burn is not None:
@@ -190,7 +203,13 @@ def _solve(problem: PassProblem, window: _Window, freedom: Freedom | None) -> tu
     residual = max(float(history["inf_pr"][-1]), float(history["inf_du"][-1]))
     lasts, fed = (np.atleast_1d(np.array(found.value(each), dtype=float)) for each in (steps, feeds))
     time = window.time[0] + np.concatenate([[0.0], np.cumsum(lasts)])
-    solved = _Solved(np.array(found.value(wind)), np.array(found.value(height)), np.asarray(found.value(speed))[1], time, fed)
+    solved = _Solved(
+        np.array(found.value(wind)),
+        np.array(found.value(height)),
+        np.asarray(found.value(speed))[1],
+        time,
+        fed,
+    )
     return solved, int(opti.stats()["iter_count"]), residual, str(opti.stats()["return_status"])
 
 
@@ -218,7 +237,9 @@ def _rates(opti: Any, problem: PassProblem, freedom: Freedom, speed: Any, turn: 
             opti.subject_to(opti.bounded(-1, casadi.vec(rate) / most, 1))
 
 
-def _conditions(opti: Any, problem: PassProblem, stage: tuple[Any, ...], feed: Any, path: Any, bead: Any) -> tuple[Any, Any]:
+def _conditions(
+    opti: Any, problem: PassProblem, stage: tuple[Any, ...], feed: Any, path: Any, bead: Any
+) -> tuple[Any, Any]:
     """Power balance and front at one point; return the distance of the tip from its path, and the normal force (N)."""
     import casadi
 
@@ -243,7 +264,9 @@ def _burning(problem: PassProblem, freedom: Freedom | None) -> Any:
 
     if problem.burn_limit is None:
         return None
-    low, high = (problem.feed_rate,) * 2 if freedom is None else (freedom.feed_rate_min, freedom.feed_rate_max)
+    low, high = (
+        (problem.feed_rate,) * 2 if freedom is None else (freedom.feed_rate_min, freedom.feed_rate_max)
+    )
     feed = np.geomspace(0.999 * low, 1.001 * high, 200)
     most = (1 - RESERVE) * np.minimum(problem.burn_force(feed), 3 * problem.grinder_limit)
     return casadi.interpolant("burn", "bspline", [feed], most)
@@ -267,18 +290,29 @@ def _guess(opti: Any, window: _Window, variables: tuple[Any, ...], problem: Pass
     opti.set_initial(front, np.tile(0.5 * (depth[1:] + depth[:-1]), (2, 1)))
 
 
-def _replay(problem: PassProblem, start: PassRecord, window: _Window, solved: _Solved) -> tuple[PassRecord, float]:
+def _replay(
+    problem: PassProblem, start: PassRecord, window: _Window, solved: _Solved
+) -> tuple[PassRecord, float]:
     """Play the heights back by the balance of volumes; outside the window those of the inverse plan."""
     center = start.center_x
     inside = (center >= window.center[0]) & (center <= window.center[-1])
     feeds = solved.feed[np.clip(np.searchsorted(window.center, center[1:]) - 1, 0, solved.feed.size - 1)]
     time = np.interp(np.clip(center, window.center[0], window.center[-1]), window.center, solved.time)
     first = (solved.height[1] - solved.height[0]) / (solved.time[1] - solved.time[0])
-    curve = CubicHermiteSpline(solved.time, solved.height, np.append(first, solved.speed))  # stage 2 ends its interval
+    curve = CubicHermiteSpline(
+        solved.time, solved.height, np.append(first, solved.speed)
+    )  # stage 2 ends its interval
     played = np.where(inside, curve(time), start.fly_height)
     # Behind the window the plan goes on from where the solution ends.
     played[center > window.center[-1]] += solved.height[-1] - window.height[-1]
-    record = simulate(problem.disc, problem.bead, center_x=center, fly_height=played, feed_rate=feeds, spacing=problem.spacing)
+    record = simulate(
+        problem.disc,
+        problem.bead,
+        center_x=center,
+        fly_height=played,
+        feed_rate=feeds,
+        spacing=problem.spacing,
+    )
     tip_z = solved.height - problem.disc.model.disk_radius * np.sin(problem.disc.relaxed_angle - solved.wind)
     later = solved.time > solved.time[0] + 0.2
     error = np.interp(window.center, record.center_x, record.tip_z) - tip_z

@@ -43,7 +43,9 @@ class Contour(Frozen):
     def __init__(self, x: npt.ArrayLike, z: npt.ArrayLike) -> None:
         places, heights = checks.finite_array("x", x, "mm"), checks.finite_array("z", z, "mm")
         if places.ndim != 1 or places.shape != heights.shape:
-            raise ValueError(f"x and z must be of one length (mm); got shapes {places.shape} and {heights.shape}")
+            raise ValueError(
+                f"x and z must be of one length (mm); got shapes {places.shape} and {heights.shape}"
+            )
         if places.size < 2:
             raise checks.refuse("x", "at least 2 points", places.size, "mm")
         steps = np.diff(places)
@@ -129,7 +131,9 @@ def _removed(shift: Floats, x: Floats, gap: Floats, across: Floats) -> Floats:
     a, b = gap[:-1] - shift[:, None], gap[1:] - shift[:, None]
     left, right, h = across[:-1], across[1:], np.diff(x)
     with np.errstate(invalid="ignore", divide="ignore"):
-        cross = np.clip(np.where(a == b, 0.0, a / (a - b)), 0.0, 1.0)  # part of the segment at which the sign changes
+        cross = np.clip(
+            np.where(a == b, 0.0, a / (a - b)), 0.0, 1.0
+        )  # part of the segment at which the sign changes
     begin, end = np.where(a > 0, 0.0, cross), np.where(b > 0, 1.0, cross)
     begin = np.where((a <= 0) & (b <= 0), end, begin)
     # The product of two straight lines, from begin to end of the segment: Simpson's rule is exact.
@@ -181,7 +185,9 @@ def contour_shift(bead: Contour, shape: Contour, volume: float, width: float | C
     if volume >= all_of_it:  # all of the bead is cut: the volume is linear from there on
         return float(levels[-1] - (volume - all_of_it) / np.trapezoid(across, x))
     # The first level below which enough is removed.
-    k = bisect.bisect_left(range(levels.size), volume, key=lambda i: float(_removed(levels[i : i + 1], x, gap, across)[0]))
+    k = bisect.bisect_left(
+        range(levels.size), volume, key=lambda i: float(_removed(levels[i : i + 1], x, gap, across)[0])
+    )
     return _between(float(levels[k]), float(levels[k - 1]), volume, (x, gap, across))
 
 

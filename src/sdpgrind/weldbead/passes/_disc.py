@@ -60,12 +60,18 @@ def _checked_table(name: str, table: Any) -> tuple[tuple[float, float], ...]:
     """Return the wind-ups (rad) and torques (N mm) of a spring as plain pairs."""
     rows = checks.finite_array(name, table, "rad, N mm")
     if rows.ndim != 2 or rows.shape[0] < 2 or rows.shape[1] != 2:
-        raise ValueError(f"compliance must be pairs of wind-up and torque (rad, N mm), two at least; got shape {rows.shape}")
+        raise ValueError(
+            f"compliance must be pairs of wind-up and torque (rad, N mm), two at least; got shape {rows.shape}"
+        )
     if np.any(rows[0] != 0):
-        raise ValueError(f"compliance must begin at no wind-up and no torque (rad, N mm); got {tuple(rows[0].tolist())}")
+        raise ValueError(
+            f"compliance must begin at no wind-up and no torque (rad, N mm); got {tuple(rows[0].tolist())}"
+        )
     if np.any(np.diff(rows, axis=0) <= 0):
         k = int(np.argmax(np.any(np.diff(rows, axis=0) <= 0, axis=1)))
-        raise ValueError(f"compliance must increase in both columns (rad, N mm); got {rows[k].tolist()}, {rows[k + 1].tolist()}")
+        raise ValueError(
+            f"compliance must increase in both columns (rad, N mm); got {rows[k].tolist()}, {rows[k + 1].tolist()}"
+        )
     return tuple((float(a), float(t)) for a, t in rows)
 
 
@@ -170,12 +176,18 @@ class TiltedDisc(Described):
     @property
     def peak_power(self) -> float:
         """Greatest power of the motor, omega0^2/(4000 beta), W; infinite without droop."""
-        return self.model.free_speed**2 / (4000 * self.model.speed_droop) if self.model.speed_droop > 0 else np.inf
+        return (
+            self.model.free_speed**2 / (4000 * self.model.speed_droop)
+            if self.model.speed_droop > 0
+            else np.inf
+        )
 
     @property
     def guarded_torque(self) -> float:
         """Torque (N mm) at which the motor gives the share `stall_guard` of its greatest power, below the peak."""
-        return self.peak_torque * (1 - np.sqrt(1 - self.stall_guard)) if self.model.speed_droop > 0 else np.inf
+        return (
+            self.peak_torque * (1 - np.sqrt(1 - self.stall_guard)) if self.model.speed_droop > 0 else np.inf
+        )
 
     @property
     def power_max(self) -> float:
@@ -192,7 +204,9 @@ class TiltedDisc(Described):
         """Disc speed at the stall guard, rad/s."""
         if self.model.speed_droop == 0:
             return self.model.free_speed
-        return self.model.free_speed - self.model.speed_droop * self.model.friction_ratio * self.guarded_torque
+        return (
+            self.model.free_speed - self.model.speed_droop * self.model.friction_ratio * self.guarded_torque
+        )
 
     def linearize(self, mean_cut: float, feed_rate: float) -> Linearized:
         """Linearise a steady flat cut: pole and stiffness against the platform.
@@ -216,7 +230,10 @@ class TiltedDisc(Described):
         >>> round(float(linear.pole / units.hz(1.0)), 1)
         3.6
         """
-        depth, feed = checks.positive("mean_cut", mean_cut, "mm"), checks.positive("feed_rate", feed_rate, "mm/s")
+        depth, feed = (
+            checks.positive("mean_cut", mean_cut, "mm"),
+            checks.positive("feed_rate", feed_rate, "mm/s"),
+        )
         m, radius, width = self.model, self.model.disk_radius, self.model.bead_width
         force = float(m.normal_force(depth, feed))
         if not np.isfinite(force):
@@ -225,7 +242,10 @@ class TiltedDisc(Described):
         wind = float(self.deflection(torque))
         if not wind < self.core.wind_max:
             raise checks.refuse(
-                "mean_cut", f"less: {force:.4g} N wind the spring beyond what the disc can lean back", depth, "mm"
+                "mean_cut",
+                f"less: {force:.4g} N wind the spring beyond what the disc can lean back",
+                depth,
+                "mm",
             )
         angle = self.relaxed_angle - wind
         stiffness = float(self.spring_torque(wind + 1e-7) - self.spring_torque(wind - 1e-7)) / 2e-7

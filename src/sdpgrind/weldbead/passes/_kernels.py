@@ -132,7 +132,9 @@ def _excess(wind, share, carried, bead, core, state, step, path):
     """Volume in the way less what the step removes: falls as the disc winds up."""
     x, y, _ = tip(wind, step, core, state, path, bead)
     return (
-        swept(bead, core, state, step, wind, x, y, False) - step.time * share * _removal(_torque_at(wind, core), core) - carried
+        swept(bead, core, state, step, wind, x, y, False)
+        - step.time * share * _removal(_torque_at(wind, core), core)
+        - carried
     )
 
 
@@ -161,7 +163,11 @@ def _least_wind(share, carried, at_zero, most, bead, core, state, step, path):
     for k in range(200):
         if high - low <= _TOLERANCE:
             break
-        middle = 0.5 * (low + high) if k % 4 == 3 or at_high == 0.0 else (low * at_high - high * at_low) / (at_high - at_low)
+        middle = (
+            0.5 * (low + high)
+            if k % 4 == 3 or at_high == 0.0
+            else (low * at_high - high * at_low) / (at_high - at_low)
+        )
         value = _excess(middle, share, carried, bead, core, state, step, path)
         if value > 0.0:
             at_high = 0.5 * at_high if side == 1 else at_high
@@ -250,7 +256,9 @@ def grind(bead, core, state, center, height, relaxed_angle, time, path, mode, ga
                 b = gain / (1.0 + gain)
                 a = (begin + gains[1] * (integral + 0.5 * time[k] * error)) / (1.0 + gain)
         step = Step(center[k], a, b, relaxed_angle[k], 0.0, time[k])
-        code, volume, torque, reached = cut_step(bead, core, state, step, path, most, mode != GIVEN, second_order)
+        code, volume, torque, reached = cut_step(
+            bead, core, state, step, path, most, mode != GIVEN, second_order
+        )
         if code != DONE:
             return code, k
         x, y = state[TIP_X], state[TIP_Z]

@@ -54,7 +54,12 @@ class PassPlan(Plan):
     kind = "weldbead.pass"
 
     def __init__(
-        self, problem: PassProblem, record: PassRecord, method: str, error: float, collocation: Collocation | None = None
+        self,
+        problem: PassProblem,
+        record: PassRecord,
+        method: str,
+        error: float,
+        collocation: Collocation | None = None,
     ) -> None:
         self.problem, self.record, self.method, self.error = problem, record, method, error
         self.collocation = collocation
@@ -84,14 +89,19 @@ class PassPlan(Plan):
 
     @property
     def _burn_force(self) -> Floats:
-        return self.problem.burn_force(np.round(self.record.feed_rate, 9))  # times are sums: feeds that are one look like many
+        return self.problem.burn_force(
+            np.round(self.record.feed_rate, 9)
+        )  # times are sums: feeds that are one look like many
 
     @property
     def status(self) -> str:
         """One sentence: whether the target is reached, and what stands in the way (N, share of the volume)."""
         share = self.shortfall / self.problem.volume if self.problem.volume > 0 else 0.0
         limit = np.minimum(self._burn_force, self.problem.grinder_limit)
-        over, worst = self.overcut / max(self.problem.volume, 1e-12), float(np.max(self.normal_force[1:] - limit))
+        over, worst = (
+            self.overcut / max(self.problem.volume, 1e-12),
+            float(np.max(self.normal_force[1:] - limit)),
+        )
         most = int(np.argmin(limit - self.normal_force[1:]))
         if self.burn_margin < -1e-6:
             return f"burns, by up to {-self.burn_margin:.3g} N; leaves {100 * share:.3g} % of the volume"
@@ -118,7 +128,9 @@ class PassPlan(Plan):
         """
         p = self.problem
         return simulate(
-            p.disc if model is None else checks.kind("model", model, TiltedDisc, ", the disc as it really is"),
+            p.disc
+            if model is None
+            else checks.kind("model", model, TiltedDisc, ", the disc as it really is"),
             p.bead,
             center_x=self.center_x,
             fly_height=self.fly_height,
@@ -133,8 +145,16 @@ class PassPlan(Plan):
     @property
     def dataset(self) -> xr.Dataset:
         """All of it with labels and units (dimensions: step, node), and the problem as JSON."""
-        steps = {k: ("step", getattr(self.record, k), {"units": u, "long_name": n}) for k, (u, n) in _STEPS.items()}
-        nodes = {"contour": ("node", np.array(self.contour.z), {"units": "mm", "long_name": "height after the pass"})}
+        steps = {
+            k: ("step", getattr(self.record, k), {"units": u, "long_name": n}) for k, (u, n) in _STEPS.items()
+        }
+        nodes = {
+            "contour": (
+                "node",
+                np.array(self.contour.z),
+                {"units": "mm", "long_name": "height after the pass"},
+            )
+        }
         coordinates = {
             "time": ("step", self.time, {"units": "s", "long_name": "time since the start"}),
             "x": ("node", np.array(self.contour.x), {"units": "mm", "long_name": "position along the bead"}),
@@ -213,7 +233,9 @@ def plan(
     if freedom is not None:
         checks.kind("freedom", freedom, Freedom)
     if freedom is not None and method != "collocation":
-        raise ValueError(f"freedom must be None with method {method!r}: only 'collocation' chooses the feed (mm/s)")
+        raise ValueError(
+            f"freedom must be None with method {method!r}: only 'collocation' chooses the feed (mm/s)"
+        )
     record = _record(problem, method, gains, problem.spacing)
     coarse = _record(problem, method, gains, 2 * problem.spacing)
     x = np.array(coarse.contour.x)
@@ -223,7 +245,9 @@ def plan(
         found, how = collocate(problem, record, freedom=freedom)
         planned = PassPlan(problem, found or record, method if found else "inverse", error, how)
     if strict and planned.shortfall > 1e-3 * problem.volume:
-        raise ValueError(f"mean_cut must be within the limits of force and power where strict (mm): the pass {planned.status}")
+        raise ValueError(
+            f"mean_cut must be within the limits of force and power where strict (mm): the pass {planned.status}"
+        )
     return planned
 
 
@@ -238,7 +262,14 @@ def _record(problem: PassProblem, method: str, gains: tuple[float, float], spaci
     center = _centers(problem, spacing)
     if method in ("static", "quasistatic"):
         height = _static_height(problem, center, ahead=method == "quasistatic")
-        return simulate(disc, problem.bead, center_x=center, fly_height=height, feed_rate=problem.feed_rate, spacing=spacing)
+        return simulate(
+            disc,
+            problem.bead,
+            center_x=center,
+            fly_height=height,
+            feed_rate=problem.feed_rate,
+            spacing=spacing,
+        )
     ground = even_bead(problem.bead, nodes, disc.model.bead_width)
     run = PassRun(
         disc,

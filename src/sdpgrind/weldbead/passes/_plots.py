@@ -14,7 +14,9 @@ def plot_pass(plan: Any) -> Any:
     problem = plan.problem
     figure, axes = pictures.subplots(4, 1, (9, 8.4), sharex=True, height_ratios=(1.5, 1, 1, 1))
     bead, after = problem.bead, plan.contour
-    axes[0].fill_between(after.x, after.z, bead.at(after.x), color="#d9a441", alpha=0.45, lw=0, label="ground off")
+    axes[0].fill_between(
+        after.x, after.z, bead.at(after.x), color="#d9a441", alpha=0.45, lw=0, label="ground off"
+    )
     axes[0].plot(bead.x, bead.z, color="0.35", lw=1, label="before")
     axes[0].plot(problem.target.x, problem.target.z, color=_TARGET, lw=3, label="target")
     axes[0].plot(after.x, after.z, color=pictures.ACTUAL, lw=1.4, label="after")
@@ -45,5 +47,8 @@ def plot_relaxed(found: Any) -> Any:
     low.plot(x, found.cut_depth, color=pictures.ACTUAL)
     low.axhline(found.depth_max, color=pictures.LIMIT, lw=0.8, ls=":")
     low.set(ylabel="depth [mm]\n(dotted: greatest)", xlabel="along the bead [mm]")
-    figure.suptitle(f"{problem.mean_cut:g} mm at {problem.feed_rate:g} mm/s: {found.deviation:.3g} mm rms off", fontsize=10)
+    figure.suptitle(
+        f"{problem.mean_cut:g} mm at {problem.feed_rate:g} mm/s: {found.deviation:.3g} mm rms off",
+        fontsize=10,
+    )
     return figure

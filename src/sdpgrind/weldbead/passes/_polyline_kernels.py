@@ -95,7 +95,9 @@ def _spliced(px, pz, size, cut_x, cut_z, points):
 
 
 @compiled
-def _excess(wind, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z):
+def _excess(
+    wind, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z
+):
     angle = relaxed - wind
     x, y = center - core.radius * np.cos(angle), height - core.radius * np.sin(angle)
     area, _, _ = _swept(px, pz, size, top, state, center, x, y, np.tan(angle), False, no_x, no_z)
@@ -103,17 +105,72 @@ def _excess(wind, share, carried, time, px, pz, size, top, width, core, state, c
 
 
 @compiled
-def _least_wind(last, most, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z):
+def _least_wind(
+    last,
+    most,
+    share,
+    carried,
+    time,
+    px,
+    pz,
+    size,
+    top,
+    width,
+    core,
+    state,
+    center,
+    height,
+    relaxed,
+    no_x,
+    no_z,
+):
     """Least wind-up that leaves nothing in the way, by halving a bracket round the last one; inf if there is none."""
     low, high, stride = 0.0, min(last + 1e-4, most), 1e-4
-    while _excess(high, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z) > 0.0:
+    while (
+        _excess(
+            high,
+            share,
+            carried,
+            time,
+            px,
+            pz,
+            size,
+            top,
+            width,
+            core,
+            state,
+            center,
+            height,
+            relaxed,
+            no_x,
+            no_z,
+        )
+        > 0.0
+    ):
         if high >= most:
             return np.inf
         low, high, stride = high, min(high + stride, most), 4.0 * stride
     while high - low > _TOLERANCE:
         middle = 0.5 * (low + high)
         if (
-            _excess(middle, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z)
+            _excess(
+                middle,
+                share,
+                carried,
+                time,
+                px,
+                pz,
+                size,
+                top,
+                width,
+                core,
+                state,
+                center,
+                height,
+                relaxed,
+                no_x,
+                no_z,
+            )
             > 0.0
         ):
             low = middle
@@ -136,7 +193,9 @@ def grind(px, pz, size, width, core, center, height, relaxed, times, second_orde
             state[TIP_X], state[TIP_Z] = x, y
             if _swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), False, cut_x, cut_z)[0] > 0.0:
                 return OVERLAPPING, 0, size
-        free = width * _swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), False, cut_x, cut_z)[0]
+        free = (
+            width * _swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), False, cut_x, cut_z)[0]
+        )
         if second_order and state[RATE] > 0.0 and free >= 0.5 * time * state[RATE]:
             share, carried = 0.5, 0.5 * time * state[RATE]
         if free > carried:
@@ -148,7 +207,9 @@ def grind(px, pz, size, width, core, center, height, relaxed, times, second_orde
                 return STALLED, k, size
         angle = relaxed[k] - wind
         x, y = center[k] - core.radius * np.cos(angle), height[k] - core.radius * np.sin(angle)
-        area, points, patches = _swept(px, pz, size, top, state, center[k], x, y, np.tan(angle), True, cut_x, cut_z)
+        area, points, patches = _swept(
+            px, pz, size, top, state, center[k], x, y, np.tan(angle), True, cut_x, cut_z
+        )
         if area > 0.0:
             size = _spliced(px, pz, size, cut_x, cut_z, points)
         torque = _torque_at(wind, core)

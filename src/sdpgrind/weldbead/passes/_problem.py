@@ -108,7 +108,9 @@ class PassProblem(Described):
 
     def _covering(self, contour: Contour) -> Contour:
         assert self.parent is not None
-        x = merged(contour, low=min(contour.x[0], self.parent.x[0]), high=max(contour.x[-1], self.parent.x[-1]))
+        x = merged(
+            contour, low=min(contour.x[0], self.parent.x[0]), high=max(contour.x[-1], self.parent.x[-1])
+        )
         return Contour(x, contour.at(x))
 
     def _check_steepness(self) -> None:
@@ -147,7 +149,9 @@ class PassProblem(Described):
         upper, lower = self.bead.at(x), self.tip_path.at(x)
         cross = np.flatnonzero((upper[1:] - lower[1:]) * (upper[:-1] - lower[:-1]) < 0)
         gap = upper - lower
-        x = np.unique(np.concatenate([x, x[cross] + np.diff(x)[cross] * gap[cross] / (gap[cross] - gap[cross + 1])]))
+        x = np.unique(
+            np.concatenate([x, x[cross] + np.diff(x)[cross] * gap[cross] / (gap[cross] - gap[cross + 1])])
+        )
         return Contour(x, np.minimum(self.bead.at(x), self.tip_path.at(x)))
 
     @property

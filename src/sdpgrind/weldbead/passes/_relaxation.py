@@ -68,7 +68,10 @@ class RelaxedPass:
 
 
 def relax(
-    problem: PassProblem, *, slope_max: float | None = None, candidates: Iterable[tuple[float, float]] | None = None
+    problem: PassProblem,
+    *,
+    slope_max: float | None = None,
+    candidates: Iterable[tuple[float, float]] | None = None,
 ) -> list[RelaxedPass]:
     """Return the cuts nearest to the targets of a pass, for pairs of mean cut and feed.
 
@@ -105,7 +108,11 @@ def relax(
     >>> slow.shortfall, round(fast.depth_max, 4), fast.shortfall > 0
     (0.0, 0.1855, True)
     """
-    slope = float(np.tan(problem.disc.relaxed_angle)) if slope_max is None else checks.positive("slope_max", slope_max, "mm/mm")
+    slope = (
+        float(np.tan(problem.disc.relaxed_angle))
+        if slope_max is None
+        else checks.positive("slope_max", slope_max, "mm/mm")
+    )
     pairs = [(problem.mean_cut, problem.feed_rate)] if candidates is None else list(candidates)
     program = _Program(problem, slope)
     return [program.solve(problem.replace(mean_cut=cut, feed_rate=feed)) for cut, feed in pairs]

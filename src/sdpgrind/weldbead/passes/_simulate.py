@@ -138,9 +138,14 @@ def simulate(
     """
     checks.kind("disc", disc, TiltedDisc)
     checks.kind("bead", bead, Contour)
-    x, height = checks.finite_array("center_x", center_x, "mm"), checks.finite_array("fly_height", fly_height, "mm")
+    x, height = (
+        checks.finite_array("center_x", center_x, "mm"),
+        checks.finite_array("fly_height", fly_height, "mm"),
+    )
     if x.ndim != 1 or x.size < 2 or height.shape != x.shape:
-        raise ValueError(f"center_x and fly_height must be of one length, 2 at least (mm); got shapes {x.shape}, {height.shape}")
+        raise ValueError(
+            f"center_x and fly_height must be of one length, 2 at least (mm); got shapes {x.shape}, {height.shape}"
+        )
     times = _times(x, feed_rate)
     angle = np.full(x.size, disc.relaxed_angle) if relaxed_angle is None else _angles(x, relaxed_angle)
     if order not in (1, 2):
@@ -156,7 +161,9 @@ def simulate(
     return run.record(bead, run.grind(height, _kernels.GIVEN, order=order))
 
 
-def _exactly(disc: TiltedDisc, bead: Contour, way: tuple[Floats, ...], width: Contour | None, order: int) -> PassRecord:
+def _exactly(
+    disc: TiltedDisc, bead: Contour, way: tuple[Floats, ...], width: Contour | None, order: int
+) -> PassRecord:
     """The same pass over a bead that is clipped as a polyline."""
     if width is not None or np.isfinite(disc.grinding_ratio):
         raise ValueError("exact must be False where the width varies (mm), or the disc wears")
@@ -165,11 +172,23 @@ def _exactly(disc: TiltedDisc, bead: Contour, way: tuple[Floats, ...], width: Co
     room[:, : len(bead.x)] = bead.x, bead.z
     out = np.empty((center.size, 9))
     code, done, size = _polyline_kernels.grind(
-        room[0], room[1], len(bead.x), disc.model.bead_width, disc.core, center, height, angle, times, order == 2, out
+        room[0],
+        room[1],
+        len(bead.x),
+        disc.model.bead_width,
+        disc.core,
+        center,
+        height,
+        angle,
+        times,
+        order == 2,
+        out,
     )
     if code == _kernels.OVERLAPPING:
         raise ValueError(f"the disc must start clear of the bead (mm); its center starts at {center[0]:.5g}")
-    run = PassRun(disc, Bead(0.0, 1.0, room[1, :size], room[1, :0], room[1, :0]), center, angle, times, room[0, :size])
+    run = PassRun(
+        disc, Bead(0.0, 1.0, room[1, :size], room[1, :0], room[1, :0]), center, angle, times, room[0, :size]
+    )
     if code == _kernels.STALLED:
         raise run.stalled(done - 1, float(out[done - 1, 3]))
     return run.record(bead, out)
@@ -179,9 +198,16 @@ def _angles(x: Floats, relaxed_angle: npt.ArrayLike) -> Floats:
     """One relaxed angle for each position."""
     angle = checks.finite_array("relaxed_angle", relaxed_angle, "rad")
     if angle.shape != x.shape:
-        raise ValueError(f"relaxed_angle must have one entry for each position, {x.size} (rad); got shape {angle.shape}")
+        raise ValueError(
+            f"relaxed_angle must have one entry for each position, {x.size} (rad); got shape {angle.shape}"
+        )
     if np.any((angle <= 0) | (angle > STEEPEST)):
-        raise checks.refuse("relaxed_angle", f"in (0, {STEEPEST:g}]", float(angle[(angle <= 0) | (angle > STEEPEST)][0]), "rad")
+        raise checks.refuse(
+            "relaxed_angle",
+            f"in (0, {STEEPEST:g}]",
+            float(angle[(angle <= 0) | (angle > STEEPEST)][0]),
+            "rad",
+        )
     return angle
 
 
@@ -189,7 +215,9 @@ def _times(x: Floats, feed_rate: npt.ArrayLike) -> Floats:
     """Time from each position to the next."""
     feed = checks.finite_array("feed_rate", feed_rate, "mm/s")
     if feed.shape not in ((), (x.size - 1,)):
-        raise ValueError(f"feed_rate must be a number or have one entry for each step, {x.size - 1} (mm/s); got {feed.shape}")
+        raise ValueError(
+            f"feed_rate must be a number or have one entry for each step, {x.size - 1} (mm/s); got {feed.shape}"
+        )
     if np.any(feed <= 0):
         raise checks.refuse("feed_rate", "> 0", float(feed.min()), "mm/s")
     if np.any(np.diff(x) <= 0):
@@ -225,13 +253,18 @@ class PassRun:
         """Run the kernel; heights are those of the positions (`GIVEN`) or start with that of the first."""
         core, x = self.disc.core, self.center_x
         along = self.nodes * 0.0 if path is None else path
-        state, begin = np.zeros(_kernels.STATES), Step(x[0], height[0], 0.0, self.relaxed_angle[0], 0.0, self.times[0])
+        state, begin = (
+            np.zeros(_kernels.STATES),
+            Step(x[0], height[0], 0.0, self.relaxed_angle[0], 0.0, self.times[0]),
+        )
         if mode == _kernels.INVERSE:
             begin = begin._replace(a=0.0, b=1.0)
         place = _kernels.tip(0.0, begin, core, state, along, self.ground)
         state[_kernels.TIP_X], state[_kernels.TIP_Z] = place[0], place[1]
         if _kernels.swept(self.ground, core, state, begin, 0.0, place[0], place[1], False) > 0.0:
-            raise ValueError(f"the disc must start clear of the bead (mm); its tip starts in metal at {place[0]:.5g}")
+            raise ValueError(
+                f"the disc must start clear of the bead (mm); its tip starts in metal at {place[0]:.5g}"
+            )
         out = np.empty((x.size, 9))
         out[0] = 0.0, 0.0, place[2], place[0], place[1], 0.0, 0.0, 0.0, 0.0
         code, done = _kernels.grind(

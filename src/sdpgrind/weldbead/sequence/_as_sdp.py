@@ -12,7 +12,9 @@ from sdpgrind.base import checks
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 
-def sdp_problem(problem: SequenceProblem, nodes: int = 401, *, levels: int = 401, search: bool = True) -> sdp.Problem:
+def sdp_problem(
+    problem: SequenceProblem, nodes: int = 401, *, levels: int = 401, search: bool = True
+) -> sdp.Problem:
     """Return a weld-bead problem as the solver sees it.
 
     Parameters
@@ -52,12 +54,21 @@ def true_problem(planned: SequenceProblem, truth: SequenceProblem, nodes: int) -
     """Return the planned moves as the truth answers them: a move keeps its place even where the truth would not admit it."""
     for name in ("bead_length", "reset_time", "durations", "stage"):
         if getattr(truth, name) != getattr(planned, name):
-            raise checks.refuse(f"model.{name}", f"that of the plan, {getattr(planned, name)!r}", getattr(truth, name))
+            raise checks.refuse(
+                f"model.{name}", f"that of the plan, {getattr(planned, name)!r}", getattr(truth, name)
+            )
     for name in ("finish_charge", "lateness_charge"):
         if (getattr(truth, name) is None) != (getattr(planned, name) is None):
-            raise checks.refuse(f"model.{name}", f"None or not as in the plan, {getattr(planned, name)!r}", getattr(truth, name))
+            raise checks.refuse(
+                f"model.{name}",
+                f"None or not as in the plan, {getattr(planned, name)!r}",
+                getattr(truth, name),
+            )
     problem = sdp_problem(planned, nodes)
-    moves = [replace(move, to=_shift(truth, _seconds(move, truth)), charge=truth.pass_charge) for move in problem.moves]
+    moves = [
+        replace(move, to=_shift(truth, _seconds(move, truth)), charge=truth.pass_charge)
+        for move in problem.moves
+    ]
     stop = sdp.Stop("stop", truth.height_charge, extra=_finish(truth, problem.moves))
     stages = replace(_stages(planned), late=truth.lateness_charge)
     return replace(problem, moves=moves, stops=[stop], stages=stages)

@@ -21,7 +21,9 @@ class BurnLimit(Protocol):
         The least is the greater where none is admissible.
         """
 
-    def margin(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
+    def margin(
+        self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
+    ) -> Floats:
         """Return what is left to the limit (N or W) of a process at a force (N) and a feed (mm/s); < 0: the work burns."""
 
 
@@ -54,7 +56,9 @@ class ForceBurnLimit(Described):
         high = np.asarray(self.burn_coefficient * np.sqrt(np.asarray(feed_rate, dtype=float)))
         return np.zeros(high.shape), high
 
-    def margin(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
+    def margin(
+        self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
+    ) -> Floats:
         """Return the force left (N) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
         return np.asarray(self.interval(process, feed_rate)[1] - np.asarray(normal_force, dtype=float))
 
@@ -87,7 +91,9 @@ class PowerBurnLimit(Described):
         high = process.force_of_power(self.burn_coefficient * np.sqrt(np.asarray(feed_rate, dtype=float)))
         return np.zeros_like(high), high
 
-    def margin(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
+    def margin(
+        self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
+    ) -> Floats:
         """Return the power left (W) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
         allowed = self.burn_coefficient * np.sqrt(np.asarray(feed_rate, dtype=float))
         return np.asarray(allowed - process.grinding_power(normal_force))
@@ -155,7 +161,9 @@ class MalkinBurnLimit(Described):
         best = (carried / (4 * steep)) ** (1 / 3)
         return physics.depths_between(surplus, best, 2 * best)
 
-    def margin(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
+    def margin(
+        self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
+    ) -> Floats:
         """Return the power left (W) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
         feed = np.asarray(feed_rate, dtype=float)
         allowed = physics.BurningLimit(self.u0, self.B).power(

@@ -134,7 +134,9 @@ class SequenceController(Stateful):
         if stop:
             return {"stop": 1.0}
         self._remember(height - mean_cut, time_left, float(action.duration))
-        return {name: float(getattr(action, name)) for name in ("duration", "feed_rate", "normal_force")} | {"stop": 0.0}
+        return {name: float(getattr(action, name)) for name in ("duration", "feed_rate", "normal_force")} | {
+            "stop": 0.0
+        }
 
     def report(self) -> dict[str, float]:
         """Return expected penalty-to-go ($), mean cut (mm) and gap ($) of the last step.

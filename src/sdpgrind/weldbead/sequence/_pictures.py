@@ -8,7 +8,10 @@ from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 
-_LOWEST, _DECADES = 0.02, 1e-6  # share of the penalties that may be one colour; least penalty that has its own, over the greatest
+_LOWEST, _DECADES = (
+    0.02,
+    1e-6,
+)  # share of the penalties that may be one colour; least penalty that has its own, over the greatest
 
 
 def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
@@ -35,8 +38,12 @@ def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
     figure, axes = pictures.subplots(1, 3, (13, 3.9), sharey=True)
     for ax, (field, label, name, norm) in zip(axes, panels, strict=True):
         cmap = plt.get_cmap(name).with_extremes(bad="0.88")
-        image = ax.pcolormesh(time, height, np.ma.masked_invalid(field), cmap=cmap, norm=norm, rasterized=True)
-        bar = figure.colorbar(image, ax=ax, extend="min" if field is value and low and value.min() < low else "neither")
+        image = ax.pcolormesh(
+            time, height, np.ma.masked_invalid(field), cmap=cmap, norm=norm, rasterized=True
+        )
+        bar = figure.colorbar(
+            image, ax=ax, extend="min" if field is value and low and value.min() < low else "neither"
+        )
         if name == "plasma" and durations.size <= 12:
             bar.set_ticks(durations)
             bar.minorticks_off()

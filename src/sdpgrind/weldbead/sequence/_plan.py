@@ -77,9 +77,13 @@ def plan(
             return _plan_as_well_as_can_be(problem, nodes, executor, progress)
         tolerance = default_tolerance(problem)
     if feed == "continuous":
-        return _plan_continuous(problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress)
+        return _plan_continuous(
+            problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress
+        )
     start = nodes if nodes is not None else (START_NODES if tolerance is not None else 401)
-    table = sdp.plan(sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress, throw=throw)
+    table = sdp.plan(
+        sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress, throw=throw
+    )
     return SequencePolicy(problem, table)
 
 
@@ -91,7 +95,10 @@ def _plan_as_well_as_can_be(
     try:
         return plan(problem, tolerance=wanted, nodes=nodes, executor=executor, progress=progress)
     except sdp.ToleranceError as best:
-        warnings.warn(f"the expected penalty is known to {best.policy.error:.1g} $, not to {wanted:g} $: {_WHY}", stacklevel=3)
+        warnings.warn(
+            f"the expected penalty is known to {best.policy.error:.1g} $, not to {wanted:g} $: {_WHY}",
+            stacklevel=3,
+        )
         return SequencePolicy(problem, best.policy)
 
 
@@ -103,7 +110,9 @@ def default_tolerance(problem: SequenceProblem) -> float:
 def _plan_continuous(problem: SequenceProblem, tolerance: float, progress: Progress | None) -> SequencePolicy:
     policy = plan(with_stage(problem, problem.stage), tolerance=tolerance / 4, progress=progress)
     for _ in range(HALVINGS):
-        finer = plan(with_stage(problem, policy.problem.stage / 2), tolerance=tolerance / 4, progress=progress)
+        finer = plan(
+            with_stage(problem, policy.problem.stage / 2), tolerance=tolerance / 4, progress=progress
+        )
         change = _largest_change(policy, finer)
         policy = finer
         if change <= tolerance:
@@ -123,4 +132,8 @@ def with_stage(problem: SequenceProblem, stage: float) -> SequenceProblem:
 def _largest_change(coarse: SequencePolicy, fine: SequencePolicy) -> float:
     height = np.linspace(0.0, coarse.problem.height_max, 201)[:, None]
     time = np.arange(0.0, coarse.problem.horizon + coarse.problem.stage / 2, coarse.problem.stage)
-    return float(np.max(np.abs(coarse.value(height=height, time_left=time) - fine.value(height=height, time_left=time))))
+    return float(
+        np.max(
+            np.abs(coarse.value(height=height, time_left=time) - fine.value(height=height, time_left=time))
+        )
+    )

@@ -37,7 +37,9 @@ class SequenceAction:
 
     __slots__ = ("_problem", "duration", "feed_rate", "gap", "normal_force", "stop")
 
-    def __init__(self, stop: Any, duration: Any, feed_rate: Any, normal_force: Any, gap: Any, problem: SequenceProblem) -> None:
+    def __init__(
+        self, stop: Any, duration: Any, feed_rate: Any, normal_force: Any, gap: Any, problem: SequenceProblem
+    ) -> None:
         self.stop, self.duration, self.feed_rate = stop, duration, feed_rate
         self.normal_force, self.gap, self._problem = normal_force, gap, problem
 
@@ -230,7 +232,10 @@ class SequencePolicy(Plan):
         mode = np.argmin(np.abs(durations - given[..., None]), axis=-1)
         for k in np.flatnonzero(np.abs(durations[np.ravel(mode)] - np.ravel(given)) > 1e-9):
             raise checks.refuse(
-                "last_duration", "one of " + ", ".join(f"{t:g}" for t in durations), float(np.ravel(given)[k]), "s"
+                "last_duration",
+                "one of " + ", ".join(f"{t:g}" for t in durations),
+                float(np.ravel(given)[k]),
+                "s",
             )
         return {} if self.problem.finish_charge is None else {"mode": mode + 1}
 
@@ -281,7 +286,11 @@ class SequencePolicy(Plan):
             When the truth is another job: other lengths, durations or stages, or a charge that the plan knows nothing of.
         """
         truth = (
-            model if isinstance(model, SequenceProblem) else self.problem if model is None else self.problem.replace(model=model)
+            model
+            if isinstance(model, SequenceProblem)
+            else self.problem
+            if model is None
+            else self.problem.replace(model=model)
         )
         problem = self.table.problem if model is None else true_problem(self.problem, truth, self._cells + 1)
         start = self._state(height, time_left, last_duration)
@@ -291,7 +300,9 @@ class SequencePolicy(Plan):
         )
         return found
 
-    def risk(self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95) -> Risk:
+    def risk(
+        self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95
+    ) -> Risk:
         """Return risk figures from a height (mm), a time left (s) and the duration (s) of the last pass, as in `value`.
 
         `confidence` is the probability of the CVaR. The figures tell how far they are known (`Risk.error`).
@@ -326,4 +337,6 @@ class SequencePolicy(Plan):
 
     def _told(self) -> str:
         error = "not estimated" if self.error is None else f"{self.error:.2g} $"
-        return f"{self._cells + 1} heights to {self._height_max:g} mm, {self.problem.horizon:g} s, error {error}"
+        return (
+            f"{self._cells + 1} heights to {self._height_max:g} mm, {self.problem.horizon:g} s, error {error}"
+        )

@@ -49,7 +49,9 @@ class FinishCharge(Described):
 
     def __call__(self, feed_rate: npt.ArrayLike) -> Floats:
         """Return the charge ($) at a feed (mm/s)."""
-        return np.asarray(self.charge * (np.asarray(feed_rate, dtype=float) / self.reference_rate) ** self.exponent)
+        return np.asarray(
+            self.charge * (np.asarray(feed_rate, dtype=float) / self.reference_rate) ** self.exponent
+        )
 
 
 def _of(*kinds: type) -> Check:
@@ -156,12 +158,16 @@ class SequenceProblem(Described):
     def _check_durations(self) -> None:
         if isinstance(self.durations, str) or not len(self.durations):
             raise self._refused("durations", "at least one number")
-        durations = tuple(_multiple(f"durations[{k}]", value, self.stage) for k, value in enumerate(self.durations))
+        durations = tuple(
+            _multiple(f"durations[{k}]", value, self.stage) for k, value in enumerate(self.durations)
+        )
         for k, value in enumerate(durations):
             if value <= self.reset_time:
                 raise checks.refuse(f"durations[{k}]", f"> reset_time, {self.reset_time:g} s", value, "s")
             if k and value <= durations[k - 1]:
-                raise checks.refuse(f"durations[{k}]", f"> durations[{k - 1}], {durations[k - 1]:g} s", value, "s")
+                raise checks.refuse(
+                    f"durations[{k}]", f"> durations[{k - 1}], {durations[k - 1]:g} s", value, "s"
+                )
         if self.lateness_charge is None and durations[0] > self.horizon:
             rule = f"<= horizon, {self.horizon:g} s, without a lateness_charge: no pass would ever be begun"
             raise checks.refuse("durations[0]", rule, durations[0], "s")
@@ -169,15 +175,21 @@ class SequenceProblem(Described):
 
     def _check_charges(self) -> None:
         if self.height_charge.over is None:
-            raise ValueError("height_charge must have an over side ($/mm): every pass may overgrind; got over=None")
+            raise ValueError(
+                "height_charge must have an over side ($/mm): every pass may overgrind; got over=None"
+            )
         self.height_charge.check(self.height_max)
         late = self.lateness_charge
         if self.late_window is not None:
             if late is None:
-                raise ValueError(f"late_window must be None without a lateness_charge (s); got {self.late_window!r}")
+                raise ValueError(
+                    f"late_window must be None without a lateness_charge (s); got {self.late_window!r}"
+                )
             _multiple("late_window", self.late_window, self.stage)
         elif late is not None and not (isinstance(late, sdp.OneSided) and late.convex):
-            raise ValueError(f"late_window must be given with a lateness_charge that is not convex (s); got {late!r}")
+            raise ValueError(
+                f"late_window must be given with a lateness_charge that is not convex (s); got {late!r}"
+            )
         if late is not None and not isinstance(late, sdp.OneSided):
             checks.charge("lateness_charge", late, float(self.late_window or 0.0))
 

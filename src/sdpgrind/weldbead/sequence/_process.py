@@ -68,11 +68,15 @@ class GrindingProcess(Described):
 
     def disk_speed(self, normal_force: npt.ArrayLike) -> Floats:
         """Return the disc speed (rad/s) under a normal force (N), Brown (4.8); 0 where the disc has stalled."""
-        return np.asarray(np.maximum(physics.disk_speed(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0))
+        return np.asarray(
+            np.maximum(physics.disk_speed(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0)
+        )
 
     def grinding_power(self, normal_force: npt.ArrayLike) -> Floats:
         """Return the power at the contact (W) of a normal force (N), Brown (4.4c); 0 where the disc has stalled."""
-        return np.asarray(np.maximum(physics.disk_power(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0))
+        return np.asarray(
+            np.maximum(physics.disk_power(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0)
+        )
 
     def removal_rate(self, normal_force: npt.ArrayLike) -> Floats:
         """Return the removal rate (mm^3/s) of a normal force (N), Brown (4.4a); never negative."""
@@ -105,7 +109,9 @@ class GrindingProcess(Described):
         """Normal force (N) of greatest power; more never grinds more. inf without droop."""
         if self.speed_droop == 0:
             return np.inf
-        return float(physics.peak_torque(self.free_speed, self.speed_droop) / (self.friction_ratio * self.disk_radius))
+        return float(
+            physics.peak_torque(self.free_speed, self.speed_droop) / (self.friction_ratio * self.disk_radius)
+        )
 
     @property
     def peak_power(self) -> float:

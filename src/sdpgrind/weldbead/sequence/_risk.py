@@ -80,7 +80,9 @@ def _heights(high: float) -> Floats:
     while nodes[-1] < high:
         nodes.append(nodes[-1] + min(max(GROWTH * nodes[-1], SMALLEST * high), LARGEST * high))
     cells = len(nodes) - 1 + (len(nodes) - 1) % 2
-    at = np.interp(np.linspace(0, len(nodes) - 1, cells + 1), np.arange(len(nodes)), nodes) * (high / nodes[-1])
+    at = np.interp(np.linspace(0, len(nodes) - 1, cells + 1), np.arange(len(nodes)), nodes) * (
+        high / nodes[-1]
+    )
     at[-1] = high
     return at
 

@@ -73,7 +73,9 @@ class Scatter(Described):
         several = not isinstance(self.attribution, str)
         given = self.relative_sd if several else (self.relative_sd,)
         if not isinstance(given, tuple | list) or len(given) != len(names) or not names:
-            raise ValueError(f"relative_sd must be one number (1) for each of {self.attribution!r}; got {self.relative_sd!r}")
+            raise ValueError(
+                f"relative_sd must be one number (1) for each of {self.attribution!r}; got {self.relative_sd!r}"
+            )
         values = tuple(checks.nonnegative("relative_sd", value) for value in given)
         object.__setattr__(self, "attribution", names if several else self.attribution)
         object.__setattr__(self, "relative_sd", values if several else values[0])
@@ -85,7 +87,9 @@ class Scatter(Described):
     def _check_sample(self) -> None:
         if self.law != "empirical":
             if self.sample is not None or self.bandwidth:
-                raise ValueError(f"sample and bandwidth must be left out unless law is 'empirical'; got law {self.law!r}")
+                raise ValueError(
+                    f"sample and bandwidth must be left out unless law is 'empirical'; got law {self.law!r}"
+                )
             return
         if self.sample is None:
             raise ValueError("sample must be given with law 'empirical'; got None")
@@ -107,7 +111,11 @@ class Scatter(Described):
         leaves on average; other attributions change nothing.
         """
         factor = 1 + self._relative("mu") ** 2
-        return process if factor == 1 or not process.speed_droop else process.replace(speed_droop=factor * process.speed_droop)
+        return (
+            process
+            if factor == 1 or not process.speed_droop
+            else process.replace(speed_droop=factor * process.speed_droop)
+        )
 
     def power_moments(self, process: GrindingProcess, normal_force: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Return mean and sd (W) of the power by which a process removes, K1 w V times the depth, at a force (N)."""
@@ -125,7 +133,9 @@ class Scatter(Described):
         )
         return mean, np.where(mean > 0, np.sqrt(variance), 0.0)
 
-    def moments(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
+    def moments(
+        self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
+    ) -> tuple[Floats, Floats]:
         """Return mean and sd (mm) of the depth of a process at a normal force (N) and a feed (mm/s), Brown (4.9)."""
         mean, sd = self.power_moments(process, normal_force)
         whole = process.specific_energy * process.bead_width * np.asarray(feed_rate, dtype=float)

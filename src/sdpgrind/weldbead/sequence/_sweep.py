@@ -138,7 +138,9 @@ def sensitivity(
     for name in names:
         one_of("names", name, FACTORS)
     cases = {f"{name} {sign}": _changed(problem, name, 1 + sign * step) for name in names for sign in (-1, 1)}
-    found = sweep({"": problem} | cases, height=height, time_left=time_left, tolerance=tolerance, executor=executor)
+    found = sweep(
+        {"": problem} | cases, height=height, time_left=time_left, tolerance=tolerance, executor=executor
+    )
     slope = [(found[f"{name} 1"] - found[f"{name} -1"]) / (2 * step) for name in names]
     return Sensitivity(tuple(names), np.array(slope), float(found[""]))
 
@@ -151,7 +153,10 @@ def _changed(problem: SequenceProblem, name: str, factor: float) -> SequenceProb
     if name == "relative_sd":
         sd = problem.scatter.relative_sd
         return problem.replace(
-            scatter=replace(problem.scatter, relative_sd=tuple(factor * r for r in sd) if isinstance(sd, tuple) else factor * sd)
+            scatter=replace(
+                problem.scatter,
+                relative_sd=tuple(factor * r for r in sd) if isinstance(sd, tuple) else factor * sd,
+            )
         )
     side = getattr(problem.height_charge, name)
     amount = {sdp.Constant: "amount", sdp.Linear: "rate", sdp.Quadratic: "factor"}.get(type(side))
