@@ -2,6 +2,8 @@
 best point there.
 """
 
+from functools import partial
+
 import casadi
 import numpy as np
 import pytest
@@ -67,6 +69,10 @@ def value(packed, control, x):
 
 
 @pytest.mark.parametrize("form", FORMS)
+def off(packed, control, measured, state):
+    return value(packed, control, state) - measured
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_root_that_brentq_finds(form, sign):
     packed, rng = response(form, sign), np.random.default_rng(5)
@@ -75,13 +81,8 @@ def test_the_root_that_brentq_finds(form, sign):
         measured = value(packed, control, wanted)
         x, flag = found(packed, control, measured, guess, sign)
         assert flag == INSIDE
-        reference = brentq(
-            lambda p: value(packed, control, p) - measured,
-            LOW + 1e-12,
-            HIGH,
-            xtol=1e-13,
-            rtol=1e-14,  # noqa: B023
-        )
+        residual = partial(off, packed, control, measured)
+        reference = brentq(residual, LOW + 1e-12, HIGH, xtol=1e-13, rtol=1e-14)
         # where it is flat, rounding of the response tells
         slope = max(abs(both(packed, control, wanted)[1]), 1e-11)
         assert abs(x - reference) < 1e-11 + 1e-15 * (1 + abs(measured)) / slope
