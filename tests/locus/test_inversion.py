@@ -49,6 +49,10 @@ def response(form, sign=1):
     return tape(casadi.Function("f", [u, x], [value, casadi.gradient(value, x)]))
 
 
+def off(packed, control, measured, state):
+    return value(packed, control, state) - measured
+
+
 def found(packed, control, measured, guess=2.0, direction=1.0, find=find_state):
     inputs = np.array([control, guess])
     flag = find(
@@ -69,10 +73,6 @@ def value(packed, control, x):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def off(packed, control, measured, state):
-    return value(packed, control, state) - measured
-
-
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_root_that_brentq_finds(form, sign):
     packed, rng = response(form, sign), np.random.default_rng(5)
