@@ -1,4 +1,4 @@
-"""The whole centering cycle: strategy, controller, and the source's controller to compare with."""
+"""Whole centering cycle: strategy, controller, and the source's own controller for comparison."""
 
 from sdpgrind.base import faces
 

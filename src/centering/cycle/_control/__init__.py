@@ -1,1 +1,1 @@
-"""The controller of a whole cycle: looks at the part, learns its form and friction, decides the next push or the end."""
+"""Controller of a whole cycle: measures the part, learns form and friction, chooses push or end."""

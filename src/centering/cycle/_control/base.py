@@ -1,4 +1,4 @@
-"""What both controllers share: senses, errors, the way in, the stand-off of the slide."""
+"""Common base of both controllers: readings, errors, approach, stand-off of the slide."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ Command = dict[str, Any]
 
 
 class CycleBase(ABC):
-    """Senses, errors, approach and stand-off of a cycle; what to do with the part the controllers decide."""
+    """Readings, errors, approach and stand-off of a cycle; subclasses decide on the part."""
 
     tier: ClassVar[str] = "control"
     reads: ClassVar[Mapping[str, str]] = {
@@ -61,7 +61,7 @@ class CycleBase(ABC):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part (kg, mm), tolerance (mm) and machine (mm/s, rad/s) that it is made for."""
+        """Part (kg, mm), tolerance (mm) and machine (mm/s, rad/s) of the problem."""
         return self.problem.job
 
     def _begin(self) -> None:
@@ -82,7 +82,7 @@ class CycleBase(ABC):
         self._begin()
 
     def verdict(self) -> dict[str, float]:
-        """Return what the cycle ended as: the number of its `CycleState`, dimensionless."""
+        """Return the result of the cycle: the number of its `CycleState`."""
         return {"state": float(self._state)}
 
     def step(
@@ -97,22 +97,23 @@ class CycleBase(ABC):
         pushing: float = 0.0,
         **others: Any,
     ) -> Command:
-        """Return what slide and table shall do until the next sample.
+        """Return the commands to slide and table until the next sample.
 
         Parameters
         ----------
         time, angle : float
-            s; of the table, rad, turns counted.
+            Time, s; angle of the table, rad, turns counted.
         slide, probe : float
-            mm, both positive away from the axis; together where the rim is on the push line. A probe that touches nothing: NaN.
+            Position of slide and probe, mm, positive away from the axis; their sum is the rim on the push
+            line. NaN: the probe touches nothing.
         force : float
-            Of the tip, N.
+            Force of the tip, N.
         spindle_speed : float
-            Of the table, rad/s.
+            Speed of the table, rad/s.
         pushing : float
             1 while a profile runs.
         **others
-            Whatever else the machine measures; not used.
+            Other measurements; not used.
         """
         if self._state.over:
             return self._last
@@ -122,10 +123,10 @@ class CycleBase(ABC):
 
     @abstractmethod
     def _next(self, pushing: bool) -> Command:
-        """What to do with a part that is well; `pushing`: a profile runs."""
+        """Decide on a part without error; `pushing`: a profile runs."""
 
     def _sense(self, time: float, angle: float, slide: float, probe: float, spindle_speed: float) -> None:
-        """Take in what was measured."""
+        """Store the readings."""
         self._table.see(time, angle, spindle_speed)
         self._moving = self._velocity  # as it was told at the sample before
         self._tip = slide + self.settings.probe_closed
@@ -134,7 +135,7 @@ class CycleBase(ABC):
             self._seen = time
 
     def _trouble(self, force: float, pushing: bool) -> CycleState | None:
-        """The error that ends the cycle now, if there is one."""
+        """Error that ends the cycle now, or None."""
         settings, time = self.settings, self._table.time
         if isfinite(force) and abs(force) > settings.force_idle and not (pushing or self._expects_force()):
             return CycleState.COLLISION
@@ -146,17 +147,17 @@ class CycleBase(ABC):
         return CycleState.LOST if time - self._seen > settings.lost_after else None
 
     def _expects_force(self) -> bool:
-        """Whether the tip may still touch the part, as just before and after a profile."""
+        """Whether the tip may touch the part, as just before and after a profile."""
         return self._state in (CycleState.PUSH, CycleState.REFOLLOW, CycleState.WAIT)
 
     def _end(self, state: CycleState) -> Command:
-        """End the cycle: away from the part."""
+        """End the cycle: retract."""
         self._state = state
         self._last = {"velocity": 0.0, "retract": 1.0} | ({} if state.failed else {"finished": 1.0})
         return self._last
 
     def _stand_at(self, place: float, feed_forward: float = 0.0) -> Command:
-        """Move the slide so that the pusher tip comes to a place (mm from the axis) that moves outward with a speed (mm/s)."""
+        """Move the tip to a place (mm from the axis) that moves outward at a speed (mm/s)."""
         self._velocity = self._follower.step(self._tip - place, -feed_forward)
         return {"velocity": self._velocity}
 
@@ -167,7 +168,7 @@ class CycleBase(ABC):
         return {"velocity": 0.0}
 
     def _turn_at(self, speed: float) -> Command:
-        """Tell the table its speed, rad/s."""
+        """Command the table speed, rad/s."""
         if speed == self._table.set_point:
             return {}
         self._table.set_point = speed

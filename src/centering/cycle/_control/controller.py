@@ -1,4 +1,6 @@
-"""The controller of the centering cycle: measure while the table runs up, push as soon as that pays, finish when sure."""
+"""Controller of the centering cycle: measures during the run-up, pushes as soon as it pays, ends when
+certain.
+"""
 
 from collections.abc import Mapping
 from math import hypot, isfinite
@@ -24,29 +26,29 @@ _NEARER = 0.05  # chosen: mm by which the slide may wait further out than it nee
 
 
 class CenteringController(CycleBase):
-    """Centre a part in the least time that its strategy knows; see `hwsim.protocols.Controller`.
+    """Centre a part in the least expected time of a strategy; see `hwsim.protocols.Controller`.
 
-    The slide does not follow the rim: it waits as near as the rim comes, so that approaches are short, and the probe, which has
-    the stroke for it, follows alone. Every reading counts, while the table runs up, too, unless a `GeometryEstimator` refuses it;
-    centre, radius and lobes of 2 to 7 undulations are found together, and after a push radius and lobes stay known.
-    A push is sent two samples before it begins, with the angle of the table at which it begins, so that it starts within a
-    sample; until then it is planned anew as the estimate improves. It is not waited for a sure estimate: a push that measuring
-    errors spoil less than its own scatter is worth more. "Centred" is said only when the offset and its uncertainty are within
-    the tolerance.
+    The slide does not follow the rim: it waits close to it, so approaches are short, and only the probe, with
+    its longer stroke, follows. All readings count, those of the run-up included, unless the
+    `GeometryEstimator` rejects them; centre, radius and lobes of 2 to 7 undulations are estimated together,
+    and radius and lobes stay known after a push. A push is sent two samples ahead with the table angle of its
+    start, and starts within a sample; until then it is replanned as the estimate improves. The controller
+    pushes as soon as the measuring error is below the scatter of the push. It reports "centred" only when the
+    offset with its uncertainty is within the tolerance.
 
     Parameters
     ----------
     strategy : Strategy
-        Which push (mm, mm/s) when: `plan(problem)`.
+        Sequence of pushes (mm, mm/s): `plan(problem)`.
     settings : CycleSettings, optional
-        Of machine and cycle.
+        Settings of machine and cycle.
     gains : FollowingGains, optional
-        Of the slide where it moves to its place.
+        Gains of the slide on the way to its place.
 
     Raises
     ------
     TypeError
-        When `strategy` is none.
+        `strategy` is not a strategy.
 
     Examples
     --------
@@ -104,11 +106,13 @@ class CenteringController(CycleBase):
         return self._measuring()
 
     def _way(self, samples: float) -> float:
-        """Angle that the table turns in so many samples, rad."""
+        """Rotation of the table in a number of samples, rad."""
         return samples * self._table.speed * self.period
 
     def report(self) -> dict[str, float]:
-        """Return what is known and intended: state, offset (mm), its direction (rad), band (mm), friction, angles (rad)."""
+        """Return state, offset (mm), its direction (rad), confidence band (mm), friction, trigger angles
+        (rad).
+        """
         view = self._view
         told = {
             "state": float(self._state),
@@ -122,10 +126,11 @@ class CenteringController(CycleBase):
             told |= {"lead_angle": launch.lead, "trigger_angle": self._coming.trigger}
         return told
 
-    # ---- measuring ------------------------------------------------------------------------------------------------
+    # ---- measuring
+    # ------------------------------------------------------------------------------------------------
 
     def _measuring(self) -> Command:
-        """Take the reading in, decide, and keep the slide where it waits."""
+        """Store the reading, decide, and hold the slide at its waiting place."""
         if isfinite(self._reading):
             self._view.take(self._table.angle, self._reading)
             if self._state is CycleState.APPROACH:
@@ -139,7 +144,7 @@ class CenteringController(CycleBase):
         return self._stand_off(self._expected) | self._turn_at(self._speed_for(self._expected))
 
     def _decide(self) -> Command:
-        """Finish, go on measuring, or work toward the next push."""
+        """Finish, continue to measure, or prepare the next push."""
         view, tolerance = self._view, self.problem.tolerance
         doubt = self.settings.doubt * view.band
         if view.offset + doubt <= tolerance:
@@ -155,7 +160,7 @@ class CenteringController(CycleBase):
         return self._end(CycleState.FRICTION) if self._learner.hopeless else self._prepare()
 
     def _stand_off(self, offset: float) -> Command:
-        """Let the tip wait outside the furthest that the rim comes, but never so far off that the probe loses it."""
+        """Waiting place of the tip: outside the furthest rim, within the reach of the probe."""
         furthest = self._view.radius + offset + self._room()
         if isfinite(self._reading):
             furthest = min(furthest, self._reading + 0.9 * self.settings.probe_reach)
@@ -164,24 +169,25 @@ class CenteringController(CycleBase):
         return self._stand_at(furthest + 0.5 * _NEARER * self.settings.margin)
 
     def _room(self) -> float:
-        """Between the tip that waits and the furthest that the rim comes, mm: what the run-up needs, and what is not known."""
+        """Distance from the waiting tip to the furthest rim, mm: run-up plus uncertainty."""
         choice = self._coming.choice
         need = run_up(choice.push_speed, self.problem.limits) if choice is not None else self.settings.margin
         unsure = 4.0 * self._view.sd if self._view.known else 0.0
         return max(need, 0.3 * self.settings.margin) + min(unsure, self.settings.margin)
 
-    # ---- before a push --------------------------------------------------------------------------------------------
+    # ---- before a push
+    # --------------------------------------------------------------------------------------------
 
     def _speed_for(self, offset: float) -> float:
-        """Table speed that the strategy wants at an offset, rad/s."""
+        """Table speed of the strategy at an offset, rad/s."""
         return self._choose(offset).spindle_speed
 
     def _choose(self, offset: float) -> ChosenPush:
-        """What the strategy does at an offset."""
+        """Choice of the strategy at an offset."""
         return self._coming.ask(offset, self._learner.friction, self._learner.evidence)
 
     def _prepare(self) -> Command:
-        """Choose and plan the push; stop the slide in time; send the push when it is due."""
+        """Choose and plan the push; stop the slide in time; send the push when due."""
         view, table, coming = self._view, self._table, self._coming
         ready = self._good_enough()
         if ready:
@@ -202,16 +208,16 @@ class CenteringController(CycleBase):
         return command | self._send(choice, arriving)
 
     def _start(self, speed: float) -> Approach:
-        """Where a push at a table speed (rad/s) begins."""
+        """Start of a push at a table speed (rad/s)."""
         view = self._view
         return Approach(view.offset, max(self._tip - view.rim, 0.0), speed)
 
     def _aim_angle(self) -> float:
-        """Table angle with the high point under the tip, as pushes go, rad."""
+        """Table angle with the high point under the tip, corrected for the learned direction, rad."""
         return self._view.offset_angle - self._learner.bias - self.settings.manual_lead
 
     def _good_enough(self) -> bool:
-        """Whether measuring errors spoil the push less than its own scatter does."""
+        """Whether the measuring error is below the scatter of the push."""
         view, scatter = self._view, self.problem.scatter
         own = hypot(scatter.direction_sd * view.offset, scatter.stop_sd, scatter.measuring_sd)
         return view.sd <= own
@@ -226,10 +232,11 @@ class CenteringController(CycleBase):
         self._state = CycleState.WAIT
         return {"profile": push.rows, "profile_angle": self._coming.trigger}
 
-    # ---- the push and after ---------------------------------------------------------------------------------------
+    # ---- the push and after
+    # ---------------------------------------------------------------------------------------
 
     def _begin_push(self) -> Command:
-        """Note where the part was, and forget it."""
+        """Record the place of the part, and forget it."""
         push, choice = self._coming.launch, self._coming.choice
         if push is None or choice is None:
             raise RuntimeError("a push began that was not planned")
@@ -248,7 +255,7 @@ class CenteringController(CycleBase):
         return {}
 
     def _pushing(self, runs: bool) -> Command:
-        """Wait for the part to rest; readings count from then on, even while the tip goes back."""
+        """Wait until the part rests; readings count from then on, even during the retreat."""
         if self._table.angle < self._rest_angle:
             return {} if runs else self._stand_off(self._left())
         if isfinite(self._reading):
@@ -261,10 +268,10 @@ class CenteringController(CycleBase):
         return self._measuring_after()
 
     def _measuring_after(self) -> Command:
-        """The first sample after the profile: nothing is known yet, so the table turns as for what such a push leaves."""
+        """First sample after the profile: the table turns as for the expected remaining offset."""
         self._expected = self._left()
         return self._stand_off(self._expected) | self._turn_at(self._speed_for(self._expected))
 
     def _left(self) -> float:
-        """Offset that the last push may well leave, mm."""
+        """Plausible offset after the last push, mm."""
         return max(_WELL * self.problem.scatter.direction_sd * self._pushed_aim, self.problem.tolerance)

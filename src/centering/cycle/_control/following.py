@@ -1,4 +1,4 @@
-"""The probe is followed by a PI law of the slide's speed that brakes in time and does not wind up."""
+"""PI law of the slide's speed that follows the probe, brakes in time and does not wind up."""
 
 from math import copysign, sqrt
 
@@ -14,10 +14,11 @@ from sdpgrind.base.quantities import Described, array, described, quantity, unit
 
 @described()
 class FollowingGains(Described):
-    """Gains of the law that follows the probe: slide speed = Kp e + Ki integral of e, e the deviation of the probe.
+    """Gains of the following law: slide speed = Kp e + Ki integral of e, e the deviation of the probe.
 
-    The defaults are what `tune_following` finds for a step of a whole gap; the integral, which only makes a slow tail there, is
-    for slides that do not hold the speed they are told. Gains as in Mears (3.16) are counts of a drive and mean nothing here.
+    The defaults are the optimum of `tune_following` for a step of a whole gap. The integral only adds a slow
+    tail there; it serves slides with a steady speed error. The gains of Mears (3.16) are counts of a drive
+    and do not apply.
 
     Parameters
     ----------
@@ -29,7 +30,7 @@ class FollowingGains(Described):
     Raises
     ------
     ValueError
-        When Kp is not > 0 or Ki is negative.
+        Kp is not > 0, or Ki is negative.
 
     Examples
     --------
@@ -42,17 +43,17 @@ class FollowingGains(Described):
     integral: float = quantity("1/s^2", at_least=0, default=0.0)
 
     def error_gain(self, frequency: float) -> float:
-        """Return the amplitude of the deviation over that of the rim's motion: ``|E/r|`` of E/r = s^2/(s^2 + Kp s + Ki).
+        """Return the amplitude ratio of deviation and rim motion: ``|E/r|`` of E/r = s^2/(s^2 + Kp s + Ki).
 
         Parameters
         ----------
         frequency : float
-            Of the rim's motion, rad/s: the spindle speed.
+            Frequency of the rim's motion, rad/s: the spindle speed.
 
         Raises
         ------
         ValueError
-            When it is negative or not finite.
+            It is negative or not finite.
         """
         square = checks.nonnegative("frequency", frequency, "rad/s") ** 2
         return square / abs(complex(self.integral - square, self.proportional * frequency))
@@ -60,7 +61,7 @@ class FollowingGains(Described):
 
 @described()
 class FollowingLimits(Described):
-    """What the slide can do while it follows.
+    """Limits of the slide while it follows.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ class FollowingLimits(Described):
     Raises
     ------
     ValueError
-        When a value is not > 0.
+        A value is not > 0.
 
     Examples
     --------
@@ -87,33 +88,33 @@ class FollowingLimits(Described):
     sample_time: float = quantity("s", above=0, default=0.01)
 
     def least_time(self, distance: float) -> float:
-        """Return the least time (s) from rest to rest over a distance: no law of following is faster.
+        """Return the least time (s) from rest to rest over a distance: a lower bound for every following law.
 
         Parameters
         ----------
         distance : float
-            mm, > 0.
+            Distance, mm, > 0.
 
         Raises
         ------
         ValueError
-            When the distance is not > 0.
+            The distance is not > 0.
         """
         return rest_to_rest(checks.positive("distance", distance, "mm"), self.speed, self.acceleration)
 
 
 class Follower:
-    """The law itself: one speed for each deviation.
+    """Following law: one speed for each deviation.
 
-    What the deviation itself commands is never more than what the slide can brake from within it, so that a step of a whole gap,
-    which saturates nearly all the way, does not overshoot; while it is limited the integral stands still.
+    The proportional part never exceeds the speed from which the slide can brake within the deviation, so a
+    step of a whole gap does not overshoot; while the speed is limited the integral is frozen.
 
     Parameters
     ----------
     gains : FollowingGains, optional
-        1/s, 1/s^2.
+        Gains, 1/s, 1/s^2.
     limits : FollowingLimits, optional
-        mm/s, mm/s^2, s.
+        Limits of the slide, mm/s, mm/s^2, s.
 
     Examples
     --------
@@ -128,18 +129,18 @@ class Follower:
         self._integral = 0.0
 
     def reset(self) -> None:
-        """Forget the deviations so far."""
+        """Clear the integral."""
         self._integral = 0.0
 
     def step(self, deviation: float, feed_forward: float = 0.0) -> float:
-        """Return the speed of the slide, mm/s, until the next sample.
+        """Return the speed of the slide until the next sample, mm/s.
 
         Parameters
         ----------
         deviation : float
-            How far the slide has to go, mm, in the direction of positive speed.
+            Remaining distance of the slide, mm, in the direction of positive speed.
         feed_forward : float
-            Speed of what is followed, mm/s, where it is known.
+            Known speed of the followed rim, mm/s.
         """
         wanted = self.gains.proportional * deviation
         allowed = min(braking_speed(abs(deviation), self.limits), self.limits.speed)
@@ -160,9 +161,9 @@ def braking_speed(distance: float, limits: FollowingLimits) -> float:
     Parameters
     ----------
     distance : float
-        mm, >= 0.
+        Distance, mm, >= 0.
     limits : FollowingLimits
-        Of the slide.
+        Limits of the slide.
 
     Examples
     --------
@@ -175,18 +176,18 @@ def braking_speed(distance: float, limits: FollowingLimits) -> float:
 
 @described()
 class FollowingMap(ByValue, Described):
-    """The objective of Mears (3.15), Z = t_s/t_s,nom + OV/OV_nom, over both gains.
+    """Objective of Mears (3.15), Z = t_s/t_s,nom + OV/OV_nom, over both gains.
 
     Parameters
     ----------
     proportional, integral : array
         Kp (p,), 1/s, and Ki (i,), 1/s^2.
     settling_time : array, shape (p, i)
-        s, until the deviation stays within 1 % of the step; infinite where it does not.
+        Time until the deviation stays within 1 % of the step, s; infinite: never.
     overshoot : array, shape (p, i)
-        Over the step, unit 1.
+        Overshoot over the step.
     objective : array, shape (p, i)
-        Z, unit 1.
+        Z.
 
     Examples
     --------
@@ -207,7 +208,7 @@ class FollowingMap(ByValue, Described):
 
     @property
     def gains(self) -> FollowingGains:
-        """The gains of the least objective, 1/s and 1/s^2."""
+        """Gains of the least objective, 1/s and 1/s^2."""
         p, i = np.unravel_index(int(np.argmin(self.objective)), self.objective.shape)
         return FollowingGains(float(self.proportional[p]), float(self.integral[i]))
 
@@ -226,25 +227,25 @@ def tune_following(
     Parameters
     ----------
     step : float
-        From where the probe is to where it shall be, mm, > 0.
+        Initial deviation of the probe, mm, > 0.
     limits : FollowingLimits, optional
-        Of the slide (mm/s, mm/s^2, s).
+        Limits of the slide (mm/s, mm/s^2, s).
     proportional, integral : array_like, optional
-        Kp (1/s, > 0) and Ki (1/s^2, >= 0) to be tried.
+        Candidate Kp (1/s, > 0) and Ki (1/s^2, >= 0).
     settling_nominal : float
-        Settling time that counts 1, s.
+        Nominal settling time, s.
     overshoot_nominal : float
-        Overshoot over the step that counts 1, unit 1.
+        Nominal overshoot over the step.
 
     Raises
     ------
     ValueError
-        When a value is out of range.
+        A value is out of range.
 
     Examples
     --------
     >>> found = tune_following()
-    >>> found.gains.proportional, found.gains.integral, round(float(found.settling_time.min()), 3)  # 1/s, 1/s^2, s
+    >>> found.gains.proportional, found.gains.integral, round(float(found.settling_time.min()), 3)
     (32.0, 0.0, 0.104)
     """
     way = checks.positive("step", step, "mm")
@@ -265,7 +266,7 @@ _SETTLED = 0.01  # chosen: of the step
 
 
 def _gains(name: str, values: npt.ArrayLike) -> Floats:
-    """A copy of gains to be tried."""
+    """Checked copy of candidate gains."""
     unit = units_of(FollowingGains)[name]
     gains = np.atleast_1d(checks.finite_array(name, values, unit)).astype(float)
     checks.nonnegative(name, float(gains.min()), unit)
@@ -273,7 +274,7 @@ def _gains(name: str, values: npt.ArrayLike) -> Floats:
 
 
 def _responses(step: float, limits: FollowingLimits, kp: Floats, ki: Floats) -> tuple[Floats, Floats]:
-    """Settling time (s) and overshoot (over the step) of a slide that takes each new speed at its greatest acceleration."""
+    """Settling time (s) and overshoot (over the step) of a slide that accelerates fully."""
     followers = [Follower(FollowingGains(float(p), float(i)), limits) for p in kp for i in ki]
     place, speed = np.zeros((kp.size, ki.size)), np.zeros((kp.size, ki.size))
     settled, greatest = np.zeros_like(place), np.zeros_like(place)

@@ -1,4 +1,4 @@
-"""A ring whose form is learned while it is centred: lobes look like an offset until enough of the rim was seen."""
+"""Estimate of a ring with its form: lobes resemble an offset until enough of the rim was measured."""
 
 from math import hypot, inf, isfinite, sqrt
 
@@ -16,24 +16,25 @@ _SHARE = 0.9995  # two-sided 99.9 %
 
 
 class RingFilter:
-    """Centre, radius and lobes of a ring by all its readings: the centre is new after each push, the others persist.
+    """Centre, radius and lobes of a ring from all readings: the centre is new after each push, the rest
+    persists.
 
-    Lobes of 2 to 7 undulations have an amplitude that is unknown at first: what they may do to the centre of a short arc is part
-    of its standard deviation, and gets less as more of the rim is seen, wherever the ring is. Lobes that are found large make
-    those that were not yet seen be expected larger, too. They are taken to turn with the table, pushed or not.
+    Lobes of 2 to 7 undulations have unknown amplitudes: their effect on the centre of a short arc is part of
+    its standard deviation, which falls as more of the rim is measured. Large lobes raise the expected
+    amplitude of the lobes that are still unknown. Lobes turn with the table.
 
     Parameters
     ----------
     radius, radius_sd : float
-        As it is known beforehand, of the surface, mm.
+        Prior radius of the surface and its standard deviation, mm.
     form_sd : float
-        Least standard deviation of each lobe's cosine and sine beforehand, mm.
+        Least prior standard deviation of each lobe's cosine and sine, mm.
     noise_sd : float
-        Of a reading beforehand, mm.
+        Prior standard deviation of a reading, mm.
     angle_sd : float
-        Of the angle at which it is taken, rad.
+        Standard deviation of the angle of a reading, rad.
     tip_radius : float
-        Of the probe's roller, mm.
+        Radius of the probe's roller, mm.
 
     Examples
     --------
@@ -81,7 +82,7 @@ class RingFilter:
         self.sd = self.band = inf
 
     def moved(self) -> None:
-        """The ring was pushed: it is somewhere else, with its radius and its lobes."""
+        """Begin a new place after a push; radius and lobes persist."""
         if self._looked:
             forget_center(self._matrix - self._assumed, self._vector, self._known, self._told)
             self._squares, self._freedom = self._squares + self._own[0], self._freedom + self._own[1]
@@ -89,7 +90,7 @@ class RingFilter:
         self._forget_readings()
 
     def take(self, angle: float, reading: float, used: bool) -> None:
-        """Take a reading: of the spindle, rad, and of the rim, mm; whether it is `used` may change."""
+        """Store a reading: angle of the spindle, rad, and rim, mm; `used` may change later."""
         if self._count == _KEPT:
             self._rows[:-1] = self._rows[1:].copy()
             self._count -= 1
@@ -97,14 +98,14 @@ class RingFilter:
         self._count += 1
 
     def use(self, used: Floats) -> None:
-        """Of as many latest readings as are told these are used, and none before."""
+        """Set which of the latest readings are used; older ones are not."""
         latest = self._rows[self._count - used.size : self._count].copy()
         latest[:, 2] = used
         self._count = used.size
         self._rows[: self._count] = latest
 
     def look(self, near: tuple[float, float] | None = None) -> None:
-        """Work the values out anew, at first after a push from about a place (mm) on."""
+        """Update the estimate; the first one after a push starts at `near` (mm)."""
         if near is not None:
             self._value[:2] = near
         self._looked = self._count
@@ -122,16 +123,16 @@ class RingFilter:
 
     @property
     def _prior(self) -> Floats:
-        """Information on the lobes beforehand, 1/mm^2."""
+        """Prior information on the lobes, 1/mm^2."""
         return np.diag([0.0] * 3 + [1.0 / self._form**2] * (SIZE - 3))
 
     @property
     def _noise_sd(self) -> float:
-        """Of a reading, mm, as it is known by now."""
+        """Current standard deviation of a reading, mm."""
         return sqrt((self._squares + self._own[0]) / (self._freedom + self._own[1]))
 
     def _solved(self, noise: float) -> tuple[Floats, float]:
-        """Covariance of the values with a noise (mm), and what correlation makes of it; they, and squares, are kept."""
+        """Covariance of the values for a noise (mm), corrected for correlation; stores values and squares."""
         rows = self._rows[: self._count]
         rows = np.ascontiguousarray(rows[rows[:, 2] > 0.0].T)
         angles, readings = rows[0], rows[1]
@@ -147,9 +148,9 @@ class RingFilter:
 
     @property
     def radius(self) -> float:
-        """Of the circle about which the lobes are, mm."""
+        """Radius of the mean circle, mm."""
         return self._nominal + float(self._value[2])
 
     def lobes_at(self, angle: float) -> float:
-        """Return by how much (mm) the lobes make a reading more at an angle of the spindle (rad)."""
+        """Return the contribution of the lobes to a reading (mm) at an angle of the spindle (rad)."""
         return float(lobes_at(angle, self._value, self._nominal + self._tip))

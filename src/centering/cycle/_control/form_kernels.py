@@ -1,9 +1,10 @@
-"""Centre, radius and lobes of a ring together, by its readings since it was pushed and what those before have told. Compiled.
+"""Joint least squares of centre, radius and lobes of a ring, from its readings and prior information.
+Compiled.
 
-A reading (tip included) of a ring of radius R about (x, y) is that of a circle and, to first order, more by
-steep (dR + dx cos b + dy sin b + sum of c_n cos nb + s_n sin nb): b the angle about the ring's centre, steep 1 over the cosine
-between probe and normal. Values are (x, y, dR, c_2, s_2, ...), mm. All but the centre persist over pushes: what is known of them
-is kept as normal equations, information and its product with the value.
+A reading (tip included) of a ring of radius R about (x, y) is that of a circle plus, to first order, steep
+(dR + dx cos b + dy sin b + sum of c_n cos nb + s_n sin nb): b the angle about the ring's centre, steep 1 over
+the cosine between probe and normal. Values are (x, y, dR, c_2, s_2, ...), mm. All but the centre persist over
+pushes as normal equations: information and its product with the values.
 """
 
 import numpy as np
@@ -21,9 +22,10 @@ _STEPS, _CLOSE = 8, 1e-5  # mm, chosen: Gauss-Newton ends with a step of the cen
 
 @compiled(error_model="numpy")
 def _write_row(angle, reading, x, y, radius, turning, row):
-    """Write the derivatives of a reading by the values; return by how much (mm) it is more than that of a circle, and its weight.
+    """Write the derivatives of a reading by the values; return its excess over a circle (mm) and its weight.
 
-    `turning` is the error of an angle over that of a reading, rad/mm: where the rim goes fast, readings tell less.
+    `turning` is the error of an angle over that of a reading, rad/mm: it reduces the weight where the rim is
+    fast.
     """
     c, s = np.cos(angle), np.sin(angle)
     along, across = x * c + y * s, x * s - y * c
@@ -41,7 +43,9 @@ def _write_row(angle, reading, x, y, radius, turning, row):
 
 @compiled(error_model="numpy")
 def _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, vector):
-    """Add readings to normal equations about a value: upper triangle; `radius` is that of dR = 0, tip included."""
+    """Add readings to normal equations about a value: upper triangle; `radius` is that of dR = 0, tip
+    included.
+    """
     row = np.empty(SIZE)
     for k in range(angles.size):
         target, weight = _write_row(
@@ -58,7 +62,8 @@ def _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, ve
 
 @compiled(error_model="numpy")
 def solve(angles, readings, value, radius, turning, noise_sd, known, told, matrix, vector):
-    """Improve `value` by readings and what was known (`known`, and `told` times the value), and write the normal equations.
+    """Improve `value` by readings and prior (`known`, and `told` times the value); write the normal
+    equations.
 
     Returns the covariance of the values.
     """
@@ -86,7 +91,9 @@ def solve(angles, readings, value, radius, turning, noise_sd, known, told, matri
 
 @compiled(error_model="numpy")
 def residuals(angles, readings, value, radius, turning):
-    """Squares that a value leaves of the readings, by their weights, and squared differences of successive ones: sums, mm^2."""
+    """Weighted sums of squared residuals of the readings, and of squared differences of successive ones,
+    mm^2.
+    """
     row, squares, lagged, before = np.empty(SIZE), 0.0, 0.0, 0.0
     for k in range(angles.size):
         left, weight = _write_row(angles[k], readings[k], value[0], value[1], radius + value[2], turning, row)
@@ -102,7 +109,7 @@ def residuals(angles, readings, value, radius, turning):
 
 @compiled(error_model="numpy")
 def forget_center(matrix, vector, known, told):
-    """Write what normal equations tell of all values but the centre, which may then be anywhere."""
+    """Write the information of normal equations on all values but the centre, which becomes free."""
     a, b, c = matrix[0, 0], matrix[0, 1], matrix[1, 1]
     by = a * c - b * b
     known[:] = 0.0
@@ -116,7 +123,7 @@ def forget_center(matrix, vector, known, told):
 
 @compiled(error_model="numpy")
 def lobes_at(angle, value, radius):
-    """By how much (mm) lobes make a reading more at an angle of the spindle."""
+    """Contribution of the lobes to a reading (mm) at an angle of the spindle."""
     row, total = np.empty(SIZE), 0.0
     _write_row(angle, 0.0, value[0], value[1], radius + value[2], 0.0, row)
     for i in range(3, SIZE):

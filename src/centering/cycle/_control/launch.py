@@ -1,4 +1,4 @@
-"""From a chosen push to what the machine is sent: motion of the slide, and the table angle at which it begins."""
+"""From a chosen push to its command: motion of the slide and table angle of its start."""
 
 from cmath import exp
 from dataclasses import dataclass
@@ -16,43 +16,44 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
 _ERROR = 1e-6  # mm, chosen: of a step of the push in the plane
-_TRIES = 12  # chosen
-_MOVED = 0.2  # of the offset: a ring that went less far was hardly touched; pushes of less than half of it are not chosen
+_TRIES = 12  # chosen: simulations of one lead
+_MOVED = 0.2  # chosen: travel over offset below which the tip hardly touched the ring
 _EARLIER, _NEAR_END = (
     0.5,
     1e-3,
-)  # of the way to a lead with alignment at the end, and rad more: the next try then
+)  # chosen: next lead after a miss: share of the way to alignment at the end; rad
 _SLOPE, _SLOPES, _LEAP = (
     -0.7,
     (-3.0, -0.3),
     0.5,
-)  # of the direction over the lead, at first and in bounds; rad at a time
-_LATEST = 0.2  # rad beyond alignment at the end: later the rim sweeps up the tip from its other side, where it is aligned, too
-_CLOSE = 1e-4  # chosen: of the offset, across: far below what the direction scatters
-_PAUSE = 0.02  # s, chosen: a tip that is not drawn back at once stays so long
-_CLEAR = 0.5  # mm, chosen: how far it is drawn back then
-_MENDINGS = 4  # chosen
-_MEND = 2e-4  # mm, chosen: less is left alone
-_LEAST = 0.2  # chosen: of a stroke
+)  # chosen: d direction/d lead at first, its bounds; rad a step
+_LATEST = 0.2  # rad, chosen: beyond alignment at the end; later the rim meets the tip from its other side
+_CLOSE = 1e-4  # chosen: remaining offset across over the offset; far below the scatter of the direction
+_PAUSE = 0.02  # s, chosen: rest of a tip that does not retract at once
+_CLEAR = 0.5  # mm, chosen: its retreat
+_MENDINGS = 4  # chosen: corrections of one stroke
+_MEND = 2e-4  # mm, chosen: smallest correction
+_LEAST = 0.2  # chosen: smallest corrected stroke over the nominal one
 _NO_LOG = np.empty((0, LOG_COLUMNS))
 
 
 @dataclass(frozen=True, eq=False)
 class SentPush(Frozen):
-    """A push as it is sent.
+    """Push as it is sent.
 
     Parameters
     ----------
     lead : float
-        Angle that the table turns from the begin of the motion until the offset is on the push line, rad.
+        Rotation of the table from the start of the motion until the offset is on the push line, rad.
     rows : array, (n, 3)
-        Motion of the slide: duration (s), speed at the begin (mm/s) and acceleration (mm/s^2), positive toward the axis.
+        Motion of the slide: duration (s), initial speed (mm/s), acceleration (mm/s^2), positive toward the
+        axis.
     stop_time : float
-        From the begin until the tip turns back, s.
+        Time from the start until the tip turns back, s.
     beyond : float
-        How much further the ring is expected to go than on a table at rest, mm, after the stroke was mended for it.
+        Expected excess travel over that on a table at rest, mm, after correction of the stroke.
     first : int
-        Row with which the push begins, after the approach.
+        First row of the push, after the approach.
     """
 
     lead: float
@@ -63,22 +64,22 @@ class SentPush(Frozen):
 
     @property
     def duration(self) -> float:
-        """Of the whole motion, s."""
+        """Duration of the whole motion, s."""
         return float(self.rows[:, 0].sum())
 
 
 @dataclass(frozen=True)
 class Approach(Frozen):
-    """Where a push begins.
+    """Start of a push.
 
     Parameters
     ----------
     offset : float
-        Of the part, mm.
+        Offset of the part, mm.
     room : float
-        From the waiting tip to the furthest that the rim comes, mm.
+        Distance from the waiting tip to the furthest rim, mm.
     spindle_speed : float
-        rad/s.
+        Table speed, rad/s.
     """
 
     offset: float
@@ -87,7 +88,7 @@ class Approach(Frozen):
 
 
 def run_up(speed: float, limits: CenteringLimits) -> float:
-    """Return the distance (mm) in which the slide comes from rest to a speed (mm/s)."""
+    """Return the distance (mm) over which the slide accelerates from rest to a speed (mm/s)."""
     return speed * speed / (2.0 * limits.acceleration_max)
 
 
@@ -100,29 +101,29 @@ def launch(
     lag: float = 0.0,
     friction: float = 1.0,
 ) -> SentPush:
-    """Return what is to be sent for a push.
+    """Return the command of a push.
 
-    The tip runs up to its speed before the place of the rim's furthest point and stops where it would with a table at rest, for
-    which the stroke was chosen. When to begin is found by following ring, tip and table in the plane (friction, inertia and
-    all), so that what the push leaves lies on the line of the offset. Where the turning table makes the ring go further or less
-    far than one at rest would, the stroke is mended.
+    The tip reaches its speed before the furthest place of the rim and stops where it would for a table at
+    rest, for which the stroke was chosen. The start follows from a simulation of ring, tip and table in the
+    plane, so that the remaining offset lies along the old one. The stroke is corrected for the effect of the
+    turning table on the travel.
 
     Parameters
     ----------
     kind : PushKind
-        How the tip pushes.
+        Kind of push.
     stroke : float
-        Travel of the tip from there, mm.
+        Travel of the tip from the rim, mm.
     start : Approach
         Offset and room (mm), table speed (rad/s).
     model : PushModel
-        What the push is made for.
+        Model of the part.
     limits : CenteringLimits
-        Of the slide.
+        Limits of the slide.
     lag : float
-        How late the slide follows once it is loaded, s: speed over following error of Mears' Table 3.2; it is made up for.
+        Delay of the loaded slide, s, compensated: following error over speed of Mears' Table 3.2.
     friction : float
-        What is believed of the part's friction, over that of the model.
+        Believed friction of the part over that of the model.
     """
     felt = felt_model(model, friction)
     goal = _travel_at_rest(kind.profile(model, stroke, limits.acceleration_max).segments, felt)
@@ -151,18 +152,19 @@ def preview(
     limits: CenteringLimits,
     friction: float = 1.0,
 ) -> SentPush:
-    """Return about what is to be sent for a push that is not due yet: `launch`, its stroke not mended (`beyond` is 0).
+    """Return an approximate command of a later push: `launch` without correction of the stroke (`beyond` =
+    0).
 
     Parameters
     ----------
     kind, stroke, start, model, limits, friction
-        As `launch` has them (mm, rad/s).
+        As for `launch` (mm, rad/s).
     """
     return _tried(kind, stroke, start, (model, felt_model(model, friction)), limits, None)
 
 
 def felt_model(model: PushModel, friction: float) -> PushModel:
-    """Return a model with its friction times a friction scale."""
+    """Return a model with its friction multiplied by a friction scale."""
     return model.replace(mu_static=model.mu_static * friction, mu_kinetic=model.mu_kinetic * friction)
 
 
@@ -175,9 +177,9 @@ def _tried(
     goal: float | None,
     guess: float = 0.0,
 ) -> SentPush:
-    """The push with a stroke, and how much further than its goal (mm) the ring goes; `guess` is a lead to begin with (rad).
+    """Push with a stroke and its excess travel over the goal (mm); `guess` is an initial lead (rad).
 
-    Of the two models the first is what the push is made for, as the tables of outcomes have it, the second what is pushed.
+    Of the two models the first is nominal, as in the tables of outcomes, the second is the believed one.
     """
     contact = kind.profile(models[0], stroke, limits.acceleration_max).segments
     before = _approach(start.room, float(contact[0, 1]), limits)
@@ -188,7 +190,7 @@ def _tried(
 
 
 def _mended(strokes: list[float], tries: list[SentPush]) -> float:
-    """The next stroke to try: by the slope of the last two where it is sound, else by a slope of 1."""
+    """Next stroke: secant of the last two where it is sound, else slope 1."""
     slope = 1.0
     if len(tries) > 1 and strokes[-1] != strokes[-2]:
         slope = (tries[-1].beyond - tries[-2].beyond) / (strokes[-1] - strokes[-2])
@@ -197,14 +199,14 @@ def _mended(strokes: list[float], tries: list[SentPush]) -> float:
 
 
 def _made_up(rows: Floats, first: int, lag: float) -> Floats:
-    """Motion that a slide which follows late under load makes into `rows`: faster as it accelerates, and longer by the lag."""
+    """Motion that a slide with lag turns into `rows`: faster while accelerating, and longer by the lag."""
     out = rows.copy()
     out[first:, 1] += lag * rows[first:, 2]
     return np.insert(out, first, (lag, rows[first, 1], 0.0), axis=0)
 
 
 def _travel_at_rest(contact: Floats, model: PushModel) -> float:
-    """How far the ring goes on a table at rest, mm."""
+    """Travel of the ring on a table at rest, mm."""
     out = np.empty(COLUMNS)
     if push(model.parameters, contact, 0.0, out, _NO_LOG) != DONE:
         raise RuntimeError("a push did not end within the greatest number of events")
@@ -212,7 +214,7 @@ def _travel_at_rest(contact: Floats, model: PushModel) -> float:
 
 
 def _approach(room: float, speed: float, limits: CenteringLimits) -> Floats:
-    """Motion over the room before the rim that ends with a speed, as fast as the slide can."""
+    """Fastest motion over the room before the rim that ends at a speed."""
     most = limits.acceleration_max
     top = min(sqrt(most * room + 0.5 * speed * speed), limits.slide_speed_max)
     if top <= speed:  # too near to run up: the tip is still gaining speed where it should have it
@@ -224,16 +226,17 @@ def _approach(room: float, speed: float, limits: CenteringLimits) -> Floats:
 
 
 def _drawn_back(limits: CenteringLimits) -> Floats:
-    """A pause, then back."""
+    """Pause, then retreat."""
     half = sqrt(_CLEAR / limits.acceleration_max)
     most = limits.acceleration_max
     return np.array([(_PAUSE, 0.0, 0.0), (half, 0.0, -most), (half, -most * half, most)])
 
 
 def _lead(rows: Floats, start: Approach, model: PushModel, guess: float) -> tuple[float, float]:
-    """Lead angle (rad) with which nothing is left across the offset, and what is left along it (mm).
+    """Lead angle (rad) without remaining offset across the old one, and the remaining offset along it (mm).
 
-    By secants of the direction in which the ring goes: what is left across is also 0 where the tip misses the ring.
+    By secants on the direction of travel, since the offset across also vanishes where the tip misses the
+    ring.
     """
     end = start.spindle_speed * until_turn(rows)
     if start.offset <= 0.0 or start.spindle_speed <= 0.0:
@@ -260,18 +263,18 @@ def _lead(rows: Floats, start: Approach, model: PushModel, guess: float) -> tupl
 
 
 def followed(rows: Floats, start: Approach, model: PushModel, lead: float) -> tuple[float, float]:
-    """Return where a push leaves the centre, along and across the offset it had, mm.
+    """Return the centre after a push, along and across the old offset, mm.
 
     Parameters
     ----------
     rows : array, (n, 3)
         Motion of the slide.
     start : Approach
-        Where it begins.
+        Start of the push.
     model : PushModel
-        What is pushed.
+        Model of the part.
     lead : float
-        Angle of the offset before the push line at the begin, rad.
+        Angle of the offset before the push line at the start, rad.
     """
     radius, speed = model.part.radius, start.spindle_speed
     state = ring_state(start.offset, -lead, radius, speed)

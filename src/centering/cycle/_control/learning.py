@@ -1,4 +1,4 @@
-"""What a push teaches: how far the part went along the push, and how far beside it."""
+"""Learning from pushes: travel of the part along and across the push."""
 
 from dataclasses import dataclass
 from math import cos, hypot, inf, pi, sin
@@ -7,26 +7,24 @@ from centering.cycle._control.next_push import ChosenPush, PushStrategy
 from centering.cycle._control.part_view import PartView
 from sdpgrind.base.frozen import Frozen
 
-_TOLD, _HIDDEN = (
-    0.05,
-    2e-3,
-)  # of the wanted travel, and mm: what turning may add before a push tells nothing of friction
-_LONG = 1.0  # mm: what a longer push is off by is more of its direction than of friction, and small pushes tell it better
-_MEMORY = 4.0  # chosen: pushes' worth of evidence at most: friction may change, and models err
-_TELLING = 0.02  # mm, chosen: shorter travels say nothing about the direction
-_STRANGE = 5.0  # chosen: standard deviations from part to part: one of a million parts has such friction
-_IDLE = 12  # pushes of such a part without bringing it half as near: where each does so with even odds, one of 4000 parts
-_DIRECTION_BIAS = 0.0035  # rad: sd of a constant error of direction, before anything is known
+# chosen: excess travel from turning, relative and in mm, above which a push is no evidence of friction
+_TOLD, _HIDDEN = 0.05, 2e-3
+_LONG = 1.0  # mm, chosen: the error of a longer push is mainly its direction; short pushes show it better
+_MEMORY = 4.0  # chosen: greatest evidence, in pushes; friction may change, and models err
+_TELLING = 0.02  # mm, chosen: shorter travels are no evidence of the direction
+_STRANGE = 5.0  # chosen: standard deviations from part to part; exceeded by one part of a million
+_IDLE = 12  # chosen: such pushes without halving the offset; at even odds one part of 4000
+_DIRECTION_BIAS = 0.0035  # rad, chosen: prior sd of a constant error of direction
 
 
 @dataclass(frozen=True)
 class RingTravel(Frozen):
-    """How a part went, from the centres before and after a push.
+    """Travel of a part, from the centres before and after a push.
 
     Parameters
     ----------
     along, across : float
-        Along the direction of the push on the table, and to its left, mm.
+        Travel along the direction of the push on the table, and to its left, mm.
 
     Examples
     --------
@@ -43,7 +41,9 @@ class RingTravel(Frozen):
     def between(
         cls, before: tuple[float, float], after: tuple[float, float], *, towards: float
     ) -> "RingTravel":
-        """Return the travel between two centres (mm) in a push whose direction on the table is `towards` (rad)."""
+        """Return the travel between two centres (mm) in a push whose direction on the table is `towards`
+        (rad).
+        """
         x, y = after[0] - before[0], after[1] - before[1]
         return cls(x * cos(towards) + y * sin(towards), y * cos(towards) - x * sin(towards))
 
@@ -54,12 +54,12 @@ class RingTravel(Frozen):
 
 
 class LearnedBias:
-    """A constant that shows itself in noise: mean and variance, updated by each sight (a scalar Kalman filter).
+    """Constant observed in noise: mean and variance, updated by each observation (scalar Kalman filter).
 
     Parameters
     ----------
     sd : float
-        Standard deviation before anything was seen, > 0.
+        Prior standard deviation, > 0.
 
     Examples
     --------
@@ -74,7 +74,7 @@ class LearnedBias:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was seen."""
+        """Return to the prior."""
         self.value, self._variance = 0.0, self._start**2
 
     @property
@@ -83,12 +83,12 @@ class LearnedBias:
         return float(self._variance**0.5)
 
     def see(self, value: float, sd: float) -> None:
-        """Take in one sight.
+        """Add an observation.
 
         Parameters
         ----------
         value, sd : float
-            What was seen, and the standard deviation of its noise.
+            Observed value and standard deviation of its noise.
         """
         gain = self._variance / (self._variance + sd * sd)
         self.value += gain * (value - self.value)
@@ -97,7 +97,9 @@ class LearnedBias:
 
 @dataclass(frozen=True)
 class _Pushed(Frozen):
-    """A push that was made: centre and its sd before (mm), direction on the table (rad), what turning adds to its travel (mm)."""
+    """Executed push: centre and sd before (mm), direction on the table (rad), excess travel from turning
+    (mm).
+    """
 
     x: float
     y: float
@@ -108,12 +110,13 @@ class _Pushed(Frozen):
 
 
 class PartLearner:
-    """What the pushes of a part have told: its friction, by the strategy's own rule, and a constant error of direction.
+    """Knowledge from the pushes of a part: friction, by the strategy's own rule, and a constant error of
+    direction.
 
     Parameters
     ----------
     strategy : Strategy
-        Its problem and its rule of belief.
+        Strategy with its problem and rule of belief.
     """
 
     def __init__(self, strategy: PushStrategy) -> None:
@@ -132,35 +135,35 @@ class PartLearner:
 
     @property
     def bias(self) -> float:
-        """By how much pushes go to the left of where they are aimed, rad."""
+        """Mean deviation of pushes to the left of their aim, rad."""
         return self._direction.value
 
     @property
     def strange(self) -> bool:
-        """Whether friction is outside what the strategy was made for."""
+        """Whether friction is outside the range of the strategy."""
         return abs(self.friction - 1.0) > _STRANGE * self._strategy.problem.scatter.friction_part_sd
 
     @property
     def hopeless(self) -> bool:
-        """Whether friction is strange, and pushes no longer bring the part nearer."""
+        """Whether friction is outside the range and pushes no longer reduce the offset."""
         return self.strange and self._idle >= _IDLE
 
     def pushed(self, view: PartView, choice: ChosenPush, beyond: float) -> None:
-        """Note where a part is that is being pushed.
+        """Record the place of a part that is being pushed.
 
         Parameters
         ----------
         view : PartView
-            What is known of it.
+            Current estimate of the part.
         choice : PushChoice
             The push.
         beyond : float
-            How much further the part is expected to go than on a table at rest, mm.
+            Expected excess travel over that on a table at rest, mm.
         """
         self._last = _Pushed(view.x, view.y, view.sd, choice, view.offset_angle + pi - self.bias, beyond)
 
     def see(self, view: PartView) -> None:
-        """Take in what the last push did to the part, once; `view` knows where it is now (mm)."""
+        """Evaluate the last push, once; `view` knows the new place (mm)."""
         last, self._last = self._last, None
         if last is None:
             return
@@ -178,6 +181,6 @@ class PartLearner:
             self._direction.see(travel.across / travel.along, spread)
 
     def _count(self, offset: float) -> None:
-        """Count the pushes of a part of strange friction that did not halve its offset (mm)."""
+        """Count pushes at friction outside the range that did not halve the offset (mm)."""
         nearer = not self.strange or offset <= 0.5 * self._nearest
         self._nearest, self._idle = (offset, 0) if nearer else (self._nearest, self._idle + 1)

@@ -1,4 +1,4 @@
-"""The push to come: which, what is sent for it, and the table angle at which it begins."""
+"""Next push: choice, command and table angle of its start."""
 
 from math import ceil, isfinite, nan, pi
 from typing import Any, Protocol
@@ -9,16 +9,13 @@ from centering.cycle._strategy.outcomes import PushKind
 from centering.push._machine.problem import CenteringProblem
 
 _TURN = 2.0 * pi
-_LATEST = 1.3  # chosen: samples before: a profile can still be sent
-_ROUGH, _STALE, _SOON = (
-    0.4,
-    0.1,
-    0.07,
-)  # relative change that makes a planned push stale, and when it is due in so many s
+_LATEST = 1.3  # chosen: samples before the trigger until which a profile can be sent
+# chosen: relative change that makes a planned push stale, far ahead and within the time (s)
+_ROUGH, _STALE, _SOON = 0.4, 0.1, 0.07
 
 
 class ChosenPush(Protocol):
-    """What a strategy answers."""
+    """Answer of a strategy."""
 
     @property
     def aim(self) -> float: ...
@@ -35,7 +32,7 @@ class ChosenPush(Protocol):
 
 
 class PushStrategy(Protocol):
-    """What the controller asks of a strategy."""
+    """Interface of a strategy for the controller."""
 
     @property
     def problem(self) -> CenteringProblem: ...
@@ -50,14 +47,15 @@ class PushStrategy(Protocol):
 
 
 class NextPush:
-    """Chooses the push, and plans it again when what it rests on has changed: roughly at first, exactly when it is sent.
+    """Chooses the push and replans it when its assumptions change: coarsely at first, exactly when it is
+    sent.
 
     Parameters
     ----------
     strategy : Strategy
-        Which push when.
+        Sequence of pushes.
     lag : float
-        How late the slide follows once it is loaded, s.
+        Delay of the loaded slide, s.
     """
 
     def __init__(self, strategy: PushStrategy, lag: float) -> None:
@@ -66,7 +64,7 @@ class NextPush:
         self.forget()
 
     def forget(self) -> None:
-        """Nothing is chosen or planned."""
+        """Drop choice and plan."""
         self.choice: ChosenPush | None = None
         self.launch: SentPush | None = None
         self.trigger = nan
@@ -75,14 +73,14 @@ class NextPush:
         self._answer: ChosenPush | None = None
 
     def ask(self, offset: float, friction: float, evidence: float) -> ChosenPush:
-        """Return what the strategy does at an offset (mm); one out of its range is pushed as the nearest within.
+        """Return the choice of the strategy at an offset (mm), clamped to its range.
 
         Parameters
         ----------
         offset : float
-            mm.
+            Offset, mm.
         friction, evidence : float
-            What is believed: friction scale, and pushes' worth of evidence.
+            Belief: friction scale, and evidence in pushes.
         """
         asked = (min(max(offset, self._least), self._strategy.offset_max), friction, evidence)
         if self._answer is None or asked != self._asked:
@@ -91,18 +89,18 @@ class NextPush:
         return self._answer
 
     def plan(self, choice: ChosenPush, start: Approach, friction: float, table: TableMotion) -> None:
-        """Plan a push unless that was done for about the same `start` (mm, rad/s): roughly as long as it is not soon due.
+        """Plan a push unless a plan exists for about the same `start` (mm, rad/s): coarsely until it is due.
 
         Parameters
         ----------
         choice : PushChoice
             The push.
         start : Approach
-            Where it begins.
+            Its start.
         friction : float
-            Friction scale that is believed.
+            Believed friction scale.
         table : TableMotion
-            When it is due.
+            Motion of the table, for the time left.
         """
         near = isfinite(self.trigger) and table.time_to(self.trigger) < _SOON
         if near and (not self._exact or _stale(self._planned, start, _STALE)):
@@ -114,14 +112,16 @@ class NextPush:
             self._planned, self._exact = start, False
 
     def finish_plan(self, choice: ChosenPush, start: Approach, friction: float) -> SentPush:
-        """Plan a push as it is sent, and return that; the parameters are those of `plan` (mm, rad/s)."""
+        """Plan a push exactly and return it; parameters as for `plan` (mm, rad/s)."""
         model, limits = self._problem.model, self._problem.limits
         self.launch = launch(_kind(choice), choice.stroke, start, model, limits, self._lag, friction)
         self._planned, self._exact = start, True
         return self.launch
 
     def set_trigger(self, direction: float, table: TableMotion) -> None:
-        """Find the next angle at which the planned push can begin, for a high point under the tip at `direction` (rad)."""
+        """Set the next trigger angle of the planned push, for a high point under the tip at `direction`
+        (rad).
+        """
         wanted = direction - (self.launch.lead if self.launch is not None else 0.0)
         soonest = table.angle + table.speed * _LATEST * self._problem.limits.sample_time
         self.trigger = wanted + _TURN * ceil((soonest - wanted) / _TURN)
@@ -132,7 +132,7 @@ def _kind(choice: ChosenPush) -> PushKind:
 
 
 def _stale(planned: Approach, start: Approach, share: float) -> bool:
-    """Whether a planned push rests on what has changed since, by more than a share."""
+    """Whether the assumptions of a planned push changed by more than a share."""
     return (
         abs(planned.offset - start.offset) > share * start.offset
         or abs(planned.spindle_speed - start.spindle_speed) > share * start.spindle_speed

@@ -1,4 +1,4 @@
-"""What a controller knows of the part on the table: readings go in, centre and radius come out."""
+"""Estimate of the part on the table: readings in, centre and radius out."""
 
 from math import atan2, hypot, inf, pi
 
@@ -20,7 +20,7 @@ _HOLD = 20.0  # chosen: deviations of a centre within which it is believed at al
 
 
 class PlaceEstimator(GeometryEstimator):
-    """A `GeometryEstimator` that says which readings belong to the part where it is now, and about where that is.
+    """`GeometryEstimator` that also gives the readings of the current place and an approximate centre.
 
     Examples
     --------
@@ -40,24 +40,24 @@ class PlaceEstimator(GeometryEstimator):
 
     @property
     def refused(self) -> bool:
-        """Whether the latest reading was too far from those before."""
+        """Whether the latest reading was rejected as an outlier."""
         return bool(self._state[at.IN_A_ROW] > 0.0)
 
     @property
     def sorted_anew(self) -> bool:
-        """Whether the latest reading made it think again which ones belong to the part: `used` says so."""
+        """Whether the latest reading changed the classification of earlier ones, `used`."""
         seen = int(self._state[at.SEEN])
         return seen == at.RING or (seen < at.RING and self.restarts > 0)
 
     @property
     def used(self) -> Floats:
-        """Which of the readings belong to the part, of the first 30 since it lies there."""
+        """Which of the first 30 readings of the current place belong to the part."""
         cells = self._state[at.RING_AT : at.TAIL].reshape(at.RING, at.CELL)
         return np.asarray(cells[: int(self._state[at.SEEN]), 2] == 0.0)
 
 
 class PrintedPlace(PrintedEstimator):
-    """A `PrintedEstimator` that tells where the part is without all else that an estimate says.
+    """`PrintedEstimator` that only gives the place of the part.
 
     Examples
     --------
@@ -77,16 +77,16 @@ class PrintedPlace(PrintedEstimator):
 
 
 class PartView:
-    """Where the part is, by the readings since it last moved; its radius and its form stay known over pushes.
+    """Place of the part from the readings since its last move; radius and form persist over pushes.
 
     Parameters
     ----------
     radius : float
-        As it is known beforehand, mm.
+        Prior radius, mm.
     settings : CycleSettings
-        Of the probe, and how well radius and form are known (mm).
+        Probe, and prior uncertainty of radius and form (mm).
     noise_sd : float
-        Of a reading, as it is known beforehand, mm.
+        Prior standard deviation of a reading, mm.
 
     Examples
     --------
@@ -113,7 +113,7 @@ class PartView:
         self._forget()
 
     def moved(self) -> None:
-        """Forget where the part is, as it is pushed; keep its radius and its form."""
+        """Forget the place of a pushed part; keep its radius and form."""
         self._estimator.reset()
         self._ring.moved()
         self._forget()
@@ -125,14 +125,14 @@ class PartView:
         self.sd = self.band = inf
 
     def take(self, angle: float, reading: float) -> None:
-        """Take a reading in.
+        """Store a reading.
 
         Parameters
         ----------
         angle : float
-            Of the spindle, rad, turns counted.
+            Angle of the spindle, rad, turns counted.
         reading : float
-            Of the rim on the push line, mm from the axis.
+            Distance of the rim on the push line from the axis, mm.
         """
         if self.samples == 0:
             self._first = angle
@@ -146,7 +146,7 @@ class PartView:
             self.look()
 
     def look(self) -> None:
-        """Take the estimate as it is now."""
+        """Update the estimate."""
         if self.samples < _FEWEST or self._looked == self.samples:
             return
         self._looked, ring = self.samples, self._ring
@@ -157,20 +157,20 @@ class PartView:
 
     @property
     def known(self) -> bool:
-        """Whether there is a centre at all, better known than the radius of the part."""
+        """Whether there is a centre, known better than the radius of the part."""
         return bool(self.sd * _HOLD < self.radius)
 
     @property
     def radius(self) -> float:
-        """Of the part, mm, as it is known by now."""
+        """Current radius of the part, mm."""
         return self._ring.radius
 
     @property
     def rim(self) -> float:
-        """Furthest that the rim comes where the high point of the offset is under the tip, mm from the axis."""
+        """Furthest rim, with the high point under the tip, mm from the axis."""
         return self.offset + self.radius + self._ring.lobes_at(self.offset_angle)
 
     @property
     def turns(self) -> float:
-        """Turns of the table since the first reading, unit 1."""
+        """Turns of the table since the first reading."""
         return (self._last - self._first) / (2 * pi) if self.samples else 0.0

@@ -1,58 +1,56 @@
-"""What can be set at a centering cycle, beside its problem."""
+"""Settings of a centering cycle besides its problem."""
 
 from math import pi, sqrt
 
 from sdpgrind.base.quantities import Described, described, quantity
 
-_ROUNDED = (
-    2.0 * pi / 4000.0 / sqrt(12.0)
-)  # rad, derived: standard deviation of rounding to 4000 counts a turn
+_ROUNDED = 2.0 * pi / 4000.0 / sqrt(12.0)  # rad, derived: sd of rounding to 4000 counts a turn
 
 
 @described()
 class CycleSettings(Described):
-    """What can be set at a cycle of `CenteringController`, beside its problem.
+    """Settings of a cycle of `CenteringController`, besides its problem.
 
     Parameters
     ----------
     probe_closed : float
-        Reading of the probe when it is pressed in to the level of the pusher tip, Mears (5.2), mm.
+        Reading of the probe pressed in to the level of the pusher tip, Mears (5.2), mm.
     probe_reach : float
         Reach of the probe beyond the pusher tip, mm.
     tip_radius : float
         Radius of the probe's roller, mm.
     margin : float
-        Distance between the pusher tip and the furthest place of the rim while the slide waits, mm.
+        Distance between the pusher tip and the furthest rim while the slide waits, mm.
     radius_sd : float
-        Standard deviation of the radius of the part beforehand, mm.
+        Prior standard deviation of the radius of the part, mm.
     form_sd : float
-        Standard deviation of the cosine and the sine of each lobe of 2 to 7 undulations beforehand, mm. Larger lobes are found,
-        too, once a turn has shown them.
+        Prior standard deviation of cosine and sine of each lobe of 2 to 7 undulations, mm. Larger lobes are
+        found within a turn.
     noise_sd : float
         Least standard deviation of a reading, mm.
     angle_sd : float
-        Standard deviation of the angle at which a reading is taken, rad; by default that of rounding to 4000 counts a turn.
+        Standard deviation of the angle of a reading, rad. Default: rounding to 4000 counts a turn.
     doubt : float
-        Share of its band of 99.9 % by which the measured offset must be within the tolerance before the part is called centred,
-        unit 1.
+        Distance of the measured offset to the tolerance at which a part is called centred, over the half
+        width of its 99.9 % interval.
     turns_in_doubt : float
-        Turns of measuring after which a part that may be centred or not is pushed, unit 1.
+        Turns of measurement after which a doubtful part is pushed.
     following_lag : float
-        Delay of the loaded slide, s, which the controller makes up for: following error over speed, as in Mears' Table 3.2; 0
-        for a drive that knows its load.
+        Delay of the loaded slide, s, compensated by the controller: following error over speed of Mears'
+        Table 3.2; 0: a drive with load compensation.
     manual_lead : float
         Angle added to each lead angle, rad.
     timeout : float
-        Time after which the part is given up, s.
+        Time after which the part is abandoned, s.
     lost_after : float
-        Time without a reading after which the part is given up, s.
+        Time without a reading after which the part is abandoned, s.
     force_idle : float
-        Greatest force while nothing is pushed, N: more is a collision.
+        Greatest force without a push, N; more is a collision.
 
     Raises
     ------
     ValueError
-        When a value is out of range.
+        A value is out of range.
 
     Examples
     --------

@@ -1,10 +1,10 @@
-"""What a centering cycle is doing, and why one ended without a centred part."""
+"""States of a centering cycle, with the reasons for its end."""
 
 from enum import IntEnum
 
 
 class CycleState(IntEnum):
-    """What the cycle is doing: Mears (2006), figure 3.2; logged as its number, dimensionless.
+    """State of the cycle: Mears (2006), figure 3.2; logged as its number.
 
     Examples
     --------
@@ -13,31 +13,31 @@ class CycleState(IntEnum):
     """
 
     APPROACH = 0
-    """The slide goes in until the probe touches."""
+    """The slide approaches until the probe touches."""
     COLLECT = 1
     """Readings go to the estimator."""
     WAIT = 2
-    """The part is known well enough; the trigger angle is to come."""
+    """The estimate suffices; the trigger angle is ahead."""
     PUSH = 3
     """A profile runs."""
     REFOLLOW = 4
-    """The tip goes back; the part may still slide."""
+    """The tip retracts; the part may still slide."""
     CHECK = 5
-    """It looks as if the part were centred: more readings are to make that sure."""
+    """The part is probably centred; more readings confirm it."""
     CENTERED = 6
     """Done."""
     TIMEOUT = 7
-    """Given up: too long."""
+    """Abandoned: time limit."""
     COLLISION = 8
-    """Given up: force on the slide while nothing was to be pushed, or more than the sensor's range."""
+    """Abandoned: force without a push, or beyond the range of the sensor."""
     LOST = 9
-    """Given up: the probe finds no part."""
+    """Abandoned: the probe finds no part."""
     BEYOND = 10
-    """Given up: further from the axis than the strategy knows pushes for."""
+    """Abandoned: offset beyond the range of the strategy."""
     PUSHES_MAX = 11
-    """Given up: pushed as often as the problem allows."""
+    """Abandoned: greatest number of pushes reached."""
     FRICTION = 12
-    """Given up: friction outside what the strategy knows, and pushes that no longer bring the part nearer."""
+    """Abandoned: friction outside the range of the strategy, and pushes that do not reduce the offset."""
 
     @property
     def failed(self) -> bool:

@@ -1,15 +1,15 @@
-"""How the table turns: where it will be, and how fast, on its way to the speed that it was told."""
+"""Predicted rotation of the table on the way to its set point."""
 
 from math import sqrt
 
 
 class TableMotion:
-    """Predicted motion of a table that goes to its set point at a known acceleration.
+    """Predicted motion of a table that changes to its set point at a known acceleration.
 
     Parameters
     ----------
     acceleration : float
-        rad/s^2.
+        Acceleration, rad/s^2.
 
     Examples
     --------
@@ -29,22 +29,22 @@ class TableMotion:
         self.time = self.angle = self.speed = self.set_point = 0.0
 
     def see(self, time: float, angle: float, speed: float) -> None:
-        """Take in where the table is.
+        """Store the measured motion.
 
         Parameters
         ----------
         time, angle, speed : float
-            s, rad (turns counted), rad/s.
+            Time, s; angle, rad, turns counted; speed, rad/s.
         """
         self.time, self.angle, self.speed = time, angle, speed
 
     def time_to(self, angle: float) -> float:
-        """Return the time from now until an angle is reached, s; 0 for one behind.
+        """Return the time until an angle is reached, s; 0 for an angle already passed.
 
         Parameters
         ----------
         angle : float
-            rad, turns counted.
+            Angle, rad, turns counted.
         """
         way = angle - self.angle
         if way <= 0.0:
@@ -58,12 +58,12 @@ class TableMotion:
         return ramp_time + (way - ramp_way) / self.set_point if self.set_point > 0 else float("inf")
 
     def speed_at(self, angle: float) -> float:
-        """Return the speed with which an angle is reached, rad/s.
+        """Return the speed at an angle ahead, rad/s.
 
         Parameters
         ----------
         angle : float
-            rad, turns counted.
+            Angle, rad, turns counted.
         """
         way = max(angle - self.angle, 0.0)
         if self.set_point >= self.speed:

@@ -1,1 +1,1 @@
-"""The source's own planner, controller and stroke correction, as printed, to compare with."""
+"""Planner, controller and stroke correction of the source, as printed, for comparison."""

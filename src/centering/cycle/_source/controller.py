@@ -1,4 +1,4 @@
-"""The source's own strategy: energy balance, free sliding taken off, one correction carried along; for comparison."""
+"""Strategy of the source: energy balance, subtracted free slide, one running correction; for comparison."""
 
 from collections.abc import Mapping
 from math import atan2, ceil, copysign, hypot, isfinite, nan, pi
@@ -18,7 +18,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import one_of
 
 _TURN = 2.0 * pi
-# Samples before a push: it can still be sent; is sent; the slide is stopped; it is planned from where the slide is.
+# Samples before a push: it can still be sent; is sent; the slide is stopped; it is planned from where the
+# slide is.
 _LATEST, _EARLIEST, _FREEZE, _NEAR = 1.3, 2.7, 6.0, 14.0  # chosen
 _EVERY = 3  # readings between two looks at the model: 5 degrees at the source's speed are 4
 _BLIND = 0.11  # chosen: s after a push until the probe follows again
@@ -26,7 +27,7 @@ _SLOWEST_TABLE = 0.1  # chosen: rad/s
 
 
 class TableSpeeds(Protocol):
-    """What has a table speed for each offset; a `Strategy` does."""
+    """Table speed for each offset, as a `Strategy` gives it."""
 
     def spindle_speed(self, offset: float) -> float: ...
 
@@ -34,42 +35,43 @@ class TableSpeeds(Protocol):
 class PrintedController(CycleBase):
     """Centre a part as Mears (2006) does, chapters 5 and 6; see `hwsim.protocols.Controller`.
 
-    The slide follows the rim at a constant gap. When the running fit (PRLS) is valid by the rule of Mears (4.49)-(4.52), a push
-    over the whole offset is planned: at the speed of the energy balance (5.25), not above that from which a part slides the
-    offset by itself, and shorter by how far it will slide; with the lead of (5.17), which aligns at the end of the push, and the
-    running correction (6.16)-(6.18). Then all begins anew. The part is centred when the offset, fitted to a whole turn, is within
-    the tolerance.
+    The slide follows the rim at a constant gap. When the running fit (PRLS) is valid by Mears (4.49)-(4.52),
+    a push over the whole offset is planned: at the speed of the energy balance (5.25), limited to that of a
+    free slide over the whole offset, and shortened by the free slide; with the lead of (5.17), aligned at the
+    end of the push, and the running correction (6.16)-(6.18). After it the measurement starts again. The part
+    is centred when the offset, fitted over a whole turn, is within the tolerance.
 
-    Two things are better than in the source, so that what is compared is the strategy: a push begins at its angle, not at the
-    next sample, and its lead is solved for, not iterated.
+    For a fair comparison of the strategies two details are better than in the source: a push starts at its
+    angle, not at the next sample, and its lead is solved for, not iterated.
 
     Parameters
     ----------
     problem : CenteringProblem
         Part, limits, tolerance.
     spindle_speed : float
-        Table speed, rad/s; by default the 30 rpm that the cycles of chapter 5 must have had.
+        Table speed, rad/s. Default: the 30 rpm implied by the cycles of chapter 5.
     push_speed : float, optional
-        The same speed for all pushes, mm/s, as in figures 5.6 to 5.11; None: by energy balance.
+        Speed of all pushes, mm/s, as in figures 5.6 to 5.11. None: by energy balance.
     scheduled : Strategy, optional
-        Whose table speeds are taken instead of `spindle_speed`; slower ones where the rim would arrive before the push.
+        Source of the table speeds in place of `spindle_speed`; reduced where the rim would arrive before the
+        push.
     timing : {"printed", "exact"}
-        Whether the lead has the slip of Mears (5.13)-(5.16).
+        Whether the lead includes the slip of Mears (5.13)-(5.16).
     settings : CycleSettings, optional
-        Of machine and cycle.
+        Settings of machine and cycle.
     gains : FollowingGains, optional
-        Of the slide while it follows.
+        Gains of the slide while it follows.
 
     Raises
     ------
     ValueError
-        When a value is out of range.
+        A value is out of range.
 
     Examples
     --------
     >>> from centering.push._machine.presets import preset
     >>> controller = PrintedController(preset("printed"))
-    >>> controller.step(time=0.0, angle=0.0, slide=120.0, probe=float("nan"))["velocity"]  # mm/s, toward the part
+    >>> controller.step(time=0.0, angle=0.0, slide=120.0, probe=float("nan"))["velocity"]  # mm/s
     83.33333333333333
     """
 
@@ -125,7 +127,7 @@ class PrintedController(CycleBase):
         self._anew()
 
     def _anew(self) -> None:
-        """Measure from here."""
+        """Start a new measurement."""
         self._fit.reset()
         self._samples, self._first = 0, nan
         self._offset = self._angle = self._radius = nan
@@ -138,7 +140,9 @@ class PrintedController(CycleBase):
         return self._measuring()
 
     def report(self) -> dict[str, float]:
-        """Return state, offset (mm) and direction (rad) as fitted, pushes, running correction (mm), lead and trigger (rad)."""
+        """Return state, offset (mm), direction (rad), pushes, running correction (mm), lead and trigger
+        (rad).
+        """
         told = {
             "state": float(self._state),
             "pushes": float(self._pushes),
@@ -150,10 +154,11 @@ class PrintedController(CycleBase):
             told |= {"lead_angle": self._planner.push.lead_angle, "trigger_angle": self._trigger}
         return told
 
-    # ---- measuring ------------------------------------------------------------------------------------------------
+    # ---- measuring
+    # ------------------------------------------------------------------------------------------------
 
     def _measuring(self) -> Command:
-        """Follow, collect, and work toward the next push."""
+        """Follow, collect, and prepare the next push."""
         held, self._held = self._held, False
         following = self._follow() | ({} if held else self._turn_at(self._speed()))
         if not isfinite(self._reading) or self._table.time < self._again:
@@ -166,14 +171,14 @@ class PrintedController(CycleBase):
         return following | self._decide()
 
     def _follow(self) -> Command:
-        """Keep the gap; go in while the probe touches nothing."""
+        """Keep the gap; approach while the probe touches nothing."""
         gap = self.problem.limits.follow_gap
         if isfinite(self._reading):
             return self._stand_at(self._reading + gap)
         return {"velocity": self.problem.limits.approach_speed}
 
     def _speed(self) -> float:
-        """Table speed at the offset that is known, rad/s."""
+        """Table speed at the estimated offset, rad/s."""
         slower = self._planner.slower
         if self.scheduled is None:
             return self.spindle_speed * slower
@@ -189,7 +194,7 @@ class PrintedController(CycleBase):
         self._samples += 1
 
     def _look(self) -> None:
-        """Take the model as it is now; the first valid one after a push tells what that did."""
+        """Update the fit; the first valid one after a push evaluates that push."""
         self._radius, x, y = self._fit.place
         self._offset, self._angle = hypot(x, y), atan2(y, x)
         if self._before is not None:
@@ -200,7 +205,7 @@ class PrintedController(CycleBase):
             self._before = None
 
     def _decide(self) -> Command:
-        """Finish, measure a whole turn, give up, or plan a push."""
+        """Finish, measure a whole turn, abandon, or plan a push."""
         if self._offset <= self.problem.tolerance:
             whole = self._table.angle - self._first >= _TURN
             return self._end(CycleState.CENTERED) if whole else {}
@@ -210,10 +215,11 @@ class PrintedController(CycleBase):
             self._plan()
         return self._near() if self._soon() else {}
 
-    # ---- a push ---------------------------------------------------------------------------------------------------
+    # ---- a push
+    # ---------------------------------------------------------------------------------------------------
 
     def _soon(self) -> bool:
-        """Whether a push is to begin soon, so that it matters where the slide really is."""
+        """Whether a push is due so soon that the true place of the slide matters."""
         return self._planner.push is not None and self._samples_left() <= _NEAR
 
     def _samples_left(self) -> float:
@@ -221,7 +227,7 @@ class PrintedController(CycleBase):
         return self._table.time_to(self._trigger) / self.period
 
     def _plan(self) -> None:
-        """Plan the push for a slide that follows, where it is stale, and find the next angle at which it can begin."""
+        """Plan the push for a following slide, where it is stale, and find its trigger angle."""
         turning = self._turning()
         if self._planner.stale(self._offset, turning):
             self._planner.plan(self._offset, self.problem.limits.follow_gap, turning)
@@ -244,15 +250,15 @@ class PrintedController(CycleBase):
         )
 
     def _standing(self) -> float:
-        """Where the tip comes to stand if the slide is stopped now, mm from the axis."""
+        """Place of the tip if the slide is stopped now, mm from the axis."""
         speed = self._moving
         way = abs(speed) * (self.period + 0.5 * abs(speed) / self.problem.limits.acceleration_max)
         return self._tip - copysign(way, speed)
 
     def _near(self) -> Command:
-        """Plan the push from where the slide stands if it is stopped now; stop it when that is due, and send the push.
+        """Plan the push from the place of the slide if stopped now; stop it when due, and send the push.
 
-        A slide that follows lags behind the rim: the gap that it should keep is not the one from which it starts.
+        A following slide lags behind the rim: its actual gap differs from the commanded one.
         """
         room = self._standing() - (self._radius + self._offset)
         if room >= self.problem.limits.safety:
@@ -272,7 +278,7 @@ class PrintedController(CycleBase):
         return {"profile": push.profile.segments, "profile_angle": self._trigger}
 
     def _pushing(self, runs: bool) -> Command:
-        """Note how near the tip came; when the profile is over, follow again."""
+        """Record the least gap of the tip; follow again after the profile."""
         if self._state is CycleState.WAIT:
             self._state = CycleState.PUSH
             self._pushes += 1

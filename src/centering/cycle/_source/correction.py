@@ -1,4 +1,4 @@
-"""The source's running correction of the stroke, Mears (6.16)-(6.18)."""
+"""Running correction of the stroke, Mears (6.16)-(6.18)."""
 
 from math import cos, sqrt
 
@@ -8,7 +8,7 @@ _MISSED = 0.05  # chosen: of the wanted push: a part that moved less was not tou
 
 
 def travelled(offset_before: float, offset_angle_before: float, offset: float, offset_angle: float) -> float:
-    """Return how far a part was moved, mm, from its offsets before and after: the law of cosines in Mears (6.18).
+    """Return the travel of a part, mm, from its offsets before and after: law of cosines in Mears (6.18).
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def travelled(offset_before: float, offset_angle_before: float, offset: float, o
     Raises
     ------
     ValueError
-        When an offset is negative or a value is not finite.
+        An offset is negative, or a value is not finite.
 
     Examples
     --------
@@ -38,11 +38,12 @@ def travelled(offset_before: float, offset_angle_before: float, offset: float, o
 
 
 class StrokeCorrection:
-    """What is added to each stroke: P + d_remain + d_stroke, Mears (6.16), within a limit.
+    """Correction added to each stroke: P + d_remain + d_stroke, Mears (6.16), within a limit.
 
-    A push that moved the part by less than 5 % of what was wanted has missed: then the gap that was left at the end of the
-    stroke is added, (6.17). Any other adds what it fell short of, wanted less travelled, (6.18); never both. The source swaps the
-    two positions in (6.17) between its places: here the gap is positive where the tip did not reach the part.
+    A push that moved the part by less than 5 % of the wanted travel missed it and adds the remaining gap at
+    the end of the stroke, (6.17). Any other push adds its shortfall, wanted less travelled, (6.18); never
+    both. The source swaps the two positions in (6.17) between its places: here the gap is positive where the
+    tip did not reach the part.
 
     Parameters
     ----------
@@ -52,13 +53,15 @@ class StrokeCorrection:
     Raises
     ------
     ValueError
-        When `limit` is not > 0.
+        `limit` is not > 0.
 
     Examples
     --------
     >>> correction = StrokeCorrection(limit=0.5)
-    >>> correction.update(wanted=1.0, travelled=0.98), correction.update(wanted=1.0, travelled=0.01, gap_left=0.2)  # mm
-    (0.020000000000000018, 0.22000000000000003)
+    >>> correction.update(wanted=1.0, travelled=0.98)  # mm
+    0.020000000000000018
+    >>> correction.update(wanted=1.0, travelled=0.01, gap_left=0.2)  # missed
+    0.22000000000000003
     >>> correction.update(wanted=2.0, travelled=1.0), correction.value
     (0.5, 0.5)
     """
@@ -69,29 +72,30 @@ class StrokeCorrection:
 
     @property
     def value(self) -> float:
-        """P, mm: add it to the next stroke."""
+        """P, mm, to be added to the next stroke."""
         return self._value
 
     def reset(self) -> None:
-        """Forget everything: at a new cycle, or when the part was moved by hand."""
+        """Set P to 0: at a new cycle, or after a manual move."""
         self._value = 0.0
 
     def update(self, *, wanted: float, travelled: float, gap_left: float = 0.0) -> float:
-        """Take in what a push did; return P for the next, mm.
+        """Evaluate a push; return P for the next, mm.
 
         Parameters
         ----------
         wanted : float
-            How far the part was to move, mm, > 0.
+            Wanted travel, mm, > 0.
         travelled : float
-            How far it moved, mm: `travelled`.
+            Actual travel, mm.
         gap_left : float
-            From the tip to the part at the end of the stroke, mm; used where the push missed, negative counts as none.
+            Gap between tip and part at the end of the stroke, mm, of a push that missed; negative counts as
+            0.
 
         Raises
         ------
         ValueError
-            When a value is out of range.
+            A value is out of range.
         """
         goal = checks.positive("wanted", wanted, "mm")
         way = checks.nonnegative("travelled", travelled, "mm")

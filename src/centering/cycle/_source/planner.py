@@ -1,4 +1,4 @@
-"""The push of the source: speed by energy balance, free sliding taken off, one running correction."""
+"""Push of the source: speed by energy balance, free slide subtracted, one running correction."""
 
 from centering.cycle._source.correction import StrokeCorrection
 from centering.push._contact.free_slide import free_slide_table
@@ -8,27 +8,27 @@ from centering.push._plan.push import Push, plan_push
 from centering.push._profile.timing import move_time
 from centering.push.turning._lead import TooFastError, rim_advance
 
-_LEAST_SHARE = 0.1  # chosen: of the offset: least stroke that is left when free sliding is taken off
-_SLOWER = 0.9  # chosen: of the table speed, where the rim would arrive before the push
-_SLOWEST = 0.2  # chosen: of it, below which something else is wrong
-_SLOWEST_PUSH = 0.1  # mm/s, chosen
+_LEAST_SHARE = 0.1  # chosen: least stroke over the offset after subtraction of the free slide
+_SLOWER = 0.9  # chosen: factor on the table speed where the rim would arrive before the push
+_SLOWEST = 0.2  # chosen: smallest such factor
+_SLOWEST_PUSH = 0.1  # mm/s, chosen: lower bound of the push speed
 _STALE, _CHANGED = (
     0.02,
     2e-3,
-)  # relative change of offset or table speed, and of the offset in mm, that make a push stale
+)  # chosen: relative change of offset or table speed, and mm, that make a push stale
 
 
 class PrintedPlanner:
-    """Plans the push of Mears (2006), chapters 5 and 6, and keeps it until what it rests on has changed.
+    """Plans the push of Mears (2006), chapters 5 and 6, and keeps it until its assumptions change.
 
     Parameters
     ----------
     problem : CenteringProblem
         Part, limits, tolerance.
     push_speed : float or None
-        The same speed for all pushes, mm/s; None: by energy balance.
+        Speed of all pushes, mm/s. None: by energy balance.
     timing : {"printed", "exact"}
-        Of the lead.
+        Form of the lead.
     """
 
     def __init__(self, problem: CenteringProblem, push_speed: float | None, timing: str) -> None:
@@ -42,20 +42,20 @@ class PrintedPlanner:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the part before."""
+        """Forget the part."""
         self.correction.reset()
         self.slower = 1.0  # share of the table speed that leaves time to begin a push
         self.push: Push | None = None
 
     def plan(self, offset: float, gap: float, spindle_speed: float) -> None:
-        """Plan a push; where the rim would arrive before it there is none, and the table is to be slower.
+        """Plan a push; none where the rim would arrive before it, and the table must slow down.
 
         Parameters
         ----------
         offset, gap : float
-            Of the part, and from the tip to the rim at the trigger, mm.
+            Offset of the part, and distance from tip to rim at the trigger, mm.
         spindle_speed : float
-            At the trigger, rad/s.
+            Table speed at the trigger, rad/s.
         """
         try:
             self.push = self._planned(offset, gap, spindle_speed)
@@ -63,18 +63,16 @@ class PrintedPlanner:
             self.slow_down()
 
     def plan_from(self, offset: float, room: float, spindle_speed: float) -> None:
-        """Plan a push from a slide that stands.
+        """Plan a push from a standing slide.
 
         Parameters
         ----------
         offset, room : float
-            Of the part, and from the tip to the furthest that the rim comes, mm.
+            Offset of the part, and distance from the tip to the furthest rim, mm.
         spindle_speed : float
-            At the trigger, rad/s.
+            Table speed at the trigger, rad/s.
         """
-        far = (
-            room + 2.0 * offset
-        )  # the gap on the other side: with it the lead is too long by what the approach is
+        far = room + 2.0 * offset  # gap on the other side: makes the lead too long by the approach
         self.plan(offset, far, spindle_speed)
         if self.push is None:
             return
@@ -84,14 +82,14 @@ class PrintedPlanner:
         self.plan(offset, room + rim_advance(lead, offset=offset, radius=radius), spindle_speed)
 
     def _approach(self, way: float) -> float:
-        """Time of an approach over a way (mm), s."""
+        """Time of an approach over a distance (mm), s."""
         limits = self._problem.limits
         return move_time(
             way, speed=limits.approach_speed, acceleration=limits.acceleration_max, timing=self._timing
         )
 
     def slow_down(self) -> None:
-        """There is no push: the table is to be slower."""
+        """Drop the push and reduce the table speed."""
         if self.slower < _SLOWEST:
             raise RuntimeError(
                 f"the rim arrives before the push even at {self.slower:.2g} of the table speed"
@@ -100,13 +98,15 @@ class PrintedPlanner:
         self.push = None
 
     def stale(self, offset: float, spindle_speed: float) -> bool:
-        """Return whether there is no push, or what it rests on has changed: an offset (mm) and a speed of the table (rad/s)."""
+        """Return whether there is no push, or its offset (mm) or table speed (rad/s) changed."""
         if self.push is None or abs(self.push.spindle_speed - spindle_speed) > _STALE * spindle_speed:
             return True
         return abs(self.push.offset - offset) > max(_STALE * offset, _CHANGED)
 
     def _planned(self, offset: float, gap: float, spindle_speed: float) -> Push:
-        """Speed by Mears (5.25), not above that whose free slide is the whole way; free slide off, correction added."""
+        """Push at the speed of Mears (5.25), limited to that of a whole free slide; free slide off,
+        correction added.
+        """
         speed = self._push_speed
         if speed is None:
             balanced = energy_balance_speed(self._problem, offset)

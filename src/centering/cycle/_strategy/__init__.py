@@ -1,1 +1,1 @@
-"""Which push next, solved beforehand: the cycle as a stochastic dynamic program over offset and belief of the friction."""
+"""Sequence of pushes, solved beforehand: a stochastic dynamic program over offset and friction belief."""

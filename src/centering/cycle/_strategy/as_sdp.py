@@ -1,4 +1,4 @@
-"""The push sequence as a problem of `sdpgrind.sdp`: offset and friction belief, moved by the same draw."""
+"""Push sequence as a problem of `sdpgrind.sdp`: offset and friction belief move on the same draw."""
 
 import dataclasses
 from typing import Any, NamedTuple
@@ -18,24 +18,24 @@ from sdpgrind.base.checks import Floats
 _NEAR = 0.5, 0.7, 0.8, 0.86, 0.9, 0.94, 0.97, 0.985, 1.0, 1.015, 1.03, 1.06, 1.1, 1.15, 1.25, 1.4
 _OVER = 1.7, 2.2, 3.0, 5.0, 8.0, 13.0, 22.0, 36.0
 FRACTIONS = np.array([*_NEAR, *_OVER])
-"""Mean travels that are tried, as shares of the offset; the large ones are for pushes over the axis and back.
+"""Chosen: candidate mean travels over the offset; the large ones push over the axis and back.
 
-The largest take a part that is nearly centred as far off as stick and slip jump: a push that wants less most likely sticks,
-and so does the next.
+The largest move a nearly centred part by about a stick-slip jump: a shorter push most likely sticks, and so
+does the next.
 """
 WORTH = 0.65
-"""Evidence of a push in pushes that show their friction fully: about the mean of what `Strategy.update_belief` finds."""
+"""Measured: evidence of a push, in fully informative pushes; about the mean of `Strategy.update_belief`."""
 DRAWS = 101
 """Draws of friction, direction and place of a push."""
 _LATTICE = (1, 26, 40)
-_SIGMAS = 3.0  # how far the axis of the friction scale reaches, in standard deviations from part to part
+_SIGMAS = 3.0  # chosen: half width of the friction axis, in standard deviations from part to part
 _BEYOND = 1.5  # chosen: greatest offset of the table over that of the problem
-_SURE = 1.5  # standard deviations of a measured offset that are kept from the tolerance
-_MIDDLE = 0.5  # least share of the tolerance at which a part counts as centred, however badly it is measured
+_SURE = 1.5  # chosen: margin to the tolerance, in standard deviations of a measured offset
+_MIDDLE = 0.5  # chosen: least share of the tolerance at which a part counts as centred
 
 
 class Size(NamedTuple):
-    """How fine a strategy is worked out: nodes of the offset and of the believed friction scale."""
+    """Resolution of a strategy: nodes of the offset and of the believed friction scale."""
 
     offsets: int = 128
     frictions: int = 7
@@ -43,7 +43,7 @@ class Size(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class StrategyGround:
-    """All that pushes of one problem are worked out from; picklable."""
+    """Common data of all pushes of one problem; picklable."""
 
     problem: CenteringProblem
     outcomes: OutcomeTable
@@ -64,12 +64,12 @@ class StrategyGround:
 
 
 def finish_offset(problem: CenteringProblem) -> float:
-    """Measured offset at which a part counts as centred, mm: below the tolerance by what measuring may hide."""
+    """Measured offset at which a part counts as centred, mm: tolerance less the error of the measurement."""
     return problem.tolerance - min(_SURE * problem.scatter.measuring_sd, _MIDDLE * problem.tolerance)
 
 
 def offset_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
-    """Axis of the offset: done at its low end."""
+    """Axis of the offset; its low end is the goal."""
     high = _BEYOND * problem.offset_max
     return sdp.Axis("offset", finish_offset(problem), high, nodes, "mm", scale="log", below=0.0, above="hold")
 
@@ -83,16 +83,19 @@ def friction_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
 
 
 def packed_axes(offset: sdp.Axis, friction: sdp.Axis) -> tuple[float, float, int, float, float, int]:
-    """Logarithm of the low end, step and nodes of the offset; low end, step and nodes of the friction: what kernels take."""
+    """Axes for kernels: log of low end, log step and nodes of the offset; low end, step and nodes of the
+    friction.
+    """
     log_step = float(np.log(offset.high / offset.low)) / (offset.nodes - 1)
     step = (friction.high - friction.low) / (friction.nodes - 1)
     return float(np.log(offset.low)), log_step, offset.nodes, friction.low, step, friction.nodes
 
 
 def draws(problem: CenteringProblem) -> tuple[Floats, ...]:
-    """Draws of a push: friction (1), direction (rad), place (mm), its share that measuring hid (mm), weight; each (Q,).
+    """Draws of a push: friction (1), direction (rad), place (mm), its unmeasured share (mm), weight; each
+    (Q,).
 
-    A rank-1 lattice: no two draws share a friction, so that no push looks good by the luck of a few frictions.
+    A rank-1 lattice: no two draws share a friction, so no push profits from a few favourable frictions.
     """
     scatter = problem.scatter
     place = np.hypot(scatter.stop_sd, scatter.measuring_sd)
@@ -109,13 +112,15 @@ def draws(problem: CenteringProblem) -> tuple[Floats, ...]:
 
 
 def _compiled(friction: Floats, direction: Floats, *others: Floats) -> tuple[Floats, ...]:
-    """Draws as the kernel takes them: cosine and sine of the direction."""
+    """Draws for the kernel, with cosine and sine of the direction."""
     return friction, np.cos(direction), np.sin(direction), *others
 
 
 @dataclasses.dataclass(frozen=True)
 class KindOfPush:
-    """One kind of push as a transition; `pushes` were seen before, or as many as the stage coordinate says are left to see."""
+    """One kind of push as a transition after `pushes` informative pushes; None: counted by the stage
+    coordinate.
+    """
 
     ground: StrategyGround
     kind: int
@@ -124,7 +129,7 @@ class KindOfPush:
     def rows(
         self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats
     ) -> sdp.Rows:
-        """Return the one-step distribution, and the expected time (s): infinite where no stroke is long enough."""
+        """Return the one-step distribution and the expected time, s; infinite if no stroke is long enough."""
         share = menu.controls(choice, level).share
         time, (starts, columns, weights) = self._follow(points[0], points[1], share, self._seen(stage))
         matrix = sparse.csr_array((weights, columns, starts), shape=(time.size, menu.grid.size))
@@ -155,7 +160,7 @@ class KindOfPush:
         return tuple(after), rows.charge
 
     def _seen(self, unseen: Any) -> int:
-        """Pushes seen: `settled` less the stages that are left."""
+        """Pushes seen: `settled` less the remaining stages."""
         return self.settled if unseen is None else self.settled - int(np.round(np.ravel(unseen)[0]))
 
     def _follow(self, offset: Any, friction: Any, share: Any, seen: int) -> tuple[Floats, Any]:
@@ -185,7 +190,7 @@ class KindOfPush:
 
 
 def moves(ground: StrategyGround, settled: int, timed: bool) -> list[sdp.Move]:
-    """One move for each kind of push; `timed`: the stage coordinate tells how many pushes are still to be seen."""
+    """One move for each kind of push; `timed`: the stage coordinate counts the pushes still to come."""
     return [
         sdp.Move(kind.name, {"share": FRACTIONS}, KindOfPush(ground, k, settled), timed=timed)
         for k, kind in enumerate(ground.outcomes.kinds)

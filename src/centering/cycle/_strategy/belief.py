@@ -1,4 +1,4 @@
-"""What a part's pushes say of its friction: mean and standard deviation of the friction scale."""
+"""Friction belief about a part from its pushes: mean and standard deviation of the friction scale."""
 
 from math import sqrt
 from typing import NamedTuple
@@ -8,14 +8,14 @@ from sdpgrind.base.quantities import Described, described, quantity
 
 
 class Belief(NamedTuple):
-    """What is believed of a part's friction.
+    """Belief about the friction of a part.
 
     Attributes
     ----------
     friction : float
-        Mean of the friction scale, dimensionless.
+        Mean of the friction scale, unit 1.
     evidence : float
-        Pushes' worth of it: the standard deviation is that after so many pushes that showed their friction.
+        Equivalent number of fully informative pushes, which determines the standard deviation.
     """
 
     friction: float
@@ -24,21 +24,21 @@ class Belief(NamedTuple):
 
 @described("centering.belief")
 class FrictionScaleBelief(Described):
-    """Belief about the friction scale of a part: friction over that of the model, both coefficients together.
+    """Belief about the friction scale of a part: its friction over that of the model, for both coefficients.
 
-    The scale of a part is 1 with a standard deviation of `part_sd`; each push scatters about it by `push_sd`. After n pushes that
-    showed their friction the variance is ``1/(1/part_sd^2 + n/push_sd^2)``: a function of n alone, so that only n and the mean
-    are state.
+    From part to part the scale has mean 1 and standard deviation `part_sd`; each push scatters about it by
+    `push_sd`. After n informative pushes the variance is ``1/(1/part_sd^2 + n/push_sd^2)``: the mean and n
+    are the whole state.
 
     Parameters
     ----------
     part_sd, push_sd : float
-        Standard deviations from part to part, and from push to push, relative.
+        Relative standard deviations from part to part and from push to push.
 
     Raises
     ------
     ValueError
-        When one is negative.
+        One is negative.
 
     Examples
     --------
@@ -54,20 +54,22 @@ class FrictionScaleBelief(Described):
 
     @classmethod
     def of(cls, scatter: PushScatter) -> "FrictionScaleBelief":
-        """Return the belief before the first push under the `scatter` of a problem (relative standard deviations)."""
+        """Return the belief before the first push under the `scatter` of a problem (relative standard
+        deviations).
+        """
         return cls(scatter.friction_part_sd, scatter.friction_push_sd)
 
     def sd(self, pushes: float) -> float:
-        """Return the standard deviation of the part's scale after so many `pushes`, relative."""
+        """Return the relative standard deviation of the part's scale after `pushes` informative pushes."""
         prior, noise = self.part_sd**2, self.push_sd**2
         return sqrt(prior * noise / (noise + pushes * prior)) if noise + pushes * prior > 0 else 0.0
 
     def next_sd(self, pushes: float) -> float:
-        """Return the standard deviation of the scale that the next push will have, relative."""
+        """Return the relative standard deviation of the scale at the next push."""
         return sqrt(self.sd(pushes) ** 2 + self.push_sd**2)
 
     def evidence(self, sd: float) -> float:
-        """Return after how many pushes that showed their friction a standard deviation is as small as `sd` (relative)."""
+        """Return the number of informative pushes that leaves a relative standard deviation of `sd`."""
         if self.part_sd == 0.0 or self.push_sd == 0.0 or sd <= 0.0:
             return 0.0
         return max(0.0, self.push_sd**2 * (1.0 / sd**2 - 1.0 / self.part_sd**2))

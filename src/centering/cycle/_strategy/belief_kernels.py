@@ -1,4 +1,4 @@
-"""Bayes' rule for the friction scale of a part, on a grid of what the part and the push may have."""
+"""Bayes' rule for the friction scale of a part, on a grid over part and push."""
 
 import numpy as np
 
@@ -15,9 +15,9 @@ _STRANGERS = (
 
 @compiled
 def _likelihood(table, grid, stroke, part, push_sd, noise, travelled):
-    """Density of a travel (mm) of a part with a friction scale, but for a factor; the push scatters about that.
+    """Density of a travel (mm), up to a factor, of a part with a friction scale; the push scatters about it.
 
-    Between two grid points of the push the travel is smeared over their distance: what is measured may be much finer.
+    Between two grid points of the push the travel is spread over their distance, which may exceed the noise.
     """
     travel, each = np.empty(_PUSHES), 2.0 * _REACH / (_PUSHES - 1)
     for j in range(_PUSHES):
@@ -34,10 +34,11 @@ def _likelihood(table, grid, stroke, part, push_sd, noise, travelled):
 
 @compiled
 def posterior(table, grid, stroke, prior, push_sd, noise, travelled):
-    """Mean and sd of a part's friction scale after a push; `prior` holds both before; `noise`, `travelled` in mm.
+    """Mean and sd of a part's friction scale after a push; `prior` holds both before; `noise`, `travelled` in
+    mm.
 
-    Also whether the prior was wrong: where a part of any friction explains the travel better, by how rare such parts are, mean
-    and sd are those of such a part.
+    Where another friction explains the travel better, weighted by the rarity of such parts, the prior was
+    wrong: mean and sd are those of such a part. Also returned: whether that is so.
     """
     friction, sd = prior
     scales, weights = np.empty(_PARTS), np.empty(_PARTS)
@@ -58,7 +59,7 @@ def posterior(table, grid, stroke, prior, push_sd, noise, travelled):
 
 @compiled
 def _moments(table, grid, stroke, scales, weights, push_sd, noise, travelled):
-    """How well friction scales with weights explain a travel, and their mean and sd after it."""
+    """Likelihood of a travel under weighted friction scales, and posterior mean and sd of the scale."""
     total, first, second, about = 0.0, 0.0, 0.0, scales[scales.size // 2]
     for i in range(scales.size):
         weight, off = (

@@ -1,15 +1,15 @@
-"""What a strategy answers: a push in full, as the controller plans and sends it."""
+"""Push chosen by a strategy, complete for planning and sending."""
 
 from typing import NamedTuple
 
 
 class PushChoice(NamedTuple):
-    """A push that a strategy chooses.
+    """Push chosen by a strategy.
 
     Attributes
     ----------
     aim : float
-        Mean travel of the part that is wanted, mm.
+        Intended mean travel of the part, mm.
     stroke : float
         Greatest travel of the tip after the first touch, mm.
     push_speed : float
@@ -17,11 +17,11 @@ class PushChoice(NamedTuple):
     shape : str
         ``"trapezoid"`` or ``"gentle"``.
     retract : bool
-        Whether the tip is drawn back at once.
+        Whether the tip retracts at once.
     spindle_speed : float
         Table speed, rad/s.
     kind : int
-        Number of the kind of push among `Strategy.kinds`.
+        Index in `Strategy.kinds`.
     """
 
     aim: float

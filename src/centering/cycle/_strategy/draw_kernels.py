@@ -1,4 +1,4 @@
-"""Where pushes lead from many states at once: offset, belief and waiting time move on the same draw."""
+"""Successors of many states under a push: offset, belief and waiting time move on the same draw."""
 
 import numpy as np
 
@@ -8,22 +8,24 @@ from sdpgrind.base.compiled import compiled
 
 @compiled
 def _between(values, i):
-    """Value at a place between the nodes, linear."""
+    """Linear interpolation at a fractional index."""
     a = min(int(i), values.size - 2)
     return values[a] + (i - a) * (values[a + 1] - values[a])
 
 
 @compiled
 def table_speed(speeds, axis, offset):
-    """Table speed (rad/s) at an offset (mm): linear in the logarithm; `axis` = (log low, step) of the offset."""
+    """Table speed (rad/s) at an offset (mm), linear in its log; `axis` = (log low, step) of the offset."""
     return _between(speeds, min(max((np.log(offset) - axis[0]) / axis[1], 0.0), speeds.size - 1.0))
 
 
 @compiled
 def waiting_time(phase, busy, speed, arc, before, acceleration):
-    """Time (s) from one touch to the next: the table turns through `phase` (rad), and once more until all is done in between.
+    """Time (s) from one touch to the next: the table turns by `phase` (rad), and by full turns until all is
+    done.
 
-    `busy` (s) and `arc` (rad) are what contact, retreat, measuring and approach take; `before` is the table speed so far.
+    Contact, retreat, measurement and approach take `busy` (s) and `arc` (rad); `before` is the previous
+    speed.
     """
     need = speed * busy + arc
     turns = np.ceil(max(0.0, need - phase) / (2.0 * np.pi))
@@ -33,7 +35,9 @@ def waiting_time(phase, busy, speed, arc, before, acceleration):
 
 @compiled
 def _learning_rate(travel, friction, weight, noise):
-    """Mean travel (mm), and what a mm more says of a push's friction, in its standard deviations: the best linear guess."""
+    """Mean travel (mm), and the change of a push's friction, in its sd, per mm of travel: best linear
+    estimate.
+    """
     mean, square, product = 0.0, 0.0, 0.0
     for q in range(travel.size):
         mean += weight[q] * travel[q]
@@ -46,26 +50,27 @@ def _learning_rate(travel, friction, weight, noise):
 
 @compiled
 def _turn_to(along, across):
-    """Angle (rad) that the table turns until the high point of a ring is under the tip again, in (0, 2 pi]."""
+    """Rotation (rad) that brings the high point of a ring under the tip again, in (0, 2 pi]."""
     phase = -np.arctan2(across, along)
     return phase if phase > 0.0 else phase + 2.0 * np.pi
 
 
 @compiled
 def push_once(offset, travel, angle):
-    """Offset (mm) after a push, and the angle (rad) that the table turns until its high point is under the tip again."""
+    """Offset (mm) after a push, and the rotation (rad) that brings its high point under the tip again."""
     along, across = offset - travel * np.cos(angle), -travel * np.sin(angle)
     return np.hypot(along, across), _turn_to(along, across)
 
 
 @compiled
 def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, draws, out):
-    """Follow pushes from P states; write expected times into `out`, and return the weights on the grid.
+    """Simulate pushes from P states; write expected times into `out`; return row starts (P + 1,), columns,
+    weights.
 
     Parameters
     ----------
     offset, friction, fraction : array, (P,)
-        State (mm, 1), and the wanted mean travel as a share of the offset.
+        State (mm, 1) and intended mean travel over offset.
     kind : tuple
         (travel [stroke, friction scale], mean travel, contact time [stroke], grid, last) of the kind of push.
     tables : tuple
@@ -73,18 +78,13 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     belief : tuple
         (sd, push_sd, noise of the travel) before the push.
     timing : tuple
-        (time of retreat and approach (s), arc of measuring (rad), table acceleration (rad/s^2)).
+        (time of retreat and approach (s), arc of the measurement (rad), table acceleration (rad/s^2)).
     axes : tuple
         (log low, log step, nodes) of the offset and (low, step, nodes) of the friction scale.
     draws : tuple
-        (friction (1), cosine and sine of the direction, place (mm), share of the place that measuring hid, weight), each (Q,).
+        (friction, cosine and sine of the direction, place (mm), unmeasured share of it, weight), each (Q,).
     out : array, (P,)
-        Expected time (s) to the next touch or the end; infinite where no stroke is long enough.
-
-    Returns
-    -------
-    tuple
-        Row starts (P + 1,), columns and weights of the sparse matrix.
+        Expected time (s) to the next touch or the end; infinite if no stroke is long enough.
     """
     travel, mean, contact, grid, last = kind
     speeds, finish = tables

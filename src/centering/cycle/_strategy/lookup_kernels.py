@@ -1,4 +1,4 @@
-"""The look-up of a push, compiled: the kind and the share of the nearest node, the stroke for the very offset and friction."""
+"""Compiled look-up of a push: kind and share of the nearest node, stroke for the exact state."""
 
 import numpy as np
 
@@ -26,7 +26,9 @@ def value_at(value, axes, offset, friction, pushes):
 
 @compiled
 def choose(policy, outcomes, speeds, axes, offset, friction, pushes):
-    """Kind, aim (mm), stroke (mm) and table speed (rad/s) of the best push; `policy` holds kind and share of the offset."""
+    """Kind, aim (mm), stroke (mm) and table speed (rad/s) of the best push; `policy`: kind and share of the
+    offset.
+    """
     i, j = _place(axes, offset, friction)
     a, b = int(np.rint(i)), int(np.rint(j))
     kind, aim = policy[0][pushes, a, b], policy[1][pushes, a, b] * offset

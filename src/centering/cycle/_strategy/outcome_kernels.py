@@ -1,22 +1,22 @@
-"""Tables of what pushes do, read between their nodes, and inverted."""
+"""Interpolation in the tables of pushes, and its inverse."""
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
 FINE = 0.25
-"""Distance from 1 within which friction scales of the tables are about evenly spaced; beyond, their distance grows with it."""
+"""Chosen: distance from 1 within which the friction scales are evenly spaced; beyond, geometrically."""
 
 
 @compiled
 def _scale_at(grid, j):
-    """Friction scale of a node, or between nodes."""
+    """Friction scale at a fractional node."""
     return 1.0 + FINE * np.sinh(grid[2] + grid[3] * j)
 
 
 @compiled
 def _scale_cell(grid, scale, scales):
-    """Cell of a friction scale among so many, and how far it is through that."""
+    """Cell of a friction scale among `scales` nodes, and the position in it."""
     j = min(max((np.arcsinh((scale - 1.0) / FINE) - grid[2]) / grid[3], 0.0), scales - 1.0)
     b = min(int(j), scales - 2)
     return b, j - b
@@ -24,7 +24,9 @@ def _scale_cell(grid, scale, scales):
 
 @compiled
 def travel_at(table, grid, stroke, scale):
-    """Travel (mm) of a push, bilinear in log stroke and `scale_cell`; `grid` = (log first stroke, log step, first cell, step)."""
+    """Travel (mm) of a push, bilinear in log stroke and `scale_cell`; `grid` = (log first stroke, log step,
+    first cell, step).
+    """
     if stroke <= 0.0:
         return 0.0
     strokes, scales = table.shape
@@ -38,7 +40,9 @@ def travel_at(table, grid, stroke, scale):
 
 @compiled
 def stroke_for(mean, grid, last, scale, travel):
-    """Least stroke (mm) whose mean travel reaches `travel` (mm) at a scale; infinite where no stroke up to node `last` does."""
+    """Least stroke (mm) with mean travel `travel` (mm) at a scale; infinite if no stroke up to node `last`
+    has it.
+    """
     b, y = _scale_cell(grid, scale, mean.shape[1])
     if (1.0 - y) * mean[last, b] + y * mean[last, b + 1] < travel:
         return np.inf

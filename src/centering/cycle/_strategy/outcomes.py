@@ -1,4 +1,4 @@
-"""What pushes do: travel of the part by kind of push, stroke of the tip and friction, simulated exactly and kept in a table."""
+"""Outcome of pushes: travel of the part by kind, stroke and friction, simulated exactly and tabulated."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -18,35 +18,34 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import execute
 from sdpgrind.base.quantities import Described, array, choice, custom, described, flag, quantity
 
-_FIRST, _EACH, _SCALES = -1.6, 1.0 / 15.0, 62  # of the friction scales, as areas sinh
+_FIRST, _EACH, _SCALES = -1.6, 1.0 / 15.0, 62  # chosen: first node, step and number, in inverse sinh
 FRICTION_SCALES = 1.0 + FINE * np.sinh(_FIRST + _EACH * np.arange(_SCALES))
-"""Friction scales of the tables, 0.41 to 2.46: every 1/60 near 1, and about as coarse as a tenth of the distance far from it."""
+"""Friction scales of the tables, 0.41 to 2.46: steps of 1/60 near 1, wider far from it."""
 _STEP = 1.02
 """Ratio of neighbouring strokes."""
 _LONGEST = 0.25
-"""Time for which a tip may push, s: what takes longer belongs to a faster push."""
+"""Chosen: longest time of pushing, s; a longer push belongs to a faster kind."""
 _SPREAD = 0.045
-"""Standard deviation of the friction scale over which the mean travel is taken: about that of a push once a few were seen."""
+"""Chosen: sd of the friction scale for the mean travel; about that of a push after a few were seen."""
 
 
 @described("centering.push_kind")
 class PushKind(Described):
-    """How a tip pushes.
+    """Kind of push.
 
     Parameters
     ----------
     shape : {"trapezoid", "gentle"}
-        At constant speed from the first touch and stopped at full deceleration, or by `gentle_profile`. (With ramps of whole
-        periods these are no better: strategies that had them, too, took as long.)
+        Constant speed from the first touch and full deceleration, or `gentle_profile`.
     push_speed : float
         Greatest speed of the tip, mm/s.
     retract : bool
-        Whether the tip is drawn back at once.
+        Whether the tip retracts at once.
 
     Raises
     ------
     ValueError
-        When the shape is unknown, or the speed not > 0.
+        Unknown shape, or a speed <= 0.
 
     Examples
     --------
@@ -60,7 +59,7 @@ class PushKind(Described):
 
     @property
     def name(self) -> str:
-        """In words, with the speed in mm/s."""
+        """Description, with the speed in mm/s."""
         return f"{self.shape} {self.push_speed:.4g} mm/s" + (", drawn back" if self.retract else "")
 
     def profile(self, model: PushModel, stroke: float, acceleration: float) -> TipProfile:
@@ -69,11 +68,11 @@ class PushKind(Described):
         Parameters
         ----------
         model : PushModel
-            What is pushed, as it is believed to be.
+            Believed model of the part.
         stroke : float
             Greatest travel of the tip after the first touch, mm.
         acceleration : float
-            Of the slide, mm/s^2.
+            Acceleration of the slide, mm/s^2.
         """
         if self.shape == "gentle":
             return gentle_profile(model, stroke, self.push_speed, acceleration_max=acceleration)
@@ -83,7 +82,7 @@ class PushKind(Described):
 
 
 def stopped_push(stroke: float, speed: float, acceleration: float) -> TipProfile:
-    """Return a push at constant speed (mm/s) that stops after `stroke` (mm) at full deceleration, and stays."""
+    """Return a push at constant speed (mm/s) that stops after `stroke` (mm) at full deceleration."""
     top = min(speed, sqrt(2.0 * acceleration * stroke))
     cruise = stroke / top - top / (2.0 * acceleration)
     rows = [(cruise, top, 0.0)] if cruise > 1e-9 else []
@@ -91,7 +90,7 @@ def stopped_push(stroke: float, speed: float, acceleration: float) -> TipProfile
 
 
 def default_kinds(top_speed: float) -> tuple[PushKind, ...]:
-    """Return the pushes that are tried: from slow taps to the `top_speed` (mm/s), and gentle ones."""
+    """Return the default kinds of push: slow taps up to `top_speed` (mm/s), and gentle ones."""
     taps = [PushKind("trapezoid", speed, True) for speed in (2.0, 5.0, 20.0, 40.0) if speed < top_speed]
     gentle = [PushKind("gentle", speed, True) for speed in (5.0, 10.0, 20.0, 40.0) if speed < top_speed]
     return (
@@ -111,13 +110,13 @@ class OutcomeTable(ByValue, Described):
     kinds : tuple of PushKind
         (K,).
     first_stroke, stroke_ratio : float
-        Strokes of the table are ``first_stroke stroke_ratio^i``, mm.
+        Stroke i is ``first_stroke stroke_ratio^i``, mm.
     travel : array, (K, S, R)
-        At the friction scales `FRICTION_SCALES`, mm.
+        Travel at the friction scales `FRICTION_SCALES`, mm.
     contact_time : array, (K, S)
-        From first touch to the turning point of the tip, s.
+        Time from first touch to the turning point of the tip, s.
     last : array of int, (K,)
-        Greatest stroke that a kind of push is used for.
+        Index of the greatest stroke of each kind.
     """
 
     kinds: tuple[PushKind, ...] = custom()
@@ -134,11 +133,14 @@ class OutcomeTable(ByValue, Described):
 
     def __repr__(self) -> str:
         last = self.first_stroke * self.stroke_ratio ** (self.travel.shape[1] - 1)
-        return f"OutcomeTable({len(self.kinds)} kinds of push, {self.travel.shape[1]} strokes up to {last:.4g} mm)"
+        strokes = self.travel.shape[1]
+        return f"OutcomeTable({len(self.kinds)} kinds of push, {strokes} strokes up to {last:.4g} mm)"
 
     @cached_property
     def grid(self) -> tuple[float, float, float, float]:
-        """Logarithms of the first stroke (mm) and of the ratio of strokes, first friction scale and step (area sinh, unit 1)."""
+        """Log of the first stroke (mm) and of the ratio, first friction scale and step (inverse sinh, unit
+        1).
+        """
         return float(np.log(self.first_stroke)), float(np.log(self.stroke_ratio)), _FIRST, _EACH
 
     @property
@@ -153,7 +155,9 @@ class OutcomeTable(ByValue, Described):
 
     @cached_property
     def mean_travel(self) -> Floats:
-        """Mean travel about each friction scale, never falling with the stroke, (K, S, R), mm: what a stroke is chosen by."""
+        """Mean travel about each friction scale, monotone in the stroke, (K, S, R), mm; strokes are chosen by
+        it.
+        """
         node, weight = np.polynomial.hermite_e.hermegauss(9)
         at = np.clip(np.add.outer(FRICTION_SCALES, _SPREAD * node), FRICTION_SCALES[0], FRICTION_SCALES[-1])
         cell = (np.arcsinh((at - 1.0) / FINE) - _FIRST) / _EACH
@@ -166,7 +170,7 @@ class OutcomeTable(ByValue, Described):
         return float(travel_at(self.travel[kind], self.grid, stroke, friction))
 
     def stroke_for(self, kind: int, travel: float, friction: float) -> float:
-        """Return the stroke (mm) of a kind (by number) with a mean `travel` (mm) about a friction scale; inf: there is none."""
+        """Return the stroke (mm) of a kind (index) with mean `travel` (mm) at a friction scale; inf: none."""
         return float(stroke_for(self.mean_travel[kind], self.grid, int(self.last[kind]), friction, travel))
 
 
@@ -179,7 +183,7 @@ def simulated(
     executor: Executor | None = None,
     tell: Callable[[float, str], None],
 ) -> OutcomeTable:
-    """Return the table of a model, simulated push by push; strokes up to `longest` mm, `acceleration` of the slide mm/s^2."""
+    """Return the table of a model, simulated push by push, for strokes up to `longest` mm."""
     first = 0.3 * min(model.breakaway_force / model.contact_stiffness, longest)
     count = int(np.ceil(np.log(longest / first) / np.log(_STEP))) + 1
     strokes: Floats = np.asarray(first * _STEP ** np.arange(count))
@@ -195,7 +199,7 @@ def simulated(
 def _rows(
     model: PushModel, strokes: Floats, acceleration: float, kind: PushKind
 ) -> tuple[Floats, Floats, int]:
-    """Travel [stroke, friction scale], time of contact [stroke] and last stroke of one kind of push."""
+    """Travel [stroke, friction scale], contact time [stroke] and last stroke of one kind of push."""
     profiles, times = [], []
     for stroke in strokes:
         profile = kind.profile(model, float(stroke), acceleration)
@@ -225,7 +229,7 @@ def _travels(model: PushModel, profiles: list[TipProfile]) -> Floats:
 
 
 def scaled(model: PushModel, scale: float) -> Floats:
-    """Parameters of a model whose coefficients of friction are those of the model times a friction scale."""
+    """Parameters of a model with both friction coefficients multiplied by a friction scale."""
     parameters = model.parameters
     parameters[3:5] *= scale
     return parameters
@@ -237,7 +241,7 @@ def pushing_time(profile: TipProfile) -> float:
 
 
 def until_turn(rows: Floats) -> float:
-    """Time until a tip no longer advances, s; rows of duration (s), speed at the begin (mm/s), acceleration (mm/s^2)."""
+    """Time until a tip stops, s; rows of duration (s), initial speed (mm/s), acceleration (mm/s^2)."""
     ahead = np.flatnonzero(rows[:, 1] + rows[:, 2] * rows[:, 0] > 1e-9)
     last = int(ahead[-1]) + 2 if ahead.size else 1
     return float(rows[:last, 0].sum())

@@ -1,4 +1,4 @@
-"""The picture of a strategy: time to go, best push and its stroke over the offset, and what a push is expected to leave."""
+"""Picture of a strategy: expected time, best push and stroke over the offset, and narrowing of the belief."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +34,7 @@ def plot(strategy: "Strategy") -> Any:
 
 
 def _draw_value(ax: Any, strategy: "Strategy", data: Any) -> None:
-    """Expected time to go, before any push was seen and once friction is known well."""
+    """Expected time before any push, and with well-known friction."""
     offset, middle = 1e3 * data.offset.values, data.sizes["friction"] // 2
     for pushes, style in ((0, "-"), (data.sizes["pushes"] - 1, "--")):
         ax.semilogx(
@@ -111,7 +111,7 @@ def _draw_aim(ax: Any, strategy: "Strategy", data: Any) -> None:
 
 
 def _draw_belief(ax: Any, strategy: "Strategy") -> None:
-    """How a belief narrows: standard deviation of the next push's friction."""
+    """Narrowing of the belief: standard deviation of the next push's friction."""
     pushes = range(10)
     belief = strategy.belief
     ax.plot(pushes, [100 * belief.sd(n) for n in pushes], "o-", color="#08519c", label="friction of the part")
@@ -127,7 +127,7 @@ def _draw_belief(ax: Any, strategy: "Strategy") -> None:
 
 
 def _mark(ax: Any, strategy: "Strategy") -> None:
-    """Tolerance, and half the jump of stick and slip; the axis ends with the offsets of the problem."""
+    """Tolerance and half the stick-slip jump; the axis ends at the greatest offset of the problem."""
     ax.axvline(1e3 * strategy.problem.tolerance, color="k", lw=0.8, ls=":", label="tolerance")
     half = 0.5 * strategy.problem.model.stick_slip_quantum
     ax.axvline(1e3 * half, color="#a63603", lw=0.8, ls="-.", label="half a jump of stick and slip")

@@ -1,4 +1,4 @@
-"""The verb `plan`: which push next, by stochastic dynamic programming over offset and what is believed of the friction."""
+"""Verb `plan`: sequence of pushes by stochastic dynamic programming over offset and friction belief."""
 
 import warnings
 from concurrent.futures import Executor
@@ -24,9 +24,9 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, TerminalLine
 
 SETTLED = 4
-"""Pushes after which the belief is no more than the mean: further ones change its standard deviation by little."""
+"""Chosen: pushes after which the belief counts as settled; further ones change its sd little."""
 GIVEN_UP = 60.0
-"""What a part costs that is not centred after the greatest number of pushes, s."""
+"""Chosen: charge of a part that is not centred after the greatest number of pushes, s."""
 _SHARES = (0.0, 0.6, 0.8, 1.0)  # chosen: of the work: pushes simulated, the settled belief, the first pushes
 
 
@@ -44,11 +44,12 @@ def plan(
     problem : CenteringProblem
         Part, machine, scatter of the pushes, tolerance.
     spindle_speed : "scheduled" or float
-        Table speed, rad/s: the fastest that the offset allows, or a fixed one (less where the offset does not allow it).
+        Table speed, rad/s: the fastest allowed at each offset, or a fixed one, reduced where the offset
+        demands.
     executor : concurrent.futures.Executor, optional
-        Where to simulate pushes and to evaluate them; the result does not depend on it.
+        Runs the simulations; the result does not depend on it.
     progress : callable(share, text), optional
-        By default one line on a terminal when it takes long, silent elsewhere.
+        Default: one line on a terminal when it takes long, silent elsewhere.
 
     Returns
     -------
@@ -58,12 +59,12 @@ def plan(
     Raises
     ------
     ValueError
-        When `spindle_speed` is no speed > 0, or more than `CenteringLimits.spindle_speed_max`.
+        `spindle_speed` is not > 0, or above `CenteringLimits.spindle_speed_max`.
 
     Warns
     -----
     UserWarning
-        When the tolerance is below half the jump of stick and slip.
+        The tolerance is below half the stick-slip jump.
 
     Examples
     --------
@@ -98,7 +99,7 @@ def prepared(
     executor: Executor | None,
     tell: Progress,
 ) -> StrategyGround:
-    """Simulate the kinds of push, and fix table speeds."""
+    """Simulate the kinds of push and fix the table speeds."""
     axis = offset_axis(problem, size.offsets)
     outcomes = simulated(
         problem.model,
@@ -120,7 +121,7 @@ def prepared(
 
 
 def solved(ground: StrategyGround, executor: Executor | None, tell: Progress) -> Strategy:
-    """Work out the strategy: first with a belief that no longer narrows, then backward to the first push."""
+    """Compute the strategy: first with a settled belief, then backward to the first push."""
     given_up = sdp.Stop("given up", _given_up, allowed=_no_more)
     further = max(1, ground.problem.pushes_max - SETTLED)
     settled = sdp.plan(
@@ -146,7 +147,7 @@ def solved(ground: StrategyGround, executor: Executor | None, tell: Progress) ->
 
 
 class _Settled:
-    """Expected time (s) at the nodes with the settled belief: what is to come once the first pushes were seen."""
+    """Expected time (s) at the nodes with the settled belief: terminal cost of the first pushes."""
 
     def __init__(self, policy: sdp.Policy) -> None:
         self.policy = policy
@@ -156,7 +157,7 @@ class _Settled:
 
 
 def _given_up(s: Any) -> Floats:
-    """Charge (s) of a part that is given up."""
+    """Charge (s) of an abandoned part."""
     return np.asarray(GIVEN_UP + 0.0 * s.offset)
 
 

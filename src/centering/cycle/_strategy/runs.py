@@ -1,4 +1,4 @@
-"""What became of parts that a strategy centred in simulation: times, pushes, final offsets."""
+"""Parts centred in simulation: times, pushes, final offsets."""
 
 import dataclasses
 from typing import Any
@@ -13,22 +13,22 @@ from sdpgrind.base.checks import Floats
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class CenteringRuns:
-    """Parts that were centred in simulation, as `Strategy.simulate` gives them.
+    """Parts centred in simulation, from `Strategy.simulate`.
 
     Attributes
     ----------
     start : array, (parts,)
-        Offset at the begin, mm.
+        Initial offset, mm.
     time : array, (parts,)
-        From the table at rest to the last measurement, s.
+        Time from the table at rest to the last measurement, s.
     pushes : array of int, (parts,)
-        Pushes that were made.
+        Number of pushes.
     offset : array, (parts,)
-        True offset at the end, mm.
+        True final offset, mm.
     finished : array of bool, (parts,)
-        Whether the part was taken for centred, and is.
+        Whether the part was judged centred and is.
     problem : CenteringProblem
-        What was centred.
+        Simulated problem.
     """
 
     start: Floats
@@ -50,7 +50,7 @@ class CenteringRuns:
 
     @property
     def dataset(self) -> xr.Dataset:
-        """The parts with labels and units."""
+        """Parts with labels and units."""
         return xr.Dataset(
             {
                 "start": ("part", self.start, {"units": "mm", "long_name": "offset at the begin"}),

@@ -1,4 +1,4 @@
-"""Following a strategy on the model by Monte-Carlo: pushes by the exact simulator, never through the strategy's own table."""
+"""Monte-Carlo of a strategy: pushes by the exact simulator, independent of the strategy's own table."""
 
 from typing import Any, Protocol
 
@@ -21,7 +21,7 @@ _LEAST_SHARE = 0.1  # chosen: of the greatest offset: where parts begin unless t
 
 
 class Followed(Protocol):
-    """A strategy, as far as parts need it that follow it; see `Strategy`."""
+    """Interface of a strategy for its simulation; see `Strategy`."""
 
     problem: CenteringProblem
     timing: CycleTiming
@@ -36,7 +36,7 @@ class Followed(Protocol):
 
 
 def simulate(strategy: Followed, parts: int, rng: Seed, start: Any) -> CenteringRuns:
-    """Centre so many parts; see `Strategy.simulate`."""
+    """Centre `parts` parts; see `Strategy.simulate`."""
     random = generator(rng)
     checks.count("runs", parts)
     offset_max = strategy.problem.offset_max
@@ -54,7 +54,7 @@ def simulate(strategy: Followed, parts: int, rng: Seed, start: Any) -> Centering
 
 
 class _Parts:
-    """Parts that are centred side by side; every part draws as much at every push, so that none depends on another."""
+    """Parts simulated side by side; each draws equally often at every push, so none depends on another."""
 
     def __init__(self, strategy: Followed, start: Floats, random: np.random.Generator) -> None:
         self.strategy, self.random, self.start = strategy, random, start
@@ -71,7 +71,7 @@ class _Parts:
         self.time = np.array([self._start_time(float(d)) for d in self.measured])
 
     def run(self) -> CenteringRuns:
-        """Push until all parts are measured to be centred, or given up."""
+        """Push until all parts are measured as centred or abandoned."""
         self.waiting = self.measured > self.strategy.finish
         for _ in range(self.strategy.problem.pushes_max):
             if not self.waiting.any():
@@ -81,14 +81,14 @@ class _Parts:
         return CenteringRuns(self.start, self.time, self.pushes, self.offset, good, self.strategy.problem)
 
     def _start_time(self, offset: float) -> float:
-        """Time from rest to the first touch: run up, measure, and any part of a turn, s."""
+        """Time from rest to the first touch, s: run-up, measurement, any part of a turn."""
         acceleration = self.strategy.problem.limits.spindle_acceleration_max
         speed = self.strategy.spindle_speed(offset)
         mean = self.strategy.timing.start_time(speed, acceleration)
         return mean + float(self.random.uniform(-np.pi, np.pi)) / speed
 
     def _push(self) -> None:
-        """One push of all parts that wait for one."""
+        """One push of all waiting parts."""
         unit = self.random.standard_normal((4, self.offset.size))
         at = np.flatnonzero(self.waiting)
         choices = [
@@ -100,7 +100,9 @@ class _Parts:
             self._move(int(k), choice, float(x), unit[:, k])
 
     def _travel(self, at: Any, choices: list[PushChoice], unit: Floats) -> Floats:
-        """Travel of the parts, mm: the tip meets a part where it is and stops where it is told, but for its scatter."""
+        """Travel of the parts, mm: the tip meets the part at its place and stops at the commanded one, plus
+        scatter.
+        """
         place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
         scale = np.maximum(0.2, self.scale[at] * (1.0 + self.scatter.friction_push_sd * unit[0, at]))
         model = self.strategy.problem.model
@@ -111,7 +113,7 @@ class _Parts:
         return np.asarray(simulate_pushes(np.array([scaled(model, float(r)) for r in scale]), profiles)[:, 0])
 
     def _move(self, k: int, choice: PushChoice, travel: float, unit: Floats) -> None:
-        """Book a push of part k: where it is now, what was measured, how long it took, what it says of friction."""
+        """Record a push of part k: place, measurement, duration, friction belief."""
         strategy, limits = self.strategy, self.strategy.problem.limits
         self.offset[k], phase = push_once(self.offset[k], travel, self.scatter.direction_sd * unit[2])
         before = self.measured[k]

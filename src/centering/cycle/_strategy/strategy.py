@@ -1,4 +1,4 @@
-"""A strategy: the push for every offset, what is believed of the friction, and what both will cost."""
+"""Strategy: push and expected time for every offset and friction belief."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
@@ -31,38 +31,38 @@ _ROUNDING = 1.0 + 1e-9
 
 
 class Strategy(Plan):
-    """Which push next, by offset, believed friction and pushes seen: a plan, immutable, made by `plan`.
+    """Next push by offset, believed friction and pushes seen: a plan, immutable, made by `plan`.
 
-    The friction scale is the part's friction over that of the model; the belief about it has a mean, which is looked up, and a
-    standard deviation, which the number of pushes seen tells.
+    The friction scale is the part's friction over that of the model. Its belief has a mean, which is looked
+    up, and a standard deviation, which follows from the number of pushes seen.
 
     Parameters
     ----------
     problem : CenteringProblem
-        What was planned for.
+        Planned problem.
     outcomes : OutcomeTable
-        What its pushes do, mm.
+        Travel of its pushes, mm.
     timing : CycleTiming
-        What a cycle takes besides pushes, s and rad.
+        Duration of a cycle without the pushes, s and rad.
     speeds : array, (offsets,)
         Table speeds at the nodes of the offset, rad/s.
     table : tuple of array, (pushes, offsets, frictions)
-        Expected time (s), number of the best kind of push, and wanted mean travel over offset.
+        Expected time (s), index of the best kind of push, and intended mean travel over offset.
 
     Attributes
     ----------
     problem : CenteringProblem
-        What was planned for.
+        Planned problem.
     outcomes : OutcomeTable
-        What pushes do, mm.
+        Travel of its pushes, mm.
     timing : CycleTiming
-        What a cycle takes besides, s and rad.
+        Duration of a cycle without the pushes, s and rad.
     kinds : tuple of PushKind
-        Kinds of push that were tried.
+        Kinds of push.
     belief : FrictionScaleBelief
-        Of a part's friction, before it was pushed and after (relative).
+        Friction belief about a part, relative.
     finish : float
-        Measured offset at which the part counts as centred, mm: the tolerance less what measuring may hide.
+        Measured offset at which the part counts as centred, mm: tolerance less the error of the measurement.
     """
 
     kind = "centering.strategy"
@@ -88,24 +88,25 @@ class Strategy(Plan):
         )
         self._outcomes = (outcomes.travel, outcomes.mean_travel, outcomes.last, outcomes.grid)
 
-    # -- looking up ------------------------------------------------------------------------------------------------
+    # -- looking up
+    # ------------------------------------------------------------------------------------------------
 
     def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice:
-        """Return the push that leads to the end soonest.
+        """Return the push with the least expected time to the end.
 
         Parameters
         ----------
         offset : float
-            Measured offset, mm; greater than `finish`.
+            Measured offset, mm, > `finish`.
         friction : float
-            Mean of the believed friction scale, dimensionless.
+            Mean of the believed friction scale, unit 1.
         evidence : float
-            Pushes' worth of it, see `update_belief`; or simply the pushes so far.
+            Evidence from `update_belief`, or the number of pushes so far.
 
         Raises
         ------
         ValueError
-            When the offset is not > `finish`: the part is centred; or beyond `offset_max`.
+            The offset is not > `finish` (the part is centred), or beyond `offset_max`.
         """
         if not offset > self.finish:
             raise checks.refuse("offset", f"> {self.finish:g}, at which the part is centred", offset, "mm")
@@ -123,21 +124,21 @@ class Strategy(Plan):
         return PushChoice(aim, stroke, how.push_speed, how.shape, how.retract, speed, kind)
 
     def value(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> float:
-        """Return the expected time from the touch of the next push to the end, s; 0 where the part is centred.
+        """Return the expected time from the touch of the next push to the end, s; 0 for a centred part.
 
         Parameters
         ----------
         offset : float
-            mm.
+            Measured offset, mm.
         friction : float
-            Mean of the believed friction scale, dimensionless.
+            Mean of the believed friction scale, unit 1.
         evidence : float
-            Pushes' worth of it.
+            Evidence from `update_belief`.
 
         Raises
         ------
         ValueError
-            When the offset is beyond `offset_max`.
+            The offset is beyond `offset_max`.
         """
         self._refuse_beyond(offset)
         if offset <= self.finish:
@@ -146,16 +147,16 @@ class Strategy(Plan):
 
     @property
     def offset_max(self) -> float:
-        """Greatest offset that the strategy knows pushes for, mm."""
+        """Greatest offset of the table, mm."""
         return float(np.exp(self._axes[0] + self._axes[1] * (self._axes[2] - 1)))
 
     def _refuse_beyond(self, offset: float) -> None:
-        """Refuse an offset that nothing is known about."""
+        """Refuse an offset beyond the table."""
         if not offset <= self.offset_max * _ROUNDING:
             raise checks.refuse("offset", f"<= {self.offset_max:g} (the strategy's)", offset, "mm")
 
     def _mode(self, evidence: float) -> int:
-        """Row of the table for so much evidence: a push is worth less than one that shows its friction fully."""
+        """Row of the table for an evidence; a push counts less than a fully informative one."""
         settled: int = self._settled
         return min(int(evidence / WORTH + 0.5), settled)
 
@@ -178,25 +179,25 @@ class Strategy(Plan):
     def update_belief(
         self, friction: float, evidence: float, commanded: PushChoice, travelled: float
     ) -> Belief:
-        """Return what is believed after a push: Bayes' rule, the push scattering about the friction of the part.
+        """Return the belief after a push by Bayes' rule; the push scatters about the friction of the part.
 
-        A travel that only a friction far outside what is believed explains makes it begin anew, about that.
+        A travel that only an improbable friction explains restarts the belief at that friction.
 
         Parameters
         ----------
         friction : float
-            Mean of the friction scale before, dimensionless.
+            Mean of the friction scale before.
         evidence : float
-            Pushes' worth of evidence before: 0 at the first push, then what this method gave.
+            Evidence before: 0 at the first push, then from this method.
         commanded : PushChoice
-            The push.
+            Commanded push.
         travelled : float
-            How far the part was moved, mm: the length of the difference of two measured places.
+            Travel of the part, mm: distance of two measured places.
 
         Returns
         -------
         Belief
-            Mean and evidence; a push that told little adds little evidence, and one that told it was wrong leaves less.
+            Mean and evidence; an uninformative push adds little, a contradicting one reduces the evidence.
         """
         prior = friction, self.belief.sd(evidence)
         table, grid = self.outcomes.travel[commanded.kind], self.outcomes.grid
@@ -210,15 +211,17 @@ class Strategy(Plan):
 
     @cached_property
     def _noise(self) -> float:
-        """Standard deviation of a measured travel about that of the table, mm."""
+        """Standard deviation of a measured travel, mm."""
         return float(np.hypot(self.problem.scatter.stop_sd, np.sqrt(2.0) * self.problem.scatter.measuring_sd))
 
-    # -- predicting ------------------------------------------------------------------------------------------------
+    # -- predicting
+    # ------------------------------------------------------------------------------------------------
 
     def simulate(
         self, *, runs: int = 200, rng: Seed = 0, start: npt.ArrayLike | None = None
     ) -> "CenteringRuns":
-        """Follow the strategy on the model: pushes simulated exactly, friction that stays with its part; no machine.
+        """Follow the strategy on the model: pushes simulated exactly, friction that stays with its part; no
+        machine.
 
         Parameters
         ----------
@@ -227,7 +230,8 @@ class Strategy(Plan):
         rng : int, SeedSequence or Generator
             Source of randomness.
         start : float or array (runs,), optional
-            Offset at the begin, mm; by default uniform from a tenth of the problem's greatest offset to the greatest.
+            Offset at the begin, mm; by default uniform from a tenth of the problem's greatest offset to the
+            greatest.
 
         Returns
         -------
@@ -238,11 +242,14 @@ class Strategy(Plan):
 
         return simulate(self, runs, rng, start)
 
-    # -- keeping ---------------------------------------------------------------------------------------------------
+    # -- keeping
+    # ---------------------------------------------------------------------------------------------------
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The strategy as labelled arrays: value (s), kind of push, share of the offset, and what pushes do (mm)."""
+        """The strategy as labelled arrays: value (s), kind of push, share of the offset, and what pushes do
+        (mm).
+        """
         dims = ("pushes", "offset", "friction")
         low, step, nodes, first, spacing, count = self._axes
         table = self.outcomes
@@ -307,7 +314,8 @@ class Strategy(Plan):
         return cls(plain["problem"], outcomes, plain["timing"], arrays["spindle_speed"], table)
 
     def plot(self) -> Any:
-        """Draw expected time and best push over the offset, and what the friction belief changes; return the figure.
+        """Draw expected time and best push over the offset, and what the friction belief changes; return the
+        figure.
 
         Specks in the map of the kinds of push are pushes that are equal within the noise of the table.
         """

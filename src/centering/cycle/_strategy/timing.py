@@ -1,4 +1,4 @@
-"""How long things take between two pushes, and how fast the table may turn at an offset."""
+"""Time between two pushes, and greatest table speed at an offset."""
 
 from math import pi, sqrt
 
@@ -15,21 +15,22 @@ _REACH = 60.0  # mm/s, chosen: how fast the rim may come toward the tip, so that
 
 @described("centering.cycle_timing")
 class CycleTiming(Described):
-    """What a cycle takes besides its pushes; the defaults suit `CenteringController`.
+    """Duration of a cycle without its pushes; the defaults suit `CenteringController`.
 
     Parameters
     ----------
     measuring_arc : float
-        Angle of the table over which a part is measured before a push, and after the last one, rad.
+        Rotation of the table during the measurement before a push and after the last one, rad.
     busy_time : float
-        From the turning point of the tip to measuring, and from its approach to the first touch, s.
+        Time from the turning point of the tip to the measurement plus that from its approach to the first
+        touch, s.
     first_arc : float
-        Angle of the table over which a part is first measured, from rest, rad.
+        Rotation of the table during the first measurement, from rest, rad.
 
     Raises
     ------
     ValueError
-        When one is not > 0.
+        A value is not > 0.
 
     Examples
     --------
@@ -42,7 +43,7 @@ class CycleTiming(Described):
     first_arc: float = quantity("rad", above=0, usual=(0.001, 20.0), typical=0.3, default=0.3)
 
     def start_time(self, speed: float, acceleration: float) -> float:
-        """Return the mean time from rest to first touch, s: acceleration (rad/s^2) to a speed (rad/s), measuring, half a turn."""
+        """Return the mean time from rest to first touch, s: acceleration, measurement, half a turn."""
         angle, turned = self.first_arc + pi, 0.5 * speed**2 / acceleration
         return (
             sqrt(2.0 * angle / acceleration)
@@ -52,7 +53,9 @@ class CycleTiming(Described):
 
 
 def table_speeds(problem: CenteringProblem, offset: Floats, speed: str | float) -> Floats:
-    """Return table speeds (rad/s) at offsets (mm): the fastest that neither slips nor outruns the tip, or the one given."""
+    """Return the greatest table speeds (rad/s) without slip or outrunning the tip at offsets (mm), or
+    `speed`.
+    """
     limits, model = problem.limits, problem.model
     slip = np.sqrt(_MARGIN * model.mu_static * GRAVITY / offset)
     fastest = np.minimum(np.minimum(limits.spindle_speed_max, slip), _REACH / offset)
