@@ -1,4 +1,4 @@
-"""The torque axis that presses the tool: controllers, poles, step responses, tolerances."""
+"""Torque axis that presses the tool: controllers, poles, step responses, tolerances."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""The torque axis: motor, tool and contact spring, with the converter and the encoder that it is seen through."""
+"""Torque axis: motor, tool and contact spring, with current converter and encoder."""
 
 import dataclasses
 from math import pi, sqrt
@@ -10,44 +10,45 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, count, described, quantity
 
 GRAVITY = 9.81
-"""m/s^2, as the source has it."""
+"""m/s^2; source: Wang and Jan (2001)."""
 SHORTEST = 1.0
-"""Lever arm below which another unit is meant, mm; chosen."""
+"""Chosen: lever arm below which another unit is meant, mm."""
 
 
 @described("finishing.axis")
 class TorqueAxis(Described):
-    """Motor that presses the tool against the surface: J theta'' = k_t i - T_f - T_L, T_f = max(0, k_e (theta - theta_s)).
+    """Motor that presses the tool against the surface: J theta'' = k_t i - T_f - T_L.
 
-    The contact is the spring of Wang and Jan (2001) (2) that pushes and does not pull; the motion is their (3) with k_e theta for
-    the printed k_e theta', from which (4) follows as printed. theta_s is the angle at which the surface is touched. The torque
-    constant is that of their Table 1, inertia and stiffness are the estimates of their section 6. Torques are in N m.
+    The contact T_f = max(0, k_e (theta - theta_s)) is the spring of Wang and Jan (2001) (2), without pull;
+    theta_s is the angle of first touch. The motion is their (3) with k_e theta for the printed k_e theta',
+    from which (4) follows as printed. The torque constant is that of their Table 1; inertia and stiffness are
+    the estimates of their section 6. Torques are in N m.
 
     Parameters
     ----------
     inertia : float
         J of motor and tool, kg m^2.
     contact_angular_stiffness : float
-        k_e of the contact, seen from the motor, N m/rad.
+        Contact stiffness k_e at the motor, N m/rad.
     torque_constant : float
         k_t, N m/A.
     lever_arm : float
-        From the motor's axis to the contact, mm.
+        Distance from the motor's axis to the contact, mm.
     current_limit : float
         Greatest current, A: 1 A in the source's section 5, 1.2 A in its Table 1.
     current_range : float
-        Greatest current of the converter, both ways, A.
+        Greatest current of the converter in either direction, A.
     bits : int
-        Of the converter, dimensionless.
+        Resolution of the converter, bits.
     encoder_counts : int
-        Counts of the encoder in a revolution, dimensionless; the source does not give it.
+        Encoder counts per revolution; not given by the source.
     sample_time : float
-        Time between two samples, s; the source does not give it.
+        Sample time, s; not given by the source.
 
     Raises
     ------
     ValueError
-        When a value is out of range.
+        A value is out of range.
 
     Examples
     --------
@@ -55,7 +56,7 @@ class TorqueAxis(Described):
     >>> axis = fin.TorqueAxis()
     >>> round(axis.natural_frequency, 1), round(axis.contact_stiffness, 3)  # rad/s, N/mm
     (104.2, 1.324)
-    >>> round(axis.force_max, 3), round(axis.force_resolution, 3)  # N: what it can press, what the encoder can tell
+    >>> round(axis.force_max, 3), round(axis.force_resolution, 3)  # N
     (1.947, 0.04)
     """
 
@@ -78,39 +79,39 @@ class TorqueAxis(Described):
 
     @property
     def natural_frequency(self) -> float:
-        """sqrt(k_e/J) of the undamped axis in contact, rad/s."""
+        """Undamped natural frequency in contact, sqrt(k_e/J), rad/s."""
         return sqrt(self.contact_angular_stiffness / self.inertia)
 
     @property
     def contact_stiffness(self) -> float:
-        """k_e/R^2 at the contact, N/mm."""
+        """Stiffness at the contact, k_e/R^2, N/mm."""
         return 1e3 * self.contact_angular_stiffness / self.lever_arm**2
 
     @property
     def current_step(self) -> float:
-        """Least change of the current, its unit A: the range both ways over 2^bits, not over 2^bits - 1 as printed."""
+        """Resolution of the current, A: full range over 2^bits, not over 2^bits - 1 as printed."""
         return 2 * self.current_range / 2.0**self.bits
 
     @property
     def torque_step(self) -> float:
-        """Least change of the torque that is commanded, N m."""
+        """Resolution of the commanded torque, N m."""
         return self.torque_constant * self.current_step
 
     @property
     def force_step(self) -> float:
-        """Least change of the force that is commanded, N; a force, though the source calls it a pressure."""
+        """Resolution of the commanded force, N (called a pressure in the source)."""
         return self.force(self.torque_step)
 
     @property
     def angle_step(self) -> float:
-        """Least change of the angle that the encoder shows, rad."""
+        """Resolution of the encoder, rad."""
         return 2 * pi / self.encoder_counts
 
     @property
     def force_resolution(self) -> float:
-        """Force of a contact that is pressed in by one count of the encoder, N.
+        """Force of one encoder count of contact deflection, N: the resolution of observation.
 
-        What limits observation: the source's "resolution of the observer" is `torque_step`, that of the command.
+        The source's "resolution of the observer" is `torque_step`, that of the command.
         """
         return self.force(self.contact_angular_stiffness * self.angle_step)
 
@@ -126,25 +127,25 @@ class TorqueAxis(Described):
 
     @property
     def parameters(self) -> Floats:
-        """J (kg m^2), k_e (N m/rad), k_t (N m/A) and the sample time (s) for `kernels.axis_tick`."""
+        """J (kg m^2), k_e (N m/rad), k_t (N m/A) and sample time (s) for `kernels.axis_tick`."""
         return np.array(
             [self.inertia, self.contact_angular_stiffness, self.torque_constant, self.sample_time],
             dtype=float,
         )
 
     def force(self, torque: float) -> float:
-        """Return the force (N) of a torque on the lever arm alone, F = T/R: without contact angle and friction.
+        """Return the force (N) of a torque on the lever arm, F = T/R, without contact angle and friction.
 
         Parameters
         ----------
         torque : float
-            N m.
+            Torque, N m.
         """
         return torque / (1e-3 * self.lever_arm)
 
 
 def true_axis(believed: TorqueAxis, truth: TorqueAxis | None) -> TorqueAxis:
-    """The axis as it is: that which is believed, or another one at the same sample time."""
+    """True axis: the believed one, or another with the same sample time."""
     if truth is None:
         return believed
     if checks.kind("truth", truth, TorqueAxis).sample_time != believed.sample_time:

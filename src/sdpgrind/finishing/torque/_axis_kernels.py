@@ -1,4 +1,4 @@
-"""The torque axis over a tick, exactly: it swings in contact, flies without, touches and lifts in between."""
+"""Exact motion of the torque axis over a tick: oscillation in contact, free flight, touches and lifts."""
 
 import numpy as np
 
@@ -6,12 +6,12 @@ from sdpgrind.base.compiled import compiled
 from sdpgrind.finishing.torque._states import AXIS, MOTOR
 
 _EVENTS = 100
-"""Touches and lifts within a piece of a tick; a contact lasts half a period, so that there are never more than a few."""
+"""Chosen: greatest number of touches and lifts in a piece of a tick; a contact lasts half a period."""
 
 
 @compiled
 def encoder_reading(angle, resolution):
-    """Angle (rad) that an encoder of a resolution (rad) shows; the angle itself where the resolution is 0."""
+    """Angle (rad) shown by an encoder of a resolution (rad); resolution 0: the angle itself."""
     if resolution <= 0.0:
         return angle
     return resolution * np.floor(angle / resolution + 0.5)
@@ -21,18 +21,18 @@ def encoder_reading(angle, resolution):
 def axis_tick(state, current, load_torque, surface, next_surface, axis):
     """Advance the axis exactly over a tick and return the contact torque at its end, N m.
 
-    J theta'' = k_t i - T_f - T_L, Wang (3) as it must be, with T_f = max(0, k_e (theta - theta_s)).
+    J theta'' = k_t i - T_f - T_L, Wang (3) corrected, with T_f = max(0, k_e (theta - theta_s)).
 
     Parameters
     ----------
     state : array, (STATES,)
-        State of the axis, a row of `MOTOR`; the mean contact torque of the tick (N m) is written there.
+        State of the axis, a row of `MOTOR`; receives the mean contact torque of the tick (N m).
     current, load_torque : float
-        Held over the tick, A and N m.
+        Constant over the tick, A and N m.
     surface, next_surface : float
-        Angle at which the surface is touched at the begin and the end of the tick, rad; a straight line between.
+        Angle of first touch at the start and the end of the tick, rad; linear in between.
     axis : array, (4,)
-        J (kg m^2), k_e (N m/rad), k_t (N m/A) and the length of a tick (s): a row of `AXIS`.
+        J (kg m^2), k_e (N m/rad), k_t (N m/A) and length of a tick (s): a row of `AXIS`.
     """
     return _axis_tick(axis.view(AXIS)[0], state.view(MOTOR)[0], current, load_torque, surface, next_surface)
 
@@ -56,7 +56,10 @@ def _axis_tick(axis, motor, current, load_torque, surface, next_surface):
 
 @compiled
 def _piece(gap, speed, left, push, depth, frequency):
-    """Gap (rad, positive in contact) and speed after a time, through touches and lifts; push (rad/s^2), depth at rest (rad)."""
+    """Gap (rad, positive in contact) and speed after `left` s, over touches and lifts.
+
+    `push` (rad/s^2) acts in flight; `depth` is the gap at rest (rad).
+    """
     for _ in range(_EVENTS):
         if gap > 0.0 or (gap == 0.0 and (speed > 0.0 or (speed == 0.0 and push > 0.0))):
             gap, speed, left = _in_contact(gap, speed, left, depth, frequency)
@@ -69,7 +72,7 @@ def _piece(gap, speed, left, push, depth, frequency):
 
 @compiled
 def _first(a, b, c):
-    """First x > 0 at which a x^2 + 2 b x + c, with c >= 0, turns negative; infinite where it never does."""
+    """First x > 0 at which a x^2 + 2 b x + c, with c >= 0, turns negative; inf: never."""
     root = b * b - a * c
     if b < 0.0:
         return c / (np.sqrt(root) - b) if root >= 0.0 else np.inf
@@ -78,15 +81,14 @@ def _first(a, b, c):
 
 @compiled
 def _in_contact(gap, speed, left, depth, frequency):
-    """Swing about the depth at rest until the end or until it lifts: a quadratic in the tangent of half the phase."""
+    """Oscillate about the depth at rest to the end or to lift-off: a quadratic in the tangent of half the
+    phase.
+    """
     rate = speed / frequency
     c, s = np.cos(0.5 * frequency * left), np.sin(0.5 * frequency * left)
     half = _first(2.0 * depth - gap, rate, gap)
     if half > s / c:
-        rise, turn = (
-            2.0 * s * s,
-            2.0 * s * c,
-        )  # 1 - cos and sin of the phase: a change that is small stays exact
+        rise, turn = 2.0 * s * s, 2.0 * s * c  # 1 - cos and sin of the phase, exact for small phases
         ahead = depth - gap
         return gap + ahead * rise + rate * turn, speed - speed * rise + frequency * ahead * turn, 0.0
     c = 1.0 / (1.0 + half * half)
@@ -97,7 +99,7 @@ def _in_contact(gap, speed, left, depth, frequency):
 
 @compiled
 def _in_flight(gap, speed, left, push):
-    """Fall towards or away from the surface until the end or until it touches."""
+    """Fly to the end or to the next touch."""
     time = _first(-0.5 * push, -0.5 * speed, -gap)
     if time > left:
         return gap + left * (speed + 0.5 * push * left), speed + push * left, 0.0

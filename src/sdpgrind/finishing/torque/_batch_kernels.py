@@ -1,4 +1,4 @@
-"""Many runs of the torque axis under one controller, compiled: the same steps as everywhere else."""
+"""Many runs of the torque axis under one controller, compiled, with the kernels of single runs."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from sdpgrind.finishing.torque._controller_kernels import _controller_step, _fee
 from sdpgrind.finishing.torque._states import AXIS, CONTROLLER, LAW, MOTOR
 
 SHOWN, CURRENT, TORQUE, ESTIMATE, PATH_TIME, COLUMNS = range(6)
-"""Columns: angle (rad), current from then on (A), contact torque (N m), estimate (N m), how far the motion is played (s)."""
+"""Columns: angle (rad), current from then on (A), contact torque (N m), estimate (N m), motion's time (s)."""
 
 
 STATES = width(MOTOR)
@@ -17,7 +17,9 @@ STATES = width(MOTOR)
 
 @compiled
 def batch(law, start, time, torque, axis, resolution, offsets, depth, surface, load, out):
-    """Run from each offset (rad) of surface and encoder, pressed in by a depth (rad); rows of `out` are samples."""
+    """Run from each offset (rad) of surface and encoder at a deflection `depth` (rad); rows of `out` are
+    samples.
+    """
     state, axis_state = np.empty(start.size), np.empty(STATES)
     controller, motor = state.view(CONTROLLER)[0], axis_state.view(MOTOR)[0]
     setting, known = law.view(LAW)[0], axis.view(AXIS)[0]

@@ -1,4 +1,4 @@
-"""The controller of the contact torque: constant current, PID plus feedforward with an observer, damped, or LQG."""
+"""Controller of the contact torque: constant current, PID with feedforward and observer, damped, or LQG."""
 
 import hashlib
 from collections.abc import Mapping
@@ -25,61 +25,62 @@ from sdpgrind.finishing.torque._poles import AxisPoles, check_stable, poles_of
 from sdpgrind.finishing.torque._reference import TorqueReference, reference
 from sdpgrind.finishing.torque._states import CONTROLLER, LAW
 
-_UNDAMPED = 0.5  # s: how long to wait for a contact that nothing damps
-_DIGEST = 12  # hexadecimal digits
+_UNDAMPED = 0.5  # s, chosen: waiting time for an undamped contact
+_DIGEST = 12  # chosen: hexadecimal digits
 _COUNT, _PATH_TIME, _ESTIMATE, _REFERENCE = places(CONTROLLER, "count", "path_time", "estimate", "reference")
 (_SETTLE_STEPS,) = places(LAW, "settle_steps")
 
 
 @described(eq=False)
 class TorqueController(Stateful, Described):
-    """Hold the contact torque by the motor's current, knowing only that current and the motor's angle.
+    """Hold the contact torque by the motor's current, from current and motor angle alone.
 
-    ========== ============================================================================================================
+    ========== ===============================================================================================
     `kind`     law
-    ========== ============================================================================================================
-    "constant" current T*/k_t: no loop, and a contact that nothing damps
-    "pidff"    PID plus feedforward of Wang and Jan (2001) (6) with the torque observer (9), errata put right
-    "damped"   T* less damping by the motor's speed (`DampingGains`): what all others must be compared with
-    "lqg"      Kalman filter and state feedback (`LqgGains`): fastest, and least tolerant of a stiffer contact
-    ========== ============================================================================================================
+    ========== ===============================================================================================
+    "constant" current T*/k_t: no loop, undamped contact
+    "pidff"    PID plus feedforward of Wang and Jan (2001) (6) with the torque observer (9), errata corrected
+    "damped"   T* less damping by the motor's speed (`DampingGains`): the reference for comparisons
+    "lqg"      Kalman filter and state feedback (`LqgGains`): fastest, least tolerant of a stiffer contact
+    ========== ===============================================================================================
 
-    None of them can tell a load torque from the contact torque: with an estimate that is right to the last digit, the contact is
-    off by all of the load torque that is not known. So measure that before touch-down (`identify_load_torque`) and give it as
-    `load_torque`. An error of k_t is an error of the force, by as much.
+    No law can separate a load torque from the contact torque: even with an exact estimate the contact is off
+    by the unknown load torque. Measure it before touch-down (`identify_load_torque`) and pass it as
+    `load_torque`. A relative error of k_t is the same relative error of the force.
 
-    While the contact settles the motion waits (feed override 0); then it is played, and the torque follows `torque_per_force`.
+    The motion waits until the contact has settled (feed override 0); then it plays, and the torque follows
+    `torque_per_force`.
 
     Parameters
     ----------
     axis : TorqueAxis
-        As it is believed to be.
+        Believed axis.
     motion : Motion, optional
-        What is played, with arrays ``time`` (s), ``torque_per_force`` (N m/N) and ``profile``; None: the tool stands still,
-        F = T/R.
+        Motion with arrays ``time`` (s), ``torque_per_force`` (N m/N) and ``profile``. None: the tool stands
+        still, F = T/R.
     normal_force : float
-        To be held, N.
+        Force to hold, N.
     kind : {"pidff", "constant", "damped", "lqg"}
         Law.
     gains : PidffGains, DampingGains or LqgGains, optional
-        Of that law; by default what its class has. For "pidff" these are the source's, whose observer is slower than its loop (so
-        that the slowest poles are at -16.5 1/s, not at -61): ``PidffGains.of_poles(axis)`` designs others.
+        Gains of the law. Default: those of its class; for "pidff" the source's, whose observer is slower than
+        its loop (slowest poles at -16.5 1/s, not at -61): ``PidffGains.of_poles(axis)`` designs others.
     observer : {"pid", "state", "ideal"}
-        Of "pidff": (9), corrected; its state form, which with the gains of the source hardly decays and is unstable on a contact
-        half as stiff; or "ideal", the true contact torque, which is known in a simulation only.
+        Observer of "pidff": (9), corrected; its state form, which with the gains of the source hardly decays
+        and is unstable on a contact half as stiff; or "ideal", the true contact torque, in simulation only.
     prefilter : bool
-        Of "pidff": filter T* by p/(3s + p), which takes the overshoot of (8) away. At 1.667 N that overshoot needs more than the
-        current limit of 1 A.
+        For "pidff": filter T* by p/(3s + p), which removes the overshoot of (8). At 1.667 N that overshoot
+        exceeds the current limit of 1 A.
     load_torque : float or array (m,)
-        Load torque that is known, N m, all along or at the times of the motion.
+        Known load torque, N m, constant or at the times of the motion.
     settle_time : float, optional
-        How long the motion waits, s; by default four time constants of the slowest pole.
+        Waiting time of the motion, s. Default: four time constants of the slowest pole.
 
     Raises
     ------
     ValueError
-        When the loop is not stable (the message has its poles), the sample time is too long for it, the motor cannot press so
-        hard, or a value is out of range.
+        The loop is unstable (the message has its poles), the sample time is too long for it, the force
+        exceeds the motor, or a value is out of range.
 
     Examples
     --------
@@ -112,40 +113,40 @@ class TorqueController(Stateful, Described):
 
     @cached_property
     def setting(self) -> Setting:
-        """What the loop is made of: kind, gains and observer, dimensionless names and their own units."""
+        """Parts of the loop: kind, gains and observer."""
         return setting(self.axis, self.kind, self.gains, self.observer, self.prefilter)
 
     @cached_property
     def reference(self) -> TorqueReference:
-        """Torque to be held along the motion, s and N m."""
+        """Torque reference along the motion, s and N m."""
         return reference(self.axis, self.motion, self.normal_force, self.load_torque)
 
     @property
     def period(self) -> float:
-        """Time between two samples, s."""
+        """Sample time, s."""
         return self.axis.sample_time
 
     @property
     def reads(self) -> Mapping[str, str]:
-        """What it must be told, with units."""
+        """Name of each measurement to its unit."""
         return {"motor_angle": "rad"} if self.motion is None else {"motor_angle": "rad", "path_time": "s"}
 
     @property
     def commands(self) -> Mapping[str, str]:
-        """What it commands, with units (A)."""
+        """Name of each command to its unit (A)."""
         return (
             {"current": "A"} if self.motion is None else {"current": "A", "feed_override": "", "motion": ""}
         )
 
     @property
     def job(self) -> Mapping[str, object]:
-        """What the motion is made for, and the normal force that is held (N): `hwsim` refuses to run it for anything else."""
+        """Data of the motion and the normal force (N) that controller and plant must share."""
         planned = getattr(getattr(self.motion, "problem", None), "job", None) or {}
         return {**planned, "target_force": (self.normal_force, units_of(type(self))["normal_force"])}
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Which motion is played, for the log: its time law, its duration (s), and a digest of what the robot is given."""
+        """The motion for the log: time law, duration (s), digest of its profile."""
         if self.motion is None:
             return {}
         digest = hashlib.sha256(np.ascontiguousarray(self.motion.profile).tobytes()).hexdigest()[:_DIGEST]
@@ -154,12 +155,12 @@ class TorqueController(Stateful, Described):
 
     @cached_property
     def poles(self) -> AxisPoles:
-        """Poles of axis, law and observer together, 1/s, and those of the sampled loop."""
+        """Poles of axis, law and observer together, 1/s, and of the sampled loop."""
         return poles_of(self.setting)
 
     @cached_property
     def settling(self) -> float:
-        """How long the motion waits, s."""
+        """Waiting time of the motion, s."""
         if self.settle_time is not None:
             return self.settle_time
         return _UNDAMPED if self.setting.gains is None else 4.0 / self.poles.slowest
@@ -182,25 +183,26 @@ class TorqueController(Stateful, Described):
         return self.law.start.copy()
 
     def loop(self, truth: TorqueAxis | None = None, *, sampled_time: bool = False) -> AxisLoop:
-        """Return the closed loop as a linear system, in rad, s and N m; without prefilter, rounding, limits and lifting.
+        """Return the closed loop as a linear system in rad, s, N m, without prefilter, rounding, limits and
+        lift-off.
 
         Parameters
         ----------
         truth : TorqueAxis, optional
-            The axis as it is; by default as it is believed.
+            True axis. Default: the believed one.
         sampled_time : bool
-            The loop as it is sampled, else that in continuous time.
+            Whether the loop is sampled; else in continuous time.
         """
         real = true_axis(self.axis, truth)
         return sampled(self.setting, real) if sampled_time else continuous(self.setting, real)
 
     def poles_at(self, truth: TorqueAxis) -> AxisPoles:
-        """Return the poles (1/s) on an axis that is not as it is believed.
+        """Return the poles (1/s) on another axis than the believed one.
 
         Parameters
         ----------
         truth : TorqueAxis
-            The axis as it is.
+            True axis.
         """
         return poles_of(self.setting, true_axis(self.axis, truth))
 
@@ -209,27 +211,27 @@ class TorqueController(Stateful, Described):
         self.state[:] = self.law.start
 
     def step(self, *, motor_angle: float, path_time: float = nan, **others: Any) -> dict[str, Any]:
-        """Return the current (A) until the next sample; and, where there is a motion, how fast it is to be played.
+        """Return the current (A) until the next sample and, with a motion, its feed override.
 
         Parameters
         ----------
         motor_angle : float
             Reading of the encoder, rad; NaN: none.
         path_time : float
-            How far the motion has been played, s; NaN: as far as a sample before.
+            Time of the motion played so far, s; NaN: that of the last sample.
         **others
-            Whatever else the plant measures; not used.
+            Other measurements; not used.
 
         Returns
         -------
         dict
-            ``current`` (A); with a motion ``feed_override`` (0 until the contact has settled, then 1), and in the first sample
-            ``motion``, the profile to be played.
+            ``current`` (A); with a motion ``feed_override`` (0 until the contact has settled, then 1), and in
+            the first sample ``motion``, the profile to play.
 
         Raises
         ------
         ValueError
-            With the observer "ideal", which needs to know the true torque (N m).
+            The observer is "ideal", which needs the true torque (N m).
         """
         law, state = self.law, self.state
         if self.observer == "ideal":
@@ -246,7 +248,7 @@ class TorqueController(Stateful, Described):
         return {**command, "motion": self.motion.profile} if count == 1.0 else command
 
     def report(self) -> dict[str, float]:
-        """Return what it takes the contact torque to be, and what it is to be (N m)."""
+        """Return estimate and reference of the contact torque, N m."""
         law, state = self.law, self.state
         load = float(torque_at(law.time, law.load, state[_PATH_TIME], state))
         return {

@@ -8,20 +8,20 @@ from sdpgrind.finishing.torque import _states as at
 
 @compiled
 def controller_step(law, state, motor_angle, path_time, time, torque, true_torque, true_speed):
-    """Take a sample of a controller whose reference depends on how far the motion has been played; return the current, A.
+    """Return the current (A) of a sample with the reference along a motion.
 
     Parameters
     ----------
     law, state : array
-        Parameters and state, as `TorqueController.law` gives them; the state is changed.
+        Parameters and state from `TorqueController.law`; the state is updated.
     motor_angle : float
         Reading of the encoder, rad; NaN: none.
     path_time : float
-        How far the motion has been played, s.
+        Time of the motion played so far, s.
     time, torque : array, (m,)
-        Reference along the motion: s, rising, and N m, with the load torque that is known.
+        Reference along the motion: s, rising, and N m, with the known load torque.
     true_torque, true_speed : float
-        True contact torque (N m) and speed (rad/s), for the law that is given both; others do not look.
+        True contact torque (N m) and speed (rad/s), for the "ideal" observer only.
     """
     known, s = law.view(at.LAW)[0], state.view(at.CONTROLLER)[0]
     return _controller_step(known, s, motor_angle, path_time, time, torque, true_torque, true_speed)
@@ -29,13 +29,13 @@ def controller_step(law, state, motor_angle, path_time, time, torque, true_torqu
 
 @compiled
 def _controller_step(law, s, motor_angle, path_time, time, torque, true_torque, true_speed):
-    """Take a sample, with the names of law and state; loops view both once and call this."""
+    """`controller_step` on records; loops view law and state once and call this."""
     return _sample(law, s, motor_angle, _torque_at(time, torque, path_time, s), true_torque, true_speed)
 
 
 @compiled
 def feed_override(law, state):
-    """Return 1.0 when so many samples have been taken that the contact has settled, else 0.0: dimensionless."""
+    """Return 1.0 once the contact has settled, else 0.0."""
     return _feed_override(law.view(at.LAW)[0], state.view(at.CONTROLLER)[0])
 
 
@@ -46,16 +46,17 @@ def _feed_override(law, s):
 
 @compiled
 def torque_at(time, torque, path_time, state):
-    """Return the torque reference (N m) at a time of the motion (s): straight between its times, held beyond.
+    """Return the torque reference (N m) at a time of the motion (s): linear between its times, constant
+    beyond.
 
     Parameters
     ----------
     time, torque : array, (m,)
-        s, rising (where one is given twice, the later value counts from there on), and N m.
+        s, rising (of a time given twice the later value counts from there on), and N m.
     path_time : float
-        s; NaN: that of the sample before.
+        s; NaN: that of the last sample.
     state : array
-        State of a controller, which remembers the place.
+        State of a controller, with the current place.
     """
     return _torque_at(time, torque, path_time, state.view(at.CONTROLLER)[0])
 
@@ -78,18 +79,18 @@ def _torque_at(time, torque, path_time, s):
 
 @compiled
 def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_speed):
-    """Take a sample of a controller and return the current that the motor is given from now on, A: quantised and clipped.
+    """Return the current (A), quantised and clipped, of a sample with a torque reference.
 
     Parameters
     ----------
     law, state : array
-        Parameters and state, as `TorqueController.law` gives them; the state is changed.
+        Parameters and state from `TorqueController.law`; the state is updated.
     motor_angle : float
-        Reading of the encoder, rad; NaN: none, and the motor is taken to have gone on as before.
+        Reading of the encoder, rad; NaN: none, the motor is extrapolated.
     torque_ref : float
-        Torque reference T*, with the load torque that is known, N m.
+        Torque reference T*, with the known load torque, N m.
     true_torque, true_speed : float
-        True contact torque (N m) and speed (rad/s), for the law that is given both; others do not look.
+        True contact torque (N m) and speed (rad/s), for the "ideal" observer only.
     """
     return _sample(
         law.view(at.LAW)[0], state.view(at.CONTROLLER)[0], motor_angle, torque_ref, true_torque, true_speed
@@ -98,7 +99,7 @@ def controller_sample(law, state, motor_angle, torque_ref, true_torque, true_spe
 
 @compiled
 def _sample(law, s, motor_angle, torque_ref, true_torque, true_speed):
-    """Take a sample with a torque reference, with the names of law and state."""
+    """`controller_sample` on records."""
     step = law.sample_time
     s.count += 1.0
     s.reference = torque_ref
@@ -125,7 +126,7 @@ def _sample(law, s, motor_angle, torque_ref, true_torque, true_speed):
 
 @compiled
 def _begin(law, s, motor_angle):
-    """Begin the observer where the first reading is, wherever the encoder has its zero; nothing is touched there."""
+    """Start the observer at the first reading, whatever the zero of the encoder, without contact."""
     if np.isfinite(motor_angle):
         s.seen = 1.0
         s.reading = s.obs_angle = motor_angle
@@ -135,7 +136,7 @@ def _begin(law, s, motor_angle):
 
 @compiled
 def _limited(law, torque):
-    """Current (A) for a torque (N m), in the converter's steps and within the limit."""
+    """Current (A) of a torque (N m), in steps of the converter and within the limit."""
     current = torque / law.motor_constant
     most = law.current_max
     if law.current_step > 0.0:
@@ -146,7 +147,7 @@ def _limited(law, torque):
 
 @compiled
 def _pidff(law, s, true_torque, true_speed):
-    """PID on the torque error, derivative by k_e omega, the reference fed forward: Wang (6)."""
+    """PID on the torque error, derivative by k_e omega, feedforward of the reference: Wang (6)."""
     torque, speed = true_torque, true_speed
     pull = 0.0
     if law.observer != at.IDEAL:
@@ -172,7 +173,9 @@ def _pidff(law, s, true_torque, true_speed):
 
 @compiled
 def _observed(law, s):
-    """Estimate the torque, and return what pulls the observer's motor to the true one, N m: Wang (9), corrected."""
+    """Estimate the torque, and return the correction torque of the observer's motor, N m: Wang (9),
+    corrected.
+    """
     error = s.reading - s.obs_angle
     if law.observer == at.PID_OBSERVER:
         s.obs_torque += law.sample_time * law.obs_ki * error
@@ -185,7 +188,7 @@ def _observed(law, s):
 
 @compiled
 def _foresee(law, s, current, pull):
-    """Advance the observer by the current that is really given."""
+    """Advance the observer by the actual current."""
     step, inertia = law.sample_time, law.inertia
     drive = law.motor_constant * current
     if law.observer == at.PID_OBSERVER:
@@ -201,7 +204,7 @@ def _foresee(law, s, current, pull):
 
 @compiled
 def _damped(law, s):
-    """The reference, less damping by the speed without its slow part."""
+    """Reference less damping by the high-passed speed."""
     speed = s.motion_speed
     s.slow_speed += (1.0 - law.speed_pole) * (speed - s.slow_speed)
     current = _limited(law, s.reference - law.speed_gain * (speed - s.slow_speed))
@@ -211,7 +214,7 @@ def _damped(law, s):
 
 @compiled
 def _lqg(law, s):
-    """Kalman filter over angle, speed, what the contact lacks of k_e theta, and its rate; then state feedback."""
+    """Kalman filter over angle, speed, contact torque less k_e theta, and its rate; then state feedback."""
     error = s.reading - s.obs_angle
     angle = s.obs_angle + law.gain[0] * error
     speed = s.obs_speed + law.gain[1] * error
@@ -231,7 +234,7 @@ def _lqg(law, s):
 
 @compiled
 def _ahead(law, i, angle, speed, offset, rate, drive):
-    """One state of the filter a sample later."""
+    """Prediction of one state of the filter over a sample."""
     row = 4 * i
     free = (
         law.matrix[row] * angle

@@ -1,4 +1,4 @@
-"""Gains of the torque controllers: as printed, by poles, and of the two that the source does not have."""
+"""Gains of the torque controllers: as printed, by poles, and of two laws beyond the source."""
 
 from math import sqrt
 from typing import Self
@@ -17,16 +17,17 @@ from sdpgrind.finishing.torque._axis import TorqueAxis
 class PidffGains(Described):
     """Gains of PID plus feedforward, Wang and Jan (2001) (6), and of its torque observer, (9).
 
-    (5) has T_f + T_L where (6) has T*, as nobody measures the load. ``PidffGains()`` are the gains that the source prints in its
-    section 6: a baseline, not a design. Their observer, with poles at -40 1/s, is slower than the loop around it, with -61;
-    together the slowest poles are at -16.5 1/s. `of_poles` designs others, the observer three times as fast as the loop.
+    (5) has T_f + T_L where (6) has T*, since the load is not measured. ``PidffGains()`` are the gains printed
+    in section 6 of the source: a baseline, not a design. Their observer, with poles at -40 1/s, is slower
+    than the loop around it, with -61; together the slowest poles are at -16.5 1/s. `of_poles` designs others,
+    with an observer three times as fast as the loop.
 
     Parameters
     ----------
     kp, ki, kd : float
-        k_fp (1/s^2), k_fi (1/s^3), k_fd (1/s): three poles at -61 1/s, if the true torque were fed back.
+        k_fp (1/s^2), k_fi (1/s^3), k_fd (1/s): three poles at -61 1/s with feedback of the true torque.
     obs_kp, obs_ki, obs_kd : float
-        k_op (N m/rad), k_oi (N m/(rad s)), k_od (N m s/rad): three poles at -40 1/s, of the observer alone.
+        k_op (N m/rad), k_oi (N m/(rad s)), k_od (N m s/rad): three poles at -40 1/s of the observer alone.
 
     Examples
     --------
@@ -34,8 +35,10 @@ class PidffGains(Described):
     >>> fin.torque.PidffGains().pole  # 1/s
     61.0
     >>> gains = fin.torque.PidffGains.of_poles(fin.TorqueAxis(), pole=61.0, observer_pole=40.0)
-    >>> round(gains.kp, 4), gains.ki, gains.kd, round(gains.obs_kp, 6), round(gains.obs_ki, 6), round(gains.obs_kd, 6)
-    (299.3636, 226981.0, 183.0, 5.28, 70.4, 0.132)
+    >>> round(gains.kp, 4), gains.ki, gains.kd
+    (299.3636, 226981.0, 183.0)
+    >>> round(gains.obs_kp, 6), round(gains.obs_ki, 6), round(gains.obs_kd, 6)
+    (5.28, 70.4, 0.132)
     """
 
     kp: float = quantity("1/s^2", default=299.3636)
@@ -49,22 +52,22 @@ class PidffGains(Described):
     def of_poles(cls, axis: TorqueAxis, *, pole: float = 61.0, observer_pole: float | None = None) -> Self:
         """Return the gains of three equal poles of the loop with the true torque, and three of the observer.
 
-        k_fd = 3p, k_fp = 3p^2 - k_e/J, k_fi = p^3; k_od = 3qJ, k_op = 3q^2 J, k_oi = q^3 J. Together they do not have these
-        poles: see `TorqueController.poles`.
+        k_fd = 3p, k_fp = 3p^2 - k_e/J, k_fi = p^3; k_od = 3qJ, k_op = 3q^2 J, k_oi = q^3 J. The joint loop
+        has other poles: see `TorqueController.poles`.
 
         Parameters
         ----------
         axis : TorqueAxis
-            What is believed of the axis.
+            Believed axis.
         pole : float
             p, 1/s.
         observer_pole : float, optional
-            q, 1/s; three times the pole when left out.
+            q, 1/s. Default: three times the pole.
 
         Raises
         ------
         ValueError
-            When a pole is not > 0.
+            A pole is not > 0.
         """
         checks.kind("axis", axis, TorqueAxis)
         p = checks.positive("pole", pole, "1/s")
@@ -85,22 +88,22 @@ class PidffGains(Described):
         return self.kd / 3.0
 
     def prefilter_rate(self, axis: TorqueAxis) -> float:
-        """Return the rate of the prefilter that takes the zero of Wang (8) away, 1/s: p/3 for a triple pole p.
+        """Return the rate of the prefilter that cancels the zero of Wang (8), 1/s: p/3 for a triple pole p.
 
         Parameters
         ----------
         axis : TorqueAxis
-            What is believed of the axis.
+            Believed axis.
         """
         return axis.inertia * self.ki / (axis.inertia * self.kp + axis.contact_angular_stiffness)
 
 
 @described("finishing.damping_gains")
 class DampingGains(Described):
-    """Constant torque less damping: u = T* - K_v omega, K_v = 2 zeta sqrt(k_e J), omega without its slow part.
+    """Constant torque less damping: u = T* - K_v omega, K_v = 2 zeta sqrt(k_e J), omega high-passed.
 
-    What any force controller must be compared with. Like (6), which takes k_e omega for the rate of T_f, it damps the speed of
-    the motor against the still world: on a surface that moves this adds an error that a constant current does not have.
+    The reference for all force controllers. Like (6), which takes k_e omega for the rate of T_f, it damps the
+    absolute speed of the motor: on a moving surface this adds an error that a constant current does not have.
     `LqgGains` damps the speed relative to the surface.
 
     Parameters
@@ -108,7 +111,7 @@ class DampingGains(Described):
     damping : float
         zeta, unit 1.
     highpass_time : float
-        Time constant of what takes the slow part of the speed away, s.
+        Time constant of the high-pass on the speed, s.
 
     Examples
     --------
@@ -126,14 +129,14 @@ class DampingGains(Described):
         Parameters
         ----------
         axis : TorqueAxis
-            What is believed of the axis.
+            Believed axis.
         """
         return 2.0 * self.damping * sqrt(axis.contact_angular_stiffness * axis.inertia)
 
 
 @described("finishing.lqg_gains")
 class LqgGains(Described):
-    """Kalman filter over [theta, omega, d, d'] and state feedback: damping relative to the surface, not to the still world.
+    """Kalman filter over [theta, omega, d, d'] and state feedback: damping relative to the surface.
 
     J omega' = u - k_e theta - d, d'' white; the estimate is k_e theta + d, and
     u = T* - K1 (estimate - T*)/k_e - K2 (omega + d'/k_e) with K1 = w^2 J - k_e, K2 = 2 zeta w J.
@@ -145,12 +148,12 @@ class LqgGains(Described):
     damping : float
         zeta, unit 1.
     density : float
-        Root of the intensity of d'', N m/s^1.5: how much the surface is expected to move.
+        Root of the intensity of d'', N m/s^1.5: expected motion of the surface.
 
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.torque.LqgGains().kalman(fin.TorqueAxis()).round(4).tolist()  # a count of the encoder: 1, 1/s, N m/rad, N m/(rad s)
+    >>> fin.torque.LqgGains().kalman(fin.TorqueAxis()).round(4).tolist()  # 1, 1/s, N m/rad, N m/(rad s)
     [0.2549, 37.4153, -5.5705, -300.9914]
     """
 
@@ -164,7 +167,7 @@ class LqgGains(Described):
         Parameters
         ----------
         axis : TorqueAxis
-            What is believed of the axis.
+            Believed axis.
         """
         J = axis.inertia
         return self.bandwidth**2 * J - axis.contact_angular_stiffness, 2.0 * self.damping * self.bandwidth * J
@@ -175,7 +178,7 @@ class LqgGains(Described):
         Parameters
         ----------
         axis : TorqueAxis
-            What is believed of the axis.
+            Believed axis.
         """
         J, stiffness = axis.inertia, axis.contact_angular_stiffness
         A = np.array(
@@ -184,12 +187,13 @@ class LqgGains(Described):
         return A, np.array([0.0, 1.0 / J, 0.0, 0.0])
 
     def sampled(self, axis: TorqueAxis) -> tuple[Floats, Floats, Floats]:
-        """Return A (4, 4), B (4,) over a sample (rad, s, N m), the torque held, and the covariance (4, 4) that d'' adds in it.
+        """Return A (4, 4), B (4,) over a sample (rad, s, N m) with constant torque, and the covariance (4, 4)
+        of d''.
 
         Parameters
         ----------
         axis : TorqueAxis
-            What is believed of the axis.
+            Believed axis.
         """
         A, B = self.model(axis)
         block = np.zeros((5, 5))
@@ -202,12 +206,13 @@ class LqgGains(Described):
         return over[:4, :4], over[:4, 4], twice[4:, 4:].T @ twice[:4, 4:]
 
     def kalman(self, axis: TorqueAxis) -> Floats:
-        """Return the gain (4,) of the stationary Kalman filter for readings that are rounded to counts: states per rad.
+        """Return the gain (4,) of the stationary Kalman filter for readings rounded to counts, states per
+        rad.
 
         Parameters
         ----------
         axis : TorqueAxis
-            What is believed of the axis.
+            Believed axis.
         """
         A, _, added = self.sampled(axis)
         C, scale, reading = np.eye(4)[:1], self._scale(axis), _rounding(axis) ** 2
@@ -219,12 +224,13 @@ class LqgGains(Described):
         return np.asarray(P[0] / (P[0, 0] + reading))
 
     def kalman_continuous(self, axis: TorqueAxis) -> Floats:
-        """Return the gain (4,) of the stationary Kalman filter in continuous time, 1/s times those of `kalman`.
+        """Return the gain (4,) of the stationary Kalman filter in continuous time, 1/s times those of
+        `kalman`.
 
         Parameters
         ----------
         axis : TorqueAxis
-            What is believed of the axis.
+            Believed axis.
         """
         A, _ = self.model(axis)
         C, scale, reading = np.eye(4)[:1], self._scale(axis), _rounding(axis) ** 2 * axis.sample_time
@@ -236,7 +242,9 @@ class LqgGains(Described):
         return np.asarray(P[0] * scale[0] * scale / reading)
 
     def _scale(self, axis: TorqueAxis) -> Floats:
-        """Sizes of the errors of the states at the filter's own rate: in rad and N m its equation is badly scaled."""
+        """Magnitudes of the state errors at the filter's own rate; in rad and N m its equation is badly
+        scaled.
+        """
         angle = _rounding(axis)
         rate = (self.density / (axis.inertia * angle * axis.sample_time**0.5)) ** 0.25
         rate = min(rate, 1.0 / axis.sample_time)

@@ -1,4 +1,4 @@
-"""What a controller is made of, as the plain arrays that compiled code takes."""
+"""Parameters of a controller as plain arrays for compiled code."""
 
 import dataclasses
 from functools import cached_property
@@ -26,15 +26,15 @@ class TorqueLaw(NamedTuple):
     Attributes
     ----------
     parameters : array
-        What `kernels.controller_step` takes as its law, in N m, A, rad and s.
+        Law of `kernels.controller_step`, in N m, A, rad and s.
     start : array
         State at the start of a part; loops work on a copy.
     time : array, shape (m,)
-        Times of the motion, s; one time where there is none.
+        Times of the motion, s; a single one without a motion.
     torque : array, shape (m,)
-        Torque reference there with the load torque that is known, N m.
+        Torque reference with the known load torque, N m.
     load : array, shape (m,)
-        The load torque that is known, N m.
+        Known load torque, N m.
     """
 
     parameters: Floats
@@ -46,7 +46,7 @@ class TorqueLaw(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Setting:
-    """What a loop is made of: axis as it is believed, kind, gains, and where the torque is known from."""
+    """Parts of a loop: believed axis, kind, gains, source of the torque."""
 
     axis: TorqueAxis
     kind: str
@@ -56,7 +56,7 @@ class Setting:
 
     @property
     def speed(self) -> float | None:
-        """Pole (1/s) that the sample time must be short for; None: there is no loop."""
+        """Fastest pole (1/s), a bound on the sample time; None: there is no loop."""
         if isinstance(self.gains, PidffGains):
             return self.gains.pole
         if isinstance(self.gains, LqgGains):
@@ -76,13 +76,13 @@ class Setting:
 
     @cached_property
     def linear(self) -> Floats:
-        """Array for compiled code of the loop alone: nothing is rounded, clipped or filtered before it."""
+        """Array of the bare loop for compiled code: no rounding, clipping or prefilter."""
         found = self.parameters(digital=False)
         named(found, at.LAW).prefilter = 0.0
         return found
 
     def parameters(self, settle_time: float = 0.0, digital: bool = True) -> Floats:
-        """Array for compiled code; without `digital` currents are neither rounded nor clipped."""
+        """Array for compiled code; without `digital` no rounding and clipping of currents."""
         axis, row = self.axis, floats(at.LAW)
         p = named(row, at.LAW)
         p.kind, p.observer = KINDS[self.kind], OBSERVERS[self.observer]
@@ -112,10 +112,11 @@ class Setting:
 
 
 def setting(axis: TorqueAxis, kind: str, gains: object, observer: str, prefilter: bool) -> Setting:
-    """Check what a controller is to be made of."""
+    """Check the parts of a controller."""
     if kind != "pidff" and (observer != "pid" or prefilter):
         raise ValueError(
-            f"observer and prefilter must be left as they are with kind {kind!r}; got {observer!r} and {prefilter}"
+            f"observer and prefilter must be left as they are with kind {kind!r}; got {observer!r} and"
+            f" {prefilter}"
         )
     return Setting(axis, kind, _gains(kind, gains), observer, prefilter)
 

@@ -1,4 +1,6 @@
-"""The load torque, which no controller can tell from the contact torque: by weight, and measured before touch-down."""
+"""Load torque, indistinguishable from the contact torque in contact: from weight, and measured before
+touch-down.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -12,25 +14,26 @@ from sdpgrind.finishing.torque._axis import GRAVITY, TorqueAxis
 
 _QUANTITIES = {"motor_angle": "rad", "current": "A"}
 _LEAST = 8
-_FREE = 1.75  # rms of readings over that of rounding: rounding, half a count at most, never gives more than its root of 3
+_FREE = 1.75  # derived: rms of residuals over that of rounding; rounding alone gives at most sqrt(3)
 _PLACES, _NEAR = 64, 9
 
 
 def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
-    """Return the torque of the weight of a tool about the motor's axis, N m: m g d cos(angle), part of the load torque.
+    """Return the torque of the weight of a tool about the motor's axis, m g d cos(angle), N m: part of the
+    load torque.
 
-    The source is silent about it. Its inertia would be that of 0.44 kg at 50 mm, which weighs more than its motor can hold:
-    balance the tool. What is left changes with the pose; give it to the controller as `load_torque`.
+    Not in the source. Its inertia would be that of 0.44 kg at 50 mm, more than its motor can hold: balance
+    the tool. The rest changes with the pose; pass it to the controller as `load_torque`.
 
     Parameters
     ----------
     mass : float
-        kg.
+        Mass of the tool, kg.
     centre_distance : float
-        From the motor's axis to the centre of mass, mm.
+        Distance from the motor's axis to the centre of mass, mm.
     angle : float or array
-        Of the centre of mass above the horizontal plane through the axis, rad; the axis is horizontal. Where the axis itself is
-        tilted, multiply by the cosine of its tilt.
+        Angle of the centre of mass above the horizontal plane through the horizontal axis, rad. For a tilted
+        axis multiply by the cosine of its tilt.
 
     Examples
     --------
@@ -52,36 +55,38 @@ def identify_load_torque(
     until: float | None = None,
     throw: bool = True,
 ) -> idf.Estimate:
-    """Estimate the load torque T_L from free motion before touch-down: least squares of J theta'' = k_t i - T_L.
+    """Estimate the load torque T_L from free motion before touch-down: least squares of J theta'' = k_t i -
+    T_L.
 
-    The motor's angle is a parabola plus what the current has done, twice integrated exactly; readings are off by rounding to
-    counts. Where the motor turns slowly or evenly those errors are not independent: the covariance is what rounding does to this
-    motion, over all places where the counts may begin, and larger where the readings fit worse than rounding explains.
+    The motor's angle is a parabola plus the exact double integral of the current; readings are rounded to
+    counts. In slow or even motion these errors are not independent: the covariance is the effect of rounding
+    on this motion, over all phases of the counts, and larger where the fit is worse than rounding explains.
 
     Parameters
     ----------
     data : mapping of arrays, or log
-        Arrays by name: time (s), motor_angle (rad; NaN: no reading), current (A, from that time on); or a log whose table
-        "controller" has them.
+        Arrays by name: time (s), motor_angle (rad; NaN: no reading), current (A, from that time on); or a log
+        with a table "controller".
     axis : TorqueAxis
-        J and k_t as they are believed: an error of J is one of T_L less the torque of the current, one of k_t of that.
+        Believed J and k_t: a relative error of J acts on T_L less the torque of the current, one of k_t on
+        that torque.
     part : int or sequence of int, optional
-        Which parts of a log, dimensionless; all by default, pooled by their variances.
+        Parts of a log. Default: all, pooled by their variances.
     until : float, optional
-        Use what was before, s: free motion ends at touch-down.
+        End of the free motion (touch-down), s.
     throw : bool
         Raise where the readings do not identify it; else the status says so.
 
     Returns
     -------
     Estimate
-        ``load_torque`` (N m) with its variance; with ``throw=False`` also the status "not identified" with the reason: fewer
-        than 8 readings, or a motion that is not free.
+        ``load_torque`` (N m) with its variance; with ``throw=False`` also the status "not identified" with
+        the reason: fewer than 8 readings, or a motion that is not free.
 
     Raises
     ------
     ValueError, TypeError
-        For missing or bad data; with `throw`, where it is not identified.
+        Missing or bad data; with `throw`, the load torque is not identified.
 
     Examples
     --------
@@ -133,17 +138,17 @@ def _of_part(one: idf.Series, axis: TorqueAxis, end: float) -> idf.Estimate:
 
 
 def _driven(time: Floats, current: Floats, axis: TorqueAxis) -> Floats:
-    """Angle that the current alone would have given, rad; it is held from time to time."""
+    """Angle due to the current alone, rad; the current is constant between times."""
     step, gain = np.diff(time), axis.torque_constant / axis.inertia * current[:-1]
     speed = np.concatenate([[0.0], np.cumsum(gain * step)])
     return np.concatenate([[0.0], np.cumsum(speed[:-1] * step + 0.5 * gain * step**2)])
 
 
 def _variance(matrix: Floats, angle: Floats, axis: TorqueAxis) -> float:
-    """Of the estimate: rounding is far from random where the motor turns evenly.
+    """Variance of the estimate; rounding is far from random in even motion.
 
-    The mean over all places where the counts may begin, for the course near the one found that is worst: within a count of it,
-    as no readings tell those apart.
+    The mean over all phases of the counts, for the worst motion within a count of the fitted one, since no
+    readings separate those.
     """
     share = np.linspace(0.0, 1.0, angle.size)
     weights = np.linalg.pinv(matrix)[2]
@@ -165,13 +170,12 @@ def _estimate(value: float, variance: float, message: str) -> idf.Estimate:
 
 def _not_identified(reason: str) -> idf.Estimate:
     status = idf.Status.NOT_IDENTIFIED
-    return idf.Estimate(
-        ("load_torque",), np.zeros(1), np.full((1, 1), np.inf), status, f"{status}: {reason}", ("N m",)
-    )  # fmt: skip
+    unknown = np.zeros(1), np.full((1, 1), np.inf)
+    return idf.Estimate(("load_torque",), *unknown, status, f"{status}: {reason}", ("N m",))
 
 
 def _pooled(each: list[idf.Estimate]) -> idf.Estimate:
-    """Mean by inverse variances; no surer than the scatter of the parts lets it be."""
+    """Mean by inverse variances, with at least the scatter of the parts."""
     if len(each) == 1:
         return each[0]
     values, weights = (

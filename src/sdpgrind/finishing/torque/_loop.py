@@ -1,4 +1,6 @@
-"""The closed loop of axis and controller as a linear system: poles, frequency response, what stays in the end, a step."""
+"""Closed loop of axis and controller as a linear system: poles, frequency response, static gain, step
+response.
+"""
 
 import dataclasses
 from functools import cached_property
@@ -17,17 +19,17 @@ OUTPUTS = ("contact_torque", "estimate")
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class AxisLoop:
-    """Closed loop x' = A x + B u, y = C x + D u, with contact that never lifts.
+    """Closed loop x' = A x + B u, y = C x + D u, in permanent contact.
 
-    Inputs are the torque reference (N m), the load torque (N m) and the angle of the surface (rad); outputs are the contact
-    torque and what the controller takes it to be (N m).
+    Inputs are torque reference (N m), load torque (N m) and angle of the surface (rad); outputs are the
+    contact torque and its estimate (N m).
 
     Parameters
     ----------
     A, B, C, D : array, (n, n), (n, 3), (2, n), (2, 3)
-        In rad, s and N m.
+        Matrices in rad, s and N m.
     sample_time : float
-        s; 0: continuous time.
+        Sample time, s; 0: continuous time.
 
     Examples
     --------
@@ -35,7 +37,7 @@ class AxisLoop:
     >>> loop = fin.TorqueController(fin.TorqueAxis(), normal_force=1.111).loop()
     >>> loop
     AxisLoop(6 states, continuous, stable; slowest pole -16.54±8.88j 1/s)
-    >>> loop.dc_gain("load_torque").round(9).tolist()  # the contact loses what the load takes; the estimate does not notice
+    >>> loop.dc_gain("load_torque").round(9).tolist()  # contact, estimate
     [-1.0, 0.0]
     """
 
@@ -47,7 +49,7 @@ class AxisLoop:
 
     @cached_property
     def poles(self) -> Complex:
-        """Poles, slowest first: 1/s, or dimensionless in the z plane of a sampled loop."""
+        """Poles, slowest first: 1/s, or in the z plane for a sampled loop."""
         with one_blas_thread():
             poles = np.linalg.eigvals(self.A).astype(complex)
         return np.asarray(
@@ -60,11 +62,12 @@ class AxisLoop:
         )
         slowest = self.poles[0]
         told = f"{slowest.real:.4g}" + (f"±{abs(slowest.imag):.3g}j" if slowest.imag else "")
-        return f"AxisLoop({len(self.A)} states, {kind}, {'' if self.stable else 'not '}stable; slowest pole {told} {unit})"
+        stable = "stable" if self.stable else "not stable"
+        return f"AxisLoop({len(self.A)} states, {kind}, {stable}; slowest pole {told} {unit})"
 
     @property
     def stable(self) -> bool:
-        """Whether every pole decays, dimensionless."""
+        """Whether every pole decays."""
         return (
             bool(np.all(np.abs(self.poles) < 1.0))
             if self.sample_time
@@ -72,14 +75,15 @@ class AxisLoop:
         )
 
     def dc_gain(self, name: str) -> Floats:
-        """Return what an input that stays changes in contact torque and estimate, (2,): N m per unit of the input.
+        """Return the static gains (2,) of contact torque and estimate, N m per unit of the input.
 
-        By Wang (7) a load torque that stays leaves no error: true where the true contact torque is fed back, and nowhere else.
+        By Wang (7) a constant load torque leaves no error: true with feedback of the true contact torque
+        only.
 
         Parameters
         ----------
         name : {"torque_ref", "load_torque", "surface_angle"}
-            Which input.
+            Input.
         """
         return np.asarray(self.response(0.0, name).real)
 
@@ -91,7 +95,7 @@ class AxisLoop:
         frequency : array
             Angular frequencies, rad/s.
         name : {"torque_ref", "load_torque", "surface_angle"}
-            Which input.
+            Input.
         """
         k = INPUTS.index(checks.one_of("name", name, INPUTS))
         w = checks.finite_array("frequency", frequency, "rad/s")
@@ -107,9 +111,9 @@ class AxisLoop:
         Parameters
         ----------
         time : array
-            s, >= 0; of a sampled loop, whole samples count.
+            s, >= 0; rounded down to samples in a sampled loop.
         name : {"torque_ref", "load_torque", "surface_angle"}
-            Which input.
+            Input.
         """
         k = INPUTS.index(checks.one_of("name", name, INPUTS))
         times = checks.finite_array("time", time, "s")

@@ -1,4 +1,4 @@
-"""Equations of axis and controller, written as they are derived and made into matrices by unit vectors."""
+"""Equations of axis and controller as derived, turned into matrices by unit vectors."""
 
 from collections.abc import Callable
 
@@ -26,7 +26,7 @@ _SEEN, _ESTIMATE = places(CONTROLLER, "seen", "estimate")
 
 
 def continuous(setting: Setting, truth: TorqueAxis) -> AxisLoop:
-    """The loop in continuous time, without rounding; the prefilter left out."""
+    """Loop in continuous time, without rounding and prefilter."""
     makers: dict[type, Callable[[Setting, TorqueAxis, Gains], tuple[_Flow, int]]] = {
         PidffGains: _pidff,
         DampingGains: _damped,
@@ -38,7 +38,7 @@ def continuous(setting: Setting, truth: TorqueAxis) -> AxisLoop:
 
 
 def sampled(setting: Setting, truth: TorqueAxis) -> AxisLoop:
-    """The loop of the compiled controller over a sample, currents held, without rounding; the surface held, too."""
+    """Loop of the compiled controller over a sample, without rounding; currents and surface are constant."""
     parameters = setting.linear
     names = ("integral",) if setting.kind == "pidff" and setting.observer == "ideal" else _KEPT[setting.kind]
     kept = list(places(CONTROLLER, *names)) if names else []
@@ -55,7 +55,7 @@ def sampled(setting: Setting, truth: TorqueAxis) -> AxisLoop:
 
 
 def _swung(truth: TorqueAxis, angle: float, speed: float, current: float, u: Floats) -> tuple[float, float]:
-    """Angle and speed a sample later, in contact throughout."""
+    """Angle and speed after a sample, in permanent contact."""
     rest = u[2] + (truth.torque_constant * current - u[1]) / truth.contact_angular_stiffness
     w = truth.natural_frequency
     c, s = np.cos(w * truth.sample_time), np.sin(w * truth.sample_time)
@@ -75,7 +75,7 @@ def _linear(flow: _Flow, order: int, sample_time: float = 0.0) -> AxisLoop:
 def _accelerated(
     truth: TorqueAxis, believed: TorqueAxis, angle: float, drive: float, u: Floats
 ) -> tuple[float, float]:
-    """Acceleration of the motor and contact torque, given the torque (N m) that the controller believes to command."""
+    """Acceleration of the motor and contact torque for a commanded torque `drive` (N m)."""
     torque = truth.contact_angular_stiffness * (angle - u[2])
     real = truth.torque_constant / believed.torque_constant * drive
     return (real - torque - u[1]) / truth.inertia, torque
@@ -133,7 +133,7 @@ def _pid_observer(x: Floats, gains: PidffGains, J: float, true: float) -> _Obser
 
 
 def _state_observer(x: Floats, gains: PidffGains, J: float, true: float) -> _Observed:
-    """A load torque that is taken to be constant, as a third state."""
+    """Observer with a constant load torque as its third state."""
     e = x[0] - x[3]
     return x[5], lambda drive: [
         x[4] + gains.obs_kd / J * e,

@@ -1,4 +1,4 @@
-"""What the torque observer sees: Wang (9), corrected."""
+"""Transfer functions of the torque observer: Wang (9), corrected."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,8 @@ from sdpgrind.finishing.torque._gains import PidffGains
 
 
 class ObservedTorque(NamedTuple):
-    """Polynomials in s, highest power first, of the observer's estimate: N/D of torques, and M/D of the motor's speed.
+    """Polynomials in s, highest power first, of the observer's estimate: N/D of torques, and M/D of the
+    motor's speed.
 
     Attributes
     ----------
@@ -29,12 +30,13 @@ class ObservedTorque(NamedTuple):
     denominator: Floats
 
     def response(self, frequency: npt.ArrayLike) -> Complex:
-        """Return the complex gains (..., 2) from contact and load torque (dimensionless) and from the speed (N m s/rad).
+        """Return the complex gains (..., 2) from contact and load torque (unit 1) and from the speed (N m
+        s/rad).
 
         Parameters
         ----------
         frequency : array
-            rad/s.
+            Angular frequencies, rad/s.
         """
         s = 1j * checks.finite_array("frequency", frequency, "rad/s")
         tops = np.stack([np.polyval(self.torque, s), np.polyval(self.speed, s)], axis=-1)
@@ -48,22 +50,23 @@ def observed_torque(
     observer: str = "pid",
     truth: TorqueAxis | None = None,
 ) -> ObservedTorque:
-    """Return how the observer's estimate follows the sum of contact and load torque, and the motor's speed: Wang (9), corrected.
+    """Return the response of the observer's estimate to contact and load torque and to the motor's speed:
+    Wang (9).
 
-    That = (N/D) [(k_t^/k_t)(T_f + T_L) + J^ (J k_t^/(J^ k_t) - 1) s omega]. As printed it has k_t in place of (k_t^/k_t) N, k_oi
-    s^2 for k_od s^2, and no s before omega. With J^ and k_t^ right it is (10), where k_oi s^2 stands for k_od s^2, too. It always
-    sees the load torque as if it were of the contact.
+    That = (N/D) [(k_t^/k_t)(T_f + T_L) + J^ (J k_t^/(J^ k_t) - 1) s omega], corrected: the source prints k_t
+    in place of (k_t^/k_t) N, k_oi s^2 for k_od s^2, and no s before omega. With exact J^ and k_t^ it is (10),
+    where k_oi s^2 is printed for k_od s^2, too. The observer always takes the load torque for contact torque.
 
     Parameters
     ----------
     axis : TorqueAxis
-        As it is believed: J^, k_t^.
+        Believed axis: J^, k_t^.
     gains : PidffGains, optional
-        By default those of the source.
+        Default: those of the source.
     observer : {"pid", "state"}
         PID form, that of (9), or state form: N = k_oi.
     truth : TorqueAxis, optional
-        As it is: J, k_t; by default as it is believed.
+        True axis: J, k_t. Default: the believed one.
 
     Examples
     --------

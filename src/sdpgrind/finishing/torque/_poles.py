@@ -1,4 +1,4 @@
-"""Poles of the closed loop, always with the observer, and the refusal of a loop that is not stable."""
+"""Poles of the closed loop, observer included, and refusal of unstable loops."""
 
 import dataclasses
 from math import inf
@@ -10,7 +10,7 @@ from sdpgrind.finishing.torque._axis import TorqueAxis
 from sdpgrind.finishing.torque._law import Setting
 from sdpgrind.finishing.torque._model import continuous, sampled
 
-_EDGE = 1e-9  # how near to the edge a pole of the undamped axis may come, of its modulus
+_EDGE = 1e-9  # chosen: relative distance of an undamped pole from the limit of stability
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -20,16 +20,16 @@ class AxisPoles:
     Attributes
     ----------
     continuous : array
-        Of the loop in continuous time, 1/s, slowest first.
+        Poles in continuous time, 1/s, slowest first.
     sampled : array
-        Of the loop as it is sampled, in the z plane (dimensionless), slowest first.
+        Poles of the sampled loop in the z plane, slowest first.
     sample_time : float
-        s.
+        Sample time, s.
 
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> print(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111).poles)  # the source's observer is slower than its loop
+    >>> print(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111).poles)  # gains of the source
     -16.54±8.88j, -20.55±45.68j, -114.41±57.79j 1/s; slowest sampled 0.983556±0.00862j
     """
 
@@ -39,7 +39,7 @@ class AxisPoles:
 
     @property
     def slowest(self) -> float:
-        """Least rate of decay of the two, 1/s; 0 or less: it does not decay."""
+        """Least decay rate of both loops, 1/s; <= 0: no decay."""
         modulus = float(np.max(np.abs(self.sampled)))
         return float(
             min(np.min(-self.continuous.real), -np.log(modulus) / self.sample_time if modulus else inf)
@@ -47,7 +47,7 @@ class AxisPoles:
 
     @property
     def stable(self) -> bool:
-        """Whether all of them decay, dimensionless."""
+        """Whether all poles decay."""
         return bool(np.all(self.continuous.real < 0.0) and np.all(np.abs(self.sampled) < 1.0))
 
     def __repr__(self) -> str:
@@ -60,7 +60,7 @@ class AxisPoles:
 
 
 def _text(poles: Complex, form: str) -> str:
-    """Poles, pairs once."""
+    """Poles as text, pairs once."""
     one = (
         f"{p.real:{form}}" + (f"±{p.imag:{'.2f' if form == '.2f' else '.3g'}}j" if p.imag else "")
         for p in poles
@@ -70,13 +70,13 @@ def _text(poles: Complex, form: str) -> str:
 
 
 def poles_of(setting: Setting, truth: TorqueAxis | None = None) -> AxisPoles:
-    """Both, of the axis as it is believed or as it is."""
+    """Both sets of poles, of the believed or the true axis."""
     axis = setting.axis if truth is None else truth
     return AxisPoles(continuous(setting, axis).poles, sampled(setting, axis).poles, setting.axis.sample_time)
 
 
 def check_stable(setting: Setting) -> None:
-    """Refuse a loop that is not stable on the axis that is believed; without a loop the axis is undamped, and says so itself."""
+    """Refuse a loop that is unstable on the believed axis; "constant" is exempt, being marginal by design."""
     if setting.gains is None:
         return
     found = poles_of(setting)

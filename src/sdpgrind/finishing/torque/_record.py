@@ -1,4 +1,4 @@
-"""What runs of the torque axis were, and figures of them: settling, overshoot, ripple, the error at a frequency."""
+"""Record of runs of the torque axis with settling, overshoot, ripple and amplitude at a frequency."""
 
 import dataclasses
 from math import inf
@@ -9,12 +9,12 @@ import numpy as np
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 
-_LAST = 0.1  # share of a run in which a force that has settled stays within its band
+_LAST = 0.1  # chosen: last share of a run that must lie within the band
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class AxisRecord:
-    """Runs of the torque axis from several start angles, as `simulate_axis` gives them.
+    """Runs of the torque axis from several start angles, from `simulate_axis`.
 
     Attributes
     ----------
@@ -23,13 +23,13 @@ class AxisRecord:
     angle : array, (runs, n)
         True motor angle, rad.
     current : array, (runs, n)
-        From that time on, A.
+        Current from that time on, A.
     contact_torque, estimate : array, (runs, n)
-        True contact torque, and what the controller takes it to be, N m.
+        True and estimated contact torque, N m.
     normal_force : array, (runs, n)
         True normal force, N.
     target_force : float
-        Normal force that is to be held, N.
+        Reference of the normal force, N.
     height_error : array, (n,)
         Height error of the surface, mm.
     """
@@ -44,12 +44,12 @@ class AxisRecord:
     height_error: Floats
 
     def settling(self, band: float = 0.02) -> Floats:
-        """Return when each run has come within a band of its target for good, (runs,), s; infinite: not in this time.
+        """Return the settling time of each run, (runs,), s; infinite: not within the run.
 
         Parameters
         ----------
         band : float
-            Share of the target, dimensionless.
+            Half width of the band over the target.
         """
         outside = (
             np.abs(self.normal_force - self.target_force) > checks.share("band", band) * self.target_force
@@ -62,7 +62,7 @@ class AxisRecord:
 
     @property
     def overshoot(self) -> Floats:
-        """Greatest force beyond the target over the target, (runs,), dimensionless."""
+        """Greatest force beyond the target, over the target, (runs,)."""
         return np.asarray(self.normal_force.max(axis=1) / self.target_force - 1.0)
 
     @property
@@ -72,7 +72,7 @@ class AxisRecord:
 
     @property
     def rms_error(self) -> Floats:
-        """Root mean square of the error of the force in the second half of each run, (runs,), N: ripple and offset."""
+        """Root mean square error of the force in the second half of each run, (runs,), N."""
         return np.asarray(np.sqrt(np.mean((self._second_half - self.target_force) ** 2, axis=1)))
 
     @property
@@ -94,15 +94,16 @@ class AxisRecord:
         least = 4 * np.pi / (time[-1] - time[0])
         if w < least:
             raise checks.refuse("frequency", f">= {least:.4g} for two periods in the second half", w, "rad/s")
-        window = 0.5 - 0.5 * np.cos(
-            2 * np.pi * (np.arange(time.size) + 0.5) / time.size
-        )  # what else swings must not leak in
+        # Hann's window: other frequencies must not leak in
+        window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(time.size) + 0.5) / time.size)
         turned = window * np.exp(-1j * w * time)
         return np.asarray(2 * np.abs((force - force.mean(axis=1, keepdims=True)) @ turned) / window.sum())
 
     @property
     def figures(self) -> dict[str, float]:
-        """Means over the runs: settling to 2 and 5 % (s), overshoot (dimensionless), offset (N); of ripple and error rms (N)."""
+        """Means over the runs: settling to 2 and 5 % (s), overshoot (unit 1), offset, ripple and error rms
+        (N).
+        """
         means = {
             "settling_2": self.settling(0.02),
             "settling_5": self.settling(0.05),
@@ -114,12 +115,12 @@ class AxisRecord:
         return found | {"offset": float(np.mean(self.offset))}
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the normal force of every run over time (N, s), into the axes `ax` or a new figure; return the figure.
+        """Draw the normal force of every run over time (N, s); return the figure.
 
         Parameters
         ----------
         ax : matplotlib axes, optional
-            Where.
+            Axes to draw into. Default: a new figure.
         """
         if ax is None:
             ax = pictures.axes_of(7, 4)
@@ -130,11 +131,10 @@ class AxisRecord:
 
     def __repr__(self) -> str:
         found, (runs, samples) = self.figures, self.normal_force.shape
-        times = (
-            f"{runs} runs of {samples * float(self.time[1] - self.time[0]):.3g} s, {self.target_force:g} N"
-        )
-        told = f"2 % within {found['settling_2']:.3g} s, overshoot {100 * found['overshoot']:.3g} %, ripple {found['ripple']:.3g} N"
-        return f"AxisRecord({times}: {told})"
+        duration = samples * float(self.time[1] - self.time[0])
+        settled = f"2 % within {found['settling_2']:.3g} s, overshoot {100 * found['overshoot']:.3g} %"
+        told = f"{settled}, ripple {found['ripple']:.3g} N"
+        return f"AxisRecord({runs} runs of {duration:.3g} s, {self.target_force:g} N: {told})"
 
     @property
     def _second_half(self) -> Floats:

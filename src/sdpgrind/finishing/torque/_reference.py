@@ -1,4 +1,4 @@
-"""The torque that a controller is to hold: along a motion, with friction and contact angle, or on the lever arm alone."""
+"""Torque reference: along a motion, with friction and contact angle, or on the lever arm alone."""
 
 import dataclasses
 from typing import Any
@@ -13,7 +13,7 @@ from sdpgrind.finishing.torque._axis import TorqueAxis
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class TorqueReference:
-    """Times of the motion (s), torque of the contact (N m), load torque that is known (N m), torque over force (N m/N)."""
+    """Times of the motion (s), contact torque (N m), known load torque (N m), torque over force (N m/N)."""
 
     time: Floats
     torque: Floats
@@ -24,14 +24,15 @@ class TorqueReference:
 def reference(
     axis: TorqueAxis, motion: Any, normal_force: float, load_torque: npt.ArrayLike
 ) -> TorqueReference:
-    """Reference along a motion; refused where it needs more current than there is."""
+    """Reference along a motion; refused where it exceeds the current limit."""
     time, per_force = (
         (np.zeros(1), np.array([1e-3 * axis.lever_arm])) if motion is None else _motion(motion, axis)
     )
     load = checks.finite_array("load_torque", load_torque, "N m")
     if load.shape not in ((), time.shape):
         raise ValueError(
-            f"load_torque must be one number or {time.size}, one for each time of the motion; got shape {load.shape}"
+            f"load_torque must be one number or {time.size}, one for each time of the motion;"
+            f" got shape {load.shape}"
         )
     found = TorqueReference(
         time, normal_force * per_force, np.array(np.broadcast_to(load, time.shape)), per_force
@@ -55,7 +56,8 @@ def _motion(motion: Any, axis: TorqueAxis) -> tuple[Floats, Floats]:
     )
     if time.ndim != 1 or not time.size or per_force.shape != time.shape:
         raise ValueError(
-            f"motion.torque_per_force must have one number for each time; got {per_force.shape} and {time.shape}"
+            "motion.torque_per_force must have one number for each time;"
+            f" got {per_force.shape} and {time.shape}"
         )
     if time[0] != 0.0 or np.any(np.diff(time) < 0):
         raise ValueError("motion.time must begin at 0 and rise (s)")
@@ -65,7 +67,7 @@ def _motion(motion: Any, axis: TorqueAxis) -> tuple[Floats, Floats]:
 
 
 def _check_current(axis: TorqueAxis, found: TorqueReference) -> None:
-    """A torque that the motor cannot give for long is no reference."""
+    """Refuse a torque beyond the motor."""
     current = (found.torque + found.load) / axis.torque_constant
     k = int(np.argmax(np.abs(current)))
     if abs(current[k]) > axis.current_limit:

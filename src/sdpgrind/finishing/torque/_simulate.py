@@ -1,4 +1,4 @@
-"""Runs of the torque axis under a controller: exact between samples, digital at them, over the phases of the encoder."""
+"""Runs of the torque axis under a controller: exact between samples, over the phases of the encoder."""
 
 from collections.abc import Callable
 from math import cos, pi
@@ -29,25 +29,26 @@ def simulate_axis(
 ) -> AxisRecord:
     """Run the axis under a controller, from several start angles in one compiled call.
 
-    Between samples the axis moves exactly, in contact and in flight; the surface is straight and the load torque held. Where in a
-    count of the encoder the surface lies decides what rounding does: figures are to be averaged over it.
+    Between samples the axis moves exactly, in contact and in flight; the surface is linear and the load
+    torque constant. The phase of the surface within an encoder count decides the effect of rounding: average
+    over it.
 
     Parameters
     ----------
     controller : TorqueController
-        Its own state is left alone.
+        Controller; its own state is not changed.
     truth : TorqueAxis, optional
-        The axis as it really is, at the sample time of the controller; by default as the controller believes it to be.
+        True axis, at the sample time of the controller. Default: the believed one.
     duration : float
-        s.
+        Duration of a run, s.
     height_error : callable, optional
-        How much higher than planned the surface is (mm) at times (n,) in s; none: as planned.
+        Height of the surface above plan (mm) at times (n,) in s. Default: 0.
     load_torque : float or callable
-        Load torque T_L, N m: constant, or at times (n,) in s; whatever the controller knows of it.
+        True load torque T_L, N m: constant, or at times (n,) in s.
     start_angles : int or array (runs,)
-        How many surfaces, spread evenly over a count of the encoder; or their angles, rad.
+        Number of surfaces, evenly spread over an encoder count; or their angles, rad.
     start : {"touching", "pressed"}
-        The axis at rest as it just touches, or pressed as hard as it shall.
+        Axis at rest at first touch, or at the reference force.
 
     Returns
     -------
@@ -57,14 +58,15 @@ def simulate_axis(
     Raises
     ------
     ValueError
-        When a value is out of range, or a function gives NaN.
+        A value is out of range, or a function gives NaN.
 
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> record = fin.torque.simulate_axis(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"))
-    >>> {name: round(value, 3) for name, value in record.figures.items()}  # s, s, 1, N, N, N
-    {'settling_2': 0.064, 'settling_5': 0.053, 'overshoot': 0.007, 'ripple': 0.005, 'rms_error': 0.005, 'offset': 0.001}
+    >>> controller = fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg")
+    >>> figures = fin.torque.simulate_axis(controller).figures
+    >>> round(figures["settling_2"], 3), round(figures["overshoot"], 3), round(figures["ripple"], 3)
+    (0.064, 0.007, 0.005)
     """
     checks.kind("controller", controller, TorqueController)
     axis = true_axis(controller.axis, truth)
@@ -80,14 +82,13 @@ def simulate_axis(
     )
     out = np.empty((offsets.size, time.size - 1, columns.COLUMNS))
     angles, resolution = height / _rise(controller, axis), 2 * pi / axis.encoder_counts
-    batch(
-        law.parameters, law.start, law.time, law.torque, axis.parameters, resolution, offsets, depth, angles, load, out
-    )  # fmt: skip
+    reference = law.parameters, law.start, law.time, law.torque
+    batch(*reference, axis.parameters, resolution, offsets, depth, angles, load, out)
     return _record(controller, axis, time[:-1], height[:-1], out)
 
 
 def _rise(controller: TorqueController, axis: TorqueAxis) -> float:
-    """By how much the tip rises for an angle, mm/rad: R cos(theta_f)."""
+    """Rise of the tip per angle, mm/rad: R cos(theta_f)."""
     tilt = getattr(getattr(controller.motion, "problem", None), "contact_angle", 0.0)
     return axis.lever_arm * cos(tilt)
 
@@ -111,7 +112,7 @@ def _record(
 
 
 def _times(duration: float, step: float) -> Floats:
-    """Times of the samples, and that of the end."""
+    """Times of the samples and of the end."""
     samples = round(checks.positive("duration", duration, "s") / step)
     if samples < 2:
         raise checks.refuse("duration", f">= {2 * step:g}, two samples", duration, "s")
@@ -121,7 +122,7 @@ def _times(duration: float, step: float) -> Floats:
 def _along(
     name: str, given: float | Callable[[Floats], npt.ArrayLike] | None, time: Floats, unit: str
 ) -> Floats:
-    """A number, or a function of time, at all times."""
+    """Number or function of time, at all times."""
     if given is None:
         return np.zeros(time.size)
     if not callable(given):

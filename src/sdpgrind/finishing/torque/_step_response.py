@@ -1,4 +1,4 @@
-"""The answer of Wang (8) to a step, in closed form: what PID plus feedforward does when the true torque is fed back."""
+"""Closed-form step response of Wang (8): PID plus feedforward with feedback of the true torque."""
 
 import dataclasses
 from collections.abc import Callable
@@ -14,23 +14,23 @@ from sdpgrind.finishing.torque._axis import TorqueAxis
 from sdpgrind.finishing.torque._gains import PidffGains
 from sdpgrind.finishing.torque._loop import AxisLoop
 
-_CURVE = 4000  # points over which extremes and crossings are looked for, before they are refined
+_CURVE = 4000  # chosen: points of the search for extremes and crossings, before refinement
 
 
 @dataclasses.dataclass(frozen=True)
 class StepFigures:
-    """What a step does.
+    """Figures of a step response.
 
     Attributes
     ----------
     overshoot : float
-        Beyond the step, as a share of it, dimensionless.
+        Overshoot over the step.
     peak_time : float
         s.
     settling : float
-        When the answer is within the band for good, s.
+        Time from which the response stays within the band, s.
     band : float
-        As a share of the step, dimensionless.
+        Half width of the band over the step.
     """
 
     overshoot: float
@@ -40,9 +40,9 @@ class StepFigures:
 
 
 def triple_pole_step(time: npt.ArrayLike, pole: float = 61.0, *, prefilter: bool = False) -> Floats:
-    """Return T_f/T* after a step for Wang (8) with three poles at -p: 1 - exp(-x) (1 + x - x^2), x = p t; dimensionless.
+    """Return T_f/T* after a step for Wang (8) with three poles at -p: 1 - exp(-x) (1 + x - x^2), x = p t.
 
-    The zero at -p/3 makes it overshoot by 5 exp(-3) = 24.9 % at t = 3/p; a prefilter p/(3 s + p) takes it away:
+    The zero at -p/3 causes an overshoot of 5 exp(-3) = 24.9 % at t = 3/p; a prefilter p/(3 s + p) cancels it:
     1 - exp(-x) (1 + x + x^2/2).
 
     Parameters
@@ -52,7 +52,7 @@ def triple_pole_step(time: npt.ArrayLike, pole: float = 61.0, *, prefilter: bool
     pole : float
         p, 1/s.
     prefilter : bool
-        With it.
+        Whether with prefilter.
 
     Examples
     --------
@@ -68,19 +68,20 @@ def triple_pole_step(time: npt.ArrayLike, pole: float = 61.0, *, prefilter: bool
 def contact_step(
     time: npt.ArrayLike, axis: TorqueAxis | None = None, gains: PidffGains | None = None
 ) -> Floats:
-    """Return T_f/T* after a step for Wang (8) with any gains, by its error equation; dimensionless.
+    """Return T_f/T* after a step for Wang (8) with any gains, by its error equation.
 
-    That equation is (7) corrected: e'' + k_fd e' + (k_fp + k_e/J) e + k_fi int e = (k_e/J) T_L, here with T_L = 0. As printed,
-    its first line has e' for e'' and neither k_fp nor k_e/J before T_L; its second is one order too low.
+    That equation is (7) corrected: e'' + k_fd e' + (k_fp + k_e/J) e + k_fi int e = (k_e/J) T_L, here with T_L
+    = 0. As printed, its first line has e' for e'' and neither k_fp nor k_e/J before T_L; its second is one
+    order too low.
 
     Parameters
     ----------
     time : array
         s, >= 0.
     axis : TorqueAxis, optional
-        By default that of the source.
+        Default: that of the source.
     gains : PidffGains, optional
-        By default those of the source.
+        Default: those of the source.
 
     Examples
     --------
@@ -99,16 +100,16 @@ def contact_step(
 def step_figures(
     answer: Callable[[Floats], Floats] | AxisLoop, *, horizon: float = 1.0, band: float = 0.02
 ) -> StepFigures:
-    """Return overshoot, peak and settling of the answer to a step.
+    """Return overshoot, peak and settling of a step response.
 
     Parameters
     ----------
     answer : callable or AxisLoop
-        Torque over the step at times (n,) in s; or a loop, as `TorqueController.loop` gives it.
+        Torque over the step at times (n,) in s; or a loop from `TorqueController.loop`.
     horizon : float
-        How long to look, s.
+        Duration, s.
     band : float
-        As a share of the step, dimensionless.
+        Half width of the band over the step.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""How much stiffer or softer than believed the contact may be: both speed and tolerance, as none comes without the other."""
+"""Tolerance to contact stiffness: speed and robustness of a controller together."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -16,20 +16,20 @@ _BISECTIONS = 40
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class StiffnessCase:
-    """What a controller does on contacts that are not as stiff as it believes, as `worst_case` gives it.
+    """Figures of a controller on contacts of other stiffness than believed, from `worst_case`.
 
     Attributes
     ----------
     factors : array, (n,)
-        True k_e over the one that is believed, dimensionless.
+        True over believed k_e.
     settling_2, settling_5 : array, (n,)
-        Settling to 2 and 5 %, mean over start angles, s; infinite where a run never does.
+        Settling to 2 and 5 %, mean over start angles, s; infinite: some run never does.
     overshoot : array, (n,)
-        Mean over start angles, dimensionless.
+        Mean over start angles, unit 1.
     ripple : array, (n,)
         Root mean square over start angles, N.
     stable : (float, float)
-        Factors between which the sampled loop is stable, dimensionless.
+        Range of factors with a stable sampled loop.
     """
 
     factors: Floats
@@ -41,13 +41,14 @@ class StiffnessCase:
 
     @property
     def worst(self) -> dict[str, float]:
-        """The worst of each figure over the factors: s, s, dimensionless, N."""
+        """Worst of each figure over the factors: s, s, unit 1, N."""
         names = ("settling_2", "settling_5", "overshoot", "ripple")
         return {name: float(np.max(getattr(self, name))) for name in names}
 
     def __repr__(self) -> str:
         worst, (low, high) = self.worst, self.stable
-        told = f"5 % within {worst['settling_5']:.3g} s, overshoot {100 * worst['overshoot']:.3g} %, ripple {worst['ripple']:.3g} N"
+        settled = f"5 % within {worst['settling_5']:.3g} s, overshoot {100 * worst['overshoot']:.3g} %"
+        told = f"{settled}, ripple {worst['ripple']:.3g} N"
         factors = f"k_e x {self.factors.min():.3g} to {self.factors.max():.3g}"
         return f"StiffnessCase(at worst of {factors}: {told}; stable for k_e x {low:.3g} to {high:.3g})"
 
@@ -65,21 +66,21 @@ class StiffnessCase:
 def stiffness_range(
     controller: TorqueController, *, low: float = 0.05, high: float = 20.0
 ) -> tuple[float, float]:
-    """Return the factors of k_e between which the sampled loop is stable, dimensionless; the ends asked for where it is there.
+    """Return the range of factors of k_e with a stable sampled loop, clipped to the requested one.
 
-    Of "constant" (1, 1): nothing damps it, it is marginal at every stiffness.
+    (1, 1) for "constant": undamped, marginal at every stiffness.
 
     Parameters
     ----------
     controller : TorqueController
-        For the axis that it believes in.
+        Controller with its believed axis.
     low, high : float
-        Between which to look, dimensionless; low < 1 < high.
+        Requested range of factors; low < 1 < high.
 
     Raises
     ------
     ValueError
-        When the range asked for does not hold 1.
+        The requested range does not contain 1.
 
     Examples
     --------
@@ -96,7 +97,7 @@ def stiffness_range(
 
 
 def _edge(controller: TorqueController, end: float) -> float:
-    """The end of the stable factors from 1 towards another end."""
+    """End of the stable range from 1 toward `end`."""
     inside = 1.0
     for factor in np.geomspace(1.0, end, _GRID)[1:]:
         if not _stable(controller, factor):
@@ -125,30 +126,31 @@ def worst_case(
     duration: float = 1.0,
     start_angles: int = 20,
 ) -> StiffnessCase:
-    """Run a controller on contacts that are not as stiff as it believes: its speed, and what that costs in tolerance.
+    """Run a controller on contacts of other stiffness than believed: its speed and the price in tolerance.
 
-    Choose a controller by the worst of the contacts that may come, not by the one that is believed in.
+    Choose a controller by the worst expected contact, not by the believed one.
 
     Parameters
     ----------
     controller : TorqueController
-        For the axis that it believes in.
+        Controller with its believed axis.
     factors : sequence of float
-        True k_e over the one that is believed, dimensionless.
+        True over believed k_e.
     duration : float
-        Of each run, s.
+        Duration of each run, s.
     start_angles : int
-        Over which figures are averaged, dimensionless.
+        Number of start angles to average over.
 
     Raises
     ------
     ValueError
-        When a factor is not > 0.
+        A factor is not > 0.
 
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> case = fin.torque.worst_case(fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg"), factors=(0.5, 1.0))
+    >>> controller = fin.TorqueController(fin.TorqueAxis(), normal_force=1.111, kind="lqg")
+    >>> case = fin.torque.worst_case(controller, factors=(0.5, 1.0))
     >>> round(case.worst["overshoot"], 2), case.stable[1] > 3
     (0.13, True)
     """
