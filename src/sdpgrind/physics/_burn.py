@@ -1,4 +1,4 @@
-"""Where the work burns: Malkin's law as Brown (1988) prints it, with its units made metric, and both depths where it begins."""
+"""Burning by Malkin's law, Brown (1988), (4.3), in metric units, and the depths of cut at which it begins."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -10,25 +10,27 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.physics._power import GrindingPower
 
-INCH = 25.4  # mm
-INCH_POUND = 0.0254 * 4.4482216152605  # J
+INCH = 25.4  # mm; source: definition
+INCH_POUND = 0.0254 * 4.4482216152605  # J; derived: inch in m times pound-force in N
 
 
 def malkin_burn_energy(cut_depth: Any, feed_rate: Any, diameter: Any, u0: Any, B: Any) -> Any:
-    """Return the energy for each area of work at which it burns (J/mm^2): u0 d + B (D d)^(1/4) V^(-1/2), Brown (4.3).
+    """Return the energy per area of work at which it burns, J/mm^2; Brown (1988), (4.3).
+
+    It is u0 d + B (D d)^(1/4) V^(-1/2).
 
     Parameters
     ----------
     cut_depth : float or array
-        Depth of the cut d, mm.
+        Depth of cut d, mm.
     feed_rate : float or array
         Feed along the work V, mm/s.
     diameter : float or array
-        Diameter of the wheel D, mm.
+        Wheel diameter D, mm.
     u0 : float or array
-        Energy that leaves with the chips, J/mm^3.
+        Energy carried away by the chips, J/mm^3.
     B : float or array
-        Heat that the surface stands, J/(mm^2 s^(1/2)).
+        Heat that the surface can take up, J/(mm^2 s^(1/2)).
 
     Examples
     --------
@@ -39,9 +41,10 @@ def malkin_burn_energy(cut_depth: Any, feed_rate: Any, diameter: Any, u0: Any, B
 
 
 def malkin_burn_coefficients() -> tuple[float, float]:
-    """Return Malkin's published u0 (J/mm^3) and B (J/(mm^2 s^(1/2))), from 9.0e5 and 4.1e4 in inch, pound, second.
+    """Return Malkin's printed u0, J/mm^3, and B, J/(mm^2 s^(1/2)).
 
-    The powers of the inch in (D d)^(1/4) V^(-1/2) cancel.
+    The source prints 9.0e5 and 4.1e4 in inches, pounds and seconds. In (D d)^(1/4) V^(-1/2) the inches
+    cancel.
 
     Examples
     --------
@@ -54,16 +57,17 @@ def malkin_burn_coefficients() -> tuple[float, float]:
 
 @described("physics.burning_limit")
 class BurningLimit(Described):
-    """Power at which the work burns: u0 v_w a + B (d_e a)^(1/4) v_w^(1/2) for each width, Malkin; Brown (1988), (4.3).
+    """Power at which the work burns: Malkin; Brown (1988), (4.3).
 
-    Koren's (1989) (29) is the same with the exponent 1/4.
+    Per width it is u0 v_w a + B (d_e a)^(1/4) v_w^(1/2). Koren (1989), (29), is the same with the exponent
+    1/4.
 
     Parameters
     ----------
     u0 : float
-        Energy that leaves with the chips, J/mm^3.
+        Energy carried away by the chips, J/mm^3.
     B : float
-        Heat that the surface stands, J/(mm^2 s^(1/2)).
+        Heat that the surface can take up, J/(mm^2 s^(1/2)).
 
     Raises
     ------
@@ -90,13 +94,13 @@ class BurningLimit(Described):
         Parameters
         ----------
         depth_of_cut : float or array
-            In one turn of the work, mm.
+            Depth of cut per work revolution, mm.
         work_speed : float or array
-            Speed of the work's surface, mm/s.
+            Surface speed of the work, mm/s.
         equivalent_diameter : float or array
-            Of wheel and work, mm.
+            Equivalent diameter of wheel and work, mm.
         width : float or array
-            Of the cut, mm.
+            Width of cut, mm.
         """
         return (
             width
@@ -111,10 +115,11 @@ class BurnOnset(NamedTuple):
     Attributes
     ----------
     lower : float
-        Below it light cuts burn, as ploughing needs power and the contact is too short to carry it away, mm.
+        Smallest depth that does not burn, mm. Lighter cuts burn: ploughing heats a contact too short to carry
+        the heat off.
     upper : float
-        Above it the work burns, mm; infinite where it does not up to the greatest depth asked for. Less than `lower` where it
-        burns at every depth.
+        Greatest depth that does not burn, mm. inf: no limit up to the greatest depth searched. Less than
+        `lower`: every depth burns.
     """
 
     lower: float
@@ -131,24 +136,24 @@ def burn_onset(
     wear_flat_area: float,
     depth_max: float = 1.0,
 ) -> BurnOnset:
-    """Return both depths of cut at which the work begins to burn: where power and limit are equal.
+    """Return the two depths of cut at which grinding power and burning limit are equal.
 
-    In the fourth root of the depth the difference is convex: two roots, or none.
+    Their difference is convex in the fourth root of the depth: it has two roots or none.
 
     Parameters
     ----------
     power : GrindingPower
-        What the wheel needs, W.
+        Grinding power, W.
     limit : BurningLimit
-        What the work stands, W.
+        Power at which the work burns, W.
     work_speed, wheel_speed : float
-        Speeds at the surface, mm/s.
+        Surface speeds, mm/s.
     equivalent_diameter : float
-        Of wheel and work, mm.
+        Equivalent diameter of wheel and work, mm.
     wear_flat_area : float
-        Worn part of the wheel's surface, 0..1.
+        Worn part of the wheel surface, 0..1.
     depth_max : float
-        Greatest depth that is looked at, mm.
+        Greatest depth searched, mm.
 
     Examples
     --------
@@ -176,14 +181,15 @@ def burn_onset(
 
 
 def depths_between(excess: Callable[[float], float], best: float, end: float) -> BurnOnset:
-    """Return the depths (mm) between which nothing burns, from how far the power exceeds the limit.
+    """Return the depths between which nothing burns, mm.
 
     Parameters
     ----------
     excess : callable
-        Of the fourth root of the depth, mm^(1/4), in which it is convex; positive: the work burns. Any unit.
+        Power minus limit, any unit: a convex function of the fourth root of the depth, mm^(1/4); > 0: the
+        work burns.
     best, end : float
-        Fourth roots of the depth where the excess is least, and of the greatest that is looked at, mm^(1/4).
+        Fourth roots of the depth of least excess and of the greatest depth searched, mm^(1/4).
 
     Examples
     --------

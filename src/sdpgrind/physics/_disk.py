@@ -1,4 +1,4 @@
-"""Power of a disc whose speed droops with torque, and the removal rate of that power. Numbers or arrays."""
+"""Power, speed and torque of a disc whose speed droops under load, and the removal rate of a power."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from sdpgrind.base.units import N_MM_S_PER_W
 
 
 def disk_torque(normal_force: Any, friction_ratio: Any, disk_radius: Any) -> Any:
-    """Return the shaft torque (N mm) of a normal force: F_t R = mu F_n R, Brown (1988) (4.4d).
+    """Return the shaft torque of a normal force, F_t R = mu F_n R, N mm; Brown (1988), (4.4d).
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def disk_torque(normal_force: Any, friction_ratio: Any, disk_radius: Any) -> Any
 
 
 def disk_speed(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
-    """Return the disc speed (rad/s) under a torque: omega = omega0 - beta torque, Brown (1988) (4.8).
+    """Return the disc speed under a torque, omega = omega0 - beta torque, rad/s; Brown (1988), (4.8).
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def disk_speed(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
     free_speed : float or array
         Speed without load, rad/s.
     speed_droop : float or array
-        Loss of speed, rad/(s N mm).
+        Loss of speed per torque, rad/(s N mm).
 
     Examples
     --------
@@ -46,7 +46,7 @@ def disk_speed(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
 
 
 def disk_power(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
-    """Return the power at the contact (W): torque times speed, Brown (1988) (4.4c) with (4.8).
+    """Return the power at the contact, torque times speed, W; Brown (1988), (4.4c) with (4.8).
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def disk_power(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
     free_speed : float or array
         Speed without load, rad/s.
     speed_droop : float or array
-        Loss of speed, rad/(s N mm).
+        Loss of speed per torque, rad/(s N mm).
 
     Examples
     --------
@@ -66,16 +66,16 @@ def disk_power(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
 
 
 def removal_rate(grinding_power: Any, specific_energy: Any, idle_power: Any) -> Any:
-    """Return the removal rate (mm^3/s) of a power: Q = (Pi - K2)/K1, Brown (1988) (4.4a); negative below K2.
+    """Return the removal rate Q = (Pi - K2)/K1, mm^3/s, negative below K2; Brown (1988), (4.4a).
 
     Parameters
     ----------
     grinding_power : float or array
         Power at the contact, W.
     specific_energy : float or array
-        Energy to remove a volume, J/mm^3.
+        Energy to remove a volume K1, J/mm^3.
     idle_power : float or array
-        Power that removes nothing, W.
+        Power that removes nothing K2, W.
 
     Examples
     --------
@@ -86,14 +86,14 @@ def removal_rate(grinding_power: Any, specific_energy: Any, idle_power: Any) -> 
 
 
 def peak_torque(free_speed: Any, speed_droop: Any) -> Any:
-    """Return the torque (N mm) of greatest power, omega0/(2 beta); more torque never grinds more.
+    """Return the torque of greatest power, omega0/(2 beta), N mm.
 
     Parameters
     ----------
     free_speed : float or array
         Speed without load, rad/s.
     speed_droop : float or array
-        Loss of speed, rad/(s N mm), > 0.
+        Loss of speed per torque, rad/(s N mm), > 0.
 
     Examples
     --------
@@ -104,16 +104,16 @@ def peak_torque(free_speed: Any, speed_droop: Any) -> Any:
 
 
 def torque_of_power(grinding_power: Any, free_speed: Any, speed_droop: Any) -> Any:
-    """Return the smaller torque (N mm) that makes a power, in the form that does not cancel for a small droop.
+    """Return the smaller torque that makes a power, N mm; the form does not cancel for a small droop.
 
     Parameters
     ----------
     grinding_power : float or array
-        Power at the contact, W, at most omega0^2/(4 beta) 1e-3.
+        Power at the contact, W, at most 1e-3 omega0^2/(4 beta).
     free_speed : float or array
         Speed without load, rad/s.
     speed_droop : float or array
-        Loss of speed, rad/(s N mm).
+        Loss of speed per torque, rad/(s N mm).
 
     Examples
     --------

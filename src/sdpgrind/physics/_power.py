@@ -1,4 +1,4 @@
-"""Power of a wheel at the work in three parts: chips, ploughing and sliding. Numbers, arrays or symbols of CasADi."""
+"""Grinding power as the sum of chips, ploughing and sliding, for numbers, arrays or CasADi symbols."""
 
 from typing import Any
 
@@ -9,16 +9,16 @@ from sdpgrind.physics._sliding import SLIDING, MalkinSliding, SlidingLaw
 
 @described("physics.grinding_power")
 class GrindingPower(Described):
-    """Power of chips, ploughing and sliding: u v_w a + (f + sliding) v_s for each width, after Malkin; Brown (1988), (4.2).
+    """Grinding power u v_w a + (f + sliding) v_s per width: Malkin; Brown (1988), (4.2).
 
     Parameters
     ----------
     specific_energy : float
-        Energy to form chips u, J/mm^3.
+        Chip formation energy u, J/mm^3.
     ploughing_force : float
-        Force that only ploughs f, for each width, N/mm.
+        Ploughing force f per width, N/mm.
     sliding : SlidingLaw
-        Force of the wear flats, N/mm.
+        Law of the force on the wear flats, N/mm.
 
     Raises
     ------
@@ -29,8 +29,8 @@ class GrindingPower(Described):
     --------
     >>> from sdpgrind.physics import DongSliding
     >>> law = GrindingPower(sliding=DongSliding())
-    >>> point = {"work_speed": 1100.0, "wheel_speed": 37e3, "equivalent_diameter": 175.0, "wear_flat_area": 0.026}
-    >>> round(law.power(depth_of_cut=0.0052, width=9.0, **point))
+    >>> wheel = {"work_speed": 1100.0, "wheel_speed": 37e3, "equivalent_diameter": 175.0}
+    >>> round(law.power(depth_of_cut=0.0052, width=9.0, **wheel, wear_flat_area=0.026))
     1778
     """
 
@@ -55,15 +55,15 @@ class GrindingPower(Described):
         Parameters
         ----------
         depth_of_cut : float or array
-            In one turn of the work, mm.
+            Depth of cut per work revolution, mm.
         work_speed, wheel_speed : float or array
-            Speeds at the surface, mm/s.
+            Surface speeds, mm/s.
         equivalent_diameter : float or array
-            Of wheel and work, mm.
+            Equivalent diameter of wheel and work, mm.
         wear_flat_area : float or array
-            Worn part of the wheel's surface as the sliding law means it, 0..1.
+            Worn part of the wheel surface, as the sliding law defines it, 0..1.
         width : float or array
-            Of the cut, mm.
+            Width of cut, mm.
         """
         sliding = self.sliding.force(
             depth_of_cut=depth_of_cut, work_speed=work_speed, wheel_speed=wheel_speed,

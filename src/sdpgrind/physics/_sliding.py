@@ -1,6 +1,6 @@
-"""What the wear flats of a wheel add to its tangential force, by two published laws.
+"""Force of a wheel's wear flats, by two printed laws.
 
-Laws are written with operators alone, so that numbers, arrays and symbols of CasADi go through the same lines.
+Laws use operators alone, so that numbers, arrays and CasADi symbols pass through the same lines.
 """
 
 from collections.abc import Mapping
@@ -10,14 +10,14 @@ from sdpgrind.base.quantities import Described, described, quantity
 
 
 class SlidingLaw(Protocol):
-    """What the wear flats of a wheel add to its tangential force, N/mm, by a power of the depth of cut.
+    """Tangential force of the wear flats per width, N/mm: a power of the depth of cut.
 
     Attributes
     ----------
     areas : (float, float)
         Range of wear flat area that the law is meant for, 0..1.
     exponent : float
-        Of the depth of cut, unit 1.
+        Exponent of the depth of cut, unit 1.
     """
 
     areas: ClassVar[tuple[float, float]]
@@ -35,33 +35,34 @@ class SlidingLaw(Protocol):
         equivalent_diameter: Any,
         wear_flat_area: Any,
     ) -> Any:
-        """Return the force for each width, N/mm.
+        """Return the force per width, N/mm.
 
         Parameters
         ----------
         depth_of_cut : float or array
-            In one turn of the work, mm.
+            Depth of cut per work revolution, mm.
         work_speed, wheel_speed : float or array
-            Speeds at the surface, mm/s.
+            Surface speeds, mm/s.
         equivalent_diameter : float or array
-            Of wheel and work, mm.
+            Equivalent diameter of wheel and work, mm.
         wear_flat_area : float or array
-            Worn part of the wheel's surface, 0..1.
+            Worn part of the wheel surface, 0..1.
         """
 
 
 @described("physics.malkin_sliding")
 class MalkinSliding(Described):
-    """Sliding force (c2 + c3 v_w/(v_s d_e)) (d_e a)^(1/2) A: Malkin, as Brown (1988) prints it in (4.2), with its units mended.
+    """Sliding force (c2 + c3 v_w/(v_s d_e)) (d_e a)^(1/2) A: Malkin; Brown (1988), (4.2), its units
+    corrected.
 
-    A is the worn part of the wheel's surface, some 0.005 to 0.01. At equal power it is not the A of `DongSliding`.
+    The wear flat area A, 0.005 to 0.01, differs from that of `DongSliding` at equal power.
 
     Parameters
     ----------
     pressure : float
         c2, N/mm^2.
     curvature_pressure : float
-        c3, N/mm: its magnitude is in doubt, and nothing should depend on its exact value.
+        c3, N/mm; its magnitude is doubtful: nothing should depend on its exact value.
 
     Raises
     ------
@@ -71,7 +72,8 @@ class MalkinSliding(Described):
     Examples
     --------
     >>> law = MalkinSliding()
-    >>> round(law.force(depth_of_cut=0.01, work_speed=400.0, wheel_speed=30e3, equivalent_diameter=50.0, wear_flat_area=0.01), 3)
+    >>> wheel = {"work_speed": 400.0, "wheel_speed": 30e3, "equivalent_diameter": 50.0}
+    >>> round(law.force(depth_of_cut=0.01, **wheel, wear_flat_area=0.01), 3)
     4.013
     """
 
@@ -89,35 +91,24 @@ class MalkinSliding(Described):
         equivalent_diameter: Any,
         wear_flat_area: Any,
     ) -> Any:
-        """Return the force for each width (N/mm) of a depth (mm), speeds (mm/s), a diameter (mm) and an area (0..1).
-
-        Parameters
-        ----------
-        depth_of_cut : float or array
-            In one turn of the work, mm.
-        work_speed, wheel_speed : float or array
-            Speeds at the surface, mm/s.
-        equivalent_diameter : float or array
-            Of wheel and work, mm.
-        wear_flat_area : float or array
-            Worn part of the wheel's surface, 0..1.
-        """
+        """Return the force per width, N/mm; see `SlidingLaw`."""
         pressure = self.pressure + self.curvature_pressure * work_speed / (wheel_speed * equivalent_diameter)
         return pressure * (equivalent_diameter * depth_of_cut) ** 0.5 * wear_flat_area
 
 
 @described("physics.dong_sliding")
 class DongSliding(Described):
-    """Sliding force C (d_e a)^0.85 A: Dong, Danai and Malkin (2004), (6), for each width.
+    """Sliding force C (d_e a)^0.85 A: Dong, Danai and Malkin (2004), (6), per width.
 
-    The source prints 0.842 for a wheel of 9 mm and powers in kW. A is its effective wear flat area, some 0.01 to 0.04.
+    The source prints 0.842 for a wheel 9 mm wide and powers in kW. A is its effective wear flat area, 0.01 to
+    0.04.
 
     Parameters
     ----------
     coefficient : float
         C, N/mm^2.7.
     exponent : float
-        Of the squared length of contact, unit 1.
+        Exponent of the squared contact length, unit 1.
 
     Raises
     ------
@@ -145,19 +136,7 @@ class DongSliding(Described):
         equivalent_diameter: Any,
         wear_flat_area: Any,
     ) -> Any:
-        """Return the force for each width (N/mm) of a depth (mm), speeds (mm/s), a diameter (mm) and an area (0..1).
-
-        Parameters
-        ----------
-        depth_of_cut : float or array
-            In one turn of the work, mm.
-        work_speed, wheel_speed : float or array
-            Speeds at the surface, mm/s; this law does not use them.
-        equivalent_diameter : float or array
-            Of wheel and work, mm.
-        wear_flat_area : float or array
-            Effective worn part of the wheel's surface, 0..1.
-        """
+        """Return the force per width, N/mm, see `SlidingLaw`; speeds have no effect."""
         return self.coefficient * (equivalent_diameter * depth_of_cut) ** self.exponent * wear_flat_area
 
 
