@@ -43,8 +43,7 @@ def malkin_burn_energy(cut_depth: Any, feed_rate: Any, diameter: Any, u0: Any, B
 def malkin_burn_coefficients() -> tuple[float, float]:
     """Return Malkin's printed u0, J/mm^3, and B, J/(mm^2 s^(1/2)).
 
-    The source prints 9.0e5 and 4.1e4 in inches, pounds and seconds. In (D d)^(1/4) V^(-1/2) the inches
-    cancel.
+    The source has 9.0e5 and 4.1e4 in inches, pounds and seconds; those in (D d)^(1/4) V^(-1/2) cancel.
 
     Examples
     --------
@@ -59,8 +58,7 @@ def malkin_burn_coefficients() -> tuple[float, float]:
 class BurningLimit(Described):
     """Power at which the work burns: Malkin; Brown (1988), (4.3).
 
-    Per width it is u0 v_w a + B (d_e a)^(1/4) v_w^(1/2). Koren (1989), (29), is the same with the exponent
-    1/4.
+    Per width it is u0 v_w a + B (d_e a)^(1/4) v_w^(1/2): Koren (1989), (29), with the exponent 1/4.
 
     Parameters
     ----------

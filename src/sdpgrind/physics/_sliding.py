@@ -52,8 +52,7 @@ class SlidingLaw(Protocol):
 
 @described("physics.malkin_sliding")
 class MalkinSliding(Described):
-    """Sliding force (c2 + c3 v_w/(v_s d_e)) (d_e a)^(1/2) A: Malkin; Brown (1988), (4.2), its units
-    corrected.
+    """Sliding force (c2 + c3 v_w/(v_s d_e)) (d_e a)^(1/2) A: Malkin; Brown (1988), (4.2), units corrected.
 
     The wear flat area A, 0.005 to 0.01, differs from that of `DongSliding` at equal power.
 

@@ -1,7 +1,7 @@
 """Weld-bead grinding: stochastic dynamic programming of a grinding sequence (Brown 1988).
 
-Given a bead of mean height x and the time left to a deadline, `plan` says whether to stop, or which feed and normal force
-the next pass should use, so that the expected penalty at the end of the whole sequence is least.
+From the mean bead height and the time left to the deadline, `plan` decides whether to stop, or which feed and
+normal force the next pass uses, for the least expected penalty of the whole sequence.
 """
 
 from sdpgrind.base import faces

@@ -1,4 +1,4 @@
-"""What a first program does with a weld bead: `sdpgrind.warm` compiles what it needs."""
+"""First use of the weld bead, compiled by `sdpgrind.warm`."""
 
 import warnings
 
@@ -8,7 +8,7 @@ from sdpgrind.weldbead.sequence._presets import preset
 
 
 def first_use() -> None:
-    """Plan a sequence and ask its controller for a pass."""
+    """Plan a sequence and step its controller once."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # how exact the policy is does not matter here
+        warnings.simplefilter("ignore", UserWarning)  # the policy may be inexact
         SequenceController(plan(preset("P1"))).step(height=1.0, time_left=10.0)

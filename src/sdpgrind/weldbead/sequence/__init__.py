@@ -1,4 +1,4 @@
-"""The top tier of weld-bead grinding: depth and duration of each pass, or the stop (Brown 1988, chapters 3 to 5)."""
+"""Top tier of weld-bead grinding: depth and duration of each pass, or the stop; Brown (1988), ch. 3 to 5."""
 
 from sdpgrind.base import faces
 

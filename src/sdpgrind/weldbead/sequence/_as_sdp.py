@@ -1,4 +1,4 @@
-"""A weld-bead problem as the solver sees it."""
+"""A weld-bead problem as a problem of the solver `sdp`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,18 +15,18 @@ from sdpgrind.weldbead.sequence._problem import SequenceProblem
 def sdp_problem(
     problem: SequenceProblem, nodes: int = 401, *, levels: int = 401, search: bool = True
 ) -> sdp.Problem:
-    """Return a weld-bead problem as the solver sees it.
+    """Return a weld-bead problem as a problem of `sdp`.
 
     Parameters
     ----------
     problem : SequenceProblem
-        The problem.
+        Problem to translate.
     nodes : int
-        Nodes of the height axis, 0 to ``height_max`` mm.
+        Nodes of the height axis, 0 to `height_max` mm.
     levels : int
-        Levels of the normal force (N).
+        Levels of the normal force, N.
     search : bool
-        Whether the force may fall between levels.
+        Whether the force may lie between levels.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def sdp_problem(
 
 
 def true_problem(planned: SequenceProblem, truth: SequenceProblem, nodes: int) -> sdp.Problem:
-    """Return the planned moves as the truth answers them: a move keeps its place even where the truth would not admit it."""
+    """Return the planned moves as the truth answers them; none is left out that the truth would refuse."""
     for name in ("bead_length", "reset_time", "durations", "stage"):
         if getattr(truth, name) != getattr(planned, name):
             raise checks.refuse(
@@ -114,10 +114,10 @@ def _cut(problem: SequenceProblem, duration: float, s: Any, c: Any) -> sdp.Law:
 
 @dataclass(frozen=True)
 class Finish:
-    """The finish charge ($) by mode, the mode being the last pass."""
+    """Finish charge, $, by mode; the mode is the last pass."""
 
     charges: tuple[float, ...]
 
     def __call__(self, s: Any) -> Any:
-        """Return the charge ($) of the modes of ``s``."""
+        """Return the charge, $, of the modes of the states `s`."""
         return np.asarray(self.charges)[np.asarray(s.mode, dtype=np.int64)]

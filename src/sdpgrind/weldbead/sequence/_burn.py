@@ -1,4 +1,4 @@
-"""Limits that keep the work from burning: each gives the interval of admissible normal force."""
+"""Burn limits: each gives the interval of admissible normal force."""
 
 from collections.abc import Callable
 from typing import Protocol, Self
@@ -13,23 +13,23 @@ from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 
 class BurnLimit(Protocol):
-    """What keeps the work from burning: an interval of normal force (N) for each feed (mm/s); it may be empty."""
+    """Law that keeps the work from burning: an interval of normal force, N, at each feed, mm/s."""
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return the least and greatest admissible normal force (N) of a process at a feed (mm/s).
+        """Return the least and greatest admissible normal force, N, of a process at a feed, mm/s.
 
-        The least is the greater where none is admissible.
+        The least exceeds the greatest where no force is admissible.
         """
 
     def margin(
         self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
     ) -> Floats:
-        """Return what is left to the limit (N or W) of a process at a force (N) and a feed (mm/s); < 0: the work burns."""
+        """Return the margin, N or W, of a process at a force, N, and a feed, mm/s; < 0: it burns."""
 
 
 @described("weldbead.force_burn_limit")
 class ForceBurnLimit(Described):
-    """Normal force at most C_B sqrt(V): Brown (1988), (5.11).
+    """Normal force at most C_B sqrt(V); Brown (1988), (5.11).
 
     Parameters
     ----------
@@ -52,20 +52,20 @@ class ForceBurnLimit(Described):
     burn_coefficient: float = quantity("N/(mm/s)^(1/2)", above=0)
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return the least and greatest admissible normal force (N) of a process at a feed (mm/s)."""
+        """Return the least and greatest normal force, N, of a process at a feed, mm/s."""
         high = np.asarray(self.burn_coefficient * np.sqrt(np.asarray(feed_rate, dtype=float)))
         return np.zeros(high.shape), high
 
     def margin(
         self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
     ) -> Floats:
-        """Return the force left (N) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
+        """Return the margin, N, of a process at a normal force, N, and a feed, mm/s; < 0: it burns."""
         return np.asarray(self.interval(process, feed_rate)[1] - np.asarray(normal_force, dtype=float))
 
 
 @described("weldbead.power_burn_limit")
 class PowerBurnLimit(Described):
-    """Power at the contact at most C sqrt(V), as Ivers has it; without droop the same as a limit of force.
+    """Power at the contact at most C sqrt(V): Ivers. Without droop it equals a limit of force.
 
     Parameters
     ----------
@@ -87,33 +87,33 @@ class PowerBurnLimit(Described):
     burn_coefficient: float = quantity("W/(mm/s)^(1/2)", above=0)
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return the least and greatest admissible normal force (N) of a process at a feed (mm/s); inf: a weak drive."""
+        """Return the least and greatest normal force, N, of a process at a feed, mm/s; inf: a weak drive."""
         high = process.force_of_power(self.burn_coefficient * np.sqrt(np.asarray(feed_rate, dtype=float)))
         return np.zeros_like(high), high
 
     def margin(
         self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
     ) -> Floats:
-        """Return the power left (W) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
+        """Return the margin, W, of a process at a normal force, N, and a feed, mm/s; < 0: it burns."""
         allowed = self.burn_coefficient * np.sqrt(np.asarray(feed_rate, dtype=float))
         return np.asarray(allowed - process.grinding_power(normal_force))
 
 
 @described("weldbead.malkin_burn_limit")
 class MalkinBurnLimit(Described):
-    """Energy for each area of work at most u0 d + B (D d)^(1/4) V^(-1/2), with d the mean cut: Brown (1988), (4.3).
+    """Energy per area of work at most u0 d + B (D d)^(1/4) V^(-1/2), d the mean cut; Brown (1988), (4.3).
 
-    With an idle power the limit is broken by light cuts too (their contact is too short to carry that power away), so
-    the admissible forces form an interval, which may be empty.
+    With an idle power light cuts burn too, as their contact is too short to carry it off: the admissible
+    forces form an interval, which may be empty.
 
     Parameters
     ----------
     u0 : float
-        Energy that leaves with the chips, J/mm^3.
+        Energy carried away by the chips, J/mm^3.
     B : float
-        Heat that the surface stands, J/(mm^2 s^(1/2)).
+        Heat that the surface can take up, J/(mm^2 s^(1/2)).
     diameter : float
-        Diameter of the wheel, mm.
+        Wheel diameter, mm.
 
     Raises
     ------
@@ -134,12 +134,12 @@ class MalkinBurnLimit(Described):
 
     @classmethod
     def published(cls, diameter: float) -> Self:
-        """Return the limit with Malkin's printed coefficients for a wheel of `diameter` (mm)."""
+        """Return the limit with Malkin's printed coefficients for a wheel diameter, mm."""
         u0, B = physics.malkin_burn_coefficients()
         return cls(u0, B, diameter)
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return the least and greatest admissible force (N) of a process at a feed (mm/s): inf and 0 where none is."""
+        """Return the least and greatest force, N, of a process at a feed, mm/s; inf and 0: none."""
         feed = np.asarray(feed_rate, dtype=float)
         depths = np.array([self._depths(process, rate) for rate in feed.ravel()]).reshape(*feed.shape, 2)
         forces = process.normal_force(np.where(np.isfinite(depths), depths, 0.0), feed[..., None])
@@ -147,12 +147,12 @@ class MalkinBurnLimit(Described):
         return low, np.where(np.isinf(low), 0.0, high)
 
     def _depths(self, process: GrindingProcess, feed_rate: float) -> physics.BurnOnset:
-        """Depths (mm) between which (K1 - u0) d + K2/(w V) - c d^(1/4) <= 0."""
+        """Return the depths, mm, between which (K1 - u0) d + K2/(w V) - c d^(1/4) <= 0."""
         steep = process.specific_energy - self.u0
         idle = process.idle_power / (process.bead_width * feed_rate)
         carried = self.B * self.diameter**0.25 / feed_rate**0.5
 
-        def surplus(root: float) -> float:  # of the fourth root of the depth, where it is a polynomial
+        def surplus(root: float) -> float:  # a polynomial in the fourth root of the depth
             return float((steep * root**3 - carried) * root + idle)
 
         if steep <= 0:
@@ -164,17 +164,17 @@ class MalkinBurnLimit(Described):
     def margin(
         self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
     ) -> Floats:
-        """Return the power left (W) of a process at a normal force (N) and a feed (mm/s); < 0: the work burns."""
+        """Return the margin, W, of a process at a normal force, N, and a feed, mm/s; < 0: it burns."""
         feed = np.asarray(feed_rate, dtype=float)
         allowed = physics.BurningLimit(self.u0, self.B).power(
-            depth_of_cut=process.mean_cut(normal_force, feed), work_speed=feed, equivalent_diameter=self.diameter,
-            width=process.bead_width,
+            depth_of_cut=process.mean_cut(normal_force, feed), work_speed=feed,
+            equivalent_diameter=self.diameter, width=process.bead_width,
         )  # fmt: skip
         return np.asarray(allowed - process.grinding_power(normal_force))
 
 
 def _beyond(surplus: Callable[[float], float]) -> float:
-    """A place where a falling function is negative."""
+    """Return a place where a falling function is negative."""
     end = 1.0
     while surplus(end) > 0:
         end *= 2

@@ -1,4 +1,4 @@
-"""Controllers that follow a plan of a weld bead."""
+"""Controller of the grinding sequence."""
 
 from collections.abc import Mapping
 from math import isnan, nan
@@ -11,31 +11,30 @@ if TYPE_CHECKING:
     from sdpgrind.weldbead.sequence._policy import SequencePolicy
 
 
-_SCAN = 0.01  # of the greatest height planned for; a scan of a bead of just that height may read so much more
+# chosen: a bead of the greatest height is read higher half of the time; more would hide one that is too high
+_SCAN = 0.01
 
 
 class SequenceController(Stateful):
-    """Looks up the next pass in a policy, after each pass, from what was really removed.
+    """Looks up the next pass in a policy from the scanned height, after each pass.
 
-    Steps once for each event (a pass is over, the bead was scanned). Commands ``duration`` (s), ``feed_rate`` (mm/s)
-    and ``normal_force`` (N) of the next pass, or ``stop``. Reports the expected penalty from here on (``penalty``, $),
-    the mean depth that it expects of the pass (``mean_cut``, mm) and the gap to the next best duration (``gap``, $).
+    Steps once per event (a pass is over, the bead was scanned). Commands ``duration`` (s), ``feed_rate``
+    (mm/s) and ``normal_force`` (N) of the next pass, or ``stop``. Reports the expected penalty-to-go
+    ``penalty`` ($), the expected mean cut ``mean_cut`` (mm) and the cost of the next best duration ``gap``
+    ($).
 
-    A scan that reads up to 1 % more than the height that the policy was planned for is taken for that height: a bead of just
-    that height is read higher half of the time, and a policy with a margin for it would decide the same.
-
-    A missing scan (NaN) is replaced by what the last pass was expected to leave, a missing clock by its duration.
+    A scan up to 1 % above the greatest height of the policy counts as that height. A missing scan (NaN) is
+    replaced by the height expected after the last pass, a missing clock by the duration of that pass.
 
     Parameters
     ----------
     policy : SequencePolicy
-        The plan to follow, as `plan` gives it.
+        Plan to follow, from `plan`.
 
     Raises
     ------
     ValueError
-        From `step`: the bead is higher (mm) or the deadline farther (s) than the policy was planned for; the first
-        reading is missing.
+        From `step`: a bead higher (mm) or a deadline farther (s) than the policy's; no first reading.
 
     Examples
     --------
@@ -59,12 +58,12 @@ class SequenceController(Stateful):
         self.reset()
 
     def follow(self, policy: "SequencePolicy") -> None:
-        """Follow another policy from here on; what is known of the bead (mm, s) stays.
+        """Follow another policy; the state of the bead (mm, s) is kept.
 
         Parameters
         ----------
         policy : SequencePolicy
-            As `plan` gives it, of the same durations (s).
+            From `plan`, with the same durations, s.
 
         Raises
         ------
@@ -75,21 +74,21 @@ class SequenceController(Stateful):
 
     @property
     def policy(self) -> "SequencePolicy":
-        """The plan that is followed."""
+        """Plan that is followed."""
         return self._policy
 
     @property
     def identity(self) -> tuple[Any, ...]:
-        """What tells this controller from another one: the problem and the tables of its policy."""
+        """Class, problem and tables of the policy: equal ones are the same controller."""
         return type(self).__name__, self._policy.problem, self._policy.dataset
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine that the policy was planned for (mm, s, N); `hwsim` refuses to run it on others."""
+        """Part and machine of the policy (mm, s, N); `hwsim` refuses to run it on others."""
         return self._policy.problem.job
 
     def reset(self) -> None:
-        """Forget the bead before.
+        """Forget the last bead.
 
         Examples
         --------
@@ -101,7 +100,7 @@ class SequenceController(Stateful):
         nan
         """
         self._expected_height = self._expected_time = nan
-        self._last: dict[str, float] = {}  # the last pass, where its finish is charged for
+        self._last: dict[str, float] = {}  # the last pass, where a finish is charged
         self._report = dict.fromkeys(self.reports, nan)
 
     def step(self, *, height: float, time_left: float, **others: Any) -> dict[str, float]:
@@ -110,11 +109,11 @@ class SequenceController(Stateful):
         Parameters
         ----------
         height : float
-            Height of the bead as scanned (mm); < 0: overground.
+            Scanned bead height, mm; < 0: overground.
         time_left : float
-            Time to the deadline (s); < 0: late.
+            Time to the deadline, s; < 0: late.
         **others
-            Further measurements; not used.
+            Further measurements, ignored.
 
         Examples
         --------
@@ -139,7 +138,7 @@ class SequenceController(Stateful):
         }
 
     def report(self) -> dict[str, float]:
-        """Return expected penalty-to-go ($), mean cut (mm) and gap ($) of the last step.
+        """Return expected penalty-to-go, $, mean cut, mm, and gap, $, of the last step.
 
         Examples
         --------
@@ -152,7 +151,7 @@ class SequenceController(Stateful):
         return self._report
 
     def _remember(self, height: float, time_left: float, duration: float) -> None:
-        """What the pass should leave, for a reading that is missing after it."""
+        """Keep the state expected after the pass, for a missing reading."""
         self._expected_height, self._expected_time = height, time_left - duration
         if self._policy.problem.finish_charge is not None:
             self._last = {"last_duration": duration}

@@ -1,4 +1,4 @@
-"""Pictures of a planned sequence."""
+"""Picture of a planned sequence."""
 
 from typing import Any
 
@@ -8,16 +8,14 @@ from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 
-_LOWEST, _DECADES = (
-    0.02,
-    1e-6,
-)  # share of the penalties that may be one colour; least penalty that has its own, over the greatest
+# chosen: share of the penalties that may be one colour; least coloured penalty over the greatest
+_LOWEST, _DECADES = 0.02, 1e-6
 
 
 def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
-    """Draw expected penalty, duration and force of a policy over its heights (mm) and times left (s); grey is to stop.
+    """Draw expected penalty, duration and force of a policy over heights, mm, and times left, s; grey: stop.
 
-    What is planned for a stage holds until the next one: a cell reaches from its stage to the one above.
+    A plan for a stage holds until the next one: its cell reaches up to the stage above.
     """
     plt = need("matplotlib.pyplot", "plot")
     colors = need("matplotlib.colors", "plot")
@@ -53,13 +51,13 @@ def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
 
 
 def _least(value: Floats) -> float | None:
-    """Low end of the colours of a penalty ($): all but the lowest few of its values are told apart; none where all are 0."""
+    """Low end of the colours of a penalty, $, above its few lowest values; None where all are 0."""
     known = value[value > 0]
     return max(float(np.quantile(known, _LOWEST)), _DECADES * float(known.max())) if known.size else None
 
 
 def _ends(durations: Floats) -> Floats:
-    """Ends of the colours: half way between durations, and as far beyond the first and the last."""
+    """Ends of the colours: half way between durations, and as far beyond the first and last."""
     inner = (durations[1:] + durations[:-1]) / 2
     low, high = (inner[0], inner[-1]) if inner.size else (durations[0] - 1, durations[-1] + 1)
     return np.concatenate([[2 * durations[0] - low - 1e-9], inner, [2 * durations[-1] - high + 1e-9]])

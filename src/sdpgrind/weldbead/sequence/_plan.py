@@ -1,4 +1,4 @@
-"""The sequence planner: a weld-bead problem written as a problem of `sdp`, and solved."""
+"""Sequence planner: writes a weld-bead problem as one of `sdp` and solves it."""
 
 import warnings
 from concurrent.futures import Executor
@@ -14,10 +14,8 @@ from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 _WHY = "a charge that jumps, or a law too narrow for the grid; see policy.error"
-START_NODES = 101
-"""Grid from which a plan to a tolerance is refined (chosen)."""
-HALVINGS = 6
-"""Largest number of times that the stage is halved for a continuous feed (chosen)."""
+START_NODES = 101  # chosen: first grid of the refinement to a tolerance
+HALVINGS = 6  # chosen: largest number of halvings of the stage for a continuous feed; each doubles the moves
 
 
 def plan(
@@ -30,27 +28,28 @@ def plan(
     progress: Progress | None = None,
     throw: bool = True,
 ) -> SequencePolicy:
-    """Plan a grinding sequence: Brown (1988), chapter 5.
+    """Plan a grinding sequence; Brown (1988), chapter 5.
 
     Parameters
     ----------
     problem : SequenceProblem
-        What to plan.
+        Problem to plan.
     tolerance : float, optional
-        Largest estimated error of the expected penalty ($) at any height, see the words of warning. "auto": 1e-5 $, or one
-        millionth of what the whole bead left is charged, where that is more than 10 $; where that is out of reach, as with
-        charges that jump, the best that was reached, with a warning. None: one solve on `nodes` nodes.
+        Largest estimated error of the expected penalty at any height, $. "auto": 1e-5 $, or one millionth of
+        the charge on the whole bead where that exceeds 10 $; out of reach (charges that jump), the best plan
+        comes with a warning. None: one solve on `nodes` nodes.
     nodes : int, optional
-        Height nodes of that single grid (401 by default), or the first grid of the refinement.
+        Height nodes of that single grid (default 401), or of the first grid of the refinement.
     feed : {"lattice", "continuous"}
-        The durations of the problem; or any feed between the slowest and the fastest of them: the stage is halved, all its
-        multiples being durations, until the expected penalty changes by at most `tolerance` at the states of the coarser.
+        "lattice": the durations of the problem. "continuous": any feed between their slowest and fastest; the
+        stage is halved, with all its multiples as durations, until the expected penalty at the coarser states
+        changes by at most `tolerance`.
     executor : concurrent.futures.Executor, optional
         Passed on to `sdp.plan`, which ignores it on one axis.
     progress : callable(share, text), optional
-        By default one line on a terminal when it takes long.
+        Progress report. Default: one line on a terminal when it takes long.
     throw : bool
-        Whether a tolerance that cannot be reached is an error; False: the best that was reached, its ``error`` above it.
+        Whether an unreachable tolerance is an error; False: return the best plan and its ``error``.
 
     Returns
     -------
@@ -60,7 +59,7 @@ def plan(
     Raises
     ------
     sdp.ToleranceError
-        When a tolerance ($) is given that cannot be reached.
+        When a given tolerance ($) is out of reach.
 
     Examples
     --------
@@ -90,7 +89,7 @@ def plan(
 def _plan_as_well_as_can_be(
     problem: SequenceProblem, nodes: int | None, executor: Executor | None, progress: Progress | None
 ) -> SequencePolicy:
-    """To the default tolerance, or to what is in reach."""
+    """Plan to the default tolerance, or to the best in reach with a warning."""
     wanted = default_tolerance(problem)
     try:
         return plan(problem, tolerance=wanted, nodes=nodes, executor=executor, progress=progress)
@@ -103,7 +102,7 @@ def _plan_as_well_as_can_be(
 
 
 def default_tolerance(problem: SequenceProblem) -> float:
-    """Return the tolerance ($) that suits the size of the charges: 1e-5 $, more where a bead left whole costs more than 10 $."""
+    """Return the default tolerance, $: 1e-5 $, more where the charge on the whole bead exceeds 10 $."""
     return max(1e-5, 1e-6 * float(problem.height_charge(problem.height_max)))
 
 
@@ -118,12 +117,13 @@ def _plan_continuous(problem: SequenceProblem, tolerance: float, progress: Progr
         if change <= tolerance:
             return policy
     raise ValueError(
-        f"tolerance must be reachable within {HALVINGS} halvings of the stage ($); got {tolerance:g}, last change {change:.2g}"
+        f"tolerance must be reachable within {HALVINGS} halvings of the stage ($); got {tolerance:g},"
+        f" last change {change:.2g}"
     )
 
 
 def with_stage(problem: SequenceProblem, stage: float) -> SequenceProblem:
-    """Return the problem with another stage (s), every multiple of it from the fastest to the slowest pass being a duration."""
+    """Return the problem with another stage, s, and all its multiples in the range of the durations."""
     low, high = problem.durations[0], problem.durations[-1]
     durations = np.arange(round(low / stage), round(high / stage) + 1) * stage
     return problem.replace(stage=stage, durations=tuple(float(t) for t in durations))

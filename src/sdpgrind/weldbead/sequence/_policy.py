@@ -1,4 +1,4 @@
-"""The planned sequence: look it up again after each pass."""
+"""Planned grinding sequence, looked up after each pass."""
 
 from concurrent.futures import Executor
 from functools import cached_property
@@ -19,20 +19,20 @@ from sdpgrind.weldbead.sequence._risk import Risk, risk_of
 
 
 class SequenceAction:
-    """What to do next; always of this type, fields are arrays where states were.
+    """Next action of a sequence; fields are arrays where states were.
 
     Attributes
     ----------
     stop : bool
         Stop grinding.
     duration : float
-        Duration of the pass, reset included, s (0 when stopping).
+        Duration of the pass, reset included, s; 0 when stopping.
     feed_rate : float
-        Feed of the pass, mm/s (NaN when stopping).
+        Feed of the pass, mm/s; NaN when stopping.
     normal_force : float
-        Normal force, N (NaN when stopping).
+        Normal force, N; NaN when stopping.
     gap : float
-        How much ($) the best other duration, or stopping, would cost more.
+        Extra expected penalty of the best other duration, or of stopping, $.
     """
 
     __slots__ = ("_problem", "duration", "feed_rate", "gap", "normal_force", "stop")
@@ -45,7 +45,7 @@ class SequenceAction:
 
     @property
     def mean_cut(self) -> Any:
-        """Mean depth that the pass removes, mm (0 when stopping)."""
+        """Mean depth of the pass, mm; 0 when stopping."""
         problem = self._problem
         going = ~np.asarray(self.stop)
         mean = problem.scatter.moments(
@@ -66,14 +66,14 @@ class SequenceAction:
 
 
 class SequencePolicy(Plan):
-    """A planned grinding sequence: expected penalty ($) and next pass for heights (mm) and times left (s); immutable.
+    """Planned grinding sequence, immutable: expected penalty ($) and next pass by height (mm) and time (s).
 
     Attributes
     ----------
     problem : SequenceProblem
-        What was planned.
+        Problem that was planned.
     table : sdp.Policy
-        The solver's table.
+        Table of the solver.
     """
 
     kind = "weldbead.sequence"
@@ -90,33 +90,34 @@ class SequencePolicy(Plan):
         self._durations = [move.duration * problem.stage for move in table.layout.moves]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Go to another process without the views on the tables."""
+        """Pickle without the views on the tables."""
         return type(self), (self.problem, self.table)
 
     @property
     def error(self) -> float | None:
-        """Estimated distance of the expected penalty from the converged one, $; None where a single grid was solved."""
+        """Estimated error of the expected penalty, $; None after a solve on a single grid."""
         return self.table.error
 
-    # -- looking up ------------------------------------------------------------------------------------------------
+    # -- looking up ------------------------------------------------------------------------------------
 
     def value(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
-        """Return the expected penalty ($) from a height and a time left on.
+        """Return the expected penalty-to-go, $.
 
         Parameters
         ----------
         height : float or array
-            Mean bead height left, mm; below 0 the bead is overground.
+            Mean bead height, mm; < 0: overground.
         time_left : float or array
-            Time to the deadline, s; below 0 it is late. Between stages the answer is that of the stage below.
+            Time to the deadline, s; < 0: late. Between stages the answer is that of the stage below.
         last_duration : float or array, optional
-            Duration (s) of the last pass, one of the plan's; None: no pass yet. It counts where the finish is charged.
+            Duration of the last pass, s, one of the plan's; None: no pass yet. Counts where the finish is
+            charged.
 
         Raises
         ------
         ValueError
-            Above the greatest height or the horizon of the plan, late off the stages where the table has to be read, or for a
-            last duration that is none of the plan's.
+            Above the greatest height or the horizon of the plan, late off the stages where the table has to
+            be read, or for a last duration that is none of the plan's.
         """
         if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
             stage = time_left * self._per_stage + 1e-9
@@ -137,10 +138,10 @@ class SequencePolicy(Plan):
         return self.table.value(**self._state(height, time_left, last_duration))
 
     def action(self, height: Any, time_left: Any, *, last_duration: Any = None) -> SequenceAction:
-        """Return what to do at a height (mm) and a time left (s); see `value` for the arguments.
+        """Return the action at a height (mm) and a time left (s); see `value` for the arguments.
 
-        Inside one duration the force is interpolated between nodes; where neighbouring nodes differ in what to do, that
-        of the side on which the state lies, both having been compared one step ahead.
+        Within one duration the force is interpolated between nodes. Where neighbouring nodes differ in their
+        action, both are compared one step ahead; the answer is that of the side on which the state lies.
         """
         if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
             stage = time_left * self._per_stage + 1e-9
@@ -159,7 +160,7 @@ class SequencePolicy(Plan):
 
     @cached_property
     def _kinks(self) -> tuple[Any, ...]:
-        """Lines for single states; -2 where a stop's charge is bent, which only the table knows."""
+        """Lines for single states; -2 where a stop's charge is bent and the table must be read."""
         kinks = self.table.kinks._replace(at=np.where(self.table.bent, np.int32(-2), self.table.kinks.at))
         return tuple(memoryview(np.ascontiguousarray(x)) for x in kinks)
 
@@ -169,7 +170,7 @@ class SequencePolicy(Plan):
         return *(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap)), *self._kinks
 
     def _scalar_action(self, cell: float, row: int) -> SequenceAction | None:
-        """What to do at one state; None where the table has to be asked."""
+        """Action at one state; None where the table must be read."""
         best, force, gap, at, start, cost, line_force, act, _ = self._tables
         k = int(cell)
         if k == self._cells:
@@ -202,22 +203,23 @@ class SequencePolicy(Plan):
         return SequenceAction(False, self._durations[chosen], self._feeds[chosen], f, g, self.problem)
 
     def gradient(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
-        """Return the derivative of the expected penalty with respect to height, $/mm; see `value` for the arguments."""
+        """Return the derivative of the expected penalty by height, $/mm; see `value` for the arguments."""
         return self.table.gradient(height=height, time_left=time_left, **self._mode(last_duration))["height"]
 
     def alternatives(
         self, height: float, time_left: float, *, within: float, last_duration: float | None = None
     ) -> dict[str, float]:
-        """Return every duration (or "stop") that costs at most `within` $ more than the best, with its expected penalty ($).
+        """Return each duration, or "stop", within `within` $ of the best, with its expected penalty, $.
 
-        Parameters are one height (mm), one time left (s) and the duration (s) of the last pass, as in `value`.
+        `height` (mm), `time_left` (s) and `last_duration` (s) are numbers, as in `value`.
         """
         return self.table.alternatives(within, **self._state(height, time_left, last_duration))
 
     def _state(self, height: Any, time_left: Any, last_duration: Any) -> dict[str, Any]:
-        """A state for the table. Where the finish is charged, a bead that is just ground down gets no further pass: a rule.
+        """State for the table. Where the finish is charged a bead just ground down gets no further pass: a
+        rule.
 
-        The table holds at 0 what holds just above, where one more pass may be worth it; so 0 counts as beyond the end.
+        The table holds at 0 the limit from above, where one more pass may pay: 0 counts as below.
         """
         mode = self._mode(last_duration)
         if self.problem.finish_charge is not None:
@@ -239,7 +241,7 @@ class SequencePolicy(Plan):
             )
         return {} if self.problem.finish_charge is None else {"mode": mode + 1}
 
-    # -- predicting ------------------------------------------------------------------------------------------------
+    # -- predicting ------------------------------------------------------------------------------------
 
     def simulate(
         self,
@@ -254,26 +256,26 @@ class SequencePolicy(Plan):
         height_noise: float = 0.0,
         executor: Executor | None = None,
     ) -> sdp.Runs:
-        """Follow the policy on the model, by Monte-Carlo (no machine, no sensor).
+        """Follow the policy on the model by Monte-Carlo, without machine or sensor.
 
         Parameters
         ----------
         model : GrindingProcess or SequenceProblem, optional
-            Another truth than the one that was planned for: process, scatter, charges. Forces and feeds are the policy's.
+            Truth other than the planned one: process, scatter, charges. Forces and feeds are the policy's.
         runs : int
             Number of sequences.
         height, time_left : float
-            Where they start, mm and s.
+            Start of each sequence, mm and s.
         last_duration : float, optional
-            Duration (s) of the last pass, as in `value`.
+            Duration of the last pass, s, as in `value`.
         rng : int, SeedSequence or Generator
             Source of randomness.
         snap : bool
-            Put outcomes on neighbour nodes at random, as the table does (the mean is then the table's value).
+            Put outcomes on neighbour nodes at random, as the table does: the mean is then the table's value.
         height_noise : float
-            Standard deviation of a scan (mm), by which the policy decides; the plan takes a scan for the truth.
+            Standard deviation of the scan by which the policy decides, mm. The plan assumes exact scans.
         executor : concurrent.futures.Executor, optional
-            Where to run blocks of sequences; results do not depend on it.
+            Runs blocks of sequences; results do not depend on it.
 
         Returns
         -------
@@ -283,7 +285,7 @@ class SequencePolicy(Plan):
         Raises
         ------
         ValueError
-            When the truth is another job: other lengths, durations or stages, or a charge that the plan knows nothing of.
+            When the truth is another job: lengths, durations, stages, or a charge unknown to the plan.
         """
         truth = (
             model
@@ -303,22 +305,22 @@ class SequencePolicy(Plan):
     def risk(
         self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95
     ) -> Risk:
-        """Return risk figures from a height (mm), a time left (s) and the duration (s) of the last pass, as in `value`.
+        """Return risk figures from a height (mm), a time left (s) and a last duration (s), as in `value`.
 
-        `confidence` is the probability of the CVaR. The figures tell how far they are known (`Risk.error`).
+        `confidence` is the probability of the CVaR; `Risk.error` estimates the error of each figure.
 
         Warns
         -----
         UserWarning
-            Where a figure is unsure by more than 5 % of itself and 1e-4 (1 or $).
+            When the error of a figure exceeds 5 % of it plus 1e-4 (1 or $).
         """
         return risk_of(self.table, self._state(height, time_left, last_duration), confidence)
 
-    # -- keeping ---------------------------------------------------------------------------------------------------
+    # -- keeping ---------------------------------------------------------------------------------------
 
     @property
     def dataset(self) -> xr.Dataset:
-        """The table with labels and units, and the problem as JSON."""
+        """Table with labels and units, and the problem as JSON."""
         return self.table.dataset.assign_attrs(problem=stored.encode(self.problem))
 
     @classmethod
@@ -331,7 +333,7 @@ class SequencePolicy(Plan):
         return pictures.drawn("sdpgrind.weldbead.sequence._pictures:plot_policy", self, *self.states())
 
     def states(self) -> tuple[Floats, Floats]:
-        """Return the heights (mm) and times left (s) of the table's nodes, on time."""
+        """Return the heights (mm) and the times left (s, not late) of the table's nodes."""
         count = self.table.layout.count
         return self.table.grid.coordinates[0], np.arange(float(count + 1)) * self.problem.stage
 

@@ -1,4 +1,4 @@
-"""Problems ready to use: the canonical ones, P1 to P5, and C0, which has a closed form."""
+"""Problems ready to use: P1 to P5, and C0, which has a closed form."""
 
 from collections.abc import Callable
 
@@ -69,7 +69,7 @@ def preset(name: str) -> SequenceProblem:
     Parameters
     ----------
     name : str
-        One of the names that `presets` lists. Units of the problem: mm, s, N, W, J, $.
+        Name from `presets`. Units of the problem: mm, s, N, W, J, $.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def preset(name: str) -> SequenceProblem:
 
 
 def presets() -> tuple[PresetInfo, ...]:
-    """Return name, content, source and calibration of every preset (units of the problems: mm, s, N, W, J, $).
+    """Return name, content, source and calibration of every preset.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The planning problem: a process with its limits, and what is charged for."""
+"""Planning problem of a sequence: process, limits and charges."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
@@ -21,14 +21,14 @@ Lateness = sdp.OneSided | Callable[[Floats], npt.ArrayLike]
 
 @described("weldbead.finish_charge")
 class FinishCharge(Described):
-    """Charge ($) on the feed V of the last pass, the finish it leaves: charge (V/reference_rate)^exponent.
+    """Charge on the feed V of the last pass, as its finish: charge (V/reference_rate)^exponent, $.
 
     Parameters
     ----------
     charge : float
         Charge at the reference feed, >= 0, $.
     exponent : float
-        >= 0, unit 1: a faster last pass never costs less.
+        Exponent, >= 0, unit 1: a faster last pass never costs less.
     reference_rate : float
         Reference feed, > 0, mm/s.
 
@@ -48,7 +48,7 @@ class FinishCharge(Described):
     reference_rate: float = quantity("mm/s", above=0, usual=(0.05, 500.0), typical=10, default=1.0)
 
     def __call__(self, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the charge ($) at a feed (mm/s)."""
+        """Return the charge, $, at a feed, mm/s."""
         return np.asarray(
             self.charge * (np.asarray(feed_rate, dtype=float) / self.reference_rate) ** self.exponent
         )
@@ -73,43 +73,44 @@ def _lateness(name: str, value: Any) -> Any:
 
 @described("weldbead.problem")
 class SequenceProblem(Described):
-    """Grind a bead away in passes before a deadline, at least expected charge: Brown (1988), chapter 5.
+    """Grind a bead away in passes before a deadline at least expected charge; Brown (1988), chapter 5.
 
     Parameters
     ----------
     model : GrindingProcess
-        The process.
+        Grinding process.
     bead_length : float
         Length of the bead, mm.
     reset_time : float
-        Time to get ready for the next pass, >= 0, s.
+        Time between passes, >= 0, s.
     durations : sequence of float
-        Durations of a pass to choose from, reset included, s; each a multiple of the stage and longer than the reset.
+        Admissible durations of a pass, reset included, s; each a multiple of the stage and longer than the
+        reset.
     force_max : float
         Greatest normal force, N.
     burn_limit : ForceBurnLimit, PowerBurnLimit or MalkinBurnLimit, optional
-        What keeps the work from burning.
+        Burn limit; None: the work never burns.
     scatter : Scatter
-        How the depth of a pass scatters.
+        Scatter of the depth of a pass.
     height_max : float
-        Greatest height planned for, mm.
+        Greatest height of the plan, mm.
     horizon : float
-        Longest time to the deadline planned for, a multiple of the stage, s.
+        Longest time to the deadline, a multiple of the stage, s.
     stage : float
-        Step of time of the plan, s.
+        Time step of the plan, s.
     height_charge : sdp.Charge
-        Charge ($) on the height (mm) at the end; its over side is needed, as every pass may overgrind.
+        Charge ($) on the final height (mm); its over side is required, as every pass may overgrind.
     lateness_charge : sdp.OneSided or callable, optional
-        Charge ($) on the time after the deadline (s); None: the deadline holds.
+        Charge ($) on the time after the deadline (s); None: no pass may end late.
     finish_charge : FinishCharge, optional
         Charge ($) on the feed of the last pass.
     pass_charge : float
-        Charge for each pass, >= 0, $.
+        Charge per pass, >= 0, $.
     min_cut : float
         Least mean depth of a pass, >= 0, mm.
     late_window : float, optional
-        How long after the deadline is planned for, s, a multiple of the stage; by default as long as a pass may pay.
-        A lateness charge that is not convex needs it.
+        Planned time after the deadline, s, a multiple of the stage; required with a lateness charge that is
+        not convex. Default: as long as a pass may pay.
 
     Raises
     ------
@@ -120,8 +121,8 @@ class SequenceProblem(Described):
     --------
     >>> process = GrindingProcess(10.0, 100.0, 0.3, 85.0, 500.0, 0.0, 12.5)
     >>> problem = SequenceProblem(
-    ...     process, bead_length=50.0, reset_time=2.0, durations=range(6, 21, 2), force_max=50.0, burn_limit=None,
-    ...     scatter=Scatter("C1", 0.15), height_max=2.0, horizon=60.0, stage=2.0,
+    ...     process, bead_length=50.0, reset_time=2.0, durations=range(6, 21, 2), force_max=50.0,
+    ...     burn_limit=None, scatter=Scatter("C1", 0.15), height_max=2.0, horizon=60.0, stage=2.0,
     ...     height_charge=sdp.Charge(under=sdp.Linear(2.0), over=sdp.Linear(10.0)))
     >>> low, high = problem.force_interval(6.0)
     >>> round(low, 4), high
@@ -148,7 +149,8 @@ class SequenceProblem(Described):
     def _check(self) -> None:
         if self.scatter.total > 1:
             warn(
-                f"scatter.relative_sd is {self.scatter.total:.4g}, a share of the mean (1): divide by 100 where percent is meant"
+                f"scatter.relative_sd is {self.scatter.total:.4g}, a share of the mean (1):"
+                " divide by 100 where percent is meant"
             )
         _multiple("horizon", self.horizon, self.stage)
         self._check_durations()
@@ -197,18 +199,18 @@ class SequenceProblem(Described):
         threshold = self._mean_model.threshold_force
         if self.force_max <= threshold:
             raise ValueError(
-                f"force_max must be > the threshold force {threshold:.6g} N, under which nothing is removed (N);"
-                f" got {self.force_max!r}"
+                f"force_max must be > the threshold force {threshold:.6g} N, under which nothing is removed"
+                f" (N); got {self.force_max!r}"
             )
         if not any(low < high for low, high in map(self.force_interval, self.durations)):
             raise ValueError(
-                "force_max, burn_limit and min_cut must leave a force for at least one of the durations (N); got"
-                f" force_max {self.force_max!r}, {self.burn_limit!r}, min_cut {self.min_cut!r}"
+                "force_max, burn_limit and min_cut must leave a force for at least one of the durations (N);"
+                f" got force_max {self.force_max!r}, {self.burn_limit!r}, min_cut {self.min_cut!r}"
             )
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine that a plan is for: name -> (value, unit), and the burn limit; nothing that is estimated."""
+        """Part and machine of a plan: name -> (value, unit), and the burn limit; no estimated value."""
         disc = valued(self.model, ("bead_width", "disk_radius"))
         limits = valued(self, ("reset_time", "force_max"))
         return valued(self, ("bead_length",)) | disc | limits | {"burn_limit": self.burn_limit}
@@ -218,20 +220,21 @@ class SequenceProblem(Described):
         return self.scatter.expected(self.model)
 
     def feed_rate(self, duration: float) -> float:
-        """Return the feed (mm/s) of a pass of `duration` (s): length over what the reset leaves, Brown (5.6)."""
+        """Return the feed, mm/s, of a pass of `duration`, s: length over duration less reset; Brown (5.6)."""
         if duration <= self.reset_time:
             raise checks.refuse("duration", f"> reset_time, {self.reset_time:g} s", duration, "s")
         return self.bead_length / (duration - self.reset_time)
 
     def duration(self, feed_rate: float) -> float:
-        """Return the duration (s) of a pass at `feed_rate` (mm/s), reset included: Brown (5.6)."""
+        """Return the duration, s, of a pass at `feed_rate`, mm/s, reset included; Brown (5.6)."""
         return self.bead_length / checks.positive("feed_rate", feed_rate, "mm/s") + self.reset_time
 
     def force_interval(self, duration: float) -> tuple[float, float]:
-        """Return the least and greatest admissible normal force (N) of a pass of `duration` (s).
+        """Return the least and greatest admissible normal force, N, of a pass of `duration`, s.
 
-        The least removes `min_cut` on average (nothing at 0: the threshold force); the greatest is that of the machine,
-        of the drive's peak power or of the burn limit. No force is admissible where the first is not below the second.
+        The least force removes `min_cut` on average; at 0 it is the threshold force. The greatest is the
+        least of `force_max`, the drive's peak force and the burn limit. No force is admissible where the
+        first is not below the second.
         """
         feed = self.feed_rate(duration)
         low = float(self._mean_model.normal_force(self.min_cut, feed))
@@ -242,28 +245,28 @@ class SequenceProblem(Described):
         return low, high
 
     def cut(self, duration: float, normal_force: npt.ArrayLike) -> sdp.Law:
-        """Return the law of the depth (mm) of a pass of `duration` (s) at normal forces (N)."""
+        """Return the distribution of the depth, mm, of a pass of `duration`, s, at normal forces, N."""
         return self.scatter.cut(self.model, normal_force, self.feed_rate(duration))
 
     def force_breaks(self, duration: float) -> tuple[float, ...]:
-        """Return the normal forces (N) at which the law of a pass of `duration` (s) changes its form, inside its interval."""
+        """Normal forces, N, inside its interval where the depth of a pass of `duration`, s, changes form."""
         low, high = self.force_interval(duration)
         switch = float(self.scatter.switch_force(self.model, self.feed_rate(duration)))
         return (switch,) if low < switch < high else ()
 
     def updated(self, estimate: Any) -> Self:
-        """Return the problem with what was measured: the loop from log back to model.
+        """Return the problem with estimated coefficients or scatter.
 
         Parameters
         ----------
         estimate : Estimate, ScatterEstimate or Scatter
-            What `weldbead.identify` gives: coefficients of the process by their names (J/mm^3, W, 1), or how the depth
-            scatters.
+            From `weldbead.identify`: coefficients of the process by name (J/mm^3, W, 1), or scatter of the
+            depth.
 
         Raises
         ------
         ValueError
-            When the estimate has failed, or names something else than a coefficient of the process.
+            When the estimate has failed, or names no coefficient of the process.
         """
         if isinstance(estimate, Scatter):
             return self.replace(scatter=estimate)

@@ -1,4 +1,4 @@
-"""The static cut: what a disc pressed on a bead and fed along it removes on average."""
+"""Static cut: mean removal of a disc pressed on a bead and fed along it."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from sdpgrind.base.units import N_MM_S_PER_W
 
 
 class Coefficients(NamedTuple):
-    """Brown's (1988) short forms in cut = (C1 C3 F + C2)/V, (4.6): C1 (mm^2/N), C2 (mm^2/s), C3 (1/s) at free speed."""
+    """C1 (mm^2/N), C2 (mm^2/s), C3 (1/s, at free speed) of cut = (C1 C3 F + C2)/V; Brown (1988), (4.6)."""
 
     C1: float
     C2: float
@@ -21,26 +21,27 @@ class Coefficients(NamedTuple):
 
 @described("weldbead.process")
 class GrindingProcess(Described):
-    """Grinding a bead with a disc: Brown (1988), (4.4) to (4.8), in J, W, N, mm, s.
+    """Grinding of a bead with a disc; Brown (1988), (4.4) to (4.8), in J, W, N, mm, s.
 
-    The power at the contact is 1e-3 mu R F (omega0 - beta mu R F) W; what exceeds the idle power removes metal.
+    The power at the contact is 1e-3 mu R F (omega0 - beta mu R F) W. Its excess over the idle power removes
+    metal.
 
     Parameters
     ----------
     specific_energy : float
-        Energy to remove a volume, K1, J/mm^3.
+        Energy to remove a volume K1, J/mm^3.
     idle_power : float
-        Power that removes nothing, K2, W.
+        Power that removes nothing K2, W.
     friction_ratio : float
-        Tangential over normal force, mu, unit 1.
+        Tangential over normal force mu, unit 1.
     disk_radius : float
         Disc radius R, mm.
     free_speed : float
-        Disc speed without load, omega0, rad/s.
+        Disc speed without load omega0, rad/s.
     speed_droop : float
-        Loss of speed with shaft torque, beta, rad/(s N mm); 0 for a stiff drive.
+        Loss of speed per shaft torque beta, rad/(s N mm); 0: a stiff drive.
     bead_width : float
-        Width of the bead w, mm.
+        Bead width w, mm.
 
     Raises
     ------
@@ -67,46 +68,46 @@ class GrindingProcess(Described):
         return np.asarray(physics.disk_torque(force, self.friction_ratio, self.disk_radius))
 
     def disk_speed(self, normal_force: npt.ArrayLike) -> Floats:
-        """Return the disc speed (rad/s) under a normal force (N), Brown (4.8); 0 where the disc has stalled."""
+        """Return the disc speed, rad/s, under a normal force, N; 0: stalled. Brown (4.8)."""
         return np.asarray(
             np.maximum(physics.disk_speed(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0)
         )
 
     def grinding_power(self, normal_force: npt.ArrayLike) -> Floats:
-        """Return the power at the contact (W) of a normal force (N), Brown (4.4c); 0 where the disc has stalled."""
+        """Return the power at the contact, W, of a normal force, N; 0: stalled. Brown (4.4c)."""
         return np.asarray(
             np.maximum(physics.disk_power(self._torque(normal_force), self.free_speed, self.speed_droop), 0.0)
         )
 
     def removal_rate(self, normal_force: npt.ArrayLike) -> Floats:
-        """Return the removal rate (mm^3/s) of a normal force (N), Brown (4.4a); never negative."""
+        """Return the removal rate, mm^3/s, of a normal force, N; never negative. Brown (4.4a)."""
         power = self.grinding_power(normal_force)
         return np.asarray(np.maximum(physics.removal_rate(power, self.specific_energy, self.idle_power), 0.0))
 
     def mean_cut(self, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the mean depth of a pass (mm) at a normal force (N) and a feed (mm/s), Brown (4.5); never negative."""
+        """Return the mean depth, mm, at a normal force, N, and a feed, mm/s; never < 0. Brown (4.5)."""
         return self.removal_rate(normal_force) / (self.bead_width * np.asarray(feed_rate, dtype=float))
 
     def force_of_power(self, grinding_power: npt.ArrayLike) -> Floats:
-        """Return the smaller normal force (N) that makes a power (W) at the contact; inf where none does."""
+        """Return the smaller normal force, N, that makes a grinding power, W; inf: none does."""
         power = np.asarray(grinding_power, dtype=float)
         reached = power <= self.peak_power
         torque = physics.torque_of_power(np.where(reached, power, 0.0), self.free_speed, self.speed_droop)
         return np.where(reached, torque / (self.friction_ratio * self.disk_radius), np.inf)
 
     def normal_force(self, mean_cut: npt.ArrayLike, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the least normal force (N) whose mean cut (mm) at a feed (mm/s) is `mean_cut`; inf where none is."""
+        """Return the least normal force, N, of a mean cut, mm, at a feed, mm/s; inf: none reaches it."""
         rate = self.bead_width * np.asarray(mean_cut, dtype=float) * np.asarray(feed_rate, dtype=float)
         return self.force_of_power(self.idle_power + self.specific_energy * rate)
 
     @property
     def threshold_force(self) -> float:
-        """Normal force (N) below which nothing is removed: its power is the idle power; inf where none reaches it."""
+        """Normal force whose power is the idle power, N; less removes nothing. inf: none reaches it."""
         return float(self.force_of_power(self.idle_power))
 
     @property
     def peak_force(self) -> float:
-        """Normal force (N) of greatest power; more never grinds more. inf without droop."""
+        """Normal force of greatest power, N; more never grinds more. inf without droop."""
         if self.speed_droop == 0:
             return np.inf
         return float(
@@ -115,7 +116,7 @@ class GrindingProcess(Described):
 
     @property
     def peak_power(self) -> float:
-        """Greatest power (W) at the contact; inf without droop."""
+        """Greatest power at the contact, W; inf without droop."""
         if self.speed_droop == 0:
             return np.inf
         torque = physics.peak_torque(self.free_speed, self.speed_droop)

@@ -1,7 +1,8 @@
-"""What a planned sequence may cost: the distribution of its penalty, carried on a grid of its own that is fine near the target.
+"""Risk of a planned sequence: distribution of its penalty on a height grid that is fine near the target.
 
-The table puts outcomes on its nodes. That leaves the expected penalty right, which is nearly straight over a cell; but the last
-cuts of a sequence may be smaller than a cell, and then it says how often a bead is overground several times too low.
+The policy's table puts outcomes on its nodes. The expected penalty, nearly straight over a cell, stays right;
+but the last cuts of a sequence may be smaller than a cell: the table then underrates the probability of
+overgrinding several times.
 """
 
 from collections.abc import Mapping
@@ -13,33 +14,33 @@ from sdpgrind import sdp
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.warned import warn
 
+# chosen: cells next to the target and far from it over the greatest height; in between, cell over height
 SMALLEST, LARGEST, GROWTH = 1 / 25_600, 1 / 400, 0.02
-"""Cells next to the target and far from it, as shares of the greatest height; in between, as shares of the height."""
+# chosen: error of a figure that needs no warning, relative, and absolute (probability or $)
 LOOSE, RARE = 0.05, 1e-4
-"""Share of itself by which a figure may be unsure without a warning; a probability and a penalty ($) that nobody asks so well."""
 _UNITS = {"mean": "$", "overground": "1", "cvar": "$", "passes": "1"}
 
 
 class Risk:
-    """Risk figures of a policy from one state, by a forward recursion (no Monte-Carlo).
+    """Risk figures of a policy from one state, by a forward recursion.
 
-    The policy is followed as `SequencePolicy.simulate` follows it: heights are no nodes of its table.
+    The policy is followed as by `SequencePolicy.simulate`: heights need not be nodes of its table.
 
     Attributes
     ----------
     mean : float
         Expected penalty, $.
     overground : float
-        Probability of grinding below the target, 1.
+        Probability of grinding below the target.
     cvar : float
         Mean penalty of the worst ``1 - confidence`` of the cases (finish, height and lateness charge), $.
     passes : float
         Expected number of passes.
     error : mapping
-        Of each of these names, the change from a grid with half as many heights: above the error of the recursion as a rule, in
-        the unit of the figure. That of the plan is `SequencePolicy.error`.
+        Error estimate of each of these figures, in its unit: its change from a grid with half as many
+        heights. The error of the plan is `SequencePolicy.error`.
     distribution : sdp.Distribution
-        All of it.
+        Distribution behind the figures.
     """
 
     def __init__(self, distribution: sdp.Distribution, confidence: float, coarse: sdp.Distribution) -> None:
@@ -75,7 +76,7 @@ def risk_of(table: sdp.Policy, state: dict[str, Any], confidence: float) -> Risk
 
 
 def _heights(high: float) -> Floats:
-    """Nodes from the target to `high` (mm), in cells that grow with the height; every other one is such a row, too."""
+    """Return nodes from the target to `high`, mm, in growing cells; every other node makes such a row too."""
     nodes = [0.0]
     while nodes[-1] < high:
         nodes.append(nodes[-1] + min(max(GROWTH * nodes[-1], SMALLEST * high), LARGEST * high))

@@ -1,4 +1,4 @@
-"""How much the depth of a pass scatters, and by which law, when one coefficient of the process is random."""
+"""Scatter of the depth of a pass from random coefficients of the process."""
 
 from functools import lru_cache
 from math import sqrt
@@ -20,37 +20,37 @@ LAWS = ("rayleigh", "lognormal", "normal", "empirical")
 
 @described("weldbead.scatter")
 class Scatter(Described):
-    """Random depth of a pass: which coefficient is random, by how much, and the law of the depth.
+    """Random depth of a pass: random coefficient, its relative standard deviation, distribution of the depth.
 
-    Standard deviation of the depth, with r the relative one of the coefficient, m the mean depth, Pi the power and b
-    the loss of speed beta mu R F: Brown (1988), (4.9).
+    Standard deviation of the depth, with r that of the coefficient (relative), m the mean depth, Pi the power
+    and b = beta mu R F the loss of speed; Brown (1988), (4.9):
 
-    ========= ====================================================================================================
-    "C1"      r Pi/(K1 w V): 1/K1 random, C2 not, as Brown (4.9a) has it
-    "K1"      r m: the specific energy random, in both C1 and C2; faster passes are not more accurate then
-    "K2"      r K2/(K1 w V), Brown (4.9b)
-    "mu"      1e-3 mu R F sqrt((omega0 - 2 b)^2 r^2 + 2 b^2 r^4)/(K1 w V), exact for a normal mu; without droop (4.9c)
-    ========= ====================================================================================================
+    ==== ===================================================================================
+    "C1" r Pi/(K1 w V): 1/K1 random, C2 not; Brown (4.9a)
+    "K1" r m: the specific energy random, in both C1 and C2; fast passes are not more accurate
+    "K2" r K2/(K1 w V), Brown (4.9b)
+    "mu" 1e-3 mu R F sqrt((omega0 - 2 b)^2 r^2 + 2 b^2 r^4)/(K1 w V), exact for a normal mu;
+         without droop (4.9c)
+    ==== ===================================================================================
 
     Parameters
     ----------
     attribution : str or tuple of str
         "C1", "K1", "K2", "mu", or several of them, independent: their variances add.
     relative_sd : float or tuple of float
-        Standard deviation over mean of the coefficient, >= 0, unit 1; one for each attribution.
+        Standard deviation over mean of the coefficient, >= 0, unit 1; one per attribution.
     law : {"rayleigh", "lognormal", "normal", "empirical"}
-        Law of the depth with that mean and standard deviation: `sdp.Rayleigh`, `sdp.LogNormal`, `sdp.RectifiedNormal`,
-        `sdp.Empirical`.
+        Distribution of the depth: `sdp.Rayleigh`, `sdp.LogNormal`, `sdp.RectifiedNormal`, `sdp.Empirical`.
     sample : sequence of float, optional
-        Sample (unit 1: only its shape counts) of the empirical law, and of no other.
+        Sample of the empirical law, required there only (unit 1: only its shape counts).
     bandwidth : float
-        Kernel of the empirical law, in standard deviations of the sample (unit 1); 0 or in [0.01, 10].
+        Kernel of the empirical law, in standard deviations of the sample, unit 1: 0 or in [0.01, 10].
 
     Raises
     ------
     ValueError
-        For an unknown attribution or law, a relative sd < 0, a normal law with > 1/2 in all (too much of it lies below 0),
-        or a sample that is missing or of no use.
+        For an unknown attribution or law, a relative sd < 0, a total > 1/2 with the normal law (too much lies
+        below 0), or a missing or useless sample.
 
     Examples
     --------
@@ -74,7 +74,8 @@ class Scatter(Described):
         given = self.relative_sd if several else (self.relative_sd,)
         if not isinstance(given, tuple | list) or len(given) != len(names) or not names:
             raise ValueError(
-                f"relative_sd must be one number (1) for each of {self.attribution!r}; got {self.relative_sd!r}"
+                f"relative_sd must be one number (1) for each of {self.attribution!r};"
+                f" got {self.relative_sd!r}"
             )
         values = tuple(checks.nonnegative("relative_sd", value) for value in given)
         object.__setattr__(self, "attribution", names if several else self.attribution)
@@ -105,10 +106,11 @@ class Scatter(Described):
         return dict(zip(self._sources, values, strict=True)).get(name, 0.0)
 
     def expected(self, process: GrindingProcess) -> GrindingProcess:
-        """Return the process of the mean cut: with mu random, mu^2 has the mean mu^2 (1 + r^2), so the droop grows.
+        """Return the process of the mean cut: a random mu raises the mean of mu^2, hence the droop, by 1 +
+        r^2.
 
-        Mean power, threshold and peak force (N), and mean cut (mm) of the returned process are those that a random mu
-        leaves on average; other attributions change nothing.
+        Its mean power, threshold force, peak force (N) and mean cut (mm) are averages over mu. Other
+        attributions change nothing.
         """
         factor = 1 + self._relative("mu") ** 2
         return (
@@ -118,7 +120,7 @@ class Scatter(Described):
         )
 
     def power_moments(self, process: GrindingProcess, normal_force: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return mean and sd (W) of the power by which a process removes, K1 w V times the depth, at a force (N)."""
+        """Return mean and sd, W, of the power that removes, K1 w V depth, of a process at a force, N."""
         force = np.asarray(normal_force, dtype=float)
         power = self.expected(process).grinding_power(force)
         mean = np.maximum(power - process.idle_power, 0.0)
@@ -136,13 +138,13 @@ class Scatter(Described):
     def moments(
         self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
     ) -> tuple[Floats, Floats]:
-        """Return mean and sd (mm) of the depth of a process at a normal force (N) and a feed (mm/s), Brown (4.9)."""
+        """Return mean and sd, mm, of the depth of a process at a force, N, and a feed, mm/s; Brown (4.9)."""
         mean, sd = self.power_moments(process, normal_force)
         whole = process.specific_energy * process.bead_width * np.asarray(feed_rate, dtype=float)
         return mean / whole, sd / whole
 
     def cut(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> sdp.Law:
-        """Return the law of the depth (mm) of a process at a force (N) and a feed (mm/s), broadcast with each other."""
+        """Return the distribution of the depth, mm, of a process at forces, N, and feeds, mm/s."""
         mean, sd = self.moments(process, normal_force, feed_rate)
         if self.law == "rayleigh":
             return sdp.Rayleigh(mean, sd)
@@ -153,13 +155,13 @@ class Scatter(Described):
         return sdp.Empirical(mean, sd, () if self.sample is None else self.sample, self.bandwidth)
 
     def peak_force(self, process: GrindingProcess) -> float:
-        """Return the normal force (N) of greatest mean cut: with mu random, the process's own over 1 + r^2."""
+        """Return the normal force of greatest mean cut of a process, N."""
         return self.expected(process).peak_force
 
     def switch_force(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the normal force (N) of a process at which the Rayleigh law turns from scaled to translated.
+        """Return the normal force, N, of a process where the Rayleigh law turns from scaled to translated.
 
-        It is the same at every feed (mm/s). NaN where the law is another one or stays what it is.
+        It is the same at every feed, mm/s; NaN: another law, or no such force.
         """
         return np.full(np.shape(feed_rate), _switch(self, process) if self.law == "rayleigh" else np.nan)
 
@@ -171,7 +173,7 @@ class Scatter(Described):
 
 @lru_cache(maxsize=64)
 def _switch(scatter: Scatter, process: GrindingProcess) -> float:
-    """The force at which the mean is `sdp.Rayleigh.SWITCH` standard deviations; the same at every feed."""
+    """Return the force, N, at which the mean is `sdp.Rayleigh.SWITCH` standard deviations."""
 
     def surplus(force: float) -> float:
         mean, sd = scatter.power_moments(process, force)
@@ -181,7 +183,7 @@ def _switch(scatter: Scatter, process: GrindingProcess) -> float:
     low = expected.threshold_force * (1 + 1e-9) or 1e-9 * expected.peak_force
     if not low < expected.peak_force or surplus(low) >= 0:
         return np.nan
-    # Far above the threshold the ratio of mean and sd has reached its limit: no switch there, no switch at all.
+    # Far above the threshold the ratio of mean and sd is at its limit: no switch there means none at all.
     high = min(expected.peak_force, 1e6 * low)
     if surplus(high) <= 0:
         return np.nan

@@ -1,4 +1,4 @@
-"""Many problems planned side by side, and what the expected penalty is sensitive to."""
+"""Many problems planned in parallel, and sensitivities of the expected penalty."""
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
@@ -33,13 +33,13 @@ def sweep(
     Parameters
     ----------
     problems : mapping of str to SequenceProblem
-        What to plan, by name.
+        Problems to plan, by name.
     height, time_left : float or array
         States, mm and s.
     tolerance : float
-        Of each plan, $.
+        Tolerance of each plan, $.
     executor : concurrent.futures.Executor, optional
-        Where to plan, one problem each; results do not depend on it.
+        Plans one problem per task; results do not depend on it.
 
     Returns
     -------
@@ -64,16 +64,16 @@ def _value(height: Any, time_left: Any, tolerance: float, problem: SequenceProbl
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How the expected penalty answers to relative changes.
+    """Answer of the expected penalty to relative changes.
 
     Attributes
     ----------
     names : tuple of str
-        What was changed.
+        Factors that were changed.
     elasticity : array
-        Change of the expected penalty ($) for a change of 100 % of each, by central differences.
+        Change of the expected penalty per 100 % of each factor, by central differences, $.
     value : float
-        The expected penalty itself, $.
+        Expected penalty, $.
     """
 
     names: tuple[str, ...]
@@ -103,23 +103,23 @@ def sensitivity(
     tolerance: float = 1e-5,
     executor: Executor | None = None,
 ) -> Sensitivity:
-    """Return how the expected penalty at a state answers to each of several factors.
+    """Return the sensitivity of the expected penalty at a state to several factors.
 
     Parameters
     ----------
     problem : SequenceProblem
-        The problem.
+        Problem to plan.
     height, time_left : float
-        The state, mm and s.
+        State, mm and s.
     names : sequence of str
-        Of: specific_energy, idle_power, friction_ratio, disk_radius, free_speed, force_max, relative_sd (the scatter),
-        under, over (the sides of the height charge).
+        Any of: specific_energy, idle_power, friction_ratio, disk_radius, free_speed, force_max, relative_sd
+        (the scatter), under, over (the sides of the height charge).
     step : float
-        Relative change (1) to either side.
+        Relative change to either side, unit 1.
     tolerance : float
-        Of each plan, $.
+        Tolerance of each plan, $.
     executor : concurrent.futures.Executor, optional
-        Where to plan.
+        Plans one case per task; results do not depend on it.
 
     Returns
     -------
@@ -128,7 +128,8 @@ def sensitivity(
     Examples
     --------
     >>> from sdpgrind import weldbead
-    >>> found = weldbead.sensitivity(weldbead.preset("P1"), height=1.0, time_left=24.0, names=["relative_sd"], tolerance=1e-4)
+    >>> state, problem = {"height": 1.0, "time_left": 24.0}, weldbead.preset("P1")
+    >>> found = weldbead.sensitivity(problem, **state, names=["relative_sd"], tolerance=1e-4)
     >>> found["relative_sd"] > 0
     True
     """
