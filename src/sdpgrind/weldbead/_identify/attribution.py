@@ -86,7 +86,10 @@ class ScatterEstimate(Frozen):
         rows = zip(self.names, self.relative_sd, self.standard_error, strict=True)
         shown = ", ".join(f"{name} {value:.4g} ± {error:.2g}" for name, value, error in rows)
         plausible = ", ".join(self.plausible)
-        return f"ScatterEstimate({self.favoured} favoured of relative sd {shown}; plausible {plausible}; {self.message})"
+        return (
+            f"ScatterEstimate({self.favoured} favoured of relative sd {shown}; plausible {plausible};"
+            f" {self.message})"
+        )
 
 
 class _LawFit(NamedTuple):
@@ -126,7 +129,8 @@ def _refuse_absurd(fit: _LawFit, depth_noise: float) -> None:
     worst = float(np.max(np.abs(fit.unit)))
     if worst > _ABSURD:
         raise ValueError(
-            f"depth_noise must cover what the measured cut_depth is uncertain by (mm): the best fit leaves a residual of"
+            "depth_noise must cover what the measured cut_depth is uncertain by (mm): the best fit leaves a"
+            " residual of"
             f" {worst:.0f} standard deviations; got {depth_noise:g}"
         )
 

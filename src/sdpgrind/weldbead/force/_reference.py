@@ -41,7 +41,8 @@ class ForceReference:
         for name in ("time", "normal_force", "fly_height"):
             if not hasattr(plan, name):
                 raise TypeError(
-                    f"plan must have the arrays time (s), normal_force (N) and fly_height (mm), as passes.plan gives it;"
+                    "plan must have the arrays time (s), normal_force (N) and fly_height (mm), as"
+                    " passes.plan gives it;"
                     f" {checks.shown(plan)} has no {name}"
                 )
         return cls.arrays(

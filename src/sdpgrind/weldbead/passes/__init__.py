@@ -1,4 +1,4 @@
-"""Pass planner: a depth asked for becomes a contour, a height and a force, along a measured bead: Brown (1988), chapter 6."""
+"""Pass planner: contour, height and force along a measured bead for a mean depth; Brown (1988), chapter 6."""
 
 from sdpgrind.base import faces
 

@@ -1,11 +1,12 @@
-"""A pass as an optimal control problem, by Radau collocation in CasADi: least distance of the tip from its path.
+"""A pass as an optimal control problem, by Radau collocation in CasADi: least distance of tip and path.
 
-While one patch at the tip cuts, the disc's angle follows a differential equation: with the front of the patch at x_f,
-``z(x_f) = y + (x_f - x_t) tan(theta)``, and l = (x_f - x_t)/cos(theta), power balance is
-``K1 w l ((R - l/2) theta' + V sin(theta) - H' cos(theta)) + K2 = power(theta)``. Where the disc comes and goes that does not
-hold: there the heights are those of the inverse plan. Every solution is replayed by the balance of volumes.
+While one patch cuts at the tip, the disc's angle theta follows a differential equation. With the front of the
+patch at x_f, ``z(x_f) = y + (x_f - x_t) tan(theta)``, and its length l = (x_f - x_t)/cos(theta), the power
+balance is ``K1 w l ((R - l/2) theta' + V sin(theta) - H' cos(theta)) + K2 = power(theta)``. Near the ends of
+the bead it does not hold: the heights there are those of the inverse plan. Every solution is replayed by the
+balance of volumes.
 
-With `Freedom` the feed is a control too, and the end time free: the distance of the tip is weighed against time.
+With `Freedom` the feed is a control and the end time free: the distance of the tip is weighed against time.
 """
 
 import dataclasses
@@ -21,37 +22,35 @@ from sdpgrind.base.stored import stored
 from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, simulate
 
-INTERVALS = 100
-RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])
-PLACES = np.array([1 / 3, 1.0])
+INTERVALS = 100  # chosen
+RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])  # source: Radau IIA of order 3
+PLACES = np.array([1 / 3, 1.0])  # its stages
+# chosen: weight of the squared platform speed (mm^2/s^2) against the squared distance of the tip (mm^2)
 MOTION = 1e-4
-"""Weight of the square of the platform's speed (mm^2/s^2) against that of the tip's distance (mm^2)."""
+# measured: replays on waves of 40 mm exceeded the burning force by up to 0.85 % without this reserve
 RESERVE = 0.01
-"""Share of the force that burns that is kept: without it, replays on waves of 40 mm went over by up to 0.85 %."""
-REPLAYED = 5e-3
-"""Distance (mm rms) of a replay from its solution beyond which that solution is none of the disc's."""
-ENGAGED = 3.0
-"""Distance (mm) of the tip from both ends of the bead between which the equation is used."""
+REPLAYED = 5e-3  # chosen: mm rms; a replay farther from its solution refutes it
+ENGAGED = 3.0  # chosen: mm; the equation is not used nearer to the ends of the bead
 
 
 @described()
 class Freedom(Described):
-    """What the optimal control of a pass may choose besides the heights, and how fast it may move.
+    """Freedom of the optimal control of a pass: range of the feed, and limits on rates.
+
+    All limits hold in the solution, that of burning at the feed of each place. Where its replay begins and
+    ends cutting, force and power overshoot by a few percent. A replay that burns is not used: the plan is
+    then that of "inverse", at the feed of the problem.
 
     Parameters
     ----------
     feed_rate_min, feed_rate_max : float
         Range of the feed, mm/s.
     time_weight : float
-        What a second costs, against the squared distance of the tip over a second, mm^2.
+        Cost of a second, against the squared distance of the tip over a second, mm^2.
     height_rate_max : float
-        Greatest speed of the center up and down, mm/s.
+        Greatest vertical speed of the center, mm/s.
     force_rate_max : float
-        Greatest change of the normal force, N/s.
-
-    All limits hold in the solution, that of burning at the feed of each place; where its replay begins and ends cutting, force
-    and power overshoot theirs by a few percent. A replay that burns is not used: the plan is that of
-    "inverse", at the feed asked for.
+        Greatest rate of the normal force, N/s.
 
     Raises
     ------
@@ -81,18 +80,18 @@ class Freedom(Described):
 @stored("weldbead.collocation")
 @dataclasses.dataclass(frozen=True)
 class Collocation:
-    """How the optimal control problem was solved.
+    """Outcome of the optimal control problem.
 
     Attributes
     ----------
     iterations : int
-        Of the interior-point method.
+        Iterations of the interior-point method.
     residual : float
-        Largest violation of the optimality conditions (scaled, 1).
+        Largest violation of the optimality conditions, scaled, unit 1.
     replay_error : float
         Distance of the replayed tip from the solution's, mm rms.
     message : str
-        What the solver says.
+        Status of the solver, or why there is no solution.
     """
 
     iterations: int
@@ -102,7 +101,7 @@ class Collocation:
 
 
 class _Window(NamedTuple):
-    """Ends of the intervals in time (s), position of the center there, and what the inverse plan has there."""
+    """Ends of the intervals: time, s, position of the center, mm, and the inverse plan there (mm, rad)."""
 
     time: Floats
     center: Floats
@@ -111,7 +110,7 @@ class _Window(NamedTuple):
 
 
 class _Solved(NamedTuple):
-    """Wind-ups and heights at the ends of the intervals, the speed of the height at the end of each, and their times."""
+    """Solution at the ends of the intervals: wind-up, height, speed of the height, time, and feed."""
 
     wind: Floats
     height: Floats
@@ -123,9 +122,7 @@ class _Solved(NamedTuple):
 def collocate(
     problem: PassProblem, start: PassRecord, intervals: int = INTERVALS, freedom: Freedom | None = None
 ) -> tuple[PassRecord | None, Collocation]:
-    """Solve from the inverse plan `start`; None, with the reason, where that is no cut of one
-    patch, the solver fails, or the replay burns.
-    """
+    """Solve from the inverse plan `start`; None, with the reason, where there is no usable solution."""
     if problem.disc.rotational_stiffness is None:
         return None, Collocation(
             0, np.inf, np.inf, "a compliance table has no smooth torque: rotational_stiffness is needed"
@@ -154,7 +151,7 @@ def collocate(
 def _solve(
     problem: PassProblem, window: _Window, freedom: Freedom | None
 ) -> tuple[_Solved | None, int, float, str]:
-    """The solution from IPOPT, iterations, residual of the optimality conditions, message."""
+    """Return the solution by IPOPT, iterations, residual of the optimality conditions, message."""
     import casadi
 
     opti, count, way = casadi.Opti(), window.time.size - 1, float(window.center[1] - window.center[0])
@@ -214,7 +211,7 @@ def _solve(
 
 
 def _pace(opti: Any, problem: PassProblem, window: _Window, freedom: Freedom | None) -> tuple[Any, Any]:
-    """Time (s) and feed (mm/s) of each interval: given, or the feed free over equal ways."""
+    """Return time, s, and feed, mm/s, of each interval: given, or the feed free over equal distances."""
     import casadi
 
     count, way = window.time.size - 1, float(window.center[1] - window.center[0])
@@ -227,7 +224,7 @@ def _pace(opti: Any, problem: PassProblem, window: _Window, freedom: Freedom | N
 
 
 def _rates(opti: Any, problem: PassProblem, freedom: Freedom, speed: Any, turn: Any) -> None:
-    """Limits on how fast height and force change."""
+    """Limit the rates of height and force."""
     import casadi
 
     disc = problem.disc
@@ -240,7 +237,7 @@ def _rates(opti: Any, problem: PassProblem, freedom: Freedom, speed: Any, turn: 
 def _conditions(
     opti: Any, problem: PassProblem, stage: tuple[Any, ...], feed: Any, path: Any, bead: Any
 ) -> tuple[Any, Any]:
-    """Power balance and front at one point; return the distance of the tip from its path, and the normal force (N)."""
+    """Demand power balance and front at one point; return distance of the tip, mm, and force, N."""
     import casadi
 
     wind, height, center, turn, speed, front = stage
@@ -259,7 +256,7 @@ def _conditions(
 
 
 def _burning(problem: PassProblem, freedom: Freedom | None) -> Any:
-    """The force (N) to stay below lest the work burns, as a smooth function of the feed; None without a burn limit."""
+    """Return the burning force less the reserve, N, as a smooth function of feed; None: no burn limit."""
     import casadi
 
     if problem.burn_limit is None:
@@ -273,7 +270,7 @@ def _burning(problem: PassProblem, freedom: Freedom | None) -> Any:
 
 
 def _spline(name: str, contour: Any, problem: PassProblem) -> Any:
-    """A smooth curve through a contour; what is straight between many points is as good as it for the solver."""
+    """Return a smooth curve through a contour for the solver."""
     import casadi
 
     x = np.linspace(problem.bead.x[0], problem.bead.x[-1], max(50, round(problem.bead.length / 0.5)) + 1)
@@ -293,7 +290,7 @@ def _guess(opti: Any, window: _Window, variables: tuple[Any, ...], problem: Pass
 def _replay(
     problem: PassProblem, start: PassRecord, window: _Window, solved: _Solved
 ) -> tuple[PassRecord, float]:
-    """Play the heights back by the balance of volumes; outside the window those of the inverse plan."""
+    """Replay the heights by the balance of volumes, outside the window those of the inverse plan."""
     center = start.center_x
     inside = (center >= window.center[0]) & (center <= window.center[-1])
     feeds = solved.feed[np.clip(np.searchsorted(window.center, center[1:]) - 1, 0, solved.feed.size - 1)]
@@ -303,7 +300,7 @@ def _replay(
         solved.time, solved.height, np.append(first, solved.speed)
     )  # stage 2 ends its interval
     played = np.where(inside, curve(time), start.fly_height)
-    # Behind the window the plan goes on from where the solution ends.
+    # Behind the window the plan continues from the end of the solution.
     played[center > window.center[-1]] += solved.height[-1] - window.height[-1]
     record = simulate(
         problem.disc,

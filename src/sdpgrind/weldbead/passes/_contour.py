@@ -1,4 +1,4 @@
-"""The contour of a bead, and the contour that takes a given volume off it: Brown (1988), (6.1) and (6.2)."""
+"""Contour of a bead, and the contour that leaves a given volume above it; Brown (1988), (6.1) and (6.2)."""
 
 import bisect
 import dataclasses
@@ -21,9 +21,9 @@ class Contour(Frozen):
     Parameters
     ----------
     x : sequence of float
-        Positions along the bead, mm, increasing.
+        Positions along the bead, increasing, mm.
     z : sequence of float
-        Heights there, mm; measured from anything, as long as it is the same for all contours of a job.
+        Heights there, mm, above a level common to all contours of a job.
 
     Raises
     ------
@@ -66,11 +66,11 @@ class Contour(Frozen):
         return float(np.trapezoid(self.z, self.x) / self.length)
 
     def at(self, x: npt.ArrayLike) -> Floats:
-        """Return the height (mm) at positions `x` (mm); level beyond the ends."""
+        """Return the height, mm, at positions `x`, mm; level beyond the ends."""
         return np.asarray(np.interp(np.asarray(x, dtype=float), self.x, self.z))
 
     def shifted(self, by: float) -> "Contour":
-        """Return the contour `by` mm higher."""
+        """Return the contour raised `by` mm."""
         return Contour(self.x, np.add(self.z, by))
 
     def plot(self) -> Any:
@@ -85,20 +85,20 @@ class Contour(Frozen):
 
 
 def merged(*contours: Contour, low: float, high: float) -> Floats:
-    """Return all break points (mm) of several contours inside [low, high], its ends included."""
+    """Return all break points, mm, of several contours inside [low, high], both ends included."""
     x = np.unique(np.concatenate([c.x for c in contours]))
     return np.concatenate([[low], x[(x > low) & (x < high)], [high]])
 
 
 def volume_between(upper: Contour, lower: Contour, width: float | Contour) -> float:
-    """Return the volume (mm^3) of what lies above `lower` and below `upper`, exact for contours straight between points.
+    """Return the volume above `lower` and below `upper`, mm^3, exact for contours straight between points.
 
     Parameters
     ----------
     upper, lower : Contour
-        `lower` must reach over all of `upper`.
+        Contours; `lower` must reach over all of `upper`.
     width : float or Contour
-        Width of the bead, mm; a contour where it varies along x.
+        Bead width, mm; a contour where it varies along x.
 
     Examples
     --------
@@ -107,33 +107,37 @@ def volume_between(upper: Contour, lower: Contour, width: float | Contour) -> fl
     """
     if lower.x[0] > upper.x[0] or lower.x[-1] < upper.x[-1]:
         raise ValueError(
-            f"lower must reach over upper, {upper.x[0]:g} to {upper.x[-1]:g} mm; got {lower.x[0]:g} to {lower.x[-1]:g}"
+            f"lower must reach over upper, {upper.x[0]:g} to {upper.x[-1]:g} mm; got {lower.x[0]:g} to"
+            f" {lower.x[-1]:g}"
         )
     x, gap, across = _gap(upper, lower, width)
     return float(_removed(np.zeros(1), x, gap, across)[0])
 
 
 def _gap(upper: Contour, lower: Contour, width: float | Contour) -> tuple[Floats, Floats, Floats]:
-    """Break points, upper less lower there, and the width."""
+    """Return break points, upper less lower there, and the width, mm."""
     across = width if isinstance(width, Contour) else Contour([upper.x[0], upper.x[-1]], [width, width])
     if min(across.z) <= 0:
         raise checks.refuse("width", "> 0", float(min(across.z)), "mm")
     if across.x[0] > upper.x[0] or across.x[-1] < upper.x[-1]:
         raise ValueError(
-            f"width must reach over the bead, {upper.x[0]:g} to {upper.x[-1]:g} mm; got {across.x[0]:g} to {across.x[-1]:g}"
+            f"width must reach over the bead, {upper.x[0]:g} to {upper.x[-1]:g} mm; got {across.x[0]:g} to"
+            f" {across.x[-1]:g}"
         )
     x = merged(upper, lower, across, low=upper.x[0], high=upper.x[-1])
     return x, upper.at(x) - lower.at(x), across.at(x)
 
 
 def _removed(shift: Floats, x: Floats, gap: Floats, across: Floats) -> Floats:
-    """Volume above a lower contour raised by each `shift`: the integral of width * max(0, gap - shift), segment by segment."""
+    """Return the volume, mm^3, above a lower contour raised by each `shift`, mm.
+
+    It is the integral of width * max(0, gap - shift), segment by segment.
+    """
     a, b = gap[:-1] - shift[:, None], gap[1:] - shift[:, None]
     left, right, h = across[:-1], across[1:], np.diff(x)
     with np.errstate(invalid="ignore", divide="ignore"):
-        cross = np.clip(
-            np.where(a == b, 0.0, a / (a - b)), 0.0, 1.0
-        )  # part of the segment at which the sign changes
+        # part of the segment at which the sign changes
+        cross = np.clip(np.where(a == b, 0.0, a / (a - b)), 0.0, 1.0)
     begin, end = np.where(a > 0, 0.0, cross), np.where(b > 0, 1.0, cross)
     begin = np.where((a <= 0) & (b <= 0), end, begin)
     # The product of two straight lines, from begin to end of the segment: Simpson's rule is exact.
@@ -143,21 +147,21 @@ def _removed(shift: Floats, x: Floats, gap: Floats, across: Floats) -> Floats:
 
 
 def contour_shift(bead: Contour, shape: Contour, volume: float, width: float | Contour) -> float:
-    """Return by how much (mm) `shape` must be raised so that `volume` of the bead lies above it: Brown (1988), (6.2b).
+    """Return the shift, mm, by which `shape` leaves `volume` of the bead above it; Brown (1988), (6.2b).
 
-    The volume falls as the shape is raised, and is convex: Newton's steps from below never overshoot, and between two heights
-    at which a corner of the bead is passed they are those of a quadratic.
+    The volume is a falling, convex function of the shift: Newton's steps from below never overshoot. Between
+    two corners of the bead it is quadratic.
 
     Parameters
     ----------
     bead : Contour
-        The bead as it is.
+        Bead as scanned.
     shape : Contour
-        The shape aimed at; must reach over all of the bead.
+        Target shape; must reach over all of the bead.
     volume : float
-        To remove, mm^3; 0: the shape touches the bead from above.
+        Volume to remove, mm^3; 0: the shape touches the bead from above.
     width : float or Contour
-        Width of the bead, mm.
+        Bead width, mm.
 
     Raises
     ------
@@ -175,7 +179,8 @@ def contour_shift(bead: Contour, shape: Contour, volume: float, width: float | C
     volume = checks.nonnegative("volume", volume, "mm^3")
     if shape.x[0] > bead.x[0] or shape.x[-1] < bead.x[-1]:
         raise ValueError(
-            f"the target shape must cover the bead, {bead.x[0]:g} to {bead.x[-1]:g} mm; got {shape.x[0]:g} to {shape.x[-1]:g}"
+            f"the target shape must cover the bead, {bead.x[0]:g} to {bead.x[-1]:g} mm; got {shape.x[0]:g}"
+            f" to {shape.x[-1]:g}"
         )
     x, gap, across = _gap(bead, shape, width)
     levels = np.unique(gap)[::-1]
@@ -204,7 +209,7 @@ def _between(low: float, high: float, volume: float, where: tuple[Floats, Floats
 
 
 def _active(shift: float, x: Floats, gap: Floats, across: Floats) -> float:
-    """Area (mm^2) over which the bead lies above the raised shape: by how much the volume falls with the shift."""
+    """Area, mm^2, where the bead lies above the raised shape: the slope of the falling volume."""
     a, b = gap[:-1] - shift, gap[1:] - shift
     with np.errstate(invalid="ignore", divide="ignore"):
         cross = np.clip(np.where(a == b, 0.0, a / (a - b)), 0.0, 1.0)

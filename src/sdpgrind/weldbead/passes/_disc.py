@@ -1,4 +1,4 @@
-"""A tilted disc on a rotational spring: Brown (1988), 6.4."""
+"""Tilted disc on a rotational spring; Brown (1988), 6.4."""
 
 from typing import Any, NamedTuple
 
@@ -11,42 +11,40 @@ from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.weldbead.passes._kernels import CutCore
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
-STEEPEST = 1.3
-"""Relaxed angle (rad) above which degrees are suspected (chosen)."""
-ENERGIES = 1000.0
-"""Specific energy (J/mm^3) above which another unit is suspected (chosen)."""
-FLATTEST = 0.02
-"""Angle (rad) that a spring is never wound down to (chosen)."""
+STEEPEST = 1.3  # chosen: rad; a relaxed angle above it is most likely in degrees
+ENERGIES = 1000.0  # chosen: J/mm^3; a specific energy above it is most likely in another unit
+FLATTEST = 0.02  # chosen: rad; least angle of the disc under load
 
 
 class GrinderStalled(RuntimeError):  # noqa: N818 the field's own word
-    """More power is needed than the motor has, or the spring can be wound to: nothing would let the disc pass.
+    """The cut needs more power than the motor has, or than the spring can be wound to.
 
     Attributes
     ----------
     time, position, power : float
-        When (s), where the tip was (mm), and the power there (W).
+        Time of the stall, s, position of the tip, mm, and greatest power there, W.
     """
 
     def __init__(self, time: float, position: float, power: float) -> None:
         super().__init__(
-            f"the grinder stalls at {time:.4g} s, tip at {position:.5g} mm: the cut needs more than the {power:.4g} W"
+            f"the grinder stalls at {time:.4g} s, tip at {position:.5g} mm: the cut needs more than the"
+            f" {power:.4g} W"
             " that motor and spring give"
         )
         self.time, self.position, self.power = time, position, power
 
 
 class Linearized(NamedTuple):
-    """A steady flat cut, linearised about its depth.
+    """Steady flat cut, linearised about its depth.
 
     Attributes
     ----------
     pole : float
-        Of the process, rad/s: how fast it settles.
+        Pole of the process, rad/s.
     static_stiffness, contact_stiffness : float
-        Force over height of the platform, N/mm: slow, and fast against the pole.
+        Force per platform height, N/mm, for motions slow and fast against the pole.
     disk_angle, normal_force : float
-        Where it was linearised: angle, rad, and force, N.
+        Point of linearisation: angle, rad, and force, N.
     """
 
     pole: float
@@ -57,11 +55,12 @@ class Linearized(NamedTuple):
 
 
 def _checked_table(name: str, table: Any) -> tuple[tuple[float, float], ...]:
-    """Return the wind-ups (rad) and torques (N mm) of a spring as plain pairs."""
+    """Return the wind-ups, rad, and torques, N mm, of a spring as plain pairs."""
     rows = checks.finite_array(name, table, "rad, N mm")
     if rows.ndim != 2 or rows.shape[0] < 2 or rows.shape[1] != 2:
         raise ValueError(
-            f"compliance must be pairs of wind-up and torque (rad, N mm), two at least; got shape {rows.shape}"
+            "compliance must be pairs of wind-up and torque (rad, N mm), two at least; got shape"
+            f" {rows.shape}"
         )
     if np.any(rows[0] != 0):
         raise ValueError(
@@ -70,35 +69,36 @@ def _checked_table(name: str, table: Any) -> tuple[tuple[float, float], ...]:
     if np.any(np.diff(rows, axis=0) <= 0):
         k = int(np.argmax(np.any(np.diff(rows, axis=0) <= 0, axis=1)))
         raise ValueError(
-            f"compliance must increase in both columns (rad, N mm); got {rows[k].tolist()}, {rows[k + 1].tolist()}"
+            f"compliance must increase in both columns (rad, N mm); got {rows[k].tolist()},"
+            f" {rows[k + 1].tolist()}"
         )
     return tuple((float(a), float(t)) for a, t in rows)
 
 
 @described("weldbead.tilted_disc")
 class TiltedDisc(Described):
-    """A rigid disc held at an angle by a rotational spring, cutting with its face: Brown (1988), 6.4.
+    """Rigid disc held at an angle by a rotational spring, cutting with its face; Brown (1988), 6.4.
 
     Parameters
     ----------
     model : GrindingProcess
-        The same process as that of the sequence; ``replace`` takes its fields too.
+        Process of the sequence; ``replace`` takes its fields too.
     relaxed_angle : float
-        Angle of the disc to the work without load, theta0, rad.
+        Angle of the unloaded disc to the work theta0, rad.
     rotational_stiffness : float
-        Of the spring, K_theta, N mm/rad. Instead: `compliance`.
+        Stiffness of the spring K_theta, N mm/rad; or give `compliance`.
     compliance : sequence of (float, float), optional
-        Wind-up (rad) and torque (N mm) of a spring that is not linear: from (0, 0) on, both increasing.
+        Wind-up (rad) and torque (N mm) of a nonlinear spring: from (0, 0) on, both increasing.
     stall_guard : float
-        Share of the motor's greatest power that a plan may use (droop > 0), unit 1.
+        Usable share of the motor's greatest power (droop > 0), unit 1.
     grinding_ratio : float
-        Volume ground for a volume of disc worn, G, unit 1; infinite: no wear.
+        Volume ground per volume of disc worn G, unit 1; inf: no wear.
 
     Raises
     ------
     ValueError
-        When an angle is not in (0, pi/2), a stiffness is not positive, the table does not increase, or the grinder has not
-        the power to cut at all.
+        When an angle is not in (0, 1.3], a stiffness is not positive, the table does not increase, or the
+        grinder lacks the power to cut at all.
 
     Examples
     --------
@@ -123,25 +123,27 @@ class TiltedDisc(Described):
             raise ValueError(f"relaxed_angle must be in (0, {STEEPEST:g}] (rad){hint}; got {angle!r}")
         if self.model.specific_energy > ENERGIES:
             raise ValueError(
-                f"specific_energy must be in J/mm^3, some 10; got {self.model.specific_energy!r}: W/(N mm/s) or J/m^3 are meant?"
+                f"specific_energy must be in J/mm^3, some 10; got {self.model.specific_energy!r}: W/(N mm/s)"
+                " or J/m^3 are meant?"
             )
         if (self.rotational_stiffness is None) == (self.compliance is None):
             raise ValueError("either rotational_stiffness (N mm/rad) or compliance must be given")
         if self.power_max < self.model.idle_power:
             raise ValueError(
-                f"idle_power must be below the {self.power_max:.4g} W that the grinder may use, or it cannot cut at all (W);"
+                f"idle_power must be below the {self.power_max:.4g} W that the grinder may use, or it cannot"
+                " cut at all (W);"
                 f" got {self.model.idle_power:g}"
             )
 
     def spring_torque(self, deflection: Any) -> Floats:
-        """Return the torque (N mm) of the spring wound up by `deflection` (rad): (6.8)."""
+        """Return the torque, N mm, of the spring at a wind-up `deflection`, rad; Brown (6.8)."""
         angles, torques = self._table
         end = (torques[-1] - torques[-2]) / (angles[-1] - angles[-2])
         over = np.maximum(np.asarray(deflection, dtype=float) - angles[-1], 0.0)
         return np.asarray(np.interp(deflection, angles, torques) + end * over)
 
     def deflection(self, torque: Any) -> Floats:
-        """Return the wind-up (rad) at a torque (N mm)."""
+        """Return the wind-up, rad, at a torque, N mm."""
         angles, torques = self._table
         end = (angles[-1] - angles[-2]) / (torques[-1] - torques[-2])
         over = np.maximum(np.asarray(torque, dtype=float) - torques[-1], 0.0)
@@ -156,26 +158,26 @@ class TiltedDisc(Described):
 
     @property
     def job(self) -> dict[str, tuple[float, str] | object]:
-        """What a controller and a machine must agree on: angle (rad) and compliance (N mm/rad)."""
+        """Values that controller and machine must share: angle (rad) and compliance (N mm/rad)."""
         told = valued(self, ("relaxed_angle", "rotational_stiffness"))
         spring = self.compliance if self.rotational_stiffness is None else told["rotational_stiffness"]
         return {"relaxed_angle": told["relaxed_angle"], "compliance": spring}
 
     @property
     def contact_stiffness(self) -> float:
-        """Nominal stiffness against the platform, K_theta/R^2, N/mm; see errata E10 on what lies to both sides of it."""
+        """Nominal stiffness against the platform K_theta/R^2, N/mm; see erratum E10."""
         angles, torques = self._table
         return float(torques[1] / angles[1] / self.model.disk_radius**2)
 
     @property
     def peak_torque(self) -> float:
-        """Torque on the disc's spring (N mm) at which the motor gives most power; infinite without droop."""
+        """Spring torque of greatest motor power, N mm; inf without droop."""
         droop = self.model.speed_droop
         return self.model.free_speed / (2 * droop * self.model.friction_ratio) if droop > 0 else np.inf
 
     @property
     def peak_power(self) -> float:
-        """Greatest power of the motor, omega0^2/(4000 beta), W; infinite without droop."""
+        """Greatest power of the motor, omega0^2/(4000 beta), W; inf without droop."""
         return (
             self.model.free_speed**2 / (4000 * self.model.speed_droop)
             if self.model.speed_droop > 0
@@ -184,14 +186,14 @@ class TiltedDisc(Described):
 
     @property
     def guarded_torque(self) -> float:
-        """Torque (N mm) at which the motor gives the share `stall_guard` of its greatest power, below the peak."""
+        """Torque below the peak at which the power is the share `stall_guard` of the greatest, N mm."""
         return (
             self.peak_torque * (1 - np.sqrt(1 - self.stall_guard)) if self.model.speed_droop > 0 else np.inf
         )
 
     @property
     def power_max(self) -> float:
-        """Power that a plan may use, W."""
+        """Power available to a plan, W."""
         return self.stall_guard * self.peak_power
 
     @property
@@ -211,8 +213,8 @@ class TiltedDisc(Described):
     def linearize(self, mean_cut: float, feed_rate: float) -> Linearized:
         """Linearise a steady flat cut: pole and stiffness against the platform.
 
-        With D = w V R cos(theta) + dQ/dphi and E = (w d/sin(theta)) (R - l/2), l = d/sin(theta), the pole is D/E and
-        F/X = (K/R) w (V + d cot(theta) s)/(D + E s).
+        With D = w V R cos(theta) + dQ/dphi, E = (w d/sin(theta)) (R - l/2) and l = d/sin(theta), the pole is
+        D/E, and F/X = (K/R) w (V + d cot(theta) s)/(D + E s).
 
         Parameters
         ----------
@@ -259,7 +261,7 @@ class TiltedDisc(Described):
 
     @property
     def core(self) -> CutCore:
-        """The disc as the compiled kernels want it, in mm, N, rad and s."""
+        """The disc for the compiled kernels, in mm, N, rad and s."""
         m, (angles, torques) = self.model, self._table
         most = self.relaxed_angle - FLATTEST
         peak = float(self.deflection(self.peak_torque)) if np.isfinite(self.peak_torque) else most

@@ -1,9 +1,9 @@
-"""One step of a tilted disc over a bead, as a balance of volumes, and whole passes of such steps. Plain serial loops.
+"""One step of a tilted disc over a bead by a balance of volumes, and whole passes of such steps.
 
-In a step the disc sweeps what lies above its new lower surface: the path of the tip and, ahead of it, the face, which rises
-with the disc's angle. What is swept must be what the contact removes in that time, a rate that falls as the disc springs
-back. One scalar equation in the wind-up of the spring, with one root; free flight, rubbing, cutting and any number of patches
-are its solutions.
+In a step the disc sweeps what lies above its new lower surface: the path of the tip and, ahead of it, the
+face, which rises with the disc's angle. The swept volume equals what the contact removes in that time, a rate
+that falls as the disc springs back. This is one scalar equation in the wind-up of the spring, with one root:
+free flight, rubbing, cutting and any number of patches are its solutions.
 """
 
 from typing import Any, NamedTuple
@@ -13,22 +13,22 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 from sdpgrind.base.units import N_MM_S_PER_W
 
+# State: wind-up (rad), tip (mm), removal rate (mm^3/s), wear of the face (mm), nodes and patches in contact.
 WIND, TIP_X, TIP_Z, RATE, WEAR, TOUCHED, PATCHES = range(7)
-"""Entries of the state: wind-up (rad), tip (mm), removal rate (mm^3/s), face worn away (mm), nodes and patches in contact."""
-STATES = 7
+STATES = 7  # derived: number of these entries
 DONE, STALLED, OVERLAPPING = 0, 1, 2
 FREE, RUB, CUT = 0, 1, 2
 GIVEN, INVERSE, FEEDBACK = 0, 1, 2
-_TOLERANCE = 1e-13  # rad
+_TOLERANCE = 1e-13  # chosen: rad; end of the root search
 
 
 class CutCore(NamedTuple):
-    """A disc as arrays: radius (mm), spring (rad, N mm), and what turns torque into removal (mm^3/s)."""
+    """Disc as arrays: radius (mm), spring (rad, N mm), and constants from torque to removal rate (mm^3/s)."""
 
     radius: float
     angles: Any
     torques: Any
-    wind_max: float  # beyond it more torque removes less
+    wind_max: float  # rad; more torque removes less
     free_speed: float
     speed_droop: float
     friction_ratio: float
@@ -38,8 +38,9 @@ class CutCore(NamedTuple):
 
 
 class Bead(NamedTuple):
-    """A bead on even nodes: origin, spacing (mm), heights, volume of one mm of height at each node (mm^2), and what no later
-    node lies above (mm).
+    """Bead on even nodes: origin and spacing, mm, heights, mm, volume per mm of height at each node, mm^2.
+
+    `top` is the greatest height, mm, at a node and all later ones.
     """
 
     start: float
@@ -50,7 +51,9 @@ class Bead(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Where the disc is brought: its center, height ``a + b (path + R sin(angle))``, relaxed angle, offset of the face."""
+    """Target of the disc: center, height ``a + b (path + R sin(angle))``, relaxed
+    angle, offset of the face; mm, rad.
+    """
 
     center: float
     a: float
@@ -62,7 +65,7 @@ class Step(NamedTuple):
 
 @compiled
 def _torque_at(wind, core):
-    """Torque of the spring (N mm); beyond the end of its table it goes on as straight as it came."""
+    """Torque of the spring, N mm; beyond the end of its table the last slope continues."""
     if wind <= 0.0:
         return 0.0
     k = 1
@@ -74,7 +77,7 @@ def _torque_at(wind, core):
 
 @compiled
 def _removal(torque, core):
-    """Volume removed in a second (mm^3/s): what the power exceeds the idle power by, over the specific energy."""
+    """Removal rate, mm^3/s: power above the idle power over the specific energy."""
     shaft = core.friction_ratio * torque
     power = shaft * (core.free_speed - core.speed_droop * shaft) / N_MM_S_PER_W
     return max(0.0, (power - core.idle_power) / core.specific_energy)
@@ -82,7 +85,7 @@ def _removal(torque, core):
 
 @compiled
 def _along(path, bead, x):
-    """Height of the path of the tip at x; level beyond its ends."""
+    """Height of the tip's path at x, mm; level beyond its ends."""
     place = min(max((x - bead.start) / bead.spacing, 0.0), path.size - 1.0)
     k = min(int(place), path.size - 2)
     return path[k] + (place - k) * (path[k + 1] - path[k])
@@ -90,7 +93,7 @@ def _along(path, bead, x):
 
 @compiled
 def tip(wind, step, core, state, path, bead):
-    """Place of the tip (mm), its height, and the height of the center."""
+    """Position and height of the tip, and height of the center, mm."""
     angle = step.relaxed_angle - wind
     x, drop = step.center - core.radius * np.cos(angle), core.radius * np.sin(angle)
     height = step.a
@@ -101,7 +104,7 @@ def tip(wind, step, core, state, path, bead):
 
 @compiled
 def swept(bead, core, state, step, wind, x, y, cut):
-    """Volume (mm^3) between the bead and the lower surface of the disc with its tip at x, y; taken away where `cut`."""
+    """Volume, mm^3, between bead and disc with its tip at x, y; removed where `cut`."""
     old_x, old_y = state[TIP_X], state[TIP_Z]
     rise = np.tan(step.relaxed_angle - wind)
     path = (y - old_y) / (x - old_x) if x > old_x else 0.0
@@ -129,7 +132,7 @@ def swept(bead, core, state, step, wind, x, y, cut):
 
 @compiled
 def _excess(wind, share, carried, bead, core, state, step, path):
-    """Volume in the way less what the step removes: falls as the disc winds up."""
+    """Volume in the way less the volume removed in the step, mm^3; falls as the disc winds up."""
     x, y, _ = tip(wind, step, core, state, path, bead)
     return (
         swept(bead, core, state, step, wind, x, y, False)
@@ -140,8 +143,9 @@ def _excess(wind, share, carried, bead, core, state, step, path):
 
 @compiled
 def _least_wind(share, carried, at_zero, most, bead, core, state, step, path):
-    """Least wind-up with nothing left in the way (`most` if there is none): a bracket round the last one, then false position
-    that halves the end that stays.
+    """Least wind-up, rad, with nothing left in the way; `most` and False where there is none.
+
+    A bracket round the last one, then false position that halves the end that stays.
     """
     low, at_low = 0.0, at_zero
     high, stride = min(state[WIND] + 2e-5, most), 1e-4
@@ -182,7 +186,7 @@ def _least_wind(share, carried, at_zero, most, bead, core, state, step, path):
 
 @compiled
 def _raised(wind, wanted, bead, core, state, step, path):
-    """How much higher (mm) than asked the disc must go, wound up to `wind`, to sweep only the volume `wanted`."""
+    """Extra height, mm, at which the disc, wound up to `wind`, sweeps only the volume `wanted`, mm^3."""
     x, y, _ = tip(wind, step, core, state, path, bead)
     low, high = 0.0, 1e-4
     while swept(bead, core, state, step, wind, x, y + high, False) > wanted:
@@ -200,7 +204,7 @@ def _raised(wind, wanted, bead, core, state, step, path):
 
 @compiled
 def _worn(bead, core, state, angle, x, y):
-    """How far (mm) the face recedes in a step: what it cuts over G, on the ring it wears; the length of the patch cancels."""
+    """Recession of the face in a step, mm: volume cut over G, on the ring that wears."""
     into = (x - state[TIP_X]) * np.sin(angle) - (y - state[TIP_Z]) * np.cos(angle)
     k = min(max(int((x - bead.start) / bead.spacing), 1), bead.z.size - 2)
     return max(0.0, into) * bead.area[k] / bead.spacing / (core.grinding_ratio * 2.0 * np.pi * core.radius)
@@ -210,8 +214,8 @@ def _worn(bead, core, state, angle, x, y):
 def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
     """Bring the disc to `step`, cut, and keep the state.
 
-    Return code, volume (mm^3), torque (N mm), height of the center (mm). Where more wind-up than `most` is needed the disc is
-    raised until it is not (`raise_disc`); else nothing is cut and the code says why not.
+    Return code, volume (mm^3), torque (N mm), height of the center (mm). Where the wind-up would exceed
+    `most` the disc is raised until it does not (`raise_disc`), or nothing is cut and the code says why.
     """
     free = _excess(0.0, 0.0, 0.0, bead, core, state, step, path)
     carried = 0.5 * step.time * state[RATE]
@@ -238,10 +242,10 @@ def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
 
 @compiled
 def grind(bead, core, state, center, height, relaxed_angle, time, path, mode, gains, most, second_order, out):
-    """A whole pass; out[step] = wind-up, torque, fly height, tip x, tip z, removal rate, volume, patches, limited (1).
+    """Grind a whole pass; return a code and the number of steps done.
 
-    `mode`: heights as given, the tip on the path (inverse), or led there by gains on its error, 1 and 1/s (feedback).
-    Return a code and the number of steps done.
+    out[step] = wind-up, torque, fly height, tip x, tip z, removal rate, volume, patches, limited (1). `mode`:
+    heights as given, the tip on its path (inverse), or led there by gains on its error, 1 and 1/s (feedback).
     """
     error, integral, begin = 0.0, 0.0, height[0]
     for k in range(center.size):
@@ -267,7 +271,7 @@ def grind(bead, core, state, center, height, relaxed_angle, time, path, mode, ga
         limited = reached - wished > 1e-12
         if mode == FEEDBACK and k == 0:
             begin -= gains[0] * now
-        elif mode == FEEDBACK and limited:  # the disc is held: nothing is summed up, and it goes on from here
+        elif mode == FEEDBACK and limited:  # the disc is held: no integration
             begin = reached - gains[0] * now - gains[1] * integral
         elif mode == FEEDBACK:
             integral += 0.5 * time[k] * (error + now)

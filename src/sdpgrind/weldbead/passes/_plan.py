@@ -1,4 +1,4 @@
-"""Plan a pass: heights and forces that leave the target, within the grinder's power."""
+"""Planner of a pass: heights and forces that leave the target, within the grinder's power."""
 
 from typing import Any, Self
 
@@ -16,8 +16,7 @@ from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, PassRun, even_bead, simulate
 
 METHODS = ("inverse", "pi", "static", "quasistatic", "collocation")
-GAINS = (10.0, 2000.0)
-"""Gains of the method "pi" on the error of the tip: 1 and 1/s."""
+GAINS = (10.0, 2000.0)  # chosen: gains of the method "pi" on the error of the tip, 1 and 1/s
 _STEPS = {
     "center_x": ("mm", "position of the disc's center"),
     "tip_x": ("mm", "position of the tip"),
@@ -34,21 +33,21 @@ _STEPS = {
 
 
 class PassPlan(Plan):
-    """A planned pass: heights, forces and what they leave; immutable. Has all attributes of its `PassRecord`.
+    """Planned pass: heights, forces and what they leave; immutable. Has the attributes of its `PassRecord`.
 
     Attributes
     ----------
     problem : PassProblem
-        What was planned.
+        Problem that was planned.
     record : PassRecord
-        What the model expects: time (s), fly_height (mm), normal_force (N), contour (mm), ...
+        Expected course: time (s), fly_height (mm), normal_force (N), contour (mm), ...
     method : str
-        How it was planned; "inverse" too where "collocation" was asked for and could not be used.
+        Method of the plan; "inverse" where "collocation" could not be used.
     error : float
-        Estimated error of the contour, mm rms, from a simulation of twice the step; with "collocation", that of the inverse
-        plan it began from.
+        Estimated error of the contour, mm rms, from a simulation of twice the step; with "collocation", that
+        of the inverse plan it starts from.
     collocation : Collocation or None
-        How the optimal control problem was solved, or why it was not, where that was asked for.
+        Outcome of the optimal control problem, where it was asked for.
     """
 
     kind = "weldbead.pass"
@@ -71,31 +70,31 @@ class PassPlan(Plan):
 
     @property
     def shortfall(self) -> float:
-        """Volume (mm^3) above the target that the pass leaves."""
+        """Volume above the target that the pass leaves, mm^3."""
         return volume_between(self.contour, self.problem.target, self.problem.disc.model.bead_width)
 
     @property
     def overcut(self) -> float:
-        """Volume (mm^3) below the target that the pass takes."""
+        """Volume below the target that the pass removes, mm^3."""
         return volume_between(self.problem.target, self.contour, self.problem.disc.model.bead_width)
 
     @property
     def burn_margin(self) -> float:
-        """Least distance of the normal force from the limit of burning, N; infinite without one. Negative: it burns.
+        """Least margin of the normal force to burning, each step at its feed, N; < 0: it burns; inf: no
+        limit.
 
-        Of every step, at the feed of that step. How light a cut may be is not looked at: each begins and ends with none.
+        A lower limit of force is ignored: each cut begins and ends at no force.
         """
         return float(np.min(self._burn_force - self.normal_force[1:]))
 
     @property
     def _burn_force(self) -> Floats:
-        return self.problem.burn_force(
-            np.round(self.record.feed_rate, 9)
-        )  # times are sums: feeds that are one look like many
+        # times are sums: equal feeds differ by rounding
+        return self.problem.burn_force(np.round(self.record.feed_rate, 9))
 
     @property
     def status(self) -> str:
-        """One sentence: whether the target is reached, and what stands in the way (N, share of the volume)."""
+        """One sentence: whether the target is reached, or the obstacle (N, share of the volume)."""
         share = self.shortfall / self.problem.volume if self.problem.volume > 0 else 0.0
         limit = np.minimum(self._burn_force, self.problem.grinder_limit)
         over, worst = (
@@ -106,7 +105,10 @@ class PassPlan(Plan):
         if self.burn_margin < -1e-6:
             return f"burns, by up to {-self.burn_margin:.3g} N; leaves {100 * share:.3g} % of the volume"
         if worst > 0.05 * self.problem.force_limit:
-            return f"exceeds its limit of {limit[most]:.4g} N by {worst:.3g} N; leaves {100 * share:.3g} % of the volume"
+            return (
+                f"exceeds its limit of {limit[most]:.4g} N by {worst:.3g} N; leaves {100 * share:.3g} % of"
+                " the volume"
+            )
         if over > 5e-3:
             return f"cuts too deep, by {100 * over:.3g} % of the volume; leaves {100 * share:.3g} %"
         if self.normal_force[1 + most] >= limit[most] * (1 - 1e-9):
@@ -119,12 +121,12 @@ class PassPlan(Plan):
         Parameters
         ----------
         model : TiltedDisc, optional
-            The disc as it really is (J/mm^3, W, ...); that of the plan by default.
+            True disc (J/mm^3, W, ...). Default: that of the plan.
 
         Raises
         ------
         GrinderStalled
-            When it has not the power.
+            When it lacks the power.
         """
         p = self.problem
         return simulate(
@@ -144,7 +146,7 @@ class PassPlan(Plan):
 
     @property
     def dataset(self) -> xr.Dataset:
-        """All of it with labels and units (dimensions: step, node), and the problem as JSON."""
+        """The plan with labels and units (dimensions: step, node), and the problem as JSON."""
         steps = {
             k: ("step", getattr(self.record, k), {"units": u, "long_name": n}) for k, (u, n) in _STEPS.items()
         }
@@ -191,20 +193,19 @@ def plan(
     Parameters
     ----------
     problem : PassProblem
-        What to plan.
+        Problem to plan.
     method : {"inverse", "pi", "static", "quasistatic", "collocation"}
-        "inverse": the tip is held on its path; where that takes more force than is allowed, the force is held at the limit
-        instead. "pi": a feedback of the tip's error moves the disc (6.17), as the source does. "static": the force that a
-        steady cut of the local depth would take (8.3.3), and the height that gives it. "quasistatic": the same with the depth
-        where the face meets the bead, ahead of the tip. "collocation": an optimal control
-        problem for the part of the pass in which one patch cuts, replayed by the balance of volumes; where it cannot be used
-        the plan is that of "inverse", and ``collocation.message`` says why.
+        "inverse": the tip is held on its path, or the force at its limit. "pi": a feedback of the tip's error
+        moves the disc, Brown (1988), (6.17). "static": force of a steady cut of the local depth, (8.3.3), and
+        the height that gives it. "quasistatic": the same with the depth where the face meets the bead, ahead
+        of the tip. "collocation": optimal control where one patch cuts, replayed by the balance of volumes;
+        where unusable, the plan is "inverse", and ``collocation.message`` has the reason.
     gains : (float, float)
-        Of "pi", on the error of the tip and on its integral: 1 and 1/s.
+        Gains of "pi" on the error of the tip and on its integral, 1 and 1/s.
     freedom : Freedom, optional
-        Of "collocation": the range of the feed (mm/s), where that may be chosen too, and how fast height and force may change.
+        With "collocation": free range of the feed (mm/s), and limits on the rates of height and force.
     strict : bool
-        Refuse a pass that cannot reach the target, instead of saying what it leaves.
+        Whether a pass that cannot reach the target is an error.
 
     Returns
     -------
@@ -223,7 +224,8 @@ def plan(
     >>> from sdpgrind import units, weldbead
     >>> process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
     >>> disc = TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
-    >>> pass_ = plan(PassProblem(disc, Contour([0, 75, 150], [1.0, 1.3, 1.0]), mean_cut=0.2, feed_rate=20.0))
+    >>> bead = Contour([0, 75, 150], [1.0, 1.3, 1.0])
+    >>> pass_ = plan(PassProblem(disc, bead, mean_cut=0.2, feed_rate=20.0))
     >>> pass_.status, round(pass_.volume / pass_.problem.volume, 3)
     ('reaches the target', 1.0)
     """
@@ -246,7 +248,8 @@ def plan(
         planned = PassPlan(problem, found or record, method if found else "inverse", error, how)
     if strict and planned.shortfall > 1e-3 * problem.volume:
         raise ValueError(
-            f"mean_cut must be within the limits of force and power where strict (mm): the pass {planned.status}"
+            "mean_cut must be within the limits of force and power where strict (mm): the pass"
+            f" {planned.status}"
         )
     return planned
 
@@ -287,7 +290,7 @@ def _record(problem: PassProblem, method: str, gains: tuple[float, float], spaci
 
 
 def _centers(problem: PassProblem, spacing: float) -> Floats:
-    """Positions of the center: the tip from the lead-in until it has left the bead, however far the spring winds."""
+    """Positions of the center, mm, from the lead-in until the tip has left the bead at any wind-up."""
     disc = problem.disc
     reach = disc.model.disk_radius * np.cos(disc.relaxed_angle)
     most = float(disc.deflection(problem.force_limit * disc.model.disk_radius))
@@ -297,13 +300,15 @@ def _centers(problem: PassProblem, spacing: float) -> Floats:
 
 
 def _static_height(problem: PassProblem, center: Floats, *, ahead: bool) -> Floats:
-    """Heights at which the spring gives the force of a steady cut of the local depth: Brown (1988), 8.3.3.
+    """Heights, mm, at which the spring gives the force of a steady cut of the local depth; Brown (1988),
+    8.3.3.
 
-    While the angle stays, the face sweeps feed times width times the height of its front above the tip: the depth `ahead`.
+    `ahead`: the depth is that at the front of the face; at a constant angle the face sweeps feed times width
+    times the height of its front above the tip.
     """
     disc, radius, bead = problem.disc, problem.disc.model.disk_radius, problem.bead
     angle, front = np.full(center.size, disc.relaxed_angle), np.zeros(center.size)
-    for _ in range(60):  # tip and front move with angle and depth, by a fraction of what they did before
+    for _ in range(60):  # a contraction: tip and front follow angle and depth
         x = center - radius * np.cos(angle)
         at = x + front
         depth = np.where((at >= bead.x[0]) & (at <= bead.x[-1]), bead.at(at) - problem.tip_path.at(x), 0.0)

@@ -1,4 +1,4 @@
-"""The picture of a planned pass."""
+"""Pictures of a planned and of a relaxed pass."""
 
 from typing import Any
 
@@ -6,11 +6,11 @@ import numpy as np
 
 from sdpgrind.base import pictures
 
-_TARGET = "#e0a9a0"  # pale and wide, below what was reached: where both are one, both are seen
+_TARGET = "#e0a9a0"  # pale and wide, below the reached contour: both are seen where they coincide
 
 
 def plot_pass(plan: Any) -> Any:
-    """Draw contours before and after with the target, force and power with their limits, and the height of the disc (mm)."""
+    """Draw contours with the target, force and power with their limits, and the height of the disc (mm)."""
     problem = plan.problem
     figure, axes = pictures.subplots(4, 1, (9, 8.4), sharex=True, height_ratios=(1.5, 1, 1, 1))
     bead, after = problem.bead, plan.contour
@@ -36,7 +36,7 @@ def plot_pass(plan: Any) -> Any:
 
 
 def plot_relaxed(found: Any) -> Any:
-    """Draw bead, target and what a relaxed cut leaves, and its depth under the greatest (mm)."""
+    """Draw bead, target, what a relaxed cut leaves, and its depth under the greatest (mm)."""
     problem, x = found.problem, found.x
     figure, (top, low) = pictures.subplots(2, 1, (9, 4.8), sharex=True)
     top.plot(problem.bead.x, problem.bead.z, color="0.35", lw=1, label="before")

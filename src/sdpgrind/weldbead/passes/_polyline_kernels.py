@@ -1,6 +1,6 @@
-"""The balance of volumes of `_kernels`, with the bead a polyline that is clipped exactly: crossings become points of it.
+"""Balance of volumes of `_kernels` with the bead as a polyline, clipped exactly at its crossings.
 
-Slower, without a grid: what is left over of the error is that of the step in time. For a disc that is moved as given.
+Slower, without a grid: the remaining error is that of the time step. For a disc moved at given heights.
 """
 
 import numpy as np
@@ -20,20 +20,19 @@ from sdpgrind.weldbead.passes._kernels import (
     _torque_at,
 )
 
-_WALL = 1e-9
-"""Width (mm) of what stands upright where the disc comes down (chosen)."""
-_TOLERANCE = 1e-13  # rad
+_WALL = 1e-9  # chosen: mm; width of the upright wall where the disc comes down
+_TOLERANCE = 1e-13  # chosen: rad; as in `_kernels`
 
 
 @compiled
 def _lower(at, old_x, old_y, x, y, rise):
-    """Height of the lower surface of the disc: the way of the tip, then the face."""
+    """Height of the disc's lower surface, mm: path of the tip, then the face."""
     return old_y + (y - old_y) * (at - old_x) / (x - old_x) if at < x else y + rise * (at - x)
 
 
 @compiled
 def _piece(start, end, above, below):
-    """Area between two lines over [start, end] where the gap, `above` at the start and `below` at the end, is positive."""
+    """Area where the gap between two lines over [start, end], `above` and `below` there, is positive."""
     if above >= 0.0 and below >= 0.0:
         return 0.5 * (end - start) * (above + below)
     if above <= 0.0 and below <= 0.0:
@@ -43,7 +42,10 @@ def _piece(start, end, above, below):
 
 @compiled
 def _swept(px, pz, size, top, state, center, x, y, rise, cut, cut_x, cut_z):
-    """Area (mm^2) between the polyline and the lower surface; where `cut`, its new points there, their number and patches."""
+    """Area between the polyline and the disc's lower surface, mm^2, number of new points, and patches.
+
+    Where `cut`, the new points are written to `cut_x`, `cut_z`.
+    """
     old_x, old_y = state[TIP_X], state[TIP_Z]
     begin = min(old_x, x)
     first = max(0, np.searchsorted(px[:size], begin, side="right") - 1)
@@ -79,7 +81,7 @@ def _swept(px, pz, size, top, state, center, x, y, rise, cut, cut_x, cut_z):
 
 @compiled
 def _spliced(px, pz, size, cut_x, cut_z, points):
-    """Put new points in the place of those that lie between the first and the last of them; return how many there are."""
+    """Replace the points between the first and the last new point by the new ones; return the size."""
     low = np.searchsorted(px[:size], cut_x[0], side="left")
     high = np.searchsorted(px[:size], cut_x[points - 1], side="right")
     tail = size - high
@@ -124,7 +126,7 @@ def _least_wind(
     no_x,
     no_z,
 ):
-    """Least wind-up that leaves nothing in the way, by halving a bracket round the last one; inf if there is none."""
+    """Least wind-up, rad, that leaves nothing in the way, by bisection from the last one; inf: none."""
     low, high, stride = 0.0, min(last + 1e-4, most), 1e-4
     while (
         _excess(
@@ -181,7 +183,10 @@ def _least_wind(
 
 @compiled
 def grind(px, pz, size, width, core, center, height, relaxed, times, second_order, out):
-    """A whole pass; `px`, `pz` have room for new points. Rows of `out` as of `_kernels.grind`. Return code, steps, points."""
+    """Grind a whole pass; return code, steps, points.
+
+    `px`, `pz` have room for new points. Rows of `out` as in `_kernels.grind`.
+    """
     state, top = np.zeros(STATES), np.max(pz[:size])
     cut_x, cut_z = np.empty(px.size), np.empty(px.size)
     for k in range(center.size):
@@ -200,8 +205,8 @@ def grind(px, pz, size, width, core, center, height, relaxed, times, second_orde
             share, carried = 0.5, 0.5 * time * state[RATE]
         if free > carried:
             wind = _least_wind(
-                state[WIND], core.wind_max, share, carried, time, px, pz, size, top, width, core, state, center[k], height[k],
-                relaxed[k], cut_x, cut_z,
+                state[WIND], core.wind_max, share, carried, time, px, pz, size, top, width, core, state,
+                center[k], height[k], relaxed[k], cut_x, cut_z,
             )  # fmt: skip
             if wind == np.inf:
                 return STALLED, k, size

@@ -1,4 +1,4 @@
-"""What one pass is asked for."""
+"""Problem of one pass."""
 
 from functools import cached_property
 from typing import ClassVar
@@ -18,36 +18,36 @@ _BURN_LIMITS = "a ForceBurnLimit, PowerBurnLimit or MalkinBurnLimit"
 
 @described("weldbead.pass_problem")
 class PassProblem(Described):
-    """One pass over a measured bead: how much to take off on average, towards what shape, within which limits.
+    """One pass over a measured bead: mean depth, target shape, limits.
 
     Parameters
     ----------
     disc : TiltedDisc
-        The disc and its process.
+        Disc with its process.
     bead : Contour
-        The bead as scanned, mm.
+        Scanned bead, mm.
     mean_cut : float
-        Average depth to take off, delta, mm; over the whole length, so that a volume is asked for: (6.1).
+        Mean depth over the whole length delta, mm; it fixes a volume, Brown (6.1).
     feed_rate : float
         Feed along the bead, mm/s.
     target_shape : Contour, optional
-        Shape aimed at, z_f, mm; it is shifted up or down until the volume is right. Level by default.
+        Target shape z_f, mm, shifted vertically until the volume is right. Default: level.
     parent : Contour, optional
-        What must not be ground, mm; a target below it is warned of, and refused without `allow_overground` where the bead has
-        not the volume.
+        Surface that must not be ground, mm. A target below it is warned of, and refused without
+        `allow_overground` where the bead lacks the volume.
     allow_overground : bool
-        Ask for more than lies above the parent.
+        Whether more volume than lies above the parent may be asked for.
     normal_force_max : float
         Greatest normal force, N.
     burn_limit : burn limit, optional
-        That of the sequence: `ForceBurnLimit`, `PowerBurnLimit`, `MalkinBurnLimit`.
+        Burn limit, as of the sequence; None: the work never burns.
     spacing : float
-        Distance of the nodes of the simulation, mm.
+        Node distance of the simulation, mm.
 
     Raises
     ------
     ValueError
-        When a value is not positive, more is asked for than lies above the parent, or the bead is too steep for the disc.
+        When a value is not positive, the volume exceeds that above the parent, or the bead is too steep.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class PassProblem(Described):
     >>> problem = PassProblem(disc, Contour([0, 75, 150], [1.0, 1.3, 1.0]), mean_cut=0.2, feed_rate=20.0)
     >>> round(problem.bead.mean - problem.target.mean, 12)
     0.2
-    >>> problem.replace(specific_energy=14.0, feed_rate=10.0).disc.model.specific_energy  # of the process in the disc
+    >>> problem.replace(specific_energy=14.0, feed_rate=10.0).disc.model.specific_energy  # J/mm^3
     14.0
     """
 
@@ -78,7 +78,8 @@ class PassProblem(Described):
             raise self._refused("spacing", f"<= {self.bead.length / 10:g}, a tenth of the bead")
         if self.force_limit < float(self.disc.model.threshold_force):
             raise ValueError(
-                f"normal_force_max must be > {float(self.disc.model.threshold_force):.4g}, below which nothing is cut (N);"
+                f"normal_force_max must be > {float(self.disc.model.threshold_force):.4g}, below which"
+                " nothing is cut (N);"
                 f" the limits leave {self.force_limit:.4g}"
             )
         self._check_parent()
@@ -91,7 +92,8 @@ class PassProblem(Described):
         there = volume_between(self.bead, self.parent, self.disc.model.bead_width)
         if self.volume > there and not self.allow_overground:
             raise ValueError(
-                f"mean_cut must leave the parent alone: {self.volume:.4g} mm^3 are asked for and {there:.4g} lie above it;"
+                f"mean_cut must leave the parent alone: {self.volume:.4g} mm^3 are asked for and {there:.4g}"
+                " lie above it;"
                 " allow_overground=True grinds on"
             )
         over = volume_between(self.parent, self._covering(self.target), self.disc.model.bead_width)
@@ -99,10 +101,11 @@ class PassProblem(Described):
             warn(f"the target lies below the parent: {over:.4g} mm^3 of it would be ground")
 
     def _warn_of_depth(self) -> None:
-        """Where nothing says where the work is, heights are most likely measured from it."""
+        """Warn of a cut deeper than the bead: without a parent, heights most likely count from the work."""
         if self.parent is None and self.mean_cut > self.bead.mean > 0 and not self.allow_overground:
             warn(
-                f"mean_cut of {self.mean_cut:g} mm is deeper than the bead is high: {self.bead.mean:.4g} mm above 0; parent says"
+                f"mean_cut of {self.mean_cut:g} mm is deeper than the bead is high: {self.bead.mean:.4g} mm"
+                " above 0; parent says"
                 " where the work begins, allow_overground=True grinds into it"
             )
 
@@ -119,32 +122,33 @@ class PassProblem(Described):
         if rise >= reach:
             bumps = f"; mean_cut is {self.mean_cut:g} mm of it" if self.mean_cut > 0 else ""
             raise ValueError(
-                f"the bead must rise < {reach:.4g} above the path of the tip, to the disc's center (mm); got {rise:.4g}{bumps}"
+                f"the bead must rise < {reach:.4g} above the path of the tip, to the disc's center (mm); got"
+                f" {rise:.4g}{bumps}"
             )
 
     @property
     def volume(self) -> float:
-        """Volume asked for, delta w L, mm^3: (6.1)."""
+        """Volume to remove delta w L, mm^3; Brown (6.1)."""
         return self.mean_cut * self.disc.model.bead_width * self.bead.length
 
     @property
     def shape(self) -> Contour:
-        """The shape aimed at before it is shifted, mm."""
+        """Target shape before its shift, mm."""
         return self.target_shape or Contour([self.bead.x[0], self.bead.x[-1]], [0.0, 0.0])
 
     @cached_property
     def contour_shift(self) -> float:
-        """By how much the shape is raised, N, mm: (6.2b). Vertical: on a parent of slope a the gap is N cos(a)."""
+        """Vertical shift of the shape N, mm; Brown (6.2b). On a parent of slope a the gap is N cos(a)."""
         return contour_shift(self.bead, self.shape, self.volume, self.disc.model.bead_width)
 
     @cached_property
     def tip_path(self) -> Contour:
-        """Where the tip of the disc is led: the shifted shape, also over dips where it touches nothing, mm."""
+        """Path of the tip, mm: the shifted shape, also over dips where it touches nothing."""
         return self.shape.shifted(self.contour_shift)
 
     @cached_property
     def target(self) -> Contour:
-        """What the pass should leave: the lower of the shifted shape and the bead, mm: (6.2a)."""
+        """Contour that the pass should leave, mm: the lower of shifted shape and bead; Brown (6.2a)."""
         x = merged(self.bead, self.tip_path, low=self.bead.x[0], high=self.bead.x[-1])
         upper, lower = self.bead.at(x), self.tip_path.at(x)
         cross = np.flatnonzero((upper[1:] - lower[1:]) * (upper[:-1] - lower[:-1]) < 0)
@@ -156,16 +160,16 @@ class PassProblem(Described):
 
     @property
     def force_limit(self) -> float:
-        """Least of all limits on the normal force at the feed of the problem, N: greatest force, stall guard, burning."""
+        """Least limit on the normal force at the feed of the problem, N: `grinder_limit` or burning."""
         return min(self.grinder_limit, float(self.burn_force(self.feed_rate)))
 
     @property
     def grinder_limit(self) -> float:
-        """Least of the limits that hold at any feed, N: greatest force and stall guard."""
+        """Least limit on the normal force at any feed, N: greatest force and stall guard."""
         return min(self.normal_force_max, self.disc.guarded_force)
 
     def burn_force(self, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the normal force (N) beyond which the work burns at feeds (mm/s); infinite without a burn limit."""
+        """Return the normal force, N, above which the work burns at feeds, mm/s; inf: no burn limit."""
         feed = np.asarray(feed_rate, dtype=float)
         if self.burn_limit is None:
             return np.full(feed.shape, np.inf)
@@ -174,16 +178,16 @@ class PassProblem(Described):
 
     @property
     def nodes(self) -> Floats:
-        """Even nodes of the simulation along the bead, mm."""
+        """Even nodes of the simulation, mm."""
         return self.nodes_at(self.spacing)
 
     def nodes_at(self, spacing: float) -> Floats:
-        """Return even nodes (mm) along the bead at another spacing (mm)."""
+        """Return even nodes, mm, at another spacing, mm."""
         return np.linspace(self.bead.x[0], self.bead.x[-1], max(10, round(self.bead.length / spacing)) + 1)
 
     @property
     def lead_in(self) -> float:
-        """How far (mm) before the bead the tip starts, for the relaxed disc to touch nothing yet."""
+        """Distance of the tip's start before the bead, mm, at which the relaxed disc touches nothing."""
         x, z = np.array(self.bead.x), np.array(self.bead.z)
         above = np.maximum(0.0, z - float(self.tip_path.at(x[0]))) / np.tan(self.disc.relaxed_angle)
         return float(max(0.0, np.max(above - (x - x[0])))) + 2 * self.spacing

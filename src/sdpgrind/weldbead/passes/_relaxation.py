@@ -1,7 +1,6 @@
-"""A pass as a quadratic program: the cut nearest to the target, where the removal rate is limited and the depth changes slowly.
+"""A pass as a quadratic program: the cut nearest to the target under limited removal rate and slope of depth.
 
-The dynamics of the disc are left out, so that what is found is a bound and a start, in a millisecond: many depths and feeds can
-be looked through before one of them is planned.
+It leaves out the dynamics of the disc: a bound and a start in a millisecond, for many depths and feeds.
 """
 
 from collections.abc import Iterable
@@ -19,29 +18,28 @@ from sdpgrind.weldbead.passes._problem import PassProblem
 if TYPE_CHECKING:
     import cvxpy
 
-SPACING = 0.5
-"""Distance of the nodes, mm (chosen)."""
+SPACING = 0.5  # chosen: mm; distance of the nodes
 _SETTINGS = {"verbose": False, "eps_abs": 1e-7, "eps_rel": 1e-7, "max_iter": 20_000, "polishing": True}
 
 
 @dataclass(frozen=True, eq=False)
 class RelaxedPass:
-    """A cut that comes nearest to the target of a pass.
+    """Cut nearest to the target of a pass.
 
     Attributes
     ----------
     problem : PassProblem
-        Of which mean cut (mm) and feed (mm/s).
+        Problem with its mean cut (mm) and feed (mm/s).
     x, cut_depth : array
         Nodes along the bead and the depth there, mm.
     depth_max : float
-        Depth that the limits on force and power leave at this feed, Q_max/(w V), mm.
+        Greatest depth within the limits on force and power, Q_max/(w V), mm.
     shortfall : float
-        What cannot be taken off at all, mm^3.
+        Volume that the limits leave, mm^3.
     deviation : float
-        Distance of what is left from the target, mm rms.
+        Distance of the remaining contour from the target, mm rms.
     iterations : int
-        Of the solver, a whole number.
+        Iterations of the solver, a whole number.
     """
 
     problem: PassProblem
@@ -54,16 +52,16 @@ class RelaxedPass:
 
     @property
     def contour(self) -> Contour:
-        """What the cut leaves, mm."""
+        """Contour after the cut, mm."""
         return Contour(self.x, self.problem.bead.at(self.x) - self.cut_depth)
 
     @property
     def limited(self) -> float:
-        """Share of the bead on which the depth is at its limit, unit 1."""
+        """Share of the bead with the greatest depth, unit 1."""
         return float(np.mean(self.cut_depth > self.depth_max * (1 - 1e-6)))
 
     def plot(self) -> Any:
-        """Draw bead, target and what is left (mm) over the limit on the depth; return the figure."""
+        """Draw bead, target and remaining contour (mm) over the depth; return the figure."""
         return pictures.drawn("sdpgrind.weldbead.passes._plots:plot_relaxed", self)
 
 
@@ -75,22 +73,23 @@ def relax(
 ) -> list[RelaxedPass]:
     """Return the cuts nearest to the targets of a pass, for pairs of mean cut and feed.
 
-    For each: minimise the integral of (Z_i - d - Z_f)^2 over depths d(x) with 0 <= d <= Q_max/(w V), abs(d') <= slope_max and
-    mean d = mean_cut, or the greatest mean that the limits leave.
+    Each minimises the integral of (Z_i - d - Z_f)^2 over depths d(x) with 0 <= d <= Q_max/(w V), abs(d') <=
+    slope_max and mean d = mean_cut, or the greatest mean within the limits.
 
     Parameters
     ----------
     problem : PassProblem
         Disc, bead and limits.
     slope_max : float, optional
-        Greatest change of the depth along the bead, mm/mm; the slope of the relaxed disc, tan(theta0), when left out.
+        Greatest slope of the depth along the bead, mm/mm. Default: the slope of the relaxed disc,
+        tan(theta0).
     candidates : iterable of (float, float), optional
-        Mean cuts (mm) and feeds (mm/s); those of the problem when left out.
+        Mean cuts (mm) and feeds (mm/s). Default: those of the problem.
 
     Returns
     -------
     list of RelaxedPass
-        One for each candidate.
+        One per candidate.
 
     Raises
     ------
@@ -103,7 +102,8 @@ def relax(
     >>> from sdpgrind.weldbead import passes
     >>> process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
     >>> disc = passes.TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
-    >>> problem = passes.PassProblem(disc, passes.Contour([0, 75, 150], [1.0, 1.3, 1.0]), mean_cut=0.2, feed_rate=20.0)
+    >>> bead = passes.Contour([0, 75, 150], [1.0, 1.3, 1.0])
+    >>> problem = passes.PassProblem(disc, bead, mean_cut=0.2, feed_rate=20.0)
     >>> slow, fast = passes.relax(problem, candidates=[(0.2, 10.0), (0.2, 40.0)])
     >>> slow.shortfall, round(fast.depth_max, 4), fast.shortfall > 0
     (0.0, 0.1855, True)
@@ -119,7 +119,7 @@ def relax(
 
 
 def statement(problem: PassProblem, slope_max: float) -> tuple["cvxpy.Problem", "cvxpy.Variable"]:
-    """The same program as it is read, in cvxpy, and its variable: the depth at the nodes (mm)."""
+    """Return the same program in cvxpy, and its variable: the depth at the nodes, mm."""
     import cvxpy
 
     cp: Any = cvxpy  # its functions have no types
@@ -138,7 +138,7 @@ def statement(problem: PassProblem, slope_max: float) -> tuple["cvxpy.Problem", 
 
 
 def _nodes(problem: PassProblem) -> tuple[Floats, Floats]:
-    """Nodes along the bead, and the weights of the trapezoids for a mean."""
+    """Return nodes along the bead, mm, and the weights of a mean by trapezoids."""
     x = np.linspace(problem.bead.x[0], problem.bead.x[-1], max(10, round(problem.bead.length / SPACING)) + 1)
     weight = np.full(x.size, 1.0 / (x.size - 1))
     weight[[0, -1]] /= 2
@@ -146,13 +146,13 @@ def _nodes(problem: PassProblem) -> tuple[Floats, Floats]:
 
 
 def _limits(problem: PassProblem) -> tuple[float, float]:
-    """Greatest depth at this feed, and the mean depth that can be had."""
+    """Return the greatest depth at this feed and the attainable mean depth, mm."""
     most = float(problem.disc.model.mean_cut(problem.force_limit, problem.feed_rate))
     return most, min(problem.mean_cut, most)
 
 
 class _Program:
-    """OSQP set up once; candidates differ in the target, the greatest depth and the mean."""
+    """OSQP set up once; candidates differ in target, greatest depth and mean."""
 
     def __init__(self, problem: PassProblem, slope: float) -> None:
         self.x, self.weight = _nodes(problem)

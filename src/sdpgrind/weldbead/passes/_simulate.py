@@ -1,4 +1,4 @@
-"""A pass of a disc over a bead, step by step: what happens for given heights of its center."""
+"""Simulation of a pass for given heights of the disc's center, step by step."""
 
 import dataclasses
 from typing import Any
@@ -17,32 +17,32 @@ from sdpgrind.weldbead.passes._kernels import Bead, Step
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class PassRecord:
-    """What happened in a pass, step by step.
+    """Course of a pass; equations of Brown (1988).
 
     Attributes
     ----------
     time : array (steps,)
         Time since the start, s.
     center_x, tip_x, tip_z : array (steps,)
-        Center of the disc and its tip along the bead, and height of the tip, mm.
+        Positions of the disc's center and of its tip along the bead, and height of the tip, mm.
     fly_height : array (steps,)
-        Height of the center, H, mm.
+        Height of the center H, mm.
     disk_angle : array (steps,)
-        Angle of the disc, theta, rad.
+        Angle of the disc theta, rad.
     normal_force : array (steps,)
-        Torque of the spring over the disc's radius, N: (6.9).
+        Torque of the spring over the disc radius, N; (6.9).
     grinding_power : array (steps,)
-        Power at the contact, W: (6.11).
+        Power at the contact, W; (6.11).
     removal_rate : array (steps,)
-        Volume removed in a second, Q, mm^3/s: (6.13).
+        Removal rate Q, mm^3/s; (6.13).
     disk_speed : array (steps,)
-        Spin, rad/s: (4.8).
+        Disc speed, rad/s; (4.8).
     removed : array (steps,)
         Volume removed in each step, mm^3.
     patches : array (steps,)
-        Pieces of bead in contact (0: free).
+        Pieces of bead in contact; 0: free.
     before, contour : Contour
-        The bead before and after, mm.
+        Bead before and after, mm.
     """
 
     time: Floats
@@ -67,12 +67,12 @@ class PassRecord:
 
     @property
     def feed_rate(self) -> Floats:
-        """Feed to each step from the one before, mm/s: (steps - 1,)."""
+        """Feed from each step to the next, mm/s, (steps - 1,)."""
         return np.asarray(np.diff(self.center_x) / np.diff(self.time))
 
 
 def even_bead(contour: Contour, nodes: Floats, width: float | Contour) -> Bead:
-    """Return a bead on even nodes, as the kernels cut it (its heights are a copy)."""
+    """Return a bead on even nodes for the kernels; its heights are a copy."""
     z = contour.at(nodes)
     spacing = float((nodes[-1] - nodes[0]) / (nodes.size - 1))
     area = spacing * (width.at(nodes) if isinstance(width, Contour) else np.full(nodes.size, width))
@@ -93,36 +93,36 @@ def simulate(
     order: int = 2,
     exact: bool = False,
 ) -> PassRecord:
-    """Move the disc over a bead at given heights, and cut what is in its way: Brown (1988), 6.4, by balance of volumes.
+    """Move the disc over a bead at given heights, and cut by balance of volumes; Brown (1988), 6.4.
 
     Parameters
     ----------
     disc : TiltedDisc
-        The disc.
+        Disc.
     bead : Contour
-        The bead, mm.
+        Bead, mm.
     center_x : array (steps + 1,)
-        Positions of the center, mm, rising; at the first one the disc must touch nothing.
+        Positions of the center, rising, mm; at the first the disc must touch nothing.
     fly_height : array (steps + 1,)
-        Its heights there, mm.
+        Heights of the center there, mm.
     feed_rate : float or array (steps,)
-        Feed to each position from the one before, mm/s: the time that takes is their distance over it.
+        Feed from each position to the next, mm/s.
     relaxed_angle : array (steps + 1,), optional
-        Angle of the relaxed disc at each position, rad, where tilt is what is controlled; that of `disc` by default.
+        Angle of the unloaded disc at each position, rad, where tilt is controlled. Default: that of `disc`.
     spacing : float, optional
-        Distance of the nodes of the bead, mm; the distance of positions by default.
+        Node distance on the bead, mm. Default: the mean distance of positions.
     width : Contour, optional
-        Width of the bead (mm) where it varies; that of the process by default.
+        Varying width of the bead, mm. Default: that of the process.
     order : {2, 1}
         Balance by the trapezoid rule, or by backward Euler.
     exact : bool
-        Clip the bead as a polyline whose crossings with the disc become points (mm), instead of at even nodes: slower, and of
-        no error but that of the steps. Without wear, and of one width.
+        Clip the bead as a polyline whose crossings with the disc become points (mm), instead of at even
+        nodes: slower, without error but that of the steps. Without wear, and of one width.
 
     Raises
     ------
     GrinderStalled
-        When no power that the motor has would let the disc pass.
+        When the motor lacks the power to let the disc pass.
     ValueError
         When lengths differ, or the disc starts in the bead.
 
@@ -132,7 +132,8 @@ def simulate(
     >>> process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
     >>> disc = TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
     >>> x = np.arange(80.0, 140.0, 0.05)
-    >>> record = simulate(disc, Contour([0, 50], [1, 1]), center_x=x, fly_height=np.full(x.size, 31.0), feed_rate=20.0)
+    >>> bead, height = Contour([0, 50], [1, 1]), np.full(x.size, 31.0)
+    >>> record = simulate(disc, bead, center_x=x, fly_height=height, feed_rate=20.0)
     >>> 0 < record.volume < 12.7 * 50
     True
     """
@@ -144,7 +145,8 @@ def simulate(
     )
     if x.ndim != 1 or x.size < 2 or height.shape != x.shape:
         raise ValueError(
-            f"center_x and fly_height must be of one length, 2 at least (mm); got shapes {x.shape}, {height.shape}"
+            f"center_x and fly_height must be of one length, 2 at least (mm); got shapes {x.shape},"
+            f" {height.shape}"
         )
     times = _times(x, feed_rate)
     angle = np.full(x.size, disc.relaxed_angle) if relaxed_angle is None else _angles(x, relaxed_angle)
@@ -164,7 +166,7 @@ def simulate(
 def _exactly(
     disc: TiltedDisc, bead: Contour, way: tuple[Floats, ...], width: Contour | None, order: int
 ) -> PassRecord:
-    """The same pass over a bead that is clipped as a polyline."""
+    """Simulate the pass with the bead clipped as a polyline."""
     if width is not None or np.isfinite(disc.grinding_ratio):
         raise ValueError("exact must be False where the width varies (mm), or the disc wears")
     center, height, angle, times = way
@@ -195,7 +197,7 @@ def _exactly(
 
 
 def _angles(x: Floats, relaxed_angle: npt.ArrayLike) -> Floats:
-    """One relaxed angle for each position."""
+    """Return one relaxed angle, rad, for each position."""
     angle = checks.finite_array("relaxed_angle", relaxed_angle, "rad")
     if angle.shape != x.shape:
         raise ValueError(
@@ -212,11 +214,12 @@ def _angles(x: Floats, relaxed_angle: npt.ArrayLike) -> Floats:
 
 
 def _times(x: Floats, feed_rate: npt.ArrayLike) -> Floats:
-    """Time from each position to the next."""
+    """Return the time, s, from each position to the next."""
     feed = checks.finite_array("feed_rate", feed_rate, "mm/s")
     if feed.shape not in ((), (x.size - 1,)):
         raise ValueError(
-            f"feed_rate must be a number or have one entry for each step, {x.size - 1} (mm/s); got {feed.shape}"
+            f"feed_rate must be a number or have one entry for each step, {x.size - 1} (mm/s); got"
+            f" {feed.shape}"
         )
     if np.any(feed <= 0):
         raise checks.refuse("feed_rate", "> 0", float(feed.min()), "mm/s")
@@ -231,7 +234,7 @@ def _nodes(bead: Contour, spacing: float) -> Floats:
 
 @dataclasses.dataclass
 class PassRun:
-    """A disc over a bead on even nodes, at positions of its center with the times between them; used once."""
+    """Disc over a bead on even nodes, at positions of its center with the times between them; used once."""
 
     disc: TiltedDisc
     ground: Bead
@@ -250,7 +253,7 @@ class PassRun:
         wind_max: float = np.inf,
         order: int = 2,
     ) -> Floats:
-        """Run the kernel; heights are those of the positions (`GIVEN`) or start with that of the first."""
+        """Run the kernel; heights are those of all positions (`GIVEN`) or start with that of the first."""
         core, x = self.disc.core, self.center_x
         along = self.nodes * 0.0 if path is None else path
         state, begin = (
@@ -268,15 +271,17 @@ class PassRun:
         out = np.empty((x.size, 9))
         out[0] = 0.0, 0.0, place[2], place[0], place[1], 0.0, 0.0, 0.0, 0.0
         code, done = _kernels.grind(
-            self.ground, core, state, x[1:], height[1:] if mode == _kernels.GIVEN else np.full(x.size - 1, place[2]),
-            self.relaxed_angle[1:], self.times, along, mode, np.array(gains), min(wind_max, core.wind_max), order == 2, out[1:],
+            self.ground, core, state, x[1:],
+            height[1:] if mode == _kernels.GIVEN else np.full(x.size - 1, place[2]),
+            self.relaxed_angle[1:], self.times, along, mode, np.array(gains), min(wind_max, core.wind_max),
+            order == 2, out[1:],
         )  # fmt: skip
         if code != _kernels.DONE:
             raise self.stalled(done, float(state[_kernels.TIP_X]))
         return out
 
     def stalled(self, step: int, tip_x: float) -> GrinderStalled:
-        """What is raised where the motor has not the power for a step."""
+        """Return the error of a motor that lacks the power for a step."""
         power = self._power(float(self.disc.spring_torque(self.disc.core.wind_max)))
         return GrinderStalled(float(np.sum(self.times[: step + 1])), tip_x, power)
 
@@ -285,7 +290,7 @@ class PassRun:
         return physics.disk_power(m.friction_ratio * torque, m.free_speed, m.speed_droop)
 
     def record(self, before: Contour, out: Floats) -> PassRecord:
-        """Put names to what the kernel says."""
+        """Return the output of the kernel by name."""
         m = self.disc.model
         wind, torque, height, tip_x, tip_z, rate, removed, patches, _ = out.T.copy()
         return PassRecord(

@@ -1,4 +1,4 @@
-"""Compiled steps of the cut for compiled code of other packages, such as that of a stand: arrays in place, serial."""
+"""Compiled steps of the cut for compiled code of other packages: arrays in place, serial."""
 
 from sdpgrind.weldbead.passes._kernels import (
     DONE,

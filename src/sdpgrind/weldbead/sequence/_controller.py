@@ -88,23 +88,13 @@ class SequenceController(Stateful):
         return self._policy.problem.job
 
     def reset(self) -> None:
-        """Forget the last bead.
-
-        Examples
-        --------
-        >>> from sdpgrind import weldbead
-        >>> controller = weldbead.SequenceController(weldbead.plan(weldbead.preset("P1"), tolerance=1e-2))
-        >>> command = controller.step(height=1.0, time_left=10.0)
-        >>> controller.reset()
-        >>> controller.report()["penalty"]
-        nan
-        """
+        """Forget the last bead."""
         self._expected_height = self._expected_time = nan
         self._last: dict[str, float] = {}  # the last pass, where a finish is charged
         self._report = dict.fromkeys(self.reports, nan)
 
     def step(self, *, height: float, time_left: float, **others: Any) -> dict[str, float]:
-        """Return the next pass, or ``{"stop": 1.0}``.
+        """Return the next pass (s, mm/s, N), or ``{"stop": 1.0}``.
 
         Parameters
         ----------
@@ -114,13 +104,6 @@ class SequenceController(Stateful):
             Time to the deadline, s; < 0: late.
         **others
             Further measurements, ignored.
-
-        Examples
-        --------
-        >>> from sdpgrind import weldbead
-        >>> controller = weldbead.SequenceController(weldbead.plan(weldbead.preset("P1"), tolerance=1e-2))
-        >>> {name: round(value, 2) for name, value in controller.step(height=1.0, time_left=10.0).items()}
-        {'duration': 10.0, 'feed_rate': 6.25, 'normal_force': 50.0, 'stop': 0.0}
         """
         height, time_left = self._known(height, time_left)
         self._check(height, time_left)
@@ -138,16 +121,7 @@ class SequenceController(Stateful):
         }
 
     def report(self) -> dict[str, float]:
-        """Return expected penalty-to-go, $, mean cut, mm, and gap, $, of the last step.
-
-        Examples
-        --------
-        >>> from sdpgrind import weldbead
-        >>> controller = weldbead.SequenceController(weldbead.plan(weldbead.preset("P1"), tolerance=1e-2))
-        >>> command = controller.step(height=1.0, time_left=10.0)
-        >>> sorted(controller.report())
-        ['gap', 'mean_cut', 'penalty']
-        """
+        """Return expected penalty-to-go, $, mean cut, mm, and gap, $, of the last step."""
         return self._report
 
     def _remember(self, height: float, time_left: float, duration: float) -> None:
