@@ -1,4 +1,4 @@
-"""The bottom tier of weld-bead grinding: a force loop on a motor-driven table (Brown 1988, chapter 7 and Appendix B)."""
+"""Bottom tier of weld-bead grinding: force loop on a motor-driven table; Brown (1988), ch. 7 and App. B."""
 
 from sdpgrind.base import faces
 

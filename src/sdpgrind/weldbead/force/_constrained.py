@@ -1,4 +1,4 @@
-"""The predictive controller: the linear law where it is within limits, a quadratic program (OSQP) where it is not."""
+"""Predictive controller: a linear law within limits, a quadratic program (OSQP) at them."""
 
 from math import inf, isnan
 from typing import Any, Self
@@ -14,35 +14,36 @@ from sdpgrind.weldbead.force._limits import Limits
 from sdpgrind.weldbead.force._predictive import Predictive
 from sdpgrind.weldbead.force._reference import Trajectory
 
-_SLACK_WEIGHT = 1e3
+_SLACK_WEIGHT = 1e3  # chosen: weight of missing contact force; errors of force weigh 1
 _SETTINGS: Any = {
     "verbose": False,
     "eps_abs": 1e-6,
     "eps_rel": 1e-6,
     "max_iter": 4000,
-    "adaptive_rho": False,  # every sample is solved the same way, whatever was solved before
+    "adaptive_rho": False,  # a sample's solution does not depend on earlier ones
     "rho": 0.01,
     "polishing": True,
 }
 
 
 class PredictiveController(ForceController):
-    """Follows a pass plan by model predictive control: command, rate and contact limits over the horizon, at each sample.
+    """Follows a pass plan by model predictive control with limits on command, its rate, and contact.
 
-    The planned height goes ahead as in `ForceController`; the correction comes from a quadratic program in its changes.
-    Readings that are foreseen above `Limits.contact_force` are kept above it (softly). Where the law without limits keeps
-    them all it is used as it is; where the program is not solved it is used within the limits of this sample.
+    The planned height is sent ahead as in `ForceController`; a quadratic program in the changes of the
+    correction runs at each sample. Readings foreseen above `Limits.contact_force` are kept above it (softly).
+    The law without limits is used as it is where it keeps them all, and within the limits of this sample
+    where the program is not solved.
 
     Parameters
     ----------
     plan : PassPlan or None
-        See `ForceController`.
+        As of `ForceController`.
     predictive : Predictive
         Weights, horizon and model (N, mm, s).
     force_max : float, optional
-        Largest force that may be demanded, N.
+        Greatest planned force, N.
     limits : Limits, optional
-        Of the command, in mm and s.
+        Limits of the command, in mm and s.
     datum : float
         Fly height at which the platform command is 0, mm.
 
@@ -56,7 +57,8 @@ class PredictiveController(ForceController):
     >>> import types
     >>> from sdpgrind.weldbead import force
     >>> plan = types.SimpleNamespace(time=[0.0, 1.0], normal_force=[30.0, 30.0], fly_height=[10.0, 10.0])
-    >>> controller = force.PredictiveController(plan, force.Predictive(), limits=force.Limits(command_max=-10.0))
+    >>> low = force.Limits(command_max=-10.0)
+    >>> controller = force.PredictiveController(plan, force.Predictive(), limits=low)
     >>> round(controller.step(force=10.0)["platform_command"], 3)
     -10.0
     """
@@ -79,7 +81,7 @@ class PredictiveController(ForceController):
 
     @property
     def programs(self) -> tuple[int, int]:
-        """How many quadratic programs were solved and how many were not, a whole number each."""
+        """Numbers of quadratic programs that were solved and that were not (whole numbers)."""
         return self._solved, self._unsolved
 
     def __getstate__(self) -> dict[str, Any]:
@@ -87,7 +89,7 @@ class PredictiveController(ForceController):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         twin = super().__deepcopy__(memo)
-        twin._solver = None  # it is made anew: OSQP cannot be copied
+        twin._solver = None  # OSQP cannot be copied
         return twin
 
     def _restart(self) -> None:
@@ -96,7 +98,7 @@ class PredictiveController(ForceController):
         self._lost = 0
 
     def _command(self, force: float, demand: float, position: float, time: float) -> float:
-        """Command (mm) of one sample; the state of the loop's model is kept where `ForceController` keeps it."""
+        """Command of one sample, mm; the loop model's state is kept as in `ForceController`."""
         law, model, stiffness = self._predictive, self._loop.plant.sampled, self._loop.plant.contact_stiffness
         m = self._loop.law.system.order
         foreseen, rest = self._state[m : m + model.order], self._state[m + model.order :]
@@ -129,7 +131,7 @@ class PredictiveController(ForceController):
         return float(min(max(command, core.low), core.high))
 
     def _first_move(self, held: float, position: float, foreseen: Floats, time: float) -> float:
-        """First change of the correction (N), limits kept over the horizon."""
+        """First change of the correction within limits over the horizon, N."""
         look = self._predictive.prediction
         base = look.free @ self._estimate + look.held * held
         moves = -look.gain @ base
@@ -143,7 +145,7 @@ class PredictiveController(ForceController):
     def _bounds(
         self, held: float, position: float, foreseen: Floats, base: Floats, time: float
     ) -> tuple[Floats, Floats, Floats]:
-        """Limits of command, rate, contact and slack over the horizon, in N of the correction."""
+        """Limits of command, rate, contact and slack over the horizon, N of the correction."""
         n, stiffness, core = self._predictive.horizon, self._loop.plant.contact_stiffness, self._core
         ahead = [self._ahead(time + k * self.period) for k in range(n)]
         planned = np.array([position, *(each[1] for each in ahead[1:])])
@@ -159,7 +161,7 @@ class PredictiveController(ForceController):
         return low, high, self._rows()
 
     def _forecast(self, foreseen: Floats, demands: list[float]) -> Floats:
-        """Readings (N) of the next samples if everything is as planned."""
+        """Readings of the next samples if everything goes as planned, N."""
         model, state, out = self._predictive.scaled, foreseen, np.empty(len(demands))
         for k, demand in enumerate(demands):
             state = model.A @ state + model.B * demand
@@ -174,7 +176,7 @@ class PredictiveController(ForceController):
         return np.vstack([sums, steps, contact, np.eye(n + 1)[-1]])
 
     def _solve(self, linear: Floats, low: Floats, high: Floats, rows: Floats, guess: Floats) -> float | None:
-        """First change of the program's solution, or None where OSQP does not solve it."""
+        """First change of the program's solution, N; None: not solved."""
         big = 1e20
         bounds = {"q": linear, "l": np.maximum(low, -big), "u": np.minimum(high, big)}
         if self._solver is None:

@@ -1,4 +1,4 @@
-"""The bottom tier: follows a planned force at 60 Hz, by what the plan knows first and by feedback on the rest."""
+"""Bottom tier: follows a planned force at 60 Hz by feedforward of the plan and feedback on the rest."""
 
 from collections.abc import Mapping
 from math import isfinite, isnan, nan
@@ -16,51 +16,51 @@ from sdpgrind.weldbead.force._kernels import ControlCore, control_step
 from sdpgrind.weldbead.force._limits import Limits
 from sdpgrind.weldbead.force._reference import ForceReference, Trajectory
 
-FORCE_MAX = 90.0
+FORCE_MAX = 90.0  # chosen: N; the default limit of a pass problem
 _MEASURED = {"force": "N", "pass_time": "s", "center_x": "mm"}
 _SET_POINTS = {"plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm"}
-_PLACE_TRUST = (
-    0.2  # share of what the gauge of the feed says in the time of a sample; the rest is that of the clock
-)
+_PLACE_TRUST = 0.2  # chosen: weight of the measured place in the time of a sample; the rest is the clock's
 
 
 class ForceController(Stateful):
-    """Follows a pass plan with the platform: two degrees of freedom, or feedback alone.
+    """Follows a pass plan with the platform: feedforward and feedback, or feedback alone.
 
-    Feedforward sends the planned height ahead by the lag of the loop; feedback acts on the difference between the reading
-    and the reading that the model of the loop foresees. Without feedforward (Brown's way) the feedback does everything.
-    Steps once a sample; commands ``platform_command`` (mm, up positive: datum - fly height + correction).
+    Feedforward sends the planned height ahead by the lag of the loop; feedback acts on the difference between
+    the reading and that foreseen by the model of the loop. Without feedforward (Brown's way) it acts on the
+    force error. Steps once a sample; commands ``platform_command``: datum - fly height + correction (mm, up
+    positive).
 
-    Where the reading stays below the contact force although more is foreseen, the law is frozen, the platform approaches at
-    a limited speed, and the law goes on from there without a bump. A missing reading (NaN) holds the correction.
+    Where the reading stays below the contact force although more is foreseen, the law is frozen and the
+    platform approaches at a limited speed; the law then resumes without a bump. NaN (no reading) holds the
+    correction.
 
-    Where in the plan it is it reads from the place of the disc, so that a lead-in or a feed that is not quite as planned do
-    no harm; without that from the clock of the pass. Before and after the plan no force is demanded, at the height of its end.
+    The time in the plan comes from the place of the disc, so that a lead-in or a feed off the plan do no
+    harm; without it from the clock of the pass. Outside the plan the force is 0, at the height of its end.
 
     Parameters
     ----------
     plan : PassPlan or None
-        Arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm), and ``center_x`` (mm) where it has it; None: the plan
-        comes as set-points ``plan_time``, ``normal_force_plan``, ``fly_height_plan``, ``center_x_plan`` of the tier above.
+        Arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm), and ``center_x`` (mm) where known.
+        None: the plan comes as set-points ``plan_time``, ``normal_force_plan``, ``fly_height_plan``,
+        ``center_x_plan``.
     loop : ForceLoop
-        Law and model of what it drives.
+        Law and model of the loop.
     feedforward : bool
-        Whether the plan's height is used; False: feedback alone, from the plan's first height on.
+        Whether the planned height is used; False: feedback alone, from the plan's first height on.
     blend : float
-        Weight of the planned height against the planned force in the feedback, dimensionless: 0 holds the force, 1 the
-        height.
+        Weight of the planned height against the planned force in the feedback, dimensionless; 0 holds the
+        force, 1 the height.
     force_max : float, optional
-        Largest force that may be demanded, N; the plan's own limit or 90 N when left out.
+        Greatest planned force, N. Default: the plan's own limit, or 90 N.
     limits : Limits, optional
-        Of the command, in mm and s.
+        Limits of the command, in mm and s.
     datum : float
         Fly height at which the platform command is 0, mm.
 
     Raises
     ------
     ValueError
-        When the plan demands a negative force or more than `force_max` (N), `blend` is not in [0, 1], or a value is not
-        finite.
+        When the plan demands a negative force or more than `force_max` (N), or a value is not in its range.
 
     Examples
     --------
@@ -112,7 +112,7 @@ class ForceController(Stateful):
 
     @property
     def reads(self) -> Mapping[str, str]:
-        """Measurements that it needs, and set-points where it was given no plan, with their units (N, s, mm)."""
+        """Measurements, and set-points where it was given no plan, with their units (N, s, mm)."""
         return _MEASURED if self._plan is not None else _MEASURED | _SET_POINTS
 
     @property
@@ -122,17 +122,17 @@ class ForceController(Stateful):
 
     @property
     def core(self) -> ControlCore:
-        """Plain numbers for `control_step`, in mm, N and samples."""
+        """Constants of `control_step`, in mm, N and samples."""
         return self._core
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine that the plan was made for (mm, s, N); `hwsim` refuses to run it on others."""
+        """Part and machine of the plan (mm, s, N); `hwsim` refuses to run it on others."""
         return getattr(getattr(self._plan, "problem", None), "job", None) or {}
 
     @property
     def identity(self) -> tuple[Any, ...]:
-        """What tells this controller from another one: its loop, limits and plan."""
+        """Class, loop, limits and plan: equal ones are the same controller."""
         reference = self._reference if self._plan is not None else None
         plan = None if reference is None else (reference.time, reference.normal_force, reference.fly_height)
         return (
@@ -146,18 +146,12 @@ class ForceController(Stateful):
         )
 
     def follow(self, plan: Trajectory) -> None:
-        """Start a new pass with another plan.
-
-        Parameters
-        ----------
-        plan : PassPlan
-            Arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm).
-        """
+        """Start a new pass with a plan: arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm)."""
         self._reference = ForceReference.of(plan, self._force_max)
         self._restart()
 
     def reset(self) -> None:
-        """Forget the pass before (a plan given at the start is kept)."""
+        """Forget the last pass; a plan given at the start is kept."""
         self._set_points: tuple[Any, ...] = ()
         if self._plan is None:
             self._reference = None
@@ -166,34 +160,22 @@ class ForceController(Stateful):
         self._restart()
 
     def start(self) -> Floats:
-        """Return a fresh state of `control_step` (mm and N) for the pass that is followed now, from its time 0 on."""
+        """Return a fresh state of `control_step` (mm and N) for time 0 of the pass."""
         return self._settled(self._ahead(0.0)[0])
 
     def _settled(self, demand: float) -> Floats:
-        """State in which the model has seen `demand` (N) for ever."""
+        """State after an endless demand, N."""
         law, model = self._loop.law.system, self._loop.plant.sampled
         foreseen = np.linalg.solve(np.eye(model.order) - model.A, model.B * demand)
         return np.concatenate([np.zeros(law.order), foreseen, [0.0, nan, 0.0, 0.0]])
 
     def planned(self, time: float) -> tuple[float, float]:
-        """Return the planned force (N) and platform position (mm) of the pass that is followed.
-
-        Parameters
-        ----------
-        time : float
-            Time since the start of the pass, s.
-        """
+        """Return planned force (N) and platform position (mm) at a time (s) of the pass."""
         force, height = self._known().at(time)
         return force, self._datum - height
 
     def trajectory(self, samples: int) -> tuple[Floats, Floats]:
-        """Return force (N) and position (mm) that `control_step` is given in the first samples of the pass.
-
-        Parameters
-        ----------
-        samples : int
-            How many samples, a whole number.
-        """
+        """Return force (N) and position (mm) for `control_step` in the first `samples` of the pass."""
         pairs = np.array([self._ahead(k * self.period) for k in range(checks.count("samples", samples))])
         return np.ascontiguousarray(pairs[:, 0]), np.ascontiguousarray(pairs[:, 1])
 
@@ -209,30 +191,30 @@ class ForceController(Stateful):
         center_x_plan: npt.ArrayLike | None = None,
         **others: Any,
     ) -> dict[str, float]:
-        """Return the platform command (mm) of this sample; nothing as long as set-points are still NaN.
+        """Return the platform command (mm) of this sample; nothing while set-points are NaN.
 
         Parameters
         ----------
         force : float
             Reading of the sensor, N; NaN: none.
         pass_time : float
-            Time since the start of the pass, s; used where the place is not known. A clock that goes back means a new pass.
-            Without both, steps are counted.
+            Time since the start of the pass, s, used where the place is unknown. A clock that goes back
+            starts a new pass. Without both, steps are counted.
         center_x : float
-            Place of the disc centre, mm; tells the time where the plan has ``center_x``.
+            Position of the disc's center, mm; it gives the time where the plan has ``center_x``.
         plan_time, normal_force_plan, fly_height_plan, center_x_plan : array, optional
-            The plan as set-points (s, N, mm, mm); new ones start a new pass. The last one may be missing.
+            Plan as set-points (s, N, mm, mm); new ones start a new pass. The last one may be missing.
         **others
-            Further measurements; not used.
+            Further measurements, ignored.
 
         Raises
         ------
         ValueError
-            When there is no plan yet, or the set-points demand what is not allowed (N).
+            When there is no plan yet, or the set-points demand a forbidden force (N).
         """
         self._take(plan_time, normal_force_plan, fly_height_plan, center_x_plan)
         if self._reference is None and plan_time is not None:
-            return {}  # the tier above has asked for nothing yet
+            return {}  # no set-points from the tier above yet
         time = self._now(pass_time, center_x)
         demand, position = self._ahead(time)
         if not self._state.size:
@@ -244,7 +226,7 @@ class ForceController(Stateful):
         return {"platform_command": command}
 
     def report(self) -> dict[str, float]:
-        """Return force demanded and reading foreseen next (N), and the correction of the planned position (mm)."""
+        """Return force demanded and reading foreseen next, N, and the correction of the position, mm."""
         if not self._state.size:
             return dict.fromkeys(self.reports, nan)
         order, model = self._loop.law.system.order, self._core.model
@@ -257,7 +239,7 @@ class ForceController(Stateful):
         }
 
     def _command(self, force: float, demand: float, position: float, time: float) -> float:
-        """Command (mm) of one sample."""
+        """Command of one sample, mm."""
         return float(control_step(self._core, self._state, self._work, force, demand, position))
 
     def _restart(self) -> None:
@@ -265,7 +247,7 @@ class ForceController(Stateful):
         self._state = self._work = np.zeros(0)
 
     def _take(self, time: Any, force: Any, height: Any, place: Any) -> None:
-        """Follow new set-points; those seen before change nothing."""
+        """Follow new set-points; repeated ones change nothing."""
         given = (time, force, height, place)
         if self._plan is not None or any(each is None for each in given[:3]) or not np.all(np.isfinite(time)):
             return
@@ -277,7 +259,7 @@ class ForceController(Stateful):
             self._restart()
 
     def _now(self, pass_time: float, center_x: float) -> float:
-        """Time in the plan (s)."""
+        """Time in the plan, s."""
         reference = self._known()
         if pass_time < self._clock:
             self._restart()
@@ -300,7 +282,7 @@ class ForceController(Stateful):
         return self._reference
 
     def _ahead(self, time: float) -> tuple[float, float]:
-        """Force (N) and platform position (mm) to act on now."""
+        """Force, N, and platform position, mm, to act on now."""
         reference = self._known()
         if not self._feedforward:
             return reference.at(time)[0], self._datum - float(reference.fly_height[0])

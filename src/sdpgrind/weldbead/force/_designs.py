@@ -1,4 +1,4 @@
-"""Feedback laws found for given limits: tuned PI, disturbance observer, and the convex design as yardstick."""
+"""Feedback laws designed for given limits: tuned PI, disturbance observer, convex design as yardstick."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -21,12 +21,12 @@ _Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
 
 @described("force.limits")
 class DesignLimits(Described):
-    """What every feedback design is compared at.
+    """Limits at which feedback designs are compared.
 
     Parameters
     ----------
     runout_response : float
-        Largest force made at the alias of the disc speed, 20 to 50 Hz, per runout force, unit 1.
+        Greatest force at the alias of the disc speed, 20 to 50 Hz, per runout force, unit 1.
     sensitivity_max, complementary_max : float
         Ms and Mt, unit 1; Ms = 2 implies a gain margin of 6 dB.
 
@@ -42,7 +42,7 @@ class DesignLimits(Described):
 
 
 def runout_weight(plant: ForcePlant) -> tuple[Floats, Floats]:
-    """Angular frequencies (rad/s) below half the rate, and what abs(C S) (mm/N) there is multiplied by for disc runout (N/mm)."""
+    """Angular frequencies, rad/s, below half the rate, and the weight of runout on abs(C S), N/mm."""
     spin = np.linspace(*RUNOUT_BAND, 241)
     seen = np.round(plant.sensor.alias(spin), 9)
     weight = np.abs(plant.sensor.response(spin)) * moved(plant, seen)
@@ -53,7 +53,7 @@ def runout_weight(plant: ForcePlant) -> tuple[Floats, Floats]:
 
 
 def _given(plant: ForcePlant | None, limits: DesignLimits | None) -> tuple[ForcePlant, DesignLimits]:
-    """Check what is given, fill in what is not."""
+    """Check the arguments, and fill in defaults."""
     plant = ForcePlant() if plant is None else checks.kind("plant", plant, ForcePlant)
     return plant, DesignLimits() if limits is None else checks.kind("limits", limits, DesignLimits)
 
@@ -66,9 +66,9 @@ def q_loop(
     Parameters
     ----------
     plant : ForcePlant, optional
-        What is driven (mm to N).
+        Plant (mm to N).
     limits : DesignLimits, optional
-        What must be kept, dimensionless.
+        Limits, dimensionless.
     taps : int
         Coefficients of the filter Q, a whole number.
 
@@ -100,9 +100,9 @@ def tuned_pi(plant: ForcePlant | None = None, limits: DesignLimits | None = None
     Parameters
     ----------
     plant : ForcePlant, optional
-        What is driven (mm to N).
+        Plant (mm to N).
     limits : DesignLimits, optional
-        What must be kept, dimensionless.
+        Limits, dimensionless.
 
     Examples
     --------
@@ -123,19 +123,19 @@ def tuned_pi(plant: ForcePlant | None = None, limits: DesignLimits | None = None
 
 @described("force.observer")
 class DisturbanceObserver(Described):
-    """Law that feeds back, low-passed, what the model of the loop did not foresee.
+    """Law that feeds back the low-passed error of the loop's model.
 
-    Q(z) = (1 - a/z)/(1 - a) ((1 - p)/(1 - p/z))^2 / K_x with p = exp(-cutoff T); a = lead exp(-b1 T) takes the slowest pole of
-    the drive back. The observed disturbance is a force (N), its cure a position (mm).
+    Q(z) = (1 - a/z)/(1 - a) ((1 - p)/(1 - p/z))^2 / K_x with p = exp(-cutoff T); a = lead exp(-b1 T) inverts
+    the slowest pole of the drive. The observed disturbance is a force (N), the correction a position (mm).
 
     Parameters
     ----------
     cutoff : float
-        Of the low-pass, rad/s.
+        Cut-off of the low-pass, rad/s.
     lead : float
-        Share of the slowest pole that is inverted, unit 1, 0 to 1.
+        Inverted share of the slowest pole, unit 1, 0 to 1.
     plant : ForcePlant
-        What is driven.
+        Plant.
 
     Raises
     ------
@@ -155,12 +155,12 @@ class DisturbanceObserver(Described):
 
     @property
     def law(self) -> Law:
-        """The law in plain arrays, mm per N."""
+        """Law in plain arrays, mm per N."""
         return self._law(self.cutoff, self.lead)
 
     @cached_property
     def loop(self) -> ForceLoop:
-        """The loop that this law closes (mm, N, s)."""
+        """Loop closed by this law (mm, N, s)."""
         return ForceLoop(self.law, self.plant, "observer")
 
     @classmethod
@@ -170,9 +170,9 @@ class DisturbanceObserver(Described):
         Parameters
         ----------
         plant : ForcePlant, optional
-            What is driven (mm to N).
+            Plant (mm to N).
         limits : DesignLimits, optional
-            What must be kept, dimensionless.
+            Limits, dimensionless.
         """
         plant = ForcePlant() if plant is None else plant
         one = cls(1.0, plant=plant)
@@ -197,7 +197,7 @@ class DisturbanceObserver(Described):
 def tuned(
     family: _Family, ranges: _Ranges, plant: ForcePlant, limits: DesignLimits | None, name: str
 ) -> ForceLoop:
-    """Loop of largest bandwidth of a family of two positive parameters."""
+    """Return the loop of largest bandwidth of a family of two positive parameters."""
     return ForceLoop(family(*best_parameters(family, ranges, plant, limits, name)), plant, name)
 
 
@@ -208,7 +208,7 @@ def best_parameters(
     limits: DesignLimits | None,
     name: str,
 ) -> tuple[float, float]:
-    """Both parameters of the law of largest bandwidth: a logarithmic grid, closed in on its best point."""
+    """Return the parameters of largest bandwidth: a logarithmic grid that shrinks to its best point."""
     judge = _Judge(plant, DesignLimits() if limits is None else limits)
     low, high = np.log(np.array(ranges)).T
     best, width, number, value = (low + high) / 2, (high - low) / 2, 21, -np.inf
@@ -235,7 +235,7 @@ def _points(centre: Floats, width: Floats, low: Floats, high: Floats, number: in
 
 
 class _Judge:
-    """Bandwidth of a law within the limits, fast: the plant's responses are kept."""
+    """Bandwidth of a law within the limits; keeps the plant's responses."""
 
     def __init__(self, plant: ForcePlant, limits: DesignLimits) -> None:
         self.limits, self._plant = limits, plant.sampled

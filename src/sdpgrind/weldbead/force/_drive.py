@@ -1,4 +1,4 @@
-"""Position drive of the platform, from command to platform position, with stiction, play and backlash as data."""
+"""Position drive of the platform, from command to position, with stiction, play and backlash as data."""
 
 from collections.abc import Callable
 
@@ -17,29 +17,29 @@ from sdpgrind.weldbead.force._servo import ServoTable
 
 @described("force.drive")
 class TableDrive(Described):
-    """Platform position X (mm) for a command X_c (mm): Brown (1988), (7.2), with the friction that his model leaves out.
+    """Platform position X (mm) for a command X_c (mm): Brown (1988), (7.2), with friction added.
 
     v' = gain F(s) (X_c - tachometer v - X) - damping v - friction, F(s) = (s/lead + 1)/(s/lag + 1).
 
     Parameters
     ----------
     gain : float
-        Acceleration per travel missing, 1/s^2.
+        Acceleration per position error, 1/s^2.
     damping : float
         Deceleration per speed, 1/s.
     tachometer : float
-        Travel that one unit of speed is worth at the amplifier, s.
+        Speed feedback, position error per speed, s.
     lag, lead : float
         Pole and zero of the amplifier, rad/s; equal ones cancel.
     stuck_band : float
-        Travel of the command, to each side, that Coulomb friction at the motor holds, mm; 0: none.
+        Command change to each side that Coulomb friction at the motor holds, mm; 0: none.
     play : float
-        Whole width of a play between motor and platform that no load closes, mm: Brown's friction "reflected to the
-        output" (4.8 N over the contact stiffness).
+        Whole width of a play between motor and platform that no load closes, mm: Brown's friction "reflected
+        to the output" (4.8 N over the contact stiffness).
     backlash : float
         Whole dead zone of gearbox and screw, mm, closed while the contact presses the platform down.
     dc_gain : float
-        Travel per volt of command, mm/V; for the record, commands are in mm.
+        Travel per volt of command, mm/V; informative, commands are in mm.
 
     Raises
     ------
@@ -66,7 +66,7 @@ class TableDrive(Described):
 
     @property
     def transfer(self) -> scipy.signal.TransferFunction:
-        """Transfer function from command to position (mm/mm, s in rad/s), friction left out; Brown (7.2)."""
+        """Transfer function from command to position (mm/mm, s in rad/s) without friction; Brown (7.2)."""
         if self.lag == self.lead:
             speed = self.damping + self.gain * self.tachometer
             return scipy.signal.TransferFunction([self.gain], [1.0, speed, self.gain])
@@ -83,44 +83,32 @@ class TableDrive(Described):
 
     @property
     def lag_time(self) -> float:
-        """Time by which the platform follows a slow command late, s."""
+        """Lag of the platform behind a slow command, s."""
         top, low = np.atleast_1d(self.transfer.num), self.transfer.den
         return float(low[-2] / low[-1] - (top[-2] / top[-1] if len(top) > 1 else 0.0))
 
     @property
     def reduced(self) -> tuple[float, float]:
-        """Two real poles b1 <= b2 (rad/s) that stand for the drive up to 60 Hz; its own where it has just two real ones."""
+        """Two real poles b1 <= b2 that replace the drive up to 60 Hz, rad/s; its own two where real."""
         own = np.abs(self.poles)
         if len(own) == 2 and np.all(self.poles.imag == 0):
             return float(own[0]), float(own[1])
         return _two_poles(self.response, float(own[0]))
 
     def response(self, frequency: Floats) -> Complex:
-        """Return the complex gain (mm/mm) at angular frequencies.
-
-        Parameters
-        ----------
-        frequency : array
-            Angular frequencies, rad/s.
-        """
+        """Return the complex gain (mm/mm) at an angular `frequency`, rad/s."""
         s = 1j * np.asarray(frequency, dtype=float)
         return np.asarray(np.polyval(self.transfer.num, s) / np.polyval(self.transfer.den, s))
 
     def matrices(self) -> tuple[Floats, Floats, Floats]:
-        """Return the state space (x mm, v mm/s, w mm): what the state, the command (mm) and friction (mm/s^2) change."""
+        """Return the effects of state (mm, mm/s, mm), command (mm) and friction (mm/s^2) on the state."""
         k, d, h, p, ratio = self.gain, self.damping, self.tachometer, self.lag, self.lag / self.lead
         accelerate = [-k * ratio, -d - k * h * ratio, k * (1 - ratio)]
         A = np.array([[0.0, 1.0, 0.0], accelerate, [-p, -p * h, -p]])
         return A, np.array([0.0, k * ratio, p]), np.array([0.0, -1.0, 0.0])
 
     def core(self, step: float) -> DriveCore:
-        """Return plain numbers for `drive_step` with sub-steps of `step`.
-
-        Parameters
-        ----------
-        step : float
-            Length of a sub-step, s.
-        """
+        """Return the constants of `drive_step` with sub-steps of length `step`, s."""
         A, command, friction = self.matrices()
         nothing = np.zeros(3)
         moved = held(A, command, nothing, 0.0, step)
@@ -132,13 +120,7 @@ class TableDrive(Described):
         )
 
     def start(self, position: float) -> Floats:
-        """Return the state of `drive_step` at rest at a position (mm).
-
-        Parameters
-        ----------
-        position : float
-            Platform and motor position, mm.
-        """
+        """Return the state of `drive_step` at rest at a position, mm."""
         return np.array([position, 0.0, 0.0, position, position])
 
 
@@ -157,7 +139,7 @@ def _two_poles(response: Callable[[Floats], Complex], first: float) -> tuple[flo
 
 
 def servo_drive(servo: ServoTable) -> TableDrive:
-    """Return the position drive of a servo table; its friction torque becomes a stuck band (mm).
+    """Return the position drive of a servo table; its friction torque becomes a stuck band, mm.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Feedback laws of the force loop and the loop that they close: law, drive, sensor, contact stiffness, delay."""
+"""Feedback laws of the force loop, and the loop they close: drive, sensor, contact stiffness, delay."""
 
 from functools import cached_property
 from typing import Any
@@ -13,22 +13,22 @@ from sdpgrind.weldbead.force._drive import TableDrive, table_drive
 from sdpgrind.weldbead.force._sensor import SensorChain
 
 _System = tuple[Floats, Floats, Floats, float]
+# source: Brown (1988), (7.1b): rotational stiffness over the squared radius of a 7 inch disc, N/mm
 CONTACT_STIFFNESS = 6e5 / 88.9**2
-"""Rotational stiffness over the radius of a 7 inch disc squared, Brown (7.1b), N/mm."""
 
 
 @described("force.plant")
 class ForcePlant(Described):
-    """What a force controller drives: table drive, contact, sensor, and the delay of computing and sending.
+    """Plant of a force controller: table drive, contact, sensor, and delay of computing and sending.
 
     Parameters
     ----------
     drive : TableDrive
-        From command to platform position, mm/mm.
+        Drive from command to platform position, mm/mm.
     sensor : SensorChain
-        From force to what is read, N/N.
+        Sensor from force to reading, N/N.
     contact_stiffness : float
-        Force per travel K_x = K_theta/R^2, Brown (7.1b), N/mm.
+        Contact stiffness K_x = K_theta/R^2, Brown (7.1b), N/mm.
     delay_samples : int
         Samples from reading to command, a whole number >= 0.
 
@@ -51,12 +51,14 @@ class ForcePlant(Described):
 
     @property
     def lag(self) -> float:
-        """Time from a command to its force, s: drive, held output, delay; 47 ms for Brown's model and one sample."""
+        """Time from a command to its force by drive, held output and delay, s; 47 ms
+        for Brown's model and one sample.
+        """
         return self.drive.lag_time + (0.5 + self.delay_samples) * self.sample_time
 
     @cached_property
     def undelayed(self) -> Sampled:
-        """Exact sampled model from command (mm) to reading (N), friction and delay left out."""
+        """Exact sampled model from command (mm) to reading (N) without friction and delay."""
         drive = continuous(self.drive.transfer.num, self.drive.transfer.den)
         sensor = continuous(*self.sensor.analogue)
         A, B, C = _series(drive, sensor)
@@ -85,21 +87,21 @@ def _series(first: _System, second: _System) -> tuple[Floats, Floats, Floats]:
 
 @described(eq=False)
 class ForceLoop(Described):
-    """A feedback law and what it drives: everything that `margins` and `ForceController` need.
+    """Feedback law and its plant, for `margins` and `ForceController`.
 
     Parameters
     ----------
     law : Law
-        From force error (N) to command (mm).
+        Law from force error (N) to command (mm).
     plant : ForcePlant
         Drive, contact, sensor, delay.
     name : str
-        What to call it in tables.
+        Name in tables.
 
     Raises
     ------
     ValueError
-        When law and plant differ in sample time (s), or a pole of the closed loop is not inside the unit circle.
+        When law and plant differ in sample time (s), or the closed loop is unstable.
 
     Examples
     --------
@@ -128,23 +130,17 @@ class ForceLoop(Described):
 
     @property
     def open(self) -> Sampled:
-        """The open loop, from force error (N) to reading (N)."""
+        """Open loop, from force error (N) to reading (N)."""
         return self.law.system.then(self.plant.sampled)
 
     @property
     def identity(self) -> tuple[Any, ...]:
-        """What tells this loop from another one: its law in plain numbers (mm per N) and its plant."""
+        """Name, law in plain numbers (mm per N) and plant: equal ones are the same loop."""
         core = self.law.core
         return self.name, *(np.asarray(each).tolist() for each in core), self.plant
 
     def delayed(self, delay_samples: int) -> "ForceLoop":
-        """Return the same law on a plant with another delay.
-
-        Parameters
-        ----------
-        delay_samples : int
-            Samples from reading to command, a whole number >= 0.
-        """
+        """Return the same law on a plant with a delay of `delay_samples`, a whole number >= 0."""
         return self.replace(plant=self.plant.replace(delay_samples=delay_samples))
 
 
@@ -175,7 +171,7 @@ class PI(Described):
 
     @property
     def law(self) -> Law:
-        """The law in plain arrays, mm per N; limits change its sum so that it goes on from the applied command."""
+        """Law in plain arrays, mm per N; at a limit its sum follows the applied command."""
         step = self.ki * self.sample_time
         one = np.ones(1)
         return Law(
@@ -183,13 +179,7 @@ class PI(Described):
         )
 
     def loop(self, plant: ForcePlant | None = None) -> ForceLoop:
-        """Return the loop that this law closes.
-
-        Parameters
-        ----------
-        plant : ForcePlant, optional
-            What is driven (mm to N); Brown's design model when left out.
-        """
+        """Return the loop closed by this law on a `plant` (mm to N); default: Brown's design model."""
         return ForceLoop(self.law, ForcePlant() if plant is None else plant, "PI")
 
     @classmethod
@@ -207,15 +197,15 @@ class PI(Described):
         Parameters
         ----------
         crossover : float
-            Where the loop gain would be 1 without the other lags, rad/s.
+            Frequency of loop gain 1 without the other lags, rad/s.
         drive : TableDrive, optional
-            From command to position (mm/mm); `table_drive` when left out.
+            Drive from command to position (mm/mm). Default: `table_drive`.
         sensor : SensorChain, optional
-            From force to reading (N/N).
+            Sensor from force to reading (N/N).
         delay_samples : int
             Samples from reading to command, a whole number >= 0.
         contact_stiffness : float
-            Force per travel, N/mm.
+            Contact stiffness, N/mm.
 
         Raises
         ------

@@ -1,8 +1,8 @@
-"""Compiled steps of the force loop: table drive, play, sensor, controller, and a stiff contact to close the loop on.
+"""Compiled steps of the force loop: table drive, play, sensor, controller, and a stiff contact.
 
-Every function works on plain arrays in place, serial and without allocation, so that stands can call it from kernels of
-their own. One sub-step of a table drive is exact for a command that is held over it; friction is solved for at the end of
-the sub-step (implicitly), so that the speed is exactly 0 while the table sticks and nothing chatters.
+Functions work on plain arrays in place, serial and without allocation: kernels of stands call them. A
+sub-step of a table drive is exact for a held command; friction is solved for at the end of the sub-step
+(implicitly), so that the speed is exactly 0 while the table sticks and nothing chatters.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from sdpgrind.control.kernels import LawCore, law_output, law_update, quantised
 
 
 class DriveCore(NamedTuple):
-    """Table drive over one sub-step, with state (motor x mm, speed v mm/s, lag w mm, played mm, platform mm).
+    """Table drive over one sub-step; state: motor x mm, speed v mm/s, lag w mm, played mm, platform mm.
 
     v' = gain (lead e + (1 - lead) w) - ... - friction, e = command - tachometer v - x, w' = (e - w)/lag.
     """
@@ -33,7 +33,7 @@ class DriveCore(NamedTuple):
 
 
 class SensorCore(NamedTuple):
-    """Analogue filter over one sub-step (force a straight line in it), then a digital filter every `ratio` sub-steps.
+    """Analogue filter over one sub-step (force linear in it), then a digital filter every `ratio` sub-steps.
 
     State: analogue (n), last force, two of the digital filter, its output, sub-steps since its last sample.
     """
@@ -49,7 +49,7 @@ class SensorCore(NamedTuple):
 
 
 class ControlCore(NamedTuple):
-    """Controller of one sample: feedback law, model of the loop, limits. State: see `control_step`."""
+    """Controller of one sample: feedback law, model of the loop, limits; see `control_step`."""
 
     law: LawCore
     model: LawCore
@@ -66,22 +66,22 @@ class ControlCore(NamedTuple):
 
 @compiled
 def _play_step(position, played, half):
-    """Follow `position` with play of half-width `half` (mm): what is driven moves only when it is pushed."""
+    """Position after a play of half-width `half`, mm: it moves only when pushed."""
     return min(max(played, position - half), position + half)
 
 
 @compiled
 def _backlash_step(position, platform, half, touch):
-    """Platform in a dead zone: pressed down to where the contact force ends (`touch`, mm) or to the lower flank."""
+    """Platform in a dead zone, mm: pressed down to the begin of contact (`touch`) or to the lower flank."""
     moved = min(max(platform, position - half), position + half)
     return max(position - half, touch) if moved > touch else moved
 
 
 @compiled
 def drive_step(state, command, core, touch):
-    """Advance a table drive by one sub-step in place and return the platform position (mm).
+    """Advance a table drive by one sub-step in place; return the platform position, mm.
 
-    `touch` is the platform position at which contact begins (mm; inf: nothing to touch).
+    `touch` is the platform position at which contact begins, mm; inf: no contact.
     """
     x, v, w = state[0], state[1], state[2]
     stuck = False
@@ -102,7 +102,7 @@ def drive_step(state, command, core, touch):
 
 @compiled
 def _slide(state, x, v, w, command, core):
-    """One sub-step in motion: the friction that would stop the table, or all there is of it."""
+    """Sub-step in motion: friction just stops the table, or is all there is."""
     A, b, f = core.transition, core.command, core.friction
     for i in range(3):
         state[i] = A[i, 0] * x + A[i, 1] * v + A[i, 2] * w + b[i] * command
@@ -117,7 +117,7 @@ def _slide(state, x, v, w, command, core):
 
 @compiled
 def sensor_step(state, force, core):
-    """Advance a force sensor by one sub-step in place; `force` (N) is that at the end of the sub-step."""
+    """Advance a force sensor by one sub-step in place; `force`, N, is that at its end."""
     order = core.output.size
     last = state[order]
     state[order] = force
@@ -134,7 +134,7 @@ def sensor_step(state, force, core):
 
 @compiled
 def _row(core, state, i, last, force):
-    """One entry of the analogue state, put behind the state until all are done."""
+    """One entry of the new analogue state, kept behind the state until all are done."""
     order = core.output.size
     total = core.old[i] * last + core.new[i] * force
     for k in range(order):
@@ -155,18 +155,18 @@ def _filter(state, value, core, order):
 
 @compiled
 def sensor_read(state, core, noise):
-    """Return what the sensor shows (N): its last filtered sample, noise added, in whole quanta."""
+    """Return the reading, N: last filtered sample plus noise, in whole quanta."""
     return quantised(state[core.output.size + 3] + noise, core.quantum)
 
 
 @compiled
 def control_step(core, state, work, force, demand, position):
-    """Return the platform command (mm) of one sample.
+    """Return the platform command of one sample, mm.
 
-    `force` (N) is what the sensor shows (NaN: no reading), `demand` (N) the planned force and `position` (mm) the planned
-    platform position, both as far ahead as the loop lags where the controller follows a model.
-    State: law, model, then the correction (mm), the command (mm; NaN before the first), samples without contact, the
-    error before (N). Whatever replaces the law's own command is told to its state, so that it goes on from there.
+    `force` (N) is the reading (NaN: none), `demand` (N) the planned force and `position` (mm) the planned
+    platform position, both ahead by the lag of the loop where the controller follows a model. State: law,
+    model, then correction (mm), command (mm; NaN before the first), samples without contact, last error (N).
+    The law's state is corrected for a replaced command, so that it resumes without a bump.
     """
     law, model = core.law, core.model
     n, m = law.B.size, model.B.size
@@ -193,13 +193,13 @@ def control_step(core, state, work, force, demand, position):
 
 @compiled
 def _contact_force(platform, surface, stiffness):
-    """Force (N) of a stiff contact: none where the platform is below what it presses against."""
+    """Force of a stiff contact, N; 0 where the platform is below the surface."""
     return stiffness * max(0.0, platform - surface)
 
 
 @compiled
 def plant_sample(command, drive, sensor, drive_core, sensor_core, surface, stiffness, forces):
-    """Advance drive, contact and sensor by one control sample; `surface` and `forces` have one entry a sub-step."""
+    """Advance drive, contact and sensor by one control sample; `surface`, `forces`: one entry a sub-step."""
     for j in range(surface.size):
         platform = drive_step(drive, command, drive_core, surface[j])
         forces[j] = _contact_force(platform, surface[j], stiffness)
@@ -210,9 +210,9 @@ def plant_sample(command, drive, sensor, drive_core, sensor_core, surface, stiff
 def simulate_core(
     control, state, drive, sensor, queue, cores, demand, position, surface, stiffness, noise, record
 ):
-    """Close the loop over stiff contact. `surface`: (samples, sub-steps) mm; `record`: forces (samples, sub-steps) N.
+    """Close the loop over stiff contact; return commands (mm) and readings (N), one a sample.
 
-    Returns commands (mm) and sensor readings (N), one a sample.
+    `surface`: (samples, sub-steps) mm; `record`: forces (samples, sub-steps) N.
     """
     drive_core, sensor_core = cores
     samples = demand.size
@@ -228,7 +228,7 @@ def simulate_core(
 
 @compiled
 def delay_step(queue, value):
-    """Put `value` into a queue of whole samples in place, and return what comes out."""
+    """Push `value` into a queue of whole samples in place; return its oldest."""
     if queue.size == 0:
         return value
     out = queue[0]

@@ -1,4 +1,4 @@
-"""What the platform may do, and how it behaves without contact."""
+"""Limits of the platform, and its behaviour without contact."""
 
 from math import inf
 
@@ -7,18 +7,18 @@ from sdpgrind.base.quantities import Described, count, described, quantity
 
 @described("force.command_limits")
 class Limits(Described):
-    """What the platform may do, and how it behaves without contact.
+    """Limits of the platform command, and behaviour without contact.
 
     Parameters
     ----------
     command_min, command_max : float
         Range of the platform command, mm; infinite: no limit.
     command_rate_max : float
-        Largest speed of the command, mm/s.
+        Greatest speed of the command, mm/s.
     contact_force : float
-        A reading below this means no contact, where more is demanded, N.
+        Reading below which contact is lost where more is foreseen, N.
     patience : int
-        Samples without contact, a whole number, until the law is frozen and the platform creeps up.
+        Samples without contact until the law is frozen and the platform approaches, a whole number.
     approach_rate_max : float
         Speed of that approach, mm/s.
 

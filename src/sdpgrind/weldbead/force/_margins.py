@@ -1,4 +1,4 @@
-"""Margins of a force loop, with its exact response to disc runout."""
+"""Margins of a force loop, and its exact response to disc runout."""
 
 import dataclasses
 
@@ -11,8 +11,7 @@ from sdpgrind.base.units import hz
 from sdpgrind.control import Margins, Sampled, loop_margins
 from sdpgrind.weldbead.force._feedback import ForceLoop, ForcePlant
 
-RUNOUT_BAND = (hz(20.0), hz(50.0))
-"""Spin speeds (rad/s) over which the response to runout is judged: Brown's air motor under load."""
+RUNOUT_BAND = (hz(20.0), hz(50.0))  # source: disc speeds of Brown's (1988) air motor under load, rad/s
 
 
 def margins(loop: ForceLoop, delay_samples: int | None = None) -> Margins:
@@ -21,9 +20,9 @@ def margins(loop: ForceLoop, delay_samples: int | None = None) -> Margins:
     Parameters
     ----------
     loop : ForceLoop
-        As `PI.design` and the other designs give it.
+        Loop, from `PI.design` or another design.
     delay_samples : int, optional
-        Judge the law on a plant with this delay, a whole number of samples >= 0; the loop's own when left out.
+        Delay of the plant, a whole number of samples >= 0. Default: the loop's own.
 
     Returns
     -------
@@ -53,14 +52,15 @@ def margins(loop: ForceLoop, delay_samples: int | None = None) -> Margins:
 
 
 def runout_response(loop: ForceLoop, spin: npt.ArrayLike) -> Floats:
-    """Return the force made by the loop at the alias of the disc speed, per runout force, dimensionless.
+    """Return the force of the loop at the alias of the disc speed, per runout force, dimensionless.
 
-    Exact for a sampled loop in contact: abs(sensor(f)) abs(C S)(f_a) abs(hold(f_a) drive(f_a)) K_x, f_a the alias of f.
+    Exact for a sampled loop in contact: abs(sensor(f)) abs(C S)(a) abs(hold(a) drive(a)) K_x, a the alias of
+    f.
 
     Parameters
     ----------
     loop : ForceLoop
-        The loop.
+        Loop.
     spin : array
         Disc speeds, rad/s.
 
@@ -68,7 +68,8 @@ def runout_response(loop: ForceLoop, spin: npt.ArrayLike) -> Floats:
     --------
     >>> from sdpgrind import units
     >>> from sdpgrind.weldbead import force
-    >>> loop = force.PI.design(crossover=units.hz(3.0), sensor=force.SensorChain(analogue_cutoff=None, inner_rate=None))
+    >>> sensor = force.SensorChain(analogue_cutoff=None, inner_rate=None)
+    >>> loop = force.PI.design(crossover=units.hz(3.0), sensor=sensor)
     >>> round(float(force.runout_response(loop, units.hz(50.0))), 3)
     0.111
     """
@@ -80,13 +81,13 @@ def runout_response(loop: ForceLoop, spin: npt.ArrayLike) -> Floats:
 
 
 def moved(plant: ForcePlant, frequency: Floats) -> Floats:
-    """Size of the force (N/mm) that a sampled command makes at its own frequency (rad/s): hold, drive, contact."""
+    """Force of a sampled command at its own frequency (rad/s) by hold, drive and contact, N/mm."""
     hold = np.sinc(frequency * plant.sample_time / (2 * np.pi))
     return np.asarray(np.abs(hold * plant.drive.response(frequency)) * plant.contact_stiffness)
 
 
 def parametrised(loop: ForceLoop) -> Sampled:
-    """Q = C/(1 + C P) of a loop: from set-point (N) to command (mm)."""
+    """Q = C/(1 + C P) of a loop, from set-point (N) to command (mm)."""
     law, plant = loop.law.system, loop.plant.sampled
     top = np.hstack([law.A, -np.outer(law.B, plant.C)])
     low = np.hstack([np.outer(plant.B, law.C), plant.A - law.D * np.outer(plant.B, plant.C)])

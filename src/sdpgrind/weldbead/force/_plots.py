@@ -1,4 +1,4 @@
-"""The picture of a simulated force loop."""
+"""Picture of a simulated force loop."""
 
 from typing import Any
 
@@ -6,11 +6,11 @@ import numpy as np
 
 from sdpgrind.base import pictures
 
-_MOST_RUNS = 20  # more lines than these cannot be told apart
+_MOST_RUNS = 20  # chosen: more lines are not told apart
 
 
 def plot_loop(record: Any) -> Any:
-    """Draw force against plan, what the sensor showed, and the command of each run over time (N, mm, s)."""
+    """Draw force against plan, readings, and the command of each run over time (N, mm, s)."""
     figure, (top, low) = pictures.subplots(2, 1, (9, 5), sharex=True, height_ratios=(1.5, 1))
     runs, samples = record.command.shape
     shown, period = min(runs, _MOST_RUNS), record.time[-1] / samples

@@ -1,4 +1,4 @@
-"""Model predictive control of the force: the linear law that it is without limits, and its matrices."""
+"""Model predictive control of the force: its linear law without limits, and its matrices."""
 
 from functools import cached_property
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from sdpgrind.weldbead.force._feedback import ForceLoop, ForcePlant
 
 
 class HorizonPrediction(NamedTuple):
-    """Readings of the next samples: free @ state + held * last correction + moves @ changes; changes that minimise: -gain."""
+    """Readings of the next samples: free @ state + held * last correction + moves @ changes; best: -gain."""
 
     free: Floats
     held: Floats
@@ -25,21 +25,21 @@ class HorizonPrediction(NamedTuple):
 
 @described("force.predictive")
 class Predictive(Described):
-    """Predictive law: over `horizon` samples, least sum of (F - F_ref)^2 + move_weight (K_x change of command)^2.
+    """Predictive law: least sum of (F - F_ref)^2 + move_weight (K_x change of command)^2 over the horizon.
 
-    A Kalman filter estimates the loop's state and an offset of the platform (mm) that drifts, so that nothing is left over.
-    Without limits this is a linear law, judged like any other; `PredictiveController` keeps limits too, with OSQP.
+    A Kalman filter estimates the state of the loop and a drifting offset of the platform (mm), so that no
+    error remains. Without limits the law is linear; `PredictiveController` adds limits by OSQP.
 
     Parameters
     ----------
     move_weight : float
-        Weight of a change of command against an error of force, unit 1.
+        Weight of a change of command against a force error, unit 1.
     drift : float
-        How fast the offset drifts against the noise of the sensor, K_x sd(change in a sample)/sd(reading), unit 1.
+        Drift of the offset against sensor noise, K_x sd(change in a sample)/sd(reading), unit 1.
     horizon : int
-        Samples looked ahead, a whole number.
+        Samples of the horizon, a whole number.
     plant : ForcePlant
-        What is driven (mm to N).
+        Plant (mm to N).
 
     Raises
     ------
@@ -66,11 +66,11 @@ class Predictive(Described):
         Parameters
         ----------
         plant : ForcePlant, optional
-            What is driven (mm to N).
+            Plant (mm to N).
         limits : DesignLimits, optional
-            What must be kept, dimensionless.
+            Limits, dimensionless.
         horizon : int
-            Samples looked ahead, a whole number.
+            Samples of the horizon, a whole number.
         """
         one = cls(horizon=horizon, plant=ForcePlant() if plant is None else plant)
 
@@ -87,14 +87,14 @@ class Predictive(Described):
 
     @cached_property
     def drifting(self) -> Sampled:
-        """The model with the offset (N) as one more state."""
+        """Model with the offset (N) as one more state."""
         model = self.scaled
         A = np.block([[model.A, model.B[:, None]], [np.zeros((1, model.order)), np.ones((1, 1))]])
         return Sampled(A, np.append(model.B, 0.0), np.append(model.C, 0.0), 0.0, model.sample_time)
 
     @cached_property
     def corrects(self) -> Floats:
-        """What one newton of surprise changes in the estimated state, in its units (N)."""
+        """Change of the estimated state, N, per newton of innovation."""
         model = self.drifting
         noise = np.zeros((model.order, model.order))
         noise[-1, -1] = self.drift**2
@@ -119,7 +119,7 @@ class Predictive(Described):
 
     @property
     def law(self) -> Law:
-        """The law without limits, mm per N."""
+        """Law without limits, mm per N."""
         model, look, M = self.drifting, self.prediction, self.corrects
         feed, held = look.gain[0] @ look.free, look.gain[0] @ look.held
         filtered = np.eye(model.order) - np.outer(M, model.C)
@@ -134,5 +134,5 @@ class Predictive(Described):
 
     @cached_property
     def loop(self) -> ForceLoop:
-        """The loop that the law without limits closes (mm, N, s)."""
+        """Loop closed by the law without limits (mm, N, s)."""
         return ForceLoop(self.law, self.plant, "predictive")

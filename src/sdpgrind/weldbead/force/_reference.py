@@ -1,4 +1,4 @@
-"""What a pass plan asks of the force loop, as arrays over time, checked once."""
+"""Demand of a pass plan on the force loop, as arrays over time, checked once."""
 
 import dataclasses
 from typing import Any, Protocol
@@ -11,7 +11,7 @@ from sdpgrind.base.checks import Floats
 
 
 class Trajectory(Protocol):
-    """What a plan must have to be followed: arrays over time."""
+    """Plan that can be followed: arrays over time."""
 
     @property
     def time(self) -> Any:
@@ -23,12 +23,12 @@ class Trajectory(Protocol):
 
     @property
     def fly_height(self) -> Any:
-        """Planned height of the disc centre, mm."""
+        """Planned height of the disc's center, mm."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ForceReference:
-    """Planned force (N) and fly height (mm) over time (s), and where the disc is then (mm) where that is known."""
+    """Planned force (N), fly height (mm) and, where known, center of the disc (mm) over time (s)."""
 
     time: Floats
     normal_force: Floats
@@ -37,7 +37,7 @@ class ForceReference:
 
     @classmethod
     def of(cls, plan: Trajectory, force_max: float) -> "ForceReference":
-        """Read a plan and refuse what no force loop can do."""
+        """Read a plan and refuse one that no force loop can follow."""
         for name in ("time", "normal_force", "fly_height"):
             if not hasattr(plan, name):
                 raise TypeError(
@@ -72,12 +72,12 @@ class ForceReference:
         return cls(t, force, height, None if center_x is None else _increasing(center_x, t))
 
     def at(self, time: float) -> tuple[float, float]:
-        """Planned force (N) and height (mm) at a time (s); before and after no force, at the height of the end."""
+        """Planned force (N) and height (mm) at a time (s); outside the plan 0 N, at the height of its end."""
         force = float(np.interp(time, self.time, self.normal_force, left=0.0, right=0.0))
         return force, float(np.interp(time, self.time, self.fly_height))
 
     def when(self, center_x: float) -> float:
-        """Time (s) at which the plan has the disc at `center_x` (mm), at the speed of the ends before and after."""
+        """Planned time, s, of a disc center at `center_x`, mm; extrapolated at the speeds of the ends."""
         x, t = self.center_x, self.time
         assert x is not None
         if center_x < x[0]:
@@ -96,6 +96,6 @@ def _check_force(force: Floats, force_max: float) -> None:
 
 
 def _increasing(center_x: npt.ArrayLike, time: Floats) -> Floats | None:
-    """The way of the disc, where time can be read from it."""
+    """Positions of the disc, where they give the time."""
     x = np.asarray(center_x, dtype=float).ravel()
     return x if x.shape == time.shape and len(x) > 1 and bool(np.all(np.diff(x) > 0)) else None

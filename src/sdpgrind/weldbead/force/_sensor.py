@@ -1,4 +1,4 @@
-"""Force sensor: analogue filter, sampling inside the sensor, digital filter, output at the rate of the controller."""
+"""Force sensor: analogue filter, inner sampling, digital filter, output at the rate of the controller."""
 
 from math import pi
 
@@ -16,19 +16,19 @@ from sdpgrind.weldbead.force._kernels import SensorCore
 
 @described("force.sensor")
 class SensorChain(Described):
-    """From the force at the grinder to the number that the controller reads: Brown (1988), 7.2.
+    """Chain from the force at the grinder to the reading of the controller; Brown (1988), 7.2.
 
-    The filter of 30 Hz at an output rate of 60 Hz is no anti-alias filter: what the disc does at 50 Hz is read at 10 Hz.
+    The filter of 30 Hz at an output rate of 60 Hz is no anti-alias filter: 50 Hz are read as 10 Hz.
 
     Parameters
     ----------
     analogue_cutoff : float or None
-        Three-pole Butterworth before the sampling inside the sensor, rad/s; None: left out.
+        Three-pole Butterworth before the inner sampling, rad/s; None: left out.
     cutoff : float
         Two-pole Butterworth low-pass behind it, rad/s.
     inner_rate : int or None
-        Samples inside the sensor for one at the output, a whole number (8: 480 Hz); None: the low-pass is analogue and
-        only the output is sampled, a simpler model for design.
+        Inner samples per output, a whole number (8: 480 Hz). None: analogue low-pass and sampled output only,
+        a simpler design model.
     sample_time : float
         Time between two outputs, s.
     noise_sd : float
@@ -39,12 +39,13 @@ class SensorChain(Described):
     Raises
     ------
     ValueError
-        When a value is not finite, not positive, or a cut-off (rad/s) is not below half the rate inside the sensor.
+        When a value is not finite or not positive, or `cutoff` (rad/s) is not below half the inner rate.
 
     Examples
     --------
     >>> import numpy as np
-    >>> np.round(20 * np.log10(np.abs(SensorChain(analogue_cutoff=None).response(2 * np.pi * np.array([50.0, 58.0])))), 1)
+    >>> gain = SensorChain(analogue_cutoff=None).response(2 * np.pi * np.array([50.0, 58.0]))
+    >>> np.round(20 * np.log10(np.abs(gain)), 1)
     array([ -9.8, -12.4])
     """
 
@@ -63,12 +64,12 @@ class SensorChain(Described):
 
     @property
     def inner_time(self) -> float:
-        """Time between two samples inside the sensor, s."""
+        """Time between two inner samples, s."""
         return self.sample_time / (self.inner_rate or 1)
 
     @property
     def analogue(self) -> tuple[Floats, Floats]:
-        """Numerator and denominator of all that is analogue (s in rad/s), dimensionless gain 1 at 0."""
+        """Numerator and denominator of all analogue filters (s in rad/s), dimensionless gain 1 at 0."""
         top, low = np.ones(1), np.ones(1)
         if self.analogue_cutoff is not None:
             top, low = scipy.signal.butter(3, self.analogue_cutoff, analog=True)
@@ -87,7 +88,7 @@ class SensorChain(Described):
 
     @property
     def digital_system(self) -> Sampled:
-        """The digital low-pass as a sampled system (sample time in s)."""
+        """Digital low-pass as a sampled system (sample time in s)."""
         (b0, b1, b2), (_, a1, a2) = self.digital
         A = np.array([[-a1, 1.0], [-a2, 0.0]])
         return Sampled(
@@ -95,37 +96,19 @@ class SensorChain(Described):
         )
 
     def response(self, frequency: npt.ArrayLike) -> Complex:
-        """Return the complex gain (N/N) from a force at angular frequencies to the output, before it is sampled.
-
-        Parameters
-        ----------
-        frequency : array
-            Angular frequencies, rad/s; also above half the output rate, where `alias` says where they appear.
-        """
+        """Return the gain (N/N) from force to unsampled output at a `frequency`, rad/s; see `alias`."""
         w = np.asarray(frequency, dtype=float)
         top, low = self.analogue
         smooth = np.polyval(top, 1j * w) / np.polyval(low, 1j * w)
         return np.asarray(smooth * self.digital_system.response(w))
 
     def alias(self, frequency: npt.ArrayLike) -> Floats:
-        """Return at which angular frequency (rad/s) a force appears in the output.
-
-        Parameters
-        ----------
-        frequency : array
-            Angular frequencies of the force, rad/s.
-        """
+        """Return the angular frequency, rad/s, of the output for a force of `frequency`, rad/s."""
         rate = 2 * pi / self.sample_time
         return np.asarray(np.abs((np.asarray(frequency, dtype=float) + rate / 2) % rate - rate / 2))
 
     def core(self, step: float) -> SensorCore:
-        """Return plain numbers for `sensor_step` with sub-steps of `step`.
-
-        Parameters
-        ----------
-        step : float
-            Length of a sub-step, s: a whole number of them makes a sample inside the sensor.
-        """
+        """Return constants of `sensor_step` for sub-steps of `step`, s, a whole part of an inner sample."""
         ratio = self.inner_time / checks.positive("step", step, "s")
         if abs(ratio - round(ratio)) > 1e-6 or round(ratio) < 1:
             raise checks.refuse("step", f"a whole part of {self.inner_time:g}", step, "s")
@@ -138,6 +121,6 @@ class SensorChain(Described):
         return SensorCore(transition, old, new, np.ascontiguousarray(C), top, low, round(ratio), self.quantum)
 
     def start(self) -> Floats:
-        """Return the state of `sensor_step` that has seen no force (0 N)."""
+        """Return the state of `sensor_step` at rest (0 N)."""
         order = max(1, len(self.analogue[1]) - 1)
         return np.zeros(2 * order + 5)

@@ -1,4 +1,4 @@
-"""The vertical force table of Brown (1988), Appendix B: motor, amplifier, screw, in one data sheet."""
+"""Vertical force table of Brown (1988), Appendix B: motor, amplifier and screw in one data sheet."""
 
 import dataclasses
 from math import pi
@@ -10,23 +10,23 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
-_INCH_POUND = 4.4482216152605 * 25.4  # N*mm
-_KRPM = 1000 * 2 * pi / 60  # rad/s
-_INCH = 25.4
+_INCH_POUND = 4.4482216152605 * 25.4  # N*mm; derived: pound-force in N times inch in mm
+_KRPM = 1000 * 2 * pi / 60  # rad/s; derived
+_INCH = 25.4  # mm; source: definition
 
 
 @stored("force.servo")
 @dataclasses.dataclass(frozen=True)
 class ServoTable(Frozen):
-    """DC motor with a linear amplifier that turns a ball screw under a platform: Brown (1988), Appendix B.
+    """DC motor with a linear amplifier that turns a ball screw under a platform; Brown (1988), Appendix B.
 
-    Defaults are the printed values, converted; Brown's inertia of the bare motor is the rounded 4.25e-3 in lb s/kRPM that
-    his own numbers carry on with.
+    Defaults are the printed values, converted; the inertia of the bare motor is the rounded 4.25e-3 in lb
+    s/kRPM with which the source calculates.
 
     Parameters
     ----------
     motor_inertia, inertia : float
-        Rotational inertia of the bare motor and of all that the motor moves, N mm s^2 (per rad).
+        Rotational inertia of the bare motor, and of all that it moves, N mm s^2 (per rad).
     damping : float
         Viscous friction B, N mm s (per rad).
     inductance : float
@@ -125,14 +125,14 @@ class ServoTable(Frozen):
         return drive / (self.speed_feedback + self.damping)
 
     def amplifier_of(self, natural_frequency: float, damping_ratio: float) -> tuple[float, float]:
-        """Return lag p_a and lead z_a (rad/s) from the measured resonance of the speed loop of the bare motor.
+        """Return lag p_a and lead z_a (rad/s) from the measured resonance of the bare motor's speed loop.
 
         Parameters
         ----------
         natural_frequency : float
             Resonance, rad/s.
         damping_ratio : float
-            Its damping, dimensionless.
+            Damping ratio, dimensionless.
         """
         natural_frequency = checks.positive("natural_frequency", natural_frequency, "rad/s")
         damping_ratio = checks.positive("damping_ratio", damping_ratio)
@@ -148,11 +148,11 @@ class ServoTable(Frozen):
 
     @property
     def position_gain(self) -> float:
-        """Acceleration of the platform per travel missing, D_L K3 K_T c/J2, 1/s^2."""
+        """Acceleration of the platform per position error, D_L K3 K_T c/J2, 1/s^2."""
         torque = self.position_sensor * self.amplifier_gain * self.torque_constant
         return torque * self.lead_of_screw / self.inertia
 
     @property
     def stuck_band(self) -> float:
-        """Travel of the command that friction holds, to each side, T_c/(D_L K3 K_T), mm."""
+        """Command change held by friction, to each side, T_c/(D_L K3 K_T), mm."""
         return self.friction_torque / (self.position_sensor * self.amplifier_gain * self.torque_constant)

@@ -1,4 +1,4 @@
-"""The force loop over a stiff contact: drive with friction and play, sensor, delay and controller, without any grinding."""
+"""Force loop over a stiff contact, without grinding: drive with friction, sensor, delay, controller."""
 
 import copy
 import dataclasses
@@ -14,22 +14,21 @@ from sdpgrind.weldbead.force._controller import ForceController
 from sdpgrind.weldbead.force._feedback import ForcePlant
 from sdpgrind.weldbead.force._kernels import delay_step, plant_sample, sensor_read, simulate_core
 
-SUB_STEPS = 48
-"""Sub-steps of the plant in one sample of the controller: a multiple of the samples inside the sensor."""
+SUB_STEPS = 48  # chosen: sub-steps of the plant per sample; a multiple of the sensor's inner samples
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LoopRecord:
-    """What a simulated force loop did; arrays over runs first, then time.
+    """Record of a simulated force loop; arrays over runs first, then time.
 
     Attributes
     ----------
     time : array, (samples * sub-steps,)
         End of each sub-step, s.
     force, planned : array
-        Force at the contact and the planned one at these times, N; (runs, times) and (times,).
+        Force at the contact and planned force at these times, N; (runs, times) and (times,).
     command, reading : array, (runs, samples)
-        Platform command, mm, and what the sensor showed, N.
+        Platform command, mm, and reading of the sensor, N.
     """
 
     time: Floats
@@ -39,28 +38,12 @@ class LoopRecord:
     reading: Floats
 
     def error_rms(self, after: float = 0.0) -> Floats:
-        """Return the root mean square of force less planned force of each run, N.
-
-        Parameters
-        ----------
-        after : float
-            Leave out what was before, s.
-        """
+        """Return the rms force error of each run, N, leaving out what was before `after`, s."""
         kept = self.time > checks.nonnegative("after", after, "s")
         return np.asarray(np.sqrt(np.mean((self.force[:, kept] - self.planned[kept]) ** 2, axis=1)))
 
     def plot(self) -> Any:
-        """Draw planned force and force (N), and the platform command (mm), over time (s); return the figure.
-
-        Examples
-        --------
-        >>> import types
-        >>> from sdpgrind import units
-        >>> from sdpgrind.weldbead import force
-        >>> plan = types.SimpleNamespace(time=[0.0, 5.0], normal_force=[30.0, 30.0], fly_height=[10.0, 10.0])
-        >>> controller = force.ForceController(plan, force.PI.design(crossover=units.hz(3.0)))
-        >>> force.simulate_loop(controller, duration=2.0).plot().savefig("loop.png")  # doctest: +SKIP
-        """
+        """Draw planned and actual force (N), and the platform command (mm), over time (s)."""
         return pictures.drawn("sdpgrind.weldbead.force._plots:plot_loop", self)
 
 
@@ -75,21 +58,22 @@ def simulate_loop(
 ) -> LoopRecord:
     """Run a force controller with its plan against a stiff contact, K_x = K_theta/R^2.
 
-    The surface is where the plan expects it: a platform that keeps the planned height makes the planned force if the
-    contact is as stiff as the controller's model says.
+    The surface is where the plan expects it: a platform at the planned height makes the planned force if the
+    contact is as stiff as the controller's model.
 
     Parameters
     ----------
     controller : ForceController
-        With a plan.
+        Controller with a plan.
     duration : float
-        How long, s.
+        Simulated time, s.
     plant : ForcePlant, optional
-        The true drive, sensor, stiffness (N/mm) and delay; those of the controller's model when left out.
+        True drive, sensor, stiffness (N/mm) and delay. Default: those of the controller's model.
     surface : callable, optional
-        What the work surface is higher than planned (mm), towards the disc, as a function of times (s): runout, waves.
+        Deviation of the surface from the plan, towards the disc (mm), as a function of times (s): runout,
+        waves.
     runs : int
-        How many runs with other sensor noise, a whole number.
+        Number of runs with other sensor noise, a whole number.
     rng : int, Generator or SeedSequence
         Source of that noise.
 
@@ -132,7 +116,7 @@ def simulate_loop(
 
 
 def _heights(surface: Callable[[Floats], Floats] | None, time: Floats) -> Floats:
-    """How much (mm) the surface is higher than planned, at times (s)."""
+    """Deviation of the surface from the plan, mm, at times, s."""
     if surface is None:
         return np.zeros_like(time)
     checks.able("surface", surface, "None or a function of times (s) that gives heights (mm)", "__call__")
@@ -145,7 +129,7 @@ def _heights(surface: Callable[[Floats], Floats] | None, time: Floats) -> Floats
 
 
 def _contact(controller: ForceController, time: Floats) -> tuple[Floats, Floats]:
-    """Planned force (N), and platform position at which contact begins (mm), at times (s)."""
+    """Planned force, N, and platform position at which contact begins, mm, at times, s."""
     pairs = np.array([controller.planned(t) for t in time])
     return pairs[:, 0], pairs[:, 1] - pairs[:, 0] / controller.loop.plant.contact_stiffness
 
@@ -172,7 +156,7 @@ def _run(
 def _by_steps(
     controller: ForceController, machine: Any, touch: Floats, stiffness: float, noise: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """The same run with the controller's own `step`."""
+    """One run with the controller's own `step`."""
     (drive, sensor, queue, cores), driver = machine, copy.deepcopy(controller)
     driver.reset()
     record, commands, readings = np.empty_like(touch), np.empty(len(noise)), np.empty(len(noise))

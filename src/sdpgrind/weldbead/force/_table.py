@@ -1,4 +1,4 @@
-"""Feedback designs side by side, at equal limits."""
+"""Feedback designs compared at equal limits."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -30,9 +30,9 @@ def designs(plant: ForcePlant | None = None, limits: DesignLimits | None = None)
     Parameters
     ----------
     plant : ForcePlant, optional
-        What is driven (mm to N), with its delay.
+        Plant (mm to N), with its delay.
     limits : DesignLimits, optional
-        What all must keep, dimensionless.
+        Limits, dimensionless.
 
     Examples
     --------
@@ -54,7 +54,7 @@ def design_table(loops: Iterable[ForceLoop]) -> "xr.Dataset":
     Parameters
     ----------
     loops : iterable of ForceLoop
-        As `PI.design`, `designs` and others give them.
+        Loops, from `PI.design`, `designs` and others.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Compiled steps of the force loop for compiled code of other packages, such as that of a stand: arrays in place, serial."""
+"""Compiled steps of the force loop for compiled code of other packages: arrays in place, serial."""
 
 from sdpgrind.weldbead.force._kernels import drive_step, sensor_read, sensor_step
 
