@@ -1,1 +1,1 @@
-"""All three tiers in one: the sequence asks for a depth, passes make forces of it, a force loop follows them."""
+"""All three tiers in one: the sequence demands a depth, a pass turns it into forces, a force loop follows."""

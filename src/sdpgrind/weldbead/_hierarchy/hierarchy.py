@@ -1,6 +1,7 @@
-"""Three tiers in one controller: the sequence asks for a depth, the pass plans it, the force loop follows (Brown 1988, ch. 3).
+"""Three tiers in one controller: sequence, pass and force loop; Brown (1988), chapter 3.
 
-After each pass the bead is scanned, the coefficients are estimated anew, and sequence and pass are planned from there.
+After each pass the bead is scanned, the coefficients are estimated anew, and sequence and pass are planned
+again.
 """
 
 from collections.abc import Mapping
@@ -21,54 +22,52 @@ from sdpgrind.weldbead.sequence._plan import plan as plan_sequence
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
-PRIOR = 0.15
-"""Relative standard deviation that the coefficients of a bead are believed to have before its first pass, and of a pass."""
-NODES = 201
-"""Height nodes of a sequence that is planned anew between two passes (chosen)."""
+PRIOR = (
+    0.15  # chosen: relative sd of the coefficients of a bead before its first pass, and of a pass about them
+)
+NODES = 201  # chosen: height nodes of a sequence planned again between two passes
 _ESTIMATED = {"specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": ""}
-_LEAD = 0.3
-"""Time (s) before the plan at which a pass is started: the platform must have come down when the disc meets the bead."""
-_SPARE = 0.1
-"""Time (s) for what a pass takes beyond its way: ticks, and the wound disc."""
-_CLEAR = 2.0
-"""Normal force over that below which nothing is cut, from which a pass tells of energies: a lighter one loses contact."""
-_LEAST_CUT = 1e-3
-"""Mean depth (mm) below which there is nothing to plan a pass for (chosen)."""
+_LEAD = 0.3  # chosen: start of a pass before its plan, s: the platform is down before the disc meets the bead
+_SPARE = 0.1  # chosen: time of a pass beyond its travel, s: ticks, and the wound disc
+_CLEAR = (
+    2.0  # chosen: least force over threshold force for an estimate of energies; a lighter pass loses contact
+)
+_LEAST_CUT = 1e-3  # chosen: mean depth below which no pass is planned, mm
 
 
 class Hierarchy:
     """Sequence, pass and force control of a weld bead as one controller of three tiers.
 
-    The tier "sequence" looks up depth and feed in the policy after each scan; the tier "pass" turns them into a contour, heights
-    and forces on the scanned bead; the tier "force" follows those 60 times a second. Set-points go down, each tier has its
-    table in the log.
+    The tier "sequence" looks up depth and feed in the policy after each scan; the tier "pass" turns them into
+    a contour, heights and forces on the scanned bead; the tier "force" follows those 60 times a second.
+    Set-points go down; each tier has its table in the log.
 
     Parameters
     ----------
     policy : SequencePolicy
-        The sequence to follow.
+        Sequence to follow.
     disc : TiltedDisc
-        The disc, with the same process as the policy's problem.
+        Disc, with the process of the policy's problem.
     loop : ForceLoop
-        The force loop, as ``force.PI.design`` gives it.
+        Force loop, from ``force.PI.design``.
     reestimate : bool
-        Whether energy, idle power and friction are estimated from each pass, and sequence and pass planned with them.
+        Whether energy, idle power and friction are estimated from each pass and used for the next plans.
     replan : bool
-        Whether the sequence is looked up from what was scanned; False: from what was expected, as if nothing were measured.
+        Whether the sequence is looked up from the scanned height; False: from the expected one.
     feedforward : bool
         Passed on to `force.ForceController`.
     parent : Contour, optional
-        What the bead stands on (mm), which passes are parallel to; level at 0 when left out.
+        Surface below the bead, which passes parallel, mm. Default: level at 0.
     datum : float
-        Fly height at which the platform command is 0, mm, as the stand has it.
+        Fly height at which the platform command is 0, mm, as in the stand.
     lead_out : float
-        Way of the tip beyond the bead before a pass is over, mm. Passes are fed as much faster as they need to take no longer
-        than the sequence planned, leads included.
+        Travel of the tip beyond the bead at the end of a pass, mm. The feed is raised so that a pass with its
+        leads takes no longer than planned.
 
     Raises
     ------
     ValueError
-        When the policy is for another process than the disc's (J/mm^3, W, mm, rad/s).
+        When the processes of policy and disc differ (J/mm^3, W, mm, rad/s).
 
     Examples
     --------
@@ -76,7 +75,8 @@ class Hierarchy:
     >>> from sdpgrind.weldbead import force, passes
     >>> process = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
     >>> disc = passes.TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffness=6e5)
-    >>> problem = weldbead.preset("P4").replace(model=process, bead_length=150.0, durations=range(12, 41, 4), stage=4.0)
+    >>> times = {"durations": range(12, 41, 4), "stage": 4.0}
+    >>> problem = weldbead.preset("P4").replace(model=process, bead_length=150.0, **times)
     >>> policy = weldbead.plan(problem, tolerance=None, nodes=101)
     >>> tiers = Hierarchy(policy, disc, force.PI.design(crossover=units.hz(3.0))).tiers
     >>> list(tiers)
@@ -110,7 +110,7 @@ class Hierarchy:
             | disc.job
             | {"datum": (datum, "mm"), "lead_out": (lead_out, "mm"), "parent": parent}
         )
-        most = policy.problem.force_max * (1 + 1e-9)  # a pass at its limit is at it but for rounding
+        most = policy.problem.force_max * (1 + 1e-9)  # a pass at its limit may exceed it by rounding
         self.tiers: dict[str, Any] = {
             "sequence": _SequenceTier(policy, reestimate, replan),
             "pass": _PassTier(policy, disc, parent, lead_out),
@@ -124,27 +124,21 @@ class Hierarchy:
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine that the policy was planned for (mm, s)."""
+        """Part and machine of the policy (mm, s)."""
         return {name: value for name, value in self._job.items() if name != "force_max"}
 
     @property
     def identity(self) -> tuple[Any, ...]:
-        """What tells this controller from another one: policy, disc, loop and options."""
+        """Class, policy, disc, loop and options: equal ones are the same controller."""
         return type(self).__name__, *self._identity
 
     def reset(self) -> None:
-        """Forget the bead before, in all tiers."""
+        """Forget the last bead, in all tiers."""
         for tier in self.tiers.values():
             tier.reset()
 
     def step(self, **measurement: Any) -> Mapping[str, Any]:
-        """Step all tiers once, set-points going down; `hwsim.run` steps them at their own times instead.
-
-        Parameters
-        ----------
-        **measurement
-            What the tiers read, in mm, s, N and W.
-        """
+        """Step all tiers once with a `measurement` (mm, s, N, W); `hwsim.run` steps each at its time."""
         command: dict[str, Any] = {}
         for tier in self.tiers.values():
             command |= tier.step(**(measurement | command))
@@ -201,7 +195,7 @@ class _SequenceTier(Stateful):
         return self._follow.report()
 
     def _on_lattice(self, time_left: float) -> float:
-        """The stage below where it is late; no time where nothing is planned for being late."""
+        """Time left, s, at the stage below when late; 0 where lateness is not planned."""
         if time_left >= 0 or isnan(time_left):
             return time_left
         problem = self._policy.problem
@@ -213,7 +207,7 @@ class _SequenceTier(Stateful):
 
 
 class _Learner:
-    """Coefficients of one bead: what was believed, and what each pass has shown."""
+    """Coefficients of one bead: prior and passes."""
 
     def __init__(self, model: GrindingProcess) -> None:
         self.model, self._first = model, model
@@ -233,7 +227,7 @@ class _Learner:
         tangential_force: float = nan,
         **others: Any,
     ) -> bool:
-        """Take in a pass, each with its own scatter about the bead's; tell whether there was anything."""
+        """Take in a pass, which scatters about the bead's coefficients; return whether it had readings."""
         readings = np.array([grinding_power, removal_rate, normal_force, tangential_force])
         if not np.all(np.isfinite(readings)) or removal_rate <= 0 or normal_force <= 0:
             return False
@@ -268,7 +262,8 @@ class _PassTier:
         "plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm",
     }  # fmt: skip
     reports: Mapping[str, str] = {
-        "volume": "mm^3", "shortfall": "mm^3", "force": "N", "burn_margin": "N", "power_max": "W", "contour_height": "mm",
+        "volume": "mm^3", "shortfall": "mm^3", "force": "N",
+        "burn_margin": "N", "power_max": "W", "contour_height": "mm",
     }  # fmt: skip
 
     def __init__(
@@ -311,13 +306,13 @@ class _PassTier:
             "burn_limit": self._problem.burn_limit,
             "normal_force_max": self._problem.force_max,
         }
-        limits["allow_overground"] = True  # how deep to go is the sequence's affair: it pays for it
+        limits["allow_overground"] = True  # the sequence decides on depth and pays for it
         return PassProblem(
             disc, bead, mean_cut=mean_cut, feed_rate=feed_rate, target_shape=self._parent, **limits
         )
 
     def _in_time(self, asked: PassProblem) -> PassProblem:
-        """Fed as much faster as it takes to spend no more time, leads included: a stage that is begun is lost."""
+        """Raise the feed so that the pass takes no longer, leads included: a stage begun is lost."""
         planned = asked.bead.length / asked.feed_rate
         moving = planned - _LEAD - _SPARE
         way = asked.lead_in + asked.bead.length + self._lead_out

@@ -1,8 +1,8 @@
-"""Which coefficient scatters, and by which law: Brown (1988), section 8.3, point 4.
+"""The coefficient that scatters, and the distribution of the depth; Brown (1988), section 8.3, point 4.
 
-Each attribution says how the standard deviation of the depth varies with force and feed. The depths of passes at
-several forces and feeds, divided by what it predicts, have to scatter alike; the likelihood (of normal residuals) tells
-which attribution does that best.
+Each attribution predicts how the standard deviation of the depth varies with force and feed. Depths of passes
+at several forces and feeds are divided by the prediction; the likelihood of normal residuals compares the
+attributions.
 """
 
 import dataclasses
@@ -22,19 +22,18 @@ from sdpgrind.weldbead.sequence._scatter import ATTRIBUTIONS, Scatter
 SCATTER_METHODS = ("fit", "model")
 LAW_METHODS = ("kernel", "sample")
 _OF_PASSES = {"normal_force": "N", "feed_rate": "mm/s", "cut_depth": "mm"}
-_DECISIVE = 3.0  # difference of log-likelihood: 20 times as likely
-_ABSURD = 12.0
-"""Standard deviations that no residual of a sound fit reaches (chosen)."""
+_DECISIVE = 3.0  # chosen: difference of log-likelihood, 20 times as likely
+_ABSURD = 12.0  # chosen: standard deviations that no residual of a sound fit reaches
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class ScatterEstimate(Frozen):
-    """How much the depth scatters under each attribution, and which of them the data favour.
+    """Scatter of the depth under each attribution, and the attributions favoured by the data.
 
     Parameters
     ----------
     names : tuple of str
-        The attributions compared.
+        Attributions compared.
     relative_sd : tuple of float
         Relative standard deviation of the coefficient under each, unit 1.
     standard_error : tuple of float
@@ -42,18 +41,18 @@ class ScatterEstimate(Frozen):
     log_likelihood : tuple of float
         Log-likelihood of the standardised residuals under each, unit 1.
     favoured : str
-        The likeliest.
+        Likeliest attribution.
     plausible : tuple of str
-        All that are less than 20 times as unlikely, the favoured one first.
+        Attributions less than 20 times as unlikely, the favoured one first.
     distinguishable : bool
-        Whether the plausible ones all predict the same scatter (C1 and mu do without droop), so that it does not matter
-        which is taken.
+        Whether the plausible ones predict the same scatter (C1 and mu do without droop), so that the choice
+        is irrelevant.
     scatter : Scatter
-        The favoured attribution with its relative standard deviation: what `SequenceProblem.updated` takes.
+        Favoured attribution with its relative standard deviation, for `SequenceProblem.updated`.
     process : GrindingProcess
-        The process whose mean cut was taken, K1 (J/mm^3) and K2 (W) fitted unless the model's were.
+        Process of the mean cut, K1 (J/mm^3) and K2 (W) fitted unless the model's were.
     message : str
-        What it rests on.
+        Data behind it.
 
     Examples
     --------
@@ -125,7 +124,7 @@ def estimate_scatter(
 
 
 def _refuse_absurd(fit: _LawFit, depth_noise: float) -> None:
-    """Noise of the scans, left out, shows as residuals that no law has: in light passes they dwarf the scatter."""
+    """Refuse residuals too large for any distribution: noise of the scans dominates in light passes."""
     worst = float(np.max(np.abs(fit.unit)))
     if worst > _ABSURD:
         raise ValueError(
@@ -145,7 +144,7 @@ def estimate_law(
     attribution: str | None,
     bandwidth: float | None,
 ) -> Scatter:
-    """Empirical law of the standardised depths; see `identify`."""
+    """Empirical distribution of the standardised depths; see `identify`."""
     read, process = _passes(data, model, "fit")
     negative = int(np.sum(read["cut_depth"] < -5 * depth_noise))
     if negative:
@@ -164,9 +163,9 @@ def estimate_law(
 
 
 def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[idf.Readings, GrindingProcess]:
-    """Passes whose mean cut is positive, and the model."""
+    """Passes of positive mean cut, and the model."""
     model = checks.kind("model", model, GrindingProcess, ", whose mean cut the depths scatter about")
-    # The planner needs the scatter about what is commanded; a sensor's noise in the force would count as scatter of the cut.
+    # The planner needs the scatter about the command; sensor noise of the force would count as scatter.
     read = idf.readings(data, _OF_PASSES, tier="sequence", each="passes", commanded=("normal_force",))
     if np.any(read["feed_rate"] <= 0):
         raise checks.refuse("feed_rate", "> 0", float(read["feed_rate"].min()), "mm/s")
@@ -178,7 +177,7 @@ def _passes(data: Any, model: GrindingProcess | None, method: str) -> tuple[idf.
 def _fitted(
     read: idf.Readings, process: GrindingProcess, name: str, refit: bool, law: str, noise: float
 ) -> _LawFit:
-    """The relative sd of greatest likelihood under one attribution."""
+    """Likeliest relative sd under one attribution."""
 
     def tried(log_r: float) -> _LawFit:
         scatter = Scatter(name, float(np.exp(log_r)), law=law)
@@ -194,7 +193,7 @@ def _fitted(
         options={"xatol": 1e-7},
     )
     best = tried(float(found.x))
-    # Greatest likelihood divides by n where n less the number of fitted coefficients is due.
+    # Maximum likelihood divides by n; unbiased is n less the number of fitted coefficients.
     inflated = best.scatter.total * np.sqrt(read.points / (read.points - (2 if refit else 0)))
     return best._replace(scatter=Scatter(name, min(float(inflated), float(np.exp(bound))), law=law))
 
@@ -219,7 +218,7 @@ def _mean_and_sd(
 def _refitted(
     read: idf.Readings, process: GrindingProcess, scatter: Scatter, noise: float
 ) -> GrindingProcess:
-    """K1 and K2 of the mean cut under that scatter: the removal rate on the power, weighted, three times over."""
+    """K1 and K2 of the mean cut: three weighted regressions of removal rate on power."""
     power = scatter.expected(process).grinding_power(read["normal_force"])
     whole = process.bead_width * read["feed_rate"]
     rows, rate = np.column_stack([np.ones(power.size), power]), whole * read["cut_depth"]

@@ -1,4 +1,4 @@
-"""K1, K2 and mu from readings: the removal rate regressed on the power, the tangential force on the normal one."""
+"""K1, K2 and mu from readings: removal rate regressed on power, tangential on normal force."""
 
 from typing import Any
 
@@ -88,7 +88,7 @@ def _coefficients(line: idf.Estimate) -> idf.Estimate:
 
 
 def _concluded(fit: idf.Estimate, read: idf.Readings, throw: bool) -> idf.Estimate:
-    """The estimate with what it rests on; one of no physical sense fails."""
+    """Complete the estimate with its data; fail one without physical sense."""
     if fit.ok and fit.value[0] <= 0:  # specific energy or friction ratio
         fit = fit.replace(status=idf.Status.IMPOSSIBLE)
     if throw and not fit.ok:
@@ -97,7 +97,7 @@ def _concluded(fit: idf.Estimate, read: idf.Readings, throw: bool) -> idf.Estima
 
 
 class _Streaming:
-    """A recursive regression that takes readings by name."""
+    """Recursive regression of readings by name."""
 
     def __init__(self, names: tuple[str, ...], units: tuple[str, ...], forgetting: float) -> None:
         self._rls = idf.RecursiveLeastSquares(names, forgetting=forgetting, units=units)
@@ -108,12 +108,12 @@ class _Streaming:
 
 
 class PowerEstimator(_Streaming):
-    """Specific energy and idle power, pass by pass: the removal rate regressed on the power, old passes forgotten.
+    """Specific energy and idle power, pass by pass: removal rate regressed on power with forgetting.
 
     Parameters
     ----------
     forgetting : float
-        Weight of a pass relative to the next one, in (0, 1], unit 1.
+        Weight of a pass relative to the next, in (0, 1], unit 1.
 
     Raises
     ------
@@ -139,17 +139,17 @@ class PowerEstimator(_Streaming):
 
     @property
     def estimate(self) -> idf.Estimate:
-        """Estimate of ``specific_energy`` (J/mm^3) and ``idle_power`` (W); not ok until the passes determine them."""
+        """Estimate of ``specific_energy`` (J/mm^3) and ``idle_power`` (W); not ok until determined."""
         return _coefficients(self._rls.estimate)
 
 
 class FrictionEstimator(_Streaming):
-    """Ratio of tangential to normal force, pass by pass, old passes forgotten.
+    """Ratio of tangential to normal force, pass by pass, with forgetting.
 
     Parameters
     ----------
     forgetting : float
-        Weight of a pass relative to the next one, in (0, 1], unit 1.
+        Weight of a pass relative to the next, in (0, 1], unit 1.
 
     Raises
     ------
@@ -175,5 +175,5 @@ class FrictionEstimator(_Streaming):
 
     @property
     def estimate(self) -> idf.Estimate:
-        """Estimate of ``friction_ratio`` (unit 1); not ok until the passes determine it."""
+        """Estimate of ``friction_ratio`` (unit 1); not ok until determined."""
         return self._rls.estimate

@@ -1,4 +1,4 @@
-"""From the log of passes back to the model: what the coefficients are, and how the depth scatters."""
+"""Identification of the model from passes: coefficients, and scatter of the depth."""
 
 from typing import Any, Literal, TypedDict, Unpack, overload
 
@@ -64,49 +64,50 @@ def identify(
 ) -> Estimate | ScatterEstimate | Scatter:
     """Estimate from passes what `SequenceProblem.updated` takes.
 
-    ========== ========================== ==========================================================================
-    `what`     quantities of `data`       result and methods (the first is the default)
-    ========== ========================== ==========================================================================
-    "power"    grinding_power,            `Estimate` of specific_energy (J/mm^3) and idle_power (W). "regression":
-               removal_rate               removal rate on power, right where the first is the noisy one; "total": both
-                                          noisy; "recursive": old passes forgotten; "printed": power on removal rate,
-                                          Brown (1988), section 4.1, which noise makes too flat
-    "friction" normal_force,              `Estimate` of friction_ratio (1): "regression", "recursive"
+    ========== ===================== ===================================================================
+    `what`     quantities of `data`  result and methods (the first is the default)
+    ========== ===================== ===================================================================
+    "power"    grinding_power,       `Estimate` of specific_energy (J/mm^3) and idle_power (W).
+               removal_rate          "regression": removal rate on power, right where the first is noisy;
+                                     "total": both noisy; "recursive": old passes forgotten; "printed":
+                                     power on removal rate, Brown (1988), 4.1, which noise makes too flat
+    "friction" normal_force,         `Estimate` of friction_ratio (1): "regression", "recursive"
                tangential_force
-    "scatter"  normal_force, feed_rate,   `ScatterEstimate`: which coefficient scatters. "fit": K1 and K2 of the mean
-               cut_depth                  cut fitted too, >= 4 passes; "model": taken from `model`
-    "law"      as "scatter"               `Scatter` with the empirical law of the standardised depths. "kernel":
-                                          smoothed, "sample": as they are
-    ========== ========================== ==========================================================================
+    "scatter"  normal_force,         `ScatterEstimate`: the coefficient that scatters. "fit": K1 and K2
+               feed_rate, cut_depth  of the mean cut fitted too, >= 4 passes; "model": from `model`
+    "law"      as "scatter"          `Scatter` with the empirical distribution of the standardised
+                                     depths. "kernel": smoothed, "sample": as they are
+    ========== ===================== ===================================================================
 
     Parameters
     ----------
     data : mapping of arrays, or log
-        Arrays of one length by name: grinding_power (W), removal_rate (mm^3/s), normal_force (N), tangential_force (N),
-        feed_rate (mm/s), cut_depth (mm), one entry for each pass, no NaN. Or a log, whose table "sequence" has them;
-        there NaN is "no reading" and its row is left out and counted.
+        Arrays of one length by name: grinding_power (W), removal_rate (mm^3/s), normal_force (N),
+        tangential_force (N), feed_rate (mm/s), cut_depth (mm), one entry per pass, no NaN. Or a log, whose
+        table "sequence" has them; its rows with NaN (no reading) are left out and counted.
     what : {"power", "friction", "scatter", "law"}
-        What to estimate.
+        Quantity to estimate.
     method : str, optional
         See above.
     model : GrindingProcess, optional
-        The process about whose mean cut the depths scatter; needed for "scatter" and "law".
+        Process of the mean cut; required for "scatter" and "law".
     forgetting : float
         For "recursive": weight of a pass relative to the next, in (0, 1], unit 1.
     noise_ratio : float, optional
-        For "total": sd of the power's noise over that of the removal rate's, J/mm^3.
+        For "total": noise sd of the power over that of the removal rate, J/mm^3.
     law : str
-        For "scatter" and "law": the law that the depths are taken to have (a scaled Rayleigh law scatters less than
-        asked), as in `Scatter`.
+        For "scatter" and "law": assumed distribution of the depths, as in `Scatter`; a scaled Rayleigh law
+        scatters less than asked.
     depth_noise : float
-        For "scatter" and "law": sd of the measurement of the depth, mm, which is no scatter of the process.
-        "law" refuses depths below 0 by more than five of them.
+        For "scatter" and "law": sd of the depth measurement, mm, no scatter of the process. "law" refuses
+        depths below -5 of them.
     attribution : str, optional
-        For "law": the attribution by which to standardise; by default the favoured one.
+        For "law": attribution of the standardisation. Default: the favoured one.
     bandwidth : float, optional
-        For "law": kernel in standard deviations, unit 1; by default Silverman's rule.
+        For "law": kernel in standard deviations, unit 1. Default: Silverman's rule.
     throw : bool
-        For "power" and "friction": raise when the passes do not determine the values; else the status says so.
+        For "power" and "friction": raise when the passes do not determine the values; False: the status says
+        so.
 
     Returns
     -------
@@ -116,7 +117,8 @@ def identify(
     Raises
     ------
     ValueError, TypeError
-        For missing or bad readings, fewer than 3 passes, one power level only, or (with `throw`) a failed estimate.
+        For missing or bad readings, fewer than 3 passes, one power level only, or (with `throw`) a failed
+        estimate.
 
     Examples
     --------

@@ -9,15 +9,15 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes.kernels import Bead as Metal
 
-SPACING = 0.05
-"""Distance of the nodes, mm: between two of them the tip of the disc dips by up to this times the slope of its face."""
-FINE = 0.01
-"""The same where the grinder has inertia, which those dips would make ring."""
+SPACING = (
+    0.05  # chosen: node distance, mm; between nodes the tip dips by up to this times the slope of its face
+)
+FINE = 0.01  # chosen: node distance for a grinder with inertia, mm; larger dips make it ring
 
 
 @dataclass(frozen=True)
 class GroundBead:
-    """A contour on even nodes, and what it stands on."""
+    """Contour on even nodes, and its parent, mm."""
 
     x: Floats
     z: Floats
@@ -41,7 +41,7 @@ class GroundBead:
         return float(self.x[-1] - self.x[0])
 
     def metal(self, z: Floats, width: float) -> Metal:
-        """What the compiled core cuts: `z` itself, changed in place."""
+        """Bead for the compiled core, which changes `z` in place."""
         area = np.full(z.size, self.spacing * width)
         area[[0, -1]] *= 0.5
         return Metal(float(self.x[0]), self.spacing, z, area, np.maximum.accumulate(z[::-1])[::-1].copy())
@@ -55,16 +55,16 @@ class GroundBead:
         return self.mean(z - self.parent)
 
     def overground(self, z: Floats) -> tuple[float, float]:
-        """Mean over the length and greatest depth of what is missing below the parent, mm."""
+        """Mean over the length and greatest depth below the parent, mm."""
         missing = np.maximum(self.parent - z, 0.0)
         return self.mean(missing), float(missing.max())
 
 
 def reach(disc: TiltedDisc) -> float:
-    """From the tip to the centre of the relaxed disc, along the bead, mm."""
+    """Horizontal distance from the tip to the center of the relaxed disc, mm."""
     return float(disc.model.disk_radius * np.cos(disc.relaxed_angle))
 
 
 def drop(disc: TiltedDisc) -> float:
-    """From the centre of the relaxed disc down to the tip, mm."""
+    """Height of the center of the relaxed disc above the tip, mm."""
     return float(disc.model.disk_radius * np.sin(disc.relaxed_angle))

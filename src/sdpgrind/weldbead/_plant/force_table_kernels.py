@@ -1,7 +1,7 @@
-"""Compiled core of the force table: one control sample of a disc on a bead, the table under it, the motor, the sensors.
+"""Compiled core of the force table: one control sample of disc, bead, table, motor and sensors.
 
-The cut is that of the pass planner (`sdpgrind.weldbead.passes`), the table and the sensors are those of the force loop; here
-they are put together, with runout, spin and the inertia of the grinder. Arrays are changed in place; serial.
+The cut is that of the pass planner (`sdpgrind.weldbead.passes`), table and sensors are those of the force
+loop, with runout, spin and the inertia of the grinder added. Arrays are changed in place; serial.
 """
 
 from typing import NamedTuple
@@ -29,13 +29,13 @@ class Grinder(NamedTuple):
     damping: float  # N mm s
     free_speed: float
     speed_droop: float
-    spin_time: float  # s; 0: the spin follows its load at once
+    spin_time: float  # s; 0: the spin follows its load immediately
     runout: float  # mm
     reads_spring: bool  # the sensor sees the spring, not the contact
 
 
 class TableLayout(NamedTuple):
-    """Sub-steps of a sample, and where the platform is 0."""
+    """Sub-steps of a sample, and the zero of the platform."""
 
     grinding: int
     table: int  # sub-steps in each grinding sub-step
@@ -45,9 +45,10 @@ class TableLayout(NamedTuple):
 
 @compiled
 def inertial(grinder, state):
-    """Slope and offset of the torque (N mm) that turns the grinder, against its deflection after the step.
+    """Slope and offset of the torque (N mm) that accelerates the grinder, against its deflection after the
+    step.
 
-    Backward Euler: what bounces on a unilateral contact loses energy and never gains any.
+    Backward Euler: a bounce on a unilateral contact loses energy.
     """
     h, J, c = grinder.step, grinder.inertia, grinder.damping
     slope = J / h**2 + c / h
@@ -63,9 +64,9 @@ def moved(grinder, state, deflection):
 
 @compiled
 def ground(bead, core, cut, grinder, state, height):
-    """Bring the disc to where it is now, and cut: volume (mm^3) and torque (N mm) at the contact.
+    """Bring the disc to its present place, and cut; return volume (mm^3) and contact torque (N mm).
 
-    With inertia the disc is one on a stiffer spring, relaxed where it would fly to without contact.
+    With inertia the disc is one on a stiffer spring, relaxed at its free-flight deflection.
     """
     free = 0.0
     if grinder.inertia > 0.0:
@@ -88,7 +89,7 @@ def ground(bead, core, cut, grinder, state, height):
 
 @compiled
 def spun(grinder, friction_ratio, torque, state):
-    """Turn the disc on, and let its spin follow its load."""
+    """Turn the disc, and let its spin follow its load."""
     state[PHASE] = (state[PHASE] + grinder.step * state[SPIN]) % (2.0 * np.pi)
     loaded = max(0.0, grinder.free_speed - grinder.speed_droop * friction_ratio * torque)
     share = 1.0 if grinder.spin_time == 0.0 else 1.0 - np.exp(-grinder.step / grinder.spin_time)
@@ -97,7 +98,7 @@ def spun(grinder, friction_ratio, torque, state):
 
 @compiled
 def sensed(core, grinder, state, before, sensors, sensor_core, table):
-    """Both force sensors over one grinding sub-step, forces a straight line in it."""
+    """Advance both force sensors over one grinding sub-step, forces linear in it."""
     now = state[FORCE]
     if grinder.reads_spring and grinder.inertia > 0.0:
         now = grinder.stiffness * state[DEFLECTION] / core.radius
@@ -110,7 +111,7 @@ def sensed(core, grinder, state, before, sensors, sensor_core, table):
 
 @compiled
 def sample(bead, core, cut, grinder, state, feed, command, drive, drive_core, sensors, sensor_core, layout):
-    """Advance by one control sample at a feed (mm/s) with a platform command (mm) that is held."""
+    """Advance by one control sample at a feed (mm/s) with a held platform command (mm)."""
     state[FORCE_SUM] = 0.0
     platform = drive[4]
     for _ in range(layout.grinding):

@@ -1,4 +1,4 @@
-"""What nobody tells the planner: how the coefficients of the process differ from pass to pass, and what motor turns the disc."""
+"""Truth hidden from the planner: coefficients that differ from pass to pass, and the motor of the disc."""
 
 from math import log1p, sqrt
 
@@ -9,12 +9,14 @@ from sdpgrind.base.units import hz
 from sdpgrind.weldbead.passes import TiltedDisc
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
-_GUARD_SPEED = 0.7236067977499789  # (1 + sqrt(0.2))/2 of the free speed: 80 % of the greatest power
+_GUARD_SPEED = (
+    0.7236067977499789  # derived: (1 + sqrt(0.2))/2 of the free speed has 80 % of the greatest power
+)
 
 
 @described()
 class CoefficientScatter(Described):
-    """Log-normal coefficients with given means: each pass, or each bead, has its own.
+    """Log-normal coefficients with given means, drawn for each pass or each bead.
 
     Parameters
     ----------
@@ -40,14 +42,14 @@ class CoefficientScatter(Described):
     friction_ratio: float = quantity("1", at_least=0, default=0.15)
 
     def drawn(self, process: GrindingProcess, rng: np.random.Generator) -> GrindingProcess:
-        """Return the process with coefficients (J/mm^3, W, 1) drawn round its own.
+        """Return the process with coefficients (J/mm^3, W, 1) drawn about its own.
 
         Parameters
         ----------
         process : GrindingProcess
             Means.
         rng : numpy.random.Generator
-            Three numbers are drawn whatever the standard deviations are.
+            Three numbers are drawn at any standard deviations.
 
         Examples
         --------
@@ -70,7 +72,7 @@ class CoefficientScatter(Described):
 
 
 def drawn_disc(scatter: CoefficientScatter, disc: TiltedDisc, rng: np.random.Generator) -> TiltedDisc:
-    """A disc with the coefficients of its process drawn."""
+    """Return a disc with drawn coefficients of its process."""
     return disc.replace(model=scatter.drawn(disc.model, rng))
 
 
@@ -82,20 +84,20 @@ def _lognormal(relative_sd: float, normal: float) -> float:
 
 @described()
 class Motor(Described):
-    """The motor that turns the disc, where it is another one than the process says.
+    """Motor of the disc, where it differs from that of the process.
 
     Parameters
     ----------
     free_speed : float
         Speed without load, rad/s.
     speed_droop : float
-        Loss of speed with torque, rad/(s N mm).
+        Loss of speed per torque, rad/(s N mm).
     spin_time : float
-        Time constant of the spin, s; 0: it follows its load at once.
+        Time constant of the spin, s; 0: it follows its load immediately.
     guard : float
-        The platform does not rise while the spin is below this share of the free speed, unit 1; 0: no guard.
+        Share of the free speed below which the platform does not rise, unit 1; 0: no guard.
     stall : float
-        Below this share of the free speed, unit 1, the motor has stalled and the pass is broken off.
+        Share of the free speed below which the motor has stalled and the pass is broken off, unit 1.
 
     Raises
     ------
@@ -116,7 +118,8 @@ class Motor(Described):
 
     @classmethod
     def air(cls) -> "Motor":
-        """Air motor of 50 Hz free and 20 Hz at 90 N (assumed; rad/s and N mm), guarded at 80 % of its greatest power.
+        """Air motor of 50 Hz free and 20 Hz at 90 N (assumed), guarded at 80 % of its greatest power; rad/s,
+        N mm.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""The hidden truth of one pass: which coefficients explain the depth that it removed."""
+"""Hidden truth of one pass: the coefficients that explain its depth."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from sdpgrind.weldbead.sequence._scatter import Scatter
 
 
 class PassCoefficients(NamedTuple):
-    """What the process really was during one pass."""
+    """True coefficients of the process in one pass."""
 
     specific_energy: float  # J/mm^3
     idle_power: float  # W
@@ -16,7 +16,7 @@ class PassCoefficients(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """A pass as it was done."""
+    """Pass as done."""
 
     process: GrindingProcess
     normal_force: float
@@ -24,16 +24,17 @@ class _Pass(NamedTuple):
 
     @property
     def swept(self) -> float:
-        """Removal rate of 1 mm of depth (mm^3/s)."""
+        """Removal rate per mm of depth, mm^3/s."""
         return self.process.bead_width * self.feed_rate
 
 
 def blamed(
     scatter: Scatter, process: GrindingProcess, normal_force: float, feed_rate: float, cut: float
 ) -> PassCoefficients:
-    """Coefficients with which the static cut (Brown (4.4)-(4.8)) is exactly `cut` (mm) at this force and feed.
+    """Coefficients for which the static cut, Brown (4.4)-(4.8), is exactly `cut` (mm) at this force and feed.
 
-    Where several coefficients scatter, each takes the share of the deviation that it has of the variance.
+    Where several coefficients scatter, each explains a share of the deviation equal to its share of the
+    variance.
     """
     done = _Pass(process, normal_force, feed_rate)
     now = PassCoefficients(process.specific_energy, process.idle_power, process.friction_ratio)
@@ -48,12 +49,12 @@ def blamed(
 
 
 def grinding_power(process: GrindingProcess, now: PassCoefficients, normal_force: float) -> float:
-    """Power at the patch (W) with the friction of this pass."""
+    """Power at the contact, W, with the friction of this pass."""
     return float(process.replace(friction_ratio=now.friction_ratio).grinding_power(normal_force))
 
 
 def _shares(scatter: Scatter, done: _Pass) -> tuple[float, list[tuple[str, float]]]:
-    """Mean cut (mm) and the share of each coefficient in the variance."""
+    """Mean cut, mm, and the share of each coefficient in the variance."""
     mean, sd = scatter.moments(*done)
     names = (scatter.attribution,) if isinstance(scatter.attribution, str) else scatter.attribution
     if not isinstance(scatter.relative_sd, tuple) or float(sd) == 0:
@@ -86,7 +87,7 @@ def _idle_power(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficie
 
 
 def _friction_ratio(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficients:
-    """Power depends on mu F alone; where the drive has not the power that is needed, K1 takes the rest."""
+    """Power depends on mu F alone; where the drive lacks the power needed, K1 explains the rest."""
     power = now.specific_energy * done.swept * cut + now.idle_power
     needed = min(float(done.process.force_of_power(power)), done.process.peak_force)
     explained = now._replace(friction_ratio=done.process.friction_ratio * needed / done.normal_force)

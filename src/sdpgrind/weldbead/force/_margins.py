@@ -54,8 +54,7 @@ def margins(loop: ForceLoop, delay_samples: int | None = None) -> Margins:
 def runout_response(loop: ForceLoop, spin: npt.ArrayLike) -> Floats:
     """Return the force of the loop at the alias of the disc speed, per runout force, dimensionless.
 
-    Exact for a sampled loop in contact: abs(sensor(f)) abs(C S)(a) abs(hold(a) drive(a)) K_x, a the alias of
-    f.
+    Exact for a sampled loop in contact; a = alias(f): abs(sensor(f)) abs(C S)(a) abs(hold(a) drive(a)) K_x.
 
     Parameters
     ----------

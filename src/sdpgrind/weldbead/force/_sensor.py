@@ -108,7 +108,7 @@ class SensorChain(Described):
         return np.asarray(np.abs((np.asarray(frequency, dtype=float) + rate / 2) % rate - rate / 2))
 
     def core(self, step: float) -> SensorCore:
-        """Return constants of `sensor_step` for sub-steps of `step`, s, a whole part of an inner sample."""
+        """Return constants of `sensor_step` for sub-steps of `step`, s, whole parts of the inner time."""
         ratio = self.inner_time / checks.positive("step", step, "s")
         if abs(ratio - round(ratio)) > 1e-6 or round(ratio) < 1:
             raise checks.refuse("step", f"a whole part of {self.inner_time:g}", step, "s")
