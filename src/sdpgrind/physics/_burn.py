@@ -87,19 +87,7 @@ class BurningLimit(Described):
         return cls(*malkin_burn_coefficients())
 
     def power(self, *, depth_of_cut: Any, work_speed: Any, equivalent_diameter: Any, width: Any = 1.0) -> Any:
-        """Return the power, W.
-
-        Parameters
-        ----------
-        depth_of_cut : float or array
-            Depth of cut per work revolution, mm.
-        work_speed : float or array
-            Surface speed of the work, mm/s.
-        equivalent_diameter : float or array
-            Equivalent diameter of wheel and work, mm.
-        width : float or array
-            Width of cut, mm.
-        """
+        """Return the power, W; see `GrindingPower` for the arguments."""
         return (
             width
             * work_speed

@@ -46,16 +46,7 @@ def disk_speed(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
 
 
 def disk_power(torque: Any, free_speed: Any, speed_droop: Any) -> Any:
-    """Return the power at the contact, torque times speed, W; Brown (1988), (4.4c) with (4.8).
-
-    Parameters
-    ----------
-    torque : float or array
-        Shaft torque, N mm.
-    free_speed : float or array
-        Speed without load, rad/s.
-    speed_droop : float or array
-        Loss of speed per torque, rad/(s N mm).
+    """Return the power at the contact, torque times speed, W, see `disk_speed`; Brown (1988), (4.4c), (4.8).
 
     Examples
     --------
@@ -86,14 +77,7 @@ def removal_rate(grinding_power: Any, specific_energy: Any, idle_power: Any) -> 
 
 
 def peak_torque(free_speed: Any, speed_droop: Any) -> Any:
-    """Return the torque of greatest power, omega0/(2 beta), N mm.
-
-    Parameters
-    ----------
-    free_speed : float or array
-        Speed without load, rad/s.
-    speed_droop : float or array
-        Loss of speed per torque, rad/(s N mm), > 0.
+    """Return the torque of greatest power, omega0/(2 beta), N mm; see `disk_speed`.
 
     Examples
     --------
@@ -104,16 +88,9 @@ def peak_torque(free_speed: Any, speed_droop: Any) -> Any:
 
 
 def torque_of_power(grinding_power: Any, free_speed: Any, speed_droop: Any) -> Any:
-    """Return the smaller torque that makes a power, N mm; the form does not cancel for a small droop.
+    """Return the smaller torque of a `grinding_power`, W, N mm, exact for a small droop; see `disk_speed`.
 
-    Parameters
-    ----------
-    grinding_power : float or array
-        Power at the contact, W, at most 1e-3 omega0^2/(4 beta).
-    free_speed : float or array
-        Speed without load, rad/s.
-    speed_droop : float or array
-        Loss of speed per torque, rad/(s N mm).
+    The power is at most 1e-3 omega0^2/(4 beta) W.
 
     Examples
     --------

@@ -1,7 +1,6 @@
 """Three tiers in one controller: sequence, pass and force loop; Brown (1988), chapter 3.
 
-After each pass the bead is scanned, the coefficients are estimated anew, and sequence and pass are planned
-again.
+After each pass the bead is scanned, the coefficients are estimated anew, sequence and pass are planned again.
 """
 
 from collections.abc import Mapping
@@ -22,16 +21,14 @@ from sdpgrind.weldbead.sequence._plan import plan as plan_sequence
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
-PRIOR = (
-    0.15  # chosen: relative sd of the coefficients of a bead before its first pass, and of a pass about them
-)
+# chosen: relative sd of the coefficients of a bead before its first pass, and of a pass about them
+PRIOR = 0.15
 NODES = 201  # chosen: height nodes of a sequence planned again between two passes
 _ESTIMATED = {"specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": ""}
 _LEAD = 0.3  # chosen: start of a pass before its plan, s: the platform is down before the disc meets the bead
 _SPARE = 0.1  # chosen: time of a pass beyond its travel, s: ticks, and the wound disc
-_CLEAR = (
-    2.0  # chosen: least force over threshold force for an estimate of energies; a lighter pass loses contact
-)
+# chosen: least force over threshold force for an estimate of energies; a lighter pass loses contact
+_CLEAR = 2.0
 _LEAST_CUT = 1e-3  # chosen: mean depth below which no pass is planned, mm
 
 

@@ -9,9 +9,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes.kernels import Bead as Metal
 
-SPACING = (
-    0.05  # chosen: node distance, mm; between nodes the tip dips by up to this times the slope of its face
-)
+# chosen: node distance, mm; between nodes the tip dips by up to this times the slope of its face
+SPACING = 0.05
 FINE = 0.01  # chosen: node distance for a grinder with inertia, mm; larger dips make it ring
 
 

@@ -9,9 +9,8 @@ from sdpgrind.base.units import hz
 from sdpgrind.weldbead.passes import TiltedDisc
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
-_GUARD_SPEED = (
-    0.7236067977499789  # derived: (1 + sqrt(0.2))/2 of the free speed has 80 % of the greatest power
-)
+# derived: (1 + sqrt(0.2))/2 of the free speed has 80 % of the greatest power
+_GUARD_SPEED = 0.7236067977499789
 
 
 @described()
@@ -32,9 +31,10 @@ class CoefficientScatter(Described):
     --------
     >>> import numpy as np
     >>> from sdpgrind import weldbead
-    >>> process = weldbead.preset("P1").model
-    >>> CoefficientScatter(0.0, 0.0, 0.0).drawn(process, np.random.default_rng(0)) == process
-    True
+    >>> process, rng = weldbead.preset("P1").model, np.random.default_rng(0)
+    >>> energies = [CoefficientScatter().drawn(process, rng).specific_energy for _ in range(2000)]
+    >>> bool(abs(np.mean(energies) - 10.0) < 0.1), bool(abs(np.std(energies) - 1.5) < 0.1)  # J/mm^3
+    (True, True)
     """
 
     specific_energy: float = quantity("1", at_least=0, default=0.15)
@@ -42,25 +42,7 @@ class CoefficientScatter(Described):
     friction_ratio: float = quantity("1", at_least=0, default=0.15)
 
     def drawn(self, process: GrindingProcess, rng: np.random.Generator) -> GrindingProcess:
-        """Return the process with coefficients (J/mm^3, W, 1) drawn about its own.
-
-        Parameters
-        ----------
-        process : GrindingProcess
-            Means.
-        rng : numpy.random.Generator
-            Three numbers are drawn at any standard deviations.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from sdpgrind import weldbead
-        >>> process = weldbead.preset("P1").model
-        >>> rng = np.random.default_rng(0)
-        >>> energies = [CoefficientScatter().drawn(process, rng).specific_energy for _ in range(2000)]
-        >>> bool(abs(np.mean(energies) - 10.0) < 0.1), bool(abs(np.std(energies) - 1.5) < 0.1)  # J/mm^3
-        (True, True)
-        """
+        """Return the process with coefficients (J/mm^3, W, 1) drawn about its own: three numbers of `rng`."""
         names = ("specific_energy", "idle_power", "friction_ratio")
         factors = [
             _lognormal(getattr(self, name), normal)
@@ -118,8 +100,7 @@ class Motor(Described):
 
     @classmethod
     def air(cls) -> "Motor":
-        """Air motor of 50 Hz free and 20 Hz at 90 N (assumed), guarded at 80 % of its greatest power; rad/s,
-        N mm.
+        """Return an air motor, assumed: 50 Hz free, 20 Hz at 90 N, guarded at 80 % of its greatest power, W.
 
         Examples
         --------

@@ -76,11 +76,6 @@ def q_loop(
     ------
     ValueError
         When no law keeps the limits.
-
-    Examples
-    --------
-    >>> from sdpgrind.weldbead import force
-    >>> loop = force.q_loop(limits=force.DesignLimits(runout_response=0.1))  # doctest: +SKIP
     """
     plant, limits = _given(plant, limits)
     seen, weight = runout_weight(plant)
@@ -95,14 +90,7 @@ def q_loop(
 
 
 def tuned_pi(plant: ForcePlant | None = None, limits: DesignLimits | None = None) -> ForceLoop:
-    """Return the PI loop of largest bandwidth within the limits, over both gains.
-
-    Parameters
-    ----------
-    plant : ForcePlant, optional
-        Plant (mm to N).
-    limits : DesignLimits, optional
-        Limits, dimensionless.
+    """Return the PI loop of largest bandwidth within `limits` on a `plant` (mm to N), over both gains.
 
     Examples
     --------
@@ -165,15 +153,7 @@ class DisturbanceObserver(Described):
 
     @classmethod
     def design(cls, plant: ForcePlant | None = None, limits: DesignLimits | None = None) -> ForceLoop:
-        """Return the observer loop of largest bandwidth within the limits, over cut-off and lead.
-
-        Parameters
-        ----------
-        plant : ForcePlant, optional
-            Plant (mm to N).
-        limits : DesignLimits, optional
-            Limits, dimensionless.
-        """
+        """Return the observer loop of largest bandwidth within `limits` on a `plant` (mm to N)."""
         plant = ForcePlant() if plant is None else plant
         one = cls(1.0, plant=plant)
         return tuned(

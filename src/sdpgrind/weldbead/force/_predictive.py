@@ -61,17 +61,7 @@ class Predictive(Described):
     def design(
         cls, plant: ForcePlant | None = None, limits: DesignLimits | None = None, horizon: int = 20
     ) -> "Predictive":
-        """Return the predictive law of largest bandwidth within the limits, over weight and drift.
-
-        Parameters
-        ----------
-        plant : ForcePlant, optional
-            Plant (mm to N).
-        limits : DesignLimits, optional
-            Limits, dimensionless.
-        horizon : int
-            Samples of the horizon, a whole number.
-        """
+        """Return the law of largest bandwidth within `limits` on a `plant` (mm to N) for a `horizon`."""
         one = cls(horizon=horizon, plant=ForcePlant() if plant is None else plant)
 
         def law(move_weight: float, drift: float) -> Law:

@@ -25,20 +25,7 @@ _COLUMNS = {
 
 
 def designs(plant: ForcePlant | None = None, limits: DesignLimits | None = None) -> list[ForceLoop]:
-    """Return the best PI, disturbance observer, predictive and convex loop within the same limits.
-
-    Parameters
-    ----------
-    plant : ForcePlant, optional
-        Plant (mm to N), with its delay.
-    limits : DesignLimits, optional
-        Limits, dimensionless.
-
-    Examples
-    --------
-    >>> from sdpgrind.weldbead import force
-    >>> loops = force.designs(limits=force.DesignLimits(runout_response=0.1))  # doctest: +SKIP
-    """
+    """Return the best PI, observer, predictive and convex loop within `limits` on a `plant` (mm to N)."""
     predictive = Predictive.design(plant, limits).loop
     return [
         tuned_pi(plant, limits),

@@ -211,17 +211,10 @@ class TiltedDisc(Described):
         )
 
     def linearize(self, mean_cut: float, feed_rate: float) -> Linearized:
-        """Linearise a steady flat cut: pole and stiffness against the platform.
+        """Linearise a steady flat cut of depth `mean_cut` d, mm, at a `feed_rate` V, mm/s.
 
         With D = w V R cos(theta) + dQ/dphi, E = (w d/sin(theta)) (R - l/2) and l = d/sin(theta), the pole is
         D/E, and F/X = (K/R) w (V + d cot(theta) s)/(D + E s).
-
-        Parameters
-        ----------
-        mean_cut : float
-            Depth d, mm.
-        feed_rate : float
-            Feed V, mm/s.
 
         Examples
         --------

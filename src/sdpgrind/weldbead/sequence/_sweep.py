@@ -121,10 +121,6 @@ def sensitivity(
     executor : concurrent.futures.Executor, optional
         Plans one case per task; results do not depend on it.
 
-    Returns
-    -------
-    Sensitivity
-
     Examples
     --------
     >>> from sdpgrind import weldbead
