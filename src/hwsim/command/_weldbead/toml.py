@@ -20,13 +20,12 @@ from hwsim.plants._force_table.plant import ForceTableStand
 from hwsim.plants._weldbead.plant import WeldBeadStand
 from sdpgrind import sdp, units, weldbead
 from sdpgrind.base import checks
-from sdpgrind.base.quantities import units_of
+from sdpgrind.base.quantities import specs, units_of
 from sdpgrind.weldbead import force, passes
 from sdpgrind.weldbead.kernels import CoefficientScatter, Motor
 
 Problem: TypeAlias = weldbead.SequenceProblem
 Policy: TypeAlias = weldbead.SequencePolicy
-_BurnLimit: TypeAlias = weldbead.ForceBurnLimit | weldbead.PowerBurnLimit | weldbead.MalkinBurnLimit
 ANGLE, STIFFNESS, CROSSOVER = units.deg(20.0), 6e5, units.hz(3.0)
 """Relaxed angle (rad) and rotational stiffness (N mm/rad) of the disc, crossover (rad/s) of the force loop: Brown (1988)."""
 WAVE, WAVE_LENGTH = 0.1, 40.0
@@ -137,7 +136,7 @@ def _one_pass(problem: Problem, disc: passes.TiltedDisc, contour: passes.Contour
 def _problem(job: Table) -> Problem:
     return weldbead.SequenceProblem(
         job.table("process").one(weldbead.GrindingProcess),
-        **job.values(weldbead.SequenceProblem),
+        **job.values(weldbead.SequenceProblem, skip=("burn_limit",)),
         durations=job.list_of("durations", units_of(weldbead.SequenceProblem)["durations"]),
         scatter=_scatter(job.table("scatter")),
         burn_limit=_burn_limit(job.table("burn_limit")) if job.has("burn_limit") else None,
@@ -187,23 +186,17 @@ def _one_sided(table: Table, unit: str) -> sdp.OneSided:
     return table.made(make, table.number(named[0], rate_unit), **tolerance)
 
 
-def _burn_limit(table: Table) -> _BurnLimit:
-    makers: dict[str, Callable[[Table], _BurnLimit]] = {
-        "force": lambda t: t.one(weldbead.ForceBurnLimit),
-        "power": lambda t: t.one(weldbead.PowerBurnLimit),
-        "malkin": _malkin,
-    }
-    limit = makers[table.text("kind", makers)](table)
-    table.done()
+def _burn_limit(table: Table) -> weldbead.sequence.BurnLimit:
+    """Read the burn limit that `kind` names. Malkin's coefficients, both left out, are the printed ones."""
+    limits = specs(weldbead.SequenceProblem)["burn_limit"].made_of
+    cls = limits[table.text("kind", limits)]
+    limit: weldbead.sequence.BurnLimit
+    if cls is weldbead.MalkinBurnLimit and not (table.has("u0") or table.has("B")):
+        limit = table.made(cls.published, **table.values(cls, skip=("u0", "B")))
+        table.done()
+    else:
+        limit = table.one(cls)
     return limit
-
-
-def _malkin(table: Table) -> weldbead.MalkinBurnLimit:
-    if table.has("u0") or table.has("B"):
-        return table.one(weldbead.MalkinBurnLimit)
-    return table.made(
-        weldbead.MalkinBurnLimit.published, **table.values(weldbead.MalkinBurnLimit, skip=("u0", "B"))
-    )
 
 
 def _stands(problem: Problem, file: Table) -> tuple[OneDraw, ThreeTiers]:

@@ -8,6 +8,9 @@ from sdpgrind.base.preset_info import PresetInfo as PresetInfo
 from sdpgrind.plunge._model.model import PlungeModel
 from sdpgrind.plunge._model.problem import CycleProblem
 
+_U0, _B = physics.malkin_burn_coefficients()
+_MALKIN = physics.BurningLimit(u0=round(_U0, 3), B=round(_B, 2))  # in the digits of the presets
+
 
 def _simulation() -> CycleProblem:
     model = PlungeModel(
@@ -22,7 +25,7 @@ def _simulation() -> CycleProblem:
         power=physics.GrindingPower(
             specific_energy=13.8, ploughing_force=0.962, sliding=physics.DongSliding()
         ),
-        burning=physics.BurningLimit(u0=6.205, B=3.32),
+        burning=_MALKIN.replace(B=3.32),
         diffusivity=12.5,
         roundness_base=units.um(1.59),
         roundness_gain=2.75,
@@ -32,7 +35,7 @@ def _simulation() -> CycleProblem:
 
 def _experiment() -> CycleProblem:
     model = _simulation().model.replace(
-        burning=physics.BurningLimit(u0=6.205, B=7.18),
+        burning=_MALKIN,
         roundness_base=0.0,
         roundness_gain=3.0633,
         linear_time_constant=1.9347,

@@ -11,9 +11,9 @@ from sdpgrind.base.quantities import Described, described, flag, law, part, quan
 from sdpgrind.base.warned import warn
 from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
 from sdpgrind.weldbead.passes._disc import TiltedDisc
-from sdpgrind.weldbead.sequence._burn import BurnLimit
+from sdpgrind.weldbead.sequence._burn import BURN_LIMITS, NAMES, BurnLimit
 
-_BURN_LIMITS = "a ForceBurnLimit, PowerBurnLimit or MalkinBurnLimit"
+_ONE_OF_THEM = f"a {', '.join(NAMES[:-1])} or {NAMES[-1]}"
 
 
 @described("weldbead.pass_problem")
@@ -39,7 +39,7 @@ class PassProblem(Described):
         Whether more volume than lies above the parent may be asked for.
     normal_force_max : float
         Greatest normal force, N.
-    burn_limit : burn limit, optional
+    burn_limit : BurnLimit, optional
         Burn limit, as of the sequence; None: the work never burns.
     spacing : float
         Node distance of the simulation, mm.
@@ -70,7 +70,7 @@ class PassProblem(Described):
     parent: Contour | None = part(Contour, default=None)
     allow_overground: bool = flag(default=False)
     normal_force_max: float = quantity("N", above=0, default=90.0)
-    burn_limit: BurnLimit | None = law({}, _BURN_LIMITS, "interval", "margin", default=None)
+    burn_limit: BurnLimit | None = law(BURN_LIMITS, _ONE_OF_THEM, "interval", "margin", default=None)
     spacing: float = quantity("mm", above=0, usual=(1e-3, 50.0), typical=0.05, default=0.05)
 
     def _check(self) -> None:

@@ -1,6 +1,6 @@
 """Burn limits: each gives the interval of admissible normal force."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Protocol, Self
 
 import numpy as np
@@ -135,8 +135,7 @@ class MalkinBurnLimit(Described):
     @classmethod
     def published(cls, diameter: float) -> Self:
         """Return the limit with Malkin's printed coefficients for a wheel diameter, mm."""
-        u0, B = physics.malkin_burn_coefficients()
-        return cls(u0, B, diameter)
+        return cls(*physics.malkin_burn_coefficients(), diameter)
 
     def interval(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Return the least and greatest force, N, of a process at a feed, mm/s; inf and 0: none."""
@@ -179,3 +178,12 @@ def _beyond(surplus: Callable[[float], float]) -> float:
     while surplus(end) > 0:
         end *= 2
     return end
+
+
+BURN_LIMITS: Mapping[str, type[BurnLimit]] = {
+    "force": ForceBurnLimit,
+    "power": PowerBurnLimit,
+    "malkin": MalkinBurnLimit,
+}
+"""Burn limits by the names that files give them."""
+NAMES = tuple(cls.__name__ for cls in BURN_LIMITS.values())

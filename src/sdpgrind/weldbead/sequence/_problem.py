@@ -9,13 +9,12 @@ import numpy.typing as npt
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.quantities import Check, Described, custom, described, quantity, specs, valued
+from sdpgrind.base.quantities import Check, Described, custom, described, law, quantity, specs, valued
 from sdpgrind.base.warned import warn
-from sdpgrind.weldbead.sequence._burn import ForceBurnLimit, MalkinBurnLimit, PowerBurnLimit
+from sdpgrind.weldbead.sequence._burn import BURN_LIMITS, NAMES, BurnLimit
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._scatter import Scatter
 
-BURN_LIMITS = (ForceBurnLimit, PowerBurnLimit, MalkinBurnLimit)
 Lateness = sdp.OneSided | Callable[[Floats], npt.ArrayLike]
 
 
@@ -54,12 +53,12 @@ class FinishCharge(Described):
         )
 
 
-def _of(*kinds: type) -> Check:
-    """Check of a field that is an object of one of several classes."""
+def _of(kind: type) -> Check:
+    """Check of a field that is an object of a class."""
 
     def check(name: str, value: Any) -> Any:
-        if not isinstance(value, kinds):
-            raise TypeError(f"{name} must be {' or '.join(kind.__name__ for kind in kinds)}; got {value!r}")
+        if not isinstance(value, kind):
+            raise TypeError(f"{name} must be {kind.__name__}; got {value!r}")
         return value
 
     return check
@@ -88,7 +87,7 @@ class SequenceProblem(Described):
         reset.
     force_max : float
         Greatest normal force, N.
-    burn_limit : ForceBurnLimit, PowerBurnLimit or MalkinBurnLimit, optional
+    burn_limit : BurnLimit or None
         Burn limit; None: the work never burns.
     scatter : Scatter
         Scatter of the depth of a pass.
@@ -134,7 +133,7 @@ class SequenceProblem(Described):
     reset_time: float = quantity("s", at_least=0)
     durations: Sequence[float] = custom(unit="s")
     force_max: float = quantity("N", above=0)
-    burn_limit: ForceBurnLimit | PowerBurnLimit | MalkinBurnLimit | None = custom(_of(*BURN_LIMITS))
+    burn_limit: BurnLimit | None = law(BURN_LIMITS, " or ".join(NAMES), "interval", "margin")
     scatter: Scatter = custom(_of(Scatter))
     height_max: float = quantity("mm", above=0, usual=(0.01, 200.0), typical=2)
     horizon: float = quantity("s", at_least=0)
