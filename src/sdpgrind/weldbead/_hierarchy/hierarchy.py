@@ -264,9 +264,9 @@ class _PassTier:
     }  # fmt: skip
 
     def __init__(
-        self, policy: SequencePolicy, disc: TiltedDisc, parent: Contour | None, lead_out: float
+        self, policy: SequencePolicy, disk: TiltedDisc, parent: Contour | None, lead_out: float
     ) -> None:
-        self._disc, self._problem, self._parent, self._lead_out = disc, policy.problem, parent, lead_out
+        self._disk, self._problem, self._parent, self._lead_out = disk, policy.problem, parent, lead_out
         self.reset()
 
     def reset(self) -> None:
@@ -288,7 +288,7 @@ class _PassTier:
         model = {name: others[name] for name in _ESTIMATED if not isnan(others.get(name, nan))}
         bead = Contour(np.asarray(profile_x, dtype=float), np.asarray(profile, dtype=float))
         plan = plan_pass(
-            self._in_time(self._asked(bead, mean_cut, planned_feed, self._disc.replace(**model)))
+            self._in_time(self._asked(bead, mean_cut, planned_feed, self._disk.replace(**model)))
         )
         self._report = _summary(plan)
         names = {"plan_time": "time", "normal_force_plan": "normal_force", "fly_height_plan": "fly_height"}
@@ -298,14 +298,14 @@ class _PassTier:
         feed = plan.problem.feed_rate
         return arrays | {"start": 1.0, "feed_rate": feed, "start_x": float(plan.center_x[0]) - _LEAD * feed}
 
-    def _asked(self, bead: Contour, mean_cut: float, feed_rate: float, disc: TiltedDisc) -> PassProblem:
+    def _asked(self, bead: Contour, mean_cut: float, feed_rate: float, disk: TiltedDisc) -> PassProblem:
         limits: dict[str, Any] = {
             "burn_limit": self._problem.burn_limit,
             "normal_force_max": self._problem.force_max,
         }
         limits["allow_overground"] = True  # the sequence decides on depth and pays for it
         return PassProblem(
-            disc, bead, mean_cut=mean_cut, feed_rate=feed_rate, target_shape=self._parent, **limits
+            disk, bead, mean_cut=mean_cut, feed_rate=feed_rate, target_shape=self._parent, **limits
         )
 
     def _in_time(self, asked: PassProblem) -> PassProblem:

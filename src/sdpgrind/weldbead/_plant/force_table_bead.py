@@ -59,11 +59,11 @@ class GroundBead:
         return self.mean(missing), float(missing.max())
 
 
-def reach(disc: TiltedDisc) -> float:
+def reach(disk: TiltedDisc) -> float:
     """Horizontal distance from the tip to the center of the relaxed disc, mm."""
-    return float(disc.model.disk_radius * np.cos(disc.relaxed_angle))
+    return float(disk.model.disk_radius * np.cos(disk.relaxed_angle))
 
 
-def drop(disc: TiltedDisc) -> float:
+def drop(disk: TiltedDisc) -> float:
     """Height of the center of the relaxed disc above the tip, mm."""
-    return float(disc.model.disk_radius * np.sin(disc.relaxed_angle))
+    return float(disk.model.disk_radius * np.sin(disk.relaxed_angle))

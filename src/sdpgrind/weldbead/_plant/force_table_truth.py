@@ -53,9 +53,9 @@ class CoefficientScatter(Described):
         )
 
 
-def drawn_disc(scatter: CoefficientScatter, disc: TiltedDisc, rng: np.random.Generator) -> TiltedDisc:
+def drawn_disc(scatter: CoefficientScatter, disk: TiltedDisc, rng: np.random.Generator) -> TiltedDisc:
     """Return a disc with drawn coefficients of its process."""
-    return disc.replace(model=scatter.drawn(disc.model, rng))
+    return disk.replace(model=scatter.drawn(disk.model, rng))
 
 
 def _lognormal(relative_sd: float, normal: float) -> float:

@@ -3,9 +3,9 @@ from ._collocation import Freedom as Freedom
 from ._contour import Contour as Contour
 from ._contour import contour_shift as contour_shift
 from ._contour import volume_between as volume_between
-from ._disc import GrinderStalled as GrinderStalled
-from ._disc import Linearized as Linearized
-from ._disc import TiltedDisc as TiltedDisc
+from ._disk import GrinderStalled as GrinderStalled
+from ._disk import Linearized as Linearized
+from ._disk import TiltedDisc as TiltedDisc
 from ._plan import PassPlan as PassPlan
 from ._plan import plan as plan
 from ._problem import PassProblem as PassProblem

@@ -24,7 +24,7 @@ from sdpgrind.weldbead.passes._simulate import PassRecord, simulate
 
 INTERVALS = 100  # chosen
 RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])  # source: Radau IIA of order 3
-PLACES = np.array([1 / 3, 1.0])  # its stages
+PLACES, WEIGHTS = np.array([1 / 3, 1.0]), (0.75, 0.25)  # its stages
 # chosen: weight of the squared platform speed (mm^2/s^2) against the squared distance of the tip (mm^2)
 MOTION = 1e-4
 # measured: replays on waves of 40 mm exceeded the burning force by up to 0.85 % without this reserve
@@ -109,6 +109,21 @@ class _Window(NamedTuple):
     wind: Floats
 
 
+class _Transcription(NamedTuple):
+    """Optimal control problem: unknowns at ends and stages of its intervals, and smooth contours."""
+
+    opti: Any
+    problem: PassProblem
+    window: _Window
+    wind: Any  # rad, at the ends
+    height: Any  # mm, at the ends
+    speed: Any  # of the height, mm/s, (stages, intervals)
+    turn: Any  # of the wind-up, 1/100 rad/s, (stages, intervals)
+    front: Any  # distance ahead of the tip, mm, (stages, intervals)
+    path: Any
+    bead: Any
+
+
 class _Solved(NamedTuple):
     """Solution at the ends of the intervals: wind-up, height, speed of the height, time, and feed."""
 
@@ -154,60 +169,61 @@ def _solve(
     """Return the solution by IPOPT, iterations, residual of the optimality conditions, message."""
     import casadi
 
-    opti, count, way = casadi.Opti(), window.time.size - 1, float(window.center[1] - window.center[0])
-    wind, height = opti.variable(count + 1), opti.variable(count + 1)
-    speed, turn, front = (opti.variable(2, count) for _ in range(3))
+    opti, count = casadi.Opti(), window.time.size - 1
+    ends, stages = [opti.variable(count + 1) for _ in range(2)], [opti.variable(2, count) for _ in range(3)]
     path, bead = _spline("path", problem.tip_path, problem), _spline("bead", problem.bead, problem)
-    _guess(opti, window, (wind, height, front), problem)
+    program = _Transcription(opti, problem, window, *ends, *stages, path, bead)
+    _guess(program)
     steps, feeds = _pace(opti, problem, window, freedom)
     burn = _burning(problem, freedom)
     cost: Any = 0 if freedom is None else freedom.time_weight * casadi.sum1(steps)
     for k in range(count):
-        ends: tuple[list[Any], list[Any]] = ([], [])
-        step, feed = steps[k], feeds[k]
-        for j in range(2):
-            stage_wind = wind[k] + step * (RADAU[j, 0] * turn[0, k] + RADAU[j, 1] * turn[1, k]) / 100
-            stage_height = height[k] + step * (RADAU[j, 0] * speed[0, k] + RADAU[j, 1] * speed[1, k])
-            stage = (
-                stage_wind,
-                stage_height,
-                window.center[k] + PLACES[j] * way,
-                turn[j, k] / 100,
-                speed[j, k],
-                front[j, k],
-            )
-            gap, force = _conditions(opti, problem, stage, feed, path, bead)
-            opti.subject_to(opti.bounded(0, force / 100, problem.grinder_limit / 100))
-            if burn is not None:
-                opti.subject_to((force - burn(feed)) / 100 <= 0)
-            cost += step * (0.75, 0.25)[j] * (gap**2 + MOTION * speed[j, k] ** 2)
-            ends[0].append(stage_wind)
-            ends[1].append(stage_height)
-        opti.subject_to(wind[k + 1] == ends[0][1])
-        opti.subject_to(height[k + 1] == ends[1][1])
-    opti.subject_to(wind[0] == float(window.wind[0]))
-    opti.subject_to(height[0] == float(window.height[0]))
+        for charge in _interval(program, k, steps[k], feeds[k], burn):
+            cost += charge
+    opti.subject_to(program.wind[0] == float(window.wind[0]))
+    opti.subject_to(program.height[0] == float(window.height[0]))
     if freedom is not None:
-        _rates(opti, problem, freedom, speed, turn)
+        _rates(program, freedom)
     opti.minimize(cost)
+    return _solution(program, steps, feeds)
+
+
+def _interval(program: _Transcription, k: int, step: Any, feed: Any, burn: Any) -> list[Any]:
+    """Constrain both stages of interval `k`, of `step` s, and its end; return the cost of each stage."""
+    p, center, charges = program, program.window.center, []
+    way = float(center[1] - center[0])
+    for j in range(2):
+        wind = p.wind[k] + step * (RADAU[j, 0] * p.turn[0, k] + RADAU[j, 1] * p.turn[1, k]) / 100
+        height = p.height[k] + step * (RADAU[j, 0] * p.speed[0, k] + RADAU[j, 1] * p.speed[1, k])
+        rates = p.turn[j, k] / 100, p.speed[j, k]
+        stage = wind, height, center[k] + PLACES[j] * way, *rates, p.front[j, k]
+        gap, force = _conditions(p, stage, feed)
+        p.opti.subject_to(p.opti.bounded(0, force / 100, p.problem.grinder_limit / 100))
+        if burn is not None:
+            p.opti.subject_to((force - burn(feed)) / 100 <= 0)
+        charges.append(step * WEIGHTS[j] * (gap**2 + MOTION * p.speed[j, k] ** 2))
+    p.opti.subject_to(p.wind[k + 1] == wind)
+    p.opti.subject_to(p.height[k + 1] == height)
+    return charges
+
+
+def _solution(program: _Transcription, steps: Any, feeds: Any) -> tuple[_Solved | None, int, float, str]:
+    """Run IPOPT; return as `_solve`."""
+    opti = program.opti
     opti.solver("ipopt", {"print_time": False}, {"print_level": 0, "sb": "yes", "tol": 1e-8, "max_iter": 300})
     try:
         found = opti.solve()
     except RuntimeError:
         stats = opti.stats()
         return None, int(stats["iter_count"]), np.inf, f"the solver stopped: {stats['return_status']}"
-    history = opti.stats()["iterations"]
-    residual = max(float(history["inf_pr"][-1]), float(history["inf_du"][-1]))
+    stats = opti.stats()
+    residual = max(float(stats["iterations"][name][-1]) for name in ("inf_pr", "inf_du"))
     lasts, fed = (np.atleast_1d(np.array(found.value(each), dtype=float)) for each in (steps, feeds))
-    time = window.time[0] + np.concatenate([[0.0], np.cumsum(lasts)])
-    solved = _Solved(
-        np.array(found.value(wind)),
-        np.array(found.value(height)),
-        np.asarray(found.value(speed))[1],
-        time,
-        fed,
-    )
-    return solved, int(opti.stats()["iter_count"]), residual, str(opti.stats()["return_status"])
+    wind, height = np.array(found.value(program.wind)), np.array(found.value(program.height))
+    speed = np.asarray(found.value(program.speed))[1]
+    time = program.window.time[0] + np.concatenate([[0.0], np.cumsum(lasts)])
+    solved = _Solved(wind, height, speed, time, fed)
+    return solved, int(stats["iter_count"]), residual, str(stats["return_status"])
 
 
 def _pace(opti: Any, problem: PassProblem, window: _Window, freedom: Freedom | None) -> tuple[Any, Any]:
@@ -223,36 +239,36 @@ def _pace(opti: Any, problem: PassProblem, window: _Window, freedom: Freedom | N
     return way / feed, feed
 
 
-def _rates(opti: Any, problem: PassProblem, freedom: Freedom, speed: Any, turn: Any) -> None:
+def _rates(program: _Transcription, freedom: Freedom) -> None:
     """Limit the rates of height and force."""
     import casadi
 
-    disc = problem.disc
-    stiff = float(disc.spring_torque(1e-3)) / 1e-3 / disc.model.disk_radius
-    for rate, most in ((speed, freedom.height_rate_max), (turn * stiff / 100, freedom.force_rate_max)):
+    opti, disk = program.opti, program.problem.disc
+    stiff = float(disk.spring_torque(1e-3)) / 1e-3 / disk.model.disk_radius
+    of_height = program.speed, freedom.height_rate_max
+    of_force = program.turn * stiff / 100, freedom.force_rate_max
+    for rate, most in (of_height, of_force):
         if np.isfinite(most):
             opti.subject_to(opti.bounded(-1, casadi.vec(rate) / most, 1))
 
 
-def _conditions(
-    opti: Any, problem: PassProblem, stage: tuple[Any, ...], feed: Any, path: Any, bead: Any
-) -> tuple[Any, Any]:
+def _conditions(program: _Transcription, stage: tuple[Any, ...], feed: Any) -> tuple[Any, Any]:
     """Demand power balance and front at one point; return distance of the tip, mm, and force, N."""
     import casadi
 
     wind, height, center, turn, speed, front = stage
-    disc, m = problem.disc, problem.disc.model
-    angle = disc.relaxed_angle - wind
-    torque = float(disc.spring_torque(1e-3)) / 1e-3 * wind
+    opti, disk, m = program.opti, program.problem.disc, program.problem.disc.model
+    angle = disk.relaxed_angle - wind
+    torque = float(disk.spring_torque(1e-3)) / 1e-3 * wind
     power = physics.disk_power(m.friction_ratio * torque, m.free_speed, m.speed_droop)
     tip_x, tip_z = center - m.disk_radius * casadi.cos(angle), height - m.disk_radius * casadi.sin(angle)
     length = front / casadi.cos(angle)
     advance = feed * casadi.sin(angle) - speed * casadi.cos(angle)
     into = -(m.disk_radius - length / 2) * turn + advance  # the angle falls as the spring winds up
     opti.subject_to((m.specific_energy * m.bead_width * length * into + m.idle_power - power) / 1000 == 0)
-    opti.subject_to(bead(tip_x + front) == tip_z + front * casadi.tan(angle))
+    opti.subject_to(program.bead(tip_x + front) == tip_z + front * casadi.tan(angle))
     opti.subject_to(front >= 0)
-    return tip_z - path(tip_x), torque / m.disk_radius
+    return tip_z - program.path(tip_x), torque / m.disk_radius
 
 
 def _burning(problem: PassProblem, freedom: Freedom | None) -> Any:
@@ -277,14 +293,15 @@ def _spline(name: str, contour: Any, problem: PassProblem) -> Any:
     return casadi.interpolant(name, "bspline", [x], contour.at(x))
 
 
-def _guess(opti: Any, window: _Window, variables: tuple[Any, ...], problem: PassProblem) -> None:
-    wind, height, front = variables
-    opti.set_initial(wind, window.wind)
-    opti.set_initial(height, window.height)
+def _guess(program: _Transcription) -> None:
+    """Start from the inverse plan."""
+    opti, problem, window = program.opti, program.problem, program.window
+    opti.set_initial(program.wind, window.wind)
+    opti.set_initial(program.height, window.height)
     angle = problem.disc.relaxed_angle - window.wind
     x = window.center - problem.disc.model.disk_radius * np.cos(angle)
     depth = np.maximum(1e-3, problem.bead.at(x) - problem.tip_path.at(x)) / np.tan(angle)
-    opti.set_initial(front, np.tile(0.5 * (depth[1:] + depth[:-1]), (2, 1)))
+    opti.set_initial(program.front, np.tile(0.5 * (depth[1:] + depth[:-1]), (2, 1)))
 
 
 def _replay(

@@ -211,11 +211,11 @@ def _worn(bead, core, state, angle, x, y):
 
 
 @compiled
-def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
+def cut_step(bead, core, state, step, path, most, raise_disk, second_order):
     """Bring the disc to `step`, cut, and keep the state.
 
     Return code, volume (mm^3), torque (N mm), height of the center (mm). Where the wind-up would exceed
-    `most` the disc is raised until it does not (`raise_disc`), or nothing is cut and the code says why.
+    `most` the disc is raised until it does not (`raise_disk`), or nothing is cut and the code says why.
     """
     free = _excess(0.0, 0.0, 0.0, bead, core, state, step, path)
     carried = 0.5 * step.time * state[RATE]
@@ -227,7 +227,7 @@ def cut_step(bead, core, state, step, path, most, raise_disc, second_order):
         wind, found = _least_wind(share, carried, free - carried, most, bead, core, state, step, path)
     if not found:
         wanted = carried + step.time * share * _removal(_torque_at(wind, core), core)
-        if not raise_disc:
+        if not raise_disk:
             return STALLED, 0.0, _torque_at(wind, core), 0.0
         higher = _raised(wind, wanted, bead, core, state, step, path)
     x, y, height = tip(wind, step, core, state, path, bead)

@@ -11,7 +11,7 @@ from sdpgrind.base.plans import Plan
 from sdpgrind.weldbead.passes import _kernels
 from sdpgrind.weldbead.passes._collocation import Collocation, Freedom, collocate
 from sdpgrind.weldbead.passes._contour import Contour, volume_between
-from sdpgrind.weldbead.passes._disc import TiltedDisc
+from sdpgrind.weldbead.passes._disk import TiltedDisc
 from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, PassRun, even_bead, simulate
 
@@ -261,40 +261,40 @@ def _checked_gains(gains: Any) -> tuple[float, float]:
 
 
 def _record(problem: PassProblem, method: str, gains: tuple[float, float], spacing: float) -> PassRecord:
-    disc, nodes = problem.disc, problem.nodes_at(spacing)
+    disk, nodes = problem.disc, problem.nodes_at(spacing)
     center = _centers(problem, spacing)
     if method in ("static", "quasistatic"):
         height = _static_height(problem, center, ahead=method == "quasistatic")
         return simulate(
-            disc,
+            disk,
             problem.bead,
             center_x=center,
             fly_height=height,
             feed_rate=problem.feed_rate,
             spacing=spacing,
         )
-    ground = even_bead(problem.bead, nodes, disc.model.bead_width)
+    ground = even_bead(problem.bead, nodes, disk.model.bead_width)
     run = PassRun(
-        disc,
+        disk,
         ground,
         center,
-        np.full(center.size, disc.relaxed_angle),
+        np.full(center.size, disk.relaxed_angle),
         np.full(center.size - 1, spacing / problem.feed_rate),
         nodes,
     )
     path = problem.tip_path.at(nodes)
-    start = np.full(center.size, path[0] + disc.model.disk_radius * np.sin(disc.relaxed_angle))
-    most = float(disc.deflection(problem.force_limit * disc.model.disk_radius))
+    start = np.full(center.size, path[0] + disk.model.disk_radius * np.sin(disk.relaxed_angle))
+    most = float(disk.deflection(problem.force_limit * disk.model.disk_radius))
     mode = _kernels.FEEDBACK if method == "pi" else _kernels.INVERSE
     return run.record(problem.bead, run.grind(start, mode, path=path, gains=gains, wind_max=most))
 
 
 def _centers(problem: PassProblem, spacing: float) -> Floats:
     """Positions of the center, mm, from the lead-in until the tip has left the bead at any wind-up."""
-    disc = problem.disc
-    reach = disc.model.disk_radius * np.cos(disc.relaxed_angle)
-    most = float(disc.deflection(problem.force_limit * disc.model.disk_radius))
-    lag = disc.model.disk_radius * np.cos(max(0.0, disc.relaxed_angle - most)) - reach
+    disk = problem.disc
+    reach = disk.model.disk_radius * np.cos(disk.relaxed_angle)
+    most = float(disk.deflection(problem.force_limit * disk.model.disk_radius))
+    lag = disk.model.disk_radius * np.cos(max(0.0, disk.relaxed_angle - most)) - reach
     begin, end = problem.bead.x[0] - problem.lead_in + reach, problem.bead.x[-1] + reach + lag
     return np.asarray(begin + spacing * np.arange(int(np.ceil((end - begin) / spacing)) + 2))
 
@@ -306,14 +306,14 @@ def _static_height(problem: PassProblem, center: Floats, *, ahead: bool) -> Floa
     `ahead`: the depth is that at the front of the face; at a constant angle the face sweeps feed times width
     times the height of its front above the tip.
     """
-    disc, radius, bead = problem.disc, problem.disc.model.disk_radius, problem.bead
-    angle, front = np.full(center.size, disc.relaxed_angle), np.zeros(center.size)
+    disk, radius, bead = problem.disc, problem.disc.model.disk_radius, problem.bead
+    angle, front = np.full(center.size, disk.relaxed_angle), np.zeros(center.size)
     for _ in range(60):  # a contraction: tip and front follow angle and depth
         x = center - radius * np.cos(angle)
         at = x + front
         depth = np.where((at >= bead.x[0]) & (at <= bead.x[-1]), bead.at(at) - problem.tip_path.at(x), 0.0)
         if ahead:
             front = 0.5 * (front + np.maximum(depth, 0.0) / np.tan(angle))
-        force = np.where(depth > 0, disc.model.normal_force(np.maximum(depth, 1e-12), problem.feed_rate), 0.0)
-        angle = disc.relaxed_angle - disc.deflection(np.minimum(force, problem.force_limit) * radius)
+        force = np.where(depth > 0, disk.model.normal_force(np.maximum(depth, 1e-12), problem.feed_rate), 0.0)
+        angle = disk.relaxed_angle - disk.deflection(np.minimum(force, problem.force_limit) * radius)
     return np.asarray(problem.tip_path.at(center - radius * np.cos(angle)) + radius * np.sin(angle))

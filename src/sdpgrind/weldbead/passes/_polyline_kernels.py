@@ -3,6 +3,8 @@
 Slower, without a grid: the remaining error is that of the time step. For a disc moved at given heights.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
@@ -16,12 +18,31 @@ from sdpgrind.weldbead.passes._kernels import (
     TIP_X,
     TIP_Z,
     WIND,
+    CutCore,
     _removal,
     _torque_at,
 )
 
 _WALL = 1e-9  # chosen: mm; width of the upright wall where the disc comes down
 _TOLERANCE = 1e-13  # chosen: rad; as in `_kernels`
+
+
+class _Step(NamedTuple):
+    """Step of the disc over the polyline, for which wind-ups are tried."""
+
+    px: Any
+    pz: Any
+    size: int
+    top: float
+    width: float
+    core: CutCore
+    state: Any
+    center: float
+    height: float
+    relaxed: float
+    time: float
+    share: float
+    carried: float
 
 
 @compiled
@@ -97,84 +118,29 @@ def _spliced(px, pz, size, cut_x, cut_z, points):
 
 
 @compiled
-def _excess(
-    wind, share, carried, time, px, pz, size, top, width, core, state, center, height, relaxed, no_x, no_z
-):
-    angle = relaxed - wind
-    x, y = center - core.radius * np.cos(angle), height - core.radius * np.sin(angle)
-    area, _, _ = _swept(px, pz, size, top, state, center, x, y, np.tan(angle), False, no_x, no_z)
-    return width * area - time * share * _removal(_torque_at(wind, core), core) - carried
+def _excess(wind, step):
+    """Volume in the way less the volume removed in a step, mm^3."""
+    core, angle = step.core, step.relaxed - wind
+    x, y = step.center - core.radius * np.cos(angle), step.height - core.radius * np.sin(angle)
+    px, pz = step.px, step.pz
+    area, _, _ = _swept(
+        px, pz, step.size, step.top, step.state, step.center, x, y, np.tan(angle), False, px, pz
+    )
+    removed = step.time * step.share * _removal(_torque_at(wind, core), core)
+    return step.width * area - removed - step.carried
 
 
 @compiled
-def _least_wind(
-    last,
-    most,
-    share,
-    carried,
-    time,
-    px,
-    pz,
-    size,
-    top,
-    width,
-    core,
-    state,
-    center,
-    height,
-    relaxed,
-    no_x,
-    no_z,
-):
+def _least_wind(last, most, step):
     """Least wind-up, rad, that leaves nothing in the way, by bisection from the last one; inf: none."""
     low, high, stride = 0.0, min(last + 1e-4, most), 1e-4
-    while (
-        _excess(
-            high,
-            share,
-            carried,
-            time,
-            px,
-            pz,
-            size,
-            top,
-            width,
-            core,
-            state,
-            center,
-            height,
-            relaxed,
-            no_x,
-            no_z,
-        )
-        > 0.0
-    ):
+    while _excess(high, step) > 0.0:
         if high >= most:
             return np.inf
         low, high, stride = high, min(high + stride, most), 4.0 * stride
     while high - low > _TOLERANCE:
         middle = 0.5 * (low + high)
-        if (
-            _excess(
-                middle,
-                share,
-                carried,
-                time,
-                px,
-                pz,
-                size,
-                top,
-                width,
-                core,
-                state,
-                center,
-                height,
-                relaxed,
-                no_x,
-                no_z,
-            )
-            > 0.0
-        ):
+        if _excess(middle, step) > 0.0:
             low = middle
         else:
             high = middle
@@ -204,10 +170,10 @@ def grind(px, pz, size, width, core, center, height, relaxed, times, second_orde
         if second_order and state[RATE] > 0.0 and free >= 0.5 * time * state[RATE]:
             share, carried = 0.5, 0.5 * time * state[RATE]
         if free > carried:
-            wind = _least_wind(
-                state[WIND], core.wind_max, share, carried, time, px, pz, size, top, width, core, state,
-                center[k], height[k], relaxed[k], cut_x, cut_z,
-            )  # fmt: skip
+            step = _Step(
+                px, pz, size, top, width, core, state, center[k], height[k], angle, time, share, carried
+            )
+            wind = _least_wind(state[WIND], core.wind_max, step)
             if wind == np.inf:
                 return STALLED, k, size
         angle = relaxed[k] - wind

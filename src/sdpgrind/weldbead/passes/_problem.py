@@ -10,7 +10,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, flag, law, part, quantity
 from sdpgrind.base.warned import warn
 from sdpgrind.weldbead.passes._contour import Contour, contour_shift, merged, volume_between
-from sdpgrind.weldbead.passes._disc import TiltedDisc
+from sdpgrind.weldbead.passes._disk import TiltedDisc
 from sdpgrind.weldbead.sequence._burn import BURN_LIMITS, NAMES, BurnLimit
 
 _ONE_OF_THEM = f"a {', '.join(NAMES[:-1])} or {NAMES[-1]}"

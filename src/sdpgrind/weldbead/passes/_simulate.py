@@ -11,7 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import _kernels, _polyline_kernels
 from sdpgrind.weldbead.passes._contour import Contour
-from sdpgrind.weldbead.passes._disc import STEEPEST, GrinderStalled, TiltedDisc
+from sdpgrind.weldbead.passes._disk import STEEPEST, GrinderStalled, TiltedDisc
 from sdpgrind.weldbead.passes._kernels import Bead, Step
 
 
@@ -164,10 +164,10 @@ def simulate(
 
 
 def _exactly(
-    disc: TiltedDisc, bead: Contour, way: tuple[Floats, ...], width: Contour | None, order: int
+    disk: TiltedDisc, bead: Contour, way: tuple[Floats, ...], width: Contour | None, order: int
 ) -> PassRecord:
     """Simulate the pass with the bead clipped as a polyline."""
-    if width is not None or np.isfinite(disc.grinding_ratio):
+    if width is not None or np.isfinite(disk.grinding_ratio):
         raise ValueError("exact must be False where the width varies (mm), or the disc wears")
     center, height, angle, times = way
     room = np.empty((2, len(bead.x) + 4 * center.size + 8))
@@ -177,8 +177,8 @@ def _exactly(
         room[0],
         room[1],
         len(bead.x),
-        disc.model.bead_width,
-        disc.core,
+        disk.model.bead_width,
+        disk.core,
         center,
         height,
         angle,
@@ -189,7 +189,7 @@ def _exactly(
     if code == _kernels.OVERLAPPING:
         raise ValueError(f"the disc must start clear of the bead (mm); its center starts at {center[0]:.5g}")
     run = PassRun(
-        disc, Bead(0.0, 1.0, room[1, :size], room[1, :0], room[1, :0]), center, angle, times, room[0, :size]
+        disk, Bead(0.0, 1.0, room[1, :size], room[1, :0], room[1, :0]), center, angle, times, room[0, :size]
     )
     if code == _kernels.STALLED:
         raise run.stalled(done - 1, float(out[done - 1, 3]))
@@ -236,7 +236,7 @@ def _nodes(bead: Contour, spacing: float) -> Floats:
 class PassRun:
     """Disc over a bead on even nodes, at positions of its center with the times between them; used once."""
 
-    disc: TiltedDisc
+    disk: TiltedDisc
     ground: Bead
     center_x: Floats
     relaxed_angle: Floats
@@ -254,7 +254,7 @@ class PassRun:
         order: int = 2,
     ) -> Floats:
         """Run the kernel; heights are those of all positions (`GIVEN`) or start with that of the first."""
-        core, x = self.disc.core, self.center_x
+        core, x = self.disk.core, self.center_x
         along = self.nodes * 0.0 if path is None else path
         state, begin = (
             np.zeros(_kernels.STATES),
@@ -282,16 +282,16 @@ class PassRun:
 
     def stalled(self, step: int, tip_x: float) -> GrinderStalled:
         """Return the error of a motor that lacks the power for a step."""
-        power = self._power(float(self.disc.spring_torque(self.disc.core.wind_max)))
+        power = self._power(float(self.disk.spring_torque(self.disk.core.wind_max)))
         return GrinderStalled(float(np.sum(self.times[: step + 1])), tip_x, power)
 
     def _power(self, torque: Any) -> Any:
-        m = self.disc.model
+        m = self.disk.model
         return physics.disk_power(m.friction_ratio * torque, m.free_speed, m.speed_droop)
 
     def record(self, before: Contour, out: Floats) -> PassRecord:
         """Return the output of the kernel by name."""
-        m = self.disc.model
+        m = self.disk.model
         wind, torque, height, tip_x, tip_z, rate, removed, patches, _ = out.T.copy()
         return PassRecord(
             time=np.concatenate([[0.0], np.cumsum(self.times)]),

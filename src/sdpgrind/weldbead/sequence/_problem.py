@@ -210,9 +210,9 @@ class SequenceProblem(Described):
     @property
     def job(self) -> Mapping[str, object]:
         """Part and machine of a plan: name -> (value, unit), and the burn limit; no estimated value."""
-        disc = valued(self.model, ("bead_width", "disk_radius"))
+        disk = valued(self.model, ("bead_width", "disk_radius"))
         limits = valued(self, ("reset_time", "force_max"))
-        return valued(self, ("bead_length",)) | disc | limits | {"burn_limit": self.burn_limit}
+        return valued(self, ("bead_length",)) | disk | limits | {"burn_limit": self.burn_limit}
 
     @property
     def _mean_model(self) -> GrindingProcess:
