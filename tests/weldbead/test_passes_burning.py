@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sdpgrind import units, weldbead
+from sdpgrind.base.quantities import specs
 from sdpgrind.weldbead import passes
 
 PROCESS = weldbead.GrindingProcess(12.8, 114.0, 0.33, 88.9, 500.0, 0.0, 12.7)
@@ -83,3 +84,42 @@ def test_forces_that_burn_at_many_feeds():
     np.testing.assert_allclose(PROBLEM.replace(burn_limit=malkin).burn_force(feed), expected)
     assert np.all(np.isinf(PROBLEM.replace(burn_limit=None).burn_force(feed)))
     assert PROBLEM.grinder_limit == 90.0 and PROBLEM.force_limit == pytest.approx(COEFFICIENT * np.sqrt(20.0))
+
+
+class Half:
+    """A limit of one's own: half the force of another one."""
+
+    def __init__(self, of):
+        self.of = of
+
+    def interval(self, process, feed_rate):
+        low, high = self.of.interval(process, feed_rate)
+        return low, high / 2
+
+    def margin(self, process, normal_force, feed_rate):
+        return self.interval(process, feed_rate)[1] - normal_force
+
+
+def test_a_limit_of_ones_own_holds_in_sequence_and_pass():
+    own = Half(PROBLEM.burn_limit)
+    assert PROBLEM.replace(burn_limit=own).burn_force(20.0) == pytest.approx(COEFFICIENT * 20.0**0.5 / 2)
+    p1 = weldbead.preset("P1").replace(burn_limit=own)
+    assert p1.force_interval(20.0)[1] == pytest.approx(COEFFICIENT * (50 / 18) ** 0.5 / 2)
+
+
+def test_sequence_and_pass_refuse_what_has_no_margin():
+    class NoMargin:
+        interval = Half.interval
+
+    for problem in (PROBLEM, weldbead.preset("P1")):
+        with pytest.raises(
+            TypeError, match="burn_limit must be .*ForceBurnLimit.* or MalkinBurnLimit; got a NoMargin"
+        ):
+            problem.replace(burn_limit=NoMargin())
+
+
+def test_sequence_pass_and_files_know_the_same_limits():
+    limits = specs(weldbead.SequenceProblem)["burn_limit"].made_of
+    assert limits is specs(passes.PassProblem)["burn_limit"].made_of
+    assert list(limits) == ["force", "power", "malkin"]
+    assert all(getattr(weldbead, cls.__name__) is cls for cls in limits.values())
