@@ -113,7 +113,7 @@ def test_sequence_and_pass_refuse_what_has_no_margin():
 
     for problem in (PROBLEM, weldbead.preset("P1")):
         with pytest.raises(
-            TypeError, match="burn_limit must be .*ForceBurnLimit.* or MalkinBurnLimit; got a NoMargin"
+            TypeError, match=r"burn_limit must be .*ForceBurnLimit.* or MalkinBurnLimit; got a NoMargin"
         ):
             problem.replace(burn_limit=NoMargin())
 
