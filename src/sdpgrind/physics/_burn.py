@@ -124,7 +124,8 @@ def burn_onset(
 ) -> BurnOnset:
     """Return the two depths of cut at which grinding power and burning limit are equal.
 
-    Their difference is convex in the fourth root of the depth: it has two roots or none.
+    Their difference is convex in the fourth root of the depth: it has two roots or none. For the speeds, the
+    diameter and the wear flat area see `GrindingPower.power`.
 
     Parameters
     ----------
@@ -132,12 +133,6 @@ def burn_onset(
         Grinding power, W.
     limit : BurningLimit
         Power at which the work burns, W.
-    work_speed, wheel_speed : float
-        Surface speeds, mm/s.
-    equivalent_diameter : float
-        Equivalent diameter of wheel and work, mm.
-    wear_flat_area : float
-        Worn part of the wheel surface, 0..1.
     depth_max : float
         Greatest depth searched, mm.
 

@@ -144,17 +144,7 @@ class PowerEstimator(_Streaming):
 
 
 class FrictionEstimator(_Streaming):
-    """Ratio of tangential to normal force, pass by pass, with forgetting.
-
-    Parameters
-    ----------
-    forgetting : float
-        Weight of a pass relative to the next, in (0, 1], unit 1.
-
-    Raises
-    ------
-    ValueError
-        When the forgetting is out of range.
+    """Ratio of tangential to normal force (unit 1), pass by pass, with forgetting; see `PowerEstimator`.
 
     Examples
     --------

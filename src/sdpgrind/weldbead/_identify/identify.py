@@ -64,20 +64,19 @@ def identify(
 ) -> Estimate | ScatterEstimate | Scatter:
     """Estimate from passes what `SequenceProblem.updated` takes.
 
-    ========== ===================== ===================================================================
-    `what`     quantities of `data`  result and methods (the first is the default)
-    ========== ===================== ===================================================================
-    "power"    grinding_power,       `Estimate` of specific_energy (J/mm^3) and idle_power (W).
-               removal_rate          "regression": removal rate on power, right where the first is noisy;
-                                     "total": both noisy; "recursive": old passes forgotten; "printed":
-                                     power on removal rate, Brown (1988), 4.1, which noise makes too flat
-    "friction" normal_force,         `Estimate` of friction_ratio (1): "regression", "recursive"
-               tangential_force
-    "scatter"  normal_force,         `ScatterEstimate`: the coefficient that scatters. "fit": K1 and K2
-               feed_rate, cut_depth  of the mean cut fitted too, >= 4 passes; "model": from `model`
-    "law"      as "scatter"          `Scatter` with the empirical distribution of the standardised
-                                     depths. "kernel": smoothed, "sample": as they are
-    ========== ===================== ===================================================================
+    ========== ============================== ===============================================================
+    `what`     quantities of `data`           result and methods (the first is the default)
+    ========== ============================== ===============================================================
+    "power"    grinding_power, removal_rate   `Estimate` of specific_energy (J/mm^3) and idle_power (W).
+                                              "regression": removal rate on power, right where the first is
+                                              noisy; "total": both noisy; "recursive": with forgetting;
+                                              "printed": power on removal rate, flattened by noise; Brown, 4.1
+    "friction" normal_force, tangential_force `Estimate` of friction_ratio (1): "regression", "recursive"
+    "scatter"  normal_force, feed_rate,       `ScatterEstimate`: the coefficient that scatters. "fit": K1, K2
+               cut_depth                      fitted too, >= 4 passes; "model": from `model`
+    "law"      as "scatter"                   `Scatter` with the empirical distribution of the standardised
+                                              depths. "kernel": smoothed, "sample": as they are
+    ========== ============================== ===============================================================
 
     Parameters
     ----------

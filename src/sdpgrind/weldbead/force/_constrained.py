@@ -36,16 +36,10 @@ class PredictiveController(ForceController):
 
     Parameters
     ----------
-    plan : PassPlan or None
-        As of `ForceController`.
     predictive : Predictive
         Weights, horizon and model (N, mm, s).
-    force_max : float, optional
-        Greatest planned force, N.
-    limits : Limits, optional
-        Limits of the command, in mm and s.
-    datum : float
-        Fly height at which the platform command is 0, mm.
+    plan, force_max, limits, datum
+        Plan (s, N, mm) and its limits; see `ForceController`.
 
     Raises
     ------

@@ -139,12 +139,7 @@ def _two_poles(response: Callable[[Floats], Complex], first: float) -> tuple[flo
 
 
 def servo_drive(servo: ServoTable) -> TableDrive:
-    """Return the position drive of a servo table; its friction torque becomes a stuck band, mm.
-
-    Parameters
-    ----------
-    servo : ServoTable
-        Data sheet of motor, amplifier and screw, in its own units (N mm, V, A, rad/s).
+    """Return the position drive of a `servo` table (N mm, V, A, rad/s); friction becomes a stuck band, mm.
 
     Examples
     --------

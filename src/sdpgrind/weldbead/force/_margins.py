@@ -52,16 +52,9 @@ def margins(loop: ForceLoop, delay_samples: int | None = None) -> Margins:
 
 
 def runout_response(loop: ForceLoop, spin: npt.ArrayLike) -> Floats:
-    """Return the force of the loop at the alias of the disc speed, per runout force, dimensionless.
+    """Return the force of a `loop` at the alias of disc speeds `spin`, rad/s, per runout force (unit 1).
 
     Exact for a sampled loop in contact; a = alias(f): abs(sensor(f)) abs(C S)(a) abs(hold(a) drive(a)) K_x.
-
-    Parameters
-    ----------
-    loop : ForceLoop
-        Loop.
-    spin : array
-        Disc speeds, rad/s.
 
     Examples
     --------

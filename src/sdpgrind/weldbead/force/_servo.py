@@ -125,14 +125,9 @@ class ServoTable(Frozen):
         return drive / (self.speed_feedback + self.damping)
 
     def amplifier_of(self, natural_frequency: float, damping_ratio: float) -> tuple[float, float]:
-        """Return lag p_a and lead z_a (rad/s) from the measured resonance of the bare motor's speed loop.
+        """Return lag p_a and lead z_a, rad/s, from the measured resonance of the bare motor's speed loop.
 
-        Parameters
-        ----------
-        natural_frequency : float
-            Resonance, rad/s.
-        damping_ratio : float
-            Damping ratio, dimensionless.
+        `natural_frequency` is in rad/s, `damping_ratio` is dimensionless.
         """
         natural_frequency = checks.positive("natural_frequency", natural_frequency, "rad/s")
         damping_ratio = checks.positive("damping_ratio", damping_ratio)

@@ -36,12 +36,7 @@ def designs(plant: ForcePlant | None = None, limits: DesignLimits | None = None)
 
 
 def design_table(loops: Iterable[ForceLoop]) -> "xr.Dataset":
-    """Return margins, bandwidth (rad/s) and runout response of loops, one row each.
-
-    Parameters
-    ----------
-    loops : iterable of ForceLoop
-        Loops, from `PI.design`, `designs` and others.
+    """Return margins, bandwidth (rad/s) and runout response of `loops`, one row each.
 
     Examples
     --------
