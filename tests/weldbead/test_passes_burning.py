@@ -122,4 +122,4 @@ def test_sequence_pass_and_files_know_the_same_limits():
     limits = specs(weldbead.SequenceProblem)["burn_limit"].made_of
     assert limits is specs(passes.PassProblem)["burn_limit"].made_of
     assert list(limits) == ["force", "power", "malkin"]
-    assert all(getattr(weldbead, cls.__name__) is cls for cls in limits.values())
+    assert all(getattr(weldbead.sequence, cls.__name__) is cls for cls in limits.values())

@@ -24,7 +24,7 @@ def malkin_burn_energy(cut_depth: Any, feed_rate: Any, diameter: Any, u0: Any, B
     cut_depth : float or array
         Depth of cut d, mm.
     feed_rate : float or array
-        Feed along the work V, mm/s.
+        Feed V along the work, mm/s.
     diameter : float or array
         Wheel diameter D, mm.
     u0 : float or array

@@ -64,9 +64,9 @@ def removal_rate(grinding_power: Any, specific_energy: Any, idle_power: Any) -> 
     grinding_power : float or array
         Power at the contact, W.
     specific_energy : float or array
-        Energy to remove a volume K1, J/mm^3.
+        Energy K1 to remove a volume, J/mm^3.
     idle_power : float or array
-        Power that removes nothing K2, W.
+        Power K2 that removes nothing, W.
 
     Examples
     --------

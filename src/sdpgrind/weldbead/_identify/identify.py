@@ -62,7 +62,7 @@ def identify(
     bandwidth: float | None = None,
     throw: bool = True,
 ) -> Estimate | ScatterEstimate | Scatter:
-    """Estimate from passes what `SequenceProblem.updated` takes.
+    """Estimate coefficients or scatter from passes, for `SequenceProblem.updated`.
 
     ========== ============================== ===============================================================
     `what`     quantities of `data`           result and methods (the first is the default)

@@ -182,11 +182,7 @@ def tuned(
 
 
 def best_parameters(
-    family: _Family,
-    ranges: _Ranges,
-    plant: ForcePlant,
-    limits: DesignLimits | None,
-    name: str,
+    family: _Family, ranges: _Ranges, plant: ForcePlant, limits: DesignLimits | None, name: str
 ) -> tuple[float, float]:
     """Return the parameters of largest bandwidth: a logarithmic grid that shrinks to its best point."""
     judge = _Judge(plant, DesignLimits() if limits is None else limits)

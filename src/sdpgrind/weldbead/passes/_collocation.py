@@ -135,7 +135,7 @@ class _Solved(NamedTuple):
 
 
 def collocate(
-    problem: PassProblem, start: PassRecord, intervals: int = INTERVALS, freedom: Freedom | None = None
+    problem: PassProblem, start: PassRecord, freedom: Freedom | None = None
 ) -> tuple[PassRecord | None, Collocation]:
     """Solve from the inverse plan `start`; None, with the reason, where there is no usable solution."""
     if problem.disc.rotational_stiffness is None:
@@ -146,7 +146,7 @@ def collocate(
     if not np.any(inside) or np.any(start.patches[inside] != 1):
         return None, Collocation(0, np.inf, np.inf, "the pass is no cut of one patch all along")
     first, last = np.flatnonzero(inside)[[0, -1]]
-    time = np.linspace(float(start.time[first]), float(start.time[last]), intervals + 1)
+    time = np.linspace(float(start.time[first]), float(start.time[last]), INTERVALS + 1)
     columns = (start.center_x, start.fly_height, problem.disc.relaxed_angle - start.disk_angle)
     window = _Window(time, *(np.interp(time, start.time, column) for column in columns))
     solved, iterations, residual, message = _solve(problem, window, freedom)
@@ -313,21 +313,16 @@ def _replay(
     feeds = solved.feed[np.clip(np.searchsorted(window.center, center[1:]) - 1, 0, solved.feed.size - 1)]
     time = np.interp(np.clip(center, window.center[0], window.center[-1]), window.center, solved.time)
     first = (solved.height[1] - solved.height[0]) / (solved.time[1] - solved.time[0])
-    curve = CubicHermiteSpline(
-        solved.time, solved.height, np.append(first, solved.speed)
-    )  # stage 2 ends its interval
+    # the second stage is the end of its interval
+    curve = CubicHermiteSpline(solved.time, solved.height, np.append(first, solved.speed))
     played = np.where(inside, curve(time), start.fly_height)
     # Behind the window the plan continues from the end of the solution.
     played[center > window.center[-1]] += solved.height[-1] - window.height[-1]
+    disk, spacing = problem.disc, problem.spacing
     record = simulate(
-        problem.disc,
-        problem.bead,
-        center_x=center,
-        fly_height=played,
-        feed_rate=feeds,
-        spacing=problem.spacing,
+        disk, problem.bead, center_x=center, fly_height=played, feed_rate=feeds, spacing=spacing
     )
-    tip_z = solved.height - problem.disc.model.disk_radius * np.sin(problem.disc.relaxed_angle - solved.wind)
+    tip_z = solved.height - disk.model.disk_radius * np.sin(disk.relaxed_angle - solved.wind)
     later = solved.time > solved.time[0] + 0.2
     error = np.interp(window.center, record.center_x, record.tip_z) - tip_z
     return record, float(np.sqrt(np.mean(error[later] ** 2)))

@@ -84,15 +84,15 @@ class TiltedDisc(Described):
     model : GrindingProcess
         Process of the sequence; ``replace`` takes its fields too.
     relaxed_angle : float
-        Angle of the unloaded disc to the work theta0, rad.
+        Angle theta0 of the unloaded disc to the work, rad.
     rotational_stiffness : float
-        Stiffness of the spring K_theta, N mm/rad; or give `compliance`.
+        Stiffness K_theta of the spring, N mm/rad; or give `compliance`.
     compliance : sequence of (float, float), optional
         Wind-up (rad) and torque (N mm) of a nonlinear spring: from (0, 0) on, both increasing.
     stall_guard : float
         Usable share of the motor's greatest power (droop > 0), unit 1.
     grinding_ratio : float
-        Volume ground per volume of disc worn G, unit 1; inf: no wear.
+        Volume G ground per volume of disc worn, unit 1; inf: no wear.
 
     Raises
     ------

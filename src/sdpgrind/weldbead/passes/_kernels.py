@@ -17,7 +17,6 @@ from sdpgrind.base.units import N_MM_S_PER_W
 WIND, TIP_X, TIP_Z, RATE, WEAR, TOUCHED, PATCHES = range(7)
 STATES = 7  # derived: number of these entries
 DONE, STALLED, OVERLAPPING = 0, 1, 2
-FREE, RUB, CUT = 0, 1, 2
 GIVEN, INVERSE, FEEDBACK = 0, 1, 2
 _TOLERANCE = 1e-13  # chosen: rad; end of the root search
 

@@ -80,10 +80,9 @@ class PassPlan(Plan):
 
     @property
     def burn_margin(self) -> float:
-        """Least margin of the normal force to burning, each step at its feed, N; < 0: it burns; inf: no
-        limit.
+        """Least margin of the normal force to burning, N, each step at its feed; < 0: it burns.
 
-        A lower limit of force is ignored: each cut begins and ends at no force.
+        inf: no burn limit. A lower limit of force is ignored: each cut begins and ends at no force.
         """
         return float(np.min(self._burn_force - self.normal_force[1:]))
 
@@ -97,10 +96,8 @@ class PassPlan(Plan):
         """One sentence: whether the target is reached, or the obstacle (N, share of the volume)."""
         share = self.shortfall / self.problem.volume if self.problem.volume > 0 else 0.0
         limit = np.minimum(self._burn_force, self.problem.grinder_limit)
-        over, worst = (
-            self.overcut / max(self.problem.volume, 1e-12),
-            float(np.max(self.normal_force[1:] - limit)),
-        )
+        over = self.overcut / max(self.problem.volume, 1e-12)
+        worst = float(np.max(self.normal_force[1:] - limit))
         most = int(np.argmin(limit - self.normal_force[1:]))
         if self.burn_margin < -1e-6:
             return f"burns, by up to {-self.burn_margin:.3g} N; leaves {100 * share:.3g} % of the volume"
@@ -129,16 +126,13 @@ class PassPlan(Plan):
             When it lacks the power.
         """
         p = self.problem
+        truth = p.disc
+        if model is not None:
+            truth = checks.kind("model", model, TiltedDisc, ", the disc as it really is")
         return simulate(
-            p.disc
-            if model is None
-            else checks.kind("model", model, TiltedDisc, ", the disc as it really is"),
-            p.bead,
-            center_x=self.center_x,
-            fly_height=self.fly_height,
-            feed_rate=self.record.feed_rate,
-            spacing=p.spacing,
-        )
+            truth, p.bead, center_x=self.center_x, fly_height=self.fly_height,
+            feed_rate=self.record.feed_rate, spacing=p.spacing,
+        )  # fmt: skip
 
     def plot(self) -> Any:
         """Draw contours, force, power and height along the bead; return the figure."""
@@ -261,27 +255,16 @@ def _checked_gains(gains: Any) -> tuple[float, float]:
 
 
 def _record(problem: PassProblem, method: str, gains: tuple[float, float], spacing: float) -> PassRecord:
-    disk, nodes = problem.disc, problem.nodes_at(spacing)
+    disk, feed, nodes = problem.disc, problem.feed_rate, problem.nodes_at(spacing)
     center = _centers(problem, spacing)
     if method in ("static", "quasistatic"):
         height = _static_height(problem, center, ahead=method == "quasistatic")
         return simulate(
-            disk,
-            problem.bead,
-            center_x=center,
-            fly_height=height,
-            feed_rate=problem.feed_rate,
-            spacing=spacing,
+            disk, problem.bead, center_x=center, fly_height=height, feed_rate=feed, spacing=spacing
         )
     ground = even_bead(problem.bead, nodes, disk.model.bead_width)
-    run = PassRun(
-        disk,
-        ground,
-        center,
-        np.full(center.size, disk.relaxed_angle),
-        np.full(center.size - 1, spacing / problem.feed_rate),
-        nodes,
-    )
+    angle, times = np.full(center.size, disk.relaxed_angle), np.full(center.size - 1, spacing / feed)
+    run = PassRun(disk, ground, center, angle, times, nodes)
     path = problem.tip_path.at(nodes)
     start = np.full(center.size, path[0] + disk.model.disk_radius * np.sin(disk.relaxed_angle))
     most = float(disk.deflection(problem.force_limit * disk.model.disk_radius))
@@ -300,8 +283,7 @@ def _centers(problem: PassProblem, spacing: float) -> Floats:
 
 
 def _static_height(problem: PassProblem, center: Floats, *, ahead: bool) -> Floats:
-    """Heights, mm, at which the spring gives the force of a steady cut of the local depth; Brown (1988),
-    8.3.3.
+    """Heights, mm, for the force of a steady cut of the local depth; Brown (1988), 8.3.3.
 
     `ahead`: the depth is that at the front of the face; at a constant angle the face sweeps feed times width
     times the height of its front above the tip.

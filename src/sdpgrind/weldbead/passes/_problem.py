@@ -27,11 +27,11 @@ class PassProblem(Described):
     bead : Contour
         Scanned bead, mm.
     mean_cut : float
-        Mean depth over the whole length delta, mm; it fixes a volume, Brown (6.1).
+        Mean depth delta over the whole length, mm; it fixes a volume, Brown (6.1).
     feed_rate : float
         Feed along the bead, mm/s.
     target_shape : Contour, optional
-        Target shape z_f, mm, shifted vertically until the volume is right. Default: level.
+        Target shape z_f, mm, shifted vertically to the volume. Default: level.
     parent : Contour, optional
         Surface that must not be ground, mm. A target below it is warned of, and refused without
         `allow_overground` where the bead lacks the volume.
@@ -40,7 +40,7 @@ class PassProblem(Described):
     normal_force_max : float
         Greatest normal force, N.
     burn_limit : BurnLimit, optional
-        Burn limit, as of the sequence; None: the work never burns.
+        Burn limit; None: the work never burns.
     spacing : float
         Node distance of the simulation, mm.
 
@@ -128,7 +128,7 @@ class PassProblem(Described):
 
     @property
     def volume(self) -> float:
-        """Volume to remove delta w L, mm^3; Brown (6.1)."""
+        """Volume to remove, delta w L, mm^3; Brown (6.1)."""
         return self.mean_cut * self.disc.model.bead_width * self.bead.length
 
     @property
@@ -138,7 +138,7 @@ class PassProblem(Described):
 
     @cached_property
     def contour_shift(self) -> float:
-        """Vertical shift of the shape N, mm; Brown (6.2b). On a parent of slope a the gap is N cos(a)."""
+        """Vertical shift N of the shape, mm; Brown (6.2b). On a parent of slope a the gap is N cos(a)."""
         return contour_shift(self.bead, self.shape, self.volume, self.disc.model.bead_width)
 
     @cached_property

@@ -169,22 +169,12 @@ def _exactly(
     """Simulate the pass with the bead clipped as a polyline."""
     if width is not None or np.isfinite(disk.grinding_ratio):
         raise ValueError("exact must be False where the width varies (mm), or the disc wears")
-    center, height, angle, times = way
+    center, _, angle, times = way
     room = np.empty((2, len(bead.x) + 4 * center.size + 8))
     room[:, : len(bead.x)] = bead.x, bead.z
     out = np.empty((center.size, 9))
     code, done, size = _polyline_kernels.grind(
-        room[0],
-        room[1],
-        len(bead.x),
-        disk.model.bead_width,
-        disk.core,
-        center,
-        height,
-        angle,
-        times,
-        order == 2,
-        out,
+        *room, len(bead.x), disk.model.bead_width, disk.core, *way, order == 2, out
     )
     if code == _kernels.OVERLAPPING:
         raise ValueError(f"the disc must start clear of the bead (mm); its center starts at {center[0]:.5g}")

@@ -287,13 +287,9 @@ class SequencePolicy(Plan):
         ValueError
             When the truth is another job: lengths, durations, stages, or a charge unknown to the plan.
         """
-        truth = (
-            model
-            if isinstance(model, SequenceProblem)
-            else self.problem
-            if model is None
-            else self.problem.replace(model=model)
-        )
+        truth = model
+        if not isinstance(truth, SequenceProblem):
+            truth = self.problem if model is None else self.problem.replace(model=model)
         problem = self.table.problem if model is None else true_problem(self.problem, truth, self._cells + 1)
         start = self._state(height, time_left, last_duration)
         noise = {"height": checks.nonnegative("height_noise", height_noise, "mm")}

@@ -29,19 +29,19 @@ class GrindingProcess(Described):
     Parameters
     ----------
     specific_energy : float
-        Energy to remove a volume K1, J/mm^3.
+        Energy K1 to remove a volume, J/mm^3.
     idle_power : float
-        Power that removes nothing K2, W.
+        Power K2 that removes nothing, W.
     friction_ratio : float
-        Tangential over normal force mu, unit 1.
+        Ratio mu of tangential to normal force, unit 1.
     disk_radius : float
         Disc radius R, mm.
     free_speed : float
-        Disc speed without load omega0, rad/s.
+        Disc speed omega0 without load, rad/s.
     speed_droop : float
-        Loss of speed per shaft torque beta, rad/(s N mm); 0: a stiff drive.
+        Loss of speed beta per shaft torque, rad/(s N mm); 0: a stiff drive.
     bead_width : float
-        Bead width w, mm.
+        Width w of the bead, mm.
 
     Raises
     ------
