@@ -51,7 +51,7 @@ class ForcePlant(Described):
 
     @property
     def lag(self) -> float:
-        """Lag of the force behind a command, s: drive, hold, delay; 47 ms for Brown's model and one sample."""
+        """Lag of the force behind a command, s: drive, hold, delay. 47 ms: Brown's model, one sample."""
         return self.drive.lag_time + (0.5 + self.delay_samples) * self.sample_time
 
     @cached_property
