@@ -129,8 +129,7 @@ def _refuse_absurd(fit: _LawFit, depth_noise: float) -> None:
     if worst > _ABSURD:
         raise ValueError(
             "depth_noise must cover what the measured cut_depth is uncertain by (mm): the best fit leaves a"
-            " residual of"
-            f" {worst:.0f} standard deviations; got {depth_noise:g}"
+            f" residual of {worst:.0f} standard deviations; got {depth_noise:g}"
         )
 
 

@@ -42,8 +42,7 @@ class ForceReference:
             if not hasattr(plan, name):
                 raise TypeError(
                     "plan must have the arrays time (s), normal_force (N) and fly_height (mm), as"
-                    " passes.plan gives it;"
-                    f" {checks.shown(plan)} has no {name}"
+                    f" passes.plan gives it; {checks.shown(plan)} has no {name}"
                 )
         return cls.arrays(
             plan.time, plan.normal_force, plan.fly_height, force_max, getattr(plan, "center_x", None)

@@ -28,8 +28,7 @@ class GrinderStalled(RuntimeError):  # noqa: N818 the field's own word
     def __init__(self, time: float, position: float, power: float) -> None:
         super().__init__(
             f"the grinder stalls at {time:.4g} s, tip at {position:.5g} mm: the cut needs more than the"
-            f" {power:.4g} W"
-            " that motor and spring give"
+            f" {power:.4g} W that motor and spring give"
         )
         self.time, self.position, self.power = time, position, power
 
@@ -131,8 +130,7 @@ class TiltedDisc(Described):
         if self.power_max < self.model.idle_power:
             raise ValueError(
                 f"idle_power must be below the {self.power_max:.4g} W that the grinder may use, or it cannot"
-                " cut at all (W);"
-                f" got {self.model.idle_power:g}"
+                f" cut at all (W); got {self.model.idle_power:g}"
             )
 
     def spring_torque(self, deflection: Any) -> Floats:

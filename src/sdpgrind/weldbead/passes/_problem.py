@@ -79,8 +79,7 @@ class PassProblem(Described):
         if self.force_limit < float(self.disc.model.threshold_force):
             raise ValueError(
                 f"normal_force_max must be > {float(self.disc.model.threshold_force):.4g}, below which"
-                " nothing is cut (N);"
-                f" the limits leave {self.force_limit:.4g}"
+                f" nothing is cut (N); the limits leave {self.force_limit:.4g}"
             )
         self._check_parent()
         self._check_steepness()
@@ -93,8 +92,7 @@ class PassProblem(Described):
         if self.volume > there and not self.allow_overground:
             raise ValueError(
                 f"mean_cut must leave the parent alone: {self.volume:.4g} mm^3 are asked for and {there:.4g}"
-                " lie above it;"
-                " allow_overground=True grinds on"
+                " lie above it; allow_overground=True grinds on"
             )
         over = volume_between(self.parent, self._covering(self.target), self.disc.model.bead_width)
         if over > 1e-9 * max(self.volume, 1.0):
@@ -105,8 +103,7 @@ class PassProblem(Described):
         if self.parent is None and self.mean_cut > self.bead.mean > 0 and not self.allow_overground:
             warn(
                 f"mean_cut of {self.mean_cut:g} mm is deeper than the bead is high: {self.bead.mean:.4g} mm"
-                " above 0; parent says"
-                " where the work begins, allow_overground=True grinds into it"
+                " above 0; parent says where the work begins, allow_overground=True grinds into it"
             )
 
     def _covering(self, contour: Contour) -> Contour:
