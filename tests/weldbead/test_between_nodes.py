@@ -1,4 +1,4 @@
-"""What look-ups say between two nodes, and whether the estimated error covers it, off the canonical problems."""
+"""Look-ups between two nodes, and their estimated error, off the canonical problems."""
 
 import numpy as np
 import pytest

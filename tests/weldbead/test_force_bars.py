@@ -1,4 +1,4 @@
-"""What the force loop is judged by: two degrees of freedom against PI, and designs side by side at equal
+"""Bars of the force loop: two degrees of freedom against PI, and designs side by side at equal
 limits.
 """
 

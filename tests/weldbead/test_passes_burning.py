@@ -1,6 +1,4 @@
-"""No place of a planned pass burns: the limit at the feed of each step, for every method; what breaks it says
-so.
-"""
+"""No step of a planned pass burns, by any method; both problems and files know the same limits."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Structure of the optimal policies of P1 to P5: what Brown (1988), chapter 5, argues, where it was computed."""
+"""Structure of the optimal policies of P1 to P5: the arguments of Brown (1988), chapter 5, as far as computed."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The list of what else may be done, beside what the policy says of its value and gap."""
+"""Alternatives at a state, against value and gap of the policy."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What a planned sequence may cost: the distribution of the penalty, and beads that are predicted."""
+"""Risk of a planned sequence: distribution of the penalty, and predicted beads."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Many plans side by side, and what the expected penalty is sensitive to."""
+"""Many plans in parallel, and sensitivities of the expected penalty."""
 
 from concurrent.futures import ThreadPoolExecutor
 

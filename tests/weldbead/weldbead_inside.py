@@ -1,4 +1,4 @@
-"""What the tests of weld beads reach inside the area."""
+"""Private names that tests of weld beads use."""
 
 from sdpgrind.sdp._plan.look_up_error import between_nodes
 from sdpgrind.weldbead.force._feedback import CONTACT_STIFFNESS
