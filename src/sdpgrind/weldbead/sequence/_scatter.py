@@ -42,7 +42,7 @@ class Scatter(Described):
     law : {"rayleigh", "lognormal", "normal", "empirical"}
         Distribution of the depth: `sdp.Rayleigh`, `sdp.LogNormal`, `sdp.RectifiedNormal`, `sdp.Empirical`.
     sample : sequence of float, optional
-        Sample of the empirical law, required there only (unit 1: only its shape counts).
+        Sample of the empirical law, refused with the others, unit 1: only its shape counts.
     bandwidth : float
         Kernel of the empirical law, in standard deviations of the sample, unit 1: 0 or in [0.01, 10].
 
