@@ -75,7 +75,7 @@ class PredictiveController(ForceController):
 
     @property
     def programs(self) -> tuple[int, int]:
-        """Numbers of quadratic programs that were solved and that were not (whole numbers)."""
+        """Quadratic programs that were solved and that were not, a whole number each."""
         return self._solved, self._unsolved
 
     def __getstate__(self) -> dict[str, Any]:

@@ -85,7 +85,7 @@ def preset(name: str) -> SequenceProblem:
 
 
 def presets() -> tuple[PresetInfo, ...]:
-    """Return name, content, source and calibration of every preset.
+    """Return name, content, source and calibration of every preset; units of the problems: mm, s, N, W, J, $.
 
     Examples
     --------
