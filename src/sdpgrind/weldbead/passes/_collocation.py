@@ -170,9 +170,10 @@ def _solve(
     import casadi
 
     opti, count = casadi.Opti(), window.time.size - 1
-    ends, stages = [opti.variable(count + 1) for _ in range(2)], [opti.variable(2, count) for _ in range(3)]
+    wind, height = (opti.variable(count + 1) for _ in range(2))
+    speed, turn, front = (opti.variable(2, count) for _ in range(3))
     path, bead = _spline("path", problem.tip_path, problem), _spline("bead", problem.bead, problem)
-    program = _Transcription(opti, problem, window, *ends, *stages, path, bead)
+    program = _Transcription(opti, problem, window, wind, height, speed, turn, front, path, bead)
     _guess(program)
     steps, feeds = _pace(opti, problem, window, freedom)
     burn = _burning(problem, freedom)
