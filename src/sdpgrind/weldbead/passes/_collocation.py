@@ -181,8 +181,8 @@ def _solve(
     for k in range(count):
         for charge in _interval(program, k, steps[k], feeds[k], burn):
             cost += charge
-    opti.subject_to(program.wind[0] == float(window.wind[0]))
-    opti.subject_to(program.height[0] == float(window.height[0]))
+    opti.subject_to(wind[0] == float(window.wind[0]))
+    opti.subject_to(height[0] == float(window.height[0]))
     if freedom is not None:
         _rates(program, freedom)
     opti.minimize(cost)
