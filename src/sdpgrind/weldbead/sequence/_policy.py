@@ -110,14 +110,14 @@ class SequencePolicy(Plan):
         time_left : float or array
             Time to the deadline, s; < 0: late. Between stages the answer is that of the stage below.
         last_duration : float or array, optional
-            Duration of the last pass, s, one of the plan's; None: no pass yet. Counts where the finish is
+            Duration of the last pass, s, one of the plan's; None: no pass yet. It matters where the finish is
             charged.
 
         Raises
         ------
         ValueError
-            Above the greatest height or the horizon of the plan, late off the stages where the table has to
-            be read, or for a last duration that is none of the plan's.
+            Above the greatest height or the horizon of the plan, at a late time between stages of the table,
+            or for a last duration that is none of the plan's.
         """
         if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
             stage = time_left * self._per_stage + 1e-9
