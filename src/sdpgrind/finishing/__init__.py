@@ -1,4 +1,4 @@
-"""Robot-assisted finishing: paths over curved surfaces, joints and time laws, a torque axis, experiments (Wang and Jan 2001)."""
+"""Robot-assisted finishing: tool paths, joints, time laws, a torque axis, experiments (Wang and Jan 2001)."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""What a first program does with a motion: `sdpgrind.warm` compiles what it needs."""
+"""First use of the area, from which `sdpgrind.warm` compiles its kernels."""
 
 from sdpgrind.finishing._problem.plan import plan
 from sdpgrind.finishing._problem.presets import preset

@@ -1,1 +1,1 @@
-"""A finishing job and its motion: problem, presets, plan, the saved `Motion`."""
+"""The finishing problem, its presets and its plan, a `Motion`."""

@@ -1,4 +1,4 @@
-"""From finished parts and free motion back to the model: roughness and load torque."""
+"""Identification of roughness model and load torque from measurements."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -19,43 +19,45 @@ def identify(
     until: float | None = None,
     throw: bool = True,
 ) -> Estimate:
-    """Estimate from what was measured.
+    """Estimate parameters of the model from measurements.
 
-    ============== ================================================================================================
-    `what`         result and data
-    ============== ================================================================================================
-    "roughness"    the coefficients of `RoughnessModel` and their scatter, what `FinishingProblem.updated` takes. From a
-                   `Study` with the factors pattern, tool_diameter (mm) and normal_force (N), or from these and
-                   roughness_ra (mm) as arrays of one length
-    "load_torque"  T_L (N m), which no controller can tell from the contact torque: `TorqueController` takes it. From the
-                   free motion before touch-down: arrays time (s), motor_angle (rad) and current (A, from that time on),
-                   or a log; needs `axis` and, where there is a touch-down, `until`
-    ============== ================================================================================================
+    ============== =========================================================================================
+    `what`         estimate and data
+    ============== =========================================================================================
+    "roughness"    Coefficients and scatter of `RoughnessModel`, for `FinishingProblem.updated`. Data: a
+                   `Study` with the factors pattern, tool_diameter (mm) and normal_force (N), or arrays of
+                   one length of these and of roughness_ra (mm).
+    "load_torque"  T_L (N m), for `TorqueController`, as no controller can separate it from the contact
+                   torque. Data: free motion before touch-down as arrays time (s), motor_angle (rad) and
+                   current (A, applied from that time on), or a log; needs `axis` and, if there is a
+                   touch-down, `until`.
+    ============== =========================================================================================
 
     Parameters
     ----------
     data : Study, mapping of arrays, or log
-        See above.
+        Measurements, see the table.
     what : {"roughness", "load_torque"}
-        See above.
+        Quantity to estimate.
     axis : TorqueAxis, optional
-        Inertia (kg m^2) and torque constant (N m/A) as they are believed.
+        Believed inertia (kg m^2) and torque constant (N m/A).
     part : int or sequence of int, optional
-        Which parts of a log, unit 1; all by default.
+        Parts of a log to use, unit 1. Default: all.
     until : float, optional
-        Use what was before, s.
+        End of the data to use, s.
     throw : bool
         Raise when the data do not determine the values; else the status says so.
 
     Returns
     -------
     Estimate
-        Values with their covariance; with ``throw=False`` also, never NaN, a status with the reason.
+        Values with their covariance. With ``throw=False`` a failed estimate has finite values and a status
+        with the reason.
 
     Raises
     ------
     ValueError, TypeError
-        For missing or bad data, too little of it, or an option that the quantity does not take.
+        For missing, bad or too few data, or an option that the quantity does not take.
 
     Examples
     --------

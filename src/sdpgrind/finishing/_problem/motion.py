@@ -1,4 +1,4 @@
-"""A planned motion: where the tool and every joint is when, and what comes nearest to a limit."""
+"""A planned motion: joints and feed over time, and the quantity nearest to its limit."""
 
 import json
 from functools import cached_property
@@ -17,21 +17,21 @@ from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._heading import pitch_cosine
 from sdpgrind.finishing.timing._violations import Violation
 
+# chosen: relative excess of a limit that is an error; less is within the tolerance of the solvers
 EXCEEDED = 1e-3
-"""Of a limit: what is beyond it by more is an error."""
 
 
 class Posture(NamedTuple):
-    """How the arm is held all along.
+    """Posture of the arm, constant over a motion.
 
     Attributes
     ----------
     wrist_radius : float
         Distance of the wrist from the first joint's axis, mm.
     branch : int
-        0 to 3, see `Arm.inverse`.
+        Branch 0 to 3, see `Arm.inverse`.
     placement : (float, float, float)
-        Origin of the surface over the base with the table at zero, mm.
+        Origin of the surface in the base frame with the table at zero, mm.
     """
 
     wrist_radius: float
@@ -40,16 +40,16 @@ class Posture(NamedTuple):
 
 
 class MotionState(NamedTuple):
-    """A motion at one time, or at several.
+    """State of a motion at one or several times.
 
     Attributes
     ----------
     joints : array (..., 7)
-        Five joints of the arm in rad, two of the table in mm.
+        Five joints of the arm, rad; two of the table, mm.
     length : array (...)
-        Length of path behind, mm.
+        Length of path travelled, mm.
     feed_rate : array (...)
-        Along the path, mm/s.
+        Speed along the path, mm/s.
     """
 
     joints: Floats
@@ -63,7 +63,7 @@ class MotionError(ValueError):
     Attributes
     ----------
     message : str
-        Which, by how much and where.
+        Limit, excess and place.
     motion : Motion
         The motion itself (mm, rad, s).
     """
@@ -74,18 +74,20 @@ class MotionError(ValueError):
 
 
 class Motion(Plan):
-    """A motion along a path, row by row in time; immutable. At a sharp corner there are two rows, for both directions of feed.
+    """A motion along a path as rows over time; immutable. A sharp corner has two rows, one for each feed
+    direction.
 
     Attributes
     ----------
     problem : FinishingProblem
-        What was planned.
+        The planned problem.
     method : str
         The time law.
     posture : Posture
         Wrist radius (mm), branch and placement (mm).
     worst_violation : Violation
-        What comes nearest to its limit, or exceeds it: quantity, joint, ratio, run, time (s) and length (mm) of the whole motion.
+        Quantity nearest to its limit, or farthest beyond it; its time (s) and length (mm) count from the
+        start of the motion.
     dataset : xarray.Dataset
         All rows, with units.
     """
@@ -103,22 +105,22 @@ class Motion(Plan):
 
     @property
     def time(self) -> Floats:
-        """Times of the rows, s, shape (m,); twice the same at a sharp corner."""
+        """Times of the rows, s, shape (m,); a sharp corner has the same time twice."""
         return self._own("time")
 
     @property
     def duration(self) -> float:
-        """Of the whole motion, s."""
+        """Duration of the motion, s."""
         return float(self.time[-1])
 
     @property
     def length(self) -> Floats:
-        """Length of path behind, mm, shape (m,)."""
+        """Length of path travelled, mm, shape (m,)."""
         return self._own("length")
 
     @property
     def feed_rate(self) -> Floats:
-        """Along the path, mm/s, shape (m,)."""
+        """Speed along the path, mm/s, shape (m,)."""
         return self._own("feed_rate")
 
     @property
@@ -133,7 +135,7 @@ class Motion(Plan):
 
     @property
     def torque_per_force(self) -> Floats:
-        """Torque of the motor for each N of normal force, N m/N, shape (m,): it changes with the direction of feed."""
+        """Motor torque per normal force, N m/N, shape (m,); depends on the direction of feed."""
         return self._own("torque_per_force")
 
     def _own(self, name: str) -> Floats:
@@ -141,16 +143,18 @@ class Motion(Plan):
 
     @cached_property
     def poses(self) -> Floats:
-        """Poses A_P^B of the tool over the base (mm), with the table where it is: Wang (1); shape (m, 4, 4)."""
+        """Poses A_P^B of the tool in the base frame (mm), with the table in place: Wang eq. (1); shape (m, 4,
+        4).
+        """
         return lasting(self.problem.arm.forward(self.joints))
 
     @cached_property
     def points(self) -> Floats:
-        """Contact points in the frame of the surface, mm, shape (m, 3): where the joints put the tip of the tool."""
+        """Tool tips by the joints, in the frame of the surface, mm, shape (m, 3)."""
         return lasting(self._tips(self.joints))
 
     def _tips(self, joints: Floats) -> Floats:
-        """Where joints put the tip of the tool, in the frame of the surface, mm."""
+        """Tool tips at `joints` (m, 7) in the frame of the surface, mm, shape (m, 3)."""
         poses = self.problem.arm.forward_work(joints)
         tips: Floats = (
             poses[:, :3, 3] + self.problem.lever_arm * poses[:, :3, 2] - np.array(self.posture.placement)
@@ -159,7 +163,7 @@ class Motion(Plan):
 
     @cached_property
     def error(self) -> float:
-        """Largest distance between where the joints put the tip and the path, rows and between them, mm."""
+        """Largest distance of the tool tip from the path, in rows and half way between them, mm."""
         middle = self.at((self.time[1:] + self.time[:-1]) / 2)
         tips = self._tips(np.concatenate([self.joints, middle.joints]))
         wanted = self.problem.path.at(np.concatenate([self.length, middle.length])).point
@@ -167,7 +171,7 @@ class Motion(Plan):
 
     @property
     def profile(self) -> Floats:
-        """Times (s) and joints (rad, mm), shape (k, 8), each time once: what a robot is given to play."""
+        """Times (s) and joints (rad, mm) for a robot controller, shape (k, 8), each time once."""
         once = np.concatenate([[True], np.diff(self.time) > 0])
         table: Floats = np.column_stack([self.time, self.joints])[once]
         return table
@@ -180,17 +184,17 @@ class Motion(Plan):
         return CubicHermiteSpline(t, self.joints[once], self.joint_speed[once]), along
 
     def at(self, time: npt.ArrayLike) -> MotionState:
-        """Return joints, length and feed rate at any time.
+        """Return joints, length and feed rate at `time`, by cubic splines through the rows.
 
         Parameters
         ----------
         time : float or array
-            s, within 0 and the duration.
+            Times in [0, duration], s.
 
         Returns
         -------
         MotionState
-            Joints (..., 7) in rad and mm, length in mm, feed rate in mm/s: that of a spline through the rows.
+            Joints (..., 7) in rad and mm, length in mm, feed rate in mm/s.
 
         Raises
         ------
@@ -206,17 +210,19 @@ class Motion(Plan):
 
     @property
     def mean_feed_rate(self) -> float:
-        """Length of the path over the duration, mm/s."""
+        """Path length over duration, mm/s."""
         return float(self.length[-1] / self.duration)
 
     @property
     def least_cos_pitch(self) -> float:
-        """Least ``|cos phi|`` of the tool axis, unit 1: the first joint's speed grows like its inverse."""
+        """Least ``|cos phi|`` of the tool axis, unit 1; the speed of the first joint is inversely
+        proportional to it.
+        """
         return float(pitch_cosine(self.poses).min())
 
     @property
     def status(self) -> str:
-        """One sentence: what comes nearest to its limit, or exceeds it (rad, mm, s)."""
+        """One sentence: the quantity nearest to its limit, or farthest beyond it (rad, mm, s)."""
         worst = self.worst_violation
         kept = (
             "all limits are held"
@@ -228,12 +234,14 @@ class Motion(Plan):
         return f"{kept}, the nearest is the {worst}" if kept else f"exceeded is the {worst}"
 
     def plot(self) -> Any:
-        """Draw feed (mm/s) along the path, and how much of their limits the joints use over time (s); return the figure."""
+        """Draw the feed (mm/s) along the path and the joints' shares of their limits over time (s); return
+        the figure.
+        """
         return pictures.drawn("sdpgrind.finishing._problem.motion_picture:plot", self)
 
     @property
     def dataset(self) -> xr.Dataset:
-        """All of it as labelled arrays: lengths in mm, angles in rad, times in s."""
+        """Rows and problem as labelled arrays: lengths in mm, angles in rad, times in s."""
         told = {"problem": stored.encode(self.problem), "method": self.method}
         told["posture"], told["worst_violation"] = json.dumps(self.posture), json.dumps(self.worst_violation)
         return self._data.assign_attrs(told)

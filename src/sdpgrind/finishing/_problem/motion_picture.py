@@ -1,4 +1,4 @@
-"""Picture of a motion: feed along the path, and how much of their limits the joints use."""
+"""Picture of a motion: feed along the path, and the joints' shares of their limits."""
 
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -12,14 +12,11 @@ from sdpgrind.base.extras import need
 if TYPE_CHECKING:
     from sdpgrind.finishing._problem.motion import Motion
 
-MANY, FEW = (
-    1500,
-    150,
-)  # slices of time drawn by their extremes: as many as columns of pixels; and so few that lines stay apart
-PIECES = 3000
-CLOSE = 1.0  # s
-COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "black", "0.55")
-"""Of the joints; the table's axes are the dark ones."""
+# chosen: time slices drawn by their extremes, one a column of pixels; few where seven lines stay apart
+MANY, FEW = 1500, 150
+PIECES = 3000  # chosen: line pieces of the path; more are not visible
+CLOSE = 1.0  # s, chosen: shows single corners around the place nearest to a limit
+COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "black", "0.55")  # table: dark
 
 
 def plot(motion: "Motion") -> Any:
@@ -35,7 +32,7 @@ def plot(motion: "Motion") -> Any:
 
 
 def _draw_path(figure: Any, axis: Any, motion: "Motion") -> None:
-    """The path as the joints make it on its surface, coloured by its feed; a mark where a limit is nearest."""
+    """Draw the path by the joints on its surface, coloured by feed, with a mark where a limit is nearest."""
     lines = need("mpl_toolkits.mplot3d.art3d", "plot")
     motion.problem.surface.plot(axis)
     points, kept, worst = motion.points, _apart(motion), motion.worst_violation
@@ -53,14 +50,14 @@ def _draw_path(figure: Any, axis: Any, motion: "Motion") -> None:
 
 
 def _apart(motion: "Motion") -> Any:
-    """Rows so far apart that a line between two of them is drawn at all; corners are among them."""
+    """Rows, one for each of `PIECES` slices of the length, with all corners."""
     slices = np.floor(motion.length / motion.length[-1] * PIECES)
     corners = np.flatnonzero(np.diff(motion.time) == 0)
     return np.unique(np.concatenate([[0], np.flatnonzero(np.diff(slices)) + 1, corners, [len(slices) - 1]]))
 
 
 def _draw_feed(axis: Any, motion: "Motion") -> None:
-    """Feed over all of the time: between its extremes, as there may be a thousand corners."""
+    """Draw the feed over the whole time as a band between extremes, as there may be a thousand corners."""
     time, low, high = _extremes(motion.time, motion.feed_rate, MANY)
     axis.fill_between(time, low, high, color=pictures.ACTUAL, lw=0.4)
     axis.axhline(motion.problem.feed_rate, color="0.4", lw=0.8, ls="--")
@@ -70,7 +67,7 @@ def _draw_feed(axis: Any, motion: "Motion") -> None:
 
 
 def _draw_close(axis: Any, motion: "Motion") -> None:
-    """Feed near the place where a limit is nearest."""
+    """Draw the feed near the place where a limit is nearest."""
     worst = motion.worst_violation
     first = float(np.clip(worst.time - CLOSE / 2, 0.0, max(0.0, motion.duration - CLOSE)))
     near = (motion.time >= first) & (motion.time <= first + CLOSE)
@@ -84,7 +81,7 @@ def _draw_close(axis: Any, motion: "Motion") -> None:
 
 
 def _draw_joints(axis: Any, motion: "Motion") -> None:
-    """Greatest share of its limits of speed and acceleration that each joint uses, over time."""
+    """Draw each joint's share of its speed or acceleration limit, the greater one, over time."""
     arm, step = motion.problem.arm, np.diff(motion.time)
     lasting = step > 0
     pushed = (

@@ -1,4 +1,4 @@
-"""The rows of a motion: everything at times close to each other, of all runs one after the other."""
+"""Rows of a motion: joints, feed and lever of all runs in sequence."""
 
 from collections.abc import Sequence
 
@@ -11,14 +11,13 @@ from sdpgrind.finishing.arm._arm import Arm
 from sdpgrind.finishing.timing._joint_path import JointPath
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
-SAMPLE_TIME = 0.004
-"""Longest time (s) between two rows of a motion; where a law changes there is a row in any case."""
+SAMPLE_TIME = 0.004  # s, chosen: longest step between rows; knots of the time law are rows in any case
+# of a run, chosen: inset from its ends at which the feed direction is that of the run, not of the next
 INSIDE = 1e-7
-"""Of a run: so far from its ends is the direction of feed its own, not that of the next run."""
 
 
 def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[TimeLaw]) -> xr.Dataset:
-    """Rows of a motion: joints, feed and lever at times close to each other."""
+    """Return the rows of a motion: joints, feed and lever, no farther apart than `SAMPLE_TIME`."""
     begun, tables = 0.0, []
     for run, law in zip(runs, laws, strict=True):
         time = _times(law)
@@ -36,7 +35,7 @@ def rows(problem: FinishingProblem, runs: Sequence[JointPath], laws: Sequence[Ti
 
 
 def _times(law: TimeLaw) -> Floats:
-    """Knots of a law, and times between them so that no step is longer than `SAMPLE_TIME`."""
+    """Knots of a law, and times between them with steps of at most `SAMPLE_TIME`."""
     parts = np.maximum(np.ceil(np.diff(law.knots) / SAMPLE_TIME).astype(int), 1)
     begin, step = np.repeat(law.knots[:-1], parts), np.repeat(np.diff(law.knots) / parts, parts)
     within = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)

@@ -1,4 +1,4 @@
-"""Plan a finishing motion: poses of the tool, joints of the robot, and when they are where."""
+"""Plan a finishing motion: tool poses, robot joints and time law."""
 
 import math
 from typing import Any
@@ -22,8 +22,9 @@ from sdpgrind.finishing.timing._limits import JointLimits
 from sdpgrind.finishing.timing._violations import worst_violation
 
 METHODS = ("trapezoid", "toppra", "min_time")
-ENDLESS = 1e6  # mm
-FEWEST, STEP = 8, 0.25  # samples of a leg, and mm between them
+ENDLESS = 1e6  # mm, chosen: half the travel of a table without limits, far beyond any arm
+# Least samples of a leg, and mm between them; chosen: a spline through the joints follows the path.
+FEWEST, STEP = 8, 0.25
 
 
 def plan(
@@ -33,34 +34,36 @@ def plan(
     throw: bool = True,
     progress: Progress | None = None,
 ) -> Motion:
-    """Plan the motion along a path: poses by Wang (1), joints in closed form, and a time law that keeps the limits.
+    """Plan the motion along a path: poses, joints in closed form, and a time law within the limits.
 
-    ``"trapezoid"``: rest at every sharp corner, in between a trapezoid of feed (Wang, figure 9), slower where a joint asks for
-    it; its acceleration jumps. ``"toppra"``: the fastest law under the limits of speed and acceleration, by the package toppra
-    (extra ``toppra``). ``"min_time"``: the fastest one, also under the limits of jerk, for which it takes longer than a
-    trapezoid does where there are many corners; an arm with ``jerk_max=None`` has none. All three rest at corners that are
-    sharp: plan ``path.blended()`` to go through without, where a trapezoid makes little sense.
+    ``"trapezoid"``: rest at every sharp corner, in between a trapezoid of feed (Wang, figure 9), slower where
+    a joint needs it; its acceleration jumps. ``"toppra"``: fastest law under the limits of speed and
+    acceleration, by the package toppra (extra ``toppra``). ``"min_time"``: fastest law under the limits of
+    speed, acceleration and jerk; slower than a trapezoid where there are many corners; ``jerk_max=None``: no
+    limit of jerk. All three rest at sharp corners; ``path.blended()`` has none, and suits the last two.
 
     Parameters
     ----------
     problem : FinishingProblem
-        What to do.
+        Path, robot and tool.
     method : {"trapezoid", "toppra", "min_time"}
         The time law.
     throw : bool
-        Whether a limit that is exceeded anywhere by more than 0.1 % is an error; False: the motion says so.
+        Whether a limit exceeded by more than 0.1 % is an error. False: only the status of the motion says so.
     progress : callable, optional
-        Told the share done (0..1) and a text; by default one line on a terminal when it takes long.
+        Called with the share done (0..1) and a text. Default: one line on a terminal when planning takes
+        long.
 
     Returns
     -------
     Motion
-        Poses (mm), joints (rad, mm) over time (s), and what comes nearest to a limit.
+        Poses (mm) and joints (rad, mm) over time (s), with the quantity nearest to its limit.
 
     Raises
     ------
     ValueError
-        When a pose is out of reach, a joint out of its range, with the place; or a limit is exceeded (`MotionError`).
+        When a pose is out of reach or a joint out of its range, with the place; or a limit is exceeded
+        (`MotionError`).
 
     Examples
     --------
@@ -72,9 +75,7 @@ def plan(
     """
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
     checks.one_of("method", method, METHODS)
-    if (
-        problem.heading == "fixed"
-    ):  # ends of legs tell what is out of reach before the many samples of a great surface are made
+    if problem.heading == "fixed":  # ends of legs show what is out of reach, before the long sampling
         posture_of(problem, problem.path.sample(per_leg=1))
     samples = problem.path.sample(per_leg=_per_leg(problem.path))
     posture, joints = posture_of(problem, samples)
@@ -108,13 +109,15 @@ def plan(
 
 
 def _per_leg(path: Path) -> int:
-    """Samples of a leg: the joints are smooth only between the knots of the surface, and a spline goes through them."""
+    """Samples of a leg: steps of `STEP` mm or less, as the joints are smooth only between knots of the
+    surface.
+    """
     longest = float(np.diff(path.sample(per_leg=1).length).max())
     return max(FEWEST, math.ceil(longest / STEP))
 
 
 def posture_of(problem: FinishingProblem, samples: PathSamples) -> tuple[Posture, Floats]:
-    """How the arm is held, and its joints at every sample."""
+    """Return the posture of the arm and its joints at every sample."""
     poses = problem.tool_poses(samples)
     if problem.heading == "feed_aligned":
         _refuse_corners(problem, np.split(poses, _cuts(samples)))
@@ -133,18 +136,19 @@ def _chosen(problem: FinishingProblem, arm: Arm, poses: Floats) -> ArmChoice:
 
 
 def _advice(problem: FinishingProblem) -> str:
-    """What to change where no posture of the arm takes the path."""
+    """Advice where no posture of the arm reaches the whole path."""
     if problem.path.frames()[:, 2, 2].mean() < 0:
         return "surface must have its outward normals up; outward=-1 turns them"
     if problem.heading == "feed_aligned":
         return (
             "without wrist yaw q1 turns with the path where heading is 'feed_aligned'; take heading='fixed'"
         )
-    return f"the arm must reach the path: try another azimuth (now {problem.azimuth:.4g} rad), placement or wrist_radius"
+    azimuth = f"azimuth (now {problem.azimuth:.4g} rad)"
+    return f"the arm must reach the path: try another {azimuth}, placement or wrist_radius"
 
 
 def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, float]:
-    """Where the surface is put so that the table works about its middle (mm): a table without ends tells."""
+    """Placement of the surface (mm) that centres the travel of a table without limits."""
     arm, raised = problem.arm, poses.copy()
     raised[:, 2, 3] += TABLE_HEIGHT
     endless = arm.replace(
@@ -158,7 +162,7 @@ def _centred(problem: FinishingProblem, poses: Floats) -> tuple[float, float, fl
 
 
 def _refuse_corners(problem: FinishingProblem, runs: list[Floats]) -> None:
-    """A tool that is turned into the feed has to be turned, and the work with it, at every sharp corner."""
+    """Raise where a tool turned into the feed would have to turn, and the work with it, at a sharp corner."""
     if len(runs) == 1:
         return
     jumps = corner_jumps(problem.arm, runs, wrist_radius=problem.wrist_radii[0])
@@ -166,18 +170,18 @@ def _refuse_corners(problem: FinishingProblem, runs: list[Floats]) -> None:
     k = int(np.argmax(np.abs(jumps.turn)))
     raise ValueError(
         f"path must be without sharp corners where heading is 'feed_aligned': at corner {k} q1 would turn by"
-        f" {jumps.turn[k]:.3g} rad and the table jump by {np.hypot(*jumps.table[k]):.4g} mm; take path.blended() or a fixed"
-        " heading"
+        f" {jumps.turn[k]:.3g} rad and the table jump by {np.hypot(*jumps.table[k]):.4g} mm; take path.blended()"
+        " or a fixed heading"
     )
 
 
 def _cuts(samples: PathSamples) -> Any:
-    """Where a new run begins."""
+    """Indices at which a new run begins."""
     return np.flatnonzero(np.diff(samples.run)) + 1
 
 
 def runs_of(samples: PathSamples, joints: Floats) -> list[JointPath]:
-    """The smooth runs between sharp corners."""
+    """Return the smooth runs between sharp corners."""
     cuts = _cuts(samples)
     pieces = zip(np.split(samples.length, cuts), np.split(joints, cuts), strict=True)
     return [JointPath(length, values) for length, values in pieces]

@@ -8,8 +8,8 @@ from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.path._hilbert import hilbert
 from sdpgrind.finishing.surface._presets import flat_surface, nominal_surface
 
+# mm, derived: side at which a Hilbert path of order 5 has the 0.2 mm pitch of the source's zigzag
 SPECIMEN = 6.4
-"""Side (mm) of a specimen on which a Hilbert path of order 5 and a zigzag of 0.2 mm have the same pitch."""
 
 
 def _nominal() -> FinishingProblem:
@@ -31,7 +31,8 @@ _PRESETS: dict[str, tuple[Callable[[], FinishingProblem], str, str, str]] = {
     "specimen": (
         _specimen,
         "a flat specimen of 6.4 mm, Hilbert path of order 5: the pitch is the 0.2 mm of the source's zigzag",
-        "Wang and Jan (2001): lever arm, feed, pitch of the zigzag; the side is ours, as the source gives none",
+        "Wang and Jan (2001): lever arm, feed, pitch of the zigzag; the side is ours,"
+        " as the source gives none",
         _OURS,
     ),
 }
@@ -40,14 +41,15 @@ _PRESETS: dict[str, tuple[Callable[[], FinishingProblem], str, str, str]] = {
 def preset(name: str) -> FinishingProblem:
     """Return a problem ready to use.
 
-    ``"nominal"``: a curved die of 50 mm by 50 mm. ``"specimen"``: a flat square of 6.4 mm, small enough for whole experiments on
-    the simulated cell. Arm and surfaces are ours: the source gives no numbers of either. Without the side of its specimen the
-    pitch of its fractal paths is not known, and they cannot be compared with its zigzag of 0.2 mm; with ours it is the same.
+    ``"nominal"``: a curved die of 50 mm by 50 mm. ``"specimen"``: a flat square of 6.4 mm, small enough for
+    whole experiments on the simulated cell. The source gives no numbers of arm, surface or specimen; they are
+    chosen here, the side of the specimen so that its Hilbert path has the 0.2 mm pitch of the source's
+    zigzag.
 
     Parameters
     ----------
     name : {"nominal", "specimen"}
-        Which. Units of the problem: mm, s, N, rad.
+        Name of the preset. Units of the problem: mm, s, N, rad.
 
     Raises
     ------
@@ -64,7 +66,7 @@ def preset(name: str) -> FinishingProblem:
 
 
 def presets() -> tuple[PresetInfo, ...]:
-    """Return name, content, source and what was chosen here of every preset (units of the problems: mm, s, N, rad).
+    """Return name, content, source and assumptions of every preset (units of the problems: mm, s, N, rad).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A finishing job to be planned: the path on the surface, the robot that follows it, how the tool is held and fed."""
+"""A finishing problem: path on a surface, robot, and tool with its feed."""
 
 import dataclasses
 import hashlib
@@ -21,9 +21,8 @@ from sdpgrind.finishing.roughness._model import RoughnessModel
 from sdpgrind.finishing.surface._surface import Surface
 from sdpgrind.identify import Estimate
 
-TABLE_HEIGHT = 100.0  # mm above the base: where the generic arm has its wrist well inside its reach
-SLOWEST, FASTEST = 0.1, 1e4
-"""Feed outside of which another unit is meant, mm/s; chosen."""
+TABLE_HEIGHT = 100.0  # mm above the base, chosen: puts the generic arm's wrist well inside its reach
+SLOWEST, FASTEST = 0.1, 1e4  # mm/s, chosen: a feed outside is in another unit
 
 
 def _place(name: str, value: Any) -> tuple[float, ...]:
@@ -35,14 +34,15 @@ def _place(name: str, value: Any) -> tuple[float, ...]:
 
 @described("finishing.problem")
 class FinishingProblem(Described):
-    """Follow a path over a surface with a tool on a torque-controlled axis, held by a robot, the work on an xy table.
+    """A path over a surface, worked by a tool on a torque-controlled axis held by a robot, with the work on
+    an xy table.
 
     Parameters
     ----------
     path : Path
-        Where the tool touches; see `hilbert` and `zigzag`.
+        Path of the contact; see `hilbert` and `zigzag`.
     model : RoughnessModel
-        What roughness the tool leaves.
+        Roughness that the tool leaves.
     arm : Arm
         The robot and its table, with their limits.
     contact_angle : float
@@ -50,26 +50,28 @@ class FinishingProblem(Described):
     lever_arm : float
         R from the motor's axis to the contact, mm.
     heading : {"fixed", "feed_aligned"}
-        One azimuth of the tool for the whole path (then its force varies with the direction of feed, which is reckoned with), or
-        the tool turned into the direction of feed, as the source defines theta_f: an arm without wrist yaw cannot do that at
-        the corners of a path.
+        "fixed": one azimuth of the tool for the whole path; motor torque per normal force then varies with
+        the direction of feed. "feed_aligned": the tool turns into the direction of feed, as the source
+        defines theta_f; an arm without wrist yaw cannot do that at the corners of a path.
     azimuth : float
-        Direction over the base in which a "fixed" tool points, from the motor to the tip, rad.
+        Direction in the base frame of a "fixed" tool, from the motor to the tip, rad.
     pushed : bool
-        Whether the tip of a "feed_aligned" tool leads; False: it is dragged. A fixed one is pushed there and dragged back.
+        Whether the tip of a "feed_aligned" tool leads; False: it is dragged. A "fixed" tool meets both.
     feed_rate : float
-        Of the contact on the surface, mm/s.
+        Speed of the contact on the surface, mm/s.
     acceleration : float
-        Greatest one along the path, mm/s^2; "trapezoid" only, the other methods go by the limits of the joints.
+        Greatest acceleration along the path, mm/s^2; "trapezoid" only, other methods use the limits of the
+        joints.
     friction_ratio : float
         Tangential over normal force of the tool, unit 1.
     tool_diameter : float
-        Of the tool, mm: what the roughness depends on. It is not the footprint.
+        Diameter in the roughness model, mm; not that of the footprint.
     wrist_radius : float or tuple of float
-        Distance of the wrist from the first joint's axis, mm: the one degree of freedom that arm and table have in excess. Among
-        several the planner takes what makes the joints travel least.
+        Distance of the wrist from the first joint's axis, mm: the one redundant freedom of arm and table. Of
+        several, the planner takes that with the least joint travel.
     placement : (float, float, float), optional
-        Origin of the surface over the base with the table at zero, mm. None: where the table works about its middle, 100 mm up.
+        Origin of the surface in the base frame with the table at zero, mm. None: centres the travel of the
+        table, 100 mm up.
 
     Raises
     ------
@@ -111,13 +113,13 @@ class FinishingProblem(Described):
             raise self._refused("azimuth", "within a turn; units.deg(90) for degrees")
         if self.pushed and self.heading == "fixed":
             raise ValueError(
-                "pushed must be False where heading is 'fixed': such a tool is pushed there and dragged back; got True"
+                "pushed must be False where heading is 'fixed': such a tool is pushed there and dragged back;"
+                " got True"
             )
         if not SLOWEST <= self.feed_rate <= FASTEST:
             raise self._refused("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?")
-        for turned in (
-            (0.0, math.pi) if self.heading == "fixed" else (0.0,)
-        ):  # a fixed tool meets every direction of feed
+        # a fixed tool meets every direction of feed
+        for turned in (0.0, math.pi) if self.heading == "fixed" else (0.0,):
             self.torque_per_force(turned)
         for k, radius in enumerate(self.wrist_radii):
             checks.positive(
@@ -131,22 +133,22 @@ class FinishingProblem(Described):
 
     @property
     def surface(self) -> Surface:
-        """The surface under the path, in mm."""
+        """Surface under the path, in mm."""
         return self.path.surface
 
     @property
     def wrist_radii(self) -> tuple[float, ...]:
-        """Distances of the wrist that the planner may choose from, mm."""
+        """Candidate distances of the wrist from the first joint's axis, mm."""
         asked = self.wrist_radius
         return tuple(asked) if isinstance(asked, tuple | list) else (asked,)
 
     def torque_per_force(self, feed_angle: Any) -> Any:
-        """Return the motor's torque for each N of normal force, N m/N.
+        """Return the motor torque per normal force, N m/N.
 
         Parameters
         ----------
         feed_angle : float or array
-            Between feed and azimuth of the tool, rad.
+            Angle between feed and azimuth of the tool, rad.
         """
         ratio, pushed = self.friction_ratio, self.pushed
         return torque_per_force(
@@ -154,30 +156,30 @@ class FinishingProblem(Described):
         )
 
     def tool_poses(self, samples: PathSamples) -> Floats:
-        """Return the poses of the tool at places of the path, in the frame of the surface, (m, 4, 4): Wang (1).
+        """Return the tool poses in the frame of the surface, (m, 4, 4): Wang eq. (1).
 
         Parameters
         ----------
         samples : PathSamples
-            What `Path.sample` or `Path.at` gives (mm).
+            Places from `Path.sample` or `Path.at` (mm).
         """
         held = {name: getattr(self, name) for name in ("contact_angle", "lever_arm", "heading", "pushed")}
-        held["azimuth"] = self.azimuth + math.pi  # dragged along a heading: it points the other way
+        held["azimuth"] = self.azimuth + math.pi  # a dragged tool points against its heading
         return tool_poses(samples.point, samples.tangent, samples.normal, **held)
 
     def feed_angles(self, samples: PathSamples) -> Floats:
-        """Return the angles psi (rad) between the azimuth of the tool and the feed at places of the path, (m,).
+        """Return the angles psi (rad) between azimuth of the tool and feed, (m,).
 
         Parameters
         ----------
         samples : PathSamples
-            What `Path.sample` or `Path.at` gives (mm).
+            Places from `Path.sample` or `Path.at` (mm).
         """
         return feed_angle(samples.tangent, samples.normal, self.tool_poses(samples))
 
     @cached_property
     def job(self) -> Mapping[str, object]:
-        """Part and machine, name -> (value, unit); nothing that is estimated."""
+        """Part and machine, name -> (value, unit), without estimated quantities."""
         told = {
             "pattern": self.path.pattern,
             "path_length": (self.path.length, "mm"),
@@ -192,21 +194,21 @@ class FinishingProblem(Described):
         }
 
     def updated(self, estimate: Estimate) -> Self:
-        """Return the problem with a model of roughness learned from what was measured.
+        """Return the problem with a roughness model learned from measurements.
 
         Parameters
         ----------
         estimate : Estimate
-            What `finishing.identify(study, "roughness")` gives; units as in `RoughnessModel`.
+            Result of ``finishing.identify(study, "roughness")``; units as in `RoughnessModel`.
 
         Raises
         ------
         ValueError
-            When the estimate has failed, or is of something else.
+            When the estimate has failed, or is of another quantity.
         """
         return self.replace(model=self.model.updated(estimate))
 
 
 def _digest(path: Path) -> str:
-    """Twelve digits that tell a path from every other."""
+    """Hash of a path, 12 hexadecimal digits."""
     return hashlib.sha256(encode(path).encode()).hexdigest()[:12]
