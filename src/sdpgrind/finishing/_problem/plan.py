@@ -170,8 +170,8 @@ def _refuse_corners(problem: FinishingProblem, runs: list[Floats]) -> None:
     k = int(np.argmax(np.abs(jumps.turn)))
     raise ValueError(
         f"path must be without sharp corners where heading is 'feed_aligned': at corner {k} q1 would turn by"
-        f" {jumps.turn[k]:.3g} rad and the table jump by {np.hypot(*jumps.table[k]):.4g} mm; take path.blended()"
-        " or a fixed heading"
+        f" {jumps.turn[k]:.3g} rad and the table jump by {np.hypot(*jumps.table[k]):.4g} mm; take"
+        " path.blended() or a fixed heading"
     )
 
 

@@ -1,4 +1,4 @@
-"""The arm that carries the tool: inverse kinematics, choice of branches, jumps at corners, lever of the force."""
+"""Robot arm and xy table: kinematics, choice of branches, jumps at corners, torque per force."""
 
 from sdpgrind.base import faces
 

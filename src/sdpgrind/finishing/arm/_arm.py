@@ -17,11 +17,11 @@ from sdpgrind.finishing.arm._damped import damped
 
 NAMES = ("q1", "q2", "q3", "q4", "q5", "X", "Y")
 UNITS = ("rad",) * 5 + ("mm",) * 2
-RISE = 0.1  # s: time to full acceleration, by which the generic arm's jerk is limited
+RISE = 0.1  # s, chosen: time to full acceleration; sets the jerk limits of the generic arm
 
 
 def _positions(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
-    """Limits of position, one for each joint."""
+    """Check the position limits, one for each joint."""
     found = _seven(name, values)
     for joint, value in zip(NAMES[:5], found, strict=False):
         if abs(value) > 4 * math.pi:
@@ -32,7 +32,7 @@ def _positions(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
 
 
 def _rates(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
-    """Limits of speed, acceleration or jerk, one for each joint."""
+    """Check the limits of speed, acceleration or jerk, one for each joint."""
     found = _seven(name, values)
     for joint, unit, value in zip(NAMES, UNITS, found, strict=True):
         checks.positive(f"{name} of {joint}", value, unit)
@@ -52,14 +52,15 @@ def _seven(name: str, values: npt.ArrayLike) -> tuple[float, ...]:
 class Arm(Described):
     """A 5-axis arm without wrist yaw, and an xy table that carries the work.
 
-    Standard Denavit-Hartenberg links (theta, d, a, alpha), mm and degrees: (q1, d1, 0, 90), (q2, 0, a2, 0), (q3, 0, a3, 0),
-    (q4 + 90, 0, 0, 90), (q5, d5, 0, 0). The last frame is that of the tool, P: its z axis is that of the fifth joint, its y axis
-    the shaft of the torque motor, which is the eighth joint and stands at its zero in all poses here. The table's axes X and Y
-    are those of the base; it carries the work's frame from where it is at X = Y = 0.
+    Standard Denavit-Hartenberg links (theta, d, a, alpha), mm and degrees: (q1, d1, 0, 90), (q2, 0, a2, 0),
+    (q3, 0, a3, 0), (q4 + 90, 0, 0, 90), (q5, d5, 0, 0). The last frame is that of the tool, P: its z axis is
+    the axis of the fifth joint, its y axis the shaft of the torque motor, the eighth joint, which is at zero
+    in all poses here. The table's axes X and Y are parallel to those of the base; at X = Y = 0 the frames of
+    work and base coincide.
 
-    The arm alone cannot choose the tool's axis at a point: of the six freedoms of a pose it has five, of position and axis only
-    four, as the axis stays in the arm's vertical plane. With the table it takes any pose in its range, with one freedom in
-    excess: the distance of the wrist from the first axis (``wrist_radius``).
+    The arm alone has five of the six freedoms of a pose, and only four of position and tool axis, as the axis
+    stays in the arm's vertical plane. With the table it takes any pose in its range, with one redundant
+    freedom: the distance of the wrist from the first axis (``wrist_radius``).
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ class Arm(Described):
     position_min, position_max : tuple of float
         Limits of q1 to q5 and of the table's X and Y: rad, mm.
     speed_max, acceleration_max, jerk_max : tuple of float
-        In rad/s, mm/s; in rad/s^2, mm/s^2; in rad/s^3, mm/s^3. jerk_max None: the accelerations may jump.
+        In rad/s, mm/s; in rad/s^2, mm/s^2; in rad/s^3, mm/s^3. jerk_max None: no limit.
 
     Raises
     ------
@@ -107,9 +108,8 @@ class Arm(Described):
 
     @classmethod
     def generic(cls) -> Self:
-        """Return an arm of common size; all its numbers (mm, rad, s) are assumptions, to be replaced by those of a real one.
-
-        Limits of jerk are such that full acceleration is reached in 0.1 s.
+        """Return an arm of common size; all its numbers (mm, rad, s) are assumptions to replace by those of a
+        real one.
 
         Examples
         --------
@@ -133,12 +133,12 @@ class Arm(Described):
         return self.d1, self.a2, self.a3, self.d5
 
     def forward(self, joints: npt.ArrayLike) -> Floats:
-        """Return the pose of P in the base.
+        """Return the pose of P in the base frame.
 
         Parameters
         ----------
         joints : array_like (..., 7) or (..., 5)
-            Joints, rad, and table, mm; the table plays no part.
+            Joints, rad, and table, mm, which has no influence.
 
         Returns
         -------
@@ -148,7 +148,7 @@ class Arm(Described):
         return chain.forward(_joints(joints, (5, 7)), self.lengths)
 
     def forward_work(self, joints: npt.ArrayLike) -> Floats:
-        """Return the pose of P as the work sees it: in the base, moved back by the table.
+        """Return the pose of P in the frame of the work, which the table moves.
 
         Parameters
         ----------
@@ -166,7 +166,7 @@ class Arm(Described):
         return poses
 
     def jacobian(self, joints: npt.ArrayLike, *, motor: bool = False) -> Floats:
-        """Return the Jacobian of the pose of P in the work's frame.
+        """Return the Jacobian of the pose of P in the frame of the work.
 
         Parameters
         ----------
@@ -178,7 +178,8 @@ class Arm(Described):
         Returns
         -------
         array (..., 6, 7) or (..., 6, 8)
-            Velocity of P (mm/s), then angular velocity (rad/s), both in the base's axes, for each rad/s or mm/s of a joint.
+            Velocity of P (mm/s) and angular velocity (rad/s), in the axes of the base, per rad/s or mm/s of a
+            joint.
         """
         full = chain.jacobian(_joints(joints, (7,)), self.lengths)
         return full if motor else full[..., :7]
@@ -186,24 +187,25 @@ class Arm(Described):
     def inverse(
         self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, branch: int = 0, continuous: bool = True
     ) -> Floats:
-        """Return the joints that take poses, in closed form.
+        """Return the joints for poses, in closed form.
 
-        With phi the tool's pitch (sin(phi) = a_z, a = z_P) and q1 its azimuth, the wrist is ``wrist_radius`` from the first axis
-        and p_z - d1 - d5 sin(phi) above the shoulder; q2 and q3 by the law of cosines, q4 = phi - q2 - q3, q5 by what is left of
-        the rotation, and the table moves the work below the tool. Where the tool is vertical q1 and q5 turn about one axis: q1
-        stays as in the pose before, and q5 does the rest.
+        With phi the tool's pitch (sin(phi) = a_z, a = z_P) and q1 its azimuth, the wrist is ``wrist_radius``
+        from the first axis and p_z - d1 - d5 sin(phi) above the shoulder. The law of cosines gives q2 and q3;
+        q4 = phi - q2 - q3; q5 is the remaining rotation; the table moves the work below the tool. Where the
+        tool is vertical q1 and q5 turn about one axis: q1 keeps its value of the pose before.
 
         Parameters
         ----------
         poses : array_like (m, 4, 4)
-            Of P in the work's frame where it is with the table at zero, mm.
+            Poses of P in the frame of the work with the table at zero, mm.
         wrist_radius : float
             Distance of the wrist from the first axis, mm.
         branch : {0, 1, 2, 3}
-            0, 1: q1 along the tool's azimuth, 2, 3: half a turn further, the arm reaching over; elbow up (q3 <= 0) for 0 and 2.
+            0, 1: q1 along the tool's azimuth; 2, 3: half a turn further, the arm reaching over. 0, 2: elbow
+            up (q3 <= 0).
         continuous : bool
-            Whether the poses are points of one path: angles then go on from pose to pose and do not jump by whole turns.
-            False: each pose by itself.
+            Whether the poses are points of one path, along which no angle jumps by a whole turn. False: each
+            pose by itself.
 
         Returns
         -------
@@ -234,23 +236,20 @@ class Arm(Described):
     def branches(
         self, poses: npt.ArrayLike, *, wrist_radius: float = 350.0, continuous: bool = True
     ) -> tuple[Floats, Bools]:
-        """Return the joints of all four branches, whether or not they are possible; see `inverse`.
+        """Return the joints of all four branches, within reach and limits or not.
 
         Parameters
         ----------
-        poses : array_like (m, 4, 4)
-            Of P in the work's frame where it is with the table at zero, mm.
-        wrist_radius : float
-            Distance of the wrist from the first axis, mm.
-        continuous : bool
-            Whether the poses are points of one path.
+        poses, wrist_radius, continuous
+            As of `inverse`, mm.
 
         Returns
         -------
         joints : array (4, m, 7)
-            rad, and table, mm; where a pose is out of reach, those of the arm stretched (or folded) towards it.
+            Joints, rad, and table, mm; for a pose out of reach, those of the arm stretched (or folded)
+            towards it.
         reachable : array of bool (4, m)
-            Where the pose is within reach and all joints within their limits.
+            Whether the pose is within reach and all joints within their limits.
         """
         radius, array = checks.positive("wrist_radius", wrist_radius, "mm"), closed_form.checked_poses(poses)
         found = [closed_form.joints_of(self, array, radius, branch, continuous) for branch in range(4)]
@@ -258,15 +257,15 @@ class Arm(Described):
         return np.stack([joints for joints, _ in found]), np.stack(reachable)
 
     def solve(self, pose: npt.ArrayLike, start: npt.ArrayLike) -> Floats:
-        """Return joints near a start that take one pose, by damped least squares.
+        """Return joints near a start for one pose, by damped least squares.
 
-        For what the closed form leaves out: the wrist's radius is free here, so that the way from the start is short; limits are
-        kept by the search; and beside a singular pose the damping holds the joints where `inverse` would turn them fast.
+        Unlike `inverse`, the search leaves the wrist's radius free, keeps the limits, and near a singular
+        pose the damping keeps the joints slow.
 
         Parameters
         ----------
         pose : array_like (4, 4)
-            Of P in the work's frame where it is with the table at zero, mm.
+            Pose of P in the frame of the work with the table at zero, mm.
         start : array_like (7,)
             Joints, rad, and table, mm, within their limits.
 
@@ -278,7 +277,7 @@ class Arm(Described):
         Raises
         ------
         ValueError
-            When no joints within the limits are found, with what is left (mm, rad).
+            When no joints within the limits are found; with the remaining error (mm, rad).
 
         Examples
         --------

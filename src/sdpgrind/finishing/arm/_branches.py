@@ -1,4 +1,4 @@
-"""Which branch of the arm, and how far out the wrist, on every run of a path: dynamic programming over both."""
+"""Choice of branch and wrist radius for the runs of a path, by dynamic programming."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,21 +15,22 @@ from sdpgrind.finishing.arm._inverse import BRANCHES, Excess, checked_runs, exce
 if TYPE_CHECKING:
     from sdpgrind.finishing.arm._arm import Arm
 
+# rad, chosen: greatest turn of an angle between neighbouring poses; with more the arm leaves the path between
+# them
 TURN = 1.0
-"""Of an angle between neighbouring poses of a run, rad: beyond, the arm does not follow the tool in between."""
 
 
 class ArmChoice(NamedTuple):
-    """How the arm takes one run.
+    """Branch, wrist radius and joints of the arm on one run.
 
     Attributes
     ----------
     branch : int
-        0 to 3, see `Arm.inverse`.
+        Branch 0 to 3, see `Arm.inverse`.
     wrist_radius : float
         Distance of the wrist from the first axis, mm.
     joints : array (m, 7)
-        rad, and table, mm.
+        Joints, rad, and table, mm.
     """
 
     branch: int
@@ -38,7 +39,7 @@ class ArmChoice(NamedTuple):
 
 
 class _Way(NamedTuple):
-    """One candidate on one run: joints at both ends, and the time of what lies between."""
+    """One candidate on one run: joints at both ends, duration (s), and why it is impossible, or None."""
 
     first: Floats
     last: Floats
@@ -49,21 +50,21 @@ class _Way(NamedTuple):
 def choose_branches(
     arm: "Arm", runs: Sequence[npt.ArrayLike], *, wrist_radii: float | Sequence[float] = 350.0
 ) -> tuple[ArmChoice, ...]:
-    """Choose branch and wrist radius for every run in contact, so that the joints travel least.
+    """Choose branch and wrist radius for every run in contact with the least travel of the joints.
 
-    Neither ever changes inside a run. Travel is measured by the time that the joint with the longest way needs at its
-    greatest speed, from pose to pose and between runs. The choice is a decision process of modes alone, solved by
-    `sdpgrind.sdp`: a mode for every pair of branch and radius, a stage for every run. Where limits leave room for whole
-    turns, each run lies as near to the middle of the limits as it can.
+    Both are constant within a run. Travel is the time that the slowest joint needs at its greatest speed,
+    from pose to pose and between runs. `sdpgrind.sdp` solves the choice as a decision process with a mode for
+    every pair of branch and radius and a stage for every run. Where the limits allow whole turns, each run
+    lies nearest to the middle of the limits.
 
     Parameters
     ----------
     arm : Arm
         With limits in rad, mm and s.
     runs : sequence of array_like (m, 4, 4)
-        Poses of P in the work's frame where it is with the table at zero, mm; each run one smooth path.
+        Poses of P in the frame of the work with the table at zero, mm; each run one smooth path.
     wrist_radii : float or sequence of float
-        Distances of the wrist from the first axis to choose from, mm.
+        Candidate distances of the wrist from the first axis, mm.
 
     Returns
     -------
@@ -73,7 +74,7 @@ def choose_branches(
     Raises
     ------
     ValueError
-        When no pair takes a run within the limits; it tells index, joint and amount of that which comes nearest.
+        When no pair takes a run within the limits; with index, joint and amount of the nearest candidate.
 
     Examples
     --------
@@ -102,7 +103,7 @@ def choose_branches(
 
 
 def _radii(wrist_radii: float | Sequence[float]) -> list[float]:
-    """Radii as asked for, mm."""
+    """Check the radii, mm."""
     array = np.atleast_1d(checks.finite_array("wrist_radii", wrist_radii, "mm"))
     if array.ndim != 1 or not array.size:
         raise ValueError(
@@ -112,21 +113,22 @@ def _radii(wrist_radii: float | Sequence[float]) -> list[float]:
 
 
 def _way(arm: "Arm", poses: Floats, branch: int, radius: float) -> _Way:
-    """One branch at one radius on one run."""
+    """Return one branch at one radius on one run."""
     joints, reached = joints_of(arm, poses, radius, branch, True)
     time, at = kernels.travel(joints, np.array(arm.speed_max), TURN)
-    # What jumps breaks limits too, but not because of them.
+    # A jump also exceeds limits; the message names the jump.
     wrong = _jump(arm, joints, int(at)) if at >= 0 else excess(arm, poses, radius, joints, reached)
     return _Way(joints[0], joints[-1], float(time), wrong)
 
 
 def _jump(arm: "Arm", joints: Floats, at: int) -> Excess:
-    """Say which angle turns too far from one pose to the next."""
+    """Name the angle that turns too far from pose `at` to the next."""
     turns = np.abs(joints[at + 1, :5] - joints[at, :5])
     j = int(np.argmax(turns))
     text = (
-        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a run; got {turns[j]:.4g} between"
-        f" poses[{at}] and poses[{at + 1}], where the heading has a corner, or the tool comes through the vertical"
+        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a run; got {turns[j]:.4g}"
+        f" between poses[{at}] and poses[{at + 1}], where the heading has a corner, or the tool comes"
+        " through the vertical"
     )
     return Excess(at, text, float(turns[j] / TURN))
 
@@ -137,13 +139,13 @@ def _refuse_impossible(k: int, row: list[_Way], pairs: list[tuple[int, float]]) 
         return
     found, (branch, radius) = min(wrong, key=lambda each: each[0].share)
     raise ValueError(
-        f"runs[{k}] has no branch within limits; nearest comes branch {branch} ({BRANCHES[branch]}) at wrist radius"
-        f" {radius:g} mm: {found.text}"
+        f"runs[{k}] has no branch within limits; nearest comes branch {branch} ({BRANCHES[branch]}) at wrist"
+        f" radius {radius:g} mm: {found.text}"
     )
 
 
 def _least_travel(arm: "Arm", ways: list[list[_Way]], names: list[str]) -> list[int]:
-    """Pair taken on every run."""
+    """Index of the pair for every run."""
     count, size = len(ways), len(names)
     cost = _costs(arm, ways)
     problem = sdp.Problem(
@@ -177,7 +179,7 @@ def _whole(left: npt.ArrayLike) -> npt.NDArray[np.int64]:
 
 
 def _costs(arm: "Arm", ways: list[list[_Way]]) -> Floats:
-    """Time (s) of coming from a pair, or from the start, and taking a run in a pair: [run, from, to], inf: impossible."""
+    """Time (s) from a pair, or from the start, through a run in a pair: (run, from, to); inf: impossible."""
     count, size = len(ways), len(ways[0])
     inside = np.array([[np.inf if way.wrong is not None else way.time for way in row] for row in ways])
     cost = np.repeat(inside[:, None, :], size + 1, axis=1)

@@ -1,4 +1,4 @@
-"""Joints by damped least squares: Levenberg's steps, joints held at their limits."""
+"""Joints by damped least squares (Levenberg-Marquardt), held at their limits."""
 
 import math
 
@@ -8,17 +8,15 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm import _forward as chain
 from sdpgrind.finishing.arm._inverse import Links
 
-LEVER = 100.0
-"""Length (mm) by which turns and moves are weighed against each other: 1 rad counts as much as 100 mm."""
-STEPS = 200
-DONE = 1e-11
-"""Largest error (mm, and rad times the lever) of what is solved: rounding of lengths of some 100 mm."""
-GOOD = 1e-9
+LEVER = 100.0  # mm a rad, chosen: weight of rotations against translations, the scale of tool and lever arm
+STEPS = 200  # chosen: limit of the iteration
+DONE = 1e-11  # mm, and rad times the lever; chosen: rounding of lengths of some 100 mm
+GOOD = 1e-9  # mm, and rad times the lever; chosen: greatest error of a solution
 _WEIGHTS = np.array([1.0] * 5 + [LEVER] * 2)  # of joints: rad, mm
 
 
 def damped(arm: Links, target: Floats, start: Floats) -> Floats:
-    """Joints near a start, within the limits, that take a pose seen from the work; ValueError where there seem to be none."""
+    """Return joints near a start, within limits, for a pose of P in the work; ValueError where none is found."""
     low, high = np.array(arm.position_min), np.array(arm.position_max)
     joints, damping = np.clip(start, low, high), 1e-3
     left = _error(arm, target, joints)
@@ -34,13 +32,14 @@ def damped(arm: Links, target: Floats, start: Floats) -> Floats:
     if np.abs(left).max() > GOOD:
         place, turn = float(np.linalg.norm(left[:3])), float(np.linalg.norm(left[3:])) / LEVER
         raise ValueError(
-            f"pose must be within reach of joints in their limits; from this start {place:.4g} mm and {turn:.4g} rad are left"
+            "pose must be within reach of joints in their limits; from this start"
+            f" {place:.4g} mm and {turn:.4g} rad are left"
         )
     return joints
 
 
 def _error(arm: Links, target: Floats, joints: Floats) -> Floats:
-    """What is left to move (mm) and to turn (rad times the lever)."""
+    """Remaining translation (mm) and rotation (rad times the lever)."""
     pose = chain.forward(joints, arm.lengths)
     pose[:2, 3] -= joints[5:]
     return np.concatenate([target[:3, 3] - pose[:3, 3], LEVER * _turn(target[:3, :3] @ pose[:3, :3].T)])
@@ -59,7 +58,7 @@ def _turn(rotation: Floats) -> Floats:
 
 
 def _step(arm: Links, joints: Floats, left: Floats, damping: float, low: Floats, high: Floats) -> Floats:
-    """One damped step; joints that it would push beyond a limit stay there, and the others do it without them."""
+    """One damped step, solved again without the joints that it would push beyond a limit."""
     slopes = chain.jacobian(joints, arm.lengths)[:, :7] * _WEIGHTS
     slopes[3:] *= LEVER
     free = np.ones(7, dtype=bool)

@@ -8,7 +8,7 @@ from sdpgrind.base.checks import Floats
 
 
 class _Links(NamedTuple):
-    """What poses and Jacobian are made of: sines, cosines, and the wrist and the tool in the vertical plane of the arm."""
+    """Sines and cosines of q1 and pitch; elbow, wrist and tool in the vertical plane of the arm."""
 
     c1: Floats
     s1: Floats
@@ -46,13 +46,13 @@ def forward(joints: Floats, lengths: tuple[float, float, float, float]) -> Float
 
 
 def jacobian(joints: Floats, lengths: tuple[float, float, float, float]) -> Floats:
-    """Velocity of P in the work's frame (mm/s, rad/s) for speeds of joints, table and motor, (..., 6, 8)."""
+    """Velocity of P in the frame of the work (mm/s, rad/s) per speed of joints, table, motor, (..., 6, 8)."""
     k = _links(joints, lengths)
     none, one = np.zeros_like(k.c1), np.ones_like(k.c1)
     out = np.zeros((*k.c1.shape, 6, 8))
     out[..., 0, 0], out[..., 1, 0], out[..., 5, 0] = -k.tool[0] * k.s1, k.tool[0] * k.c1, 1.0
     for j, (radius, height) in enumerate([(none, none), k.elbow, k.wrist], start=1):
-        across, up = k.tool[1] - height, k.tool[0] - radius  # turned by 90 deg: rises by what lies ahead
+        across, up = k.tool[1] - height, k.tool[0] - radius
         out[..., :3, j] = np.stack([-across * k.c1, -across * k.s1, up], axis=-1)
         out[..., 3:, j] = np.stack([k.s1, -k.c1, none], axis=-1)
     pose = forward(joints, lengths)

@@ -1,4 +1,4 @@
-"""What a heading costs: how near the tool comes to the vertical, and how far table and joints jump at corners."""
+"""Costs of a heading: distance of the tool from the vertical, jumps of table and joints at corners."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,26 +15,26 @@ if TYPE_CHECKING:
 
 
 def pitch_cosine(poses: Floats) -> Floats:
-    """``|cos(phi)|`` of the tool's pitch, sin(phi) = a_z, (m,): q1 turns 1/``|cos(phi)|`` times as fast as the tool's axis."""
+    """``|cos(phi)|`` of the tool's pitch, (m,); q1 turns faster than the tool's axis by its inverse."""
     out: Floats = np.hypot(poses[:, 0, 2], poses[:, 1, 2])
     return out
 
 
 class CornerJumps(NamedTuple):
-    """What joints and table have to do between runs, without contact; the wrist's radius stays.
+    """Motion of joints and table between runs, without contact, at a constant wrist radius.
 
     Attributes
     ----------
     turn : array (k,)
-        By which q1 turns where the branch stays, rad, in (-pi, pi].
+        Turn of q1 in the same branch, rad, in (-pi, pi].
     table : array (k, 2)
-        By which the table moves then, mm.
+        Travel of the table in the same branch, mm.
     flip : array (k,)
-        By which the pitch q2 + q3 + q4 turns where the arm goes over into the other pair of branches instead, rad, in (-pi, pi].
+        Turn of the pitch q2 + q3 + q4 where the arm changes to the other pair of branches, rad, in (-pi, pi].
     flip_turn : array (k,)
-        By which q1 turns then, rad, in (-pi, pi].
+        Turn of q1 with that change, rad, in (-pi, pi].
     flip_table : array (k, 2)
-        By which the table moves then, mm.
+        Travel of the table with that change, mm.
     """
 
     turn: Floats
@@ -47,34 +47,35 @@ class CornerJumps(NamedTuple):
 def corner_jumps(
     arm: "Arm", runs: Sequence[npt.ArrayLike], *, wrist_radius: float = 350.0, branch: int = 0
 ) -> CornerJumps:
-    """Return how far joints and table jump from the end of each run to the beginning of the next, whatever their limits.
+    """Return the jumps of joints and table from the end of each run to the start of the next, without limits.
 
-    An arm without wrist yaw points where q1 does: if the heading turns by an angle at a corner, so does q1, and the table has to
-    carry the work around the base. With r = wrist_radius + (d5 + R) cos(phi) from the base's axis to the contact a corner of
-    90 deg moves it by sqrt(2) r, a reversal by 2 r.
+    An arm without wrist yaw points where q1 does: at a corner q1 turns by the angle of the heading, and the
+    table carries the work around the base. With r = wrist_radius + (d5 + R) cos(phi) from the base's axis to
+    the contact a corner of 90 deg moves it by sqrt(2) r, a reversal by 2 r.
 
     Parameters
     ----------
     arm : Arm
         The robot, mm.
     runs : sequence of array_like (m, 4, 4)
-        Poses of P in the work's frame where it is with the table at zero, mm.
+        Poses of P in the frame of the work with the table at zero, mm.
     wrist_radius : float
         Distance of the wrist from the first axis, mm.
     branch : {0, 1, 2, 3}
-        That of all runs; see `Arm.inverse`.
+        Branch of all runs; see `Arm.inverse`.
 
     Returns
     -------
     CornerJumps
-        rad and mm, one entry for each corner (none for one run).
+        In rad and mm, one entry for each corner (none for one run).
 
     Examples
     --------
     >>> from sdpgrind import finishing, units
     >>> contact = dict(contact_angle=units.deg(30), lever_arm=95.0, heading="feed_aligned")
-    >>> feeds = [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]
-    >>> ends = [finishing.arm.tool_poses([[0.0, 0.0, 0.0]], feed, [[0.0, 0.0, 1.0]], **contact) for feed in feeds]
+    >>> along_x, along_y = [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]
+    >>> place, up = [[0.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]
+    >>> ends = [finishing.arm.tool_poses(place, feed, up, **contact) for feed in (along_x, along_y)]
     >>> jumps = finishing.arm.corner_jumps(finishing.Arm.generic(), ends)
     >>> round(float(abs(jumps.turn[0])), 4), round(float((jumps.table[0] ** 2).sum() ** 0.5), 1)
     (1.5708, 733.8)
@@ -93,7 +94,9 @@ def corner_jumps(
 
 
 def check_corners(arm: "Arm", jumps: CornerJumps) -> None:
-    """Refuse corners at which the table would have to jump farther than it can: index, axis and amount of the farthest."""
+    """Refuse corners whose table jump exceeds the table's range, naming index, axis and excess of the
+    farthest.
+    """
     if not len(jumps.table):
         return
     span = np.array(arm.position_max[5:]) - np.array(arm.position_min[5:])
@@ -103,14 +106,16 @@ def check_corners(arm: "Arm", jumps: CornerJumps) -> None:
     k = int(np.argmax(np.hypot(*jumps.table.T)))
     axis = int(np.argmax(beyond[k]))
     raise ValueError(
-        f"heading must not ask more of the table than it has; at corner {k} q1 turns by {np.degrees(abs(jumps.turn[k])):.3g} deg"
-        f" and the table jumps by {np.hypot(*jumps.table[k]):.4g} mm, {arm.names[5 + axis]} beyond its range of {span[axis]:g} mm"
-        f" by {beyond[k, axis]:.4g} mm (the arm has no wrist yaw: take heading='fixed')"
+        "heading must not ask more of the table than it has;"
+        f" at corner {k} q1 turns by {np.degrees(abs(jumps.turn[k])):.3g} deg"
+        f" and the table jumps by {np.hypot(*jumps.table[k]):.4g} mm,"
+        f" {arm.names[5 + axis]} beyond its range of {span[axis]:g} mm by {beyond[k, axis]:.4g} mm"
+        " (the arm has no wrist yaw: take heading='fixed')"
     )
 
 
 def _places(arm: "Arm", poses: list[Floats], radius: float, sign: float) -> Floats:
-    """Azimuth q1 and pitch (rad) and table (mm) of each pose, (k, 4), with the tool forward (sign 1) or backward."""
+    """Azimuth q1, pitch (rad) and table (mm) of poses, (k, 4); tool forward (sign 1) or backward (-1)."""
     pose = np.array(poses).reshape(-1, 4, 4)
     x, y, z = pose[:, 0, 2], pose[:, 1, 2], pose[:, 2, 2]
     azimuth, pitch = np.arctan2(sign * y, sign * x), np.arctan2(z, sign * np.hypot(x, y))

@@ -1,4 +1,4 @@
-"""Joints of poses: what a user hands over, the kernel, and what is said where the arm cannot."""
+"""Inverse kinematics of the arm: checks of poses, joints of a branch, messages about limits."""
 
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
@@ -11,14 +11,12 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.arm import _kinematics_kernels as kernels
 
 BRANCHES = ("forward, elbow up", "forward, elbow down", "backward, elbow up", "backward, elbow down")
-"""Forward: phi in [-90, 90] deg, q1 is the azimuth of the tool; backward: phi' = 180 deg - phi and q1 half a turn further.
-Elbow up: q3 <= 0."""
-SLACK = 1e-9
-"""Of a limit, rad or mm: what rounding may take."""
+
+SLACK = 1e-9  # rad or mm, chosen: rounding beyond a limit
 
 
 class Links(Protocol):
-    """An arm, as far as its inversion needs it; see `Arm`."""
+    """Lengths and limits that the inversion needs; see `Arm`."""
 
     @property
     def d1(self) -> float: ...
@@ -41,16 +39,15 @@ class Links(Protocol):
 
 
 class Excess(NamedTuple):
-    """The first joint beyond its limit, or the first wrist out of reach."""
+    """First joint beyond its limit or wrist out of reach; `share` of the joint's range or the arm's reach."""
 
     at: int
     text: str
     share: float
-    """How far beyond, as a part of the joint's range or of the arm's reach."""
 
 
 def checked_poses(poses: npt.ArrayLike) -> Floats:
-    """Poses (m, 4, 4) of the tool, positions in mm."""
+    """Check poses (m, 4, 4) of the tool, positions in mm."""
     try:
         array = np.ascontiguousarray(poses, dtype=float)
     except (TypeError, ValueError):
@@ -66,7 +63,7 @@ def checked_poses(poses: npt.ArrayLike) -> Floats:
 
 
 def checked_runs(runs: Sequence[npt.ArrayLike]) -> list[Floats]:
-    """Runs of poses (m, 4, 4), none of them empty; errors tell which."""
+    """Check runs of poses (m, 4, 4), none empty; errors name the run."""
     out = []
     for k, poses in enumerate(runs):
         try:
@@ -81,7 +78,7 @@ def checked_runs(runs: Sequence[npt.ArrayLike]) -> list[Floats]:
 def joints_of(
     arm: Links, poses: Floats, radius: float, branch: int, continuous: bool
 ) -> tuple[Floats, Bools]:
-    """Joints (m, 7) of checked poses in one branch, and where the wrist is within reach (m,)."""
+    """Joints (m, 7) of checked poses in one branch, and whether the wrist is within reach (m,)."""
     joints, reached = np.empty((len(poses), 7)), np.empty(len(poses), dtype=np.bool_)
     middle = 0.5 * (np.array(arm.position_min) + np.array(arm.position_max))
     pitch, elbow = (-1.0 if branch >= 2 else 1.0), (1.0 if branch % 2 else -1.0)
@@ -90,14 +87,14 @@ def joints_of(
 
 
 def within_limits(arm: Links, joints: Floats) -> Bools:
-    """Where all joints keep their limits, (m,)."""
+    """Whether all joints are within their limits, (m,)."""
     low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
     out: Bools = np.all((joints >= low) & (joints <= high), axis=1)
     return out
 
 
 def excess(arm: Links, poses: Floats, radius: float, joints: Floats, reached: Bools) -> Excess | None:
-    """Say what is beyond a limit first, or None."""
+    """Return the first excess of a limit, or None."""
     low, high = np.array(arm.position_min) - SLACK, np.array(arm.position_max) + SLACK
     index = int(kernels.first_beyond(joints, reached, low, high))
     if index < 0:
@@ -112,8 +109,8 @@ def _beyond_reach(arm: Links, pose: Floats, radius: float, index: int) -> Excess
     longest, shortest = arm.a2 + arm.a3, abs(arm.a2 - arm.a3)
     beyond = max(distance - longest, shortest - distance)
     text = (
-        f"poses[{index}] is out of reach by {beyond:.4g} mm: its wrist is {distance:.6g} mm from the shoulder,"
-        f" where q2 and q3 span {shortest:g} to {longest:g} mm (wrist_radius {radius:g} mm)"
+        f"poses[{index}] is out of reach by {beyond:.4g} mm: its wrist is {distance:.6g} mm from the"
+        f" shoulder, where q2 and q3 span {shortest:g} to {longest:g} mm (wrist_radius {radius:g} mm)"
     )
     return Excess(index, text, 1 + beyond / longest)
 
@@ -124,7 +121,7 @@ def _beyond_limit(arm: Links, joints: Floats, index: int) -> Excess:
     j = int(np.argmax(beyond / (high - low)))
     unit = arm.units[j]
     text = (
-        f"{arm.names[j]} must be in [{low[j]:.6g}, {high[j]:.6g}] ({unit}); got {joints[j]:.6g} at poses[{index}],"
-        f" beyond by {beyond[j]:.4g} {unit}"
+        f"{arm.names[j]} must be in [{low[j]:.6g}, {high[j]:.6g}] ({unit}); got {joints[j]:.6g} at"
+        f" poses[{index}], beyond by {beyond[j]:.4g} {unit}"
     )
     return Excess(index, text, float(beyond[j] / (high[j] - low[j])))

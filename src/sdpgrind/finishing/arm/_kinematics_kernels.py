@@ -1,4 +1,4 @@
-"""Joints from poses in closed form, one branch of the arm at a time, as plain serial loops over numbers."""
+"""Inverse kinematics in closed form, one branch of the arm at a time."""
 
 import math
 
@@ -6,18 +6,16 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
+# chosen: horizontal part of a vertical tool axis; with less, rounding alone would turn the first joint
 VERTICAL = 1e-13
-"""Horizontal part of the tool's axis below which it is vertical: beyond, rounding alone would turn the first joint."""
-STRETCHED = 1e-12
-"""Excess of ``|cos q3|`` over 1 that is rounding: the arm is stretched, or folded."""
-CROOKED = 1e-5
-"""Error of a rotation matrix, summed over its entries, that is taken for rounding in a file."""
+STRETCHED = 1e-12  # chosen: rounding of ``|cos q3|`` over 1, where the arm is stretched or folded
+CROOKED = 1e-5  # chosen: error of a rotation matrix, summed over its entries, from rounding in a file
 _TURN = 2 * math.pi
 
 
 @compiled
 def first_fault(poses):
-    """Index of the first pose that is none (NaN, crooked, mirrored, another last row), or -1."""
+    """Index of the first invalid pose (NaN, skewed, mirrored, wrong last row), or -1."""
     for i in range(len(poses)):
         p = poses[i]
         off = abs(p[3, 0]) + abs(p[3, 1]) + abs(p[3, 2]) + abs(p[3, 3] - 1.0)
@@ -25,7 +23,7 @@ def first_fault(poses):
             for j in range(k, 3):
                 dot = p[0, j] * p[0, k] + p[1, j] * p[1, k] + p[2, j] * p[2, k]
                 off += abs(dot - (1.0 if j == k else 0.0))
-        # The third column is the cross product of the first two, or its mirror image.
+        # The third column must be the cross product of the first two, not its mirror image.
         off += abs(p[0, 0] * p[1, 1] - p[1, 0] * p[0, 1] - p[2, 2])
         off += abs(p[1, 0] * p[2, 1] - p[2, 0] * p[1, 1] - p[0, 2])
         off += abs(p[2, 0] * p[0, 1] - p[0, 0] * p[2, 1] - p[1, 2])
@@ -36,7 +34,7 @@ def first_fault(poses):
 
 @compiled
 def _first_azimuth(poses, pitch, middle):
-    """Of the first joint at a run's begin: that of the first pose whose tool is not vertical."""
+    """First joint at the start of a run: that of the first pose whose tool is not vertical."""
     for i in range(len(poses)):
         x, y = poses[i, 0, 2], poses[i, 1, 2]
         if math.hypot(x, y) > VERTICAL:
@@ -46,7 +44,7 @@ def _first_azimuth(poses, pitch, middle):
 
 @compiled
 def _joints_of(pose, lengths, radius, pitch, elbow, before, out):
-    """Joints of one pose, angles anyhow; tells whether the wrist is within reach (else the arm points to it)."""
+    """Joints of one pose into `out` (7,), angles modulo a turn, and whether the wrist is within reach."""
     d1, a2, a3, d5 = lengths
     level = math.hypot(pose[0, 2], pose[1, 2])
     size = math.hypot(level, pose[2, 2])
@@ -78,8 +76,8 @@ def _joints_of(pose, lengths, radius, pitch, elbow, before, out):
 def inverse(poses, lengths, radius, pitch, elbow, middle, continuous, joints, reached):
     """Joints of all poses in one branch (pitch and elbow: +1 or -1), into `joints` (m, 7) and `reached` (m,).
 
-    Angles are the nearest to those of the pose before, all turned together to where the middle of their range is nearest to
-    the middle of the limits; not continuous: each the nearest to that middle by itself.
+    Continuous: each angle is the one nearest to the pose before, and whole turns put the middle of its range
+    nearest to the middle of the limits. Else each angle is the one nearest to that middle.
     """
     before = _first_azimuth(poses, pitch, middle[0]) if continuous else middle[0]
     for i in range(len(poses)):
@@ -102,7 +100,7 @@ def inverse(poses, lengths, radius, pitch, elbow, middle, continuous, joints, re
 
 @compiled
 def first_beyond(joints, reached, low, high):
-    """Index of the first pose that is out of reach or has a joint beyond its limits, or -1."""
+    """Index of the first pose out of reach or with a joint beyond its limits, or -1."""
     for i in range(len(joints)):
         kept = reached[i]
         for j in range(7):
@@ -114,7 +112,7 @@ def first_beyond(joints, reached, low, high):
 
 @compiled
 def travel(joints, speed, turn):
-    """Time of a way from pose to pose, by the joint that needs longest; and the first pose after which an angle turns too far."""
+    """Time through the poses by the slowest joint, s; first pose after which an angle turns too far, or -1."""
     time, at = 0.0, -1
     for i in range(len(joints) - 1):
         longest = 0.0

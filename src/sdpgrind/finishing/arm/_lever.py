@@ -1,4 +1,4 @@
-"""Normal force from the motor's torque: the tool's lever arm, with friction."""
+"""Motor torque per normal force: the tool's lever arm, with friction."""
 
 import math
 from typing import Any
@@ -10,7 +10,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm._tool import checked_hold, contacts
 
-_MM_PER_M = 1000.0
+_MM_PER_M = 1000.0  # source: SI
 
 
 def torque_per_force(
@@ -21,10 +21,11 @@ def torque_per_force(
     feed_angle: Any = 0.0,
     pushed: bool = False,
 ) -> Any:
-    """Return the motor's torque for each N of normal force: T/F_n = R (cos(theta_f) - s mu cos(psi) sin(theta_f)).
+    """Return the motor torque per normal force: T/F_n = R (cos(theta_f) - s mu cos(psi) sin(theta_f)).
 
-    Contact force F_n n - mu F_n t at R z_P from the motor's axis y_P has the torque -s F_n R (...) about it, which the motor has
-    to balance; s = 1 for a pushed tool, -1 for a dragged one. The source takes T/F_n = R, which is right at theta_f = 0 alone.
+    The contact force F_n n - mu F_n t at R z_P from the motor's axis y_P exerts the torque -s F_n R (...)
+    about it, which the motor balances; s = 1 for a pushed tool, -1 for a dragged one. The source takes T/F_n
+    = R, correct at theta_f = 0.
 
     Parameters
     ----------
@@ -42,13 +43,12 @@ def torque_per_force(
     Returns
     -------
     float or array
-        N m/N.
+        Torque per force, N m/N.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or the tool locks itself: no torque holds a force if cos(theta_f) <= s mu cos(psi)
-        sin(theta_f).
+        When a value is out of range, or the tool locks itself: cos(theta_f) <= s mu cos(psi) sin(theta_f).
 
     Examples
     --------
@@ -80,12 +80,12 @@ def feed_angle(tangent: npt.ArrayLike, normal: npt.ArrayLike, poses: npt.ArrayLi
     tangent, normal : array_like (m, 3)
         Unit vectors of feed and outward normal.
     poses : array_like (m, 4, 4)
-        Of the tool, from `tool_poses`, positions in mm.
+        Tool poses from `tool_poses`, positions in mm.
 
     Returns
     -------
     array (m,)
-        rad, in (-pi, pi].
+        Angles in (-pi, pi], rad.
 
     Raises
     ------
@@ -95,8 +95,8 @@ def feed_angle(tangent: npt.ArrayLike, normal: npt.ArrayLike, poses: npt.ArrayLi
     Examples
     --------
     >>> from sdpgrind import finishing
-    >>> flat = [[0.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]]
-    >>> poses = finishing.arm.tool_poses(*flat, contact_angle=0.5, lever_arm=95.0)  # heading along x, feed along y
+    >>> flat = [[0.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]]  # feed along y
+    >>> poses = finishing.arm.tool_poses(*flat, contact_angle=0.5, lever_arm=95.0)  # heading along x
     >>> finishing.arm.feed_angle(flat[1], flat[2], poses).round(4)
     array([1.5708])
     """

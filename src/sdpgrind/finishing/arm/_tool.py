@@ -1,4 +1,4 @@
-"""The tool's frame over the contact: Wang (1), with a fixed heading or one that follows the feed."""
+"""Tool frame at the contact: Wang eq. (1), with a fixed heading or along the feed."""
 
 import math
 
@@ -9,11 +9,10 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 HEADINGS = ("fixed", "feed_aligned")
+# chosen: length of the azimuth's projection on the tangent plane below which its direction is rounding
 UPRIGHT = 1e-3
-"""Length of the azimuth's projection on the tangent plane below which it tells no direction."""
-SHORTEST = 1.0
-"""Lever arm (mm) below which another unit is meant."""
-OFF_UNIT = 1e-6
+SHORTEST = 1.0  # mm, chosen: a shorter lever arm is in another unit
+OFF_UNIT = 1e-6  # chosen: rounding of a unit vector
 
 
 def tool_poses(
@@ -27,21 +26,23 @@ def tool_poses(
     heading: str = "fixed",
     azimuth: float = 0.0,
 ) -> Floats:
-    """Return the tool's frame P at every contact, Wang (1): A_P = A_C (A_C^P)^-1.
+    """Return the tool frame P at every contact, Wang eq. (1): A_P = A_C (A_C^P)^-1.
 
-    The contact frame C has z along the outward normal n, x along the heading h in the tangent plane, and y = n x h. P stands on
-    the motor's axis, ``lever_arm`` away from the contact: y_P = y_C is that axis, and z_P points from P to the contact,
-    z_P = s cos(theta_f) h - sin(theta_f) n with s = 1 for a pushed tool (its tip leads where the feed is along h) and s = -1 for
-    a dragged one. A torque about +y_P presses a pushed tool on; a dragged one is pressed on by a torque about -y_P.
+    The contact frame C has z along the outward normal n, x along the heading h in the tangent plane, and y =
+    n x h. P is on the motor's axis y_P = y_C, ``lever_arm`` away from the contact, and z_P = s cos(theta_f) h
+    - sin(theta_f) n points from P to the contact; s = 1 for a pushed tool (its tip leads where the feed is
+    along h), -1 for a dragged one. A torque about +y_P presses a pushed tool on, a torque about -y_P a
+    dragged one.
 
-    ``"feed_aligned"``: h is the direction of feed, as the source defines theta_f. ``"fixed"``: h is one direction of the xy plane
-    for the whole path, projected on the tangent plane; the tool is then pushed or dragged only where the feed is along h, see
-    `feed_angle`. A tool that is dragged along h stands as one that is pushed along -h, turned by half a turn about z_P.
+    ``"feed_aligned"``: h is the direction of feed, as the source defines theta_f. ``"fixed"``: h is one
+    direction of the xy plane for the whole path, projected on the tangent plane; the tool is then pushed or
+    dragged only where the feed is along h, see `feed_angle`. A tool dragged along h has the axis of one
+    pushed along -h, turned by half a turn about z_P.
 
     Parameters
     ----------
     point : array_like (m, 3)
-        Contacts, mm, in the frame in which the poses are wanted.
+        Contacts, mm, in the frame of the returned poses.
     tangent, normal : array_like (m, 3)
         Unit vectors: direction of feed, and outward normal of the surface.
     contact_angle : float
@@ -51,10 +52,11 @@ def tool_poses(
     pushed : bool
         Whether the tip leads; False: the tool is dragged.
     heading : {"fixed", "feed_aligned"}
-        What h is.
+        Definition of h.
     azimuth : float
-        Of h in the xy plane, from x, rad; "fixed" only. An arm that stands at the origin and works before it along x wants pi,
-        be the tool dragged (it then leans away from the base, q1 and q5 are near 0) or pushed (the arm reaches over).
+        Direction of h in the xy plane, from x, rad; "fixed" only. An arm at the origin that works along x
+        needs pi, both for a dragged tool (it leans away from the base, q1 and q5 are near 0) and a pushed one
+        (the arm reaches over).
 
     Returns
     -------
@@ -64,8 +66,8 @@ def tool_poses(
     Raises
     ------
     ValueError
-        When an angle or a length is out of range, a vector is no unit vector or not in the tangent plane, or the normal lies
-        along the azimuth of a fixed heading, which then tells no direction.
+        When an angle or a length is out of range, a vector is no unit vector or not in the tangent plane, or
+        the normal lies along the azimuth of a fixed heading.
 
     Examples
     --------
@@ -93,7 +95,7 @@ def tool_poses(
 def contacts(
     point: npt.ArrayLike, tangent: npt.ArrayLike, normal: npt.ArrayLike
 ) -> tuple[Floats, Floats, Floats]:
-    """Check contacts: points, unit feeds in the tangent plane, unit normals, each (m, 3)."""
+    """Check contacts: points (mm), unit feeds in the tangent plane, unit normals, each (m, 3)."""
     place = checks.finite_array("point", point, "mm")
     feed, up = checks.finite_array("tangent", tangent), checks.finite_array("normal", normal)
     for name, array in {"point": place, "tangent": feed, "normal": up}.items():
@@ -106,14 +108,14 @@ def contacts(
 
 
 def _refuse(name: str, rule: str, off: Floats, wanted: float) -> None:
-    """Refuse the first that is off what is wanted."""
+    """Refuse the first vector whose value is off the wanted one."""
     bad = np.flatnonzero(np.abs(off) > OFF_UNIT)
     if bad.size:
         raise checks.refuse(name.format(bad[0]), rule, float(off[bad[0]] + wanted))
 
 
 def checked_hold(contact_angle: float, lever_arm: float, pushed: bool) -> tuple[float, float]:
-    """Contact angle (rad) and lever arm (mm) of a tool that is pushed or dragged."""
+    """Check contact angle (rad) and lever arm (mm) of a pushed or dragged tool."""
     angle = checks.number("contact_angle", contact_angle, "rad")
     if not 0 <= angle < math.pi / 2:
         raise checks.refuse("contact_angle", "in [0, pi/2); units.deg(30) for degrees", angle, "rad")
@@ -125,15 +127,15 @@ def checked_hold(contact_angle: float, lever_arm: float, pushed: bool) -> tuple[
 
 
 def _headings(up: Floats, azimuth: float) -> Floats:
-    """One direction of the xy plane on the tangent planes, (m, 3)."""
+    """Projections of one direction of the xy plane on the tangent planes, unit vectors (m, 3)."""
     level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
     along = level - (up @ level)[:, None] * up
     size = np.linalg.norm(along, axis=1)
     bad = np.flatnonzero(size < UPRIGHT)
     if bad.size:
         raise ValueError(
-            f"azimuth must not be along the normal of the surface, where it tells no direction; got {azimuth!r} rad"
-            f" at contact {bad[0]}, whose normal is {up[bad[0]].round(6).tolist()}"
+            f"azimuth must not be along the normal of the surface, where it tells no direction;"
+            f" got {azimuth!r} rad at contact {bad[0]}, whose normal is {up[bad[0]].round(6).tolist()}"
         )
     out: Floats = along / size[:, None]
     return out
