@@ -16,7 +16,7 @@ _WEIGHTS = np.array([1.0] * 5 + [LEVER] * 2)  # of joints: rad, mm
 
 
 def damped(arm: Links, target: Floats, start: Floats) -> Floats:
-    """Return joints near a start, within limits, for a pose of P in the work; ValueError where none is found."""
+    """Joints near a start, within limits, for a pose of P in the work; ValueError where none is found."""
     low, high = np.array(arm.position_min), np.array(arm.position_max)
     joints, damping = np.clip(start, low, high), 1e-3
     left = _error(arm, target, joints)

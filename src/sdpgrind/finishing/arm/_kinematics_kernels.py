@@ -112,7 +112,7 @@ def first_beyond(joints, reached, low, high):
 
 @compiled
 def travel(joints, speed, turn):
-    """Time through the poses by the slowest joint, s; first pose after which an angle turns too far, or -1."""
+    """Time through the poses by the slowest joint, s; first pose after which an angle turns too far."""
     time, at = 0.0, -1
     for i in range(len(joints) - 1):
         longest = 0.0

@@ -1,4 +1,4 @@
-"""Length along intervals on which speed is a Legendre series, and its inverse."""
+"""Length along intervals whose speed is a Legendre series, and its inverse."""
 
 from sdpgrind.base.compiled import compiled
 
@@ -25,7 +25,7 @@ def travelled(series, interval, x, out):
 
 @compiled
 def inverted(series, interval, length, out):
-    """Where in [-1, 1] the integral is `length` (m,): Newton within a bracket that shrinks, as length rises."""
+    """Places in [-1, 1] at which the integral is `length` (m,): Newton's method within a bracket."""
     for m in range(len(interval)):
         own, low, high = series[interval[m]], -1.0, 1.0
         whole = _travelled(own, 1.0)[0]

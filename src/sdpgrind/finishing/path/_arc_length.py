@@ -1,4 +1,4 @@
-"""Length along a path: Gauss points in each leg and each knot span, with as many intervals as the speed asks for."""
+"""Length along a path: Legendre series of the speed in intervals, halved until they converge."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,20 +10,21 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.path._arc_kernels import inverted, travelled
 from sdpgrind.finishing.path._samples import Ints
 
+# chosen: Gauss points of an interval on a straight leg (True) and on a curved one; fewer halve more intervals
 POINTS = {True: 8, False: 16}
-"""Gauss points of an interval on a straight leg, and on a curved one: their Legendre series tells speed and length within it."""
+# of a piece's length, chosen: last two terms of a converged series; the length itself is closer by orders
 TOLERANCE = 1e-9
-"""Of a piece's length: what the last two terms may be in an interval. The length itself is closer by orders."""
-NOTHING = 1e-14
-"""Of the length of a path or the size of its surface: no shorter interval is halved."""
-HALVINGS = 40
+NOTHING = 1e-14  # of the path's length or the surface's size, chosen: no shorter interval is halved
+HALVINGS = 40  # chosen: limit of the halvings of an interval
 
 Speed = Callable[[Ints, Floats], Floats]
 
 
 @dataclass(frozen=True)
 class ArcLength:
-    """Intervals of a path by piece and t (`first`, `last`), the Legendre series of length by each, and the length before each."""
+    """Intervals by piece and t (`first`, `last`), Legendre series of their length, mm, and length before
+    each.
+    """
 
     piece: Ints
     first: Floats
@@ -33,7 +34,7 @@ class ArcLength:
 
     @property
     def total(self) -> float:
-        """Length of the whole, mm."""
+        """Length of the path, mm."""
         return float(self.before[-1])
 
     def pieces(self, count: int) -> Floats:
@@ -54,7 +55,7 @@ class ArcLength:
         return np.asarray(self.before[interval] + out)
 
     def places(self, length: Floats) -> tuple[Ints, Floats]:
-        """Piece and t where the path is so long; where a piece ends, the next one begins."""
+        """Piece and t at lengths (mm); the end of a piece is the start of the next one."""
         interval = np.clip(np.searchsorted(self.before, length, side="right") - 1, 0, len(self.piece) - 1)
         out = np.empty(len(interval))
         inverted(self.series, interval, length - self.before[interval], out)
@@ -63,7 +64,7 @@ class ArcLength:
 
 
 def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int, size: float) -> ArcLength:
-    """Measure intervals, halving those whose series has not come to an end, on a surface of `size` mm."""
+    """Measure intervals on a surface of `size` mm, halving those whose series has not converged."""
     whole = np.zeros(piece.max() + 1)
     done: list[tuple[Ints, Floats, Floats, Floats]] = []
     for halvings in range(HALVINGS + 1):
@@ -90,7 +91,7 @@ def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: i
 
 
 def _series(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int) -> Floats:
-    """Legendre series of the speed by x in [-1, 1], mm."""
+    """Legendre series of the speed over x in [-1, 1], mm."""
     x, weights = legendre.leggauss(points)
     terms = legendre.legvander(x, points - 1) * weights[:, None] * (np.arange(points) + 0.5)
     half = 0.5 * (last - first)

@@ -1,9 +1,10 @@
-"""Sharp corners rounded by curves with continuous curvature, which leave the sharp path by a stated deviation at most.
+"""Blends: sharp corners rounded by curves of continuous curvature within a deviation from the sharp path.
 
-In the unit square a blend is the quintic that takes over place, velocity and acceleration of both legs, at arms of the same
-length l on the surface, from each of which it starts as fast as it would pass two arms in its own time. Between straight legs
-with unit tangents s and t that is the quartic with its control points at the ends, in the middle of the arms and on the corner,
-whose middle is 3/16 l ``|t - s|`` away from the corner: no point of either path is further from the other.
+In the unit square a blend is the quintic with place, velocity and acceleration of both legs at its ends, the
+ends of two arms of the same length l on the surface. At its ends it is as fast as two arms over its duration.
+Between straight legs with unit tangents s and t that is the quartic with its control points at the ends, in
+the middle of the arms and on the corner; its middle is 3/16 l ``|t - s|`` away from the corner, the greatest
+distance of both paths.
 """
 
 import numpy as np
@@ -16,29 +17,24 @@ from sdpgrind.finishing.path._mappings import Mapping
 from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.surface._surface import Surface
 
-DEGREE = 5
+DEGREE = 5  # derived: place, velocity and acceleration at both ends
+# chosen: speed at the ends of a blend, arms over its duration; 2: control points in the middle of the arms
 PACE = 2.0
-"""Arms that a blend would pass in its own time as fast as it starts."""
+# derived: distance of a blend's middle from the corner, arms by the change of the unit tangent: 3/16
 MIDDLE = 0.1875
-"""Distance of a blend's middle from the corner, of an arm by the change of the unit tangent."""
+# chosen: greatest share of a leg for an arm, with and without a blend at the leg's other end
 HALF, WHOLE = 0.49, 0.98
-"""Shares of a leg that an arm may take, where there is another blend at its other end and where not."""
-BACK = 1e-3
-"""Sum of unit tangents of a corner that turns back on itself."""
-STRAIGHT = 1e-9
-"""Change of the unit tangent at a corner that is none."""
-LOOKS = np.linspace(0.3, 0.7, 9)
-"""Where on a blend its distance from the corner is measured."""
+BACK = 1e-3  # chosen: sum of the unit tangents of a corner that turns back on itself
+STRAIGHT = 1e-9  # chosen: change of the unit tangent at no corner
+LOOKS = np.linspace(0.3, 0.7, 9)  # places on a blend for its distance from the corner, chosen
+# chosen: rounds that fit the arms to the deviation, and limit of rounds that only shorten them
 ROUNDS, SHRINKS = 4, 60
-"""Rounds in which arms are made longer or shorter, and rounds at most in which they are only made shorter."""
-HELD = 1e-3
-"""Share by which the deviation may be exceeded."""
-LEAST, MOST = 0.2, 0.999
-"""What may be left of an arm after a round in which it is made shorter."""
+HELD = 1e-3  # relative excess of the deviation, chosen
+LEAST, MOST = 0.2, 0.999  # chosen: bounds of the factor by which a round shortens an arm
 
 
 def rounded(surface: Surface, mapping: Mapping, sharp: Legs, corners: Bools, deviation: float) -> Legs:
-    """Return the pieces of a path with all its corners rounded, as one run."""
+    """Return the pieces of a path with all corners rounded, as one run."""
     at = np.flatnonzero(corners)
     arms = _arms(surface, mapping, sharp, at, deviation)
     count = len(corners) - 1
@@ -54,7 +50,7 @@ def rounded(surface: Surface, mapping: Mapping, sharp: Legs, corners: Bools, dev
 
 
 def _arms(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints, deviation: float) -> Floats:
-    """Shares (2, c) of the legs before and after each corner that its blend takes."""
+    """Shares (2, c) of the legs before and after each corner for its blend."""
     pace, turn = _turns(surface, mapping, sharp, at)
     busy = np.isin(np.stack([at - 1, at + 1]), at)
     room = (np.where(busy, HALF, WHOLE) * pace).min(axis=0)
@@ -74,7 +70,7 @@ def _arms(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints, deviation: 
 def _shortened(
     surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, deviation: float
 ) -> Floats:
-    """Arms (2, c) of blends that hold the deviation all along."""
+    """Arms (2, c) shortened until their blends keep the deviation everywhere."""
     todo = np.arange(len(at))
     for _ in range(SHRINKS):
         blends = _blends(legs, at[todo], arms[:, todo])
@@ -85,12 +81,13 @@ def _shortened(
             return arms
         arms[:, todo] *= np.clip(deviation / off[over], LEAST, MOST)
     raise ValueError(
-        f"deviation must be larger: the corner at nodes[{at[todo[0]]}] cannot be rounded within {deviation:g} mm"
+        f"deviation must be larger: the corner at nodes[{at[todo[0]]}] cannot be rounded within"
+        f" {deviation:g} mm"
     )
 
 
 def _turns(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints) -> tuple[Floats, Floats]:
-    """Speeds (2, c) before and after each corner, mm, and the change of the unit tangent."""
+    """Speeds (2, c) before and after each corner, mm, and change of the unit tangent."""
     piece, t = np.concatenate([at - 1, at]), np.repeat([1.0, 0.0], len(at))
     moved = mapping.carried(contact.jets(sharp.coefficients, piece, t))
     there = surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])

@@ -1,4 +1,4 @@
-"""Areas on the surface of what belongs to each node or pass of a path."""
+"""Area on the surface of each cell or strip around the nodes or passes of a path."""
 
 from typing import Protocol
 
@@ -13,18 +13,16 @@ from sdpgrind.finishing.surface._area import gauss
 from sdpgrind.finishing.surface._forms import area_between
 from sdpgrind.finishing.surface._surface import Surface
 
-GAUSS = 4
-"""Points on a side of a cell, as long as there are no more than `SIDE` on a side of the surface."""
-SIDE = 1024
-COLUMNS, INTERVALS = 64, 512
-"""Places along passes at which strips are cut, and intervals across them."""
-SAME = 1e-9
+GAUSS = 4  # chosen: Gauss points on a side of a cell, on `SIDE` of the surface at most
+SIDE = 1024  # chosen: keeps the work on a surface bounded
+COLUMNS, INTERVALS = 64, 512  # chosen: places along passes at which strips are cut, and intervals across them
+SAME = 1e-9  # of the square, chosen: rounding of a coordinate
+# chosen: travel across over travel along a side, in the square, from which on a part of a path is no pass
 SLANT = 0.5
-"""Way across by the way along a side, in the square, from which on a part of a path is no pass."""
 
 
 class CellRoute(Protocol):
-    """A path, as far as its measures need it; see `Path`."""
+    """Attributes of a `Path` that its measures need."""
 
     @property
     def surface(self) -> Surface: ...
@@ -44,7 +42,7 @@ class CellRoute(Protocol):
 
 
 def cell_areas(path: CellRoute) -> Floats | None:
-    """Areas (mm^2) of the strips of a zigzag or of the cells of a lattice; None where the path is neither."""
+    """Areas (mm^2) of the strips of a zigzag or of the cells of a lattice; None for other paths."""
     if path.pattern.startswith("zigzag"):
         return _strips(path)
     sides = [_sides(path.nodes[:, k]) for k in (0, 1)]
@@ -56,13 +54,13 @@ def cell_areas(path: CellRoute) -> Floats | None:
 
 
 def _sides(places: Floats) -> Floats:
-    """Values that occur, without those that rounding made."""
+    """Distinct values, without those that rounding made."""
     sorted_places = np.unique(places)
     return np.asarray(sorted_places[np.concatenate([[True], np.diff(sorted_places) > SAME])])
 
 
 def _cells(square: Square, a: Floats, b: Floats) -> Floats:
-    """Area of each cell of a lattice, column by column: Gauss in each."""
+    """Area of each cell of a lattice, column by column, by Gauss points."""
     per_cell = int(np.clip(SIDE // max(a.size, b.size), 1, GAUSS))
     (pa, wa), (pb, wb) = (gauss(_edges(side), per_cell) for side in (a, b))
     areas = np.empty((a.size, b.size))
@@ -80,7 +78,7 @@ def _edges(places: Floats) -> Floats:
 
 
 def _strips(path: CellRoute) -> Floats | None:
-    """Area of each pass's strip; None where there are no two passes along one side."""
+    """Area of each pass's strip; None without two passes along one side."""
     move = np.abs(np.diff(path.nodes, axis=0)).sum(axis=0)
     along = "u" if move[0] >= move[1] else "v"
     square = Square(path.surface, path.mapping, along)
@@ -98,9 +96,9 @@ def _strips(path: CellRoute) -> Floats | None:
 
 
 def _passes(nodes: Floats, s: Floats) -> Floats | None:
-    """Places across (passes, k) at `s` (k,) of the parts of a path that run one way for more than half of the longest.
+    """Places across (passes, k) at `s` (k,) of the passes, parts of a path longer than half of the longest.
 
-    None where there are fewer than two, or one runs as far across.
+    None for fewer than two, or where one is too steep.
     """
     way = np.sign(np.where(np.abs(np.diff(nodes[:, 0])) > SAME, np.diff(nodes[:, 0]), 0.0))
     legs = np.flatnonzero(way)

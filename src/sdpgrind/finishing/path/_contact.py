@@ -1,4 +1,4 @@
-"""Contact of the tool along curves on a surface: direction of feed, curvature, normal, by the chain rule."""
+"""Contact of the tool along curves on a surface: feed direction, curvature and normal by the chain rule."""
 
 from dataclasses import dataclass
 
@@ -11,17 +11,14 @@ from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
 from sdpgrind.finishing.surface._surface import Surface
 
-OUTSIDE = 1e-9
-"""Of the unit square, by which rounding may leave it."""
-REST = 1e-12
-"""Of the greatest speed: what is at rest."""
-FLAT = 1e-9
-"""Share of ``|Qu| |Qv|`` under which ``|Qu x Qv|`` tells no normal."""
+OUTSIDE = 1e-9  # of the unit square, chosen: rounding beyond its edge
+REST = 1e-12  # of the greatest speed, chosen: rest
+FLAT = 1e-9  # of ``|Qu| |Qv|``, chosen: with less, ``|Qu x Qv|`` has no reliable direction
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Unit tangents, curvature vectors (1/mm) and normals (m, 3), and the speed ``|Q'|`` (m,), mm a unit of t."""
+    """Unit tangents, curvature vectors (1/mm) and normals (m, 3); speed ``|Q'|`` (m,), mm a unit of t."""
 
     tangent: Floats
     curvature_vector: Floats
@@ -30,7 +27,7 @@ class Contact:
 
 
 def jets(coefficients: Floats, piece: Ints, t: Floats) -> Floats:
-    """Places in the unit square with two derivatives, (m, 3, 2)."""
+    """Places in the unit square with two derivatives by t, (m, 3, 2)."""
     found = np.empty((len(t), 3, 2))
     outside = along(coefficients, piece, t, OUTSIDE, found)
     if outside >= 0:
@@ -52,7 +49,7 @@ def speed(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints,
 
 
 def contact(surface: Surface, moved: Floats, there: SurfaceDerivatives, place: Ints) -> Contact:
-    """Contact on curves with jets `moved` (m, 3, 2) of (u, v), at rows `place` (m,) of the surface's derivatives."""
+    """Contact on curves with jets `moved` (m, 3, 2) of (u, v), at rows `place` of the derivatives."""
     m = len(place)
     tangent, bend, normal = np.empty((3, m, 3))
     pace, area = np.empty((2, m))
@@ -84,7 +81,8 @@ def _refuse_no_area(moved: Floats, pace: Floats) -> None:
     if len(lost):
         u, v = moved[lost[0], 0]
         raise ValueError(
-            f"nodes must keep away from where equal areas come to a point; (u, v) = ({u:.6g}, {v:.6g}) has no area"
+            f"nodes must keep away from where equal areas come to a point;"
+            f" (u, v) = ({u:.6g}, {v:.6g}) has no area"
         )
 
 

@@ -1,4 +1,4 @@
-"""Chain rule from the unit square to the surface, and frames, as serial loops over arrays."""
+"""Chain rule from the unit square to the surface, and contact frames."""
 
 from math import sqrt
 
@@ -9,7 +9,7 @@ from sdpgrind.base.compiled import compiled
 def along(coefficients, piece, t, slack, out):
     """Polynomials (k, degree + 1, 2) of the pieces at t, with two derivatives, into `out` (m, 3, 2).
 
-    Values that leave [0, 1] by no more than `slack` are put on its end; returned is where one leaves it by more, or -1.
+    Values within `slack` outside [0, 1] are clipped; returned is the last row further outside, or -1.
     """
     outside = -1
     for m in range(len(piece)):
@@ -29,7 +29,7 @@ def along(coefficients, piece, t, slack, out):
 
 @compiled(error_model="numpy")
 def speeds(jets, su, sv, out):
-    """``|Q'|`` for parameters that move by `jets` (m, 3, 2), mm a unit of t."""
+    """Speeds ``|Q'|`` (m,) for jets (m, 3, 2) of the parameters, mm a unit of t."""
     for m in range(len(out)):
         u1, v1, total = jets[m, 1, 0], jets[m, 1, 1], 0.0
         for c in range(3):
@@ -39,7 +39,7 @@ def speeds(jets, su, sv, out):
 
 @compiled(error_model="numpy")
 def follow(jets, place, su, sv, suu, suv, svv, outward, speed, tangent, bend, normal, area):
-    """Unit tangents, curvature vectors and normals for jets (m, 3, 2) of (u, v); `place` says which rows of the surface."""
+    """Unit tangents, curvature vectors, normals for jets (m, 3, 2) of (u, v); `place`: rows of derivatives."""
     for m in range(len(place)):
         k = place[m]
         u1, v1, u2, v2 = jets[m, 1, 0], jets[m, 1, 1], jets[m, 2, 0], jets[m, 2, 1]
@@ -69,7 +69,7 @@ def follow(jets, place, su, sv, suu, suv, svv, outward, speed, tangent, bend, no
 
 @compiled(error_model="numpy")
 def put_frames(point, place, tangent, normal, out):
-    """Write frames (x = t, y = n x t, z = n) into `out` (m, 4, 4); `place` says which points."""
+    """Write frames (x = t, y = n x t, z = n) into `out` (m, 4, 4), at rows `place` of the points."""
     for m in range(len(place)):
         t0, t1, t2 = tangent[m, 0], tangent[m, 1], tangent[m, 2]
         n0, n1, n2 = normal[m, 0], normal[m, 1], normal[m, 2]

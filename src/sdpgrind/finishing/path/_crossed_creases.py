@@ -1,4 +1,4 @@
-"""Paths over creases of a surface: where one turns at a crease it has a sharp corner."""
+"""Paths over creases of a surface: a turn at a crease is a sharp corner."""
 
 import numpy as np
 
@@ -12,12 +12,9 @@ from sdpgrind.finishing.surface._creases import creases
 from sdpgrind.finishing.surface._surface import Surface
 
 Place = tuple[Ints, Floats]
-NODE = 1e-8
-"""Share of a leg by which a crossing is not apart from a node."""
-INSET = 1e-12
-"""Share of a leg by which the legs on both sides stay away from a crease, so that each is on its own side."""
-TURN = 1e-6
-"""Angle on the surface that is no corner, rad."""
+NODE = 1e-8  # of a leg, chosen: a nearer crossing is at the node
+INSET = 1e-12  # of a leg, chosen: distance of the legs from a crease, so that each is on its own side
+TURN = 1e-6  # rad, chosen: angle on the surface that is no corner
 
 
 def corners(surface: Surface, mapping: Mapping, own: Legs) -> Bools:
@@ -33,13 +30,14 @@ def corners(surface: Surface, mapping: Mapping, own: Legs) -> Bools:
 
 
 def crossings(surface: Surface, mapping: Mapping, own: Legs) -> tuple[Ints, Floats]:
-    """Pieces and t at which a path crosses creases, or comes to one."""
+    """Pieces and t at which a path crosses or meets creases."""
     found = [(np.zeros(0, np.intp), np.zeros(0))]
     for crease in creases(surface):
         piece, t = crossed(mapping, own.coefficients, np.array([crease.place]), crease.axis)
         if crease.torn and len(piece):
             raise ValueError(
-                f"the path must keep off where its surface is torn; leg {piece[0]} crosses a tear: the {crease}"
+                "the path must keep off where its surface is torn;"
+                f" leg {piece[0]} crosses a tear: the {crease}"
             )
         found.append((piece, t))
     piece, t = (np.concatenate(each) for each in zip(*found, strict=True))
@@ -50,7 +48,7 @@ def crossings(surface: Surface, mapping: Mapping, own: Legs) -> tuple[Ints, Floa
 
 
 def cut(surface: Surface, mapping: Mapping, own: Legs) -> Legs:
-    """Return the pieces of a path cut where it crosses creases and turns there, each on its own side of the crease."""
+    """Return the pieces of a path, cut at creases where it turns, each on its own side of the crease."""
     piece, t = crossings(surface, mapping, own)
     early, late = t <= NODE, t >= 1 - NODE
     first, last = np.zeros(len(own.run)), np.ones(len(own.run))
@@ -80,7 +78,7 @@ def _parted(own: Legs, piece: Ints, t: Floats, first: Floats, last: Floats) -> L
 
 
 def _turning(surface: Surface, mapping: Mapping, own: Legs, before: Place, after: Place) -> Bools:
-    """Whether the directions on the surface differ at two places each on a path."""
+    """Whether the directions on the surface differ between pairs of places on a path."""
     steps = []
     for piece, t in (before, after):
         moved = mapping.carried(contact.jets(own.coefficients, piece, t))
@@ -95,6 +93,6 @@ def refuse_rounding(surface: Surface, mapping: Mapping, own: Legs, deviation: fl
     piece, _ = crossings(surface, mapping, own)
     if deviation and len(piece):
         raise ValueError(
-            f"deviation must be 0 on a path that crosses a crease of its surface, which no rounding takes away; "
-            f"its leg {piece[0]} does; got {deviation:g} (mm)"
+            "deviation must be 0 on a path that crosses a crease of its surface, which no rounding takes"
+            f" away; its leg {piece[0]} does; got {deviation:g} (mm)"
         )

@@ -1,4 +1,4 @@
-"""Where a path crosses the knots of its surface: there its speed is not smooth, and integration is to begin anew."""
+"""Crossings of a path with the knots of its surface, at which integration starts anew."""
 
 import numpy as np
 
@@ -9,11 +9,10 @@ from sdpgrind.finishing.path._mappings import Mapping
 from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.surface._surface import Surface
 
+# places on a piece for its knot spans, chosen: two crossings between are left to finer intervals
 PLACES = np.linspace(0.0, 1.0, 5)
-"""Where on each piece the knot spans are looked up; two crossings between are left to finer intervals."""
-HALVINGS = 50
-LEAST = 1e-9
-"""Of a piece: no shorter interval."""
+HALVINGS = 50  # chosen: to the last digits of t
+LEAST = 1e-9  # of a piece, chosen: no shorter interval
 
 
 def intervals(surface: Surface, mapping: Mapping, coefficients: Floats) -> tuple[Ints, Floats, Floats]:
@@ -35,7 +34,7 @@ def intervals(surface: Surface, mapping: Mapping, coefficients: Floats) -> tuple
 
 
 def crossed(mapping: Mapping, coefficients: Floats, knots: Floats, axis: int) -> tuple[Ints, Floats]:
-    """Pieces and t at which a path goes through knots of u (axis 0) or v (1)."""
+    """Pieces and t at which a path crosses knots of u (axis 0) or v (1)."""
     count = len(coefficients)
     piece, t = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
     places = mapping.carried(jets(coefficients, piece, t))[:, 0, axis].reshape(count, len(PLACES))
@@ -45,7 +44,7 @@ def crossed(mapping: Mapping, coefficients: Floats, knots: Floats, axis: int) ->
 def _crossed(
     mapping: Mapping, coefficients: Floats, places: Floats, knots: Floats, axis: int
 ) -> tuple[Ints, Floats]:
-    """Pieces and t at which one parameter, (k, 5) at `PLACES`, goes through a knot."""
+    """Pieces and t at which one parameter, (k, 5) at `PLACES`, crosses a knot."""
     span = np.searchsorted(knots, places, side="right")
     crossed = np.abs(np.diff(span, axis=1))
     piece, interval = (np.repeat(index, crossed[crossed > 0]) for index in np.nonzero(crossed))
@@ -59,7 +58,7 @@ def _crossed(
 def _halved(
     mapping: Mapping, coefficients: Floats, piece: Ints, begin: Floats, knot: Floats, axis: int
 ) -> Floats:
-    """Where from `begin` on, within a quarter of a piece, a parameter is on the other side of its knot."""
+    """The t from `begin` on, within a quarter of a piece, at which a parameter crosses its knot."""
 
     def below(place: Floats) -> Bools:
         return np.asarray(mapping.carried(jets(coefficients, piece, place))[:, 0, axis] < knot)

@@ -1,4 +1,4 @@
-"""One direction of a surface for a spline of its area density: a mesh that narrows towards kinks, and interpolation on it."""
+"""One direction of the spline of a surface's area density, on a mesh that narrows towards kinks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,34 +12,31 @@ from scipy.interpolate import make_interp_spline
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.surface._surface import Surface
 
-DEGREE = 5
-GOOD = 1e-6
-"""Relative error of the density, root of mean square by area, that is good enough."""
+DEGREE = 5  # chosen: the map keeps two continuous derivatives
+GOOD = 1e-6  # chosen: relative error of the density, root mean square by area
+# chosen: limits of the halvings, and of the cells in one direction or, on surfaces of many, in a knot span
 HALVINGS, CELLS, SPAN_CELLS = 30, 400, 8
-"""No more halvings than that, and no more cells in one direction, or in a knot span where there are many."""
-PROBES = np.array([0.2, 0.7])
-"""Of a cell."""
+PROBES = np.array([0.2, 0.7])  # of a cell, chosen: places between the sites
 EVERY = slice(None)
-INSIDE = 1e-12
-"""Of a section: a knot at which the density may jump belongs to the section after it."""
+INSIDE = 1e-12  # of a section, chosen: a knot at which the density may jump belongs to the section after it
 
 
 @dataclass(frozen=True)
 class Section:
-    """A stretch in which the surface has two derivatives: its `breaks`, and the `sites` that a spline is to meet."""
+    """A stretch in which the surface has two derivatives: `breaks` of the spline, `sites` to interpolate."""
 
     breaks: Floats
     sites: Floats
 
     @classmethod
     def of(cls, breaks: Floats) -> Self:
-        """Sites are means of the spline's knots."""
+        """Return the section with means of the spline's knots as sites."""
         ends = _clamped(breaks)
         sites = np.convolve(ends[1:-1], np.full(DEGREE, 1.0 / DEGREE), mode="valid")
         return cls(breaks, np.clip(sites, breaks[0], breaks[-1] - INSIDE * (breaks[-1] - breaks[0])))
 
     def powers(self, values: Floats) -> Floats:
-        """Interpolate (sites, ...) by a spline, as polynomials (cells, degree + 1, ...) of a cell's own 0 to 1."""
+        """Interpolate (sites, ...), as polynomials (cells, degree + 1, ...) over 0 to 1 in each cell."""
         spline = make_interp_spline(self.sites, values, k=DEGREE, t=_clamped(self.breaks))
         width = np.diff(self.breaks).reshape(-1, *(1,) * (values.ndim - 1))
         return np.stack(
@@ -55,7 +52,7 @@ class DensityAxis:
 
     @classmethod
     def of(cls, surface: Surface, axis: int) -> Self:
-        """Two cells a knot span; cut where the surface has not two derivatives, as its density may jump or bend there."""
+        """Return two cells a knot span, cut where the surface lacks two derivatives."""
         places = surface.breaks[axis]
         count = np.count_nonzero(surface.knots[axis][:, None] == places, axis=0)
         cuts = np.unique(
@@ -65,7 +62,7 @@ class DensityAxis:
 
     @property
     def sites(self) -> Floats:
-        """Where the density is to be known."""
+        """Places of interpolation."""
         return np.concatenate([section.sites for section in self.sections])
 
     @property
@@ -76,7 +73,7 @@ class DensityAxis:
 
     @property
     def probes(self) -> Floats:
-        """Places at which a spline is compared with what it stands for, two in each cell."""
+        """Places for the error of the spline, two in each cell."""
         return np.asarray((self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * PROBES).ravel())
 
     def powers(self, values: Floats) -> Floats:
@@ -93,7 +90,7 @@ class DensityAxis:
 
 
 def fitted(axis: DensityAxis, density: Callable[[Floats], Floats]) -> DensityAxis:
-    """Halve cells until a spline meets the density (m,) -> (m, k): at kinks, and where it bends most."""
+    """Halve the cells with the largest error until a spline meets the density (m,) -> (m, k)."""
     most = max(CELLS, SPAN_CELLS * (len(axis.breaks) - 1) // 2)
     for _ in range(HALVINGS):
         error = _squares(axis, density)
@@ -107,7 +104,7 @@ def fitted(axis: DensityAxis, density: Callable[[Floats], Floats]) -> DensityAxi
 
 
 def _squares(axis: DensityAxis, density: Callable[[Floats], Floats]) -> Floats:
-    """Squares of the relative error, by area, that each cell adds to the mean."""
+    """Each cell's part of the mean squared relative error by area."""
     true = density(axis.probes)
     powers = axis.powers(density(axis.sites))
     found = np.einsum("pa,iak->ipk", PROBES[:, None] ** np.arange(DEGREE + 1), powers).reshape(true.shape)

@@ -1,4 +1,4 @@
-"""How far a blend and the corner that it rounds are apart."""
+"""Distance between blends and the corners that they round."""
 
 import numpy as np
 
@@ -8,18 +8,16 @@ from sdpgrind.finishing.path._mappings import Mapping
 from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.surface._surface import Surface
 
-NEAR = np.linspace(0.1, 0.9, 41)
-"""Where on a blend its distance from the corner is measured."""
+NEAR = np.linspace(0.1, 0.9, 41)  # places on a blend for its distance from the corner, chosen
+# places on blend and arm, chosen: straight lines between them are close enough
 ON_BLEND, ON_ARM = np.linspace(0.0, 1.0, 21), np.linspace(0.0, 1.0, 17)
-"""Places on a blend and on an arm between which they count as straight."""
-BLOCK = 512
-"""Corners that are measured at once."""
+BLOCK = 512  # corners measured at once, chosen for memory
 
 
 def departures(
     surface: Surface, mapping: Mapping, legs: Floats, at: Ints, arms: Floats, blends: Floats
 ) -> Floats:
-    """Greatest distances (c,) between blends (c, 6, 2) and the arms (2, c), shares of the legs at corners `at`, mm."""
+    """Greatest distances (c,), mm, of blends (c, 6, 2) from arms (2, c), shares of legs at corners `at`."""
     out = np.empty(len(at))
     for first in range(0, len(at), BLOCK):
         here = slice(first, first + BLOCK)
@@ -58,7 +56,7 @@ def _furthest(point: Floats, line: Floats) -> Floats:
 
 
 def least(squares: Floats) -> Floats:
-    """Least of each row (c, m), by the parabola through it and its neighbours."""
+    """Minimum of each row (c, m), by the parabola through it and its neighbours."""
     row, at = np.arange(len(squares)), np.clip(squares.argmin(axis=1), 1, squares.shape[1] - 2)
     low, middle, high = (squares[row, at + k] for k in (-1, 0, 1))
     bend = np.maximum(low - 2 * middle + high, np.finfo(float).tiny)

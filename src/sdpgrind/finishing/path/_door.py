@@ -1,4 +1,4 @@
-"""What a path may be made of, checked once."""
+"""Checks of nodes, corners and lengths of a path."""
 
 import numpy as np
 import numpy.typing as npt
@@ -9,7 +9,7 @@ from sdpgrind.finishing.path._legs import turning
 
 
 def square_nodes(value: npt.ArrayLike) -> Floats:
-    """Nodes in the unit square, (n, 2), read-only, no two in a row the same."""
+    """Return nodes in the unit square, (n, 2), read-only, no two in a row the same."""
     nodes = np.array(checks.finite_array("nodes", value))
     if nodes.ndim != 2 or nodes.shape[1] != 2 or len(nodes) < 2:
         raise ValueError(f"nodes must be of shape (n, 2) with n >= 2; got shape {nodes.shape}")
@@ -26,13 +26,14 @@ def square_nodes(value: npt.ArrayLike) -> Floats:
 
 
 def sharp_corners(value: npt.ArrayLike | None, nodes: Floats, smooth: bool) -> Bools | None:
-    """Which nodes are sharp, (n,), read-only; the ends are none. Straight legs must not turn elsewhere."""
+    """Return which nodes are sharp, (n,), read-only, without the ends; straight legs turn at no other node."""
     if value is None:
         return None
     corners = np.array(value)
     if corners.shape != (len(nodes),) or corners.dtype != bool:
         raise ValueError(
-            f"corners must be of shape ({len(nodes)},), true or false; got shape {corners.shape}, {corners.dtype}"
+            f"corners must be of shape ({len(nodes)},), true or false;"
+            f" got shape {corners.shape}, {corners.dtype}"
         )
     corners[[0, -1]] = False
     missed = np.flatnonzero(turning(nodes) & ~corners)
@@ -45,7 +46,7 @@ def sharp_corners(value: npt.ArrayLike | None, nodes: Floats, smooth: bool) -> B
 
 
 def reached(value: npt.ArrayLike, total: float) -> Floats:
-    """Lengths (m,) from the start of a path, mm; rounding may step over its ends."""
+    """Return lengths (m,) from the start of a path, mm, clipped to its ends within rounding."""
     lengths = np.atleast_1d(checks.finite_array("length", value, "mm"))
     beyond = np.flatnonzero((lengths < -1e-9 * total) | (lengths > (1.0 + 1e-9) * total))
     if len(beyond):

@@ -1,18 +1,18 @@
-"""Distance from a border in the metric of a surface: |grad d|^2 with the inverse metric = 1, on a grid, by sweeps."""
+"""Distance from a border in the metric of a surface, grad d . M^-1 . grad d = 1, on a grid by sweeps."""
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
+# Around a node, in order: each with the next spans one of eight triangles.
 _NEIGHBOURS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
-"""Around a node, in order: each with the next spans one of eight triangles."""
 
 
 @compiled
 def sweep(E, F, G, d, most):
-    """First order, into `d` (n, m), whose finite entries are given: sweeps from all four corners until nothing changes.
+    """First order, into `d` (n, m), finite where given: sweeps from all four corners until convergence.
 
-    E, F, G (n, m): metric for steps of the grid. Returns how many rounds were needed; `most` + 1: it has not settled.
+    E, F, G (n, m): metric for steps of the grid. Returns the number of rounds; `most` + 1: not converged.
     """
     n, m = d.shape
     least = 1e-9 * np.sqrt(min(E.max(), G.max()))
@@ -34,9 +34,9 @@ def sweep(E, F, G, d, most):
 
 @compiled
 def refine(E, F, G, d, known, order, fixed):
-    """Second order: nodes of `d` that are not `fixed` (n m,) once more, in `order` (n m,), from those of `known` (n, m).
+    """Second order: nodes of `d`, unless `fixed` (n m,), in `order` (n m,), from those of `known` (n, m).
 
-    `known` holds the same afterwards; where it begins with what is fixed alone, a node has just what comes before it.
+    `known` is updated; where it starts with the fixed nodes alone, a node depends only on nodes before it.
     """
     for k in order:
         i, j = k // d.shape[1], k % d.shape[1]
@@ -48,7 +48,7 @@ def refine(E, F, G, d, known, order, fixed):
 
 @compiled
 def _first(e, f, g, d, i, j):
-    """Least distance of a node by way of its triangles or along its edges, and which one, by its first neighbour; first order."""
+    """Least distance of a node through triangles or edges, first order; the triangle; whether an edge."""
     best, triangle, edge = np.inf, 0, False
     for k in range(8):
         near = _at(d, i, j, k, 1)
@@ -67,7 +67,7 @@ def _first(e, f, g, d, i, j):
 
 @compiled
 def _second(e, f, g, d, i, j, first, k, edge):
-    """The same by way of the triangle or edge that was best, second order where the neighbours behind allow it."""
+    """Distance through the best triangle or edge, second order where the neighbours behind allow it."""
     wa, ra = _behind(e, f, g, d, i, j, k)
     if edge:
         a0, a1 = _NEIGHBOURS[k]
@@ -80,7 +80,7 @@ def _second(e, f, g, d, i, j, first, k, edge):
 
 @compiled
 def _behind(e, f, g, d, i, j, k):
-    """Weight w and rest r of the slope from a neighbour, w d - r: (3 d - 4 d1 + d2)/2 where d2 fits a slope, else d - d1."""
+    """Weight w and rest r of the slope w d - r from a neighbour: three nodes where d2 fits, else two."""
     near, far = _at(d, i, j, k, 1), _at(d, i, j, k, 2)
     a0, a1 = _NEIGHBOURS[k]
     rise = near - far
@@ -91,17 +91,18 @@ def _behind(e, f, g, d, i, j, k):
 
 @compiled
 def _at(d, i, j, k, steps):
-    """Distance of the node so many steps away in a direction; inf: there is none, or it is not known."""
+    """Distance of the node at `steps` in direction k; inf: none, or unknown."""
     p, q = i + steps * _NEIGHBOURS[k, 0], j + steps * _NEIGHBOURS[k, 1]
     return d[p, q] if 0 <= p < d.shape[0] and 0 <= q < d.shape[1] else np.inf
 
 
 @compiled
 def _through(e, f, g, k, wa, ra, wb, rb):
-    """Distance d whose slopes towards two neighbours fit a gradient of length 1 that comes from between them; else inf.
+    """Distance d whose slopes towards two neighbours fit a unit gradient from between them; else inf.
 
-    With the steps x_a, x_b towards the node and slopes s = w d - r, the gradient p has p.x = s, and p.M^-1.p = s.N^-1.s = 1
-    with N the products of the steps in the metric. N^-1 s are the shares of the steps in the way that it comes.
+    With the steps x_a, x_b towards the node and slopes s = w d - r, the gradient p has p.x = s and p.M^-1.p =
+    s.N^-1.s = 1, with N the products of the steps in the metric. N^-1 s are the components of the direction
+    in the steps.
     """
     a0, a1 = _NEIGHBOURS[k]
     b0, b1 = _NEIGHBOURS[(k + 1) % 8]

@@ -1,8 +1,8 @@
-"""Map of the unit square onto a surface under which equal areas stay equal: u by the marginal, v by the conditional area.
+"""Equal-area map of the unit square onto a surface: u by the marginal, v by the conditional area.
 
-The area density w has kinks at the knots of a surface (that of a bicubic one jumps in its second derivative there), and the map
-would inherit them. So w is replaced by a spline that has two derivatives wherever the surface itself has, on a mesh that
-narrows towards the knots; the map is exact for that spline, and areas are equal as far as it agrees with w.
+The area density has kinks at the knots of a surface (that of a bicubic one jumps in its second derivative),
+which the map would inherit. It is replaced by a spline with two derivatives wherever the surface has them, on
+a mesh that narrows towards the knots. The map is exact for that spline.
 """
 
 from dataclasses import dataclass
@@ -17,13 +17,12 @@ from sdpgrind.finishing.path._equal_area_kernels import carry
 from sdpgrind.finishing.surface import _forms as forms
 from sdpgrind.finishing.surface._surface import Surface
 
-PROBES = 7
-"""Lines in each knot span along which the mesh of the other direction is found."""
+PROBES = 7  # chosen: lines in each knot span for the mesh of the other direction
 
 
 @dataclass(frozen=True)
 class EqualArea:
-    """Cumulative areas as polynomials, in strips of u and in cells of u and v (see `carry`), and the error of their density."""
+    """Cumulative areas as polynomials, in strips of u and cells of u and v (see `carry`); density's error."""
 
     breaks_u: Floats
     breaks_v: Floats
@@ -41,14 +40,13 @@ class EqualArea:
 
 @lru_cache(maxsize=8)
 def equal_area(surface: Surface) -> EqualArea:
-    """Return the map of a surface, whose area density must be positive inside."""
+    """Return the map of a surface whose area density is positive inside."""
     lines = [_lines(surface, axis) for axis in (0, 1)]
     u = fitted(DensityAxis.of(surface, 0), lambda at: _density(surface, at, lines[1]))
     v = fitted(DensityAxis.of(surface, 1), lambda at: _density(surface, lines[0], at).T)
     powers = u.powers(_density(surface, u.sites, v.sites))
-    powers = v.powers(np.moveaxis(powers, -1, 0)).transpose(
-        2, 0, 3, 1
-    )  # (cells of u, cells of v, powers of u, powers of v)
+    # (cells of u, cells of v, powers of u, powers of v)
+    powers = v.powers(np.moveaxis(powers, -1, 0)).transpose(2, 0, 3, 1)
     return _integrated(u.breaks, v.breaks, powers, _error(surface, u, v, powers))
 
 
@@ -64,7 +62,7 @@ def _lines(surface: Surface, axis: int) -> Floats:
 
 
 def _error(surface: Surface, u: DensityAxis, v: DensityAxis, powers: Floats) -> float:
-    """Relative error of the density, root of mean square by area."""
+    """Relative error of the density, root mean square by area."""
     true = _density(surface, u.probes, v.probes)
     probed = PLACES[:, None] ** np.arange(powers.shape[-1])
     found = np.einsum("ijab,ka,lb->ikjl", powers, probed, probed, optimize=True).reshape(true.shape)
@@ -73,7 +71,7 @@ def _error(surface: Surface, u: DensityAxis, v: DensityAxis, powers: Floats) -> 
 
 
 def _integrated(breaks_u: Floats, breaks_v: Floats, powers: Floats, error: float) -> EqualArea:
-    """Integrate the density by v, and its marginal by u; every piece begins with what lies before it."""
+    """Integrate the density by v, and its marginal by u, cumulative over the pieces."""
     cells = _rising(powers, np.diff(breaks_v)[:, None, None])  # (u, v, powers of u, of v)
     across = cells[:, -1].sum(axis=-1)
     strips = _rising(across[None], np.diff(breaks_u)[:, None])[0]
@@ -81,7 +79,7 @@ def _integrated(breaks_u: Floats, breaks_v: Floats, powers: Floats, error: float
 
 
 def _rising(powers: Floats, width: Floats) -> Floats:
-    """Antiderivative of polynomials (k, cells, ..., degree + 1) of a cell's own 0 to 1, rising from cell to cell."""
+    """Antiderivative of polynomials (k, cells, ..., degree + 1) over 0 to 1 in each cell, cumulative."""
     found = np.zeros((*powers.shape[:-1], powers.shape[-1] + 1))
     found[..., 1:] = powers * width / np.arange(1, powers.shape[-1] + 1)
     found[:, 1:, ..., 0] = np.cumsum(found.sum(axis=-1), axis=1)[:, :-1]

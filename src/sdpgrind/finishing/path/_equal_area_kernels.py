@@ -1,12 +1,11 @@
-"""From shares of area to parameters: cumulative areas as polynomials in cells, inverted and differentiated, point by point."""
+"""Parameters from shares of area: inverse of cumulative areas, polynomials in cells, with derivatives."""
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-_TIMES = 60
-NO_AREA = 1e-9
-"""Of the mean density: where it is less the map has no derivative."""
+_TIMES = 60  # chosen: limit of the Newton steps
+NO_AREA = 1e-9  # of the mean density, chosen: with less the map has no derivative
 
 
 @compiled(error_model="numpy")
@@ -22,7 +21,7 @@ def _polynomial(powers, x):
 
 @compiled(error_model="numpy")
 def _root(powers, goal, x):
-    """Where in [0, 1] a rising polynomial is `goal`: Newton within a bracket."""
+    """Place in [0, 1] at which a rising polynomial is `goal`: Newton's method within a bracket."""
     low, high = 0.0, 1.0
     for _ in range(_TIMES):
         value, slope, _second = _polynomial(powers, x)
@@ -41,7 +40,7 @@ def _root(powers, goal, x):
 
 @compiled(error_model="numpy")
 def _cell_of(before, powers, i, x, goal):
-    """Number of the cell in a row (cells, degree + 1, ...) whose area up to its lower end is no more than `goal`."""
+    """Number of the cell in a row (cells, degree + 1, ...) that holds the cumulative area `goal`."""
     low, high = 0, powers.shape[1]
     while high - low > 1:
         middle = (low + high) // 2
@@ -57,11 +56,11 @@ def _cell_of(before, powers, i, x, goal):
 
 @compiled(error_model="numpy")
 def carry(breaks_u, breaks_v, strips, across, cells, jets, out):
-    """Jets (m, 3, 2) of (a, b) over into jets of (u, v).
+    """Carry jets (m, 3, 2) of (a, b) over into jets of (u, v).
 
-    `strips` (nu, degree + 2): area up to u in the strips of u; `across` (nu, degree + 1): its derivative W, for u from 0 to 1
-    across a strip; `cells` (nu, nv, degree + 1, degree + 2): Y, the integral of the density by v up to v. Where there is no area
-    derivatives are NaN.
+    `strips` (nu, degree + 2): area up to u in the strips of u; `across` (nu, degree + 1): its derivative W
+    over 0 to 1 across a strip; `cells` (nu, nv, degree + 1, degree + 2): Y, the integral of the density by v
+    up to v. Without area derivatives are NaN.
     """
     width = strips.shape[1]
     rows = np.empty((3, width))

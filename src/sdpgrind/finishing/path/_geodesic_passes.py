@@ -1,4 +1,4 @@
-"""Passes at equal distances from a border, where they end on the other border, and the order in which they are worked off."""
+"""Passes at equal distances from a border, cut by the other border, and their order."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -14,12 +14,11 @@ from sdpgrind.finishing.path._spacing import ROUNDING
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.surface._creases import refuse_creases
 
-KINK = 0.3
-"""Turn from one leg of a pass to the next, rad, from which on it is a sharp corner."""
+KINK = 0.3  # rad, chosen: greatest turn between legs of a pass that is no sharp corner
 
 
 class Rim(NamedTuple):
-    """The edge on which passes end: up the side s = `left` to c = `top`, along it, and down the side s = `right`.
+    """Edge on which passes end: up the side s = `left` to c = `top`, along it, down the side s = `right`.
 
     Places on it are numbers from 0 to 3: 1 and 2 are its corners.
     """
@@ -29,22 +28,22 @@ class Rim(NamedTuple):
 
     @property
     def left(self) -> float:
-        """Side on which it begins."""
+        """Side at its start."""
         return float(self.columns[0])
 
     @property
     def right(self) -> float:
-        """Side on which it ends."""
+        """Side at its end."""
         return float(self.columns[-1])
 
     def number(self, s: float, c: float) -> float:
-        """Number of a place on it."""
+        """Return the number of a place on it."""
         if c >= self.top:
             return 1 + (s - self.left) / (self.right - self.left)
         return c / self.top if s <= self.left else 3 - c / self.top
 
     def between(self, start: float, end: float) -> tuple[Floats, Bools]:
-        """Places (n, 2) of (s, c) on the way, ends left out: columns on top, and its corners, which are sharp."""
+        """Return the places (n, 2) of (s, c) on the way without its ends, and which are its sharp corners."""
         stations = 1 + (self.columns - self.left) / (self.right - self.left)
         low, high = min(start, end), max(start, end)
         inside = (stations > low + 1e-9) & (stations < high - 1e-9)
@@ -56,7 +55,7 @@ class Rim(NamedTuple):
 def geodesic_nodes(
     square: Square, pitch: float, columns: Floats, top: float, radius: float
 ) -> tuple[Floats, Bools]:
-    """Places (n, 2) of (s, c) along passes of equal distance from c = 0 up to c = `top`, and which are sharp corners."""
+    """Return places (n, 2) of (s, c) along passes of equal distance up to c = `top`, and sharp corners."""
     refuse_creases(square.surface, "geodesic")  # the metric of a node would not be that of all its triangles
     field = distance_field(square)
     refuse_folds(field, square.along)
@@ -78,7 +77,7 @@ def geodesic_nodes(
 def _split(
     square: Square, field: Field, levels: Floats, columns: Floats, top: float, pitch: float
 ) -> tuple[list[PathPass], list[list[PathPass]]]:
-    """Passes that are whole, and the pieces of each level that is not."""
+    """Whole passes, and the pieces of each level that meets the other border."""
     inside = field.s[(field.s > columns[0]) & (field.s < columns[-1])]
     s = np.concatenate([columns[:1], inside, columns[-1:]])
     reach = CubicSpline(field.s, [float(PchipInterpolator(field.c, row)(top)) for row in field.distance])(s)
@@ -99,7 +98,7 @@ def _curve(s: Floats, c: Floats) -> CubicSpline:
 
 
 def _ends(s: Floats, above: Floats) -> list[tuple[float, float]]:
-    """From where to where a function is above 0."""
+    """Start and end of each stretch of `s` with a function above 0."""
     over = np.concatenate([[False], above > 0, [False]])
     first, last = np.flatnonzero(over[1:] & ~over[:-1]), np.flatnonzero(~over[1:] & over[:-1]) - 1
     pairs = zip(first.tolist(), last.tolist(), strict=True)
@@ -107,7 +106,7 @@ def _ends(s: Floats, above: Floats) -> list[tuple[float, float]]:
 
 
 def _crossing(s: Floats, above: Floats, inside: int, outside: int) -> float:
-    """Where the function is 0 between two neighbours; the end of `s` where there is no neighbour."""
+    """Zero of the function between two neighbours; the end of `s` without a neighbour."""
     if not 0 <= outside < s.size:
         return float(s[inside])
     share = above[inside] / (above[inside] - above[outside])
@@ -115,7 +114,7 @@ def _crossing(s: Floats, above: Floats, inside: int, outside: int) -> float:
 
 
 def _seen(s: Floats, c: Floats, ends: tuple[float, float]) -> bool:
-    """Whether a level is known in two columns of the field between its ends: what is shorter is no piece."""
+    """Whether a level has two columns of the field between its ends; shorter pieces are dropped."""
     return bool(np.count_nonzero(np.isfinite(c) & (s >= ends[0]) & (s <= ends[1])) >= 2)
 
 
@@ -134,7 +133,7 @@ def _piece(s: Floats, c: Floats, ends: tuple[float, float], columns: Floats, top
 
 
 def _length(square: Square, each: PathPass) -> float:
-    """Rough length of a pass, mm."""
+    """Length of a pass, roughly, mm."""
     middle = (each.s[1:] + each.s[:-1]) / 2, (each.c[1:] + each.c[:-1]) / 2
     by_s, by_c = square.tangents(*middle)
     legs = np.diff(each.s)[:, None] * by_s + np.diff(each.c)[:, None] * by_c
@@ -144,7 +143,7 @@ def _length(square: Square, each: PathPass) -> float:
 def _worked_off(
     places: Floats, corners: Bools, pieces: Sequence[Sequence[PathPass]], rim: Rim
 ) -> tuple[Floats, Bools]:
-    """Whole passes, pieces one column after the other by way of the rim, and a last pass along its top."""
+    """Whole passes, then pieces column by column by way of the rim, then a pass along its top."""
     all_places, all_corners = [places], [corners]
     here = rim.number(*places[-1]) if len(places) else 0.0
     for each in _in_order(pieces, 0, -np.inf, np.inf):
@@ -166,7 +165,7 @@ def _worked_off(
 def _in_order(
     pieces: Sequence[Sequence[PathPass]], level: int, low: float, high: float
 ) -> Iterator[PathPass]:
-    """Each piece, then what lies beyond it, before the next one beside it."""
+    """Each piece, then those beyond it, before the next one of its level."""
     if level == len(pieces):
         return
     for each in pieces[level]:
@@ -176,7 +175,7 @@ def _in_order(
 
 
 def _kinks(square: Square, places: Floats) -> Bools:
-    """Where legs turn on the surface by more than the angle of a kink."""
+    """Where legs turn on the surface by more than `KINK`."""
     by_s, by_c = square.tangents(places[1:-1, 0], places[1:-1, 1])
     step = np.diff(places, axis=0)
     before, after = (leg[:, :1] * by_s + leg[:, 1:] * by_c for leg in (step[:-1], step[1:]))

@@ -9,10 +9,9 @@ from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.surface._surface import Surface
 
 Nodes = npt.NDArray[np.int32]
-ORDER_MAX = 12
-LONGEST = 8
-"""Order of the longest string, of 10^5 symbols."""
-_RULES = str.maketrans({"L": "+RF-LFL-FR+", "R": "-LF+RFR+FL-"})
+ORDER_MAX = 12  # chosen: 17 million nodes
+LONGEST = 8  # chosen: order of a string of 10^5 symbols
+_RULES = str.maketrans({"L": "+RF-LFL-FR+", "R": "-LF+RFR+FL-"})  # source: Wang and Jan (2001), section 3
 _PRINTED = str.maketrans({"L": "+F-F-F+", "R": "-F+F-F-"})
 _DRAWN = str.maketrans({"L": "", "R": ""})
 
@@ -23,18 +22,18 @@ def hilbert(surface: Surface, order: int, *, mapping: str = "equal_area", edge: 
     Parameters
     ----------
     surface : Surface
-        What is to be covered.
+        Surface to cover.
     order : int
-        n, from 1 to 12: 2^n by 2^n nodes. The source counts from 0, a curve of 4 nodes: its order is one less.
+        n, from 1 to 12: 2^n by 2^n nodes. The source's order, 0 for 4 nodes, is one less.
     mapping : {"equal_area", "parametric"}
-        How the unit square is laid on the surface: all cells of the same area, or by the parameters as they are (the source).
+        Unit square on the surface: cells of equal area, or by the parameters (the source).
     edge : bool
-        True: the outer nodes lie on the edge of the surface. False: each node lies in the middle of its cell.
+        Whether the outer nodes lie on the edge of the surface; False: each node in the middle of its cell.
 
     Returns
     -------
     Path
-        Of pattern ``"hilbert<n>"``.
+        Path of pattern ``"hilbert<n>"``.
 
     Raises
     ------
@@ -59,7 +58,7 @@ def hilbert(surface: Surface, order: int, *, mapping: str = "equal_area", edge: 
 
 
 def hilbert_nodes(order: int) -> Nodes:
-    """Return the nodes (4^n, 2) of a Hilbert curve, as whole number pairs from (0, 0) to (2^n - 1, 0), by their index.
+    """Return the nodes (4^n, 2) of a Hilbert curve by index, whole numbers from (0, 0) to (2^n - 1, 0).
 
     Parameters
     ----------
@@ -83,18 +82,18 @@ def hilbert_nodes(order: int) -> Nodes:
 
 
 def hilbert_lsystem(order: int, *, printed: bool = False) -> Nodes:
-    """Return the nodes (4^n, 2) of a Hilbert curve, steps of one unit, by the strings of an L-system, after Wang, section 3.
+    """Return the nodes (4^n, 2) of a Hilbert curve, steps of one unit, by an L-system (Wang, section 3).
 
-    L becomes +RF-LFL-FR+, R becomes -LF+RFR+FL-; F is a step, - a quarter turn counter-clockwise, + clockwise; the first string
-    is L, which runs below the x axis and is mirrored here. L and R themselves draw nothing.
+    L becomes +RF-LFL-FR+, R becomes -LF+RFR+FL-; F is a step, - a quarter turn counter-clockwise, +
+    clockwise; L and R draw nothing. The first string is L, below the x axis; it is mirrored here.
 
     Parameters
     ----------
     order : int
         n, from 1 to 8.
     printed : bool
-        True: L and R draw +F-F-F+ and -F+F-F- after n - 1 substitutions, as the source has it. R is misprinted (-F+F+F- would
-        do), and the curve runs over itself.
+        Whether L and R draw +F-F-F+ and -F+F-F- after n - 1 substitutions, as printed in the source. The R is
+        misprinted (correct: -F+F+F-), and the curve crosses itself.
 
     Raises
     ------
@@ -117,18 +116,17 @@ def hilbert_lsystem(order: int, *, printed: bool = False) -> Nodes:
 
 
 def _drawn(text: str) -> Nodes:
-    """Where the steps of a string lead, with y mirrored."""
+    """Nodes along the steps of a string, with y mirrored."""
     symbols = np.frombuffer(text.encode(), dtype=np.uint8)
-    turns = np.cumsum(
-        (symbols == ord("+")).astype(int) - (symbols == ord("-"))
-    )  # + is clockwise, and mirrored it is not
+    # + is clockwise, and counter-clockwise when mirrored
+    turns = np.cumsum((symbols == ord("+")).astype(int) - (symbols == ord("-")))
     heading = turns[symbols == ord("F")] % 4
     steps = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])[heading]
     return np.concatenate([np.zeros((1, 2), np.int32), np.cumsum(steps, axis=0, dtype=np.int32)])
 
 
 def _order(order: int, largest: int) -> int:
-    """Return the order of a curve, which must be in range."""
+    """Check the order of a curve."""
     if checks.count("order", order) > largest:
         raise checks.refuse("order", f"<= {largest}", order)
     return order

@@ -4,8 +4,8 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-# A curve begins in the corner (0, 0) and ends in (1, 0), is mirrored in the diagonal, or is one of both turned by 180 degrees.
-# By state and quarter: where the quarter lies (2 x + y), and in what state the curve runs in it.
+# States of a curve: from the corner (0, 0) to (1, 0), that mirrored in the diagonal, and both turned by 180
+# degrees. By state and quarter: place of the quarter (2 x + y), and state of the curve in it.
 _PLACE = np.array([[0, 1, 3, 2], [0, 2, 3, 1], [3, 2, 0, 1], [3, 1, 0, 2]], dtype=np.uint8)
 _STATE = np.array([[1, 0, 0, 3], [0, 1, 1, 2], [3, 2, 2, 1], [2, 3, 3, 0]], dtype=np.uint8)
 

@@ -1,4 +1,4 @@
-"""Curves through the nodes of a path in the unit square: straight legs, or cubic splines between sharp corners."""
+"""Curves through the nodes of a path in the unit square: straight legs, or cubic splines between corners."""
 
 from itertools import pairwise
 from math import comb
@@ -10,15 +10,14 @@ from scipy.interpolate import CubicSpline
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.path._samples import Ints
 
-TURN = 1e-9
-"""Sine of an angle that is no turn."""
+TURN = 1e-9  # sine of an angle that is no turn, chosen
 
 
 class Legs(NamedTuple):
     """Pieces of a path, each a polynomial in t from 0 to 1.
 
-    `coefficients` (k, degree + 1, 2) by rising powers; `run` (k,) of each piece; at a node with one direction, or the first
-    and the second direction of one that has two, the path is on piece `at_piece` at `at_t`; `at_node` says which node.
+    `coefficients` (k, degree + 1, 2) by rising powers; `run` (k,) of each piece. `at_node`, `at_piece`,
+    `at_t`: each node's place on the path, two for a node with two directions.
     """
 
     coefficients: Floats
@@ -29,7 +28,7 @@ class Legs(NamedTuple):
 
 
 def turning(nodes: Floats) -> Bools:
-    """Where a straight polyline turns; its ends do not."""
+    """Where a straight polyline turns, without its ends."""
     step = np.diff(nodes, axis=0)
     step /= np.hypot(step[:, 0], step[:, 1])[:, None]
     before, after = step[:-1], step[1:]
@@ -39,7 +38,7 @@ def turning(nodes: Floats) -> Bools:
 
 
 def legs(nodes: Floats, corners: Bools, smooth: bool) -> Legs:
-    """Return one piece for each pair of nodes."""
+    """Return one piece for each pair of neighbouring nodes."""
     coefficients = (
         _splines(nodes, corners) if smooth else np.stack([nodes[:-1], np.diff(nodes, axis=0)], axis=1)
     )
@@ -50,7 +49,7 @@ def legs(nodes: Floats, corners: Bools, smooth: bool) -> Legs:
 
 
 def part(coefficients: Floats, begin: Floats, end: Floats) -> Floats:
-    """Polynomials from `begin` to `end` as such from 0 to 1."""
+    """Polynomials restricted to `begin` to `end`, as polynomials from 0 to 1."""
     found = np.zeros_like(coefficients)
     for power in range(coefficients.shape[1]):
         for k in range(power + 1):
@@ -60,7 +59,7 @@ def part(coefficients: Floats, begin: Floats, end: Floats) -> Floats:
 
 
 def _splines(nodes: Floats, corners: Bools) -> Floats:
-    """C2 cubic splines from corner to corner, by the chords in the square."""
+    """C2 cubic splines from corner to corner, over the chords in the square."""
     ends = np.concatenate([[0], np.flatnonzero(corners), [len(nodes) - 1]])
     return np.concatenate([_spline(nodes[a : b + 1]) for a, b in pairwise(ends)])
 

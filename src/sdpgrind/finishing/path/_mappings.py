@@ -17,12 +17,12 @@ class Mapping(Protocol):
     """From curves in the unit square to curves in the parameters."""
 
     def carried(self, jets: Floats) -> Floats:
-        """Places (a, b) with first and second derivatives by a curve's t, (m, 3, 2), as such of (u, v)."""
+        """Carry (a, b) with two derivatives by a curve's t, (m, 3, 2), over into (u, v) with theirs."""
 
 
 @dataclass(frozen=True)
 class Parametric:
-    """The square is stretched onto the domain: the source's way."""
+    """The square stretched onto the domain, as in the source."""
 
     low: Floats
     high: Floats

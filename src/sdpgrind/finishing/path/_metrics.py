@@ -1,4 +1,4 @@
-"""How evenly a path covers its surface: length, steps, cells, coverage, gaps."""
+"""Evenness of a path over its surface: length, steps, cells, coverage, gaps."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,52 +17,52 @@ from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.surface._forms import area_density
 from sdpgrind.finishing.surface._surface import Surface
 
+# chosen: samples on the surface and on the path for each radius of the footprint
 SURFACE_SHARE, PATH_SHARE = 10, 20
-"""Samples on the surface and on the path for each radius of the footprint."""
+# chosen: least samples for each pitch; fewer might miss gaps and the nearest legs
 SURFACE_PITCH, PATH_PITCH = 4, 20
-"""Samples at least on the surface and on the path for each pitch: else gaps and the nearest legs might be missed."""
-SAMPLES_MAX = 30_000_000
-"""Of the surface or of the path: a minute or two."""
-BLOCK = 2**17
-"""Samples of the surface that are worked on at once."""
+SAMPLES_MAX = 30_000_000  # on the surface or the path, chosen: a minute or two
+BLOCK = 2**17  # samples of the surface processed at once, chosen for memory
+# chosen: samples around which the largest gap is sought, places a side of a lattice, lattices, each four
+# times finer
 WORST, LATTICE, CLOSING = 16, 9, 5
-"""Samples around which the largest gap is sought, on lattices of so many places a side, one four times finer than the last."""
-COARSE = 129
-"""Places on each side at which the surface is measured before it is sampled."""
+COARSE = 129  # chosen: places on each side for the widths of the surface
 
 
 @dataclass(frozen=True, kw_only=True)
 class PathMetrics(Frozen):
-    """What a path over a surface is worth, with the sampling by which that was found.
+    """Quality of a path over a surface, with its sampling.
 
     Parameters
     ----------
     length : float
-        Of the path on the surface, mm.
+        Length on the surface, mm.
     step_min, step_mean, step_max : float
         Straight distances of consecutive nodes, mm.
     step_cv : float
-        Their standard deviation over their mean, unit 1.
+        Coefficient of variation of the steps, unit 1.
     cell_area_cv : float or None
-        The same of the areas of cells, unit 1. Of nodes on a lattice of the unit square (Hilbert): the part of the square that is
-        nearest to a node, as it lies on the surface. Of a zigzag: the strip of each pass, from half way to the pass before to
-        half way to the pass after in the square; pieces shorter than half of the longest are no passes.
-        None: of other paths, and where there are no two passes along one side.
+        Coefficient of variation of the areas of cells, unit 1. Nodes on a lattice of the unit square
+        (Hilbert): the part of the square nearest to a node, as it lies on the surface. Zigzag: the strip of
+        each pass, half way to its neighbours in the square; pieces shorter than half of the longest are no
+        passes. None: other paths, and fewer than two passes along one side.
     coverage : float
-        Share of the surface's area whose straight distance to the path is no more than the radius of the footprint, unit 1.
+        Share of the surface's area within the footprint's radius of the path (straight distance), unit 1.
     largest_gap : float
-        Twice the greatest straight distance of a place on the surface from the path, mm: the diameter of the largest ball around
-        a place on the surface that no part of the path enters. Of straight passes on a flat it is the pitch; at the corners of
-        the surface and of a Hilbert curve up to sqrt(2) of it.
+        Twice the greatest straight distance of a place on the surface from the path, mm: the diameter of the
+        largest ball around such a place without any part of the path in it. The pitch for straight passes on
+        a flat, up to sqrt(2) pitch at the corners of the surface and of a Hilbert curve.
     footprint_radius : float
-        Radius of the footprint, mm. It is not that of the tool; see `ball_footprint`.
+        Radius of the footprint, mm, not of the tool; see `ball_footprint`.
     surface_step, path_step : float
-        Distance of the samples on the surface and on the path, mm, at most; no more than 1/4 and 1/20 of the path's pitch.
+        Greatest distance of the samples on the surface and on the path, mm; at most 1/4 and 1/20 of the
+        pitch.
 
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> fin.hilbert(fin.surface.flat_surface(8.0), order=3, mapping="parametric").metrics(footprint_radius=0.5)
+    >>> path = fin.hilbert(fin.surface.flat_surface(8.0), order=3, mapping="parametric")
+    >>> path.metrics(footprint_radius=0.5)
     PathMetrics(
         length         63 mm
         node steps     1 mm (1 to 1 mm, CV 0)
@@ -88,10 +88,10 @@ class PathMetrics(Frozen):
         cells = (
             "not defined for this pattern" if self.cell_area_cv is None else f"CV {_small(self.cell_area_cv)}"
         )
-        steps = f"{self.step_mean:.4g} mm ({self.step_min:.4g} to {self.step_max:.4g} mm, CV {_small(self.step_cv)})"
+        spread = f"{self.step_min:.4g} to {self.step_max:.4g} mm, CV {_small(self.step_cv)}"
         rows = {
             "length": f"{self.length:.6g} mm",
-            "node steps": steps,
+            "node steps": f"{self.step_mean:.4g} mm ({spread})",
             "cell areas": cells,
             "coverage": f"{100 * self.coverage:.3g} % within {self.footprint_radius:.4g} mm of the path",
             "largest gap": f"{self.largest_gap:.3g} mm",
@@ -138,13 +138,13 @@ def metrics(
 def _refuse_work(name: str, step: float, count: float, per_pitch: int) -> None:
     if count > SAMPLES_MAX:
         raise ValueError(
-            f"{name} must be larger: {step:.4g} mm asks for {count:.3g} samples, more than {SAMPLES_MAX:.3g}; give {name}=... "
-            f"(mm), which may be up to 1/{per_pitch} of the path's pitch"
+            f"{name} must be larger: {step:.4g} mm asks for {count:.3g} samples, more than {SAMPLES_MAX:.3g};"
+            f" give {name}=... (mm), which may be up to 1/{per_pitch} of the path's pitch"
         )
 
 
 def _small(cv: float) -> str:
-    """A coefficient of variation; rounding is none."""
+    """Text of a coefficient of variation; 0 for rounding."""
     return f"{cv:.2g}" if cv > 1e-9 else "0"
 
 
@@ -153,7 +153,7 @@ def _cv(values: Floats) -> float:
 
 
 def _covered(path: CellRoute, radius: float, surface_step: float, path_step: float) -> tuple[float, float]:
-    """Share of the area within the radius, and the greatest distance from the path."""
+    """Share of the area within the radius, and greatest distance from the path."""
     line = path.sample(path_step).point
     tree = cKDTree(line, balanced_tree=False, compact_nodes=False)
     inside = area = 0.0
@@ -168,7 +168,7 @@ def _covered(path: CellRoute, radius: float, surface_step: float, path_step: flo
 
 
 def _furthest(surface: Surface, line: Floats, tree: cKDTree, cell: Floats) -> float:
-    """Greatest distance from the path in a cell [[u0, u1], [v0, v1]] and half a cell around, on lattices that close in."""
+    """Greatest distance from the path in and around a cell [[u0, u1], [v0, v1]], on ever finer lattices."""
     domain = np.array(surface.domain)
     half, middle = np.diff(cell, axis=1), cell.mean(axis=1, keepdims=True)
     most = 0.0
@@ -193,7 +193,7 @@ def _from_polyline(line: Floats, point: Floats, nearest: Ints) -> Floats:
 
 
 def _square_from_leg(offset: Floats, leg: Floats) -> Floats:
-    """Squared distances from legs that begin at the origin."""
+    """Squared distances from legs that start at the origin."""
     length = np.einsum("ij,ij->i", leg, leg)
     share = np.clip(np.einsum("ij,ij->i", offset, leg) / np.where(length > 0, length, 1.0), 0.0, 1.0)
     rest = offset - share[:, None] * leg
@@ -201,7 +201,7 @@ def _square_from_leg(offset: Floats, leg: Floats) -> Floats:
 
 
 class CellBlock(NamedTuple):
-    """Samples in the middles of cells with edges `u` (n + 1,), `v` (m + 1,): points (n m, 3) and the cells' areas (n m,)."""
+    """Samples amid cells with edges `u` (n + 1,), `v` (m + 1,): points (n m, 3) and areas (n m,)."""
 
     u: Floats
     v: Floats
@@ -215,7 +215,7 @@ class CellBlock(NamedTuple):
 
 
 def surface_samples(surface: Surface, step: float) -> Iterator[CellBlock]:
-    """Samples in cells no wider than `step` on both sides, in blocks."""
+    """Yield samples in cells no wider than `step` on both sides, in blocks."""
     edges, v = _edges(surface, 0, step), _edges(surface, 1, step)
     rows = max(1, BLOCK // v.size)
     for first in range(0, edges.size - 1, rows):
@@ -227,13 +227,13 @@ def surface_samples(surface: Surface, step: float) -> Iterator[CellBlock]:
 
 
 def sample_count(surface: Surface, step: float) -> float:
-    """Number of such samples."""
+    """Number of samples of `surface_samples`."""
     counts = [np.ceil(_reached(surface, side)[-1] / step) for side in (0, 1)]
     return float(counts[0] * counts[1])
 
 
 def _edges(surface: Surface, side: int, step: float) -> Floats:
-    """Edges in u (side 0) or v (side 1) of cells that are nowhere wider on the surface than `step`."""
+    """Edges in u (side 0) or v (side 1) of cells nowhere wider on the surface than `step`."""
     s = np.linspace(0.0, 1.0, COARSE)
     reached = _reached(surface, side)
     count = int(np.ceil(reached[-1] / step * (1 - 1e-12)))

@@ -19,18 +19,18 @@ class PathPass:
 
     @classmethod
     def straight(cls, s: Floats, c: float) -> Self:
-        """A pass at a constant c."""
+        """Return a pass at a constant c."""
         return cls(s, np.full(s.size, c))
 
     @classmethod
     def curved(cls, s: Floats, curve: CubicSpline) -> Self:
-        """A pass on a curve."""
+        """Return a pass on a curve."""
         return cls(s, np.asarray(curve(s)), curve)
 
     def at(self, s: Floats) -> Floats:
-        """Place across."""
+        """Return the place across."""
         return np.full(np.shape(s), self.c[0]) if self.curve is None else np.asarray(self.curve(s))
 
     def slope(self, s: float) -> float:
-        """Derivative dc/ds."""
+        """Return the derivative dc/ds."""
         return 0.0 if self.curve is None else float(self.curve(s, 1))

@@ -1,4 +1,4 @@
-"""A tool path over a surface: nodes in the unit square, the legs between them, and what follows on the surface."""
+"""A tool path over a surface: nodes in the unit square, the legs between them, the contact along it."""
 
 from dataclasses import KW_ONLY
 from functools import cached_property
@@ -27,47 +27,47 @@ from sdpgrind.finishing.surface._surface import Surface
 if TYPE_CHECKING:
     from sdpgrind.finishing.path._metrics import PathMetrics
 
-STILL = 1e-12
-"""Share of the length of a path, or of the size of its surface, that is no leg."""
-BLEND = 0.05
-"""Deviation of a rounded corner, pitches, where none is given."""
+STILL = 1e-12  # of the path's length or the surface's size, chosen: a shorter piece is no leg
+BLEND = 0.05  # pitches, chosen: default deviation of a rounded corner, small next to the gap of passes
 
 
 @described("finishing.path", eq=False)
 class Path(Described):
-    """A tool path over a surface, through nodes in the unit square: Wang, section 3.
+    """A tool path over a surface, through nodes in the unit square (Wang, section 3).
 
-    Between its nodes the path is straight in the square, or a spline; the square is laid on the surface by a mapping, so that
-    direction and curvature along the path follow by the chain rule. At a sharp corner the direction of feed has two values:
-    both are kept, and never their mean. So it has wherever the path crosses a crease of the surface, where its tangents jump.
+    Between nodes the path is straight in the square, or a spline; a mapping lays the square on the surface,
+    and direction and curvature follow by the chain rule. A sharp corner, also at a crease of the surface,
+    where its tangents jump, has two directions of feed; both are kept.
 
     Parameters
     ----------
     surface : Surface
-        What the path lies on.
+        Surface under the path.
     nodes : array (n, 2)
         Places (a, b) in the unit square, no two in a row the same.
     mapping : {"parametric", "equal_area"}
-        The square on the surface: a and b are u and v, stretched onto the domain; or u by the share of area up to it, and v by
-        the share along the line of that u, so that what is equal in the square is of equal area. Then no area may be zero inside.
+        Square on the surface. "parametric": a and b are u and v, stretched onto the domain. "equal_area": u
+        by the share of area up to it, v by the share along the line of that u, so that equal areas in the
+        square are equal on the surface; no area inside may be zero.
     pattern : str
-        Name of the pattern, ``"hilbert5"`` or ``"zigzag"``, of which a roughness model may know.
+        Name of the pattern, ``"hilbert5"`` or ``"zigzag"``, a factor of roughness models.
     corners : array (n,) of bool, optional
-        Sharp nodes; the ends do not count. None: wherever straight legs turn, and nowhere on a smooth path.
+        Sharp nodes; the ends do not count. None: all turns of straight legs, and none of a smooth path.
     smooth : bool
-        True: nodes between sharp corners are joined by a cubic spline in the square, with two continuous derivatives. False:
-        legs are straight there.
+        Whether a cubic spline in the square with two continuous derivatives joins the nodes between sharp
+        corners; False: straight legs.
     deviation : float
-        Where > 0, sharp corners are rounded by blends of continuous curvature, from which no point of the sharp path is further
-        than that, nor they from it, mm. A blend takes no more than about half of a leg between two corners, and then leaves the
-        corner by less. See `blended`.
+        Greatest distance between the sharp path and blends of continuous curvature that round its corners,
+        mm; 0: sharp. A blend takes no more than about half of a leg between two corners, and then deviates
+        less. See `blended`.
 
     Raises
     ------
     ValueError
-        When nodes are outside of the unit square or coincide, or a corner is missing. Later, when two nodes in a row coincide on
-        the surface, a spline leaves the square, the path comes to where the surface is torn, areas are to be equal on a surface
-        with a crease, or a corner is to be rounded that turns right back, or on a path that crosses a crease.
+        When nodes are outside of the unit square or coincide, or a corner is missing. Later, when two nodes
+        in a row coincide on the surface, a spline leaves the square, the surface is torn at the path, or has
+        a crease under "equal_area", or a corner is to be rounded that turns right back, or on a path that
+        crosses a crease.
 
     Examples
     --------
@@ -103,7 +103,8 @@ class Path(Described):
     def __repr__(self) -> str:
         rounded = f", corners rounded by {self.deviation:.3g} mm" if self.deviation else ""
         even = ", equal areas" if self.mapping == "equal_area" else ""
-        return f"Path({self.pattern}{even}, {len(self.nodes)} nodes, {self.length:.4g} mm{rounded}, on {self.surface!r})"
+        size = f"{len(self.nodes)} nodes, {self.length:.4g} mm"
+        return f"Path({self.pattern}{even}, {size}{rounded}, on {self.surface!r})"
 
     @property
     def _key(self) -> tuple[Any, ...]:
@@ -120,7 +121,7 @@ class Path(Described):
 
     @cached_property
     def _turns(self) -> Bools:
-        """Which nodes are corners before any is rounded."""
+        """Which nodes are corners before rounding."""
         own = self.corners
         if own is None:
             own = np.zeros(len(self.nodes), bool) if self.smooth else turning(self.nodes)
@@ -145,7 +146,7 @@ class Path(Described):
 
     @cached_property
     def _moved(self) -> Floats:
-        """Parameters at the nodes with their derivatives by t, (k, 3, 2); both at a sharp corner."""
+        """Parameters at the nodes with their derivatives by t, (k, 3, 2); two of a sharp corner."""
         own = self._legs
         return self._mapping.carried(contact.jets(own.coefficients, own.at_piece, own.at_t))
 
@@ -165,7 +166,8 @@ class Path(Described):
         if len(still):
             u, v = self._mapping.carried(contact.jets(own.coefficients, still[:1], np.zeros(1)))[0, 0]
             raise ValueError(
-                f"nodes must be apart on the surface; leg {still[0]}, from (u, v) = ({u:.6g}, {v:.6g}), has no length"
+                f"nodes must be apart on the surface; leg {still[0]}, from (u, v) = ({u:.6g}, {v:.6g}),"
+                " has no length"
             )
         return found
 
@@ -174,7 +176,9 @@ class Path(Described):
 
     @property
     def uv(self) -> Floats:
-        """Parameters at the nodes, (n, 2), in units of the surface; a rounded corner counts at the middle of its blend."""
+        """Parameters at the nodes, (n, 2), in units of the surface; at a rounded corner, the middle of its
+        blend.
+        """
         first = np.searchsorted(self._legs.at_node, np.arange(len(self.nodes)))
         return np.ascontiguousarray(self._moved[first, 0])
 
@@ -190,24 +194,27 @@ class Path(Described):
 
     @property
     def pitch(self) -> float:
-        """Mean distance of neighbouring passes: area over length, mm. The source gives that of its zigzag alone, 0.2 mm."""
+        """Mean distance of neighbouring passes: area over length, mm."""
         return self.surface.area / self.length
 
     @property
     def runs(self) -> Ints:
-        """First and last node of each smooth run between sharp corners, (r, 2); creases crossed between nodes do not count."""
+        """First and last node of each smooth run between sharp corners, (r, 2); creases between nodes do not
+        count.
+        """
         sharp = np.flatnonzero(np.diff(self._legs.at_node) == 0)
         ends = np.concatenate([[0], self._legs.at_node[sharp], [len(self.nodes) - 1]])
         return np.stack([ends[:-1], ends[1:]], axis=1)
 
     def derivatives(self) -> SurfaceDerivatives:
-        """Return the surface's points with derivatives by u and v at the nodes, each (n, 3), mm a unit of the parameters."""
+        """Return the surface's derivatives at the nodes, each (n, 3), mm a unit of the parameters."""
         return self._there
 
     def frames(self) -> Floats:
         """Return contact frames (k, 4, 4) at the nodes, in the surface's frame, mm.
 
-        x is the direction of feed t, z the outward normal n, y = n x t. There are two at a sharp corner: before and after.
+        x is the direction of feed t, z the outward normal n, y = n x t. A sharp corner has two: before and
+        after.
         """
         at_node = self._legs.at_node
         there, place = self._there, at_node
@@ -217,14 +224,14 @@ class Path(Described):
         return contact.frames(self.points, at_node, found.tangent, found.normal)
 
     def sample(self, step: float | None = None, per_leg: int = 8) -> PathSamples:
-        """Return what is known of the path at places along it, both sides of a sharp corner among them.
+        """Return samples along the path, both sides of a sharp corner among them.
 
         Parameters
         ----------
         step : float, optional
-            Greatest length between neighbours, mm: each run is cut evenly. None: by legs.
+            Greatest length between neighbours in a run, mm. None: by legs.
         per_leg : int
-            Parts into which each leg and each blend is cut.
+            Parts of each leg and each blend.
 
         Raises
         ------
@@ -238,7 +245,7 @@ class Path(Described):
         )
 
     def at(self, length: npt.ArrayLike) -> PathSamples:
-        """Return what is known of the path at lengths (m,) from its start, mm; at a sharp corner, of what follows it.
+        """Return samples at lengths (m,) from the start of the path, mm; at a sharp corner, the one after it.
 
         Raises
         ------
@@ -263,9 +270,10 @@ class Path(Described):
         )
 
     def resampled(self, step: float) -> Self:
-        """Return the path with nodes at even distances of at most `step` (mm) in each run; its sharp corners stay nodes.
+        """Return the path with nodes at most `step` (mm) apart in each run; its sharp corners stay nodes.
 
-        Straight legs stay where they are. A smooth path, and one with rounded corners, becomes a spline through nodes on it.
+        Straight legs stay straight. A smooth path, or one with rounded corners, becomes a spline through its
+        nodes.
 
         Raises
         ------
@@ -282,18 +290,19 @@ class Path(Described):
         )
 
     def reversed(self) -> Self:
-        """Return the path with its nodes in the unit square from its end to its start."""
+        """Return the path with its nodes in the unit square from end to start."""
         return self.replace(
             nodes=self.nodes[::-1], corners=None if self.corners is None else self.corners[::-1]
         )
 
     def blended(self, deviation: float | None = None) -> Self:
-        """Return the path with its corners rounded, so that it is left by at most `deviation`, mm; None: 0.05 pitch.
+        """Return the path with corners rounded within `deviation`, mm; None: 0.05 pitch.
 
         Raises
         ------
         ValueError
-            When the deviation is not > 0. Later, when a corner cannot be rounded so, or the path crosses a crease.
+            When the deviation is not > 0. Later, when a corner cannot be rounded, or the path crosses a
+            crease.
 
         Examples
         --------
@@ -312,25 +321,25 @@ class Path(Described):
     def metrics(
         self, footprint_radius: float, *, surface_step: float | None = None, path_step: float | None = None
     ) -> "PathMetrics":
-        """Return what the path is worth: lengths, steps, areas, coverage and gaps, with the sampling used.
+        """Return lengths, steps, areas, coverage and gaps of the path, with the sampling.
 
         Parameters
         ----------
         footprint_radius : float
-            Straight-line distance from the path up to which the tool works, mm; see `ball_footprint`.
+            Greatest straight distance of the tool's effect from the path, mm; see `ball_footprint`.
         surface_step, path_step : float, optional
-            Sampling of surface and path, mm; None: 1/10 and 1/20 of the radius. Both are no more than 1/4 and 1/20 of the
-            pitch; those used are told.
+            Greatest sampling of surface and path, mm, cut to 1/4 and 1/20 of the pitch. None: 1/10 and 1/20
+            of the radius.
 
         Raises
         ------
         ValueError
-            When one is not > 0, or asks for more than 30 million samples.
+            When one is not > 0, or needs more than 30 million samples.
         """
         from sdpgrind.finishing.path._metrics import metrics
 
         return metrics(self, footprint_radius, surface_step, path_step)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the path on its surface in three dimensions, mm, in the axes `ax` if they are given."""
+        """Draw the path on its surface in three dimensions, mm, in the axes `ax` or a new figure."""
         return pictures.drawn("sdpgrind.finishing.path._picture:plot", self, ax)

@@ -9,13 +9,10 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.finishing.path._path import Path
 
-PIECES = 20_000
-"""Straight pieces of the line, at most about."""
+PIECES = 20_000  # chosen: straight pieces of the line, at most about
 COLOURS = "plasma"
-FAR = 0.82
-"""Share of the colour scale that is used: what is beyond is too pale on paper."""
-AWAY = 0.18
-"""How much is seen of what lies on the far side."""
+FAR = 0.82  # share of the colour scale in use, chosen: the rest is too pale on paper
+AWAY = 0.18  # chosen: opacity of the line on the far side
 
 
 def plot(path: Path, ax: Any = None) -> Any:
@@ -46,12 +43,12 @@ def _pieces(point: Floats) -> Floats:
 
 
 def _width(path: Path) -> float:
-    """Of the line, points: thinner where passes are close."""
+    """Width of the line, points: thinner where passes are close."""
     return float(np.clip(60.0 * path.pitch / np.sqrt(path.surface.area), 0.3, 1.6))
 
 
 def _faces(normal: Floats, ax: Any) -> Floats:
-    """Which normals look at the eye."""
+    """Whether normals face the eye."""
     azimuth, height = np.radians([ax.azim, ax.elev])
     eye = np.cos(height) * np.cos(azimuth), np.cos(height) * np.sin(azimuth), np.sin(height)
     return np.asarray(normal @ eye > 0)

@@ -1,4 +1,4 @@
-"""Where a path is looked at: by leg, or at even distances in each run, with both sides of a sharp corner."""
+"""Places along a path: by leg, or at even distances in each run, with both sides of a sharp corner."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from sdpgrind.finishing.path._samples import Ints
 
 
 def by_legs(run: Ints, per_leg: int) -> tuple[Ints, Floats]:
-    """Piece and t of `per_leg` even parts of each piece; the end of a piece is the start of the next one of its run (k,)."""
+    """Piece and t of `per_leg` parts of each piece; the end of a piece is the start of the next in its run."""
     count = per_leg + np.append(np.diff(run) > 0, True)
     piece = np.repeat(np.arange(len(run)), count)
     return piece, np.asarray((np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)) / per_leg)

@@ -1,4 +1,4 @@
-"""What is known of a path at places along it."""
+"""Samples of a path."""
 
 from typing import NamedTuple
 
@@ -11,14 +11,14 @@ Ints = npt.NDArray[np.intp]
 
 
 class PathSamples(NamedTuple):
-    """A path at places along it, run by run; a sharp corner is there twice, with the direction before and that after.
+    """Samples of a path, run by run; a sharp corner has two, with the direction before and after.
 
     Parameters
     ----------
     run : array (m,) of int
         Number of the smooth run between sharp corners.
     length : array (m,)
-        Of the path up to there, mm.
+        Length of path up to the sample, mm.
     uv : array (m, 2)
         Parameters of the surface.
     point, tangent : array (m, 3)
@@ -26,7 +26,7 @@ class PathSamples(NamedTuple):
     curvature_vector : array (m, 3)
         Derivative of the tangent by the length, 1/mm.
     normal : array (m, 3)
-        Unit normal of the surface, outward.
+        Outward unit normal of the surface.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""Where lines of one family stand so that the widest gap between neighbours is a pitch at most.
+"""Spacing of the lines of one family so that the widest gap between neighbours is at most a pitch.
 
-The gap of two lines c = c1 and c = c2 at a place s is int |Q_s x Q_c|/|Q_s| dc at that s; for a
-pair of lines its largest value over s counts. A border counts as half way to another line: it is half a pitch away at most.
+The gap of the lines c = c1 and c = c2 at a place s is int |Q_s x Q_c|/|Q_s| dc at that s; its largest value
+over s counts. A border counts as half way to another line: it is at most half a pitch away.
 """
 
 from typing import NamedTuple
@@ -12,16 +12,14 @@ from scipy.optimize import brentq
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.path._spacing_kernels import march
 
+# chosen: places along the lines for gaps, and intervals across them, shared by the knot spans
 ROWS, INTERVALS = 257, 256
-"""Places along the lines at which gaps are taken, and intervals across them; each knot span has its share."""
-POINT = 1e-20
-"""Share of the greatest ``|Q_s|^2`` under which a line is but a point."""
-ROUNDING = 1e-9
-"""Share of the pitch that a gap may exceed it by, as a side of 50 mm is 50 pitches of 1 mm."""
+POINT = 1e-20  # of the greatest ``|Q_s|^2``, chosen: with less a line is a point
+ROUNDING = 1e-9  # of the pitch, chosen: tolerance of a gap, as a side of 50 mm is 50 pitches of 1 mm
 
 
 class Gaps(NamedTuple):
-    """Distance from the border c = 0 across a family of lines, in rows at constant s: `total` and its derivative (rows, m)."""
+    """Distance from the border c = 0 across lines, rows at constant s: `total`, its derivative (rows, m)."""
 
     across: Floats
     total: Floats
@@ -47,7 +45,7 @@ class Gaps(NamedTuple):
 
     @property
     def densest(self) -> float:
-        """Largest derivative next to the mean of its row."""
+        """Largest derivative over the mean of its row."""
         return float(
             np.max(
                 self.slope.max(axis=1) / np.maximum(self.total[:, -1], 1e-300),
@@ -58,7 +56,7 @@ class Gaps(NamedTuple):
 
 
 def gaps_of(tangent: Floats, across_tangent: Floats, across: Floats) -> Gaps:
-    """Gaps from derivatives Q_s, Q_c (rows, 2m - 1, 3) at places `across` (2m - 1,), every other one of which is a middle."""
+    """Gaps from Q_s, Q_c (rows, 2m - 1, 3) at places `across` (2m - 1,), every other one a middle."""
     square = np.einsum("ijc,ijc->ij", tangent, tangent)
     mixed = np.einsum("ijc,ijc->ij", tangent, across_tangent)
     along = mixed / np.where(square > POINT * square.max(), square, np.inf)
@@ -70,7 +68,7 @@ def gaps_of(tangent: Floats, across_tangent: Floats, across: Floats) -> Gaps:
 
 
 def graded(breaks: Floats, parts: int) -> Floats:
-    """Places from the first of `breaks` to the last, some `parts` intervals, with each break among them."""
+    """Places from the first of `breaks` to the last, about `parts` intervals, with each break among them."""
     share = np.diff(breaks) / (breaks[-1] - breaks[0])
     pieces = [
         np.linspace(low, high, max(2, round(parts * part)), endpoint=False)
@@ -80,7 +78,7 @@ def graded(breaks: Floats, parts: int) -> Floats:
 
 
 def with_middles(places: Floats) -> Floats:
-    """Places and what lies half way between them."""
+    """Places with the middles between them."""
     out = np.empty(2 * places.size - 1)
     out[::2], out[1::2] = places, (places[1:] + places[:-1]) / 2
     return out
@@ -95,7 +93,7 @@ def largest_gap(gaps: Gaps, lines: Floats) -> float:
 
 
 def equal_spacing(gaps: Gaps, pitch: float) -> Floats:
-    """Places of the fewest lines with gaps <= `pitch`, and then all gaps made equal."""
+    """Places of the fewest lines with gaps <= `pitch`, with all widest gaps equal."""
     widest = np.diff(gaps.total, axis=1).max(axis=0).sum()
     greedy = _marched(gaps, pitch * (1 + ROUNDING), int(widest / pitch) + 2)
     open_border = (gaps.total[:, -1:] - gaps.at(np.minimum(greedy, 1.0))).max(axis=0)
@@ -111,7 +109,7 @@ def _marched(gaps: Gaps, gap: float, count: int) -> Floats:
 
 
 def _excess(gaps: Gaps, gap: float, count: int) -> float:
-    """By how much the far border is further than half a gap from the last of `count` lines."""
+    """Distance of the far border from the last of `count` lines minus half a gap."""
     last = _marched(gaps, gap, count)[-1]
     beyond = max(last - 1.0, 0.0)
     left = gaps.total[:, -1] - gaps.at(np.array([min(last, 1.0)]))[:, 0] - beyond * gaps.slope[:, -1]

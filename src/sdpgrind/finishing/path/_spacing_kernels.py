@@ -1,4 +1,4 @@
-"""Lines one after the other, each as far on as the widest gap from the last allows."""
+"""Lines in sequence, each as far from the last as the widest gap allows."""
 
 import numpy as np
 
@@ -8,9 +8,10 @@ from sdpgrind.base.curve_kernels import hermite
 
 @compiled
 def march(total, slope, across, gap, count):
-    """Places (count,) of lines: the first half a `gap` from the border, each other one `gap` from the last where it is widest.
+    """Places (count,) of lines: the first half a `gap` from the border, the others one `gap` from the last.
 
-    total, slope (rows, m): distance from the border over `across` (m,), and its derivative: cubic between, straight beyond.
+    total, slope (rows, m): distance from the border over `across` (m,), and its derivative: cubic between,
+    straight beyond.
     """
     rows = total.shape[0]
     lines, interval, reached = np.empty(count), np.zeros(rows, np.int64), np.zeros(rows)
@@ -45,7 +46,7 @@ def _cubic(total, slope, across, j, t):
 
 @compiled
 def _place(total, slope, across, j, wanted):
-    """Where the distance in one row is `wanted`, in interval `j`: regula falsi after Illinois."""
+    """Place with the distance `wanted` in one row, in interval `j`: regula falsi (Illinois)."""
     last = across.size - 1
     if j == last and slope[last] <= 0.0:
         return np.inf  # all of the row is one point

@@ -1,4 +1,4 @@
-"""The unit square seen along its passes: s along them, c across."""
+"""The unit square in the direction of its passes: s along them, c across."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,8 +11,7 @@ from sdpgrind.finishing.path._spacing import INTERVALS, ROWS, Gaps, gaps_of, gra
 from sdpgrind.finishing.surface._creases import creases
 from sdpgrind.finishing.surface._surface import Surface
 
-BEFORE = 1e-12
-"""A crease, in the square."""
+BEFORE = 1e-12  # of the square, chosen: distance of a place before a crease
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ class Square:
         return gaps_of(by_c, by_s, places)
 
     def _both_sides(self, side: int) -> Floats:
-        """The same with a place just before each crease: derivatives at a knot are those behind it."""
+        """Breaks with a place just before each crease, as derivatives at a knot are those behind it."""
         axis = side if self.along == "u" else 1 - side
         low, high = self.surface.domain[axis]
         places = [
@@ -69,7 +68,7 @@ class Square:
         return np.sort(np.concatenate([self.breaks(side), places]))
 
     def breaks(self, side: int) -> Floats:
-        """Knots on the side of s (0) or of c (1), scaled to the unit square; of equal_area just its ends."""
+        """Knots on the side of s (0) or of c (1), scaled to the unit square; only its ends for equal_area."""
         if self.mapping != "parametric":
             return np.array([0.0, 1.0])
         knots = self.surface.breaks[side if self.along == "u" else 1 - side]

@@ -1,4 +1,4 @@
-"""Passes joined at their ends: straight connectors with sharp corners, or with arcs for corners."""
+"""Passes joined at their ends: straight connectors with sharp corners or arcs."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -11,16 +11,14 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.path._passes import PathPass
 from sdpgrind.finishing.path._square import Square
 
+# rad, chosen: turn between nodes of an arc; less for an ellipse in the square, whose tips are sharper
 ARC = np.pi / 16
-"""Turn from node to node of an arc, rad; less where it is an ellipse in the square, whose tips are sharper."""
-LONGEST = 16.0
-"""Ratio of an ellipse's axes up to which that is so."""
-NEAR = 0.2
-"""Steps of an arc that are no distance, where two arcs make one."""
+LONGEST = 16.0  # chosen: greatest ratio of the ellipse's axes that shortens the turn
+NEAR = 0.2  # steps of an arc, chosen: with less between them, two arcs make one
 
 
 class Arc(NamedTuple):
-    """An arc at a corner: nodes (k, 2) of (s, c) from the pass to the connector, and its reach and step on both."""
+    """An arc at a corner: nodes (k, 2) of (s, c) from pass to connector; its reach and step on both."""
 
     nodes: Floats
     reach: tuple[float, float]
@@ -28,7 +26,7 @@ class Arc(NamedTuple):
 
 
 def joined(square: Square, passes: Sequence[PathPass], radius: float) -> tuple[Floats, Bools]:
-    """Places (n, 2) of (s, c) along passes there and back, and which of them are sharp corners."""
+    """Return places (n, 2) of (s, c) along passes there and back, and the sharp corners."""
     if radius:
         return _rounded(square, passes, radius)
     places = [np.stack([each.s, each.c], axis=1)[:: 1 - 2 * (k % 2)] for k, each in enumerate(passes)]
@@ -37,14 +35,14 @@ def joined(square: Square, passes: Sequence[PathPass], radius: float) -> tuple[F
 
 
 def ends(count: int) -> Bools:
-    """Both ends of a pass."""
+    """Mask of both ends of a pass."""
     out = np.zeros(count, bool)
     out[[0, -1]] = True
     return out
 
 
 def _rounded(square: Square, passes: Sequence[PathPass], radius: float) -> tuple[Floats, Bools]:
-    """Pass, arc, connector, arc, pass, and so on: no corner is sharp."""
+    """Join pass, arc, connector, arc and so on, without sharp corners."""
     pairs = list(pairwise(passes))
     up = [_arc(square, one, k % 2 == 0, 1.0, radius) for k, (one, _) in enumerate(pairs)]
     down = [_arc(square, other, k % 2 == 0, -1.0, radius) for k, (_, other) in enumerate(pairs)]
@@ -61,7 +59,7 @@ def _rounded(square: Square, passes: Sequence[PathPass], radius: float) -> tuple
 def _arc(square: Square, each: PathPass, forward: bool, turn: float, radius: float) -> Arc:
     """Arc from the end of a pass into its connector, towards larger c (`turn` 1) or smaller (-1).
 
-    It is round in the tangent plane at the corner, in the directions of pass and connector; along a curved pass it bends with it.
+    It is round in the tangent plane at the corner; along a curved pass it bends with it.
     """
     way, side = (1.0, each.s[-1]) if forward else (-1.0, each.s[0])
     by_s, by_c = square.tangents(side, each.at(side))
@@ -83,7 +81,7 @@ def _arc(square: Square, each: PathPass, forward: bool, turn: float, radius: flo
 
 
 def _refuse_radius(passes: Sequence[PathPass], up: Sequence[Arc], down: Sequence[Arc], radius: float) -> None:
-    """Raise where two arcs are longer than their connector, or than half a pass."""
+    """Raise where two arcs are longer than their connector, or one than half a pass."""
     room = np.inf
     for k, (first, second) in enumerate(zip(up, down, strict=True)):
         one, other = passes[k], passes[k + 1]
@@ -118,7 +116,7 @@ def _turn(up: Arc, down: Arc) -> Floats:
 
 
 def _graded(low: float, high: float, places: Floats, left: float, right: float) -> Floats:
-    """Places between two ends, with more near an end that has a step: one step from it, three, seven and so on."""
+    """Places between two ends, with more at 1, 3, 7, ... steps from an end that has a step."""
     middle = (low + high) / 2
     spacing = np.diff(places) if places.size > 1 else np.array([high - low])
     near = [

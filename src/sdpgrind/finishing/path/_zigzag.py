@@ -1,4 +1,4 @@
-"""Zigzag paths: passes along u or v, with a pitch that holds on the surface."""
+"""Zigzag paths: passes along u or v with at most a pitch between them on the surface."""
 
 import numpy as np
 
@@ -12,10 +12,8 @@ from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.surface._surface import Surface
 
 MAPPINGS = ("equal_spacing", "parametric", "equal_area", "geodesic")
-DENSEST = 1e4
-"""Ratio of the widest to the mean gap of lines evenly apart in the square at which there must be a pole."""
-NODES_MAX = 4**12
-"""As many as a Hilbert curve of the greatest order."""
+DENSEST = 1e4  # chosen: ratio of widest to mean gap, of lines evenly apart in the square, that means a pole
+NODES_MAX = 4**12  # chosen: the nodes of a Hilbert curve of the greatest order
 
 
 def zigzag(
@@ -23,42 +21,43 @@ def zigzag(
 ) -> Path:
     """Lay passes over a surface that turn back at its edges.
 
-    The gap of two passes v = v1 and v = v2 at a place u is the distance between them perpendicular to the passes,
-    int sqrt(EG - F^2)/sqrt(E) dv at that u, and no gap on the whole line is more than the pitch. Passes stay half a pitch away
-    from the edges on all four sides. Nodes stand along the passes as the passes stand across: one pitch apart at most.
+    The gap of the passes v = v1 and v = v2 at a place u is their perpendicular distance, int sqrt(EG -
+    F^2)/sqrt(E) dv at that u; no gap on the whole line exceeds the pitch. Passes stay half a pitch away from
+    all four edges. Nodes along the passes have the spacing of the passes: at most a pitch.
 
     Parameters
     ----------
     surface : Surface
-        What is to be covered.
+        Surface to cover.
     pitch : float
         Greatest gap between neighbouring passes on the surface, mm.
     mapping : {"equal_spacing", "parametric", "equal_area", "geodesic"}
-        Where the passes stand. ``"equal_spacing"``: lines of the surface, each as far from the last as the pitch lets it, and the
-        widest gaps of all pairs made equal; the fewest lines. ``"parametric"``: lines evenly apart in the parameter.
-        ``"equal_area"``: strips of the same area. ``"geodesic"``: curves at the same distance from the border v = 0, so that the
-        gap is the same along each of them; where the other border is nearer at some places than at others, passes end
-        there, and a last pass follows that border. Where such a pass turns by more than 0.3 rad in a node, it has a sharp corner.
-        Where fronts from two parts of the border meet, passes have kinks, which a curve through nodes a pitch apart cuts off:
-        there gaps are wider than the pitch. On the ``"steep"`` one of `uneven_surfaces` the widest, twice the distance of a
-        place from the path, is 1.01 pitches at 4 mm, 1.10 at 2 mm, 1.21 at 1 mm and 1.24 at 0.5 mm; 1.03 at
-        2 mm and at 1 mm through nodes four times as close. On the ``"weighted"`` one along v it is 1.02 pitches.
+        Spacing of the passes. ``"equal_spacing"``: the fewest lines of the surface, with the widest gaps of
+        all pairs equal. ``"parametric"``: lines evenly apart in the parameter. ``"equal_area"``: strips of
+        the same area. ``"geodesic"``: curves of constant distance from the border v = 0, with a constant gap;
+        where they meet the other border passes end, and a last pass follows that border. Turns of more than
+        0.3 rad in a node are sharp corners. Where fronts from two parts of the border meet, a pass has a
+        kink, which nodes a pitch apart cut off: gaps there are wider than the pitch. On the ``"steep"`` one
+        of `uneven_surfaces` the widest is 1.01 pitches at 4 mm, 1.10 at 2 mm, 1.21 at 1 mm and 1.24 at 0.5
+        mm; 1.03 at 2 mm and at 1 mm with nodes four times as close. On the ``"weighted"`` one along v it is
+        1.02 pitches.
     along : {"u", "v"}
-        Direction of the passes; what is said here of v holds for u where they are along v.
+        Direction of the passes. "v": u and v change places in this text.
     radius : float
-        Of the arcs by which passes turn into the straight connectors, mm; 0: sharp corners. Arcs are round in the tangent plane
-        at the corner, and joined with a continuous curvature. Geodesic passes that end on the other border keep sharp corners.
+        Radius of the arcs between passes and straight connectors, mm; 0: sharp corners. Arcs are round in the
+        tangent plane at the corner, joined with continuous curvature. Geodesic passes that end on the other
+        border keep sharp corners.
 
     Returns
     -------
     Path
-        Of pattern ``"zigzag"``.
+        Path of pattern ``"zigzag"``.
 
     Raises
     ------
     ValueError
-        When the pitch is not less than the sides of the surface, the radius does not fit between passes, passes of equal distance
-        would turn back or the surface has a crease across which they go, a pole makes lines of equal areas crowd, or a value is
+        When the pitch is not less than the sides of the surface, the radius does not fit between passes,
+        geodesic passes would turn back or cross a crease, a pole crowds lines of equal areas, or a value is
         out of range.
 
     Examples
