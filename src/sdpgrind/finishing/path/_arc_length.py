@@ -22,9 +22,7 @@ Speed = Callable[[Ints, Floats], Floats]
 
 @dataclass(frozen=True)
 class ArcLength:
-    """Intervals by piece and t (`first`, `last`), Legendre series of their length, mm, and length before
-    each.
-    """
+    """Intervals by piece and t (`first`, `last`), Legendre series of their length, mm, and length before."""
 
     piece: Ints
     first: Floats

@@ -39,7 +39,7 @@ def speeds(jets, su, sv, out):
 
 @compiled(error_model="numpy")
 def follow(jets, place, su, sv, suu, suv, svv, outward, speed, tangent, bend, normal, area):
-    """Unit tangents, curvature vectors, normals for jets (m, 3, 2) of (u, v); `place`: rows of derivatives."""
+    """Tangents, curvature vectors, normals for jets (m, 3, 2) of (u, v) at `place`, rows of the surface."""
     for m in range(len(place)):
         k = place[m]
         u1, v1, u2, v2 = jets[m, 1, 0], jets[m, 1, 1], jets[m, 2, 0], jets[m, 2, 1]

@@ -26,7 +26,7 @@ def square_nodes(value: npt.ArrayLike) -> Floats:
 
 
 def sharp_corners(value: npt.ArrayLike | None, nodes: Floats, smooth: bool) -> Bools | None:
-    """Return which nodes are sharp, (n,), read-only, without the ends; straight legs turn at no other node."""
+    """Return which nodes are sharp, (n,), read-only, without the ends; straight legs turn only there."""
     if value is None:
         return None
     corners = np.array(value)

@@ -176,9 +176,7 @@ class Path(Described):
 
     @property
     def uv(self) -> Floats:
-        """Parameters at the nodes, (n, 2), in units of the surface; at a rounded corner, the middle of its
-        blend.
-        """
+        """Parameters at the nodes, (n, 2), in units of the surface; of a rounded corner, amid its blend."""
         first = np.searchsorted(self._legs.at_node, np.arange(len(self.nodes)))
         return np.ascontiguousarray(self._moved[first, 0])
 

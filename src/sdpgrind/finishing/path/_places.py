@@ -8,7 +8,7 @@ from sdpgrind.finishing.path._samples import Ints
 
 
 def by_legs(run: Ints, per_leg: int) -> tuple[Ints, Floats]:
-    """Piece and t of `per_leg` parts of each piece; the end of a piece is the start of the next in its run."""
+    """Piece and t of `per_leg` parts of each piece; the end of a piece is the start of the next one."""
     count = per_leg + np.append(np.diff(run) > 0, True)
     piece = np.repeat(np.arange(len(run)), count)
     return piece, np.asarray((np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)) / per_leg)

@@ -1,4 +1,4 @@
-"""Surfaces as B-splines, their derivatives, and those of the source."""
+"""Surfaces as B-splines, their derivatives, and ready-made ones."""
 
 from sdpgrind.base import faces
 

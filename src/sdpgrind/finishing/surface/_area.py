@@ -1,4 +1,4 @@
-"""Area of a surface: Gauss per knot span, with twice the points until nothing changes."""
+"""Area of a surface by Gauss points per knot span, doubled until convergence."""
 
 from typing import NamedTuple
 
@@ -8,14 +8,12 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface import _forms as forms
 from sdpgrind.finishing.surface._derivatives import Differentiable
 
-POINTS = (8, 16, 32, 64)
-"""Per knot span, each way."""
-SETTLED = 1e-13
-"""Change by the last doubling, relative, at which the area is taken as found."""
+POINTS = (8, 16, 32, 64)  # chosen: Gauss points per knot span, each way
+SETTLED = 1e-13  # chosen: relative change by the last doubling at convergence
 
 
 class PatchArea(NamedTuple):
-    """An area in mm^2, and by how much its last doubling of points changed it."""
+    """An area and its change by the last doubling of points, mm^2."""
 
     value: float
     change: float
@@ -39,7 +37,7 @@ def _by_gauss(surface: Differentiable, points: int) -> float:
 
 
 def gauss(ends: Floats, points: int) -> tuple[Floats, Floats]:
-    """Nodes and weights of Gauss's rule in each interval between neighbouring `ends`, so many points in each."""
+    """Nodes and weights of Gauss's rule with `points` in each interval between neighbouring `ends`."""
     x, weight = np.polynomial.legendre.leggauss(points)
     half = 0.5 * np.diff(ends)[:, None]
     return (ends[:-1, None] + half * (1.0 + x)).ravel(), (half * weight).ravel()

@@ -7,7 +7,7 @@ from sdpgrind.base.compiled import compiled
 
 @compiled(error_model="numpy")
 def _find_span(knots, degree, x):
-    """Index of the non-empty span that x lies in, by halving; the right end belongs to the last one."""
+    """Index of the non-empty span with x, by halving; the right end belongs to the last one."""
     low, high = degree, len(knots) - degree - 1
     while knots[high - 1] == knots[high]:
         high -= 1
@@ -24,17 +24,14 @@ def _find_span(knots, degree, x):
 
 @compiled(error_model="numpy")
 def _basis(knots, degree, span, x, out):
-    """Basis functions of a span with two derivatives, into `out` (3, degree + 2).
+    """Basis functions of a span with two derivatives, into `out` (3, degree + 2), by Cox-de Boor.
 
-    Cox-de Boor over the functions that are not zero in this span: each support holds the span, which is not empty, so that the
-    0/0 := 0 of the recursion never comes up.
+    Only functions whose support holds the span, which is not empty, so that 0/0 does not occur.
     """
     out[:] = 0.0
     out[0, degree] = 1.0
     for d in range(1, degree + 1):
-        left = (
-            0.0  # one over the width of a support of degree d - 1; the first of them does not reach this span
-        )
+        left = 0.0  # inverse width of a support of degree d - 1; the first of them does not reach this span
         for r in range(degree - d, degree + 1):
             i = span - degree + r
             right = 1.0 / (knots[i + d + 1] - knots[i + 1]) if r < degree else 0.0
@@ -62,8 +59,8 @@ def _divide_by_weight(flat):
 def evaluate(net, rational, knots_u, knots_v, degree_u, degree_v, u, v, out):
     """Write Q, Qu, Qv, Quu, Quv, Qvv at each (u, v) into `out` (6, m, 3).
 
-    `net` (nu, nv, 4) holds (wx, wy, wz, w), or (x, y, z, 0) where nothing is rational: four columns are what a processor adds
-    at once.
+    `net` (nu, nv, 4) holds (wx, wy, wz, w), or (x, y, z, 0) for a surface that is not rational; four columns
+    suit the processor's vectors.
     """
     bu, bv = np.empty((3, degree_u + 2)), np.empty((3, degree_v + 2))
     row, flat = np.empty((3, 4)), np.empty((6, 4))

@@ -1,4 +1,4 @@
-"""Knots at which the tangents of a surface jump."""
+"""Creases: knots at which the tangents of a surface jump."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -7,14 +7,12 @@ import numpy as np
 
 from sdpgrind.finishing.surface._surface import Surface
 
-PLACES = 9
-"""In each knot span along a knot at which its two sides are compared."""
-JUMP = 1e-9
-"""Of the greatest derivative, or of the size of the surface: what is no jump."""
+PLACES = 9  # chosen: places in each knot span along a knot for the comparison of its two sides
+JUMP = 1e-9  # of the greatest derivative, or of the surface's size, chosen: rounding
 
 
 class Crease(NamedTuple):
-    """A knot of u (axis 0) or v (1) with `times` its multiplicity at a degree; `torn` where points jump, too."""
+    """A knot of u (axis 0) or v (1), `times` there at a degree; `torn` where points jump, too."""
 
     axis: int
     place: float
@@ -28,13 +26,13 @@ class Crease(NamedTuple):
 
 @lru_cache(maxsize=64)
 def creases(surface: Surface) -> tuple[Crease, ...]:
-    """Return the knots inside at which tangents jump."""
+    """Return the inner knots at which tangents jump."""
     found = [_found(surface, axis, place, times) for axis in (0, 1) for place, times in _sharp(surface, axis)]
     return tuple(crease for crease in found if crease is not None)
 
 
 def refuse_creases(surface: Surface, mapping: str) -> None:
-    """Raise where the tangents of a surface jump, and a mapping would do so."""
+    """Raise for a mapping that tangents with a jump would spoil."""
     for crease in creases(surface):
         raise ValueError(
             f"mapping must be another one than {mapping!r} on a surface whose tangents jump: its {crease}"
@@ -42,7 +40,7 @@ def refuse_creases(surface: Surface, mapping: str) -> None:
 
 
 def _sharp(surface: Surface, axis: int) -> list[tuple[float, int]]:
-    """Knots that are often enough there for a jump."""
+    """Inner knots of a multiplicity that allows a jump."""
     places, times = np.unique(surface.knots[axis], return_counts=True)
     inside = np.isin(places, surface.breaks[axis][1:-1])
     places, times = places[inside], times[inside]

@@ -1,4 +1,4 @@
-"""A surface's points with their derivatives."""
+"""Points of a surface with their derivatives."""
 
 from typing import NamedTuple, Protocol
 
@@ -35,7 +35,7 @@ class SurfaceDerivatives(NamedTuple):
 
 
 class Differentiable(Protocol):
-    """A surface, as far as its area and its limits need it; see `Surface`."""
+    """Attributes of a `Surface` that its area and its limits need."""
 
     @property
     def domain(self) -> tuple[tuple[float, float], tuple[float, float]]: ...

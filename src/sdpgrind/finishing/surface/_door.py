@@ -1,4 +1,4 @@
-"""What a surface is made of, checked where the user hands it over."""
+"""Checks of control points, degrees, knots, weights and parameters of a surface."""
 
 from typing import Any
 
@@ -9,8 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 DIRECTIONS = ("u", "v")
-SLACK = 1e-12
-"""By how much of the domain a parameter may lie outside through rounding alone."""
+SLACK = 1e-12  # of the domain, chosen: rounding of a parameter beyond its ends
 
 
 def control_net(value: npt.ArrayLike) -> Floats:
@@ -26,7 +25,7 @@ def control_net(value: npt.ArrayLike) -> Floats:
 
 
 def degrees(value: Any, net: Floats) -> tuple[int, int]:
-    """Return the two degrees; each direction must have control points enough for its own."""
+    """Return the two degrees, each below the number of its control points."""
     pair = _pair("degree", value)
     checked = (checks.count("degree[0]", pair[0]), checks.count("degree[1]", pair[1]))
     for name, degree, n in zip(DIRECTIONS, checked, net.shape, strict=False):
@@ -36,7 +35,7 @@ def degrees(value: Any, net: Floats) -> tuple[int, int]:
 
 
 def knot_vectors(value: Any, degree: tuple[int, int], net: Floats) -> tuple[Floats, Floats]:
-    """Return both knot vectors; clamped and uniform on [0, 1] where there are none."""
+    """Return both knot vectors; None: clamped and uniform on [0, 1]."""
     if value is None:
         return clamped(net.shape[0], degree[0]), clamped(net.shape[1], degree[1])
     pair = _pair("knots", value)
@@ -46,7 +45,7 @@ def knot_vectors(value: Any, degree: tuple[int, int], net: Floats) -> tuple[Floa
 
 
 def _pair(name: str, value: Any) -> Any:
-    """Return what has two entries, one for each direction."""
+    """Return a value with two entries, one for each direction."""
     if not hasattr(value, "__len__") or isinstance(value, str) or len(value) != 2:
         raise checks.refuse(name, "a pair, one entry for u and one for v", value)
     return value
@@ -81,7 +80,8 @@ def _refuse_repeats(name: str, knots: Floats, degree: int) -> None:
     worst = int(repeats.argmax())
     if repeats[worst] > degree + 1:
         raise ValueError(
-            f"{name} must hold no knot more than degree + 1 = {degree + 1} times; got {values[worst]:g} {repeats[worst]} times"
+            f"{name} must hold no knot more than degree + 1 = {degree + 1} times;"
+            f" got {values[worst]:g} {repeats[worst]} times"
         )
 
 
@@ -104,7 +104,7 @@ def side(value: object) -> int:
 
 
 def parameter(name: str, value: npt.ArrayLike, low: float, high: float) -> Floats:
-    """Return parameters within [low, high]; what rounding put outside is put back."""
+    """Return parameters within [low, high], clipped within rounding."""
     array = checks.finite_array(name, value)
     slack = SLACK * (high - low)
     bad = np.flatnonzero((array.ravel() < low - slack) | (array.ravel() > high + slack))

@@ -1,4 +1,4 @@
-"""Points and derivatives of a surface: at scattered parameters by a kernel, on a tensor grid by two contractions."""
+"""Points and derivatives of a surface: at scattered parameters by a kernel, on a grid by two contractions."""
 
 from typing import NamedTuple
 
@@ -9,12 +9,12 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._bspline_kernels import evaluate
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
 
+# derivatives by u and v, in the order of `SurfaceDerivatives`
 ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-"""Derivatives by u and v, in the order of `SurfaceDerivatives`."""
 
 
 class Net(NamedTuple):
-    """What is evaluated: control points (nu, nv, 4) as (w x, w y, w z, w), or as (x, y, z, 0); knots and degrees."""
+    """Control points (nu, nv, 4) as (w x, w y, w z, w), or as (x, y, z, 0); knots and degrees."""
 
     points: Floats
     rational: bool
@@ -30,7 +30,7 @@ def homogeneous(points: Floats, weights: Floats | None) -> Floats:
 
 
 def scattered(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
-    """At each pair (u, v), of any shape that fits together."""
+    """Derivatives at each pair (u, v), of shapes that broadcast."""
     u, v = np.broadcast_arrays(u, v)
     out = np.empty((6, u.size, 3))
     evaluate(net.points, net.rational, *net.knots, *net.degree, u.ravel(), v.ravel(), out)
@@ -38,7 +38,7 @@ def scattered(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
 
 
 def on_grid(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
-    """At each u with each v: A_u P A_v^T, with the basis of each direction evaluated once."""
+    """Derivatives at each u with each v: A_u P A_v^T, with the basis of each direction evaluated once."""
     bases_u, bases_v = (bases(*direction) for direction in zip(net.knots, net.degree, (u, v), strict=True))
     points = net.points if net.rational else net.points[..., :3]
     nu, nv, columns = points.shape
@@ -50,7 +50,7 @@ def on_grid(net: Net, u: Floats, v: Floats) -> SurfaceDerivatives:
 def bases(knots: Floats, degree: int, x: Floats) -> list[Floats]:
     """Basis functions at `x` as a matrix (m, n), with their first and second derivatives."""
     n = len(knots) - degree - 1
-    if knots[n - 1] == knots[n]:  # scipy then takes the empty span at the right end, where nothing is left
+    if knots[n - 1] == knots[n]:  # scipy takes the empty span at the right end, where all bases are 0
         x = np.minimum(x, np.nextafter(knots[n], -np.inf))
     spline = BSpline(knots, np.eye(n), degree)
     return [np.ascontiguousarray(spline(x, nu=order)) for order in range(3)]

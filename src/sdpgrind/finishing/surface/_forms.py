@@ -28,7 +28,7 @@ def area_between(a: Floats, b: Floats) -> Floats:
 
 
 def unit_cross(d: SurfaceDerivatives) -> Floats:
-    """Qu x Qv made a unit vector."""
+    """Unit vector along Qu x Qv."""
     cross = np.cross(d.u, d.v)
     return np.asarray(cross / np.sqrt(dot(cross, cross))[..., None])
 
@@ -46,7 +46,7 @@ def along(form: tuple[Floats, Floats, Floats], du: Floats, dv: Floats) -> Floats
 def bending(d: SurfaceDerivatives) -> Floats:
     """Second form (a, b, c) in orthonormal tangents, the first along Qu, for the normal Qu x Qv.
 
-    H = (a + c)/2 and K = a c - b^2; H^2 - K = ((a - c)/2)^2 + b^2 comes without the cancellation of its two terms.
+    H = (a + c)/2 and K = a c - b^2; H^2 - K = ((a - c)/2)^2 + b^2 has no cancellation.
     """
     E, F, _ = first_form(d)
     e, f, g = second_form(d, unit_cross(d))

@@ -1,4 +1,4 @@
-"""A surface in three dimensions."""
+"""Picture of a surface in three dimensions."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,13 +10,10 @@ from sdpgrind.base.extras import need
 if TYPE_CHECKING:
     from sdpgrind.finishing.surface._surface import Surface
 
-FINE = 60
-"""Facets each way."""
+FINE = 60  # chosen: facets each way
 COLOUR, LINES = "#b4cbe0", pictures.TRACKED
-THICK = 0.08
-"""Least width of the drawn box, of its greatest: a flat surface is seen too."""
-TICKS = 5
-"""Along the longest side of the box."""
+THICK = 0.08  # chosen: least width of the drawn box over its greatest, so that a flat surface is visible
+TICKS = 5  # chosen: ticks along the longest side of the box
 
 
 def surface(shape: "Surface", ax: Any = None) -> Any:
@@ -28,10 +25,9 @@ def surface(shape: "Surface", ax: Any = None) -> Any:
     light = need("matplotlib.colors", "plot").LightSource(
         azdeg=30.0 - azimuth, altdeg=np.copysign(55.0, height)
     )
-    axes.computed_zorder = False  # lines lie on the surface: which of them is nearer is a matter of rounding
-    x, y, z = np.moveaxis(
-        found.point if shape.outward < 0 else found.point.swapaxes(0, 1), -1, 0
-    )  # light falls on the outside
+    axes.computed_zorder = False  # lines lie on the surface: rounding would hide them
+    # light falls on the outside
+    x, y, z = np.moveaxis(found.point if shape.outward < 0 else found.point.swapaxes(0, 1), -1, 0)
     axes.plot_surface(
         x, y, z, color=COLOUR, rcount=FINE, ccount=FINE, linewidth=0, antialiased=False, lightsource=light
     )
@@ -43,7 +39,7 @@ def surface(shape: "Surface", ax: Any = None) -> Any:
 
 
 def knot_lines(shape: "Surface") -> list[checks.Floats]:
-    """Lines (m, 3) over the surface at its knots, ends of the domain among them."""
+    """Lines (m, 3) over the surface at its knots and the ends of the domain."""
     (u0, u1), (v0, v1) = shape.domain
     at_u, at_v = shape.breaks
     along_v = shape.grid(at_u, np.linspace(v0, v1, FINE + 1)).point
@@ -52,19 +48,20 @@ def knot_lines(shape: "Surface") -> list[checks.Floats]:
 
 
 def _axes(ax: Any) -> tuple[Any, Any]:
-    """Figure and axes to draw in."""
+    """Return figure and axes to draw in."""
     if ax is None:
         figure = pictures.figure(7, 5)
         return figure, figure.add_subplot(projection="3d")
     if not hasattr(ax, "plot_surface"):
         raise TypeError(
-            f"ax must be 3-D axes of matplotlib, as add_subplot(projection='3d') gives; got {checks.shown(ax)}"
+            "ax must be 3-D axes of matplotlib, as add_subplot(projection='3d') gives;"
+            f" got {checks.shown(ax)}"
         )
     return ax.figure, ax
 
 
 def _side(normals: checks.Floats) -> tuple[float, float]:
-    """Azimuth and height (degrees) of an eye before the surface: a little beside its mean normal, where it has one."""
+    """Azimuth and height (degrees) of the eye, near the surface's mean normal, where it has one."""
     x, y, z = normals.sum(axis=0) / np.linalg.norm(normals, axis=1).sum()
     if np.hypot(x, y) < max(0.1, 0.75 * abs(z)):
         return -60.0, 35.0 if z > -0.1 else -35.0
@@ -72,7 +69,7 @@ def _side(normals: checks.Floats) -> tuple[float, float]:
 
 
 def _scaled(axes: Any, points: checks.Floats) -> None:
-    """Give the box the widths of the surface, and each axis room for its ticks."""
+    """Set the box to the widths of the surface, with room for the ticks of each axis."""
     middle, widths = 0.5 * (points.max(axis=0) + points.min(axis=0)), np.ptp(points, axis=0)
     shown = np.maximum(widths, THICK * widths.max())
     for name, centre, width in zip("xyz", middle, shown, strict=True):

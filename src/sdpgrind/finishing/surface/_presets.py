@@ -1,4 +1,4 @@
-"""Surfaces ready to use: the nominal die, plain shapes known in closed form, and some with strongly uneven parameters."""
+"""Ready-made surfaces: nominal die, plain shapes in closed form, and some with uneven parameters."""
 
 import numpy as np
 
@@ -7,16 +7,16 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface import _door as door
 from sdpgrind.finishing.surface._surface import Surface
 
+# Control points of a quarter of the unit circle as a rational parabola, and their weights.
 QUARTER = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-"""Control points of a quarter of the unit circle, as a rational parabola."""
 QUARTER_WEIGHTS = np.array([1.0, np.sqrt(0.5), 1.0])
 
 
 def nominal_surface() -> Surface:
-    """Return the nominal die surface: 50 mm by 50 mm, one ridge 10 mm high that dies away along v.
+    """Return the nominal die surface: 50 mm by 50 mm, one ridge 10 mm high that falls along v.
 
-    Ours, as the source's figures 3 and 4 give no numbers: bicubic, 6 by 6 control points over the Greville abscissae g of
-    clamped uniform knots, x = 50 g_i, y = 50 g_j, z = 10 sin(pi g_i) cos(1.5 g_j) mm.
+    Chosen here, as the source's figures 3 and 4 give no numbers: bicubic, 6 by 6 control points over the
+    Greville abscissae g of clamped uniform knots, x = 50 g_i, y = 50 g_j, z = 10 sin(pi g_i) cos(1.5 g_j) mm.
 
     Examples
     --------
@@ -51,7 +51,7 @@ def flat_surface(side: float = 50.0) -> Surface:
 
 
 def cylinder_surface(radius: float, length: float, *, inside: bool = False) -> Surface:
-    """Return a quarter of a cylinder about the y axis, exactly: u along it, v around it from the x axis to the z axis.
+    """Return a quarter of a cylinder about the y axis, exactly: u along it, v around it from x to z axis.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def cylinder_surface(radius: float, length: float, *, inside: bool = False) -> S
 
 
 def sphere_surface(radius: float, *, inside: bool = False) -> Surface:
-    """Return an eighth of a sphere, exactly: u around the z axis, v from the equator to the pole, where an edge is one point.
+    """Return an eighth of a sphere, exactly: u around the z axis, v from the equator to the pole.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def sphere_surface(radius: float, *, inside: bool = False) -> Surface:
     Examples
     --------
     >>> ball = sphere_surface(20.0)
-    >>> ball.normal(0.3, 1.0).round(12) + 0.0  # at the pole
+    >>> ball.normal(0.3, 1.0).round(12) + 0.0  # at the pole, where an edge is one point
     array([0., 0., 1.])
     """
     radius = checks.positive("radius", radius, "mm")
@@ -106,18 +106,18 @@ def sphere_surface(radius: float, *, inside: bool = False) -> Surface:
 
 
 def uneven_surfaces() -> dict[str, Surface]:
-    """Return surfaces of 50 mm by 50 mm whose area density sqrt(EG - F^2) varies strongly: what maps of equal areas are for.
+    """Return surfaces of 50 mm by 50 mm whose area density sqrt(EG - F^2) varies strongly, as tests of maps.
 
-    ``"crowded"``: the nominal ridge with its control points drawn together in one corner. ``"steep"``: a wall 24 mm high across
-    the middle, and knots at uneven distances. ``"weighted"``: rational, the nominal ridge with a weight of 16 on the four control
-    points in the middle, which draw the parameters there.
+    ``"crowded"``: the nominal ridge with its control points drawn together in one corner. ``"steep"``: a wall
+    24 mm high across the middle, and uneven knots. ``"weighted"``: the nominal ridge with a weight of 16 on
+    the four control points in the middle, which draw the parameters there.
 
     Examples
     --------
     >>> {name: round(surface.area) for name, surface in uneven_surfaces().items()}  # mm^2
     {'crowded': 2612, 'steep': 3050, 'weighted': 2612}
     >>> at = np.linspace(0.0, 1.0, 101)
-    >>> densities = {name: surface.area_density(at[:, None], at) for name, surface in uneven_surfaces().items()}
+    >>> densities = {name: each.area_density(at[:, None], at) for name, each in uneven_surfaces().items()}
     >>> {name: int(each.max() / each.min()) for name, each in densities.items()}
     {'crowded': 230, 'steep': 53, 'weighted': 13}
     """
@@ -150,12 +150,12 @@ def _over(
     degree: tuple[int, int] = (3, 3),
     knots: tuple[Floats, Floats] | None = None,
 ) -> Surface:
-    """Heights z (nu, nv) over a net of x (nu,) and y (nv,)."""
+    """Surface of heights z (nu, nv) over a net of x (nu,) and y (nv,)."""
     x, y = np.meshgrid(x, y, indexing="ij")
     return Surface.bspline(np.stack([x, y, z], axis=-1), degree, knots)
 
 
 def greville(n: int, degree: int) -> Floats:
-    """Means of `degree` clamped uniform knots: where control points must stand so that parameters run evenly."""
+    """Greville abscissae: means of `degree` clamped uniform knots. Control points there make parameters even."""
     knots = door.clamped(n, degree)
     return np.array([knots[i + 1 : i + degree + 1].mean() for i in range(n)])

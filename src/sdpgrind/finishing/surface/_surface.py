@@ -23,23 +23,25 @@ KnotPair = tuple[npt.ArrayLike, npt.ArrayLike]
 
 @described("finishing.surface", eq=False)
 class Surface(Described):
-    """A surface Q(u, v) of control points and basis functions, rational where it has weights (Wang, section 3).
+    """A surface Q(u, v) of control points and basis functions, rational with weights (Wang, section 3).
 
-    The source's sum runs to n + m + 1 in both directions; each index must run over its own control points, and k and l are
-    orders, degree + 1. The right end of the domain belongs to the last knot span that is not empty.
+    The source's sum runs to n + m + 1 in both directions; here each index runs over its own control points,
+    and its k and l are orders, degree + 1. The right end of the domain belongs to the last non-empty knot
+    span.
 
     Parameters
     ----------
     control_points : array (nu, nv, 3)
         B_ij, mm.
     degree : (int, int)
-        Of the polynomials along u and v, whole numbers >= 1.
+        Degrees along u and v, whole numbers >= 1.
     knots : (array, array)
-        Along u and v, nu + degree + 1 and nv + degree + 1 numbers that do not decrease, no number more than degree + 1 times.
+        Along u and v, nu + degree + 1 and nv + degree + 1 numbers that do not decrease, none more than degree
+        + 1 times.
     weights : array (nu, nv), optional
-        w_ij > 0 (dimensionless); None for a surface that is not rational.
+        w_ij > 0 (dimensionless). None: not rational.
     outward : {1, -1}
-        Side of Qu x Qv that the tool is on: 1, its own; -1, the other.
+        Side of the tool: 1, that of Qu x Qv; -1, the other.
 
     Raises
     ------
@@ -95,7 +97,7 @@ class Surface(Described):
         Parameters
         ----------
         control_points, degree, knots, outward
-            As of `Surface`, control points in mm; knots are clamped and uniform on [0, 1] when left out.
+            As of `Surface`, control points in mm. Default of knots: clamped and uniform on [0, 1].
 
         Examples
         --------
@@ -118,7 +120,7 @@ class Surface(Described):
         Parameters
         ----------
         control_points, weights, degree, knots, outward
-            As of `Surface`, control points in mm; knots are clamped and uniform on [0, 1] when left out.
+            As of `Surface`, control points in mm. Default of knots: clamped and uniform on [0, 1].
 
         Examples
         --------
@@ -170,7 +172,7 @@ class Surface(Described):
 
     @cached_property
     def breaks(self) -> tuple[Floats, Floats]:
-        """Distinct knots of the domain along u and v (dimensionless), its ends included."""
+        """Distinct knots of the domain along u and v (dimensionless), with its ends."""
         u, v = (
             door.frozen(np.unique(np.clip(knots, *ends)))
             for knots, ends in zip(self.knots, self.domain, strict=True)
@@ -203,7 +205,7 @@ class Surface(Described):
         return self.derivatives(u, v).point
 
     def grid(self, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfaceDerivatives:
-        """Return points and derivatives (n, m, 3) in mm at each of `u` (n,) with each of `v` (m,): two contractions."""
+        """Return points and derivatives (n, m, 3) in mm at each of `u` (n,) with each of `v` (m,)."""
         columns = [checks.finite_array(name, values) for name, values in (("u", u), ("v", v))]
         for name, values in zip("uv", columns, strict=True):
             if values.ndim != 1:
@@ -214,9 +216,9 @@ class Surface(Described):
         return door.parameter("u", u, *self.domain[0]), door.parameter("v", v, *self.domain[1])
 
     def normal(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
-        """Return unit normals (..., 3) (dimensionless) at `u` and `v`, on the outward side.
+        """Return outward unit normals (..., 3) (dimensionless) at `u` and `v`.
 
-        Where ``|Qu x Qv|`` vanishes, as at the pole of a sphere patch, it is the limit from the interior.
+        Where ``|Qu x Qv|`` vanishes, as at the pole of a sphere patch, the limit from the interior.
 
         Raises
         ------
@@ -226,7 +228,7 @@ class Surface(Described):
         return self.normal_of(self.derivatives(u, v), u, v)
 
     def normal_of(self, derivatives: SurfaceDerivatives, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
-        """Return unit normals (dimensionless) where the `derivatives` at `u` and `v` are known already; see `normal`."""
+        """Return unit normals (dimensionless) from the known `derivatives` at `u` and `v`; see `normal`."""
         return self.outward * degenerate.regular(self, degenerate.NORMAL, derivatives, u, v)
 
     def first_form(self, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:
@@ -239,7 +241,7 @@ class Surface(Described):
         return forms.second_form(d, self.normal_of(d, u, v))
 
     def gaussian_curvature(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
-        """Return K at `u` and `v`, 1/mm^2; a limit where ``|Qu x Qv|`` vanishes, see `normal`."""
+        """Return K at `u` and `v`, 1/mm^2; where ``|Qu x Qv|`` vanishes, a limit, see `normal`."""
         return degenerate.regular(self, degenerate.GAUSSIAN, self.derivatives(u, v), u, v)
 
     def mean_curvature(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
@@ -247,21 +249,21 @@ class Surface(Described):
         return self.outward * degenerate.regular(self, degenerate.MEAN, self.derivatives(u, v), u, v)
 
     def principal_curvatures(self, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Return k1 >= k2 at `u` and `v`, 1/mm, > 0 where the surface curves towards the tool; see `normal`."""
+        """Return k1 >= k2 at `u` and `v`, 1/mm, > 0 where the surface curves towards the tool."""
         both = self.outward * degenerate.regular(self, degenerate.PRINCIPAL, self.derivatives(u, v), u, v)
         return both.max(axis=-1), both.min(axis=-1)
 
     def normal_curvature(
         self, u: npt.ArrayLike, v: npt.ArrayLike, du: npt.ArrayLike, dv: npt.ArrayLike
     ) -> Floats:
-        """Return the normal curvature (1/mm) along a direction: > 0 where the surface curves towards the tool (concave).
+        """Return the normal curvature (1/mm) along a direction, > 0 where it curves towards the tool.
 
         Parameters
         ----------
         u, v : array-like
-            Where (dimensionless).
+            Place (dimensionless).
         du, dv : array-like
-            Which way (dimensionless), of any length but zero.
+            Direction (dimensionless), of any length but zero.
 
         Raises
         ------
@@ -270,7 +272,7 @@ class Surface(Described):
 
         Examples
         --------
-        The inside of a cylinder of radius 20 mm curves towards the tool, around it:
+        The inside of a cylinder of radius 20 mm, around it:
 
         >>> arc = [[20.0, 0.0], [20.0, 20.0], [0.0, 20.0]]
         >>> net = [[[x, y, z] for z in (0.0, 50.0)] for x, y in arc]
@@ -286,7 +288,7 @@ class Surface(Described):
         return np.asarray(forms.along((e, f, g), *step) / length)
 
     def area_density(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
-        """Return sqrt(EG - F^2) at `u` and `v`: mm^2 of surface in a unit square of the parameters."""
+        """Return sqrt(EG - F^2) at `u` and `v`: mm^2 of surface per unit square of the parameters."""
         return forms.area_density(self.derivatives(u, v))
 
     @cached_property
@@ -300,12 +302,12 @@ class Surface(Described):
 
     @property
     def area(self) -> float:
-        """Area, mm^2: Gauss in each knot span, with twice the points until nothing changes."""
+        """Area, mm^2, by Gauss points in each knot span, doubled until convergence."""
         return self._area.value
 
     @property
     def area_error(self) -> float:
-        """By how much the last doubling of points changed the area, mm^2."""
+        """Change of the area by the last doubling of points, mm^2."""
         return self._area.change
 
     def moved(self, translation: npt.ArrayLike) -> Self:
@@ -316,5 +318,5 @@ class Surface(Described):
         return self.replace(control_points=self.control_points + step)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the surface with its knot lines in mm, into 3-D axes `ax` or a new figure; return the figure."""
+        """Draw the surface with its knot lines, mm, into 3-D axes `ax` or a new figure; return the figure."""
         return pictures.drawn("sdpgrind.finishing.surface._picture:surface", self, ax)

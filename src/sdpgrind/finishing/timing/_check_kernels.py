@@ -1,4 +1,4 @@
-"""How much of the limits a time law uses, at many places between its knots."""
+"""Shares of the limits that a time law uses, at many places between its knots."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ QUANTITIES = 4  # speed, acceleration, jerk of the joints; feed
 
 @compiled
 def _note(time, law, path, joints, limits, feed_max, found):
-    """Note in found (4, 4) = (ratio, joint, time, length) what the law uses of each limit at one time within its piece."""
+    """Update found (4, 4) = (ratio, joint, time, length) with the shares at one time in a piece of a law."""
     start, s, v, a, j = law
     length, feed, bend = _advanced(time, s, v, a, j)
     _derivatives(path[0], length - path[1], joints)
@@ -28,19 +28,19 @@ def _note(time, law, path, joints, limits, feed_max, found):
 
 @compiled
 def _greater(row, ratio, joint, time, length):
-    """Keep the greatest ratio and where it was."""
+    """Keep the greatest ratio and its place."""
     if ratio > row[0]:
         row[0], row[1], row[2], row[3] = ratio, joint, time, length
 
 
 @compiled
 def worst(breaks, polynomials, law, limits, feed_max, refine, found):
-    """Greatest share of each limit over a law (5, k + 1) = (knots, length, feed, acceleration, jerk) into found (k, 4, 4)."""
+    """Greatest shares, (k, 4, 4), over a law (5, k + 1) = (knots, length, feed, acceleration, jerk)."""
     joints, piece = np.empty((4, polynomials.shape[2])), 0
     spacing = (breaks[-1] - breaks[0]) / (breaks.size - 1)
     for k in range(law.shape[1] - 1):
         span, row = law[0, k + 1] - law[0, k], (law[0, k], law[1, k], law[2, k], law[3, k], law[4, k])
-        # a piece of the law may run over many pieces of the path: at least `refine` places in each of them
+        # a piece of the law may cover many pieces of the path: at least `refine` places in each
         parts = refine * max(1, int(np.ceil(2.0 * (law[1, k + 1] - law[1, k]) / spacing)))
         for i in range(parts + 1):
             time = span * i / parts

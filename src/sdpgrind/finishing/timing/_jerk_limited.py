@@ -1,9 +1,9 @@
-"""The fastest law of a run within limits of jerk too.
+"""Fastest law of a run within limits of jerk.
 
-The points between which jerk is constant come from the law without limits of jerk, averaged over the time that its jumps of
-acceleration need. A short run is one program. A long one is solved in windows: each begins with the state that was reached, ends
-at rest, and its first half is kept; so there is always a way on, and only a brake that takes longer than half a window is not
-foreseen.
+The law without limits of jerk, averaged over the time that its jumps of acceleration need, places the points
+between which jerk is constant. A short run is one program. A long one is solved in windows: each starts with
+the state reached and ends at rest, and its first half is kept, so that there is always a way on; only a brake
+longer than half a window is not foreseen.
 """
 
 from typing import NamedTuple
@@ -20,36 +20,32 @@ from sdpgrind.finishing.timing._min_time import fastest_law
 from sdpgrind.finishing.timing._time_law import TimeLaw, integrated
 from sdpgrind.finishing.timing._violations import closest, shares, slowing
 
-SIZES = (32, 64, 128, 256)
-"""Intervals of the programs; longer runs take windows of the last."""
+SIZES = (32, 64, 128, 256)  # chosen: intervals of the programs; longer runs take windows of the last
+# chosen: interval over the time in which a joint's acceleration goes from its greatest to its least
 SHARE = 0.25
-"""An interval over the time in which a joint's acceleration turns from its greatest to its least."""
+# of the duration, chosen: loss to limits exceeded between points, before they are narrowed there
 SLOWER = 3e-3
-"""Share of the duration that may be lost to limits exceeded between points, before they are narrowed there."""
+# chosen: limit of the rounds; the first `FINER` add points where a limit is exceeded by more than `FAR`
 ROUNDS, FINER, FAR = 8, 3, 1.03
-"""Rounds at most; in so many of the first, where a limit is exceeded by more than that, there are more points instead."""
-CHECKS = 8
-"""Places in an interval in which limits are checked between rounds."""
+CHECKS = 8  # chosen: places in an interval for limits between rounds
+# of the duration, chosen: gain of a finer grid for the first law, which only places points and starts the
+# search
 COARSE = 5e-3
-"""Share of the duration that a finer grid must save for the first law: it is only where points are put, and a first guess."""
-BRAKE = 64
-"""Greatest number of intervals, to begin with, in the longest brake: half a window holds twice that."""
-MANY = 2048
-"""Greatest number of intervals to begin with, on a run of few samples."""
-EASY = 1.4
-"""By how much slower the programs begin: from within the limits they take fewer steps."""
+BRAKE = 64  # chosen: most initial intervals in the longest brake; half a window holds twice as many
+MANY = 2048  # chosen: most initial intervals on a run of few samples
+EASY = 1.4  # chosen: slowing of the first guess; from within the limits the programs take fewer steps
+# chosen: narrowing of the limits behind the first points of a window, so that the next starts well within
+# them
 MARGIN, FIRST = 1e-4, 4
-"""By how much the limits are narrowed but at the first points of a window: what the next begins with is then well within them."""
-AVERAGED = 64
-"""Places over which the first law is averaged."""
+AVERAGED = 64  # chosen: places for the average of the first law
 
 
 class LawError(ValueError):
-    """A law that could not be found."""
+    """No law was found."""
 
 
 class Points(NamedTuple):
-    """Points of a run in the course of a first guess: times (s), places (mm), feeds (mm/s), accelerations (mm/s^2)."""
+    """Points of a first guess: times (s), places (mm), feeds (mm/s), accelerations (mm/s^2)."""
 
     time: Floats
     length: Floats
@@ -60,7 +56,7 @@ class Points(NamedTuple):
 def jerk_limited_law(
     run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
 ) -> TimeLaw:
-    """Fastest law of a run that keeps limits of jerk too."""
+    """Return the fastest law of a run within limits of jerk, too."""
     first = fastest_law(run, limits, feed_rate, acceleration, gain=COARSE)
     turn = 2 * float(np.max(limits.table[1] / limits.table[2]))
     many = max(MANY, 4 * run.pieces.breaks.size)  # a slow cruise needs no more
@@ -82,7 +78,7 @@ def jerk_limited_law(
 
 
 def _finer(law: TimeLaw, beyond: Bools) -> Points:
-    """Points of a law that was found, more of them where limits are exceeded in between, and in its longest pieces."""
+    """Points of a law, more where limits are exceeded between them and in its longest pieces."""
     wide = beyond | np.append(beyond[1:], False) | np.insert(beyond[:-1], 0, False)
     spare = _count(beyond.size + int(wide.sum())) - beyond.size - int(wide.sum())
     longest = np.argsort(np.where(wide, 0.0, -np.diff(law.knots)), kind="stable")
@@ -93,21 +89,21 @@ def _finer(law: TimeLaw, beyond: Bools) -> Points:
 
 
 def _brake(first: TimeLaw) -> float:
-    """Longest time (s) that a law slows down without a pause."""
+    """Longest time (s) of uninterrupted slowing down of a law."""
     falls = np.concatenate([[0.0], np.cumsum(np.where(first.acceleration < 0, np.diff(first.knots), 0.0))])
     pauses = np.flatnonzero(np.concatenate([[True], first.acceleration >= 0, [True]]))
     return float(np.max(np.diff(falls[np.minimum(pauses, falls.size - 1)]), initial=0.0))
 
 
 def _tighter(tight: Floats, used: Floats) -> Floats:
-    """Narrow the limits at both ends of the pieces that exceed them in between, by as much."""
+    """Narrow the limits at both ends of the pieces that exceed them, by the same factor."""
     beyond = np.maximum(used, 1.0)
     wider: Floats = tight * np.maximum(np.append(beyond, 1.0), np.insert(beyond, 0, 1.0))
     return wider
 
 
 def _points(first: TimeLaw, turn: float, step: float) -> Points:
-    """Points at equal times of a law averaged over a time (s); as many as the programs take."""
+    """Points at equal times of a law averaged over `turn` (s), as many as a program takes."""
     whole = first.duration + turn
     count = _count(whole / step)
     time = whole * np.arange(count + 1) / count
@@ -119,7 +115,7 @@ def _points(first: TimeLaw, turn: float, step: float) -> Points:
 
 
 def _clipped(law: TimeLaw, time: Floats) -> tuple[Floats, Floats]:
-    """Length and feed of a law that stands still before its begin and after its end."""
+    """Length and feed of a law at rest before its start and after its end."""
     course = law.at(np.clip(time, 0.0, law.duration))
     return course.length, np.where((time > 0) & (time < law.duration), course.feed, 0.0)
 
@@ -136,7 +132,7 @@ def _count(least: float) -> int:
 def _law(
     run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float, points: Points, tight: Floats
 ) -> TimeLaw:
-    """Law over all points, window by window; where one is not solved, the way to rest that the one before had found is taken."""
+    """Law over all points, window by window; the way to rest of the one before replaces a failed window."""
     count = points.length.size - 1
     begin, state, margin = 0, np.array([points.length[0], 0.0, 0.0]), MARGIN if count > SIZES[-1] else 0.0
     pieces: list[tuple[Floats, Floats]] = []
@@ -172,7 +168,7 @@ def _window(
     tight: Floats,
     margin: float,
 ) -> tuple[Floats, Floats]:
-    """Durations (s) and jerks (mm/s^3) over one window, from a state of place, feed and acceleration to rest."""
+    """Durations (s) and jerks (mm/s^3) over one window, from a state (place, feed, acceleration) to rest."""
     points.length[0] = state[0]
     long, time = float(np.diff(points.length).mean()), float(np.diff(points.time).mean())
     held = np.where(np.arange(tight.size) < FIRST, 1.0, 1 + margin) * tight
@@ -202,7 +198,7 @@ def _window(
 
 
 def _guess(points: Points, cap: Floats, scale: tuple[float, float], rates: Floats, weight: Floats) -> Floats:
-    """First guess of the program: feed, acceleration, duration, jerk at every point, scaled; slower, to be well within limits."""
+    """First guess of feed, acceleration, duration, jerk at every point, scaled, slowed into the limits."""
     long, time = scale
     steps = np.diff(points.time) / time
     bend = points.acceleration * time**2 / long
@@ -224,8 +220,8 @@ def _after(state: Floats, durations: Floats, jerks: Floats) -> Floats:
 
 
 def _exact(state: Floats, durations: Floats, jerks: Floats, way: float) -> Floats:
-    """Jerks changed by the least that brings the end to rest at its place to the last digit (the solver leaves some 1e-9)."""
-    left = durations.sum() - np.cumsum(durations)  # from the end of each piece to the end of all
+    """Jerks with the least change that ends at rest at the exact place (the solver leaves some 1e-9)."""
+    left = durations.sum() - np.cumsum(durations)  # from the end of each piece to the last
     t = durations
     effect = np.stack([t**3 / 6 + t**2 / 2 * left + t * left**2 / 2, t**2 / 2 + t * left, t])
     for _ in range(2):

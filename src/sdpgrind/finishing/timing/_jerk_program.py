@@ -1,7 +1,8 @@
-"""The program of a jerk-limited law on given points of a run: state and jerk of every interval, in CasADi.
+"""Nonlinear program of a jerk-limited law on given points of a run, in CasADi.
 
-The points are fixed, the time between them is free, so that a joint's derivatives over arc length are plain numbers. At rest
-nothing is singular: the course is written over time. All values are scaled by a length and a time of the run.
+The points are fixed and the times between them free, so that a joint's derivatives over arc length are
+numbers. Written over time, the course has no singularity at rest. All values are scaled by a length and a
+time of the run.
 """
 
 from functools import lru_cache
@@ -13,16 +14,13 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.timing._cubic import advanced
 
-ROWS = 3
-"""Of each joint and interval: jerk at both ends, acceleration at the later one."""
-PLUGINS = ("fatrop", "ipopt")
-"""Solvers in the order in which they are tried."""
-SHORTEST = 1e-3
-"""Least duration of an interval over that of the first guess."""
+ROWS = 3  # of each joint and interval, derived: jerk at both ends, acceleration at the later one
+PLUGINS = ("fatrop", "ipopt")  # solvers, by preference
+SHORTEST = 1e-3  # chosen: least duration of an interval over that of the first guess
 
 
 class JerkProgram(NamedTuple):
-    """A solver for so many intervals, and what does not change of its bounds."""
+    """Solver for a number of intervals, with the constant bounds."""
 
     solver: Any
     intervals: int
@@ -31,9 +29,10 @@ class JerkProgram(NamedTuple):
 
 
 class Data(NamedTuple):
-    """One window of a run, scaled: what the program needs to know.
+    """One window of a run, scaled.
 
-    Jerk of a joint over its limit is (q3 v^3 + 3 q2 v a + q1 j), acceleration (q1 a + q2 v^2) times its `weight`.
+    Jerk of a joint over its limit is (q3 v^3 + 3 q2 v a + q1 j), acceleration (q1 a + q2 v^2) times its
+    `weight`.
     """
 
     rates: Floats  # (N + 1, 3, n): q1, q2, q3
@@ -46,7 +45,7 @@ class Data(NamedTuple):
 
 
 class JerkFound(NamedTuple):
-    """What was found, scaled."""
+    """Solution, scaled."""
 
     durations: Floats
     jerks: Floats
@@ -56,7 +55,7 @@ class JerkFound(NamedTuple):
 
 @lru_cache(maxsize=16)
 def program(intervals: int, joints: int, plugin: str) -> JerkProgram:
-    """Build the program for so many intervals and joints; it is used again for every run."""
+    """Build the program for numbers of intervals and joints; cached for all runs."""
     p = [ca.SX.sym(f"q{d}", joints, intervals + 1) for d in (1, 2, 3)]
     weight, steps = ca.SX.sym("weight", joints), ca.SX.sym("steps", intervals)
     unknowns, rows, total = [ca.SX.sym("x0", 2)], [], ca.SX(0)
@@ -74,11 +73,11 @@ def program(intervals: int, joints: int, plugin: str) -> JerkProgram:
 
 
 def _interval(x: Any, u: Any, after: Any, step: Any, ends: list[Any], weight: Any) -> Any:
-    """Rows of one interval: continuity (2), its length, the feed between its ends, and the limits of the joints."""
+    """Rows of one interval: continuity (2), length, feed between its ends, and limits of the joints."""
     v, a, t, j = x[0], x[1], u[0], u[1]
     (q1, r1), (q2, r2), (q3, r3) = ends
-    way, w, b = advanced(t, -step, v, a, j)  # the solver wants rows of an interval in terms of its begin
-    between = v + t * a / 2  # a parabola stays between its ends and this
+    way, w, b = advanced(t, -step, v, a, j)  # the solver wants rows in terms of the start of an interval
+    between = v + t * a / 2  # bounds the parabola together with its ends
     joints = (
         q3 * v**3 + 3 * q2 * v * a + q1 * j,
         r3 * w**3 + 3 * r2 * w * b + r1 * j,
@@ -88,7 +87,7 @@ def _interval(x: Any, u: Any, after: Any, step: Any, ends: list[Any], weight: An
 
 
 def _solver(plugin: str, what: dict[str, Any], equal: list[bool]) -> Any:
-    """Interior points: along the chain of intervals ("fatrop"), or on any sparse program ("ipopt")."""
+    """Interior-point solver: along the chain of intervals ("fatrop"), or on any sparse program ("ipopt")."""
     chain = (
         {"structure_detection": "auto", "equality": equal} if plugin == "fatrop" else {f"{plugin}.sb": "yes"}
     )
@@ -100,7 +99,7 @@ def _solver(plugin: str, what: dict[str, Any], equal: list[bool]) -> Any:
 
 
 def solve(data: Data) -> JerkFound:
-    """Fastest course over one window, at rest at its end; the second solver where the first one fails or is missing."""
+    """Solve one window, at rest at its end; the second solver where the first one fails or is missing."""
     intervals, _, joints = data.rates.shape
     for plugin in PLUGINS:
         if ca.has_nlpsol(plugin):
@@ -111,7 +110,7 @@ def solve(data: Data) -> JerkFound:
 
 
 def _solved(made: JerkProgram, data: Data) -> JerkFound:
-    """Fastest course by one solver."""
+    """Solve one window by one solver."""
     count = made.intervals
     low = np.tile([0.0, -data.acceleration, SHORTEST, -np.inf], count + 1)
     high = np.tile([0.0, data.acceleration, np.inf, np.inf], count + 1)
@@ -125,7 +124,7 @@ def _solved(made: JerkProgram, data: Data) -> JerkFound:
     bounds = {"lbx": low[:size], "ubx": high[:size], "lbg": made.low, "ubg": above}
     try:
         found = made.solver(x0=data.guess.ravel()[:size], p=known, **bounds)
-    except RuntimeError as error:  # the solver gives up on numbers it cannot use
+    except RuntimeError as error:  # unusable numbers
         return JerkFound(np.zeros(count), np.zeros(count), False, str(error).splitlines()[-1])
     stats = made.solver.stats()
     moves = _moves(found["x"], count)

@@ -13,12 +13,11 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, described, units_of
 from sdpgrind.finishing.timing import _path_kernels as path_kernels
 
-DEGREE = 5
-"""Of the spline: four continuous derivatives, so that the jerk of a joint exists and is continuous."""
+DEGREE = 5  # derived: four continuous derivatives, so that the jerk of a joint is continuous
 
 
 class Pieces(NamedTuple):
-    """The polynomials of a spline: where they begin (k + 1,), mm, and their coefficients (k, 6, n), lowest power first."""
+    """Polynomials of a spline: starts (k + 1,), mm, and coefficients (k, 6, n), lowest power first."""
 
     breaks: Floats
     polynomials: Floats
@@ -28,20 +27,19 @@ class Pieces(NamedTuple):
 class JointPath(Described):
     """One smooth run: a quintic spline over arc length through samples of the joints.
 
-    Between two samples every joint is a polynomial; four derivatives are continuous. Fewer than six samples are joined by one
-    polynomial.
+    Four derivatives are continuous. Fewer than six samples are joined by one polynomial.
 
     Parameters
     ----------
     length : array, (m,)
-        Arc length of the contact point at each sample, mm, rising; it need not begin at 0.
+        Arc length of the contact point at each sample, mm, rising from any value.
     joints : array, (m, n)
         The joints there, rad or mm.
 
     Raises
     ------
     ValueError
-        When there are fewer than two samples, or the length does not rise (coincident points); the message names the sample.
+        When there are fewer than two samples, or the length does not rise; the message names the sample.
 
     Examples
     --------
@@ -71,7 +69,7 @@ class JointPath(Described):
 
     @cached_property
     def pieces(self) -> Pieces:
-        """The polynomials of the spline, in mm and rad or mm."""
+        """Polynomials of the spline, in mm and rad or mm."""
         degree = min(DEGREE, self.length.size - 1)
         spline = make_interp_spline(self.length, self.joints, k=degree)
         breaks = np.unique(spline.t)
@@ -86,7 +84,7 @@ class JointPath(Described):
         Parameters
         ----------
         length : array, (...)
-            Where, mm, on the run.
+            Arc lengths on the run, mm.
         derivative : int
             0 to 3: joints in rad or mm, per mm, per mm^2, per mm^3.
 
@@ -110,7 +108,7 @@ class JointPath(Described):
         return self.derivatives(where.ravel())[:, order].reshape(*where.shape, -1)
 
     def derivatives(self, length: Floats) -> Floats:
-        """Return the joints and three derivatives, (m, 4, n), in rad or mm and per mm; lengths (m,) in mm are trusted."""
+        """Return joints and three derivatives, (m, 4, n), rad or mm and per mm, at trusted lengths (m,), mm."""
         out = np.empty((length.size, 4, self.joints.shape[1]))
         path_kernels.evaluate(*self.pieces, np.ascontiguousarray(length), out)
         return out

@@ -15,10 +15,8 @@ from sdpgrind.finishing.timing._toppra_law import ToppraError, toppra_law
 from sdpgrind.finishing.timing._trapezoid import Trapezoid, double_s_law, trapezoid_law
 from sdpgrind.finishing.timing._violations import closest, slowing
 
-ACCELERATION = 1000.0
-"""Of the contact point along its path where none is given, mm/s^2."""
-REFINE = 20
-"""Places in a piece of a law in which its limits are checked."""
+ACCELERATION = 1000.0  # mm/s^2, chosen: default acceleration of the contact point along its path
+REFINE = 20  # chosen: places in a piece of a law for its limits
 
 
 def time_laws(
@@ -30,35 +28,36 @@ def time_laws(
     method: str = "trapezoid",
     progress: Progress = silent,
 ) -> tuple[TimeLaw, ...]:
-    """Return how each run is played, from rest to rest.
+    """Return the time law of each run, from rest to rest.
 
     Parameters
     ----------
     runs : sequence of JointPath
         The runs, mm and rad or mm.
     limits : JointLimits
-        Of the joints.
+        Limits of the joints.
     feed_rate : float
         Greatest feed of the process along the path, mm/s.
     acceleration : float, optional
-        Greatest acceleration of the contact point along its path, mm/s^2; 1000 for "trapezoid" when left out, none otherwise.
+        Greatest acceleration of the contact point along its path, mm/s^2. None: 1000 for "trapezoid", else no
+        limit.
     method : str
-        "trapezoid": speed trapezoid of the path, played more slowly where a joint asks for it (``TimeLaw.slowed`` says by how
-        much). Where jerk has a limit, its corners are rounded by pieces of constant jerk (seven pieces).
-        "toppra": the fastest law by the package of that name (an extra); its acceleration jumps, so limits of jerk are refused.
-        "min_time": the fastest law of the contact point within ``feed_rate`` and of the joints within all their limits. Without
-        limits of jerk it is swept over a grid, which is made finer until that saves less than 0.02 % of the time; with them it
-        is a nonlinear program (CasADi), no slower than the trapezoid of seven pieces.
+        "trapezoid": speed trapezoid of the path, slowed where a joint needs it (factor: ``TimeLaw.slowed``);
+        with limits of jerk, seven pieces of constant jerk. "toppra": fastest law by the package toppra (an
+        extra); its acceleration jumps, so limits of jerk are refused. "min_time": fastest law within
+        ``feed_rate`` and all limits of the joints. Without limits of jerk it is swept over a grid, refined
+        until that saves less than 0.02 % of the time; with them it is a nonlinear program (CasADi), no slower
+        than the trapezoid of seven pieces.
     progress : callable
-        Told the share that is done (0..1).
+        Called with the share done (0..1) and a text.
 
     Raises
     ------
     ValueError
-        When the runs do not have the joints of the limits, a rate is not > 0, jerk has limits that a method cannot keep, or no
-        law is found; the message names the run.
+        When the runs do not have the joints of the limits, a rate is not > 0, jerk has limits that a method
+        cannot keep, or no law is found; the message names the run.
     ImportError
-        When `toppra` is asked for and missing.
+        When `toppra` is wanted and missing.
 
     Examples
     --------
@@ -92,7 +91,7 @@ def time_laws(
 def _named(
     number: int, run: JointPath, limits: JointLimits, feed: float, along: float | None, method: str
 ) -> TimeLaw:
-    """Law of one run, told how much slower it is than without joints; errors name the run."""
+    """Law of one run with its slowing against one without joints; errors name the run."""
     try:
         law = _MAKERS[method](run, limits, feed, along)
     except (LawError, ToppraError) as error:
@@ -104,7 +103,7 @@ def _named(
 
 
 def min_time_of(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
-    """Fastest law of one run; with limits of jerk seven pieces are that, too, where a run is straight for all its joints."""
+    """Fastest law of one run; with limits of jerk at most as long as that of seven pieces."""
     if limits.jerk_max is None:
         return fastest_law(run, limits, feed_rate, acceleration)
     both = (
@@ -126,13 +125,13 @@ def _seven_pieces(
 def trapezoid_of(
     run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
 ) -> TimeLaw:
-    """Trapezoid of one run (rounded where jerk has a limit), at a speed all joints can follow, and slowed for the rest."""
+    """Trapezoid of one run (rounded where jerk has a limit) at a speed that all joints allow, then slowed."""
     shape = _shape(run, limits, min(feed_rate, _speed_of(run, limits)), acceleration or ACCELERATION)
     return shape.slower(slowing(closest(run, shape, limits, feed_rate, REFINE)[:, 0]))
 
 
 def _shape(run: JointPath, limits: JointLimits, speed: float, acceleration: float) -> TimeLaw:
-    """Law along the path; the jerk of the path is what the joints allow where they move straight."""
+    """Law along the path, with the jerk that the joints allow where they move straight."""
     shape = Trapezoid(run.span, speed, acceleration)
     start = float(run.length[0])
     if limits.jerk_max is None:
@@ -147,9 +146,9 @@ def _speed_of(run: JointPath, limits: JointLimits) -> float:
     return float(np.min(limits.table[0] / np.maximum(steepest, 1e-9)))
 
 
+# Makers of one run's law, by the name of the method.
 _MAKERS: Mapping[str, Callable[[JointPath, JointLimits, float, float | None], TimeLaw]] = {
     "trapezoid": trapezoid_of,
     "toppra": toppra_law,
     "min_time": min_time_of,
 }
-"""Makers of one run's law, by the name of the method."""

@@ -1,4 +1,4 @@
-"""What the joints can do."""
+"""Limits of the joints."""
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY
@@ -19,11 +19,11 @@ class JointLimits(Described):
     names : sequence of str, (n,)
         Names of the joints.
     speed_max : sequence of float, (n,)
-        Greatest speed of each, rad/s or mm/s.
+        Greatest speeds, rad/s or mm/s.
     acceleration_max : sequence of float, (n,)
-        Greatest acceleration, rad/s^2 or mm/s^2.
+        Greatest accelerations, rad/s^2 or mm/s^2.
     jerk_max : sequence of float, (n,), optional
-        Greatest jerk, rad/s^3 or mm/s^3. None: the acceleration may jump.
+        Greatest jerks, rad/s^3 or mm/s^3. None: no limit.
 
     Raises
     ------
@@ -50,13 +50,13 @@ class JointLimits(Described):
 
     @property
     def table(self) -> Floats:
-        """Limits of speed, acceleration and jerk as rows, (3, n), in their units; jerk infinite where it has none."""
+        """Limits of speed, acceleration and jerk, (3, n), in their units; inf without a limit of jerk."""
         jerk = self.jerk_max if self.jerk_max is not None else np.full(len(self.names), np.inf)
         return np.array([self.speed_max, self.acceleration_max, jerk], dtype=float)
 
 
 def _each(name: str, value: Sequence[float], count: int, unit: str) -> tuple[float, ...]:
-    """Give one limit > 0 for each joint."""
+    """Check one limit > 0 for each joint."""
     if np.ndim(value) != 1 or len(value) != count:
         raise checks.refuse(name, f"one number for each of the {count} joints", value, unit)
     return tuple(checks.positive(f"{name}[{k}]", entry, unit) for k, entry in enumerate(value))

@@ -1,8 +1,9 @@
-"""The fastest law of a run within the limits of its joints, where the acceleration may jump: swept over a grid of its own.
+"""Fastest law of a run within the limits of its joints without jerk, swept over a grid.
 
-The square of the feed is linear over arc length between points of the grid. Backward, the greatest feed from which rest can still
-be reached; forward, as fast as that allows. The grid is made finer until that no longer saves time; where limits are exceeded
-between its points (in proportion to the square of its step) they are narrowed.
+The square of the feed is linear over arc length between points of the grid. A backward sweep finds the
+greatest feed from which rest can be reached, a forward sweep the fastest course below it. The grid is refined
+until that saves no time; limits exceeded between its points (in proportion to the square of its step) are
+narrowed.
 """
 
 from typing import NamedTuple
@@ -16,16 +17,14 @@ from sdpgrind.finishing.timing._limits import JointLimits
 from sdpgrind.finishing.timing._narrowing import Narrowed, narrowed
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
-LEAST, MOST = 64, 1 << 17
-"""Least and greatest number of intervals on a run."""
-GAIN = 2e-4
-"""Share of the duration that half the step must save to be taken; the duration is then known to about as much."""
+LEAST, MOST = 64, 1 << 17  # chosen: bounds of the number of intervals on a run
+GAIN = 2e-4  # of the duration, chosen: saving by half the step that is taken; about the error of the duration
 
 
 def fastest_law(
     run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, gain: float = GAIN
 ) -> TimeLaw:
-    """Fastest law of a run; jerk is not limited."""
+    """Return the fastest law of a run without limits of jerk."""
     parts = -(-LEAST // (run.pieces.breaks.size - 1))
     before = _duration(run, limits, feed_rate, acceleration, parts)
     while parts * (run.pieces.breaks.size - 1) < MOST:
@@ -40,7 +39,7 @@ def fastest_law(
 def kept_on(
     run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats
 ) -> Narrowed:
-    """Fastest law on a grid that keeps the limits between its points too."""
+    """Return the fastest law on a grid that keeps the limits between its points, too."""
 
     def solve(factors: Floats) -> TimeLaw:
         return law_of(grid, swept(run, limits, feed_rate, acceleration, grid, factors))
@@ -51,13 +50,13 @@ def kept_on(
 def _duration(
     run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, parts: int
 ) -> float:
-    """Time that a run takes on a grid of so many parts in each piece of the path, s."""
+    """Duration on a grid of `parts` in each piece of the path, s."""
     grid = grid_of(run, parts)
     return law_of(grid, swept(run, limits, feed_rate, acceleration, grid)).duration
 
 
 class LimitRows(NamedTuple):
-    """Limits at the m points of a grid: greatest squared feed x (m,), mm^2/s^2, and ``|p u + c x|`` <= 1, (m, r) of all rows."""
+    """Limits at m points: greatest squared feed (m,), mm^2/s^2; rows ``|p u + c x|`` <= 1, (m, r)."""
 
     cap: Floats
     p: Floats
@@ -72,7 +71,7 @@ def rows_of(
     grid: Floats,
     factors: Floats | None = None,
 ) -> LimitRows:
-    """Limits at the points of a grid (mm); those of speed and acceleration are narrowed by factors (2, m)."""
+    """Limits at the points of a grid (mm); those of speed and acceleration narrowed by factors (2, m)."""
     joints, narrow = run.derivatives(grid), np.ones((2, grid.size)) if factors is None else factors
     speed, most, _ = limits.table
     p, c = (joints[:, order] / most * narrow[1][:, None] for order in (1, 2))
@@ -99,7 +98,7 @@ def swept(
 
 
 def law_of(grid: Floats, x: Floats) -> TimeLaw:
-    """Law whose squared feed is linear over arc length between points: constant acceleration in each piece."""
+    """Law with squared feed linear over arc length between points: constant acceleration in each piece."""
     feed, step = np.sqrt(x), np.diff(grid)
     durations = 2 * step / (feed[1:] + feed[:-1])
     knots = np.concatenate([[0.0], np.cumsum(durations)])
@@ -107,6 +106,6 @@ def law_of(grid: Floats, x: Floats) -> TimeLaw:
 
 
 def grid_of(run: JointPath, parts: int) -> Floats:
-    """The breaks of the path (mm), each piece cut alike into so many parts."""
+    """Breaks of the path (mm), each piece cut into `parts`."""
     breaks = run.pieces.breaks
     return np.interp(np.arange((breaks.size - 1) * parts + 1) / parts, np.arange(breaks.size), breaks)

@@ -1,7 +1,6 @@
-"""Limits kept between the points of a grid too: narrowed about the spots where a law exceeds them, and solved again.
+"""Limits kept between the points of a grid: narrowed where a law exceeds them, then solved again.
 
-Only the neighbourhood of such a spot slows down; the little that is left after a few rounds is gained by playing the whole law
-slower.
+Only the neighbourhood of such a place slows down; the remaining excess is removed by slowing the whole law.
 """
 
 from collections.abc import Callable
@@ -15,28 +14,25 @@ from sdpgrind.finishing.timing._limits import JointLimits
 from sdpgrind.finishing.timing._time_law import TimeLaw
 from sdpgrind.finishing.timing._violations import closest, shares, slowing
 
-CHECKS = 20
-"""Places in an interval in which limits are checked."""
-ROUNDS = 5
-"""How often limits are narrowed at most."""
-ENOUGH = 2e-4
-"""Share of the duration that is left to playing the whole law slower."""
+CHECKS = 20  # chosen: places in an interval for limits
+ROUNDS = 5  # chosen: limit of the rounds of narrowing
+ENOUGH = 2e-4  # of the duration, chosen: rest for slowing the whole law
+# chosen: power of the excess for narrowing, as the worst place between points follows about half of it
 EAGER = 2.0
-"""Power of what a limit is exceeded by to narrow it: the worst place between two points answers to about half of that."""
 
+# law on a grid of m points with limits of speed and acceleration narrowed by factors >= 1, (2, m)
 Solve = Callable[[Floats], TimeLaw]
-"""Law on a grid of m points whose limits of speed and of acceleration are narrowed by factors >= 1, (2, m)."""
 
 
 class Narrowed(NamedTuple):
-    """A law that keeps its limits, and the factors (2, m) that the limits of speed and acceleration were narrowed by."""
+    """A law within its limits, and the factors (2, m) that narrowed the limits of speed and acceleration."""
 
     law: TimeLaw
     factors: Floats
 
 
 def narrowed(run: JointPath, limits: JointLimits, feed_rate: float, points: int, solve: Solve) -> Narrowed:
-    """Fastest of the laws found while limits are narrowed at the points of a grid about the spots where they are exceeded."""
+    """Return the fastest law over rounds of narrowing limits where they are exceeded between points."""
     factors = np.ones((2, points))
     law = solve(factors)
     best = Narrowed(slowed_to_limits(run, law, limits, feed_rate), factors)
@@ -51,12 +47,12 @@ def narrowed(run: JointPath, limits: JointLimits, feed_rate: float, points: int,
 
 
 def _narrower(factors: Floats, run: JointPath, law: TimeLaw, limits: JointLimits) -> Floats:
-    """Narrow limits at both ends of every interval by what they are exceeded by in it."""
+    """Narrow limits at both ends of every interval by their excess in it."""
     ratios = shares(run, law, limits.replace(jerk_max=None), np.inf, CHECKS)[:, :2, 0].T
     excess, one = np.maximum(ratios, 1.0) ** EAGER, np.ones((2, 1))
     return np.asarray(factors * np.maximum(np.hstack([one, excess]), np.hstack([excess, one])))
 
 
 def slowed_to_limits(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float) -> TimeLaw:
-    """Play a law just so much slower that limits are kept between its points too; jerk is not looked at."""
+    """Slow a law to its limits of speed, acceleration and feed, also between its points."""
     return law.slower(slowing(closest(run, law, limits.replace(jerk_max=None), feed_rate, CHECKS)[:, 0]))

@@ -7,7 +7,7 @@ from sdpgrind.base.compiled import compiled
 
 @compiled
 def _piece_at(breaks, place, hint):
-    """Index of the piece that holds a place; `hint` is where to look first."""
+    """Index of the piece with a place; `hint` is tried first."""
     last = breaks.size - 2
     if breaks[hint] <= place < breaks[hint + 1]:
         return hint
@@ -18,7 +18,7 @@ def _piece_at(breaks, place, hint):
 
 @compiled
 def _derivatives(polynomial, x, out):
-    """Value and three derivatives of every joint, out (4, n), of one piece's polynomials (6, n) at x from its begin."""
+    """Value and three derivatives of every joint, out (4, n), of polynomials (6, n) at x from their start."""
     c = polynomial
     for i in range(c.shape[1]):
         out[0, i] = c[0, i] + x * (c[1, i] + x * (c[2, i] + x * (c[3, i] + x * (c[4, i] + x * c[5, i]))))

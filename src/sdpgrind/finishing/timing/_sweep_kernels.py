@@ -1,20 +1,20 @@
-"""Fastest course over a grid: the square x of the feed, linear between points, its slope 2 u twice the acceleration.
+"""Fastest course over a grid: squared feed x, linear between points, with slope 2 u, twice the acceleration.
 
-A row r of the constraints is ``|p u + c x|`` <= 1; it holds at both ends of every interval (Pham & Pham 2018).
+A row r of the constraints, ``|p u + c x|`` <= 1, holds at both ends of every interval (Pham & Pham 2018).
 """
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-TINY = 1e-13
+TINY = 1e-13  # chosen: rounding of a row without u
 
 
 @compiled
 def _narrow(p, c, x, span):
-    """Narrow span = (least u, its slope over x, greatest u, its slope, greatest x) by the rows of one end of an interval."""
+    """Narrow span = (least u, its slope over x, greatest u, its slope, greatest x) by the rows of one end."""
     for r in range(p.size):
-        if abs(p[r]) <= TINY:  # this row says nothing of u
+        if abs(p[r]) <= TINY:  # no bound of u
             if abs(c[r]) * span[4] > 1.0:
                 span[4] = 1.0 / abs(c[r])
             continue
@@ -27,7 +27,7 @@ def _narrow(p, c, x, span):
 
 @compiled
 def _span(p, c, p_next, c_next, step, x, cap, cap_next, span):
-    """Accelerations that are allowed on an interval begun at x, so that it ends within [0, cap_next]."""
+    """Accelerations allowed on an interval from x, so that it ends within [0, cap_next]."""
     span[0], span[1], span[2], span[3] = (
         -x / (2 * step),
         -0.5 / step,
@@ -41,7 +41,7 @@ def _span(p, c, p_next, c_next, step, x, cap, cap_next, span):
 
 @compiled
 def _highest(p, c, p_next, c_next, step, cap, cap_next, span):
-    """Greatest x from which an acceleration is allowed: Newton from the right, on a convex, piecewise linear function."""
+    """Greatest x with an allowed acceleration: Newton's method on a convex, piecewise linear function."""
     x = cap
     for _ in range(200):
         _span(p, c, p_next, c_next, step, x, cap, cap_next, span)
@@ -56,15 +56,15 @@ def _highest(p, c, p_next, c_next, step, cap, cap_next, span):
 
 @compiled
 def fastest(steps, p, c, cap, x):
-    """Fill x (m,) with the greatest course from rest to rest: rows p, c (m, r), greatest x at each point cap (m,)."""
+    """Fill x (m,) with the fastest course from rest to rest: rows p, c (m, r), greatest x cap (m,)."""
     span, last = np.empty(5), cap.size - 1
-    shifted = np.empty_like(p)  # rows of the point after, written in x of the point before: x' = x + 2 h u
+    shifted = np.empty_like(p)  # rows of the next point in x of this one: x' = x + 2 h u
     for i in range(last):
         shifted[i + 1] = p[i + 1] + 2.0 * steps[i] * c[i + 1]
     x[last] = 0.0
-    for i in range(last - 1, -1, -1):  # the greatest x from which rest can still be reached
+    for i in range(last - 1, -1, -1):  # the greatest x from which rest can be reached
         x[i] = _highest(p[i], c[i], shifted[i + 1], c[i + 1], steps[i], cap[i], x[i + 1], span)
     x[0] = 0.0
-    for i in range(last):  # as fast as that allows
+    for i in range(last):  # the fastest course below it
         _span(p[i], c[i], shifted[i + 1], c[i + 1], steps[i], x[i], cap[i], x[i + 1], span)
         x[i + 1] = min(max(x[i] + 2.0 * steps[i] * span[2], 0.0), x[i + 1])

@@ -1,25 +1,24 @@
-"""The table's position loop, one sample after the other."""
+"""Position loop of the table, sample by sample."""
 
 from sdpgrind.base.compiled import compiled
 
+# Of a loop: transition (3, 3), then command weights (3,) before and after, output (3,); their number.
 OLD, NEW, OUTPUT, LOOP = 9, 12, 15, 18
-"""A loop: matrix (3, 3) of the state, weights (3,) of the command before and after a sample, output (3,); how many they are."""
-COMMAND, TABLE = 3, 4
-"""State of an axis of the table: three of the loop and the last command; how many they are."""
+COMMAND, TABLE = 3, 4  # state of an axis of the table: three of the loop, the last command; their number
 
 
 @compiled
 def table_step(loop, state, command):
-    """Advance an axis of the table by a sample and return where it is, mm from where it began: Wang, section 3.
+    """Advance an axis of the table by a sample and return its position, mm from its start (Wang, section 3).
 
     Parameters
     ----------
     loop : array, (LOOP,)
-        `TableLoop.sampled(period).parameters`; empty: the table is always where it is commanded to be.
+        `TableLoop.sampled(period).parameters`; empty: the table follows its command exactly.
     state : array, (TABLE,)
         State of the loop and last command; zeros at the start. It is changed.
     command : float
-        Where it is to be at the end of the sample, mm from where it began; a straight line from the last command.
+        Command at the end of the sample, mm from its start; a straight line from the last command.
     """
     if loop.size == 0:
         return command
@@ -35,6 +34,6 @@ def table_step(loop, state, command):
 
 @compiled
 def follow(loop, state, command, position):
-    """Fill position (m,) with the answer to a command (m,) that begins at 0."""
+    """Fill position (m,) with the response to a command (m,) that starts at 0."""
     for k in range(command.size):
         position[k] = table_step(loop, state, command[k])

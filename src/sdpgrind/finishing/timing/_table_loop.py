@@ -1,4 +1,4 @@
-"""The position loop of one axis of the xy table."""
+"""Position loop of one axis of the xy table."""
 
 from typing import NamedTuple
 
@@ -18,11 +18,11 @@ class SampledTable(NamedTuple):
     Attributes
     ----------
     transition : array, (3, 3)
-        Of the state over a sample, dimensionless.
+        Transition of the state over a sample, dimensionless.
     old, new : array, (3,)
         Weights of the command (mm) before and after it.
     output : array, (3,)
-        The position (mm) from the state.
+        Weights of the state in the position (mm).
     """
 
     transition: Floats
@@ -32,18 +32,18 @@ class SampledTable(NamedTuple):
 
     @property
     def parameters(self) -> Floats:
-        """All of it in one array (18,) for `kernels.table_step`; weights of a command in mm."""
+        """All in one array (18,) for `kernels.table_step`; weights of a command in mm."""
         return np.concatenate([np.ravel(each) for each in self])
 
 
 @described("finishing.table_loop")
 class TableLoop(Described):
-    """Position loop of one axis of the xy table: a motor with friction under a PID law on the position error (Wang, Sec. 3).
+    """Position loop of one axis of the xy table: a motor with friction under a PID law (Wang, section 3).
 
-    ``J P'' + B P' = Kt (Kp e + Ki int e + Kd e')`` with e = P* - P, so that
-    P/P* = (Kt Kd s^2 + Kt Kp s + Kt Ki)/(J s^3 + (B + Kt Kd) s^2 + Kt Kp s + Kt Ki), as printed. Positions are of the motor, rad,
-    or of the table, mm: the loop is linear, so its answer is in the unit of its command. The source gives no values; these are
-    ours.
+    ``J P'' + B P' = Kt (Kp e + Ki int e + Kd e')`` with e = P* - P, so that P/P* = (Kt Kd s^2 + Kt Kp s + Kt
+    Ki)/(J s^3 + (B + Kt Kd) s^2 + Kt Kp s + Kt Ki), as printed. Positions are of the motor, rad, or of the
+    table, mm: the loop is linear, and its response has the unit of its command. Default values are chosen
+    here, as the source gives none.
 
     Parameters
     ----------
@@ -81,23 +81,24 @@ class TableLoop(Described):
         if not (self.damping + self.torque_constant * self.kd) * self.kp > self.inertia * self.ki:
             poles = ", ".join(f"{pole:.4g}" for pole in self.poles)
             raise ValueError(
-                f"(damping + torque_constant*kd)*kp must be > inertia*ki, else the loop is unstable; its poles are {poles} (1/s)"
+                "(damping + torque_constant*kd)*kp must be > inertia*ki, else the loop is unstable;"
+                f" its poles are {poles} (1/s)"
             )
 
     @property
     def numerator(self) -> Floats:
-        """Of P/P*, highest power of s first; s in 1/s, coefficients in N m and s."""
+        """Numerator of P/P*, highest power of s first; s in 1/s, coefficients in N m and s."""
         return self.torque_constant * np.array([self.kd, self.kp, self.ki])
 
     @property
     def denominator(self) -> Floats:
-        """Of P/P*, highest power of s first; s in 1/s, coefficients in kg m^2, N m and s."""
+        """Denominator of P/P*, highest power of s first; s in 1/s, coefficients in kg m^2, N m and s."""
         kt = self.torque_constant
         return np.array([self.inertia, self.damping + kt * self.kd, kt * self.kp, kt * self.ki])
 
     @property
     def poles(self) -> Complex:
-        """Of the closed loop, 1/s."""
+        """Poles of the closed loop, 1/s."""
         return np.asarray(np.roots(self.denominator), dtype=complex)
 
     def response(self, frequency: npt.ArrayLike) -> Complex:
@@ -112,12 +113,12 @@ class TableLoop(Described):
         return np.asarray(np.polyval(self.numerator, s) / np.polyval(self.denominator, s), dtype=complex)
 
     def parabola_error(self, acceleration: float) -> float:
-        """Return the error that is left behind a command of constant acceleration, B a/(Kt Ki), in mm; a ramp leaves none.
+        """Return the steady error behind a command of constant acceleration, B a/(Kt Ki), mm; of a ramp, 0.
 
         Parameters
         ----------
         acceleration : float
-            Of the command, mm/s^2.
+            Acceleration of the command, mm/s^2.
         """
         return (
             self.damping
@@ -148,7 +149,7 @@ class TableLoop(Described):
         return SampledTable(transition, old, new, C)
 
     def follow(self, command: npt.ArrayLike, period: float) -> Floats:
-        """Return where the table is when it is told where to be; it stands still at the first command before.
+        """Return the table's response to a command, from rest at the first command.
 
         Parameters
         ----------

@@ -12,12 +12,13 @@ from sdpgrind.base.halving import halved
 from sdpgrind.base.quantities import Described, custom, described, quantity, units_of
 from sdpgrind.finishing.timing._cubic import advanced
 
+# of a law's length and its greatest feed, chosen: rounding between the end of a piece and the start of the
+# next
 JOINED = 1e-6
-"""Of a law's length and of its greatest feed: by how much less a piece may end beside where the next begins."""
 
 
 class Course(NamedTuple):
-    """Where the contact point is on its path, and how it moves: mm, mm/s, mm/s^2, mm/s^3."""
+    """Course of the contact point along its path: mm, mm/s, mm/s^2, mm/s^3."""
 
     length: Floats
     feed: Floats
@@ -26,22 +27,22 @@ class Course(NamedTuple):
 
 
 def _row(unit: str) -> Any:
-    """Declare finite numbers that kernels take: contiguous, and writeable as the kernels are compiled for."""
+    """Declare finite numbers for kernels: contiguous, and writeable as the kernels are compiled for."""
     return custom(lambda name, value: np.ascontiguousarray(checks.finite_array(name, value, unit)), unit)
 
 
 @described("finishing.time_law", eq=False)
 class TimeLaw(Described):
-    """Arc length over time from rest to rest, in pieces of constant jerk: cubic polynomials, without any further approximation.
+    """Arc length over time from rest to rest, in pieces of constant jerk (cubic polynomials).
 
-    A piece with jerk 0 has constant acceleration: the square of the feed is then a straight line over arc length.
+    A piece with jerk 0 has constant acceleration: the square of the feed is a straight line over arc length.
 
     Parameters
     ----------
     knots : array, (k + 1,)
-        Times at which pieces begin, and the end, s, from 0.
+        Start times of the pieces, and the end, s, from 0.
     length : array, (k,)
-        Arc length at the begin of each piece, mm.
+        Arc length at the start of each piece, mm.
     feed : array, (k,)
         Feed there, mm/s.
     acceleration : array, (k,)
@@ -49,16 +50,18 @@ class TimeLaw(Described):
     jerk : array, (k,)
         Jerk along the path during the piece, mm/s^3.
     slowed : float
-        By how much slower than asked: duration over that without limits of the joints, unit 1; 1 where it is not known.
+        Duration over that without limits of the joints, unit 1; 1 also where it is not known.
 
     Raises
     ------
     ValueError
-        When shapes do not fit together, times do not rise from 0, or a piece does not begin where the one before it ends.
+        When shapes do not fit together, times do not rise from 0, or a piece does not start at the end of the
+        one before.
 
     Examples
     --------
-    >>> law = TimeLaw(knots=[0.0, 0.1, 0.2], length=[0.0, 5.0], feed=[0.0, 100.0], acceleration=[1e3, -1e3], jerk=[0.0, 0.0])
+    >>> motion = {"length": [0.0, 5.0], "feed": [0.0, 100.0], "acceleration": [1e3, -1e3]}
+    >>> law = TimeLaw(knots=[0.0, 0.1, 0.2], jerk=[0.0, 0.0], **motion)
     >>> law.duration, [round(float(value), 6) for value in law.at(0.15)]
     (0.2, [8.75, 50.0, -1000.0, 0.0])
     """
@@ -76,7 +79,7 @@ class TimeLaw(Described):
         self._check_jumps()
 
     def _check_shapes(self) -> None:
-        """Refuse times that do not rise from 0, and pieces that do not lie between them."""
+        """Refuse times that do not rise from 0, and rows without a piece between each two."""
         if self.knots.ndim != 1 or self.knots.size < 2:
             raise self._refused("knots", "of shape (k + 1,) with k >= 1", self.knots.shape)
         if self.knots[0] != 0:
@@ -91,7 +94,7 @@ class TimeLaw(Described):
                 raise self._refused(name, rule, getattr(self, name).shape)
 
     def _check_jumps(self) -> None:
-        """Refuse a piece that does not begin where the one before it ends."""
+        """Refuse a piece that does not start at the end of the one before."""
         ends = moved(np.diff(self.knots), self.length, self.feed, self.acceleration, self.jerk)
         way = max(float(np.ptp(self.length)), float(abs(ends.length[-1] - self.length[0])))
         for name, scale in (("length", way), ("feed", float(np.abs(self.feed).max()))):
@@ -130,12 +133,12 @@ class TimeLaw(Described):
         Parameters
         ----------
         time : array, (...)
-            Times from the begin of the law, s. At a knot the later piece counts.
+            Times from the start of the law, s. At a knot the later piece counts.
 
         Raises
         ------
         ValueError
-            When a time is before the begin or after the end.
+            When a time is before the start or after the end.
         """
         when = checks.finite_array("time", time, "s")
         slack = 1e-9 * self.duration
@@ -144,13 +147,13 @@ class TimeLaw(Described):
         return self._within(np.clip(when, 0.0, self.duration))
 
     def _within(self, time: Floats) -> Course:
-        """Course at times that are on the law."""
+        """Course at times on the law."""
         k = np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, self.length.size - 1)
         t, s, v, a, j = time - self.knots[k], self.length[k], self.feed[k], self.acceleration[k], self.jerk[k]
         return moved(t, s, v, a, j)
 
     def time_at(self, length: npt.ArrayLike) -> Floats:
-        """Return the times (s) at which the contact point is at arc lengths (mm).
+        """Return the times (s) at which the contact point reaches arc lengths (mm).
 
         Parameters
         ----------
@@ -165,12 +168,13 @@ class TimeLaw(Described):
         return halved(self.knots[k], self.knots[k + 1], lambda time: self._within(time).length < where, 60)
 
     def slower(self, factor: float) -> "TimeLaw":
-        """Return the same course played more slowly: speeds fall by the factor, accelerations by its square, jerks by its cube.
+        """Return the same course slower: speeds over the factor, accelerations over its square, jerks its
+        cube.
 
         Parameters
         ----------
         factor : float
-            >= 1, dimensionless; the duration (s) grows by it.
+            Factor of the duration (s), >= 1, dimensionless.
 
         Raises
         ------
@@ -185,12 +189,12 @@ class TimeLaw(Described):
 
 
 def moved(t: Floats, s: Floats, v: Floats, a: Floats, j: Floats) -> Course:
-    """Course after times `t` (s) at constant jerk `j`, begun at length `s` with feed `v` and acceleration `a`."""
+    """Course after times `t` (s) at constant jerk `j`, from length `s` with feed `v` and acceleration `a`."""
     return Course(*advanced(t, s, v, a, j), j)
 
 
 def integrated(start: float, durations: Floats, accelerations: Floats, jerks: Floats) -> TimeLaw:
-    """Law from rest at `start` (mm) in pieces of given durations, first accelerations and jerks."""
+    """Law from rest at `start` (mm) in pieces of given durations, initial accelerations and jerks."""
     t, a, j = durations, accelerations, jerks
     feed = np.concatenate([[0.0], np.cumsum(advanced(t, 0.0, 0.0, a, j)[1])])[:-1]
     length = start + np.concatenate([[0.0], np.cumsum(advanced(t, 0.0, feed, a, j)[0])])[:-1]

@@ -1,4 +1,4 @@
-"""The fastest law by `toppra` (Pham & Pham 2018), where the acceleration may jump."""
+"""Fastest law by `toppra` (Pham & Pham 2018), with jumps of the acceleration."""
 
 import logging
 import warnings
@@ -17,29 +17,26 @@ from sdpgrind.finishing.timing._min_time import LimitRows, grid_of, kept_on, law
 from sdpgrind.finishing.timing._narrowing import slowed_to_limits
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
-INTERVALS, MOST = 200, 1 << 16
-"""Least number of intervals on a run, and the greatest that are halved."""
+INTERVALS, MOST = 200, 1 << 16  # chosen: least number of intervals on a run, and the greatest that is halved
+# of the duration, chosen: saving by half the step that is taken; further halvings save about as much again
 GAIN = 5e-3
-"""Share of the duration that half the step must save to be taken; the rest of such a series is about as much again."""
+# of a limit, chosen: share that rounding leaves of a joint at rest, which would mislead the solver
 NOTHING = 1e-9
-"""Share of a limit that a joint may use unseen: what rounding leaves of a joint at rest would mislead the solver."""
-NEAR = 0.1
-"""Points of the grid give way to a corner of the law that is nearer than this share of the mean interval."""
-SHORTEST = 1e-6
-"""Share of a run that a corner of the law is from its end at least."""
+NEAR = 0.1  # of the mean interval, chosen: points of the grid nearer to a corner of the law are dropped
+SHORTEST = 1e-6  # of a run, chosen: least distance of a corner of the law from its end
+# chosen: duration over that of our own sweep of the same grid from which on the solver has failed
 STALLED = 1.01
-"""A law that takes so many times as long as our own sweep of the same grid is none: the solver lost it."""
+# chosen: magnitude of squared feed and acceleration for `toppra`, with its fixed tolerances of 1e-8
 SCALE = 100.0
-"""Feed squared and acceleration as `toppra` sees them, at most about: it has fixed tolerances of 1e-8."""
 
 
 class ToppraError(ValueError):
-    """A run for which `toppra` found no law."""
+    """`toppra` found no law."""
 
 
 @dataclass(frozen=True)
 class _AsPath:
-    """Rows ``|p u + c x|`` <= 1 as `toppra` wants them: derivatives of a path whose joints all have the acceleration limit 1."""
+    """Rows ``|p u + c x|`` <= 1 for `toppra`: derivatives of a path of joints with acceleration limit 1."""
 
     grid: Floats
     p: Floats
@@ -52,20 +49,20 @@ class _AsPath:
 
     @property
     def path_interval(self) -> Floats:
-        """Where the run begins and ends."""
+        """Start and end of the run."""
         return self.grid[[0, -1]]
 
     def __call__(self, length: Floats, order: int = 0) -> Floats:
-        """First or second derivatives at the points of the grid, the only lengths that are asked for."""
+        """First or second derivatives at the points of the grid, the only lengths that `toppra` uses."""
         return self.c if order == 2 else self.p
 
 
 def toppra_law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
-    """Fastest law of a run by `toppra`; our own sweep of the same grid tells where limits have to be narrower at its points."""
+    """Return the fastest law of a run by `toppra`, with limits narrowed as in our own sweep of its grid."""
     need("toppra", "toppra")
     given = run, limits, feed_rate, acceleration
     parts = _parts(*given)
-    for tried in (parts, 2 * parts, 3 * parts):  # what is ill-posed on one grid may not be on another
+    for tried in (parts, 2 * parts, 3 * parts):  # ill-posed on one grid, but perhaps not on another
         grid = _with_corners(grid_of(run, tried), rows_of(*given, run.length[[0, -1]]))
         ours = kept_on(*given, grid)
         feed = _solved(grid, rows_of(*given, grid, ours.factors))
@@ -79,7 +76,7 @@ def toppra_law(run: JointPath, limits: JointLimits, feed_rate: float, accelerati
 
 
 def _parts(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> int:
-    """Into how many parts each piece of the path is cut, so that more would save little; told by our own sweep."""
+    """Parts of each piece of the path beyond which more would save little, by our own sweep."""
 
     def lasting(parts: int) -> float:
         grid = grid_of(run, parts)
@@ -93,7 +90,7 @@ def _parts(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: 
 
 
 def _with_corners(grid: Floats, ends: LimitRows) -> Floats:
-    """Grid with the corners of the law that a straight run has: how far it takes to the greatest feed, and from it to rest."""
+    """Grid with the corners of the law of a straight run: ends of its ways to and from the greatest feed."""
     span, last = grid[-1] - grid[0], grid.size - 1
     way = np.minimum(ends.cap / (2 * _bound(ends)), span / 2)
     near = NEAR * np.minimum(way, span / last)
@@ -106,7 +103,7 @@ def _with_corners(grid: Floats, ends: LimitRows) -> Floats:
 
 
 def _bound(rows: LimitRows) -> Floats:
-    """Acceleration along the path that no law exceeds, mm/s^2, at each point."""
+    """Greatest acceleration along the path of any law, mm/s^2, at each point."""
     free = (1 + np.abs(rows.c) * rows.cap[:, None]) / np.maximum(np.abs(rows.p), 1e-12)
     return np.asarray(free.min(axis=1))
 
@@ -114,7 +111,7 @@ def _bound(rows: LimitRows) -> Floats:
 def _solved(grid: Floats, rows: LimitRows) -> Floats | None:
     """Feed at the points of a grid, mm/s, or None.
 
-    Feed and acceleration get units in which they are about `SCALE`; what only rounding has left is 0.
+    Feed and acceleration are scaled to about `SCALE`; values from rounding are set to 0.
     """
     most = _bound(rows)
     u = float(np.median(most)) / SCALE
@@ -122,7 +119,7 @@ def _solved(grid: Floats, rows: LimitRows) -> Floats | None:
     p = np.where(np.abs(rows.p) * most[:, None] > NOTHING, rows.p * u, 0.0)
     c = np.where(np.abs(rows.c) * rows.cap[:, None] > NOTHING, rows.c * x, 0.0)
     moves = np.any(p, axis=0) | np.any(c, axis=0)
-    moves[0] |= not moves.any()  # `toppra` wants a joint
+    moves[0] |= not moves.any()  # `toppra` needs a joint
     feed = _by_toppra(_AsPath((grid - grid[0]) * u / x, p[:, moves], c[:, moves]), rows.cap / x)
     if feed is None or not np.all(np.isfinite(feed)) or np.any(feed[1:-1] <= 0):
         return None
@@ -147,7 +144,7 @@ def _by_toppra(path: _AsPath, cap: Floats) -> Floats | None:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep what `toppra` tells its log and its warnings away from the user; what matters is raised."""
+    """Suppress log and warnings of `toppra`; its failures are raised here."""
     log = logging.getLogger("toppra")
     before = log.level
     log.setLevel(logging.CRITICAL + 1)

@@ -1,4 +1,4 @@
-"""Rest to rest over a length, with limits along the path alone: the trapezoid of speed, and its variant of limited jerk."""
+"""Motion from rest to rest with limits along the path alone: speed trapezoid, also with limited jerk."""
 
 from math import sqrt
 
@@ -15,11 +15,11 @@ class Trapezoid(Described):
     Parameters
     ----------
     length : float
-        Way to go, mm, >= 0.
+        Travel, mm, >= 0.
     speed_max : float
         Commanded speed, mm/s.
     acceleration : float
-        While speeding up, and while slowing down, mm/s^2.
+        Acceleration and deceleration, mm/s^2.
 
     Raises
     ------
@@ -39,7 +39,7 @@ class Trapezoid(Described):
 
     @property
     def peak(self) -> float:
-        """Greatest speed that is reached, mm/s: sqrt(L a) on a way too short for the commanded one."""
+        """Greatest speed reached, mm/s: sqrt(L a) where the travel is too short for the commanded one."""
         return min(self.speed_max, sqrt(self.length * self.acceleration))
 
     @property
@@ -49,17 +49,17 @@ class Trapezoid(Described):
 
     @property
     def duration(self) -> float:
-        """Time from rest to rest, s: L/v + v/a with the peak speed v; 0 for no way."""
+        """Time from rest to rest, s: L/v + v/a with the peak speed v; 0 for no travel."""
         return self.length / self.peak + self.peak / self.acceleration if self.length > 0 else 0.0
 
     @property
     def mean_share(self) -> float:
-        """Mean speed over the commanded one, dimensionless; 0 for no way."""
+        """Mean speed over the commanded one, dimensionless; 0 for no travel."""
         return self.length / (self.duration * self.speed_max) if self.length > 0 else 0.0
 
 
 def trapezoid_law(start: float, shape: Trapezoid) -> TimeLaw:
-    """Trapezoid as a time law that begins at `start` (mm)."""
+    """Trapezoid as a time law from `start` (mm)."""
     ramp = shape.peak / shape.acceleration
     durations = np.array([ramp, max(shape.duration - 2 * ramp, 0.0), ramp])
     accelerations = np.array([shape.acceleration, 0.0, -shape.acceleration])
@@ -68,7 +68,7 @@ def trapezoid_law(start: float, shape: Trapezoid) -> TimeLaw:
 
 
 def double_s_law(start: float, shape: Trapezoid, jerk: float) -> TimeLaw:
-    """Fastest law along the path that keeps speed, acceleration and jerk (mm/s^3): up to seven pieces, begun at `start` (mm)."""
+    """Fastest law within speed, acceleration, jerk (mm/s^3) along the path from `start` (mm): seven pieces."""
     v, a, j = double_s_peaks(shape, jerk)
     snatch, ramp = a / j, v / a - a / j
     cruise = shape.length / v - (v / a + a / j)
@@ -80,12 +80,10 @@ def double_s_law(start: float, shape: Trapezoid, jerk: float) -> TimeLaw:
 
 
 def double_s_peaks(shape: Trapezoid, jerk: float) -> tuple[float, float, float]:
-    """Greatest speed and acceleration that are reached with limited jerk, and the jerk (mm/s, mm/s^2, mm/s^3)."""
+    """Greatest speed and acceleration reached with limited jerk, and the jerk (mm/s, mm/s^2, mm/s^3)."""
     length, v, a = shape.length, shape.speed_max, shape.acceleration
-    a = min(a, sqrt(v * jerk))  # the acceleration that is reached on the way to the commanded speed
+    a = min(a, sqrt(v * jerk))  # reached on the way to the commanded speed
     if length >= v * (v / a + a / jerk):
         return v, a, jerk
-    a = min(
-        shape.acceleration, (length * jerk**2 / 2) ** (1 / 3)
-    )  # two ramps fill the way: L = v (v/a + a/j)
+    a = min(shape.acceleration, (length * jerk**2 / 2) ** (1 / 3))  # only ramps: L = v (v/a + a/j)
     return (sqrt((a * a / jerk) ** 2 + 4 * length * a) - a * a / jerk) / 2, a, jerk

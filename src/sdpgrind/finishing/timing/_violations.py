@@ -1,4 +1,4 @@
-"""Whether the limits are held, everywhere: on a grid finer than any law was made on."""
+"""Check of all limits on a grid finer than that of any law."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,25 +13,24 @@ from sdpgrind.finishing.timing._limits import JointLimits
 from sdpgrind.finishing.timing._time_law import TimeLaw, moved
 
 QUANTITIES = ("speed", "acceleration", "jerk", "feed")
-SLACK = 1e-9
-"""What rounding may add to a ratio of 1."""
+SLACK = 1e-9  # chosen: rounding of a ratio of 1
 
 
 class Violation(NamedTuple):
-    """Where a motion comes closest to a limit, or goes beyond it.
+    """Place of a motion nearest to a limit, or farthest beyond it.
 
     Attributes
     ----------
     quantity : str
         "speed", "acceleration" or "jerk" of a joint, or "feed".
     joint : str
-        Its name; empty for the feed.
+        Name of the joint; empty for the feed.
     ratio : float
         Value over limit, dimensionless: <= 1 where every limit is held.
     run : int
         Index of the run.
     time : float
-        From the begin of that run, s.
+        Time from the start of that run, s.
     length : float
         Arc length there, mm.
     """
@@ -62,19 +61,19 @@ def worst_violation(
     feed_rate: float,
     refine: int = 20,
 ) -> Violation:
-    """Return where the motion comes closest to a limit, or goes beyond it.
+    """Return the place of a motion nearest to a limit, or farthest beyond it.
 
-    Every piece of a law is looked at in `refine` places for each piece of the path it runs over, both ends included, and the
-    closest place is then sought between them.
+    Every piece of a law is checked in `refine` places for each piece of the path it covers, both ends
+    included, then between them around the nearest place.
 
     Parameters
     ----------
     runs : sequence of JointPath
         The joints of each run, mm and rad or mm.
     laws : sequence of TimeLaw
-        How each is played, s.
+        Time law of each run, s.
     limits : JointLimits
-        Of the joints; jerk is looked at where it has a limit.
+        Limits of the joints.
     feed_rate : float
         Greatest feed of the process, mm/s.
     refine : int
@@ -123,7 +122,7 @@ def shares(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float, 
 
 
 def _shares(run: JointPath, rows: Floats, limits: JointLimits, feed_rate: float, refine: int) -> Floats:
-    """The same of a law's rows (5, k + 1)."""
+    """Greatest share of each limit over a law's rows (5, k + 1), in every piece: (k, 4, 4)."""
     found = np.zeros((rows.shape[1] - 1, len(QUANTITIES), 4))
     found[:, :, 1] = -1
     check_kernels.worst(*run.pieces, rows, limits.table, feed_rate, refine, found)
@@ -138,7 +137,7 @@ def _rows(law: TimeLaw) -> Floats:
 
 
 def _around(piece: Floats, time: float, refine: int) -> tuple[Floats, float]:
-    """A short part of a piece (5, 2) about a time, in rows of its own from time 0, and when it begins."""
+    """A short part of a piece (5, 2) about a time, as rows from time 0, and its start."""
     begin, end = piece[0]
     step = (end - begin) / refine
     first = float(max(begin, min(time - step, end - 2 * step)))
@@ -148,6 +147,6 @@ def _around(piece: Floats, time: float, refine: int) -> tuple[Floats, float]:
 
 
 def slowing(ratios: Floats) -> float:
-    """By how much a law must be slower so that speed, acceleration, jerk and feed keep their limits; 1 where they do."""
+    """Least factor of a duration, >= 1, that keeps speed, acceleration, jerk and feed within their limits."""
     speed, acceleration, jerk, feed = ratios
     return float(max(1.0, speed, acceleration**0.5, jerk ** (1 / 3), feed))
