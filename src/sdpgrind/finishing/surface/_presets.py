@@ -156,6 +156,6 @@ def _over(
 
 
 def greville(n: int, degree: int) -> Floats:
-    """Greville abscissae: means of `degree` clamped uniform knots. Control points there make parameters even."""
+    """Greville abscissae, means of `degree` clamped uniform knots; control points there run evenly."""
     knots = door.clamped(n, degree)
     return np.array([knots[i + 1 : i + degree + 1].mean() for i in range(n)])

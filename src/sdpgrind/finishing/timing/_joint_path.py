@@ -108,7 +108,7 @@ class JointPath(Described):
         return self.derivatives(where.ravel())[:, order].reshape(*where.shape, -1)
 
     def derivatives(self, length: Floats) -> Floats:
-        """Return joints and three derivatives, (m, 4, n), rad or mm and per mm, at trusted lengths (m,), mm."""
+        """Return joints and three derivatives, (m, 4, n), rad or mm and per mm, at lengths (m,), mm, unchecked."""
         out = np.empty((length.size, 4, self.joints.shape[1]))
         path_kernels.evaluate(*self.pieces, np.ascontiguousarray(length), out)
         return out

@@ -168,8 +168,7 @@ class TimeLaw(Described):
         return halved(self.knots[k], self.knots[k + 1], lambda time: self._within(time).length < where, 60)
 
     def slower(self, factor: float) -> "TimeLaw":
-        """Return the same course slower: speeds over the factor, accelerations over its square, jerks its
-        cube.
+        """Return the same course slower: feeds, accelerations and jerks over powers 1 to 3 of the factor.
 
         Parameters
         ----------

@@ -68,7 +68,7 @@ def trapezoid_law(start: float, shape: Trapezoid) -> TimeLaw:
 
 
 def double_s_law(start: float, shape: Trapezoid, jerk: float) -> TimeLaw:
-    """Fastest law within speed, acceleration, jerk (mm/s^3) along the path from `start` (mm): seven pieces."""
+    """Fastest law within speed, acceleration, jerk (mm/s^3) along the path from `start` (mm), 7 pieces."""
     v, a, j = double_s_peaks(shape, jerk)
     snatch, ramp = a / j, v / a - a / j
     cruise = shape.length / v - (v / a + a / j)
