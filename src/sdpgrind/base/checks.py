@@ -146,6 +146,26 @@ def finite_array(name: str, value: npt.ArrayLike, unit: str = "") -> Floats:
     return array
 
 
+def inside(
+    name: str,
+    value: npt.ArrayLike,
+    low: float,
+    high: float,
+    unit: str = "",
+    *,
+    slack: float = 0.0,
+    rule: str = "in",
+    numbered: bool = False,
+) -> Floats:
+    """Return `value` as a float array within [`low`, `high`] and `slack`; `numbered`: the error has an index."""
+    array = finite_array(name, value, unit)
+    bad = np.flatnonzero((array.ravel() < low - slack) | (array.ravel() > high + slack))
+    if bad.size:
+        place = f"{name}[{bad[0]}]" if numbered and array.ndim else name
+        raise refuse(place, f"{rule} [{low:g}, {high:g}]", float(array.ravel()[bad[0]]), unit)
+    return array
+
+
 def charge(name: str, function: Callable[[Floats], npt.ArrayLike], limit: float) -> None:
     """Refuse a charge ($) of distance that is not finite, 0 at 0, non-negative and non-decreasing up to `limit`."""
     z = np.linspace(0.0, limit, 1001)

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base import checks, pictures, stored
 from sdpgrind.base.arrays import lasting
-from sdpgrind.base.checks import Floats
+from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._heading import pitch_cosine
@@ -172,13 +172,17 @@ class Motion(Plan):
     @property
     def profile(self) -> Floats:
         """Times (s) and joints (rad, mm) for a robot controller, shape (k, 8), each time once."""
-        once = np.concatenate([[True], np.diff(self.time) > 0])
-        table: Floats = np.column_stack([self.time, self.joints])[once]
+        table: Floats = np.column_stack([self.time, self.joints])[self._once]
         return table
+
+    @property
+    def _once(self) -> Bools:
+        """Rows without the second ones of sharp corners."""
+        return np.concatenate([[True], np.diff(self.time) > 0])
 
     @cached_property
     def _splines(self) -> tuple[Any, Any]:
-        once = np.concatenate([[True], np.diff(self.time) > 0])
+        once = self._once
         t = self.time[once]
         along = CubicHermiteSpline(t, self.length[once], self.feed_rate[once])
         return CubicHermiteSpline(t, self.joints[once], self.joint_speed[once]), along
@@ -201,10 +205,7 @@ class Motion(Plan):
         ValueError
             When a time is outside.
         """
-        asked = checks.finite_array("time", time, "s")
-        outside = (asked < 0) | (asked > self.duration)
-        if np.any(outside):
-            raise checks.refuse("time", f"in [0, {self.duration:g}]", float(asked[outside].flat[0]), "s")
+        asked = checks.inside("time", time, 0.0, self.duration, "s")
         joints, along = self._splines
         return MotionState(joints(asked), along(asked), along(asked, 1))
 

@@ -60,6 +60,18 @@ class ArcLength:
         width = self.last[interval] - self.first[interval]
         return self.piece[interval], np.asarray(self.first[interval] + 0.5 * (out + 1.0) * width)
 
+    def evenly(self, run: Ints, step: float) -> tuple[Ints, Floats]:
+        """Piece and t at even distances of at most `step` mm in each run (k,), its ends included."""
+        first = np.searchsorted(run, np.arange(run[-1] + 2))
+        ends = np.concatenate([[0.0], np.cumsum(self.pieces(len(run)))])[first]
+        parts = np.maximum(np.ceil(np.diff(ends) / step * (1 - 1e-12)), 1).astype(np.intp)
+        of = np.repeat(np.arange(len(parts)), parts + 1)
+        number = np.arange(len(of)) - (np.cumsum(parts + 1) - parts - 1)[of]
+        piece, t = self.places(ends[of] + number / parts[of] * np.diff(ends)[of])
+        start, end = number == 0, number == parts[of]
+        piece = np.where(start, first[of], np.where(end, first[of + 1] - 1, piece))
+        return piece, np.where(start, 0.0, np.where(end, 1.0, t))
+
 
 def arc_length(speed: Speed, piece: Ints, first: Floats, last: Floats, points: int, size: float) -> ArcLength:
     """Measure intervals on a surface of `size` mm, halving those whose series has not converged."""

@@ -55,12 +55,12 @@ def _arms(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints, deviation: 
     busy = np.isin(np.stack([at - 1, at + 1]), at)
     room = (np.where(busy, HALF, WHOLE) * pace).min(axis=0)
     arm = np.minimum(deviation / (MIDDLE * np.maximum(turn, STRAIGHT)), room)
-    corner = _points(surface, mapping, sharp.coefficients, at, np.zeros(len(at)))
+    corner = contact.points(surface, mapping, sharp.coefficients, at, np.zeros((len(at), 1)))
     for _ in range(ROUNDS):
         blends = _blends(sharp.coefficients, at, arm / pace)
-        piece = np.repeat(np.arange(len(at)), len(LOOKS))
-        points = _points(surface, mapping, blends, piece, np.tile(LOOKS, len(at)))
-        squares = ((points.reshape(len(at), -1, 3) - corner[:, None]) ** 2).sum(axis=-1)
+        looks = np.tile(LOOKS, (len(at), 1))
+        points = contact.points(surface, mapping, blends, np.arange(len(at)), looks)
+        squares = ((points - corner) ** 2).sum(axis=-1)
         arm = np.minimum(
             arm * deviation / np.maximum(np.sqrt(departure.least(squares)), STRAIGHT * deviation), room
         )
@@ -89,8 +89,7 @@ def _shortened(
 def _turns(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints) -> tuple[Floats, Floats]:
     """Speeds (2, c) before and after each corner, mm, and change of the unit tangent."""
     piece, t = np.concatenate([at - 1, at]), np.repeat([1.0, 0.0], len(at))
-    moved = mapping.carried(contact.jets(sharp.coefficients, piece, t))
-    there = surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
+    moved, there = contact.met(surface, mapping, sharp.coefficients, piece, t)
     found = contact.contact(surface, moved, there, np.arange(len(t)))
     before, after = found.tangent[: len(at)], found.tangent[len(at) :]
     back = at[np.linalg.norm(before + after, axis=1) < BACK]
@@ -99,11 +98,6 @@ def _turns(surface: Surface, mapping: Mapping, sharp: Legs, at: Ints) -> tuple[F
             f"a corner that turns back on itself cannot be rounded; the path does at nodes[{back[0]}]"
         )
     return found.speed.reshape(2, -1), np.linalg.norm(after - before, axis=1)
-
-
-def _points(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints, t: Floats) -> Floats:
-    uv = mapping.carried(contact.jets(coefficients, piece, t))[:, 0]
-    return surface.point(uv[:, 0], uv[:, 1])
 
 
 def _blends(coefficients: Floats, at: Ints, arms: Floats) -> Floats:

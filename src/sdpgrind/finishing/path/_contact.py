@@ -38,10 +38,23 @@ def jets(coefficients: Floats, piece: Ints, t: Floats) -> Floats:
     return found
 
 
+def met(
+    surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints, t: Floats
+) -> tuple[Floats, SurfaceDerivatives]:
+    """Jets (m, 3, 2) of (u, v) on pieces at t, and the surface's derivatives there."""
+    moved = mapping.carried(jets(coefficients, piece, t))
+    return moved, surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
+
+
+def points(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints, t: Floats) -> Floats:
+    """Points (c, m, 3) of pieces (c,) at t (c, m), mm."""
+    _, there = met(surface, mapping, coefficients, np.repeat(piece, t.shape[1]), t.ravel())
+    return there.point.reshape(*t.shape, 3)
+
+
 def speed(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints, t: Floats) -> Floats:
     """Derivative of length by t, mm."""
-    moved = mapping.carried(jets(coefficients, piece, t))
-    there = surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
+    moved, there = met(surface, mapping, coefficients, piece, t)
     found = np.empty(len(t))
     speeds(moved, there.u, there.v, found)
     _refuse_no_area(moved, found)

@@ -81,8 +81,7 @@ def _turning(surface: Surface, mapping: Mapping, own: Legs, before: Place, after
     """Whether the directions on the surface differ between pairs of places on a path."""
     steps = []
     for piece, t in (before, after):
-        moved = mapping.carried(contact.jets(own.coefficients, piece, t))
-        there = surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
+        moved, there = contact.met(surface, mapping, own.coefficients, piece, t)
         step = moved[:, 1, :1] * there.u + moved[:, 1, 1:] * there.v
         steps.append(step / np.linalg.norm(step, axis=1)[:, None])
     return np.asarray(np.linalg.norm(steps[1] - steps[0], axis=1) > TURN)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.path import _contact as contact
+from sdpgrind.finishing.path._contact import points
 from sdpgrind.finishing.path._mappings import Mapping
 from sdpgrind.finishing.path._samples import Ints
 from sdpgrind.finishing.surface._surface import Surface
@@ -37,12 +37,6 @@ def _block(
     sharp = np.concatenate([before, after[:, 1:]], axis=1)
     beside = np.delete(sharp, len(ON_ARM) - 1, axis=1)  # the corner is measured more finely
     return np.asarray(np.maximum(corner, np.maximum(_furthest(blend, sharp), _furthest(beside, blend))))
-
-
-def points(surface: Surface, mapping: Mapping, coefficients: Floats, piece: Ints, t: Floats) -> Floats:
-    """Points (c, m, 3) of pieces (c,) at t (c, m), mm."""
-    uv = mapping.carried(contact.jets(coefficients, np.repeat(piece, t.shape[1]), t.ravel()))[:, 0]
-    return surface.point(uv[:, 0], uv[:, 1]).reshape(*t.shape, 3)
 
 
 def _furthest(point: Floats, line: Floats) -> Floats:

@@ -7,9 +7,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from sdpgrind.base.checks import Bools, Floats
-from sdpgrind.finishing.path import _turns as turns
 from sdpgrind.finishing.path._geodesic import Field, distance_field, level_sets, refuse_folds
-from sdpgrind.finishing.path._passes import PathPass
+from sdpgrind.finishing.path._passes import PathPass, ends_of, joined
 from sdpgrind.finishing.path._spacing import ROUNDING
 from sdpgrind.finishing.path._square import Square
 from sdpgrind.finishing.surface._creases import refuse_creases
@@ -65,11 +64,9 @@ def geodesic_nodes(
     passes, ends = _split(square, field, levels, columns, top, pitch)
     rim = Rim(columns, top)
     if not ends:
-        places, corners = turns.joined(square, [*passes, PathPass.straight(columns, top)], radius)
+        places, corners = joined(square, [*passes, PathPass.straight(columns, top)], radius)
     else:
-        places, corners = (
-            turns.joined(square, passes, radius) if passes else (np.empty((0, 2)), np.empty(0, bool))
-        )
+        places, corners = joined(square, passes, radius) if passes else (np.empty((0, 2)), np.empty(0, bool))
         places, corners = _worked_off(places, corners, ends, rim)
     return places, corners | _kinks(square, places)
 
@@ -151,7 +148,7 @@ def _worked_off(
         start, end = (rim.number(*run[k]) for k in (0, -1))
         if abs(here - end) < abs(here - start):
             run, start, end = run[::-1], end, start
-        for part, sharp in (rim.between(here, start), (run, turns.ends(len(run)))):
+        for part, sharp in (rim.between(here, start), (run, ends_of(len(run)))):
             all_places.append(part)
             all_corners.append(sharp)
         here = end

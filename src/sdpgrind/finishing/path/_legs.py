@@ -48,6 +48,13 @@ def legs(nodes: Floats, corners: Bools, smooth: bool) -> Legs:
     return Legs(coefficients, run, node, node - ends.astype(np.intp), ends.astype(float))
 
 
+def by_legs(run: Ints, per_leg: int) -> tuple[Ints, Floats]:
+    """Piece and t of `per_leg` parts of each piece; the end of a piece is the start of the next one."""
+    count = per_leg + np.append(np.diff(run) > 0, True)
+    piece = np.repeat(np.arange(len(run)), count)
+    return piece, np.asarray((np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)) / per_leg)
+
+
 def part(coefficients: Floats, begin: Floats, end: Floats) -> Floats:
     """Polynomials restricted to `begin` to `end`, as polynomials from 0 to 1."""
     found = np.zeros_like(coefficients)

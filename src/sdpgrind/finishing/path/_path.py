@@ -8,17 +8,17 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks, pictures
+from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, text, units_of
 from sdpgrind.finishing.path import _contact as contact
 from sdpgrind.finishing.path import _crossed_creases as crossed_creases
-from sdpgrind.finishing.path import _door as door
-from sdpgrind.finishing.path import _places as places
 from sdpgrind.finishing.path._arc_length import POINTS, ArcLength, arc_length
 from sdpgrind.finishing.path._blends import rounded
 from sdpgrind.finishing.path._crossings import intervals
-from sdpgrind.finishing.path._legs import Legs, legs, turning
+from sdpgrind.finishing.path._legs import Legs, by_legs, legs, turning
 from sdpgrind.finishing.path._mappings import MAPPINGS, Mapping, mapping_of
+from sdpgrind.finishing.path._nodes import sharp_corners, square_nodes
 from sdpgrind.finishing.path._samples import Ints, PathSamples
 from sdpgrind.finishing.surface._creases import creases
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
@@ -31,8 +31,8 @@ STILL = 1e-12  # of the path's length or the surface's size, chosen: a shorter p
 BLEND = 0.05  # pitches, chosen: default deviation of a rounded corner, small next to the gap of passes
 
 
-@described("finishing.path", eq=False)
-class Path(Described):
+@described("finishing.path")
+class Path(Described, ByValue):
     """A tool path over a surface, through nodes in the unit square (Wang, section 3).
 
     Between nodes the path is straight in the square, or a spline; a mapping lays the square on the surface,
@@ -83,7 +83,7 @@ class Path(Described):
     """
 
     surface: Surface = part(Surface)
-    nodes: Floats = custom(lambda name, value: door.square_nodes(value))
+    nodes: Floats = custom(lambda name, value: square_nodes(value))
     _: KW_ONLY
     mapping: str = choice(*MAPPINGS, default="parametric")
     pattern: str = text(default="path")
@@ -92,32 +92,13 @@ class Path(Described):
     deviation: float = quantity("mm", at_least=0, usual=(0.0, 1000.0), typical=0.1, default=0.0)
 
     def _check(self) -> None:
-        object.__setattr__(self, "corners", door.sharp_corners(self.corners, self.nodes, self.smooth))
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Path) and self._key == other._key
-
-    def __hash__(self) -> int:
-        return hash(self._key)
+        object.__setattr__(self, "corners", sharp_corners(self.corners, self.nodes, self.smooth))
 
     def __repr__(self) -> str:
         rounded = f", corners rounded by {self.deviation:.3g} mm" if self.deviation else ""
         even = ", equal areas" if self.mapping == "equal_area" else ""
         size = f"{len(self.nodes)} nodes, {self.length:.4g} mm"
         return f"Path({self.pattern}{even}, {size}{rounded}, on {self.surface!r})"
-
-    @property
-    def _key(self) -> tuple[Any, ...]:
-        corners = None if self.corners is None else self.corners.tobytes()
-        return (
-            self.surface,
-            self.nodes.tobytes(),
-            self.mapping,
-            self.pattern,
-            corners,
-            self.smooth,
-            self.deviation,
-        )
 
     @cached_property
     def _turns(self) -> Bools:
@@ -237,10 +218,8 @@ class Path(Described):
             When one is not > 0.
         """
         if step is None:
-            return self._sampled(*places.by_legs(self._legs.run, checks.count("per_leg", per_leg)))
-        return self._sampled(
-            *places.by_length(self._legs.run, self._arc, checks.positive("step", step, "mm"))
-        )
+            return self._sampled(*by_legs(self._legs.run, checks.count("per_leg", per_leg)))
+        return self._sampled(*self._arc.evenly(self._legs.run, checks.positive("step", step, "mm")))
 
     def at(self, length: npt.ArrayLike) -> PathSamples:
         """Return samples at lengths (m,) from the start of the path, mm; at a sharp corner, the one after it.
@@ -250,11 +229,12 @@ class Path(Described):
         ValueError
             When a length is not on the path.
         """
-        return self._sampled(*self._arc.places(door.reached(length, self.length)))
+        total, lengths = self.length, np.atleast_1d(checks.finite_array("length", length, "mm"))
+        checks.inside("length", lengths, 0.0, total, "mm", slack=1e-9 * total, numbered=True)
+        return self._sampled(*self._arc.places(np.clip(lengths, 0.0, total)))
 
     def _sampled(self, piece: Ints, t: Floats) -> PathSamples:
-        moved = self._mapping.carried(contact.jets(self._legs.coefficients, piece, t))
-        there = self.surface.derivatives(moved[:, 0, 0], moved[:, 0, 1])
+        moved, there = contact.met(self.surface, self._mapping, self._legs.coefficients, piece, t)
         found = contact.contact(self.surface, moved, there, np.arange(len(t)))
         length, uv = self._arc.at(piece, t), np.ascontiguousarray(moved[:, 0])
         return PathSamples(
@@ -279,7 +259,7 @@ class Path(Described):
             When the step is not > 0.
         """
         run = self._legs.run
-        piece, t = places.by_length(run, self._arc, checks.positive("step", step, "mm"))
+        piece, t = self._arc.evenly(run, checks.positive("step", step, "mm"))
         first = np.append(True, np.diff(run[piece]) == 0)
         nodes = contact.jets(self._legs.coefficients, piece[first], t[first])[:, 0]
         corners = np.append(np.diff(run[piece]) > 0, False)[first]

@@ -3,9 +3,8 @@
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.finishing.path import _turns as turns
 from sdpgrind.finishing.path._geodesic_passes import geodesic_nodes
-from sdpgrind.finishing.path._passes import PathPass
+from sdpgrind.finishing.path._passes import PathPass, joined
 from sdpgrind.finishing.path._path import Path
 from sdpgrind.finishing.path._spacing import Gaps, equal_spacing, even_spacing
 from sdpgrind.finishing.path._square import Square
@@ -80,7 +79,7 @@ def zigzag(
     if mapping == "geodesic":
         places, corners = geodesic_nodes(square, pitch, columns, float(lines[-1]), radius)
     else:
-        places, corners = turns.joined(square, [PathPass.straight(columns, line) for line in lines], radius)
+        places, corners = joined(square, [PathPass.straight(columns, line) for line in lines], radius)
     given = corners if radius or mapping == "geodesic" else None
     nodes = square.nodes(*places.T)
     return Path(

@@ -22,6 +22,15 @@ class Net(NamedTuple):
     degree: tuple[int, int]
 
 
+def fitting(**arrays: Floats) -> None:
+    """Refuse arrays whose shapes do not broadcast."""
+    try:
+        np.broadcast_shapes(*(array.shape for array in arrays.values()))
+    except ValueError:
+        shapes = " and ".join(str(array.shape) for array in arrays.values())
+        raise ValueError(f"{', '.join(arrays)} must be of shapes that fit together; got {shapes}") from None
+
+
 def homogeneous(points: Floats, weights: Floats | None) -> Floats:
     """Control points with a fourth column: weighted, or zero."""
     if weights is None:

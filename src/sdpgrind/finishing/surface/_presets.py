@@ -4,7 +4,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.surface import _door as door
+from sdpgrind.finishing.surface._control_net import clamped
 from sdpgrind.finishing.surface._surface import Surface
 
 # Control points of a quarter of the unit circle as a rational parabola, and their weights.
@@ -157,5 +157,5 @@ def _over(
 
 def greville(n: int, degree: int) -> Floats:
     """Greville abscissae, means of `degree` clamped uniform knots; control points there run evenly."""
-    knots = door.clamped(n, degree)
+    knots = clamped(n, degree)
     return np.array([knots[i + 1 : i + degree + 1].mean() for i in range(n)])

@@ -7,16 +7,18 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks, pictures
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described
 from sdpgrind.finishing.surface import _area as area
+from sdpgrind.finishing.surface import _control_net as control_net
 from sdpgrind.finishing.surface import _degenerate as degenerate
-from sdpgrind.finishing.surface import _door as door
 from sdpgrind.finishing.surface import _evaluation as evaluation
 from sdpgrind.finishing.surface import _forms as forms
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
 
 Pair = tuple[int, int]
+SLACK = 1e-12  # of the domain, chosen: rounding of a parameter beyond its ends
 NOT_GIVEN: Any = ()
 KnotPair = tuple[npt.ArrayLike, npt.ArrayLike]
 
@@ -72,16 +74,19 @@ class Surface(Described):
             raise TypeError(
                 "degree and knots must be given; Surface.bspline(control_points) gives what is usual for both"
             )
-        net = door.control_net(self.control_points)
-        degree = door.degrees(self.degree, net)
-        knots = door.knot_vectors(self.knots, degree, net)
+        net = control_net.points(self.control_points)
+        degree = control_net.degrees(self.degree, net)
+        knots = control_net.knot_vectors(self.knots, degree, net)
         checked = {
             "control_points": net,
             "degree": degree,
             "knots": knots,
-            "weights": door.weight_net(self.weights, net),
+            "weights": control_net.weights(self.weights, net),
         }
-        for name, value in {**checked, "outward": door.side(self.outward)}.items():
+        for name, value in {
+            **checked,
+            "outward": int(checks.one_of("outward", self.outward, (1, -1))),
+        }.items():
             object.__setattr__(self, name, value)
 
     @classmethod
@@ -174,7 +179,7 @@ class Surface(Described):
     def breaks(self) -> tuple[Floats, Floats]:
         """Distinct knots of the domain along u and v (dimensionless), with its ends."""
         u, v = (
-            door.frozen(np.unique(np.clip(knots, *ends)))
+            lasting(np.unique(np.clip(knots, *ends)))
             for knots, ends in zip(self.knots, self.domain, strict=True)
         )
         return u, v
@@ -197,7 +202,7 @@ class Surface(Described):
                [9., 0., 9.]])
         """
         at_u, at_v = self._parameters(u, v)
-        door.fitting(u=at_u, v=at_v)
+        evaluation.fitting(u=at_u, v=at_v)
         return evaluation.scattered(self._net, at_u, at_v)
 
     def point(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
@@ -213,7 +218,7 @@ class Surface(Described):
         return evaluation.on_grid(self._net, *self._parameters(*columns))
 
     def _parameters(self, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
-        return door.parameter("u", u, *self.domain[0]), door.parameter("v", v, *self.domain[1])
+        return _parameter("u", u, *self.domain[0]), _parameter("v", v, *self.domain[1])
 
     def normal(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Return outward unit normals (..., 3) (dimensionless) at `u` and `v`.
@@ -282,7 +287,7 @@ class Surface(Described):
         """
         d = self.derivatives(u, v)
         step = checks.finite_array("du", du), checks.finite_array("dv", dv)
-        door.fitting(points=d.point[..., 0], du=step[0], dv=step[1])
+        evaluation.fitting(points=d.point[..., 0], du=step[0], dv=step[1])
         length = degenerate.squared_length(self, d, *step, u, v)
         e, f, g = forms.second_form(d, self.normal_of(d, u, v))
         return np.asarray(forms.along((e, f, g), *step) / length)
@@ -320,3 +325,9 @@ class Surface(Described):
     def plot(self, ax: Any = None) -> Any:
         """Draw the surface with its knot lines, mm, into 3-D axes `ax` or a new figure; return the figure."""
         return pictures.drawn("sdpgrind.finishing.surface._picture:surface", self, ax)
+
+
+def _parameter(name: str, value: npt.ArrayLike, low: float, high: float) -> Floats:
+    """Check parameters and clip them to [low, high]."""
+    slack, rule = SLACK * (high - low), "in the surface's domain"
+    return np.clip(checks.inside(name, value, low, high, slack=slack, rule=rule, numbered=True), low, high)

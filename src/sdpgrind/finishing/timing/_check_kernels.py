@@ -3,8 +3,8 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.finishing.timing._cubic import advanced
 from sdpgrind.finishing.timing._path_kernels import _derivatives, _piece_at
+from sdpgrind.finishing.timing._time_law import advanced
 
 _advanced = compiled(advanced)
 QUANTITIES = 4  # speed, acceleration, jerk of the joints; feed

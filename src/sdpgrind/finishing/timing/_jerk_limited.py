@@ -12,12 +12,11 @@ import numpy as np
 
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.timing import _jerk_program as jerk_program
-from sdpgrind.finishing.timing._cubic import advanced
 from sdpgrind.finishing.timing._jerk_program import Data
 from sdpgrind.finishing.timing._joint_path import JointPath
 from sdpgrind.finishing.timing._limits import JointLimits
 from sdpgrind.finishing.timing._min_time import fastest_law
-from sdpgrind.finishing.timing._time_law import TimeLaw, integrated
+from sdpgrind.finishing.timing._time_law import TimeLaw, advanced, integrated
 from sdpgrind.finishing.timing._violations import closest, shares, slowing
 
 SIZES = (32, 64, 128, 256)  # chosen: intervals of the programs; longer runs take windows of the last

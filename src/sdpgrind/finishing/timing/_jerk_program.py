@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.timing._cubic import advanced
+from sdpgrind.finishing.timing._time_law import advanced
 
 ROWS = 3  # of each joint and interval, derived: jerk at both ends, acceleration at the later one
 PLUGINS = ("fatrop", "ipopt")  # solvers, by preference

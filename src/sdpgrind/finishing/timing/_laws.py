@@ -117,16 +117,14 @@ def _seven_pieces(
     run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
 ) -> TimeLaw:
     """Seven pieces at the acceleration that the joints allow where they move straight."""
-    steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
-    joints = float(np.min(limits.table[1] / np.maximum(steepest, 1e-9)))
-    return trapezoid_of(run, limits, feed_rate, min(joints, acceleration or np.inf))
+    return trapezoid_of(run, limits, feed_rate, min(_straight(run, limits, 1), acceleration or np.inf))
 
 
 def trapezoid_of(
     run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
 ) -> TimeLaw:
     """Trapezoid of one run (rounded where jerk has a limit) at a speed that all joints allow, then slowed."""
-    shape = _shape(run, limits, min(feed_rate, _speed_of(run, limits)), acceleration or ACCELERATION)
+    shape = _shape(run, limits, min(feed_rate, _straight(run, limits, 0)), acceleration or ACCELERATION)
     return shape.slower(slowing(closest(run, shape, limits, feed_rate, REFINE)[:, 0]))
 
 
@@ -136,14 +134,13 @@ def _shape(run: JointPath, limits: JointLimits, speed: float, acceleration: floa
     start = float(run.length[0])
     if limits.jerk_max is None:
         return trapezoid_law(start, shape)
-    steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
-    return double_s_law(start, shape, float(np.min(limits.table[2] / np.maximum(steepest, 1e-9))))
+    return double_s_law(start, shape, _straight(run, limits, 2))
 
 
-def _speed_of(run: JointPath, limits: JointLimits) -> float:
-    """Greatest feed that the speeds of the joints allow everywhere on the run, mm/s."""
+def _straight(run: JointPath, limits: JointLimits, order: int) -> float:
+    """Speed (order 0), acceleration or jerk along the path that straight moving joints allow, mm and s."""
     steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
-    return float(np.min(limits.table[0] / np.maximum(steepest, 1e-9)))
+    return float(np.min(limits.table[order] / np.maximum(steepest, 1e-9)))
 
 
 # Makers of one run's law, by the name of the method.

@@ -7,10 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.halving import halved
 from sdpgrind.base.quantities import Described, custom, described, quantity, units_of
-from sdpgrind.finishing.timing._cubic import advanced
 
 # of a law's length and its greatest feed, chosen: rounding between the end of a piece and the start of the
 # next
@@ -31,8 +31,8 @@ def _row(unit: str) -> Any:
     return custom(lambda name, value: np.ascontiguousarray(checks.finite_array(name, value, unit)), unit)
 
 
-@described("finishing.time_law", eq=False)
-class TimeLaw(Described):
+@described("finishing.time_law")
+class TimeLaw(Described, ByValue):
     """Arc length over time from rest to rest, in pieces of constant jerk (cubic polynomials).
 
     A piece with jerk 0 has constant acceleration: the square of the feed is a straight line over arc length.
@@ -107,16 +107,6 @@ class TimeLaw(Described):
                     units_of(TimeLaw)[name],
                 )
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, TimeLaw) and self._key == other._key
-
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-    @property
-    def _key(self) -> tuple[object, ...]:
-        return (*(getattr(self, name).tobytes() for name in ("knots", *Course._fields)), self.slowed)
-
     @property
     def duration(self) -> float:
         """Time from rest to rest, s."""
@@ -140,10 +130,7 @@ class TimeLaw(Described):
         ValueError
             When a time is before the start or after the end.
         """
-        when = checks.finite_array("time", time, "s")
-        slack = 1e-9 * self.duration
-        for value in when.ravel()[(when.ravel() < -slack) | (when.ravel() > self.duration + slack)][:1]:
-            raise checks.refuse("time", f"in [0, {self.duration:g}]", float(value), "s")
+        when = checks.inside("time", time, 0.0, self.duration, "s", slack=1e-9 * self.duration)
         return self._within(np.clip(when, 0.0, self.duration))
 
     def _within(self, time: Floats) -> Course:
@@ -185,6 +172,11 @@ class TimeLaw(Described):
             raise checks.refuse("factor", ">= 1", f)
         scaled = (self.knots * f, self.length, self.feed / f, self.acceleration / f**2, self.jerk / f**3)
         return TimeLaw(*scaled, slowed=self.slowed * f)
+
+
+def advanced(t: Any, s: Any, v: Any, a: Any, j: Any) -> tuple[Any, Any, Any]:
+    """Length, feed, acceleration after a time `t` (s) at jerk `j`, from `s`, `v`, `a` (mm, mm/s, mm/s^2)."""
+    return s + t * (v + t * (a / 2 + t * j / 6)), v + t * (a + t * j / 2), a + t * j
 
 
 def moved(t: Floats, s: Floats, v: Floats, a: Floats, j: Floats) -> Course:

@@ -1,4 +1,4 @@
-"""Checks of control points, degrees, knots, weights and parameters of a surface."""
+"""Control net of a surface: checks of control points, degrees, knots and weights."""
 
 from typing import Any
 
@@ -6,13 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 
 DIRECTIONS = ("u", "v")
-SLACK = 1e-12  # of the domain, chosen: rounding of a parameter beyond its ends
 
 
-def control_net(value: npt.ArrayLike) -> Floats:
+def points(value: npt.ArrayLike) -> Floats:
     """Return control points (nu, nv, 3) that do not all coincide."""
     net = checks.finite_array("control_points", value, "mm")
     if net.ndim != 3 or net.shape[-1] != 3 or not net.size:
@@ -21,7 +21,7 @@ def control_net(value: npt.ArrayLike) -> Floats:
         raise ValueError(
             f"control_points must not all coincide (mm); got {net.reshape(-1, 3)[:1].tolist()} everywhere"
         )
-    return frozen(net)
+    return lasting(np.ascontiguousarray(net))
 
 
 def degrees(value: Any, net: Floats) -> tuple[int, int]:
@@ -54,7 +54,7 @@ def _pair(name: str, value: Any) -> Any:
 def clamped(n: int, degree: int) -> Floats:
     """Uniform knots on [0, 1] whose ends lie on the outermost control points."""
     inner = np.linspace(0.0, 1.0, n - degree + 1)
-    return frozen(np.concatenate([np.zeros(degree), inner, np.ones(degree)]))
+    return lasting(np.concatenate([np.zeros(degree), inner, np.ones(degree)]))
 
 
 def _knots(name: str, value: npt.ArrayLike, degree: int, n: int) -> Floats:
@@ -72,7 +72,7 @@ def _knots(name: str, value: npt.ArrayLike, degree: int, n: int) -> Floats:
         raise ValueError(
             f"{name} must leave a domain, knot {degree} < knot {n}; got {knots[degree]:g} at both"
         )
-    return frozen(knots)
+    return lasting(knots)
 
 
 def _refuse_repeats(name: str, knots: Floats, degree: int) -> None:
@@ -85,48 +85,14 @@ def _refuse_repeats(name: str, knots: Floats, degree: int) -> None:
         )
 
 
-def weight_net(value: npt.ArrayLike | None, net: Floats) -> Floats | None:
+def weights(value: npt.ArrayLike | None, net: Floats) -> Floats | None:
     """Return weights (nu, nv) > 0, or None."""
     if value is None:
         return None
-    weights = checks.finite_array("weights", value)
-    if weights.shape != net.shape[:2]:
-        raise checks.refuse("weights", f"of the control points' shape {net.shape[:2]}", weights.shape)
-    if weights.min() <= 0.0:
-        i, j = np.unravel_index(weights.argmin(), weights.shape)
-        raise checks.refuse(f"weights[{i}, {j}]", "> 0", float(weights.min()))
-    return frozen(weights)
-
-
-def side(value: object) -> int:
-    """Return +1 or -1."""
-    return int(checks.one_of("outward", value, (1, -1)))
-
-
-def parameter(name: str, value: npt.ArrayLike, low: float, high: float) -> Floats:
-    """Return parameters within [low, high], clipped within rounding."""
-    array = checks.finite_array(name, value)
-    slack = SLACK * (high - low)
-    bad = np.flatnonzero((array.ravel() < low - slack) | (array.ravel() > high + slack))
-    if bad.size:
-        place = f"{name}[{bad[0]}]" if array.ndim else name
-        raise checks.refuse(
-            place, f"in the surface's domain [{low:g}, {high:g}]", float(array.ravel()[bad[0]])
-        )
-    return np.clip(array, low, high)
-
-
-def fitting(**arrays: Floats) -> None:
-    """Refuse arrays whose shapes do not broadcast."""
-    try:
-        np.broadcast_shapes(*(array.shape for array in arrays.values()))
-    except ValueError:
-        shapes = " and ".join(str(array.shape) for array in arrays.values())
-        raise ValueError(f"{', '.join(arrays)} must be of shapes that fit together; got {shapes}") from None
-
-
-def frozen(array: Floats) -> Floats:
-    """Return a copy that nobody can write to."""
-    copy = np.array(array, dtype=float, order="C")
-    copy.flags.writeable = False
-    return copy
+    array = checks.finite_array("weights", value)
+    if array.shape != net.shape[:2]:
+        raise checks.refuse("weights", f"of the control points' shape {net.shape[:2]}", array.shape)
+    if array.min() <= 0.0:
+        i, j = np.unravel_index(array.argmin(), array.shape)
+        raise checks.refuse(f"weights[{i}, {j}]", "> 0", float(array.min()))
+    return lasting(np.ascontiguousarray(array))

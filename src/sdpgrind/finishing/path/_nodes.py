@@ -1,16 +1,17 @@
-"""Checks of nodes, corners and lengths of a path."""
+"""Nodes of a path in the unit square: checks of places and corners."""
 
 import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks
+from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.path._legs import turning
 
 
 def square_nodes(value: npt.ArrayLike) -> Floats:
     """Return nodes in the unit square, (n, 2), read-only, no two in a row the same."""
-    nodes = np.array(checks.finite_array("nodes", value))
+    nodes = lasting(checks.finite_array("nodes", value))
     if nodes.ndim != 2 or nodes.shape[1] != 2 or len(nodes) < 2:
         raise ValueError(f"nodes must be of shape (n, 2) with n >= 2; got shape {nodes.shape}")
     outside = np.flatnonzero(((nodes < 0) | (nodes > 1)).any(axis=1))
@@ -21,7 +22,6 @@ def square_nodes(value: npt.ArrayLike) -> Floats:
         raise checks.refuse(
             f"nodes[{same[0] + 1}]", f"apart from nodes[{same[0]}]", tuple(nodes[same[0]].tolist())
         )
-    nodes.flags.writeable = False
     return nodes
 
 
@@ -43,12 +43,3 @@ def sharp_corners(value: npt.ArrayLike | None, nodes: Floats, smooth: bool) -> B
         )
     corners.flags.writeable = False
     return corners
-
-
-def reached(value: npt.ArrayLike, total: float) -> Floats:
-    """Return lengths (m,) from the start of a path, mm, clipped to its ends within rounding."""
-    lengths = np.atleast_1d(checks.finite_array("length", value, "mm"))
-    beyond = np.flatnonzero((lengths < -1e-9 * total) | (lengths > (1.0 + 1e-9) * total))
-    if len(beyond):
-        raise checks.refuse(f"length[{beyond[0]}]", f"in [0, {total:g}]", float(lengths[beyond[0]]), "mm")
-    return np.clip(lengths, 0.0, total)
