@@ -101,8 +101,13 @@ ax.legend(frameon=False)
 # ---------------------
 # Between two passes of a ball a scallop remains. Its height goes with the square of the pitch, and is greater
 # on a ridge than on
-# a flat; in a hollow it is smaller, down to where the ball no longer fits, which is refused.
-for name, curvature in (("flat", 0.0), ("ridge of 20 mm", -0.05), ("hollow of 20 mm", 0.05)):
+# a flat; in a hollow it is smaller, down to where the ball no longer fits, which is refused. The curvature
+# across the passes is that of the surface: here of a cylinder, worked on from outside around it, and of a
+# sphere, worked on from inside.
+ridge = finishing.surface.cylinder_surface(20.0, 50.0)
+hollow = finishing.surface.sphere_surface(20.0, inside=True)
+for name, shape in (("flat", plate), ("ridge of 20 mm", ridge), ("hollow of 20 mm", hollow)):
+    curvature = float(shape.normal_curvature(0.5, 0.5, 0.0, 1.0))
     height = finishing.path.scallop_height(2.0, 0.2, curvature)
     print(
         f"{name:15} scallops {1e3 * height:.2f} µm, R_a {1e3 * finishing.path.cusp_roughness(2.0, 0.2, curvature):.2f} µm"

@@ -102,6 +102,29 @@ fast = finishing.plan(problem.replace(feed_rate=500.0))
 print(f"at 500 mm/s commanded: {fast.mean_feed_rate:.0f} mm/s on average, {fast.feed_rate.max():.0f} at most")
 
 # %%
+# Another robot
+# -------------
+# Two pieces serve any robot. How far out the wrist is best held on a path, or on several with lifts between
+# them, is chosen from poses; the planner does that when ``wrist_radius`` lists several.
+poses = problem.tool_poses(path.sample(per_leg=1))
+poses[:, :3, 3] += motion.posture.placement
+(choice,) = finishing.arm.choose_branches(problem.arm, [poses], wrist_radii=[300.0, 350.0, 400.0])
+print(f"branch {choice.branch} with the wrist at {choice.wrist_radius:.0f} mm lets the joints travel least")
+
+# %%
+# And time laws take the joints of any machine, run by run. The three axes of a gantry are the path itself.
+samples = coarse.sample(per_leg=8)
+timing = finishing.timing
+runs = [
+    timing.JointPath(samples.length[here], samples.point[here])
+    for here in (samples.run == k for k in range(len(coarse.runs)))
+]
+gantry = timing.JointLimits("XYZ", speed_max=[200.0] * 3, acceleration_max=[1000.0] * 3)
+laws = timing.time_laws(runs, gantry, feed_rate=25.0, method="min_time")
+print(f"a gantry takes {sum(law.duration for law in laws):.2f} s for the coarse path; nearest to its limit:")
+print(timing.worst_violation(runs, laws, limits=gantry, feed_rate=25.0))
+
+# %%
 # What the robot plays
 # --------------------
 # Times and joints as a table; or at any time. ``motion.save`` keeps it with the problem that it was made for.

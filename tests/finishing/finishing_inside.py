@@ -28,6 +28,7 @@ from sdpgrind.finishing.timing import _jerk_limited as jerk_limited
 from sdpgrind.finishing.timing import _jerk_program as jerk_program
 from sdpgrind.finishing.timing import _min_time as min_time
 from sdpgrind.finishing.timing import _toppra_law as toppra_law
+from sdpgrind.finishing.timing._limits import LimitedRun
 from sdpgrind.finishing.timing._narrowing import narrowed
 from sdpgrind.finishing.timing._trapezoid import double_s_law, trapezoid_law
 from sdpgrind.finishing.timing._violations import closest
@@ -37,6 +38,7 @@ __all__ = [
     "QUARTER",
     "QUARTER_WEIGHTS",
     "TABLES",
+    "LimitedRun",
     "Square",
     "_find_span",
     "_value",

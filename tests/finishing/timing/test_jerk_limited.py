@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from finishing_inside import double_s_law, jerk_limited, jerk_program
+from finishing_inside import LimitedRun, double_s_law, jerk_limited, jerk_program
 from timing_paths import SMOOTH, dense, line, part, wavy
 
 from sdpgrind.finishing.timing import JointLimits, Trapezoid, time_laws, worst_violation
@@ -24,7 +24,7 @@ def test_straight_line_is_the_closed_form(speed, acceleration, jerk):
     exact = double_s_law(0.0, Trapezoid(2.0, speed, acceleration), jerk)
     assert fastest(line(2.0), limits, feed_rate=2e3).duration == pytest.approx(exact.duration, rel=1e-9)
     # the program alone: where switching times fall between its points, that costs a few 1e-3 of the time
-    alone = jerk_limited.jerk_limited_law(line(2.0), limits, 2e3, None)
+    alone = jerk_limited.jerk_limited_law(LimitedRun(line(2.0), limits, 2e3))
     assert exact.duration * (1 - 1e-6) <= alone.duration <= exact.duration * 1.005
 
 
@@ -93,7 +93,7 @@ def test_a_window_that_is_not_solved_is_left_by_the_way_to_rest_of_the_one_befor
         return solved(*given)
 
     monkeypatch.setattr(jerk_limited, "_window", second_fails)
-    law = jerk_limited.jerk_limited_law(run, SMOOTH, 25.0, None)
+    law = jerk_limited.jerk_limited_law(LimitedRun(run, SMOOTH, 25.0))
     assert len(calls) >= 4, "it takes no windows"
     assert worst_violation([run], [law], limits=SMOOTH, feed_rate=25.0, refine=20).ratio <= 1 + 1e-6
     assert law.duration > whole.duration and law.end == pytest.approx(16.0, abs=1e-9)

@@ -6,7 +6,7 @@ import logging
 
 import numpy as np
 import pytest
-from finishing_inside import min_time, toppra_law
+from finishing_inside import LimitedRun, min_time, toppra_law
 from scipy.optimize import linprog
 from timing_paths import ARM, LINE, TABLE, dense, ellipse, line, part, sine, wavy
 
@@ -77,7 +77,7 @@ def test_sweep_is_a_sweep_of_linear_programs(name):
     run = COARSE[name]
     limits = ARM if name == "wavy" else TABLE
     swept, by_programs = (
-        min_time.swept(run, limits, FAST, None, run.length),
+        min_time.swept(LimitedRun(run, limits, FAST), run.length),
         swept_by_programs(run, limits, run.length),
     )
     # the programs are feasible to 1e-7, in rows of order 1
@@ -95,7 +95,7 @@ def test_no_course_of_one_great_program_is_much_faster(name):
     run = COARSE[name]
     limits = ARM if name == "wavy" else TABLE
     swept, whole = (
-        min_time.swept(run, limits, FAST, None, run.length),
+        min_time.swept(LimitedRun(run, limits, FAST), run.length),
         linear_program(run, limits, run.length),
     )
     assert duration(run.length, swept) == pytest.approx(duration(run.length, whole), rel=2e-3)
@@ -129,7 +129,9 @@ def test_is_the_trapezoid_where_only_the_path_is_limited(span):
 
 def by_toppra(run, limits, parts):
     grid = min_time.grid_of(run, parts)
-    return duration(grid, toppra_law._solved(grid, min_time.rows_of(run, limits, FAST, None, grid)) ** 2)
+    return duration(
+        grid, toppra_law._solved(grid, min_time.rows_of(LimitedRun(run, limits, FAST), grid)) ** 2
+    )
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -140,7 +142,7 @@ def test_twenty_random_paths_against_toppra_and_between_points(seed):
     # its error falls with the step: twice the finer less the coarser is its limit
     assert law.duration == pytest.approx(2 * fine - coarse, rel=1e-3)
     grid = min_time.grid_of(run, 32)
-    assert duration(grid, min_time.swept(run, ARM, FAST, None, grid)) == pytest.approx(fine, rel=1e-6)
+    assert duration(grid, min_time.swept(LimitedRun(run, ARM, FAST), grid)) == pytest.approx(fine, rel=1e-6)
     assert worst_violation([run], [law], limits=ARM, feed_rate=FAST, refine=20).ratio <= 1 + 1e-6
     speed, acceleration, _, feed = dense(run, law, ARM, FAST)
     assert max(speed, acceleration, feed) <= 1 + 1e-6
@@ -153,7 +155,7 @@ def test_some_limit_is_reached_everywhere(run):
     """
     limits = ARM if run.joints.shape[1] == 7 else TABLE
     grid = min_time.grid_of(run, 10)
-    x = min_time.swept(run, limits, FAST, None, grid)
+    x = min_time.swept(LimitedRun(run, limits, FAST), grid)
     p, c, cap = rows(run, limits, grid)
     u = (np.diff(x) / (2 * np.diff(grid)))[:, None]
     used = np.maximum(
@@ -167,7 +169,7 @@ def test_some_limit_is_reached_everywhere(run):
 def test_half_the_step_halves_the_error():
     run = wavy(4)
     times = [
-        duration(grid, min_time.swept(run, ARM, FAST, None, grid))
+        duration(grid, min_time.swept(LimitedRun(run, ARM, FAST), grid))
         for grid in (min_time.grid_of(run, n) for n in (8, 16, 32))
     ]
     assert times[0] > times[1] > times[2]

@@ -4,7 +4,7 @@ toppra loses.
 
 import numpy as np
 import pytest
-from finishing_inside import min_time, narrowed, toppra_law
+from finishing_inside import LimitedRun, min_time, narrowed, toppra_law
 from timing_paths import ARM, LINE, TABLE, line, wavy
 
 from sdpgrind import finishing as fin
@@ -79,9 +79,9 @@ def bumpy():
 def test_limits_are_narrowed_about_a_spot_only():
     run, limits = bumpy(), TABLE.replace(acceleration_max=(2000.0, 40.0))
     grid = min_time.grid_of(run, 1)
-    plain = min_time.law_of(grid, min_time.swept(run, limits, 40.0, None, grid))
+    plain = min_time.law_of(grid, min_time.swept(LimitedRun(run, limits, 40.0), grid))
     before = worst_violation([run], [plain], limits=limits, feed_rate=40.0)
-    law, factors = min_time.kept_on(run, limits, 40.0, None, grid)
+    law, factors = min_time.kept_on(LimitedRun(run, limits, 40.0), grid)
     assert before.ratio > 1.05
     assert worst_violation([run], [law], limits=limits, feed_rate=40.0).ratio <= 1 + 1e-6
     assert np.all(np.abs(grid[factors.max(axis=0) > 1] - 30.25) < 3.0)
@@ -92,8 +92,8 @@ def test_what_cannot_be_narrowed_is_slowed():
     """A solver that is deaf to factors gets its own law, played slower as a whole."""
     run, limits = bumpy(), TABLE.replace(acceleration_max=(2000.0, 40.0))
     grid = min_time.grid_of(run, 1)
-    plain = min_time.law_of(grid, min_time.swept(run, limits, 40.0, None, grid))
-    law, factors = narrowed(run, limits, 40.0, grid.size, lambda _: plain)
+    plain = min_time.law_of(grid, min_time.swept(LimitedRun(run, limits, 40.0), grid))
+    law, factors = narrowed(LimitedRun(run, limits, 40.0), grid.size, lambda _: plain)
     ratio = worst_violation([run], [plain], limits=limits, feed_rate=40.0).ratio
     assert law.duration == pytest.approx(plain.duration * ratio**0.5, rel=1e-6)
     assert np.all(factors == 1)

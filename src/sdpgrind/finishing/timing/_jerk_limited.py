@@ -13,8 +13,7 @@ import numpy as np
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.timing import _jerk_program as jerk_program
 from sdpgrind.finishing.timing._jerk_program import Data
-from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._limits import LimitedRun
 from sdpgrind.finishing.timing._min_time import fastest_law
 from sdpgrind.finishing.timing._time_law import TimeLaw, advanced, integrated
 from sdpgrind.finishing.timing._violations import closest, shares, slowing
@@ -52,18 +51,17 @@ class Points(NamedTuple):
     acceleration: Floats
 
 
-def jerk_limited_law(
-    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
-) -> TimeLaw:
+def jerk_limited_law(given: LimitedRun) -> TimeLaw:
     """Return the fastest law of a run within limits of jerk, too."""
-    first = fastest_law(run, limits, feed_rate, acceleration, gain=COARSE)
+    run, limits, feed_rate, _ = given
+    first = fastest_law(given, gain=COARSE)
     turn = 2 * float(np.max(limits.table[1] / limits.table[2]))
     many = max(MANY, 4 * run.pieces.breaks.size)  # a slow cruise needs no more
     step = max(SHARE * turn, _brake(first) / BRAKE, first.duration / many)
     points = _points(first, min(turn, first.duration), step)
     tight = np.ones(points.length.size)
     for number in range(ROUNDS):
-        law = _law(run, limits, feed_rate, acceleration or np.inf, points, tight)
+        law = _law(given, points, tight)
         used = shares(run, law, limits, feed_rate, CHECKS)[:, :, 0]
         if slowing(used.max(axis=0)) <= 1 + SLOWER:
             break
@@ -128,9 +126,7 @@ def _count(least: float) -> int:
     return half * (1 + int(np.ceil(least / half - 1)))
 
 
-def _law(
-    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float, points: Points, tight: Floats
-) -> TimeLaw:
+def _law(given: LimitedRun, points: Points, tight: Floats) -> TimeLaw:
     """Law over all points, window by window; the way to rest of the one before replaces a failed window."""
     count = points.length.size - 1
     begin, state, margin = 0, np.array([points.length[0], 0.0, 0.0]), MARGIN if count > SIZES[-1] else 0.0
@@ -140,9 +136,7 @@ def _law(
         size = min(count - begin, SIZES[-1])
         window = Points(*(row[begin : begin + size + 1].copy() for row in points))
         try:
-            t, j = _window(
-                run, limits, feed_rate, acceleration, window, state, tight[begin : begin + size + 1], margin
-            )
+            t, j = _window(given, window, state, tight[begin : begin + size + 1], margin)
             kept = size if begin + size == count else size // 2
             pieces.append((t[:kept], j[:kept]))
             state, to_rest = _after(state, *pieces[-1]), (t[kept:], j[kept:])
@@ -158,16 +152,10 @@ def _law(
 
 
 def _window(
-    run: JointPath,
-    limits: JointLimits,
-    feed_rate: float,
-    acceleration: float,
-    points: Points,
-    state: Floats,
-    tight: Floats,
-    margin: float,
+    given: LimitedRun, points: Points, state: Floats, tight: Floats, margin: float
 ) -> tuple[Floats, Floats]:
     """Durations (s) and jerks (mm/s^3) over one window, from a state (place, feed, acceleration) to rest."""
+    run, limits, feed_rate, acceleration = given
     points.length[0] = state[0]
     long, time = float(np.diff(points.length).mean()), float(np.diff(points.time).mean())
     held = np.where(np.arange(tight.size) < FIRST, 1.0, 1 + margin) * tight
@@ -181,7 +169,7 @@ def _window(
     )
     start = (float(state[1]) * time / long, float(state[2]) * time**2 / long)
     cap[0] = max(cap[0], start[0])
-    weight, along = jerk * time / most, acceleration * time**2 / long
+    weight, along = jerk * time / most, (acceleration or np.inf) * time**2 / long
     guess = _guess(points, cap, (long, time), rates * scale, weight)
     found = jerk_program.solve(
         Data(rates * scale, weight, np.diff(points.length) / long, cap, along, start, guess)

@@ -8,7 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.progress import Progress, silent
 from sdpgrind.finishing.timing._jerk_limited import LawError, jerk_limited_law
 from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._limits import JointLimits, LimitedRun
 from sdpgrind.finishing.timing._min_time import fastest_law
 from sdpgrind.finishing.timing._time_law import TimeLaw
 from sdpgrind.finishing.timing._toppra_law import ToppraError, toppra_law
@@ -93,7 +93,7 @@ def _named(
 ) -> TimeLaw:
     """Law of one run with its slowing against one without joints; errors name the run."""
     try:
-        law = _MAKERS[method](run, limits, feed, along)
+        law = _MAKERS[method](LimitedRun(run, limits, feed, along))
     except (LawError, ToppraError) as error:
         raise type(error)(f"run {number}: {error}") from error
     asked = run.span / feed
@@ -102,49 +102,37 @@ def _named(
     return TimeLaw(law.knots, law.length, law.feed, law.acceleration, law.jerk, slowed=law.duration / asked)
 
 
-def min_time_of(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def min_time_of(given: LimitedRun) -> TimeLaw:
     """Fastest law of one run; with limits of jerk at most as long as that of seven pieces."""
-    if limits.jerk_max is None:
-        return fastest_law(run, limits, feed_rate, acceleration)
-    both = (
-        jerk_limited_law(run, limits, feed_rate, acceleration),
-        _seven_pieces(run, limits, feed_rate, acceleration),
-    )
+    if given.limits.jerk_max is None:
+        return fastest_law(given)
+    # Seven pieces at the acceleration that the joints allow where they move straight.
+    most = min(_straight(given, 1), given.acceleration or np.inf)
+    both = jerk_limited_law(given), trapezoid_of(given._replace(acceleration=most))
     return min(both, key=lambda law: law.duration)
 
 
-def _seven_pieces(
-    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
-) -> TimeLaw:
-    """Seven pieces at the acceleration that the joints allow where they move straight."""
-    return trapezoid_of(run, limits, feed_rate, min(_straight(run, limits, 1), acceleration or np.inf))
-
-
-def trapezoid_of(
-    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None
-) -> TimeLaw:
+def trapezoid_of(given: LimitedRun) -> TimeLaw:
     """Trapezoid of one run (rounded where jerk has a limit) at a speed that all joints allow, then slowed."""
-    shape = _shape(run, limits, min(feed_rate, _straight(run, limits, 0)), acceleration or ACCELERATION)
-    return shape.slower(slowing(closest(run, shape, limits, feed_rate, REFINE)[:, 0]))
+    run, limits, feed_rate, acceleration = given
+    speed, start = min(feed_rate, _straight(given, 0)), float(run.length[0])
+    shape = Trapezoid(run.span, speed, acceleration or ACCELERATION)
+    law = (
+        trapezoid_law(start, shape)
+        if limits.jerk_max is None
+        else double_s_law(start, shape, _straight(given, 2))
+    )
+    return law.slower(slowing(closest(run, law, limits, feed_rate, REFINE)[:, 0]))
 
 
-def _shape(run: JointPath, limits: JointLimits, speed: float, acceleration: float) -> TimeLaw:
-    """Law along the path, with the jerk that the joints allow where they move straight."""
-    shape = Trapezoid(run.span, speed, acceleration)
-    start = float(run.length[0])
-    if limits.jerk_max is None:
-        return trapezoid_law(start, shape)
-    return double_s_law(start, shape, _straight(run, limits, 2))
-
-
-def _straight(run: JointPath, limits: JointLimits, order: int) -> float:
+def _straight(given: LimitedRun, order: int) -> float:
     """Speed (order 0), acceleration or jerk along the path that straight moving joints allow, mm and s."""
-    steepest = np.abs(run.derivatives(run.length)[:, 1]).max(axis=0)
-    return float(np.min(limits.table[order] / np.maximum(steepest, 1e-9)))
+    steepest = np.abs(given.run.derivatives(given.run.length)[:, 1]).max(axis=0)
+    return float(np.min(given.limits.table[order] / np.maximum(steepest, 1e-9)))
 
 
 # Makers of one run's law, by the name of the method.
-_MAKERS: Mapping[str, Callable[[JointPath, JointLimits, float, float | None], TimeLaw]] = {
+_MAKERS: Mapping[str, Callable[[LimitedRun], TimeLaw]] = {
     "trapezoid": trapezoid_of,
     "toppra": toppra_law,
     "min_time": min_time_of,

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY
+from typing import NamedTuple
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described, units_of
+from sdpgrind.finishing.timing._joint_path import JointPath
 
 
 @described("finishing.limits")
@@ -53,6 +55,15 @@ class JointLimits(Described):
         """Limits of speed, acceleration and jerk, (3, n), in their units; inf without a limit of jerk."""
         jerk = self.jerk_max if self.jerk_max is not None else np.full(len(self.names), np.inf)
         return np.array([self.speed_max, self.acceleration_max, jerk], dtype=float)
+
+
+class LimitedRun(NamedTuple):
+    """A run, the limits of its joints, and greatest feed (mm/s) and acceleration (mm/s^2) along it."""
+
+    run: JointPath
+    limits: JointLimits
+    feed_rate: float
+    acceleration: float | None = None  # None: no limit
 
 
 def _each(name: str, value: Sequence[float], count: int, unit: str) -> tuple[float, ...]:

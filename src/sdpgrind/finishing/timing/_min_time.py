@@ -13,7 +13,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.timing import _sweep_kernels as sweep_kernels
 from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._limits import LimitedRun
 from sdpgrind.finishing.timing._narrowing import Narrowed, narrowed
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
@@ -21,38 +21,33 @@ LEAST, MOST = 64, 1 << 17  # chosen: bounds of the number of intervals on a run
 GAIN = 2e-4  # of the duration, chosen: saving by half the step that is taken; about the error of the duration
 
 
-def fastest_law(
-    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, gain: float = GAIN
-) -> TimeLaw:
+def fastest_law(given: LimitedRun, gain: float = GAIN) -> TimeLaw:
     """Return the fastest law of a run without limits of jerk."""
-    parts = -(-LEAST // (run.pieces.breaks.size - 1))
-    before = _duration(run, limits, feed_rate, acceleration, parts)
-    while parts * (run.pieces.breaks.size - 1) < MOST:
+    pieces = given.run.pieces.breaks.size - 1
+    parts = -(-LEAST // pieces)
+    before = duration(given, parts)
+    while parts * pieces < MOST:
         parts *= 2
-        after = _duration(run, limits, feed_rate, acceleration, parts)
+        after = duration(given, parts)
         if after >= (1 - gain) * before:
             break
         before = after
-    return kept_on(run, limits, feed_rate, acceleration, grid_of(run, parts)).law
+    return kept_on(given, grid_of(given.run, parts)).law
 
 
-def kept_on(
-    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, grid: Floats
-) -> Narrowed:
+def kept_on(given: LimitedRun, grid: Floats) -> Narrowed:
     """Return the fastest law on a grid that keeps the limits between its points, too."""
 
     def solve(factors: Floats) -> TimeLaw:
-        return law_of(grid, swept(run, limits, feed_rate, acceleration, grid, factors))
+        return law_of(grid, swept(given, grid, factors))
 
-    return narrowed(run, limits, feed_rate, grid.size, solve)
+    return narrowed(given, grid.size, solve)
 
 
-def _duration(
-    run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None, parts: int
-) -> float:
+def duration(given: LimitedRun, parts: int) -> float:
     """Duration on a grid of `parts` in each piece of the path, s."""
-    grid = grid_of(run, parts)
-    return law_of(grid, swept(run, limits, feed_rate, acceleration, grid)).duration
+    grid = grid_of(given.run, parts)
+    return law_of(grid, swept(given, grid)).duration
 
 
 class LimitRows(NamedTuple):
@@ -63,15 +58,9 @@ class LimitRows(NamedTuple):
     c: Floats
 
 
-def rows_of(
-    run: JointPath,
-    limits: JointLimits,
-    feed_rate: float,
-    acceleration: float | None,
-    grid: Floats,
-    factors: Floats | None = None,
-) -> LimitRows:
+def rows_of(given: LimitedRun, grid: Floats, factors: Floats | None = None) -> LimitRows:
     """Limits at the points of a grid (mm); those of speed and acceleration narrowed by factors (2, m)."""
+    run, limits, feed_rate, acceleration = given
     joints, narrow = run.derivatives(grid), np.ones((2, grid.size)) if factors is None else factors
     speed, most, _ = limits.table
     p, c = (joints[:, order] / most * narrow[1][:, None] for order in (1, 2))
@@ -82,16 +71,9 @@ def rows_of(
     return LimitRows(np.minimum(feed_rate, fastest) ** 2, np.ascontiguousarray(p), np.ascontiguousarray(c))
 
 
-def swept(
-    run: JointPath,
-    limits: JointLimits,
-    feed_rate: float,
-    acceleration: float | None,
-    grid: Floats,
-    factors: Floats | None = None,
-) -> Floats:
+def swept(given: LimitedRun, grid: Floats, factors: Floats | None = None) -> Floats:
     """Square of the feed (mm^2/s^2) at the points of a grid (mm)."""
-    rows = rows_of(run, limits, feed_rate, acceleration, grid, factors)
+    rows = rows_of(given, grid, factors)
     x = np.zeros(grid.size)
     sweep_kernels.fastest(np.diff(grid), rows.p, rows.c, rows.cap, x)
     return x

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits
+from sdpgrind.finishing.timing._limits import LimitedRun
 from sdpgrind.finishing.timing._time_law import TimeLaw
 from sdpgrind.finishing.timing._violations import closest, shares, slowing
 
@@ -31,28 +30,29 @@ class Narrowed(NamedTuple):
     factors: Floats
 
 
-def narrowed(run: JointPath, limits: JointLimits, feed_rate: float, points: int, solve: Solve) -> Narrowed:
+def narrowed(given: LimitedRun, points: int, solve: Solve) -> Narrowed:
     """Return the fastest law over rounds of narrowing limits where they are exceeded between points."""
     factors = np.ones((2, points))
     law = solve(factors)
-    best = Narrowed(slowed_to_limits(run, law, limits, feed_rate), factors)
+    best = Narrowed(slowed_to_limits(given, law), factors)
     for _ in range(ROUNDS):
         if best.law.duration <= (1 + ENOUGH) * law.duration:
             break
-        factors = _narrower(factors, run, law, limits)
+        factors = _narrower(factors, given, law)
         law = solve(factors)
-        tried = Narrowed(slowed_to_limits(run, law, limits, feed_rate), factors)
+        tried = Narrowed(slowed_to_limits(given, law), factors)
         best = min(best, tried, key=lambda each: each.law.duration)
     return best
 
 
-def _narrower(factors: Floats, run: JointPath, law: TimeLaw, limits: JointLimits) -> Floats:
+def _narrower(factors: Floats, given: LimitedRun, law: TimeLaw) -> Floats:
     """Narrow limits at both ends of every interval by their excess in it."""
-    ratios = shares(run, law, limits.replace(jerk_max=None), np.inf, CHECKS)[:, :2, 0].T
+    ratios = shares(given.run, law, given.limits.replace(jerk_max=None), np.inf, CHECKS)[:, :2, 0].T
     excess, one = np.maximum(ratios, 1.0) ** EAGER, np.ones((2, 1))
     return np.asarray(factors * np.maximum(np.hstack([one, excess]), np.hstack([excess, one])))
 
 
-def slowed_to_limits(run: JointPath, law: TimeLaw, limits: JointLimits, feed_rate: float) -> TimeLaw:
+def slowed_to_limits(given: LimitedRun, law: TimeLaw) -> TimeLaw:
     """Slow a law to its limits of speed, acceleration and feed, also between its points."""
-    return law.slower(slowing(closest(run, law, limits.replace(jerk_max=None), feed_rate, CHECKS)[:, 0]))
+    without_jerk = given.limits.replace(jerk_max=None)
+    return law.slower(slowing(closest(given.run, law, without_jerk, given.feed_rate, CHECKS)[:, 0]))

@@ -11,9 +11,8 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
-from sdpgrind.finishing.timing._joint_path import JointPath
-from sdpgrind.finishing.timing._limits import JointLimits
-from sdpgrind.finishing.timing._min_time import LimitRows, grid_of, kept_on, law_of, rows_of, swept
+from sdpgrind.finishing.timing._limits import LimitedRun
+from sdpgrind.finishing.timing._min_time import LimitRows, duration, grid_of, kept_on, law_of, rows_of
 from sdpgrind.finishing.timing._narrowing import slowed_to_limits
 from sdpgrind.finishing.timing._time_law import TimeLaw
 
@@ -57,34 +56,26 @@ class _AsPath:
         return self.c if order == 2 else self.p
 
 
-def toppra_law(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> TimeLaw:
+def toppra_law(given: LimitedRun) -> TimeLaw:
     """Return the fastest law of a run by `toppra`, with limits narrowed as in our own sweep of its grid."""
     need("toppra", "toppra")
-    given = run, limits, feed_rate, acceleration
-    parts = _parts(*given)
+    parts, ends = _parts(given), given.run.length[[0, -1]]
     for tried in (parts, 2 * parts, 3 * parts):  # ill-posed on one grid, but perhaps not on another
-        grid = _with_corners(grid_of(run, tried), rows_of(*given, run.length[[0, -1]]))
-        ours = kept_on(*given, grid)
-        feed = _solved(grid, rows_of(*given, grid, ours.factors))
-        law = None if feed is None else slowed_to_limits(run, law_of(grid, feed**2), limits, feed_rate)
+        grid = _with_corners(grid_of(given.run, tried), rows_of(given, ends))
+        ours = kept_on(given, grid)
+        feed = _solved(grid, rows_of(given, grid, ours.factors))
+        law = None if feed is None else slowed_to_limits(given, law_of(grid, feed**2))
         if law is not None and law.duration <= STALLED * ours.law.duration:
             return law
-    begin, end = run.length[[0, -1]]
-    raise ToppraError(
-        f"toppra found no law between {begin:.4g} and {end:.4g} mm; take method='min_time' or 'trapezoid'"
-    )
+    where = f"between {ends[0]:.4g} and {ends[1]:.4g} mm"
+    raise ToppraError(f"toppra found no law {where}; take method='min_time' or 'trapezoid'")
 
 
-def _parts(run: JointPath, limits: JointLimits, feed_rate: float, acceleration: float | None) -> int:
+def _parts(given: LimitedRun) -> int:
     """Parts of each piece of the path beyond which more would save little, by our own sweep."""
-
-    def lasting(parts: int) -> float:
-        grid = grid_of(run, parts)
-        return law_of(grid, swept(run, limits, feed_rate, acceleration, grid)).duration
-
-    pieces = run.pieces.breaks.size - 1
+    pieces = given.run.pieces.breaks.size - 1
     parts = -(-INTERVALS // pieces)
-    while 2 * parts * pieces <= MOST and lasting(2 * parts) < (1 - GAIN) * lasting(parts):
+    while 2 * parts * pieces <= MOST and duration(given, 2 * parts) < (1 - GAIN) * duration(given, parts):
         parts *= 2
     return parts
 
