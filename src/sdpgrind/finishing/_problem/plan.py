@@ -176,7 +176,7 @@ def _refuse_corners(problem: FinishingProblem, runs: list[Floats]) -> None:
 
 
 def _cuts(samples: PathSamples) -> Any:
-    """Indices at which a new run begins."""
+    """Indices of the starts of new runs."""
     return np.flatnonzero(np.diff(samples.run)) + 1
 
 

@@ -17,9 +17,7 @@ LEAST = 1e-9  # of a piece, chosen: no shorter interval
 
 def intervals(surface: Surface, mapping: Mapping, coefficients: Floats) -> tuple[Ints, Floats, Floats]:
     """Cut the pieces at knots: number of the piece, first and last t of each interval."""
-    count = len(coefficients)
-    piece, t = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
-    uv = mapping.carried(jets(coefficients, piece, t))[:, 0].reshape(count, len(PLACES), 2)
+    count, uv = len(coefficients), _looked_up(mapping, coefficients)
     found = [
         _crossed(mapping, coefficients, uv[..., axis], surface.breaks[axis][1:-1], axis) for axis in (0, 1)
     ]
@@ -35,10 +33,14 @@ def intervals(surface: Surface, mapping: Mapping, coefficients: Floats) -> tuple
 
 def crossed(mapping: Mapping, coefficients: Floats, knots: Floats, axis: int) -> tuple[Ints, Floats]:
     """Pieces and t at which a path crosses knots of u (axis 0) or v (1)."""
+    return _crossed(mapping, coefficients, _looked_up(mapping, coefficients)[..., axis], knots, axis)
+
+
+def _looked_up(mapping: Mapping, coefficients: Floats) -> Floats:
+    """Parameters (k, 5, 2) at `PLACES` of each piece."""
     count = len(coefficients)
     piece, t = np.repeat(np.arange(count), len(PLACES)), np.tile(PLACES, count)
-    places = mapping.carried(jets(coefficients, piece, t))[:, 0, axis].reshape(count, len(PLACES))
-    return _crossed(mapping, coefficients, places, knots, axis)
+    return mapping.carried(jets(coefficients, piece, t))[:, 0].reshape(count, len(PLACES), 2)
 
 
 def _crossed(

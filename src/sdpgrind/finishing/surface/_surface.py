@@ -143,7 +143,7 @@ class Surface(Described):
 
     @classmethod
     def _made(cls, control_points: Any, weights: Any, degree: Pair, knots: Any, outward: int) -> Self:
-        """Return the surface of what is still to be checked."""
+        """Return the surface of unchecked values."""
         return cls(control_points, degree, knots, weights, outward)
 
     def __eq__(self, other: object) -> bool:

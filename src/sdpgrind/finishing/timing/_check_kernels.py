@@ -7,7 +7,7 @@ from sdpgrind.finishing.timing._path_kernels import _derivatives, _piece_at
 from sdpgrind.finishing.timing._time_law import advanced
 
 _advanced = compiled(advanced)
-QUANTITIES = 4  # speed, acceleration, jerk of the joints; feed
+QUANTITIES = 4  # derived: speed, acceleration, jerk of the joints; feed
 
 
 @compiled

@@ -76,7 +76,7 @@ def _interval(x: Any, u: Any, after: Any, step: Any, ends: list[Any], weight: An
     """Rows of one interval: continuity (2), length, feed between its ends, and limits of the joints."""
     v, a, t, j = x[0], x[1], u[0], u[1]
     (q1, r1), (q2, r2), (q3, r3) = ends
-    way, w, b = advanced(t, -step, v, a, j)  # the solver wants rows in terms of the start of an interval
+    way, w, b = advanced(t, -step, v, a, j)  # the solver needs rows in terms of an interval's start
     between = v + t * a / 2  # bounds the parabola together with its ends
     joints = (
         q3 * v**3 + 3 * q2 * v * a + q1 * j,

@@ -2,9 +2,12 @@
 
 from sdpgrind.base.compiled import compiled
 
-# Of a loop: transition (3, 3), then command weights (3,) before and after, output (3,); their number.
+# Derived, of a loop: transition (3, 3), then command weights (3,) before and after, output (3,); their number.
 OLD, NEW, OUTPUT, LOOP = 9, 12, 15, 18
-COMMAND, TABLE = 3, 4  # state of an axis of the table: three of the loop, the last command; their number
+COMMAND, TABLE = (
+    3,
+    4,
+)  # derived: state of an axis of the table: three of the loop, the last command; their number
 
 
 @compiled
