@@ -143,7 +143,7 @@ class Motion(Plan):
 
     @cached_property
     def poses(self) -> Floats:
-        """Poses A_P^B of the tool in the base frame (mm), with the table in place: Wang eq. (1); shape (m, 4,
+        """Poses A_P^B of the tool in the base frame (mm), Wang eq. (1), with the table in place; shape (m, 4,
         4).
         """
         return lasting(self.problem.arm.forward(self.joints))
@@ -216,9 +216,7 @@ class Motion(Plan):
 
     @property
     def least_cos_pitch(self) -> float:
-        """Least ``|cos phi|`` of the tool axis, unit 1; the speed of the first joint is inversely
-        proportional to it.
-        """
+        """Least ``|cos phi|`` of the tool axis, unit 1; inversely proportional to the first joint's speed."""
         return float(pitch_cosine(self.poses).min())
 
     @property
@@ -235,9 +233,7 @@ class Motion(Plan):
         return f"{kept}, the nearest is the {worst}" if kept else f"exceeded is the {worst}"
 
     def plot(self) -> Any:
-        """Draw the feed (mm/s) along the path and the joints' shares of their limits over time (s); return
-        the figure.
-        """
+        """Draw the feed (mm/s) along the path and the joints' shares of their limits over time (s)."""
         return pictures.drawn("sdpgrind.finishing._problem.motion_picture:plot", self)
 
     @property

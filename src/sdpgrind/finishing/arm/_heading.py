@@ -94,9 +94,7 @@ def corner_jumps(
 
 
 def check_corners(arm: "Arm", jumps: CornerJumps) -> None:
-    """Refuse corners whose table jump exceeds the table's range, naming index, axis and excess of the
-    farthest.
-    """
+    """Refuse corners whose table jump exceeds the table's range; the error names the farthest one."""
     if not len(jumps.table):
         return
     span = np.array(arm.position_max[5:]) - np.array(arm.position_min[5:])

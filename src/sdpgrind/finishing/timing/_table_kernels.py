@@ -2,7 +2,7 @@
 
 from sdpgrind.base.compiled import compiled
 
-# Derived, of a loop: transition (3, 3), then command weights (3,) before and after, output (3,); their number.
+# Derived, of a loop: transition (3, 3), command weights (3,) before and after, output (3,); their number.
 OLD, NEW, OUTPUT, LOOP = 9, 12, 15, 18
 COMMAND, TABLE = (
     3,
