@@ -109,7 +109,7 @@ def plan(
 
 
 def _per_leg(path: Path) -> int:
-    """Samples of a leg, at most `STEP` mm apart, as the joints are smooth only between knots of the surface."""
+    """Samples of a leg, at most `STEP` mm apart; the joints are smooth only between knots of the surface."""
     longest = float(np.diff(path.sample(per_leg=1).length).max())
     return max(FEWEST, math.ceil(longest / STEP))
 
