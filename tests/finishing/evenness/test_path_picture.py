@@ -7,14 +7,6 @@ from sdpgrind.finishing import hilbert, zigzag
 from sdpgrind.finishing.surface import flat_surface, nominal_surface
 
 
-@pytest.fixture
-def pyplot():
-    pyplot = pytest.importorskip("matplotlib.pyplot")
-    pyplot.switch_backend("agg")
-    yield pyplot
-    pyplot.close("all")
-
-
 def test_line_ends_and_title(pyplot):
     path = hilbert(nominal_surface(), 2)
     figure = path.plot()

@@ -20,14 +20,6 @@ SURFACES = {
 }
 
 
-@pytest.fixture
-def pyplot():
-    pyplot = pytest.importorskip("matplotlib.pyplot")
-    pyplot.switch_backend("agg")
-    yield pyplot
-    pyplot.close("all")
-
-
 @pytest.mark.parametrize("name", SURFACES)
 def test_encoded_and_back(name):
     surface = SURFACES[name].replace(outward=-1)

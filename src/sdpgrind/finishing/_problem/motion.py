@@ -143,7 +143,7 @@ class Motion(Plan):
 
     @cached_property
     def poses(self) -> Floats:
-        """Poses A_P^B of the tool in the base frame (mm), Wang eq. (1), with the table in place, (m, 4, 4)."""
+        """Poses A_P^B of the tool in the base frame (mm), Wang eq. (1), shape (m, 4, 4)."""
         return lasting(self.problem.arm.forward(self.joints))
 
     @cached_property

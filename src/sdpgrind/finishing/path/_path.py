@@ -178,7 +178,7 @@ class Path(Described, ByValue):
 
     @property
     def runs(self) -> Ints:
-        """First and last node of each smooth run between corners, (r, 2); creases between nodes do not count."""
+        """First and last node of each smooth run between corners, (r, 2), whatever creases it crosses."""
         sharp = np.flatnonzero(np.diff(self._legs.at_node) == 0)
         ends = np.concatenate([[0], self._legs.at_node[sharp], [len(self.nodes) - 1]])
         return np.stack([ends[:-1], ends[1:]], axis=1)
