@@ -23,8 +23,7 @@ SURFACE_SHARE, PATH_SHARE = 10, 20
 SURFACE_PITCH, PATH_PITCH = 4, 20
 SAMPLES_MAX = 30_000_000  # on the surface or the path, chosen: a minute or two
 BLOCK = 2**17  # samples of the surface processed at once, chosen for memory
-# chosen: samples around which the largest gap is sought, places a side of a lattice, lattices, each four
-# times finer
+# chosen: samples around which the largest gap is sought; places a side of a lattice; ever finer lattices
 WORST, LATTICE, CLOSING = 16, 9, 5
 COARSE = 129  # chosen: places on each side for the widths of the surface
 

@@ -9,18 +9,18 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.path._legs import turning
 
 
-def square_nodes(value: npt.ArrayLike) -> Floats:
+def square_nodes(name: str, value: npt.ArrayLike) -> Floats:
     """Return nodes in the unit square, (n, 2), read-only, no two in a row the same."""
-    nodes = lasting(checks.finite_array("nodes", value))
+    nodes = lasting(checks.finite_array(name, value))
     if nodes.ndim != 2 or nodes.shape[1] != 2 or len(nodes) < 2:
-        raise ValueError(f"nodes must be of shape (n, 2) with n >= 2; got shape {nodes.shape}")
+        raise ValueError(f"{name} must be of shape (n, 2) with n >= 2; got shape {nodes.shape}")
     outside = np.flatnonzero(((nodes < 0) | (nodes > 1)).any(axis=1))
     if len(outside):
-        raise checks.refuse(f"nodes[{outside[0]}]", "in the unit square", tuple(nodes[outside[0]].tolist()))
+        raise checks.refuse(f"{name}[{outside[0]}]", "in the unit square", tuple(nodes[outside[0]].tolist()))
     same = np.flatnonzero((nodes[1:] == nodes[:-1]).all(axis=1))
     if len(same):
         raise checks.refuse(
-            f"nodes[{same[0] + 1}]", f"apart from nodes[{same[0]}]", tuple(nodes[same[0]].tolist())
+            f"{name}[{same[0] + 1}]", f"apart from {name}[{same[0]}]", tuple(nodes[same[0]].tolist())
         )
     return nodes
 

@@ -65,9 +65,9 @@ class Path(Described, ByValue):
     ------
     ValueError
         When nodes are outside of the unit square or coincide, or a corner is missing. Later, when two nodes
-        in a row coincide on the surface, a spline leaves the square, the surface is torn at the path, or has
-        a crease under "equal_area", or a corner is to be rounded that turns right back, or on a path that
-        crosses a crease.
+        in a row coincide on the surface, a spline leaves the square, the path meets a tear of the surface,
+        "equal_area" meets a crease, a corner to be rounded turns right back, or a path to be rounded crosses
+        a crease.
 
     Examples
     --------
@@ -83,7 +83,7 @@ class Path(Described, ByValue):
     """
 
     surface: Surface = part(Surface)
-    nodes: Floats = custom(lambda name, value: square_nodes(value))
+    nodes: Floats = custom(square_nodes)
     _: KW_ONLY
     mapping: str = choice(*MAPPINGS, default="parametric")
     pattern: str = text(default="path")

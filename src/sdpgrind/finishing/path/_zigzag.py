@@ -20,9 +20,9 @@ def zigzag(
 ) -> Path:
     """Lay passes over a surface that turn back at its edges.
 
-    The gap of the passes v = v1 and v = v2 at a place u is their perpendicular distance, int sqrt(EG -
-    F^2)/sqrt(E) dv at that u; no gap on the whole line exceeds the pitch. Passes stay half a pitch away from
-    all four edges. Nodes along the passes have the spacing of the passes: at most a pitch.
+    The gap of the passes v = v1 and v = v2 at a place u is their perpendicular distance,
+    int sqrt(EG - F^2)/sqrt(E) dv at that u; no gap on the whole line exceeds the pitch. Passes stay half a
+    pitch away from all four edges. Nodes along the passes are at most a pitch apart.
 
     Parameters
     ----------

@@ -17,8 +17,7 @@ NEAR = 1e-3  # of the domain, chosen: a nearer knot bounds no ray for the limit 
 # chosen: Chebyshev points on a ray for the extrapolation of a limit, which do not amplify rounding
 NODES = 12
 REACH = 0.25  # knot spans, chosen: length of a ray
-# chosen: spread of the limits along different rays, relative to the greatest or to that of a surface of this
-# size
+# chosen: spread of the limits along different rays, relative to the greatest or to a usual one
 AGREE = 1e-6
 SLOPES = ((1.0, 1.0), (1.0, 0.5), (0.5, 1.0))  # chosen: rays of each quadrant, spans
 

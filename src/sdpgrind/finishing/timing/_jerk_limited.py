@@ -26,14 +26,12 @@ SLOWER = 3e-3
 # chosen: limit of the rounds; the first `FINER` add points where a limit is exceeded by more than `FAR`
 ROUNDS, FINER, FAR = 8, 3, 1.03
 CHECKS = 8  # chosen: places in an interval for limits between rounds
-# of the duration, chosen: gain of a finer grid for the first law, which only places points and starts the
-# search
+# of the duration, chosen: gain of a finer grid for the first law, which only places points
 COARSE = 5e-3
 BRAKE = 64  # chosen: most initial intervals in the longest brake; half a window holds twice as many
 MANY = 2048  # chosen: most initial intervals on a run of few samples
 EASY = 1.4  # chosen: slowing of the first guess; from within the limits the programs take fewer steps
-# chosen: narrowing of the limits behind the first points of a window, so that the next starts well within
-# them
+# chosen: narrowing of limits behind the first points of a window, so that the next starts within them
 MARGIN, FIRST = 1e-4, 4
 AVERAGED = 64  # chosen: places for the average of the first law
 
