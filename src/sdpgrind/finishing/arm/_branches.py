@@ -15,8 +15,7 @@ from sdpgrind.finishing.arm._inverse import BRANCHES, Excess, checked_runs, exce
 if TYPE_CHECKING:
     from sdpgrind.finishing.arm._arm import Arm
 
-# rad, chosen: greatest turn of an angle between neighbouring poses; with more the arm leaves the path between
-# them
+# rad, chosen: greatest turn between neighbouring poses; with more the arm leaves the path between them
 TURN = 1.0
 
 

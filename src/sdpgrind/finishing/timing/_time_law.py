@@ -12,8 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.halving import halved
 from sdpgrind.base.quantities import Described, custom, described, quantity, units_of
 
-# of a law's length and its greatest feed, chosen: rounding between the end of a piece and the start of the
-# next
+# of length and greatest feed, chosen: rounding between the end of a piece and the start of the next
 JOINED = 1e-6
 
 
