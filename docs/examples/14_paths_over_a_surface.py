@@ -29,7 +29,8 @@ print(f"radii in the middle: {1 / high:.0f} mm and {1 / low:.0f} mm (negative: a
 # preferred, which a polisher likes. Four nodes in five are corners, which a robot dislikes.
 path = finishing.hilbert(die, order=5)
 print(
-    f"{len(path.nodes)} nodes, {len(path.runs) - 1} corners, {path.length:.0f} mm long, passes {path.pitch:.2f} mm apart"
+    f"{len(path.nodes)} nodes, {len(path.runs) - 1} corners, {path.length:.0f} mm long,"
+    f" passes {path.pitch:.2f} mm apart"
 )
 path.plot()
 
@@ -99,19 +100,17 @@ ax.legend(frameon=False)
 # %%
 # What is left standing
 # ---------------------
-# Between two passes of a ball a scallop remains. Its height goes with the square of the pitch, and is greater
-# on a ridge than on
-# a flat; in a hollow it is smaller, down to where the ball no longer fits, which is refused. The curvature
-# across the passes is that of the surface: here of a cylinder, worked on from outside around it, and of a
+# Between two passes of a ball a scallop remains. Its height grows with the square of the pitch; it is greater
+# on a ridge than on a flat, and smaller in a hollow, until the ball no longer fits, which is refused. The
+# surface knows its curvature across the passes: here a cylinder around its axis, worked on from outside, and a
 # sphere, worked on from inside.
 ridge = finishing.surface.cylinder_surface(20.0, 50.0)
 hollow = finishing.surface.sphere_surface(20.0, inside=True)
 for name, shape in (("flat", plate), ("ridge of 20 mm", ridge), ("hollow of 20 mm", hollow)):
     curvature = float(shape.normal_curvature(0.5, 0.5, 0.0, 1.0))
     height = finishing.path.scallop_height(2.0, 0.2, curvature)
-    print(
-        f"{name:15} scallops {1e3 * height:.2f} µm, R_a {1e3 * finishing.path.cusp_roughness(2.0, 0.2, curvature):.2f} µm"
-    )
+    roughness = finishing.path.cusp_roughness(2.0, 0.2, curvature)
+    print(f"{name:15} scallops {1e3 * height:.2f} µm, R_a {1e3 * roughness:.2f} µm")
 try:
     finishing.path.scallop_height(2.0, 0.2, normal_curvature=0.6)
 except ValueError as error:

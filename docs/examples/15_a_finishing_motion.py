@@ -27,7 +27,8 @@ problem = finishing.FinishingProblem(
 motion = finishing.plan(problem)
 print(motion)
 print(
-    f"the tip is on the path to {motion.error * 1e6:.0f} nm; cosine of the tool's pitch at least {motion.least_cos_pitch:.2f}"
+    f"the tip is on the path to {motion.error * 1e6:.0f} nm;"
+    f" cosine of the tool's pitch at least {motion.least_cos_pitch:.2f}"
 )
 motion.plot()
 
