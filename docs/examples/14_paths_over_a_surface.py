@@ -102,8 +102,8 @@ ax.legend(frameon=False)
 # ---------------------
 # Between two passes of a ball a scallop remains. Its height grows with the square of the pitch; it is greater
 # on a ridge than on a flat, and smaller in a hollow, until the ball no longer fits, which is refused. The
-# surface knows its curvature across the passes: here a cylinder, worked on from outside and along its axis, and
-# a sphere, worked on from inside.
+# surface knows its curvature across the passes: here a cylinder, worked on from outside along its axis, and a
+# sphere, worked on from inside.
 ridge = finishing.surface.cylinder_surface(20.0, 50.0)
 hollow = finishing.surface.sphere_surface(20.0, inside=True)
 for name, shape in (("flat", plate), ("ridge of 20 mm", ridge), ("hollow of 20 mm", hollow)):

@@ -19,14 +19,6 @@ class Links(Protocol):
     """Lengths and limits that the inversion needs; see `Arm`."""
 
     @property
-    def d1(self) -> float: ...
-    @property
-    def a2(self) -> float: ...
-    @property
-    def a3(self) -> float: ...
-    @property
-    def d5(self) -> float: ...
-    @property
     def lengths(self) -> tuple[float, float, float, float]: ...
     @property
     def position_min(self) -> tuple[float, ...]: ...
@@ -105,8 +97,9 @@ def excess(arm: Links, poses: Floats, radius: float, joints: Floats, reached: Bo
 
 
 def _beyond_reach(arm: Links, pose: Floats, radius: float, index: int) -> Excess:
-    distance = float(np.hypot(radius, pose[2, 3] - arm.d1 - arm.d5 * pose[2, 2]))
-    longest, shortest = arm.a2 + arm.a3, abs(arm.a2 - arm.a3)
+    d1, a2, a3, d5 = arm.lengths
+    distance = float(np.hypot(radius, pose[2, 3] - d1 - d5 * pose[2, 2]))
+    longest, shortest = a2 + a3, abs(a2 - a3)
     beyond = max(distance - longest, shortest - distance)
     text = (
         f"poses[{index}] is out of reach by {beyond:.4g} mm: its wrist is {distance:.6g} mm from the"

@@ -76,17 +76,14 @@ class Surface(Described):
             )
         net = control_net.points(self.control_points)
         degree = control_net.degrees(self.degree, net)
-        knots = control_net.knot_vectors(self.knots, degree, net)
         checked = {
             "control_points": net,
             "degree": degree,
-            "knots": knots,
+            "knots": control_net.knot_vectors(self.knots, degree, net),
             "weights": control_net.weights(self.weights, net),
-        }
-        for name, value in {
-            **checked,
             "outward": int(checks.one_of("outward", self.outward, (1, -1))),
-        }.items():
+        }
+        for name, value in checked.items():
             object.__setattr__(self, name, value)
 
     @classmethod
