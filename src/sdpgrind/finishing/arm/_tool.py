@@ -28,15 +28,15 @@ def tool_poses(
 ) -> Floats:
     """Return the tool frame P at every contact, Wang eq. (1): A_P = A_C (A_C^P)^-1.
 
-    The contact frame C has z along the outward normal n, x along the heading h in the tangent plane, and y =
-    n x h. P is on the motor's axis y_P = y_C, ``lever_arm`` away from the contact, and z_P = s cos(theta_f) h
-    - sin(theta_f) n points from P to the contact; s = 1 for a pushed tool (its tip leads where the feed is
-    along h), -1 for a dragged one. A torque about +y_P presses a pushed tool on, a torque about -y_P a
-    dragged one.
+    The contact frame C has z along the outward normal n, x along the heading h in the tangent plane, and
+    y = n x h. P is on the motor's axis y_P = y_C, ``lever_arm`` away from the contact; the axis
+    z_P = s cos(theta_f) h - sin(theta_f) n points from P to the contact, with s = 1 for a pushed tool (its
+    tip leads where the feed is along h), -1 for a dragged one. A torque about +y_P presses a pushed tool on,
+    a torque about -y_P a dragged one.
 
     ``"feed_aligned"``: h is the direction of feed, as the source defines theta_f. ``"fixed"``: h is one
     direction of the xy plane for the whole path, projected on the tangent plane; the tool is then pushed or
-    dragged only where the feed is along h, see `feed_angle`. A tool dragged along h has the axis of one
+    dragged only where the feed is along h, see `feed_angle`. A tool dragged along h has the pose of one
     pushed along -h, turned by half a turn about z_P.
 
     Parameters
