@@ -38,7 +38,7 @@ class Surface(Described):
     degree : (int, int)
         Degrees along u and v, whole numbers >= 1.
     knots : (array, array)
-        Along u and v: nu + degree + 1 and nv + degree + 1 numbers that do not decrease, none of them more than
+        Along u and v: nu + degree + 1 and nv + degree + 1 numbers that do not decrease, none more than
         degree + 1 times.
     weights : array (nu, nv), optional
         w_ij > 0 (dimensionless). None: not rational.
