@@ -58,7 +58,7 @@ def hilbert(surface: Surface, order: int, *, mapping: str = "equal_area", edge: 
 
 
 def hilbert_nodes(order: int) -> Nodes:
-    """Return the nodes (4^n, 2) of a Hilbert curve by index, whole numbers from (0, 0) to (2^n - 1, 0).
+    """Return the nodes (4^n, 2) of a Hilbert curve by index, whole number pairs from (0, 0) to (2^n - 1, 0).
 
     Parameters
     ----------
