@@ -99,8 +99,8 @@ class JointPath(Described):
         """
         order = checks.one_of("derivative", derivative, range(4))
         unit = units_of(JointPath)["length"]
-        ends, slack = self.length[[0, -1]], 1e-9 * self.span
-        where = checks.inside("length", length, *ends, unit, slack=slack)
+        low, high, slack = self.length[0], self.length[-1], 1e-9 * self.span
+        where = checks.inside("length", length, low, high, unit, slack=slack)
         return self.derivatives(where.ravel())[:, order].reshape(*where.shape, -1)
 
     def derivatives(self, length: Floats) -> Floats:
