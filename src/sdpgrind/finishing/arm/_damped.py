@@ -8,7 +8,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.arm import _forward as chain
 from sdpgrind.finishing.arm._inverse import Links
 
-LEVER = 100.0  # mm a rad, chosen: weight of rotations against translations, the scale of tool and lever arm
+LEVER = 100.0  # mm a rad, chosen: weight of rotations against translations
 STEPS = 200  # chosen: limit of the iteration
 DONE = 1e-11  # mm, and rad times the lever; chosen: rounding of lengths of some 100 mm
 GOOD = 1e-9  # mm, and rad times the lever; chosen: greatest error of a solution
