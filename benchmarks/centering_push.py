@@ -12,7 +12,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from centering.push._contact.reaction import simulate_pushes
-from centering.push._machine.presets import preset
+from centering._problem.presets import preset
 from centering.push._profile.profile import TipProfile
 from sdpgrind import units
 

@@ -6,6 +6,11 @@ from . import push as push
 from . import roundness as roundness
 from . import setup as setup
 from ._identify import identify as identify
+from ._problem.presets import preset as preset
+from ._problem.presets import presets as presets
+from ._problem.problem import CenteringLimits as CenteringLimits
+from ._problem.problem import CenteringProblem as CenteringProblem
+from ._problem.problem import PushScatter as PushScatter
 from .circle._estimator.estimator import GeometryEstimator as GeometryEstimator
 from .circle._estimator.measuring import MeasuringController as MeasuringController
 from .circle._fit.fit import fit_circle as fit_circle
@@ -18,11 +23,6 @@ from .friction._estimator import FrictionEstimator as FrictionEstimator
 from .monitoring._chart import ControlChart as ControlChart
 from .monitoring._drift import DriftTrack as DriftTrack
 from .push._contact.trace import simulate_push as simulate_push
-from .push._machine.presets import preset as preset
-from .push._machine.presets import presets as presets
-from .push._machine.problem import CenteringLimits as CenteringLimits
-from .push._machine.problem import CenteringProblem as CenteringProblem
-from .push._machine.problem import PushScatter as PushScatter
 from .push._plan.push import Push as Push
 from .push._plan.push import plan_push as plan_push
 from .push._profile.profile import TipProfile as TipProfile

@@ -1,5 +1,6 @@
 """What tests of pushes and cycles use of the inside: kernels, searches, constants."""
 
+from centering._problem.model import GRAVITY
 from centering.cycle._control import next_push as cycle_next
 from centering.cycle._control.following import braking_speed
 from centering.cycle._control.form import RingFilter
@@ -20,7 +21,6 @@ from centering.cycle._strategy.timing import table_speeds
 from centering.push._contact.reaction import COLUMN_NAMES
 from centering.push._fastest import search as optimal
 from centering.push._fastest.model import STARTS, PushProgram, PushTask, Swing, TipState
-from centering.push._machine.model import GRAVITY
 from centering.push._plan.direction import profile_of
 from centering.push._profile.rows import after, forward, remaining
 from centering.push.turning import _direction_kernels as at

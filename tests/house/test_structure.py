@@ -111,7 +111,9 @@ THEMES = {
         "_problem", "processes", "_trace", "_stretch", "_curve", "gains", "_correct", "_robust", "_control", "_plant",
     ),
     "sdpgrind.finishing": ("study", "surface", "path", "arm", "timing", "torque", "roughness", "_problem", "_plant"),
-    "centering": ("circle", "roundness", "monitoring", "setup", "push", "friction", "cycle", "_identify", "_plant"),
+    "centering": (
+        "_problem", "circle", "roundness", "monitoring", "setup", "push", "friction", "cycle", "_identify", "_plant",
+    ),
     "hwsim": (
         "protocols", "devices", "_part", "_log", "_processor", "_loop", "_replay", "_link", "plants", "_study", "command", "cli",
         "__main__",

@@ -4,7 +4,7 @@ from math import ceil, log, log1p, sqrt
 
 import numpy as np
 
-from centering.push._machine.model import PushModel
+from centering._problem.model import PushModel
 from sdpgrind.base.checks import Floats
 
 SCALES, RATIOS = 161, 25

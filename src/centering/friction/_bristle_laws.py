@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from centering._problem.model import PushModel
 from centering.friction._laws import SLOTS, CoulombFriction, StribeckFriction, ViscousFriction
-from centering.push._machine.model import PushModel
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, quantity, units_of
@@ -258,7 +258,7 @@ def friction_law(model: PushModel, law: str = "elasto_plastic", **options: Any) 
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> law = friction_law(preset("printed").model, "lugre")
     >>> law.bristle_stiffness, round(law.bristle_damping, 3)  # N/mm, N s/mm
     (120000.0, 47.624)

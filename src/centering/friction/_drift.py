@@ -153,7 +153,7 @@ def friction_drift(
     Examples
     --------
     >>> from centering.friction._bristle_laws import friction_law
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> model = preset("printed").model
     >>> load = {"mean_load": 0.2 * model.breakaway_force, "load_amplitude": 0.3 * model.breakaway_force}
     >>> for name in ("lugre", "elasto_plastic"):

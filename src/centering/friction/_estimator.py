@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from centering._problem.problem import CenteringProblem
 from centering.friction._belief import FrictionBelief
 from centering.friction._logged import logged_pushes
 from centering.friction._prediction import likelihood
 from centering.friction._printed import SENSOR_RANGE
 from centering.push._contact.trace import PushTrace
-from centering.push._machine.problem import CenteringProblem
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -65,7 +65,7 @@ class FrictionEstimator:
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> from centering.push._profile.profile import TipProfile
     >>> from centering.push._contact.trace import simulate_push
     >>> problem, push = preset("printed"), TipProfile.constant_speed(40.0, 0.1)
@@ -247,7 +247,7 @@ def identify_friction(
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> from centering.push._profile.profile import TipProfile
     >>> from centering.push._contact.trace import simulate_push
     >>> problem = preset("printed")

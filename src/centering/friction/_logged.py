@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from centering.push._machine.problem import CenteringProblem
+from centering._problem.problem import CenteringProblem
 from centering.push._plan.direction import profile_of
 from centering.push._profile.profile import TipProfile
 from centering.push.turning._shooting import landing, ring_state

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from centering._problem.model import PushModel
 from centering.friction._belief import FrictionBelief, span
 from centering.friction._prediction_kernels import log_likelihood
 from centering.push._contact.reaction import simulate_pushes
-from centering.push._machine.model import PushModel
 from centering.push._profile.profile import TipProfile
 from centering.push.turning._turning import TableProfile
 from centering.push.turning._turning_trace import simulate_table_pushes

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Any, ClassVar
 
+from centering._problem.problem import CenteringProblem
 from centering.cycle._control.following import Follower, FollowingGains, FollowingLimits
 from centering.cycle._control.settings import CycleSettings
 from centering.cycle._control.states import CycleState
 from centering.cycle._control.table_motion import TableMotion
-from centering.push._machine.problem import CenteringProblem
 from sdpgrind.base import checks
 
 Command = dict[str, Any]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from math import hypot, isfinite
 from typing import ClassVar
 
+from centering._problem.model import GRAVITY
 from centering.cycle._control.base import Command, CycleBase
 from centering.cycle._control.following import FollowingGains
 from centering.cycle._control.launch import Approach, run_up
@@ -14,7 +15,6 @@ from centering.cycle._control.next_push import ChosenPush, NextPush, PushStrateg
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.settings import CycleSettings
 from centering.cycle._control.states import CycleState
-from centering.push._machine.model import GRAVITY
 from sdpgrind.base import checks
 
 _EARLIEST, _FREEZE = 2.7, 5.0  # chosen: samples before a push: it is sent; the slide is stopped

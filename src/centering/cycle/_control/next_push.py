@@ -3,10 +3,10 @@
 from math import ceil, isfinite, nan, pi
 from typing import Any, Protocol
 
+from centering._problem.problem import CenteringProblem
 from centering.cycle._control.launch import Approach, SentPush, launch, preview
 from centering.cycle._control.table_motion import TableMotion
 from centering.cycle._strategy.outcomes import PushKind
-from centering.push._machine.problem import CenteringProblem
 
 _TURN = 2.0 * pi
 _LATEST = 1.3  # chosen: samples before the trigger until which a profile can be sent

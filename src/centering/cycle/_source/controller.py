@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from math import atan2, ceil, copysign, hypot, isfinite, nan, pi
 from typing import ClassVar, Protocol
 
+from centering._problem.problem import CenteringProblem
 from centering.cycle._control.base import Command, CycleBase
 from centering.cycle._control.following import FollowingGains
 from centering.cycle._control.part_view import PrintedPlace
@@ -11,7 +12,6 @@ from centering.cycle._control.settings import CycleSettings
 from centering.cycle._control.states import CycleState
 from centering.cycle._source.correction import travelled
 from centering.cycle._source.planner import PrintedPlanner
-from centering.push._machine.problem import CenteringProblem
 from centering.push._plan.push import Push
 from sdpgrind import units
 from sdpgrind.base import checks
@@ -69,7 +69,7 @@ class PrintedController(CycleBase):
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> controller = PrintedController(preset("printed"))
     >>> controller.step(time=0.0, angle=0.0, slide=120.0, probe=float("nan"))["velocity"]  # mm/s
     83.33333333333333

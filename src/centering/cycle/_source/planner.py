@@ -1,9 +1,9 @@
 """Push of the source: speed by energy balance, free slide subtracted, one running correction."""
 
+from centering._problem.problem import CenteringProblem
 from centering.cycle._source.correction import StrokeCorrection
 from centering.push._contact.free_slide import free_slide_table
 from centering.push._contact.impact import energy_balance_speed
-from centering.push._machine.problem import CenteringProblem
 from centering.push._plan.push import Push, plan_push
 from centering.push._profile.timing import move_time
 from centering.push.turning._lead import TooFastError, rim_advance

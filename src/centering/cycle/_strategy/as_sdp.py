@@ -7,11 +7,11 @@ import numpy as np
 from scipy import sparse
 from scipy.special import ndtri
 
+from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.belief import FrictionScaleBelief
 from centering.cycle._strategy.draw_kernels import all_draws
 from centering.cycle._strategy.outcomes import OutcomeTable
 from centering.cycle._strategy.timing import CycleTiming
-from centering.push._machine.problem import CenteringProblem
 from sdpgrind import sdp
 from sdpgrind.base.checks import Floats
 

@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import NamedTuple
 
-from centering.push._machine.problem import PushScatter
+from centering._problem.problem import PushScatter
 from sdpgrind.base.quantities import Described, described, quantity
 
 

@@ -7,10 +7,10 @@ from math import sqrt
 
 import numpy as np
 
+from centering._problem.model import PushModel
 from centering.cycle._strategy.outcome_kernels import FINE, stroke_for, travel_at
 from centering.push._contact.reaction import refuse_unfinished
 from centering.push._contact.reaction_kernels import COLUMNS, FINAL_POSITION, push_many
-from centering.push._machine.model import PushModel
 from centering.push._profile.gentle import gentle_profile, tap_profile
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base.arrays import ByValue, lasting

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.as_sdp import (
     FRACTIONS,
     Size,
@@ -17,7 +18,6 @@ from centering.cycle._strategy.as_sdp import (
 from centering.cycle._strategy.outcomes import PushKind, default_kinds, simulated
 from centering.cycle._strategy.strategy import Strategy
 from centering.cycle._strategy.timing import CycleTiming, table_speeds
-from centering.push._machine.problem import CenteringProblem
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -68,7 +68,7 @@ def plan(
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> strategy = plan(preset("printed").replace(mass=0.8))  # doctest: +SKIP
     >>> strategy.push(offset=1.0)  # doctest: +SKIP
     """

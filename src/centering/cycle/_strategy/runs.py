@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from centering.push._machine.problem import CenteringProblem
+from centering._problem.problem import CenteringProblem
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 

@@ -4,6 +4,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.belief import Belief
 from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.draw_kernels import push_once, waiting_time
@@ -11,7 +12,6 @@ from centering.cycle._strategy.outcomes import pushing_time, scaled
 from centering.cycle._strategy.runs import CenteringRuns
 from centering.cycle._strategy.timing import CycleTiming
 from centering.push._contact.reaction import simulate_pushes
-from centering.push._machine.problem import CenteringProblem
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats

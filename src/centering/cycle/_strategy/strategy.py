@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.as_sdp import WORTH, finish_offset, friction_axis, offset_axis, packed_axes
 from centering.cycle._strategy.belief import Belief, FrictionScaleBelief
 from centering.cycle._strategy.belief_kernels import posterior
@@ -15,7 +16,6 @@ from centering.cycle._strategy.draw_kernels import table_speed
 from centering.cycle._strategy.lookup_kernels import choose, value_at
 from centering.cycle._strategy.outcomes import FRICTION_SCALES, OutcomeTable
 from centering.cycle._strategy.timing import CycleTiming
-from centering.push._machine.problem import CenteringProblem
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import lasting

@@ -4,8 +4,8 @@ from math import pi, sqrt
 
 import numpy as np
 
-from centering.push._machine.model import GRAVITY
-from centering.push._machine.problem import CenteringProblem
+from centering._problem.model import GRAVITY
+from centering._problem.problem import CenteringProblem
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, quantity
 

@@ -9,9 +9,9 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
+from centering._problem.model import PushModel
+from centering._problem.problem import CenteringProblem
 from centering.push._contact.trace import PushTrace, simulate_push
-from centering.push._machine.model import PushModel
-from centering.push._machine.problem import CenteringProblem
 from centering.push._plan import record as plan_record
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import pictures

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from centering._problem.model import PushModel
+from centering._problem.problem import CenteringProblem
 from centering.push._contact.reaction import simulate_pushes
 from centering.push._fastest.model import SOLVED, STARTS, PushProgram, PushTask
 from centering.push._fastest.push import OptimalPush, PushStatus, judged, with_friction
-from centering.push._machine.model import PushModel
-from centering.push._machine.problem import CenteringProblem
 from centering.push._profile.gentle import gentle_profile
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
@@ -132,7 +132,7 @@ def minimum_time_push(
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> problem = preset("printed")
     >>> push = minimum_time_push(problem.replace(limits=problem.limits.replace(push_speed_max=40.0)), 1.0)  # mm/s, mm
     >>> push.ok, round(push.time, 3), push.spread < 0.005  # s, mm; `gentle_profile`: 0.1 s and 0.058 mm

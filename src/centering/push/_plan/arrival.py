@@ -6,8 +6,8 @@ from math import hypot, sqrt
 import numpy as np
 from scipy.special import ndtr
 
-from centering.push._machine.model import PushModel
-from centering.push._machine.problem import PushScatter
+from centering._problem.model import PushModel
+from centering._problem.problem import PushScatter
 from centering.push._plan.direction import Touch
 from centering.push.turning import _direction_kernels as at
 from centering.push.turning._shooting import landing, ring_state

@@ -4,7 +4,7 @@ from math import pi, sqrt
 
 import numpy as np
 
-from centering.push._machine.model import GRAVITY, PushModel
+from centering._problem.model import GRAVITY, PushModel
 from centering.push._profile.profile import TipProfile
 from centering.push._profile.row_kernels import ROWS, gentle_rows
 from sdpgrind.base import checks
@@ -62,7 +62,7 @@ def gentle_profile(
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> from centering.push._contact.trace import simulate_push
     >>> model = preset("printed").model
     >>> trace = simulate_push(model, gentle_profile(model, 5.0, 40.0))  # mm, mm/s
@@ -112,7 +112,7 @@ def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> from centering.push._contact.trace import simulate_push
     >>> model = preset("printed").model  # 18.9 kg: 2 (F_s - F_k)/k is 15.4 µm
     >>> [round(1000 * simulate_push(model, tap_profile(stroke, 5.0)).final_position, 1) for stroke in (0.03, 0.031, 0.04)]  # µm

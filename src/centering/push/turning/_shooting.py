@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from centering.push._machine.model import PushModel
+from centering._problem.model import PushModel
 from centering.push.turning import _direction_kernels as at
 from sdpgrind.base.checks import Floats
 

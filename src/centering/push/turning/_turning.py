@@ -4,7 +4,7 @@ from typing import Self
 
 import numpy as np
 
-from centering.push._machine.model import GRAVITY, PushModel
+from centering._problem.model import GRAVITY, PushModel
 from centering.push._profile.profile import TipProfile, column
 from centering.push.turning import _direction_kernels as at
 from centering.push.turning._shooting import ring_state
@@ -125,7 +125,7 @@ def turning_profile(
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> push, model = TipProfile.move(1.0, 10.0, 2560.0), preset("printed").model
     >>> still = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=0.0)
     >>> turning = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0)

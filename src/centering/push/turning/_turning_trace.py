@@ -30,7 +30,7 @@ class TablePushTrace(PushTrace):
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> from centering.push._profile.profile import TipProfile
     >>> from centering.push.turning._turning import turning_profile
     >>> model, push = preset("printed").model, TipProfile.move(1.0, 10.0, 2560.0)  # mm, mm/s, mm/s^2
@@ -66,7 +66,7 @@ def simulate_table_push(model: "Pushable | npt.ArrayLike", profile: TableProfile
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> model = preset("printed").model
     >>> loaded = TableProfile([0.4], [10.0], [0.0], held=[3.0], slid=[3.0])
     >>> round(simulate_table_push(model, loaded).peak_force, 2)  # N; 69.6 without loads

@@ -1,7 +1,7 @@
 """Problems ready to use: the friction that Mears printed, and the one that his tables were computed with."""
 
-from centering.push._machine.model import Part, PushModel
-from centering.push._machine.problem import CenteringProblem
+from centering._problem.model import Part, PushModel
+from centering._problem.problem import CenteringProblem
 from sdpgrind.base import checks
 from sdpgrind.base.preset_info import PresetInfo
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import inf, isfinite
 from typing import ClassVar, Self
 
-from centering.push._machine.model import PushModel
+from centering._problem.model import PushModel
 from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, count, described, part, quantity, valued
@@ -177,7 +177,7 @@ class CenteringProblem(Described):
 
     Examples
     --------
-    >>> from centering.push._machine.presets import preset
+    >>> from centering._problem.presets import preset
     >>> problem = preset("printed").replace(mass=0.8, tolerance=0.005)
     >>> problem.model.part.mass, problem.tolerance, problem.quantum_note
     (0.8, 0.005, '')
@@ -234,7 +234,7 @@ class CenteringProblem(Described):
 
         Examples
         --------
-        >>> from centering.push._machine.presets import preset
+        >>> from centering._problem.presets import preset
         >>> from sdpgrind.identify import Estimate
         >>> found = preset("printed").updated(Estimate(("mu_kinetic",), [0.16], [[0.0016**2]]))
         >>> found.model.mu_kinetic, round(found.scatter.friction_part_sd, 6)
