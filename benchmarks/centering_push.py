@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from centering.push._contact.reaction import simulate_pushes
 from centering._problem.presets import preset
+from centering.push._contact.reaction import simulate_pushes
 from centering.push._profile.profile import TipProfile
 from sdpgrind import units
 

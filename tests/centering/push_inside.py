@@ -19,15 +19,15 @@ from centering.cycle._strategy.outcomes import FRICTION_SCALES
 from centering.cycle._strategy.plan import GIVEN_UP, SETTLED, prepared, solved
 from centering.cycle._strategy.timing import table_speeds
 from centering.push._contact.reaction import COLUMN_NAMES
-from centering.push._fastest import search as optimal
-from centering.push._fastest.model import STARTS, PushProgram, PushTask, Swing, TipState
-from centering.push._plan.direction import profile_of
+from centering.push._minimum_time import search as optimal
+from centering.push._minimum_time.program import STARTS, PushProgram, PushTask, Swing, TipState
+from centering.push._plan.touch import profile_of
 from centering.push._profile.rows import after, forward, remaining
-from centering.push.turning import _direction_kernels as at
+from centering.push.turning import _plane_kernels as at
 from centering.push.turning import _quasi_static_kernels as back
 from centering.push.turning import _slide_kernels as slide
-from centering.push.turning._direction_kernels import _push_on_table
 from centering.push.turning._lead import TooFastError
+from centering.push.turning._plane_kernels import _push_on_table
 from centering.push.turning._quasi_static_kernels import touch_back
 from centering.push.turning._shooting import landing, ring_state
 from hwsim._log.fingerprint import fingerprint

@@ -5,7 +5,7 @@ from centering._plant import kernels
 from centering._plant import slide_kernels as slots
 from centering.cycle._strategy.as_sdp import Size
 from centering.cycle._strategy.plan import prepared, solved
-from centering.push.turning import _direction_kernels as plane
+from centering.push.turning import _plane_kernels as plane
 from hwsim._log.fingerprint import fingerprint
 from hwsim._log.log import same
 from hwsim.command._centering.film import FilmStrip

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from centering._problem.problem import CenteringProblem
-from centering.push._plan.direction import profile_of
+from centering.push._plan.touch import profile_of
 from centering.push._profile.profile import TipProfile
 from centering.push.turning._shooting import landing, ring_state
-from centering.push.turning._turning import turning_profile
-from centering.push.turning._turning_trace import simulate_table_push
+from centering.push.turning._table_profile import turning_profile
+from centering.push.turning._table_trace import simulate_table_push
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Series

@@ -7,8 +7,8 @@ from centering.friction._belief import FrictionBelief, span
 from centering.friction._prediction_kernels import log_likelihood
 from centering.push._contact.reaction import simulate_pushes
 from centering.push._profile.profile import TipProfile
-from centering.push.turning._turning import TableProfile
-from centering.push.turning._turning_trace import simulate_table_pushes
+from centering.push.turning._table_profile import TableProfile
+from centering.push.turning._table_trace import simulate_table_pushes
 from sdpgrind.base.checks import Floats
 
 NODES = (21, 9)

@@ -10,7 +10,7 @@ from centering._problem.model import PushModel
 from centering._problem.problem import CenteringLimits
 from centering.cycle._strategy.outcomes import PushKind, until_turn
 from centering.push._contact.reaction_kernels import COLUMNS, DONE, FINAL_POSITION, LOG_COLUMNS, push
-from centering.push.turning._direction_kernels import TIP
+from centering.push.turning._plane_kernels import TIP
 from centering.push.turning._shooting import landing, ring_state
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen

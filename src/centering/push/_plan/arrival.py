@@ -8,8 +8,8 @@ from scipy.special import ndtr
 
 from centering._problem.model import PushModel
 from centering._problem.problem import PushScatter
-from centering.push._plan.direction import Touch
-from centering.push.turning import _direction_kernels as at
+from centering.push._plan.touch import Touch
+from centering.push.turning import _plane_kernels as at
 from centering.push.turning._shooting import landing, ring_state
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue

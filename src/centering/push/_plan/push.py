@@ -11,14 +11,14 @@ from centering._problem.model import PushModel
 from centering._problem.problem import CenteringLimits, CenteringProblem
 from centering.push._plan import record as plan_record
 from centering.push._plan.arrival import Arrival, arrival
-from centering.push._plan.direction import Touch, plan_touch, profile_of
+from centering.push._plan.touch import Touch, plan_touch, profile_of
 from centering.push._profile.profile import TipProfile
 from centering.push._profile.rows import trapezoid
 from centering.push._profile.timing import printed_time, rest_to_rest
 from centering.push.turning._lead import Lead, find_lead
 from centering.push.turning._limits import check_speed
-from centering.push.turning._turning import turning_profile
-from centering.push.turning._turning_trace import TablePushTrace, simulate_table_push
+from centering.push.turning._table_profile import turning_profile
+from centering.push.turning._table_trace import TablePushTrace, simulate_table_push
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.plans import Plan

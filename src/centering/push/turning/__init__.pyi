@@ -12,7 +12,7 @@ from ._sliding import RingSlide as RingSlide
 from ._sliding import launch_for as launch_for
 from ._sliding import ring_friction as ring_friction
 from ._sliding import slide_to_rest as slide_to_rest
-from ._turning import TableProfile as TableProfile
-from ._turning import turning_profile as turning_profile
-from ._turning_trace import TablePushTrace as TablePushTrace
-from ._turning_trace import simulate_table_push as simulate_table_push
+from ._table_profile import TableProfile as TableProfile
+from ._table_profile import turning_profile as turning_profile
+from ._table_trace import TablePushTrace as TablePushTrace
+from ._table_trace import simulate_table_push as simulate_table_push

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from centering._problem.model import PushModel
-from centering.push.turning import _direction_kernels as at
+from centering.push.turning import _plane_kernels as at
 from sdpgrind.base.checks import Floats
 
 _ROUNDS = 12  # chosen: at most; four are usual

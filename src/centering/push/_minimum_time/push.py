@@ -121,7 +121,7 @@ class OptimalPush(ByValue, Plan):
 
     def plot(self) -> Any:
         """Draw the speed of the tip (mm/s) and the contact forces (N) over time (s); return the figure."""
-        return pictures.drawn("centering.push._fastest.picture:plot_optimal", self)
+        return pictures.drawn("centering.push._minimum_time.picture:plot_optimal", self)
 
     def _told(self) -> str:
         errors = f"{1e3 * self.stop_error.min():+.2f} to {1e3 * self.stop_error.max():+.2f} µm"

@@ -6,9 +6,9 @@ import numpy as np
 
 from centering._problem.model import GRAVITY, PushModel
 from centering.push._profile.profile import TipProfile, column
-from centering.push.turning import _direction_kernels as at
+from centering.push.turning import _plane_kernels as at
 from centering.push.turning._shooting import ring_state
-from centering.push.turning._turning_kernels import PIECE_COLUMNS, follow
+from centering.push.turning._table_kernels import PIECE_COLUMNS, follow
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats

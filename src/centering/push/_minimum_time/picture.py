@@ -9,7 +9,7 @@ from sdpgrind.base import pictures
 from sdpgrind.base.extras import need
 
 if TYPE_CHECKING:
-    from centering.push._fastest.push import OptimalPush
+    from centering.push._minimum_time.push import OptimalPush
 
 _MILLI = 1e3  # ms of a s
 _SAMPLES = 3001  # chosen

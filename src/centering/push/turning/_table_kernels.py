@@ -17,7 +17,7 @@ from centering.push._contact.reaction_kernels import (
     _segment,
 )
 from centering.push._contact.sample_kernels import _write_state
-from centering.push.turning._direction_kernels import RESTS, TIP, V_X, V_Y, X, Y, _push_on_table
+from centering.push.turning._plane_kernels import RESTS, TIP, V_X, V_Y, X, Y, _push_on_table
 from sdpgrind.base.compiled import compiled
 
 DURATION, VELOCITY, ACCELERATION, HELD, SLID, PIECE_COLUMNS = range(6)

@@ -10,8 +10,8 @@ import numpy as np
 from centering._problem.model import PushModel
 from centering._problem.problem import CenteringProblem
 from centering.push._contact.reaction import simulate_pushes
-from centering.push._fastest.model import SOLVED, STARTS, PushProgram, PushTask
-from centering.push._fastest.push import OptimalPush, PushStatus, judged, with_friction
+from centering.push._minimum_time.program import SOLVED, STARTS, PushProgram, PushTask
+from centering.push._minimum_time.push import OptimalPush, PushStatus, judged, with_friction
 from centering.push._profile.gentle import gentle_profile
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks

@@ -9,8 +9,8 @@ import numpy.typing as npt
 from centering.push._contact.reaction import Pushable, parameter_rows, refuse_unfinished
 from centering.push._contact.reaction_kernels import COLUMNS, LOG_COLUMNS
 from centering.push._contact.trace import PushTrace
-from centering.push.turning._turning import TableProfile
-from centering.push.turning._turning_kernels import loaded_push, loaded_pushes, loaded_sample
+from centering.push.turning._table_kernels import loaded_push, loaded_pushes, loaded_sample
+from centering.push.turning._table_profile import TableProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
@@ -32,7 +32,7 @@ class TablePushTrace(PushTrace):
     --------
     >>> from centering._problem.presets import preset
     >>> from centering.push._profile.profile import TipProfile
-    >>> from centering.push.turning._turning import turning_profile
+    >>> from centering.push.turning._table_profile import turning_profile
     >>> model, push = preset("printed").model, TipProfile.move(1.0, 10.0, 2560.0)  # mm, mm/s, mm/s^2
     >>> trace = simulate_table_push(model, turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0))
     >>> round(trace.peak_force, 1), trace.energy_balance < 1e-9  # N
