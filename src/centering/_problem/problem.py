@@ -177,7 +177,7 @@ class CenteringProblem(Described):
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> problem = preset("printed").replace(mass=0.8, tolerance=0.005)
     >>> problem.model.part.mass, problem.tolerance, problem.quantum_note
     (0.8, 0.005, '')
@@ -234,7 +234,7 @@ class CenteringProblem(Described):
 
         Examples
         --------
-        >>> from centering._problem.presets import preset
+        >>> from centering import preset
         >>> from sdpgrind.identify import Estimate
         >>> found = preset("printed").updated(Estimate(("mu_kinetic",), [0.16], [[0.0016**2]]))
         >>> found.model.mu_kinetic, round(found.scatter.friction_part_sd, 6)

@@ -258,7 +258,7 @@ def friction_law(model: PushModel, law: str = "elasto_plastic", **options: Any) 
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> law = friction_law(preset("printed").model, "lugre")
     >>> law.bristle_stiffness, round(law.bristle_damping, 3)  # N/mm, N s/mm
     (120000.0, 47.624)

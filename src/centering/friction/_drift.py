@@ -91,7 +91,7 @@ def simulate_friction(
 
     Examples
     --------
-    >>> from centering.friction._laws import CoulombFriction
+    >>> from centering.friction import CoulombFriction
     >>> trace = simulate_friction(CoulombFriction(37.0, 28.0), [36.0] * 100 + [40.0] * 100, mass=18.9, step=1e-3)
     >>> trace.position[100].item(), round(trace.velocity[-1].item(), 3)  # mm, mm/s: 12 N over 0.0189 N s^2/mm for 0.1 s
     (0.0, 63.492)
@@ -152,8 +152,8 @@ def friction_drift(
 
     Examples
     --------
-    >>> from centering.friction._bristle_laws import friction_law
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
+    >>> from centering.friction import friction_law
     >>> model = preset("printed").model
     >>> load = {"mean_load": 0.2 * model.breakaway_force, "load_amplitude": 0.3 * model.breakaway_force}
     >>> for name in ("lugre", "elasto_plastic"):

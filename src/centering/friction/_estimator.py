@@ -65,9 +65,7 @@ class FrictionEstimator:
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
-    >>> from centering.push._profile.profile import TipProfile
-    >>> from centering.push._contact.trace import simulate_push
+    >>> from centering import TipProfile, preset, simulate_push
     >>> problem, push = preset("printed"), TipProfile.constant_speed(40.0, 0.1)
     >>> friction = FrictionEstimator(problem)
     >>> friction.update(simulate_push(problem.model.replace(mu_static=0.22, mu_kinetic=0.165), push))
@@ -247,9 +245,7 @@ def identify_friction(
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
-    >>> from centering.push._profile.profile import TipProfile
-    >>> from centering.push._contact.trace import simulate_push
+    >>> from centering import TipProfile, preset, simulate_push
     >>> problem = preset("printed")
     >>> push = simulate_push(problem.model, TipProfile.constant_speed(40.0, 0.1))
     >>> bool(abs(identify_friction([push, push], problem)["mu_static"] - 0.2) < 0.01)

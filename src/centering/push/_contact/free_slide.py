@@ -33,7 +33,7 @@ class FreeSlideTable:
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> table = free_slide_table(preset("printed").model)
     >>> round(float(table.distance_at(100.0 / 3.0)), 4), float(table.distance_at(10.0))  # mm, at 2000 and 600 mm/min
     (0.8599, 0.0)
@@ -145,7 +145,7 @@ def free_slide_table(model: Pushable, *, speed_max: float = _SPEED_MAX) -> FreeS
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> free_slide_table(preset("identified").model)
     FreeSlideTable(4.821 to 120 mm/s: 0 to 6.24 mm)
     """

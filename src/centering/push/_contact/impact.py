@@ -47,7 +47,7 @@ def sliding_speed(model: PushModel, distance: float) -> float:
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> model = preset("printed").model
     >>> round(sliding_speed(model.replace(viscous_coefficient=0.0), 0.1), 5), round(sliding_speed(model, 0.1), 5)  # mm/s
     (17.15255, 17.50708)
@@ -85,7 +85,7 @@ def free_slide(model: PushModel, speed: float) -> FreeSlide:
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> model = preset("printed").model
     >>> round(free_slide(model, 40.0).distance, 6), round(free_slide(model.replace(viscous_coefficient=0.0), 40.0).distance, 6)
     (0.496718, 0.543829)
@@ -115,7 +115,7 @@ def energy_balance_speed(problem: CenteringProblem, distance: float, *, slide_ma
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> round(energy_balance_speed(preset("printed"), 0.1) * 60, 2)  # mm/min; the source says 3700
     556.3
     """

@@ -60,7 +60,7 @@ def stiction_resonance(trace: PushTrace | xr.Dataset) -> StictionResonance:
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> model = preset("printed").model
     >>> found = stiction_resonance(simulate_push(model, TipProfile.constant_speed(10.0, 0.2)))  # mm/s, s
     >>> round(found.line, 1), round(found.spacing, 1)  # Hz; undamped sqrt(k/M)/(2 pi) is 40.1
@@ -99,7 +99,7 @@ def resonance_over_speed(
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> found = resonance_over_speed(preset("printed").model, [5.0, 10.0, 100.0 / 3.0])  # mm/s
     >>> [round(each.spacing) for each in found]  # Hz
     [40, 40, 32]

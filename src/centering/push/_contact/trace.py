@@ -50,7 +50,7 @@ class PushTrace(ByValue, Plan):
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> trace = simulate_push(preset("printed").model, TipProfile.constant_speed(100.0 / 3.0, 0.4))  # mm/s, s
     >>> round(trace.peak_force, 2), round(1000 * trace.free_slide, 1), trace.energy_balance < 1e-9  # N, µm
     (164.78, 859.9, True)
@@ -164,7 +164,7 @@ class PushTrace(ByValue, Plan):
 
         Examples
         --------
-        >>> from centering._problem.presets import preset
+        >>> from centering import preset
         >>> trace = simulate_push(preset("printed").model, TipProfile.constant_speed(10.0, 0.4))  # mm/s, s
         >>> float(trace.at([0.001]).contact_force[0])  # N: k v t + b v
         22.0

@@ -132,7 +132,7 @@ def minimum_time_push(
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> problem = preset("printed")
     >>> push = minimum_time_push(problem.replace(limits=problem.limits.replace(push_speed_max=40.0)), 1.0)  # mm/s, mm
     >>> push.ok, round(push.time, 3), push.spread < 0.005  # s, mm; `gentle_profile`: 0.1 s and 0.058 mm

@@ -106,7 +106,7 @@ class Push(ByValue, Plan):
 
         Examples
         --------
-        >>> from centering._problem.presets import preset
+        >>> from centering import preset
         >>> push = plan_push(preset("printed"), offset=1.0, spindle_speed=2.0, push_speed=10.0)
         >>> round(push.simulate().peak_force, 1)  # N
         70.5
@@ -128,7 +128,7 @@ class Push(ByValue, Plan):
 
         Examples
         --------
-        >>> from centering._problem.presets import preset
+        >>> from centering import preset
         >>> there = plan_push(preset("printed"), offset=1.0, spindle_speed=2.0, push_speed=10.0).arrival()
         >>> there.offset < 0.001, there.sd.round(4)  # mm; the direction scatters by 1.5 deg
         (True, array([0.0036, 0.0262]))
@@ -217,7 +217,7 @@ def plan_push(
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> from sdpgrind import units
     >>> push = plan_push(preset("printed"), offset=1.0, spindle_speed=units.rpm(20), push_speed=10.0, direction="end")
     >>> push

@@ -114,7 +114,7 @@ def plan_touch(
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> from sdpgrind import units
     >>> touch = plan_touch(preset("printed"), offset=1.0, spindle_speed=units.rpm(20), push_speed=10.0, direction="quasi-static")
     >>> round(touch.angle * 180 / 3.141592653589793, 3), round(touch.travel, 5), round(touch.run_up, 5)  # deg, mm, mm

@@ -50,8 +50,7 @@ def band_stop_profile(
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
-    >>> from centering.push._contact.trace import simulate_push
+    >>> from centering import preset, simulate_push
     >>> profile = band_stop_profile(10.0, 0.4)  # mm/s, s
     >>> round(1000 * (10.0 * 0.4 - profile.stroke), 1)  # µm behind a constant speed
     47.4

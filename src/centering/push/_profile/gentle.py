@@ -62,8 +62,7 @@ def gentle_profile(
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
-    >>> from centering.push._contact.trace import simulate_push
+    >>> from centering import preset, simulate_push
     >>> model = preset("printed").model
     >>> trace = simulate_push(model, gentle_profile(model, 5.0, 40.0))  # mm, mm/s
     >>> round(1000 * (trace.final_position - 5.0), 1), round(trace.peak_force, 1)  # µm, N; at constant speed 277 µm, 192 N
@@ -112,8 +111,7 @@ def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
-    >>> from centering.push._contact.trace import simulate_push
+    >>> from centering import preset, simulate_push
     >>> model = preset("printed").model  # 18.9 kg: 2 (F_s - F_k)/k is 15.4 µm
     >>> [round(1000 * simulate_push(model, tap_profile(stroke, 5.0)).final_position, 1) for stroke in (0.03, 0.031, 0.04)]  # µm
     [0.0, 3.7, 15.8]

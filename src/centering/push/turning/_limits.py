@@ -185,7 +185,7 @@ def spindle_speed_limit(
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> limit = spindle_speed_limit(preset("printed").replace(mu_static=0.06, mu_kinetic=0.05), offset=25.0)
     >>> limit.reason, round(limit.value * 60 / (2 * pi), 2), round(limit.all["slide_speed"], 3)  # rpm, rad/s
     ('slide_speed', 44.14, 4.622)
@@ -246,7 +246,7 @@ def spindle_acceleration_limit(problem: CenteringProblem, *, offset: float, spin
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> problem = preset("printed")
     >>> round(spindle_acceleration_limit(problem, offset=0.0, spindle_speed=5.0), 3)  # rad/s^2: 0.2 x 9807/89.5
     21.915

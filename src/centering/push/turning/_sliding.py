@@ -113,7 +113,7 @@ def slide_to_rest(model: PushModel, *, speed: float, spin: float) -> RingSlide:
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> model = preset("printed").model
     >>> slide_to_rest(model, speed=100.0, spin=0.0).distance == 100.0**2 / (2 * 0.15 * 9807.0)
     True
@@ -149,7 +149,7 @@ def launch_for(model: PushModel, *, distance: float, turn: float) -> RingLaunch:
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> model = preset("printed").model
     >>> launch = launch_for(model, distance=5.0, turn=0.05)
     >>> slide = slide_to_rest(model, speed=launch.speed, spin=launch.spin)

@@ -125,7 +125,7 @@ def turning_profile(
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> push, model = TipProfile.move(1.0, 10.0, 2560.0), preset("printed").model
     >>> still = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=0.0)
     >>> turning = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0)

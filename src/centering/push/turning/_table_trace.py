@@ -30,9 +30,8 @@ class TablePushTrace(PushTrace):
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
-    >>> from centering.push._profile.profile import TipProfile
-    >>> from centering.push.turning._table_profile import turning_profile
+    >>> from centering import TipProfile, preset
+    >>> from centering.push.turning import turning_profile
     >>> model, push = preset("printed").model, TipProfile.move(1.0, 10.0, 2560.0)  # mm, mm/s, mm/s^2
     >>> trace = simulate_table_push(model, turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0))
     >>> round(trace.peak_force, 1), trace.energy_balance < 1e-9  # N
@@ -66,7 +65,7 @@ def simulate_table_push(model: "Pushable | npt.ArrayLike", profile: TableProfile
 
     Examples
     --------
-    >>> from centering._problem.presets import preset
+    >>> from centering import preset
     >>> model = preset("printed").model
     >>> loaded = TableProfile([0.4], [10.0], [0.0], held=[3.0], slid=[3.0])
     >>> round(simulate_table_push(model, loaded).peak_force, 2)  # N; 69.6 without loads
