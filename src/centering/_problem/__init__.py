@@ -1,1 +1,1 @@
-"""Model and problem of centering: part, contact, limits, scatter, the tolerance; presets."""
+"""Model and problem of centering: part, contact, friction, machine limits, scatter, tolerance; presets."""

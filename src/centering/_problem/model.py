@@ -11,26 +11,26 @@ from sdpgrind.base.warned import warn
 GRAVITY = 9807.0
 """Acceleration of gravity, mm/s^2, Mears (3.7)."""
 
-_NEWTON = 1e-3  # N s^2/mm of a kg
+_NEWTON = 1e-3  # N s^2/mm of a kg; derived from the units
 
-_ROUGHEST = 2.0  # chosen: no dry contact has such a coefficient of friction; percent are meant then
+_ROUGHEST = 2.0  # chosen: no dry contact has this coefficient of friction; a larger value is in percent
 
 
 @described("centering.part")
 class Part(Described):
-    """A ring that lies on the table.
+    """Ring that lies on the table.
 
     Parameters
     ----------
     mass : float
         Mass of the ring, kg.
     radius : float
-        Radius of the surface that is pushed, mm.
+        Radius of the surface that the tip pushes, mm.
 
     Raises
     ------
     ValueError
-        When a value is not > 0, or smells of another unit.
+        When a value is not > 0 or in another unit.
 
     Examples
     --------
@@ -44,15 +44,15 @@ class Part(Described):
 
 @described("centering.push_model")
 class PushModel(Described):
-    """A part that a tip pushes over a table with friction: M x'' = F_c - F_f, Mears (5.26) and (5.27) with the signs mended.
+    """Part pushed over a table: M x'' = F_c - F_f, Mears (5.26) and (5.27) with corrected signs.
 
-    The contact is a spring and a damper that only push; the friction is `breakaway_force` at rest, and `coulomb_force` with a
-    viscous share in motion.
+    The contact is a spring and a damper that never pull. Friction is `breakaway_force` at rest; in motion it
+    is `coulomb_force` plus a viscous share.
 
     Parameters
     ----------
     part : Part
-        Mass (kg) and radius (mm); `replace` takes ``mass`` and ``radius`` too.
+        Mass (kg) and radius (mm); `replace` also takes ``mass`` and ``radius``.
     contact_stiffness : float
         Stiffness k of the contact, N/mm.
     contact_damping : float
@@ -62,19 +62,21 @@ class PushModel(Described):
     viscous_coefficient : float
         Viscous friction k_v, N s/mm.
     restitution : float
-        Ratio of speeds after and before a free impact, Mears (3.11), unit 1.
+        Ratio of the speeds after and before a free impact, Mears (3.11), unit 1.
 
     Raises
     ------
     ValueError
-        When a value is out of range or smells of another unit; mu_static must be >= mu_kinetic, and where they are equal a
-        warning tells that nothing sticks.
+        When a value is out of range or in another unit; mu_static must be >= mu_kinetic. Equal values warn
+        that the part will not stick and slip.
 
     Examples
     --------
-    >>> model = PushModel(Part(18.9, 89.5), contact_stiffness=1200.0, contact_damping=1.0, mu_static=0.2, mu_kinetic=0.15)
-    >>> round(model.breakaway_force, 4), round(model.coulomb_force, 4), round(model.stick_slip_quantum, 6)  # N, N, mm
-    (37.0705, 27.8028, 0.015446)
+    >>> model = PushModel(Part(18.9, 89.5), 1200.0, 1.0, mu_static=0.2, mu_kinetic=0.15)
+    >>> round(model.breakaway_force, 4), round(model.coulomb_force, 4)  # N
+    (37.0705, 27.8028)
+    >>> round(model.stick_slip_quantum, 6)  # mm
+    0.015446
     >>> model.replace(mass=0.8).part
     Part(mass=0.8 kg, radius=89.5 mm)
     """
@@ -106,21 +108,21 @@ class PushModel(Described):
 
     @property
     def breakaway_force(self) -> float:
-        """F_s = mu_static M g: what sets the part in motion, N, Mears (2.3)."""
+        """F_s = mu_static M g, above which the part slides, N, Mears (2.3)."""
         return self.mu_static * self.weight
 
     @property
     def coulomb_force(self) -> float:
-        """F_k = mu_kinetic M g: the friction in motion without its viscous share, N, Mears (5.18)."""
+        """F_k = mu_kinetic M g, friction in motion without its viscous share, N, Mears (5.18)."""
         return self.mu_kinetic * self.weight
 
     @property
     def stick_slip_quantum(self) -> float:
-        """Jump 2 (F_s - F_k)/k that a slow push without damping moves the part by, mm: no slow push is finer."""
+        """Jump 2 (F_s - F_k)/k of a part in a slow push without damping, mm: the finest slow push."""
         return 2.0 * (self.breakaway_force - self.coulomb_force) / self.contact_stiffness
 
     @property
     def parameters(self) -> Floats:
-        """M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm), (6,): what compiled loops take."""
+        """M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm), (6,), for compiled loops."""
         contact = (self.inertia, self.contact_stiffness, self.contact_damping)
         return np.array([*contact, self.breakaway_force, self.coulomb_force, self.viscous_coefficient])

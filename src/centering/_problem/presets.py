@@ -1,11 +1,11 @@
-"""Problems ready to use: the friction that Mears printed, and the one that his tables were computed with."""
+"""Presets of problems: friction and contact as Mears prints them, and as fitted to his tables."""
 
 from centering._problem.model import Part, PushModel
 from centering._problem.problem import CenteringProblem
 from sdpgrind.base import checks
 from sdpgrind.base.preset_info import PresetInfo
 
-_PART = Part(mass=18.9, radius=89.5)  # the heavy one of Table 5.3
+_PART = Part(mass=18.9, radius=89.5)  # source: Mears (2006), Table 5.3, part 4
 
 _PRESETS = {
     "printed": (
@@ -30,9 +30,11 @@ _PRESETS = {
             mu_kinetic=0.0992,
             viscous_coefficient=0.286,
         ),
-        "the same ring with friction and contact that come nearest to the modelled columns of the source's tables",
+        "the same ring with friction and contact that come nearest to the modelled columns of"
+        " the source's tables",
         "Mears (2006), Tables 5.1 and 6.1 (modelled), which the printed parameters do not reproduce",
-        "friction and contact: fitted to both tables together, 18.9 kg only; a description, not a measurement",
+        "friction and contact: fitted to both tables together, 18.9 kg only; a description, not a"
+        " measurement",
     ),
 }
 
@@ -40,13 +42,14 @@ _PRESETS = {
 def preset(name: str) -> CenteringProblem:
     """Return a problem ready to use: an 18.9 kg ring of 89.5 mm radius, tolerance 2.5 µm.
 
-    ``"printed"``: friction and contact as the source prints them; the static coefficient, which it does not print, is *chosen*.
-    ``"identified"``: *fitted* to its tables 5.1 and 6.1, which the printed numbers do not reproduce.
+    ``"printed"``: friction and contact as the source prints them; the static coefficient, which it does not
+    print, is *chosen*. ``"identified"``: *fitted* to its tables 5.1 and 6.1, which the printed values do not
+    reproduce.
 
     Parameters
     ----------
     name : {"printed", "identified"}
-        Which. Units of the problem: mm, s, N, kg, rad.
+        Name of the preset. Units of the problem: mm, s, N, kg, rad.
 
     Raises
     ------
@@ -55,14 +58,14 @@ def preset(name: str) -> CenteringProblem:
 
     Examples
     --------
-    >>> preset("printed").model.mu_kinetic, preset("identified").model.contact_stiffness  # dimensionless, N/mm
+    >>> preset("printed").model.mu_kinetic, preset("identified").model.contact_stiffness  # 1, N/mm
     (0.15, 729.0)
     """
     return CenteringProblem(model=_PRESETS[checks.one_of("name", name, _PRESETS)][0])
 
 
 def presets() -> tuple[PresetInfo, ...]:
-    """Return name, content, source and calibration of every preset (units of the problems: mm, s, N, kg, rad).
+    """Return name, content, source and calibration of every preset (units: mm, s, N, kg, rad).
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What is to be centred: the model of the push, the machine's limits, how much pushes scatter, how near is near enough."""
+"""Problem of centering: model of the push, limits of the machine, scatter of pushes, tolerance."""
 
 from collections.abc import Mapping
 from math import inf, isfinite
@@ -10,16 +10,16 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, count, described, part, quantity, valued
 from sdpgrind.identify import Estimate, Status
 
-_RAPID = 5000.0 / 60.0  # mm/s: 5000 mm/min, the fastest that the source's slide is told to go
+_RAPID = 5000.0 / 60.0  # mm/s; source: Mears (2006), 5000 mm/min, the greatest commanded speed of his slide
 
-_SLOWEST = 20.0  # mm/s^2, chosen: a slide that gains speed more slowly does not push; m/s^2 are meant then
+_SLOWEST = 20.0  # mm/s^2, chosen: no slide accelerates more slowly; a smaller value is in m/s^2
 _MICROMETRES = "; units.um(...) for micrometres"
-_COARSEST = 0.1  # chosen: of the greatest offset; a ring that need not be centred better needs no push
+_COARSEST = 0.1  # chosen: share of the greatest offset; with a coarser tolerance hardly a ring needs a push
 
 
 @described("centering.limits")
 class CenteringLimits(Described):
-    """What slide, table and controller can do; the defaults are those of the source.
+    """Limits of slide, table and controller; the defaults are those of the source.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ class CenteringLimits(Described):
     settle_time : float
         Pause between approach and push, s; may be 0.
     safety : float
-        Distance that the approach leaves before the rim, mm.
+        Distance left to the rim by the approach, mm.
     follow_gap : float
-        Distance from the rim to the pusher tip while the probe follows, mm.
+        Distance from the rim to the pusher tip while the probe follows the rim, mm.
     spindle_speed_max : float
         Greatest speed of the table, rad/s.
     spindle_acceleration_max : float
@@ -47,7 +47,7 @@ class CenteringLimits(Described):
     Raises
     ------
     ValueError
-        When a value is not > 0 (settle_time: < 0), a speed is above slide_speed_max, or a value smells of another unit.
+        When a value is not > 0 (settle_time: < 0) or in another unit, or a speed is above slide_speed_max.
 
     Examples
     --------
@@ -103,23 +103,24 @@ class CenteringLimits(Described):
 
 @described("centering.scatter")
 class PushScatter(Described):
-    """How much pushes differ, as standard deviations.
+    """Standard deviations of pushes about the model.
 
     Parameters
     ----------
     friction_part_sd, friction_push_sd : float
-        Friction from part to part and from push to push of a part, relative; both coefficients move together.
+        Of friction from part to part and from push to push of one part, relative; both coefficients vary
+        together.
     direction_sd : float
-        Direction of a push, rad.
+        Of the direction of a push, rad.
     stop_sd : float
-        Place where the slide stops, mm.
+        Of the position at which the slide stops, mm.
     measuring_sd : float
-        Measured offset, in each direction, mm.
+        Of the measured offset in each direction, mm.
 
     Raises
     ------
     ValueError
-        When a value is < 0 or smells of another unit, or a relative one is >= 1.
+        When a value is < 0 or in another unit, or a relative one is >= 1.
 
     Examples
     --------
@@ -158,22 +159,23 @@ class CenteringProblem(Described):
     Parameters
     ----------
     model : PushModel
-        Part, contact and friction; `replace` takes its fields too, and those of its part, of limits and scatter.
+        Part, contact and friction. `replace` also takes its fields, and those of its part, of limits and of
+        scatter.
     limits : CenteringLimits
-        Of slide, table and controller.
+        Limits of slide, table and controller.
     scatter : PushScatter
-        How much pushes differ.
+        Standard deviations of pushes about the model.
     tolerance : float
-        Offset at which a part is centred, mm; below a tenth of offset_max.
+        Greatest offset of a centred part, mm; below a tenth of offset_max.
     offset_max : float
-        Greatest offset that a part begins with, mm; smaller than its radius.
+        Greatest offset of a part before its first push, mm; smaller than its radius.
     pushes_max : int
         Number of pushes after which a part is given up.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or smells of another unit.
+        When a value is out of range or in another unit.
 
     Examples
     --------
@@ -181,7 +183,7 @@ class CenteringProblem(Described):
     >>> problem = preset("printed").replace(mass=0.8, tolerance=0.005)
     >>> problem.model.part.mass, problem.tolerance, problem.quantum_note
     (0.8, 0.005, '')
-    >>> problem.replace(spindle_acceleration_max=5.0, stop_sd=0.001).limits.spindle_acceleration_max  # rad/s^2
+    >>> problem.replace(spindle_acceleration_max=5.0).limits.spindle_acceleration_max  # rad/s^2
     5.0
     """
 
@@ -202,13 +204,13 @@ class CenteringProblem(Described):
 
     @property
     def job(self) -> Mapping[str, tuple[float, str]]:
-        """What tells part and machine from others, with units: mass kg, lengths mm, speeds mm/s and rad/s, and so on."""
-        told = valued(self.model.part, ("mass", "radius")) | valued(self, ("tolerance",))
-        return told | valued(self.limits, _MACHINE)
+        """Values that identify part and machine, with their units (kg, mm, mm/s, mm/s^2, rad/s, rad/s^2)."""
+        of_part = valued(self.model.part, ("mass", "radius")) | valued(self, ("tolerance",))
+        return of_part | valued(self.limits, _MACHINE)
 
     @property
     def quantum_note(self) -> str:
-        """What planners warn of: a tolerance below half the jump of stick and slip (both mm), in a sentence; else nothing."""
+        """Warning of planners: tolerance below half of `stick_slip_quantum` (mm); else empty."""
         half = self.model.stick_slip_quantum / 2
         if self.tolerance >= half:
             return ""
@@ -218,19 +220,19 @@ class CenteringProblem(Described):
         )
 
     def updated(self, estimate: Estimate) -> Self:
-        """Return the problem with what was learned of a part: the loop from log back to model.
+        """Return the problem with what was estimated of a part.
 
         Parameters
         ----------
         estimate : Estimate
-            Values of ``mu_static``, ``mu_kinetic`` (dimensionless), ``viscous_coefficient`` (N s/mm), ``contact_stiffness``
-            (N/mm) or ``contact_damping`` (N s/mm), or several. Where ``mu_kinetic`` is among them, its relative standard
-            deviation becomes `PushScatter.friction_part_sd`.
+            Values of one or several of ``mu_static``, ``mu_kinetic`` (dimensionless), ``viscous_coefficient``
+            (N s/mm), ``contact_stiffness`` (N/mm), ``contact_damping`` (N s/mm). The relative standard
+            deviation of ``mu_kinetic``, if there, becomes `PushScatter.friction_part_sd`.
 
         Raises
         ------
         ValueError
-            When the estimation has failed, or names something else.
+            When the estimation has failed or names another quantity.
 
         Examples
         --------
@@ -253,7 +255,7 @@ class CenteringProblem(Described):
 
 
 def _relative_sd(estimate: Estimate) -> float:
-    """Relative standard deviation of the kinetic friction; infinite where nothing is said of it."""
+    """Relative standard deviation of the kinetic friction; infinite without an estimate of it."""
     if "mu_kinetic" not in estimate.names:
         return inf
     sd = float(estimate.sd[estimate.names.index("mu_kinetic")]) / estimate["mu_kinetic"]

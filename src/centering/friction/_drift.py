@@ -92,8 +92,9 @@ def simulate_friction(
     Examples
     --------
     >>> from centering.friction import CoulombFriction
-    >>> trace = simulate_friction(CoulombFriction(37.0, 28.0), [36.0] * 100 + [40.0] * 100, mass=18.9, step=1e-3)
-    >>> trace.position[100].item(), round(trace.velocity[-1].item(), 3)  # mm, mm/s: 12 N over 0.0189 N s^2/mm for 0.1 s
+    >>> law, load = CoulombFriction(37.0, 28.0), [36.0] * 100 + [40.0] * 100  # N
+    >>> trace = simulate_friction(law, load, mass=18.9, step=1e-3)
+    >>> trace.position[100].item(), round(trace.velocity[-1].item(), 3)  # mm, mm/s: 12 N on 18.9 kg for 0.1 s
     (0.0, 63.492)
     """
     if not isinstance(law, CoulombFriction | DahlFriction):

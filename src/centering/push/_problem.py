@@ -1,4 +1,4 @@
-"""Part, model and problem of a push from `centering._problem`: the face of a package names only modules inside it."""
+"""Part, model and problem from `centering._problem`: a face names only modules of its own package."""
 
 from centering._problem.model import Part as Part
 from centering._problem.model import PushModel as PushModel

@@ -1,1 +1,1 @@
-"""What a push does to a ring on a table at rest: impact, stick and slip from event to event, the free slide, resonance."""
+"""Contact of tip and part: phases of a push, traces, free slides, impacts, resonance of stiction."""

@@ -1,4 +1,4 @@
-"""Work of the contact and of friction over a phase, by quadrature of force times speed: a check on the closed forms."""
+"""Work of the contact and of friction over a phase, by quadrature: a check of the closed forms."""
 
 import numpy as np
 
@@ -6,10 +6,8 @@ from centering.push._contact.swing_kernels import _fading, _gap_at
 from sdpgrind.base.compiled import compiled
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
-_PANEL = 6.0
-"""Greatest phase of a panel, rad: 12 nodes take the product of two such waves to 1e-12 of its size."""
-_GONE = 40.0
-"""Time constants after which nothing is left of what fades."""
+_PANEL = 6.0  # rad, chosen: 12 nodes integrate the product of two waves of this phase to 1e-12 of its size
+_GONE = 40.0  # derived: time constants after which exp(-t) is below rounding
 
 
 @compiled
@@ -29,7 +27,7 @@ def _swing_energies(motion, tip_speed, tip_acceleration, parameters, duration):
 
 @compiled
 def _panels(motion, tip_speed, tip_acceleration, parameters, begin, end, rate):
-    """Both works between two times, in panels that a motion of a rate (1/s) can be integrated over."""
+    """Both works between two times; `rate` (1/s) of the motion sets the number of panels."""
     k, b, viscous = parameters[1], parameters[2], parameters[5]
     n = int(rate * (end - begin) / _PANEL) + 1
     half = 0.5 * (end - begin) / n
@@ -47,7 +45,7 @@ def _panels(motion, tip_speed, tip_acceleration, parameters, begin, end, rate):
 
 @compiled
 def _flight_energies(speed, coulomb, viscous_rate, viscous, duration):
-    """Work of a part against drag in flight, N mm: speed (mm/s), deceleration (mm/s^2) and drag (1/s, N s/mm) at its begin."""
+    """Work of a flying part against drag, N mm; mm/s, mm/s^2, 1/s, N s/mm, s."""
     n = int(viscous_rate * duration) + 1
     half = 0.5 * duration / n
     drag = 0.0

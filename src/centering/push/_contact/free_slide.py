@@ -1,4 +1,4 @@
-"""How far a part slides free at a push speed, as a table that only rises, and what to do about it: a shorter or a slower push."""
+"""Free sliding distance against push speed as a rising table; shorter or slower pushes that allow for it."""
 
 import dataclasses
 from functools import lru_cache
@@ -12,10 +12,10 @@ from sdpgrind.base import checks
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 
-_SPEED_MAX = 120.0  # mm/s: what the slide of the source reaches, Mears (3.3)
-_SPEEDS = 600  # chosen: nodes
-_PERIODS = 3.0  # chosen: of part and contact, for the first contact to end, besides the longest flight
-_BISECTIONS = 60  # chosen
+_SPEED_MAX = 120.0  # mm/s; source: greatest speed of the slide, Mears (3.3)
+_SPEEDS = 600  # chosen: nodes; fewer spoil the interpolation, more cost time at the first call
+_PERIODS = 3.0  # chosen: periods of part on contact in which the first contact surely ends
+_BISECTIONS = 60  # derived: halvings after which the interval is below rounding
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -35,7 +35,7 @@ class FreeSlideTable:
     --------
     >>> from centering import preset
     >>> table = free_slide_table(preset("printed").model)
-    >>> round(float(table.distance_at(100.0 / 3.0)), 4), float(table.distance_at(10.0))  # mm, at 2000 and 600 mm/min
+    >>> round(float(table.distance_at(100.0 / 3.0)), 4), float(table.distance_at(10.0))  # mm
     (0.8599, 0.0)
     >>> round(table.threshold_speed, 3), round(float(table.speed_for(0.1)), 2)  # mm/s
     (10.186, 13.14)
@@ -55,7 +55,7 @@ class FreeSlideTable:
         Parameters
         ----------
         speed : array-like
-            Of the push, mm/s, up to the last of the table.
+            Push speeds, mm/s, within the table.
 
         Raises
         ------
@@ -68,12 +68,12 @@ class FreeSlideTable:
         return np.asarray(np.interp(v, self.speed, self.distance))
 
     def speed_for(self, distance: npt.ArrayLike) -> Floats:
-        """Return the greatest push speed that slides no further than a distance, mm/s: the threshold for 0.
+        """Return the greatest push speed that slides no further than a distance, mm/s; the threshold for 0.
 
         Parameters
         ----------
         distance : array-like
-            mm, up to the last of the table.
+            Distances, mm, within the table.
 
         Raises
         ------
@@ -86,14 +86,14 @@ class FreeSlideTable:
         return np.asarray(np.interp(d, self.distance, self.speed))
 
     def augmented_stroke(self, stroke: float, speed: float) -> float:
-        """Return the stroke less what the part will slide by itself, mm; 0 where it slides further (distance augmentation).
+        """Return the stroke less the free slide at a speed, mm; at least 0.
 
         Parameters
         ----------
         stroke : float
             Wanted travel of the part, mm.
         speed : float
-            Of the push, mm/s.
+            Push speed, mm/s.
 
         Raises
         ------
@@ -103,19 +103,19 @@ class FreeSlideTable:
         return max(checks.positive("stroke", stroke, "mm") - float(self.distance_at(speed)), 0.0)
 
     def augmented_speed(self, stroke: float, speed: float) -> float:
-        """Return the speed, lowered where the part would slide further than it shall, mm/s (velocity augmentation).
+        """Return the speed, lowered so that the part slides no further than the stroke, mm/s.
 
         Parameters
         ----------
         stroke : float
             Wanted travel of the part, mm.
         speed : float
-            Of the push where nothing has to be lowered, mm/s.
+            Greatest push speed, mm/s.
 
         Raises
         ------
         ValueError
-            When one of them is not > 0.
+            When an argument is not > 0.
         """
         wanted = checks.positive("stroke", stroke, "mm")
         v = checks.positive("speed", speed, "mm/s")
@@ -127,14 +127,14 @@ class FreeSlideTable:
 
 
 def free_slide_table(model: Pushable, *, speed_max: float = _SPEED_MAX) -> FreeSlideTable:
-    """Return how far a part slides free against the speed of the push; tables of the last 64 models are kept.
+    """Return the free sliding distance against the push speed; tables of the last 64 models are cached.
 
-    A part that never leaves the tip has a table of one speed, `speed_max`, with distance 0.
+    For a part that never leaves the tip the table has one speed, `speed_max`, with distance 0.
 
     Parameters
     ----------
     model : PushModel
-        What is pushed.
+        Model of part and contact.
     speed_max : float
         Greatest speed of the table, mm/s.
 
@@ -159,9 +159,8 @@ def _table(law: tuple[float, ...], speed_max: float) -> FreeSlideTable:
     if _slides(parameters, np.array([speed_max]))[0] <= 0.0:
         return FreeSlideTable(lasting([speed_max]), lasting([0.0]))
     threshold = _threshold(parameters, speed_max)
-    speed = (
-        threshold + (speed_max - threshold) * np.linspace(0.0, 1.0, _SPEEDS) ** 2
-    )  # steep at the threshold
+    dense = np.linspace(0.0, 1.0, _SPEEDS) ** 2  # nodes crowd at the threshold, where the distance is steep
+    speed = threshold + (speed_max - threshold) * dense
     distance = np.maximum.accumulate(np.concatenate(((0.0,), _slides(parameters, speed[1:]))))
     return FreeSlideTable(lasting(speed), lasting(distance))
 

@@ -1,4 +1,4 @@
-"""Speed of a push by the balance of energy, Mears (5.18) to (5.25); what impacts and small pushes tell, (3.10) to (3.14)."""
+"""Push speed from the energy balance, Mears (5.18) to (5.25); impacts and small pushes, (3.10) to (3.14)."""
 
 from math import inf, log1p, sqrt
 from typing import NamedTuple
@@ -11,19 +11,19 @@ from centering._problem.model import GRAVITY, PushModel
 from centering._problem.problem import CenteringProblem
 from sdpgrind.base import checks
 
-_SMALL = 0.1  # chosen: k_v v/F_k below which the series is used
-_TERMS = 17  # of the series: exact to rounding up to there
+_SMALL = 0.1  # chosen: k_v v/F_k below which the closed form loses digits
+_TERMS = 17  # derived: terms after which the series is exact to rounding up to _SMALL
 
 
 class FreeSlide(NamedTuple):
-    """How a part slides on that nothing pushes any more.
+    """Slide of a part that nothing pushes.
 
     Attributes
     ----------
     distance : float
-        mm.
+        Distance to rest, mm.
     time : float
-        s.
+        Time to rest, s.
     """
 
     distance: float
@@ -31,14 +31,14 @@ class FreeSlide(NamedTuple):
 
 
 def sliding_speed(model: PushModel, distance: float) -> float:
-    """Return the speed from which a part slides a distance to rest, mm/s; Mears (5.19) where nothing is viscous.
+    """Return the speed from which a part slides a distance to rest, mm/s; Mears (5.19) for k_v = 0.
 
     Parameters
     ----------
     model : PushModel
         Mass and friction.
     distance : float
-        mm.
+        Sliding distance, mm.
 
     Raises
     ------
@@ -49,7 +49,8 @@ def sliding_speed(model: PushModel, distance: float) -> float:
     --------
     >>> from centering import preset
     >>> model = preset("printed").model
-    >>> round(sliding_speed(model.replace(viscous_coefficient=0.0), 0.1), 5), round(sliding_speed(model, 0.1), 5)  # mm/s
+    >>> dry = model.replace(viscous_coefficient=0.0)
+    >>> round(sliding_speed(dry, 0.1), 5), round(sliding_speed(model, 0.1), 5)  # mm/s
     (17.15255, 17.50708)
     """
     checks.kind("model", model, PushModel)
@@ -66,17 +67,17 @@ def sliding_speed(model: PushModel, distance: float) -> float:
 
 
 def free_slide(model: PushModel, speed: float) -> FreeSlide:
-    """Return how far and how long a part slides on, with Coulomb and viscous friction.
+    """Return distance and time of a free slide with Coulomb and viscous friction.
 
-    Distance (M/k_v)[v - (F_k/k_v) ln(1 + k_v v/F_k)], time (M/k_v) ln(1 + k_v v/F_k); for k_v -> 0 these are v^2/(2 mu_k g) and
-    v/(mu_k g), Mears (5.18).
+    Distance (M/k_v)[v - (F_k/k_v) ln(1 + k_v v/F_k)], time (M/k_v) ln(1 + k_v v/F_k); for k_v -> 0 these are
+    v^2/(2 mu_k g) and v/(mu_k g), Mears (5.18).
 
     Parameters
     ----------
     model : PushModel
         Mass and friction.
     speed : float
-        At which it is let go, mm/s.
+        Initial speed, mm/s.
 
     Raises
     ------
@@ -87,7 +88,8 @@ def free_slide(model: PushModel, speed: float) -> FreeSlide:
     --------
     >>> from centering import preset
     >>> model = preset("printed").model
-    >>> round(free_slide(model, 40.0).distance, 6), round(free_slide(model.replace(viscous_coefficient=0.0), 40.0).distance, 6)
+    >>> dry = model.replace(viscous_coefficient=0.0)
+    >>> round(free_slide(model, 40.0).distance, 6), round(free_slide(dry, 40.0).distance, 6)  # mm
     (0.496718, 0.543829)
     """
     checks.kind("model", model, PushModel)
@@ -95,23 +97,23 @@ def free_slide(model: PushModel, speed: float) -> FreeSlide:
 
 
 def energy_balance_speed(problem: CenteringProblem, distance: float, *, slide_mass: float = inf) -> float:
-    """Return the speed of the slide that hits a part so that it slides a distance, mm/s, Mears (5.23) and (5.25).
+    """Return the slide speed whose impact makes a part slide a distance, mm/s, Mears (5.23) and (5.25).
 
-    As in the source, without viscous friction, and never above `CenteringLimits.push_speed_max`.
+    As in the source, without viscous friction, and limited to `CenteringLimits.push_speed_max`.
 
     Parameters
     ----------
     problem : CenteringProblem
         Friction, restitution, greatest speed of a push.
     distance : float
-        That the part is to slide, mm.
+        Wanted sliding distance, mm.
     slide_mass : float
-        kg; infinite: a slide that is driven, Mears (5.24).
+        Mass of the slide, kg; infinite: a driven slide, Mears (5.24).
 
     Raises
     ------
     ValueError
-        When the distance is < 0 or the mass not > 0.
+        When the distance is < 0 or the mass is not > 0.
 
     Examples
     --------
@@ -127,7 +129,7 @@ def energy_balance_speed(problem: CenteringProblem, distance: float, *, slide_ma
 
 
 def restitution(*, slide_before: float, slide_after: float, part_after: float) -> float:
-    """Return the coefficient of restitution of a slide that hits a resting part, a ratio of speeds, Mears (3.12).
+    """Return the coefficient of restitution of a slide that hits a resting part, unit 1, Mears (3.12).
 
     Parameters
     ----------
@@ -152,7 +154,7 @@ def restitution(*, slide_before: float, slide_after: float, part_after: float) -
 
 
 def mass_ratio(*, slide_before: float, slide_after: float, part_after: float) -> float:
-    """Return the mass of a part over that of the free slide that hit it, by the balance of momentum, Mears (5.21).
+    """Return the mass of a part over that of the free slide that hit it, unit 1, by momentum, Mears (5.21).
 
     Parameters
     ----------
@@ -176,14 +178,14 @@ def mass_ratio(*, slide_before: float, slide_after: float, part_after: float) ->
 
 
 def contact_stiffness(distance: npt.ArrayLike, force: npt.ArrayLike, *, method: str = "mean") -> float:
-    """Return the stiffness that small pushes against a fixed stop tell, N/mm, Mears (3.10).
+    """Return the contact stiffness from small pushes against a fixed stop, N/mm, Mears (3.10).
 
     Parameters
     ----------
     distance, force : array, (n,)
-        Travel of the slide (mm, > 0) and force (N).
+        Travel of the slide (mm, > 0) and force (N, > 0).
     method : {"mean", "least_squares"}
-        Mean of the ratios, as the source, or the line through the origin of least squares.
+        Mean of the ratios, as the source, or least-squares line through the origin.
 
     Raises
     ------
@@ -193,8 +195,8 @@ def contact_stiffness(distance: npt.ArrayLike, force: npt.ArrayLike, *, method: 
     Examples
     --------
     >>> distance, force = [0.010, 0.015, 0.020, 0.025, 0.030, 0.035], [10.7, 16.0, 22.4, 31.0, 37.4, 40.6]
-    >>> round(contact_stiffness(distance, force), 2), round(contact_stiffness(distance, force, method="least_squares"), 2)
-    (1150.56, 1183.6)
+    >>> [round(contact_stiffness(distance, force, method=each), 2) for each in ("mean", "least_squares")]
+    [1150.56, 1183.6]
     """
     d, f = checks.finite_array("distance", distance, "mm"), checks.finite_array("force", force, "N")
     if d.shape != f.shape or d.ndim != 1 or d.size == 0:
@@ -208,14 +210,14 @@ def contact_stiffness(distance: npt.ArrayLike, force: npt.ArrayLike, *, method: 
 
 
 def _viscous(model: PushModel, v: float) -> FreeSlide:
-    """With u = k_v v/F_k: distance M v^2/F_k (u - ln(1 + u))/u^2, time M v/F_k ln(1 + u)/u; finite for u -> 0."""
+    """With u = k_v v/F_k: distance M v^2/F_k (u - ln(1 + u))/u^2, time M v/F_k ln(1 + u)/u."""
     scale = model.inertia * v / model.coulomb_force
     u = model.viscous_coefficient * v / model.coulomb_force
     return FreeSlide(scale * v * _above_log(u), scale * (log1p(u) / u if u else 1.0))
 
 
 def _above_log(u: float) -> float:
-    """(u - ln(1 + u))/u^2, by its series where digits would be lost."""
+    """(u - ln(1 + u))/u^2, for small u by its series, as digits would be lost."""
     if u > _SMALL:
         return (u - log1p(u)) / (u * u)
     return sum((-u) ** n / (n + 2) for n in range(_TERMS))

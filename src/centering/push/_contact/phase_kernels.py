@@ -1,4 +1,4 @@
-"""The phases of a push: until when each lasts, what follows, and the greatest force in it (Mears 5.26-5.27, made one-sided)."""
+"""Phases of a push: duration, next mode, peak force (Mears 5.26-5.27, with a contact that never pulls)."""
 
 import numpy as np
 
@@ -17,15 +17,13 @@ from sdpgrind.base.compiled import compiled
 
 REST, STICK, SLIP, FREE = 0, 1, 2, 3
 """Modes: apart and at rest; touching and at rest; touching and moving; moving without contact."""
-_SETTLED = 40.0
-"""Time constants after which an overdamped part that creeps to a tip at rest has come to rest."""
-_SPARE_TURNS = 4
-"""Stationary points of the force that a swing may have besides one in each half period."""
+_SETTLED = 40.0  # derived: time constants after which an overdamped part rests at a resting tip, to rounding
+_SPARE_TURNS = 4  # chosen: allowance for stationary points of the force beyond one per half period
 
 
 @compiled
 def _mode_of(law, gap, closing, speed, acceleration):
-    """Mode of a state: gap (mm), its rate (mm/s), speed of the part (mm/s) and acceleration of the tip (mm/s^2)."""
+    """Mode of a state: gap (mm), its rate (mm/s), speed of part (mm/s), acceleration of tip (mm/s^2)."""
     mass, k, b, static, coulomb, viscous = law
     force = k * gap + b * closing
     change = acceleration + ((coulomb + viscous * speed) / mass if speed > 0.0 else 0.0)
@@ -44,7 +42,7 @@ def _mode_of(law, gap, closing, speed, acceleration):
 
 @compiled
 def _horizon(law, mode, gap, tip_speed, speed):
-    """Time (s) within which a motion ends by itself when the tip (mm/s, not advancing) keeps its speed; 0: the part rests."""
+    """Time (s) in which the motion ends while the tip keeps its speed (mm/s, <= 0); 0: the part rests."""
     if mode in (REST, STICK):
         return 0.0  # a tip that recedes only clears the spring
     if mode == FREE:
@@ -55,7 +53,7 @@ def _horizon(law, mode, gap, tip_speed, speed):
 
 @compiled
 def _phase(law, mode, gap, tip_speed, acceleration, speed, left, peak):
-    """How long a phase lasts (s, up to `left`), the mode after, gap and speed at its end, and the peak force if above `peak`."""
+    """Duration of a phase (s, at most `left`), next mode, gap and speed at its end, peak force."""
     if mode == SLIP:
         return _slip(law, gap, tip_speed, acceleration, speed, left, peak)
     if mode == STICK:
@@ -67,7 +65,7 @@ def _phase(law, mode, gap, tip_speed, acceleration, speed, left, peak):
 
 @compiled
 def _rest(law, gap, tip_speed, acceleration, left):
-    """Apart, at rest: until the tip touches, or comes back before the spring was clear."""
+    """Apart, at rest: until the tip touches, or comes back before the spring has relaxed."""
     motion = _flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
     taken, touched = _contact(law, motion, left)
     if taken == np.inf:
@@ -78,7 +76,7 @@ def _rest(law, gap, tip_speed, acceleration, left):
 
 @compiled
 def _stick(law, gap, tip_speed, acceleration, left):
-    """Touching, at rest: until the force reaches breaking away, or falls to nothing."""
+    """Touching, at rest: until the force reaches the breakaway force or falls to 0."""
     _, k, b, static, _, _ = law
     motion = _flight(gap, tip_speed, 0.0, acceleration, 0.0, 0.0)
     force, rise = k * gap + b * tip_speed, k * tip_speed + b * acceleration
@@ -97,7 +95,7 @@ def _stick(law, gap, tip_speed, acceleration, left):
 
 @compiled
 def _free(law, gap, tip_speed, acceleration, speed, left):
-    """Moving without contact: until it touches again, or rests."""
+    """Moving without contact: until the part touches again or rests."""
     mass, _, b, _, coulomb, viscous = law
     stop = _stop(law, speed)
     motion = _flight(gap, tip_speed - speed, speed, acceleration, coulomb / mass, viscous / mass)
@@ -114,7 +112,7 @@ def _free(law, gap, tip_speed, acceleration, speed, left):
 
 @compiled
 def _stop(law, speed):
-    """Time (s) in which a part of a speed (mm/s) comes to rest by friction alone."""
+    """Time (s) in which friction alone stops a part of a speed (mm/s)."""
     mass, _, _, _, coulomb, viscous = law
     share = viscous * speed / coulomb
     return mass * speed / coulomb * (np.log1p(share) / share if share > 0.0 else 1.0)
@@ -122,7 +120,7 @@ def _stop(law, speed):
 
 @compiled
 def _contact(law, motion, end):
-    """First time (s) up to `end` at which gap and force are both positive, infinite: none; and the gap then (mm)."""
+    """First time (s, at most `end`) at which gap and force are positive, else infinite; the gap then (mm)."""
     k, b = law[1], law[2]
     gap, rate, change = _gap_at(0.0, motion)
     begun = 0.0
@@ -141,13 +139,13 @@ def _contact(law, motion, end):
 
 @compiled
 def _touch(motion, gap, rate, end):
-    """First time (s) up to `end` at which a gap that is not positive becomes so."""
+    """First time (s, at most `end`) at which a gap <= 0 turns positive."""
     return _first_negative(motion, -1.0, 0.0, 0.0, 0.0, max(-gap, 0.0), -rate, end)
 
 
 @compiled
 def _slip(law, gap, tip_speed, acceleration, speed, left, peak):
-    """Touching, moving: until the part stops, or leaves the tip."""
+    """Touching, moving: until the part stops or leaves the tip."""
     mass, k, b, _, coulomb, viscous = law
     closing = tip_speed - speed
     force = k * gap + b * closing
@@ -176,7 +174,7 @@ def _slip(law, gap, tip_speed, acceleration, speed, left, peak):
 
 @compiled
 def _greatest_force(law, motion, rise, left, peak):
-    """Greatest force (N) of a swing over a time (s) where that is above `peak`, else `peak`; exact at its stationary points."""
+    """Greatest force (N) of a swing over a time (s), at least `peak`; exact at its stationary points."""
     k, b = law[1], law[2]
     sign = 1.0 if rise > 0.0 else -1.0
     _, second, third = _gap_at(0.0, _swing_change(motion))

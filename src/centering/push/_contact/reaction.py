@@ -1,4 +1,4 @@
-"""Simulating pushes: one with everything that happened in it, or thousands with what came of each."""
+"""Simulation of many pushes: final position, free slide, peak force and more of each."""
 
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -24,11 +24,11 @@ COLUMN_NAMES = (
     "breakaway_time",
     "final_speed",
 )
-"""Columns of what `simulate_pushes` gives."""
+"""Columns of the result of `simulate_pushes`."""
 
 
 class Pushable(Protocol):
-    """What a push can be simulated of: anything with `parameters`."""
+    """Anything with the `parameters` of a push."""
 
     @property
     def parameters(self) -> Floats:
@@ -38,26 +38,27 @@ class Pushable(Protocol):
 def simulate_pushes(
     parameters: "npt.ArrayLike | Pushable | Sequence[Pushable]", profiles: "TipProfile | Sequence[TipProfile]"
 ) -> Floats:
-    """Simulate many pushes of the reaction model, event-exact; Mears (5.26) and (5.27), one-sided.
+    """Simulate many pushes of the reaction model, Mears (5.26) and (5.27), with exact events.
 
     Parameters
     ----------
     parameters : array, (m, 6) or (6,), or one or several PushModel
-        M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm) of each push, or of all.
+        `PushModel.parameters` of each push, or of all.
     profiles : TipProfile or sequence of m of them
-        What the tip does in each push, or in all.
+        Motion of the tip in each push, or in all.
 
     Returns
     -------
     array, (m, 8)
-        Of each push: final position of the part (mm from where it lay), longest free slide (mm), peak force (N), time until the
-        part rests or the profile ends (s), number of phases, relative residual of the energy balance, time of breaking away (s;
-        NaN: never), and speed at the end (mm/s; 0 unless the profile ends while the tip advances).
+        Final position of the part (mm from its first place), longest free slide (mm), peak force (N), time
+        until the part rests or the profile ends (s), number of phases, relative residual of the energy
+        balance, time of breakaway (s; NaN: never), final speed (mm/s; 0 unless the tip advances at the end).
 
     Raises
     ------
     ValueError
-        When a parameter is out of range, the numbers of parameters and profiles differ, or a push has more than 200 000 phases.
+        When a parameter is out of range, the numbers of parameters and profiles differ, or a push has more
+        than 200 000 phases.
 
     Examples
     --------
@@ -87,7 +88,7 @@ def simulate_pushes(
 
 
 def parameter_rows(parameters: Any) -> Floats:
-    """Parameters of pushes, (m, 6), checked."""
+    """Check parameters of pushes; (m, 6)."""
     if isinstance(parameters, Sequence) and parameters and hasattr(parameters[0], "parameters"):
         parameters = [model.parameters for model in parameters]
     rows = np.atleast_2d(checks.finite_array("parameters", getattr(parameters, "parameters", parameters)))
@@ -105,14 +106,14 @@ def parameter_rows(parameters: Any) -> Floats:
 
 
 def refuse_unfinished(status: Any) -> None:
-    """Raise unless every push came to its end."""
+    """Raise unless every push has come to its end."""
     bad = np.flatnonzero(status != DONE)
     if bad.size == 0:
         return
     if status[bad[0]] == TOO_MANY:
         raise ValueError(
-            f"a push must have at most {EVENTS_MAX} phases; push {bad[0]} has more: make it shorter or faster, its jumps are "
-            "2 (F_s - F_k)/k long"
+            f"a push must have at most {EVENTS_MAX} phases; push {bad[0]} has more: make it shorter or faster, its"
+            " jumps are 2 (F_s - F_k)/k long"
         )
     raise ValueError(
         f"a push must advance in time; push {bad[0]} changes its mode without end at one instant"

@@ -1,4 +1,4 @@
-"""A push, exactly: a tip of piecewise-constant acceleration on a part that rests, sticks, slips or flies (Mears 5.26-5.27)."""
+"""Exact push of a part that rests, sticks, slips or flies (Mears 5.26-5.27)."""
 
 import numpy as np
 
@@ -7,46 +7,30 @@ from centering.push._profile.rows import STILL
 from sdpgrind.base.compiled import compiled
 
 FINAL_POSITION, FREE_SLIDE, PEAK_FORCE, TIME, EVENTS, ENERGY_ERROR, BREAKAWAY_TIME, FINAL_SPEED = range(8)
-"""Columns of what a push gives: mm, mm, N, s, count, relative, s (NaN: it never broke away), mm/s."""
+"""Columns of the result of a push: mm, mm, N, s, count, relative, s (NaN: no breakaway), mm/s."""
 COLUMNS = 8
 
 LOG_TIME, LOG_MODE, LOG_TIP, LOG_TIP_SPEED, LOG_TIP_ACCELERATION, LOG_GAP, LOG_SPEED = range(7)
-"""Columns of a log of phases: state at the begin of each (s, mode, mm, mm/s, mm/s^2, mm, mm/s)."""
+"""Columns of a log of phases: state at the beginning of each (s, mode, mm, mm/s, mm/s^2, mm, mm/s)."""
 LOG_COLUMNS = 7
 
 DONE, TOO_MANY, STALLED = 0, 1, 2
 """How a push ended."""
-EVENTS_MAX = 200_000
-"""Phases of a push; the slowest useful push of the lightest part has a quarter of them."""
-_STALLED = 200
-"""Phases in a row that take no time."""
+EVENTS_MAX = 200_000  # chosen: four times the phases of the slowest useful push of the lightest part
+_STALLED = 200  # chosen: phases in a row without duration; an advancing push has far fewer
 _WORK, _FRICTION, _FLYING, _LEFT_AT = range(4)
 
 
 @compiled
 def push(parameters, segments, start, out, log):
-    """Simulate a push; write what it gave into `out` and its phases into as many rows as `log` has, and return how it ended.
+    """Simulate a push; write its result into `out` and its phases into the rows of `log`; return the status.
 
-    After the last segment a tip that does not advance keeps its speed until the part is at rest; a tip that does ends the push.
-    What is left of its speed by rounding is none. A part at rest that a receding tip still touches is left where it is.
+    `parameters`: M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm). `segments`, (n, 3):
+    duration (s), initial velocity (mm/s) and acceleration (mm/s^2) of the tip, which begins at `start` (mm);
+    the resting part is at 0. `log`, (m, LOG_COLUMNS), takes one row more than there are events; m may be 0.
 
-    Parameters
-    ----------
-    parameters : array, (6,)
-        M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm).
-    segments : array, (n, 3)
-        Duration (s), tip velocity at the begin (mm/s) and tip acceleration (mm/s^2) of each.
-    start : float
-        Position of the tip at the begin, mm; the part rests with its surface at 0.
-    out : array, (COLUMNS,)
-        Result.
-    log : array, (m, LOG_COLUMNS)
-        State at the begin of each phase and, as one row more than there are events, at the end; m may be 0.
-
-    Returns
-    -------
-    int
-        `DONE`, `TOO_MANY` events, or `STALLED`: many in a row that take no time.
+    After the last segment a tip that does not advance keeps its speed until the part rests; a tip that
+    advances ends the push. A part at rest that a receding tip still touches stays.
     """
     law = (parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5])
     out[:COLUMNS] = 0.0
@@ -71,7 +55,7 @@ def push(parameters, segments, start, out, log):
 
 @compiled
 def push_many(parameters, segments, ends, starts, out, status):
-    """Simulate pushes: row i of `parameters` (or the only one) with the segments before ``ends[i]`` (or the only profile)."""
+    """Simulate pushes: row i (or the only one) of `parameters`, segments up to ``ends[i]`` (or all)."""
     log = np.empty((0, LOG_COLUMNS))
     for i in range(out.shape[0]):
         profile = i if ends.size > 1 else 0
@@ -82,7 +66,7 @@ def push_many(parameters, segments, ends, starts, out, status):
 
 @compiled
 def _end_speed(segments, speed):
-    """The speed (mm/s) at the end of segments, 0 where it is what rounding leaves of a standstill."""
+    """Speed (mm/s) at the end of segments, 0 where it is rounding of a standstill."""
     greatest = 0.0
     for s in range(segments.shape[0]):
         begins = segments[s, 1]
@@ -92,7 +76,7 @@ def _end_speed(segments, speed):
 
 @compiled
 def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, sums):
-    """Follow the part over a segment, infinite: until it rests; return tip position (mm), gap (mm), speed (mm/s) and status."""
+    """Follow the part over a segment (inf: until it rests); return tip, gap (mm), speed (mm/s), status."""
     time, begun, stalled = 0.0, out[TIME], 0
     mode = _mode_of(law, gap, tip_speed - speed, speed, acceleration)
     while True:
@@ -122,7 +106,7 @@ def _segment(law, duration, tip, tip_speed, acceleration, gap, speed, out, log, 
 
 @compiled
 def _note(mode, tip, tip_speed, acceleration, gap, speed, out, log, sums):
-    """Write a phase down: count it, its row of the log, breaking away, and where a flight began."""
+    """Record the beginning of a phase: count, row of the log, breakaway, start of a flight."""
     row = int(out[EVENTS])
     if row < log.shape[0]:
         log[row, 0], log[row, 1], log[row, 2], log[row, 3] = out[TIME], mode, tip, tip_speed
@@ -138,7 +122,7 @@ def _note(mode, tip, tip_speed, acceleration, gap, speed, out, log, sums):
 
 @compiled
 def _slide(position, out, sums):
-    """Keep the longest flight; one that has not ended counts as far as it went."""
+    """Update the longest flight; an unfinished one counts with its length so far."""
     if sums[_FLYING] == 1.0:
         out[FREE_SLIDE] = max(out[FREE_SLIDE], position - sums[_LEFT_AT])
 
@@ -155,14 +139,12 @@ def _add_energies(law, mode, gap, tip_speed, acceleration, speed, speed_after, g
 
 @compiled
 def _finish(law, tip, tip_speed, gap, speed, out, log, sums):
-    """Write down where and how the push ended."""
+    """Record where and how the push has ended."""
     row = int(out[EVENTS])
     if row < log.shape[0]:
         log[row, 0], log[row, 1], log[row, 2], log[row, 3] = out[TIME], log[row - 1, 1], tip, tip_speed
         log[row, 4], log[row, 5], log[row, 6] = 0.0, gap, speed
     _slide(tip - gap, out, sums)
     out[FINAL_POSITION], out[FINAL_SPEED] = tip - gap, speed
-    scale = (
-        sums[_WORK] + 0.5 * law[3] * law[3] / law[1]
-    )  # with what the contact stores until the part breaks away
+    scale = sums[_WORK] + 0.5 * law[3] * law[3] / law[1]  # work and energy stored in the contact at breakaway
     out[ENERGY_ERROR] = abs(sums[_WORK] - sums[_FRICTION] - 0.5 * law[0] * speed * speed) / scale

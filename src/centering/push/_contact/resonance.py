@@ -1,4 +1,4 @@
-"""The frequency at which a pushed part sticks and slips: read from a trace, over the speed, and the stiffness that it implies."""
+"""Frequency of stick and slip: from a trace, over the push speed; the contact stiffness that it implies."""
 
 from collections.abc import Sequence
 from math import nan, pi
@@ -13,25 +13,23 @@ from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_LOWEST = 4.0  # Hz, chosen: below are the rise of the force and its drift
-_SAMPLES = 8001  # chosen
-_PADDING = (
-    16  # times the length: lines are 1/(16 T) apart, and a parabola through three finds the top between them
-)
-_PROMINENCE = 0.2  # chosen: of the range of the force: smaller peaks are ripple
-_EVEN = 1e-6  # chosen: of a step
+_LOWEST = 4.0  # Hz, chosen: rise and drift of the force lie below
+_SAMPLES = 8001  # chosen: samples of a simulated push; fewer blur its peaks
+_PADDING = 16  # chosen: length of the padded series over its own; a parabola finds the top between lines
+_PROMINENCE = 0.2  # chosen: share of the range of the force; smaller peaks are ripple
+_EVEN = 1e-6  # chosen: relative difference of time steps, far above rounding of recorded times
 
 
 class StictionResonance(NamedTuple):
-    """Frequency of a contact force, found in two ways.
+    """Frequency of a contact force, estimated in two ways.
 
     Attributes
     ----------
     line : float
-        Of the highest line of the spectrum above 4 Hz, Hz (1/s).
+        Highest line of the spectrum above 4 Hz, Hz (1/s).
     spacing : float
-        One over the mean time (s) between peaks, Hz (1/s); NaN with fewer than two. Where it is far from `line` the force is no
-        steady oscillation.
+        Reciprocal of the mean time (s) between peaks, Hz (1/s); NaN with fewer than two peaks. Far from
+        `line` the force is no steady oscillation.
     peaks : int
         Number of peaks.
     """
@@ -42,21 +40,22 @@ class StictionResonance(NamedTuple):
 
 
 def stiction_resonance(trace: PushTrace | xr.Dataset) -> StictionResonance:
-    """Return the frequency at which the contact force of a push goes up and down.
+    """Return the frequency at which the contact force of a push oscillates.
 
-    The spectrum is that of the force without its mean, padded with zeros: a push of 0.2 s has raw lines 5 Hz apart.
+    The spectrum is that of the force without its mean, padded with zeros: a push of 0.2 s alone has lines 5
+    Hz apart.
 
     Parameters
     ----------
     trace : PushTrace or Dataset
-        A simulated push, or a recorded one with `contact_force` (N) over an even `time` (s).
+        Simulated push, or recorded one with `contact_force` (N) over an even `time` (s).
 
     Raises
     ------
     TypeError
         When it is neither.
     ValueError
-        When there are fewer than 16 samples, they are not evenly spaced, or the force does not change.
+        When there are fewer than 16 samples, they are not evenly spaced, or the force is constant.
 
     Examples
     --------
@@ -80,17 +79,18 @@ def resonance_over_speed(
 ) -> tuple[StictionResonance, ...]:
     """Return the resonance of pushes at constant speeds.
 
-    It does not depend on the speed while the part keeps contact. Once it bounces off, each period is longer by the flight
-    2 (v_0 - v)/(mu_k g), so the frequency falls with the speed; at low speeds it falls, too, by the time that the part sticks.
+    It is independent of the speed while the part keeps contact. A part that bounces has periods longer by the
+    flight 2 (v_0 - v)/(mu_k g), so that the frequency falls with rising speed; at low speeds the sticking
+    time lowers it too.
 
     Parameters
     ----------
     model : PushModel
-        What is pushed.
+        Model of part and contact.
     speeds : sequence of float
-        mm/s.
+        Push speeds, mm/s.
     duration : float
-        Of each push from first touch on, s.
+        Duration of each push from first touch on, s.
 
     Raises
     ------
@@ -111,16 +111,16 @@ def resonance_over_speed(
 
 
 def implied_stiffness(frequency: float, *, mass: float, damping: float = 0.0) -> float:
-    """Return the contact stiffness that a resonance without bouncing implies, N/mm: k = M (2 pi f)^2 + B^2/(4 M).
+    """Return the contact stiffness from a resonance without bouncing, N/mm: k = M (2 pi f)^2 + B^2/(4 M).
 
     Parameters
     ----------
     frequency : float
-        Hz (1/s).
+        Resonance, Hz (1/s).
     mass : float
-        kg.
+        Mass of the part, kg.
     damping : float
-        B = b + k_v, N s/mm: a light part oscillates clearly slower by it.
+        B = b + k_v, N s/mm; it lowers the frequency of a light part clearly.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def implied_stiffness(frequency: float, *, mass: float, damping: float = 0.0) ->
 
     Examples
     --------
-    >>> [round(implied_stiffness(f, mass=18.9)) for f in (29.9, 27.8)]  # N/mm: modelled and observed in the source
+    >>> [round(implied_stiffness(f, mass=18.9)) for f in (29.9, 27.8)]  # N/mm
     [667, 577]
     >>> round(implied_stiffness(51.0, mass=0.8))
     82
@@ -140,7 +140,7 @@ def implied_stiffness(frequency: float, *, mass: float, damping: float = 0.0) ->
 
 
 def _record(trace: Any) -> tuple[Floats, Floats]:
-    """Evenly spaced times and the force at them."""
+    """Evenly spaced times (s) and the force at them (N)."""
     if isinstance(trace, PushTrace):
         time = np.linspace(0.0, trace.duration, _SAMPLES)
         return time, trace.at(time).contact_force.values
@@ -158,7 +158,7 @@ def _record(trace: Any) -> tuple[Floats, Floats]:
 
 
 def _line(force: Floats, step: float) -> float:
-    """Frequency of the highest line."""
+    """Frequency of the highest line, Hz."""
     length = 1 << (_PADDING * force.size - 1).bit_length()
     size = np.abs(np.fft.rfft(force - force.mean(), length))
     first = int(np.ceil(_LOWEST * length * step))
@@ -168,7 +168,7 @@ def _line(force: Floats, step: float) -> float:
 
 
 def _peaks(force: Floats) -> Floats:
-    """Places of the peaks, in samples, each by the parabola through the highest three."""
+    """Positions of the peaks in samples, each from the parabola through its three highest samples."""
     from scipy import signal  # only who looks for a resonance pays for it
 
     tops = signal.find_peaks(force, prominence=_PROMINENCE * np.ptp(force))[0]

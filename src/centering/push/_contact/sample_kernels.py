@@ -7,10 +7,7 @@ from sdpgrind.base.compiled import compiled
 
 @compiled
 def sample(parameters, log, times, out):
-    """Write tip position (mm), part position (mm), part speed (mm/s) and contact force (N) at times (s, increasing) into (n, 4).
-
-    `log` is that of `push`: state at the begin of each phase, then at the end.
-    """
+    """Write tip and part position (mm), part speed (mm/s), contact force (N) at rising times (s), (n, 4)."""
     law = (parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5])
     row, last = 0, log.shape[0] - 1
     for i in range(times.size):
@@ -21,15 +18,9 @@ def sample(parameters, log, times, out):
 
 @compiled
 def _write_state(law, begun, t, out):
-    """Write tip position, part position, part speed and contact force a time (s) after the begin of a phase."""
-    mode, tip, tip_speed, acceleration, gap, speed = (
-        int(begun[1]),
-        begun[2],
-        begun[3],
-        begun[4],
-        begun[5],
-        begun[6],
-    )
+    """Write the four values of `sample` at a time `t` (s) after the beginning of a phase."""
+    mode, tip, tip_speed = int(begun[1]), begun[2], begun[3]
+    acceleration, gap, speed = begun[4], begun[5], begun[6]
     mass, k, b, _, coulomb, viscous = law
     if mode == SLIP:
         motion = _swing(gap, tip_speed - speed, tip_speed, acceleration, law)

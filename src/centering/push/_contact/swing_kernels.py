@@ -1,25 +1,28 @@
-"""Closed-form motions of tip against part, and the first time at which a quantity of them turns negative.
+"""Closed-form motions of tip against part; the first time at which a linear function of one turns negative.
 
-The gap delta between tip and part surface either swings (contact, a linear spring and damper) or flies (no contact). What
-decides over events is linear in delta and its rate: f = A delta + B delta' + C + D t. Between two zeros of f'', which are known
-in closed form, f is convex or concave. Where it is convex, Newton's method from the left never passes the first zero; where it
-is concave and positive at its begin, it has a zero only if it is negative at its end, and Newton's method from there never
-passes it. So no crossing is missed, however short it is, and nothing is scanned.
+The gap delta between tip and part surface either swings (contact, a linear spring and damper) or flies (no
+contact). Events are zeros of functions linear in delta and its rate: f = A delta + B delta' + C + D t.
+Between two zeros of f'', known in closed form, f is convex or concave. Where it is convex, Newton's method
+from the left never passes the first zero. Where it is concave and positive at its beginning, it has a zero
+only if it is negative at its end, and Newton's method from there never passes it. So no crossing is missed,
+however short, and no scan is needed.
 """
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-_NEWTON = 100
-"""Steps of Newton's method: a simple zero takes about six, a double one halves its error in each."""
-_SERIES = 0.3
-"""Exponent below which (z - 1 + exp(-z)) / z^2 is summed, for its difference loses digits."""
+_NEWTON = (
+    100  # chosen: greatest number of Newton steps; simple zeros take about six, double ones halve the error
+)
+_SERIES = (
+    0.3  # chosen: exponent below which (z - 1 + exp(-z)) / z^2 is a series, as the difference loses digits
+)
 
 
 @compiled
 def _swing(gap, rate, tip_speed, tip_acceleration, parameters):
-    """Motion in contact with a moving part: mm, mm/s of the gap, mm/s and mm/s^2 of the tip at its begin; Mears (5.27)."""
+    """Motion in contact, Mears (5.27): initial gap (mm), its rate and tip speed (mm/s), tip acceleration."""
     mass, k, b, _, coulomb, viscous = parameters
     damping = b + viscous
     trend = viscous * tip_acceleration / k
@@ -36,13 +39,13 @@ def _swing(gap, rate, tip_speed, tip_acceleration, parameters):
 
 @compiled
 def _flight(gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate):
-    """Motion without contact, or of a part at rest (speed and both decelerations 0); mm, mm/s, mm/s, mm/s^2, mm/s^2, 1/s."""
+    """Motion without contact, or of a part at rest (`speed` and decelerations 0)."""
     return (0.0, gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate, 0.0, 0.0)
 
 
 @compiled
 def _basis(t, alpha, rate, slow):
-    """Damped cosine, and damped sine over its rate; hyperbolic where `rate` is negative, with their limit at 0."""
+    """Damped cosine, and damped sine over its rate; hyperbolic where `rate` is negative, with the limit at 0."""
     if rate > 0.0:
         fade = np.exp(-alpha * t)
         return fade * np.cos(rate * t), fade * np.sin(rate * t) / rate
@@ -92,7 +95,7 @@ def _gap_at(t, motion):
 
 @compiled
 def _first_turn(motion, gain, rate_gain):
-    """Sign of f'' at the begin, the first time at which it changes, and the time between later changes (s)."""
+    """Whether f is convex at time 0, when f'' first changes sign (s), and the time between changes (s)."""
     if motion[0] == 0.0:
         return _flight_turn(motion, gain, rate_gain)
     _, _, _, p, q, alpha, square, rate, _ = motion
@@ -111,7 +114,7 @@ def _first_turn(motion, gain, rate_gain):
 
 @compiled
 def _flight_turn(motion, gain, rate_gain):
-    """What `_first_turn` gives, without contact: f'' falls or rises monotonically with the speed of the part."""
+    """`_first_turn` without contact: f'' is monotonic, as the speed of the part is."""
     _, _, _, speed, acceleration, coulomb, drag, _, _ = motion
     lost = coulomb + drag * speed
     constant, fades = gain * acceleration, (gain - rate_gain * drag) * lost
@@ -123,7 +126,7 @@ def _flight_turn(motion, gain, rate_gain):
 
 @compiled
 def _later_swing(motion, t):
-    """The same swing with its time counted from `t` (s) on."""
+    """Swing with its time counted from `t` (s) on."""
     kind, rest, trend, p, q, alpha, square, rate, slow = motion
     c, s = _basis(t, alpha, rate, slow)
     now = p * c + q * s
@@ -133,7 +136,7 @@ def _later_swing(motion, t):
 
 @compiled
 def _later_flight(motion, t):
-    """The same flight with its time counted from `t` (s) on."""
+    """Flight with its time counted from `t` (s) on."""
     kind, _, _, speed, acceleration, coulomb, drag, _, _ = motion
     gap, rate, _ = _gap_at(t, motion)
     whole, first, _ = _fading(drag * t)
@@ -142,21 +145,21 @@ def _later_flight(motion, t):
 
 @compiled
 def _swing_change(motion):
-    """The rate of a swing, as a swing."""
+    """Rate of a swing, as a swing."""
     kind, _, trend, p, q, alpha, square, rate, slow = motion
     return (kind, trend, 0.0, q - alpha * p, square * p - alpha * q, alpha, square, rate, slow)
 
 
 @compiled
 def _swing_bound(motion, gain, rate_gain, duration):
-    """What f of a swing cannot exceed over a time (s)."""
+    """Upper bound of f of a swing over a time (s)."""
     line, lean = _line(motion, gain, rate_gain, 0.0, 0.0)
     return max(line, line + lean * duration) + _swinging(motion, gain, rate_gain)[0]
 
 
 @compiled
 def _swinging(motion, gain, rate_gain):
-    """Greatest size of what swings in f at the begin, and how fast it fades (1/s); infinite where it does not swing."""
+    """Initial amplitude of the oscillation in f and its decay rate (1/s); infinite without one."""
     _, _, _, p, q, alpha, square, rate, _ = motion
     if motion[0] == 0.0 or rate <= 0.0:
         return np.inf, 0.0
@@ -168,7 +171,7 @@ def _swinging(motion, gain, rate_gain):
 
 @compiled
 def _line(motion, gain, rate_gain, constant, trend):
-    """What does not swing in f: its value at the begin and its slope."""
+    """Initial value and slope of the part of f that does not oscillate."""
     if motion[0] == 0.0:
         return 0.0, 0.0
     return gain * motion[1] + rate_gain * motion[2] + constant, gain * motion[2] + trend
@@ -176,7 +179,7 @@ def _line(motion, gain, rate_gain, constant, trend):
 
 @compiled
 def _values(t, motion, gain, rate_gain, constant, trend):
-    """Value of f at a time, and its slope."""
+    """Value and slope of f at a time."""
     gap, rate, acceleration = _gap_at(t, motion)
     return (
         gain * gap + rate_gain * rate + constant + trend * t,
@@ -186,9 +189,10 @@ def _values(t, motion, gain, rate_gain, constant, trend):
 
 @compiled
 def _first_negative(motion, gain, rate_gain, constant, trend, value, slope, end):
-    """First time (s) up to `end` at which f = gain delta + rate_gain delta' + constant + trend t turns negative; else infinite.
+    """First time (s) up to `end` at which f turns negative, else infinite.
 
-    `value` >= 0 and `slope` are those of f at time 0; a value of 0 that rises is no zero.
+    f = gain delta + rate_gain delta' + constant + trend t, with `value` >= 0 and `slope` at time 0; a value
+    of 0 that rises is no zero.
     """
     convex, turn, period = _first_turn(motion, gain, rate_gain)
     size, fade = _swinging(motion, gain, rate_gain)
@@ -212,7 +216,7 @@ def _first_negative(motion, gain, rate_gain, constant, trend, value, slope, end)
 
 @compiled
 def _from_left(motion, gain, rate_gain, constant, trend, value, slope, t, stop):
-    """First zero of a convex f that is not negative at a time, before another; infinite where there is none."""
+    """First zero between `t` and `stop` of a convex f that is >= 0 at `t`; infinite without one."""
     for _ in range(_NEWTON):
         if slope >= 0.0:
             return np.inf
@@ -228,7 +232,7 @@ def _from_left(motion, gain, rate_gain, constant, trend, value, slope, t, stop):
 
 @compiled
 def _from_right(motion, gain, rate_gain, constant, trend, value, slope, left, t):
-    """Zero of a concave f that is negative at a time and was not at an earlier one."""
+    """Zero of a concave f that is negative at `t` and was >= 0 at `left`."""
     for _ in range(_NEWTON):
         back = max(t - value / slope, left) if slope < 0.0 else left
         if back >= t or value >= 0.0:

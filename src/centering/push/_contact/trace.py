@@ -1,4 +1,4 @@
-"""What happened in a push: phases, motion of tip and part, contact force; drawn, labelled, saved."""
+"""Trace of a push: phases, motion of tip and part, contact force; drawn, labelled, saved."""
 
 import dataclasses
 from functools import cached_property
@@ -20,8 +20,8 @@ from sdpgrind.base.plans import Plan
 
 MODES = ("rest", "stick", "slip", "free")
 """Names of the modes by number."""
-_PER_PERIOD = 60  # chosen: samples in a period of part and contact
-_SAMPLES = (400, 20_001)  # chosen: fewest, most
+_PER_PERIOD = 60  # chosen: samples per period of the part on the contact; fewer show corners
+_SAMPLES = (400, 20_001)  # chosen: fewest and most; beyond, pictures show nothing new
 PHASES_TOLD = "time, mode, tip position, speed and acceleration, gap, part speed at begins (s, mm)"
 PARAMETERS_TOLD = "M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm)"
 _LABELS = {
@@ -34,19 +34,20 @@ _LABELS = {
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class PushTrace(ByValue, Plan):
-    """A simulated push, exact between its events; `simulate_push` makes it.
+    """Simulated push, exact between its events; `simulate_push` makes it.
 
     Parameters
     ----------
     profile : TipProfile
-        What the tip did.
+        Motion of the tip.
     parameters : array, (6,)
-        M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm).
+        `PushModel.parameters` of the push.
     phases : array, (n + 1, 7)
-        State at the begin of each phase and at the end: time (s), mode (0 to 3: rest, stick, slip, free), tip position (mm), tip
-        speed (mm/s), tip acceleration (mm/s^2), tip position less part position (mm), part speed (mm/s).
+        State at the beginning of each phase and at the end: time (s), mode (0 to 3: rest, stick, slip, free),
+        tip position (mm), tip speed (mm/s), tip acceleration (mm/s^2), tip minus part position (mm), part
+        speed (mm/s).
     summary : array, (8,)
-        What `simulate_pushes` gives of a push.
+        Row of `simulate_pushes`.
 
     Examples
     --------
@@ -71,12 +72,12 @@ class PushTrace(ByValue, Plan):
 
     @property
     def final_position(self) -> float:
-        """Where the part came to rest, or was at the end of the profile, mm from where it lay."""
+        """Position of the part at the end, mm from its first place."""
         return float(self.summary[0])
 
     @property
     def free_slide(self) -> float:
-        """Longest travel from losing contact to touching again or rest, mm."""
+        """Longest travel between loss of contact and the next contact or rest, mm."""
         return float(self.summary[1])
 
     @property
@@ -86,41 +87,41 @@ class PushTrace(ByValue, Plan):
 
     @property
     def duration(self) -> float:
-        """Time until the part rests or the profile ends, whichever is later, s."""
+        """Time until the part rests or the profile ends, the later of the two, s."""
         return float(self.summary[3])
 
     @property
     def energy_balance(self) -> float:
         """Residual of the energy balance, by quadrature of force times speed, dimensionless.
 
-        Work of the contact less work of friction less motion left, over the work of the contact and what the contact stores until
-        the part breaks away.
+        Work of the contact less work of friction less kinetic energy left, over the work of the contact plus
+        the energy stored in the contact at breakaway.
         """
         return float(self.summary[5])
 
     @property
     def breakaway_time(self) -> float:
-        """When the part first slipped, s; NaN where it never did."""
+        """Time at which the part first slips, s; NaN: never."""
         return float(self.summary[6])
 
     @property
     def final_velocity(self) -> float:
-        """Speed of the part at the end, mm/s: 0 unless the profile ends while the tip advances."""
+        """Speed of the part at the end, mm/s; 0 unless the profile ends while the tip advances."""
         return float(self.summary[7])
 
     @property
     def event_time(self) -> Floats:
-        """Begin of each phase, (n,), s."""
+        """Beginning of each phase, (n,), s."""
         return self.phases[:-1, 0]
 
     @property
     def event_mode(self) -> tuple[str, ...]:
-        """Mode of each phase (dimensionless): ``rest``, or touching ``stick``; while it moves ``free``, or touching ``slip``."""
+        """Mode of each phase (unit 1): at rest ``rest``, touching ``stick``; moving ``free`` or ``slip``."""
         return tuple(MODES[int(mode)] for mode in self.phases[:-1, 1])
 
     @cached_property
     def time(self) -> Floats:
-        """Evenly spaced times of the samples, (m,), s: 60 or more in a period of part and contact, at most 20 001."""
+        """Even times of the samples, (m,), s: 60 or more per period of the part on the contact."""
         period = 2.0 * pi * sqrt(self.parameters[0] / self.parameters[1])
         wanted = _PER_PERIOD * self.duration / period
         return lasting(np.linspace(0.0, self.duration, int(np.clip(wanted, *_SAMPLES))))
@@ -150,12 +151,12 @@ class PushTrace(ByValue, Plan):
         return lasting(self._states(self.time))
 
     def at(self, time: npt.ArrayLike) -> xr.Dataset:
-        """Return tip position, part position (mm), part speed (mm/s) and contact force (N) at given times, exactly.
+        """Return tip and part position (mm), part speed (mm/s) and contact force (N), exactly.
 
         Parameters
         ----------
         time : array, (m,)
-            s, increasing, from 0 to `duration`.
+            Times, s, increasing, from 0 to `duration`.
 
         Raises
         ------
@@ -181,7 +182,7 @@ class PushTrace(ByValue, Plan):
 
     @staticmethod
     def _labelled(times: Floats, states: Floats) -> xr.Dataset:
-        """Samples with their units."""
+        """Label samples with names and units."""
         columns = {}
         for j, (name, (unit, told)) in enumerate(_LABELS.items()):
             columns[name] = ("time", states[:, j], {"units": unit, "long_name": told})
@@ -207,25 +208,27 @@ class PushTrace(ByValue, Plan):
         return cls(profile, np.array(parameters), dataset["phases"].values, dataset["summary"].values)
 
     def plot(self) -> Any:
-        """Draw tip and part (mm), and the contact force (N) with both friction forces, over time (s); return the figure."""
+        """Draw tip and part (mm) and the contact force (N) over time (s); return the figure."""
         return pictures.drawn("centering.push._contact.trace_picture:plot_trace", self)
 
     def _told(self) -> str:
-        told = f"part moved {self.final_position:.4g} mm, peak {self.peak_force:.4g} N, slide {1e3 * self.free_slide:.4g} µm"
-        return f"{told}, {len(self.event_mode)} phases in {self.duration:.4g} s"
+        moved = f"part moved {self.final_position:.4g} mm, peak {self.peak_force:.4g} N"
+        slid = f"slide {1e3 * self.free_slide:.4g} µm, {len(self.event_mode)} phases in {self.duration:.4g} s"
+        return f"{moved}, {slid}"
 
 
 def simulate_push(model: "Pushable | npt.ArrayLike", profile: TipProfile) -> PushTrace:
-    """Simulate a push of the reaction model with exact events; Mears (5.26) and (5.27), one-sided.
+    """Simulate a push of the reaction model, Mears (5.26) and (5.27), with exact events.
 
-    After the profile a tip that does not advance keeps its speed until the part is at rest; one that does ends the push.
+    After the profile a tip that does not advance keeps its speed until the part rests; a tip that advances
+    ends the push.
 
     Parameters
     ----------
     model : PushModel or array, (6,)
-        Part, contact and friction; as an array M (N s^2/mm), k (N/mm), b (N s/mm), F_s (N), F_k (N), k_v (N s/mm).
+        Part, contact and friction, or `PushModel.parameters`.
     profile : TipProfile
-        What the tip does.
+        Motion of the tip (mm, s).
 
     Raises
     ------
@@ -235,7 +238,8 @@ def simulate_push(model: "Pushable | npt.ArrayLike", profile: TipProfile) -> Pus
     Examples
     --------
     >>> import numpy as np
-    >>> trace = simulate_push(np.array([0.0189, 1200.0, 1.0, 37.07, 27.803, 0.1]), TipProfile.move(5.0, 40.0, 2560.0))
+    >>> parameters = np.array([0.0189, 1200.0, 1.0, 37.07, 27.803, 0.1])
+    >>> trace = simulate_push(parameters, TipProfile.move(5.0, 40.0, 2560.0))
     >>> round(trace.final_position, 3), round(trace.peak_force, 1)  # mm, N
     (5.282, 131.4)
     """

@@ -1,4 +1,4 @@
-"""Pictures of pushes: where tip and part are, the force between them against both friction forces, the mode of each moment."""
+"""Pictures of pushes: tip and part, their contact force against both friction forces, modes as background."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +20,8 @@ _TOLD = {
     "slip": "moving, touching (slip)",
     "free": "moving, no contact (free)",
 }
-_MILLI = 1e3  # ms of a s
-_FINE = 801  # chosen
+_MILLI = 1e3  # ms of a s; derived from the units
+_FINE = 801  # chosen: points of a curve; fewer show corners
 
 
 def plot_trace(trace: "PushTrace") -> Any:
@@ -47,7 +47,7 @@ def _title(trace: "PushTrace") -> str:
 
 
 def _shade(axis: Any, trace: "PushTrace") -> None:
-    """The mode of each moment behind the curves."""
+    """Shade the modes behind the curves."""
     ends = _MILLI * trace.phases[:, 0]
     for begin, end, mode in zip(ends[:-1], ends[1:], trace.event_mode, strict=True):
         axis.axvspan(begin, end, color=_SHADES[mode], lw=0.0, zorder=0)
@@ -62,7 +62,7 @@ def _draw_positions(axis: Any, trace: "PushTrace") -> None:
 
 
 def _draw_lead(axis: Any, trace: "PushTrace") -> None:
-    """How far the part is ahead of the tip: what the eye cannot see in two long curves."""
+    """Lead of the part over the tip, which two long curves hide."""
     lead = (trace.part_position - trace.tip_position) / units.um(1.0)
     axis.plot(_MILLI * trace.time, lead, color=BLUE, lw=1.0)
     axis.axhline(0.0, color=RED, lw=0.8)
@@ -88,7 +88,7 @@ def _draw_force(axis: Any, trace: "PushTrace") -> None:
 
 
 def _legend_of_modes(figure: Any, trace: "PushTrace") -> None:
-    """One patch for each mode that occurs."""
+    """Draw one patch for each mode that occurs."""
     patch = need("matplotlib.patches", "plot").Patch
     lasts = np.diff(trace.phases[:, 0]) > 0.0  # a part may rest for no time at all
     seen = [mode for mode in _SHADES if mode in np.array(trace.event_mode)[lasts]]
@@ -113,7 +113,7 @@ def plot_profile(profile: "TipProfile") -> Any:
 
 
 def _draw_speed(axis: Any, profile: "TipProfile", edges: Any) -> None:
-    """The speed with its jumps."""
+    """Draw the speed with its jumps."""
     ends = profile.velocity + profile.acceleration * profile.duration
     times = np.column_stack((edges[:-1], edges[1:])).ravel()
     axis.plot(_MILLI * times, np.column_stack((profile.velocity, ends)).ravel(), color=BLUE, lw=1.2)

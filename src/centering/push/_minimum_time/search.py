@@ -133,8 +133,8 @@ def minimum_time_push(
     Examples
     --------
     >>> from centering import preset
-    >>> problem = preset("printed")
-    >>> push = minimum_time_push(problem.replace(limits=problem.limits.replace(push_speed_max=40.0)), 1.0)  # mm/s, mm
+    >>> problem = preset("printed").replace(push_speed_max=40.0)  # mm/s
+    >>> push = minimum_time_push(problem, 1.0)  # mm
     >>> push.ok, round(push.time, 3), push.spread < 0.005  # s, mm; `gentle_profile`: 0.1 s and 0.058 mm
     (True, 0.045, True)
     """

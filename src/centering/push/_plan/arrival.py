@@ -66,7 +66,8 @@ class Arrival(ByValue, Described):
 
         Examples
         --------
-        >>> round(Arrival(0.0, 0.0, [[0.01**2, 0.0], [0.0, 0.01**2]]).probability_within(0.02), 6)  # 1 - exp(-2)
+        >>> there = Arrival(0.0, 0.0, [[0.01**2, 0.0], [0.0, 0.01**2]])
+        >>> round(there.probability_within(0.02), 6)  # 1 - exp(-2)
         0.864665
         """
         r = checks.positive("tolerance", tolerance, "mm")

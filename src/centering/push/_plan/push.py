@@ -219,8 +219,8 @@ def plan_push(
     --------
     >>> from centering import preset
     >>> from sdpgrind import units
-    >>> push = plan_push(preset("printed"), offset=1.0, spindle_speed=units.rpm(20), push_speed=10.0, direction="end")
-    >>> push
+    >>> task = {"offset": 1.0, "spindle_speed": units.rpm(20), "push_speed": 10.0}
+    >>> plan_push(preset("printed"), **task, direction="end")
     Push(lead 38.75 deg, stroke 8.7057 mm in 0.3229 s, end, trapezoid)
     """
     checks.kind("problem", problem, CenteringProblem)

@@ -116,8 +116,9 @@ def plan_touch(
     --------
     >>> from centering import preset
     >>> from sdpgrind import units
-    >>> touch = plan_touch(preset("printed"), offset=1.0, spindle_speed=units.rpm(20), push_speed=10.0, direction="quasi-static")
-    >>> round(touch.angle * 180 / 3.141592653589793, 3), round(touch.travel, 5), round(touch.run_up, 5)  # deg, mm, mm
+    >>> task = {"offset": 1.0, "spindle_speed": units.rpm(20), "push_speed": 10.0}
+    >>> touch = plan_touch(preset("printed"), **task, direction="quasi-static")
+    >>> round(touch.angle / units.deg(1), 3), round(touch.travel, 5), round(touch.run_up, 5)  # deg, mm, mm
     (5.925, 0.9946, 0.5054)
     """
     checks.kind("problem", problem, CenteringProblem)

@@ -1,1 +1,1 @@
-"""Motions of the tip: trapezoids, gentle and filtered profiles, their timing."""
+"""Motions of the tip: trapezoids, gentle, tapped and filtered pushes, their times."""

@@ -1,4 +1,4 @@
-"""A push at constant speed without the frequencies that make the part stick and slip: a band-stop filter of its speed."""
+"""Push at constant speed without the frequencies of stick and slip: a band-stop filter of the speed."""
 
 from math import ceil, pi, sin
 
@@ -8,8 +8,8 @@ from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_BAND = (25.0, 40.0)  # Hz; the source's text has 5-40, but its lag of 47 µm is that of 25-40
-_ROUNDING = 1e-9  # chosen
+_BAND = (25.0, 40.0)  # Hz; source: Mears' lag of 47 µm at 10 mm/s is that of 25-40 Hz; his text says 5-40 Hz
+_ROUNDING = 1e-9  # chosen: relative; far above rounding, far below a sample or a speed
 
 
 def band_stop_profile(
@@ -21,32 +21,32 @@ def band_stop_profile(
     sample_rate: float = 1000.0,
     allow_reverse: bool = False,
 ) -> TipProfile:
-    """Return a push whose speed is a step through a causal Butterworth band-stop filter, Mears (5.33) to (5.47).
+    """Return a push whose speed is a Butterworth band-stop filtered step, Mears (5.33) to (5.47).
 
-    The filter starts at rest at first touch. Its samples are joined by straight lines, so that the tip touches with the first
-    sample and not with the whole speed. After `band_stop_lag` behind the unfiltered tip it keeps its distance.
+    The filter starts at rest at first touch. Straight lines join its samples, so that the tip touches with
+    the first sample instead of the whole speed. The tip ends up `band_stop_lag` behind an unfiltered one.
 
     Parameters
     ----------
     speed : float
-        The step, which the filtered speed settles to, mm/s.
+        Height of the step, to which the filtered speed settles, mm/s.
     duration : float
-        s; the last sample is cut to it.
+        Duration of the push, s; the last sample is cut to it.
     band : pair of float
-        Lower and upper edge of what is stopped, Hz (1/s), at half the power. The source has 5-40 Hz in the text, which would
-        draw the pusher back, 20-40 Hz in a caption and a lag that only 25-40 Hz has.
+        Lower and upper edge of the stop band, Hz (1/s), at half the power. The source prints 5-40 Hz in its
+        text, which would draw the pusher back, 20-40 Hz in a caption, and a lag that belongs to 25-40 Hz.
     order : int
-        Of the low-pass filter that the band-stop is made of; the band-stop has twice as many poles.
+        Order of the low-pass prototype; the band-stop has twice as many poles.
     sample_rate : float
-        Samples in a second, 1/s.
+        Sample rate, 1/s.
     allow_reverse : bool
-        Whether the filtered speed may be negative, that is, the pusher may draw back.
+        Whether the filtered speed may be negative, which draws the pusher back.
 
     Raises
     ------
     ValueError
-        When the edges are not 0 < f1 < f2 < sample_rate/2, a value is not > 0, or the filtered speed would be negative without
-        leave to reverse.
+        When the edges are not 0 < f1 < f2 < sample_rate/2, a value is not > 0, or the filtered speed is
+        negative without `allow_reverse`.
 
     Examples
     --------
@@ -63,7 +63,10 @@ def band_stop_profile(
     count = max(ceil(total * rate * (1.0 - _ROUNDING)), 1)
     share = _step_response(edges, checks.count("order", order), rate, count + 1)
     if not allow_reverse and share.min() < -_ROUNDING:
-        rule = f"such that the filtered speed is never negative, unless allow_reverse=True ({v * share.min():.3g} mm/s here)"
+        rule = (
+            "such that the filtered speed is never negative, unless allow_reverse=True"
+            f" ({v * share.min():.3g} mm/s here)"
+        )
         raise checks.refuse("band", rule, band, "Hz")
     lasting = np.full(count, 1.0 / rate)
     lasting[-1] = total - (count - 1) / rate
@@ -71,24 +74,25 @@ def band_stop_profile(
 
 
 def band_stop_lag(speed: float, *, band: tuple[float, float] = _BAND, order: int = 3) -> float:
-    """Return how far a filtered push stays behind the unfiltered one, mm: the speed times the group delay at frequency 0.
+    """Return the lag of a filtered push, mm: speed times group delay at frequency 0.
 
-    That is v (f2 - f1)/(2 pi f1 f2) / sin(pi/(2 n)): a factor of 1, sqrt 2 and 2 for orders 1, 2 and 3. It is that of the analog
-    filter; at 1 kHz a sampled one is within 1 % of it. A filtered push takes lag/speed longer: trigger it earlier by that.
+    That is v (f2 - f1)/(2 pi f1 f2) / sin(pi/(2 n)): a factor of 1, sqrt 2 and 2 for orders 1, 2 and 3. It
+    holds for the analog filter; sampled at 1 kHz the lag is within 1 % of it. A filtered push takes lag/speed
+    longer, so trigger it earlier by that time.
 
     Parameters
     ----------
     speed : float
-        Of the push, mm/s.
+        Speed of the push, mm/s.
     band : pair of float
-        Edges, Hz (1/s).
+        Edges of the stop band, Hz (1/s).
     order : int
-        n, of the low-pass filter that the band-stop is made of.
+        Order n of the low-pass prototype.
 
     Raises
     ------
     ValueError
-        When the edges are not 0 < f1 < f2, or speed or order are not > 0.
+        When the edges are not 0 < f1 < f2, or speed or order is not > 0.
 
     Examples
     --------
@@ -101,7 +105,7 @@ def band_stop_lag(speed: float, *, band: tuple[float, float] = _BAND, order: int
 
 
 def _edges(band: tuple[float, float], nyquist: float | None) -> tuple[float, float]:
-    """The edges of a band, checked."""
+    """Check the edges of a band."""
     values = checks.finite_array("band", band, "Hz")
     above = np.inf if nyquist is None else nyquist
     if values.shape != (2,) or not 0.0 < values[0] < values[1] < above:
@@ -111,7 +115,7 @@ def _edges(band: tuple[float, float], nyquist: float | None) -> tuple[float, flo
 
 
 def _step_response(edges: tuple[float, float], order: int, rate: float, count: int) -> Floats:
-    """The first samples of the filter's answer to a step of 1, in sections of second order: the product form loses digits."""
+    """First samples of the step response; second-order sections, since the product form loses digits."""
     from scipy import signal  # only who filters pays for it
 
     sections = signal.butter(order, edges, btype="bandstop", fs=rate, output="sos")

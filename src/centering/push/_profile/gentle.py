@@ -9,14 +9,10 @@ from centering.push._profile.profile import TipProfile
 from centering.push._profile.row_kernels import ROWS, gentle_rows
 from sdpgrind.base import checks
 
-_OVERLOAD = (
-    1.12  # closing of the contact over F_s/k until which it stays slow: friction may be higher than believed
-)
-_GAIN, _BRAKE = (
-    0.5,
-    0.7,
-)  # accelerations over mu_k g: the contact stays closed while the part is braked by friction
-_CLEAR = 0.5  # chosen: mm that the tip is drawn back by
+# chosen: closing over F_s/k at which a gentle push speeds up: friction may be 12 % above the model
+_OVERLOAD = 1.12
+_GAIN, _BRAKE = 0.5, 0.7  # chosen: accelerations over mu_k g; beyond 1 a braked part leaves the tip
+_CLEAR = 0.5  # mm, chosen: retraction of the tip after a push
 
 Row = tuple[float, float, float]
 
@@ -29,26 +25,27 @@ def gentle_profile(
     acceleration_max: float = 2560.0,
     whole_periods: bool = False,
 ) -> TipProfile:
-    """Return a push after which the part rests near the tip's stop: slow until it breaks away, stopped below mu_k g, drawn back.
+    """Return a push that leaves the part near the stop of the tip: slow breakaway, soft stop, retraction.
 
-    The tip moves at 1 mm/s until the contact has closed by 1.12 F_s/k, gains speed at 0.5 mu_k g and stops at 0.7 mu_k g. A slide
-    that stops harder than mu_k g throws the part off. A part of 0.8 kg stays on the tip. A heavy one swings on the contact after
-    each change of acceleration, and may leave the tip for a moment while that gains speed or brakes: 18.9 kg of the printed
-    preset by up to 0.006 mm at 10 mm/s, 0.08 at 20, 0.29 at 40. In whole periods it stays, where there is room for them.
+    The tip moves at 1 mm/s until the contact has closed by 1.12 F_s/k, accelerates at 0.5 mu_k g and stops at
+    0.7 mu_k g; a stop above mu_k g throws the part off. A part of 0.8 kg stays on the tip. A heavy part
+    swings on the contact after each change of acceleration and may leave the tip meanwhile: 18.9 kg of the
+    printed preset by up to 0.006 mm at 10 mm/s, 0.08 at 20, 0.29 at 40. With `whole_periods` it stays, where
+    the distance allows them.
 
     Parameters
     ----------
     model : PushModel
-        What is pushed.
+        Model of part and contact.
     distance : float
-        How far the tip goes after first touch, mm; the part comes to rest within some µm of that.
+        Travel of the tip after first touch, mm; the part comes to rest within some µm of it.
     speed : float
         Greatest speed of the tip, mm/s; a short push does not reach it.
     acceleration_max : float
-        Of the slide, mm/s^2: no acceleration is above it, and the tip is drawn back with it.
+        Greatest acceleration of the slide, mm/s^2; the tip retracts with it.
     whole_periods : bool
-        Stretch both ramps to whole periods of the part on the contact, so that it does not swing after them. The push is slower,
-        but where the part stops depends on friction only by what the contact stays closed by, F_k/k.
+        Stretch both ramps to whole periods of the part on the contact, so that it does not swing after them.
+        The push is slower, but friction shifts the stop of the part by the closing F_k/k only.
 
     Returns
     -------
@@ -58,14 +55,14 @@ def gentle_profile(
     Raises
     ------
     ValueError
-        When distance, speed or acceleration are not > 0.
+        When distance, speed or acceleration is not > 0.
 
     Examples
     --------
     >>> from centering import preset, simulate_push
     >>> model = preset("printed").model
     >>> trace = simulate_push(model, gentle_profile(model, 5.0, 40.0))  # mm, mm/s
-    >>> round(1000 * (trace.final_position - 5.0), 1), round(trace.peak_force, 1)  # µm, N; at constant speed 277 µm, 192 N
+    >>> round(1000 * (trace.final_position - 5.0), 1), round(trace.peak_force, 1)  # µm, N
     (-1.0, 48.6)
     """
     checks.kind("model", model, PushModel)
@@ -77,27 +74,29 @@ def gentle_profile(
 
 
 def gentle_limits(model: PushModel, acceleration_max: float) -> tuple[float, float, float]:
-    """Closing of the contact until which a gentle push stays slow (mm), and how fast it gains speed and stops (mm/s^2)."""
+    """Closing up to which a gentle push stays slow (mm), accelerations of start and stop (mm/s^2)."""
     limit = model.mu_kinetic * GRAVITY
     closing = _OVERLOAD * model.breakaway_force / model.contact_stiffness
     return closing, min(_GAIN * limit, acceleration_max), min(_BRAKE * limit, acceleration_max)
 
 
 def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560.0) -> TipProfile:
-    """Return a push at constant speed from first touch that stops at full deceleration and is drawn back at once with the same.
+    """Return a push at constant speed from first touch that stops and retracts at full acceleration.
 
-    The finest push of a heavy part: the tip is already leaving when the part gives way, so that the smallest move is an eighth of
-    2 (F_s - F_k)/k, and the travel grows steadily with `distance`. 2 to 5 mm/s is best below 0.3 mm: slower, jumps come back;
-    faster, the part is thrown further, and that depends on friction.
+    The finest push of a heavy part: the tip already recedes when the part breaks away, so that the smallest
+    travel is an eighth of 2 (F_s - F_k)/k, and the travel grows steadily with `distance`. Below 0.3 mm, 2 to
+    5 mm/s is best: slower taps jump as slow pushes do, faster ones throw the part by a distance that depends
+    on friction.
 
     Parameters
     ----------
     distance : float
-        How far the tip goes after first touch, mm.
+        Travel of the tip after first touch, mm.
     speed : float
-        Of the tip, mm/s; a tap shorter than its stop begins at the speed from which it stops in time.
+        Speed of the tip, mm/s; a tap shorter than its stopping distance begins at the speed from which it can
+        stop.
     acceleration_max : float
-        Of the slide, mm/s^2.
+        Greatest acceleration of the slide, mm/s^2.
 
     Returns
     -------
@@ -107,13 +106,14 @@ def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560
     Raises
     ------
     ValueError
-        When distance, speed or acceleration are not > 0.
+        When distance, speed or acceleration is not > 0.
 
     Examples
     --------
     >>> from centering import preset, simulate_push
     >>> model = preset("printed").model  # 18.9 kg: 2 (F_s - F_k)/k is 15.4 µm
-    >>> [round(1000 * simulate_push(model, tap_profile(stroke, 5.0)).final_position, 1) for stroke in (0.03, 0.031, 0.04)]  # µm
+    >>> taps = [simulate_push(model, tap_profile(stroke, 5.0)) for stroke in (0.03, 0.031, 0.04)]  # mm, mm/s
+    >>> [round(1000 * tap.final_position, 1) for tap in taps]  # µm
     [0.0, 3.7, 15.8]
     """
     d, v = checks.positive("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")
@@ -124,19 +124,19 @@ def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560
 
 
 def _period(model: PushModel) -> float:
-    """Period of the part on the contact, s; 0 where it does not swing."""
+    """Period of the part on the contact, s; 0 where it is overdamped."""
     alpha = 0.5 * (model.contact_damping + model.viscous_coefficient) / model.inertia
     square = model.contact_stiffness / model.inertia - alpha * alpha
     return 2.0 * pi / sqrt(square) if square > 0.0 else 0.0
 
 
 def _drawn_back(acceleration: float) -> list[Row]:
-    """Away from the part, from rest to rest."""
+    """Rows of a retraction from rest to rest."""
     half = sqrt(_CLEAR / acceleration)
     return [(half, 0.0, -acceleration), (half, -acceleration * half, acceleration)]
 
 
 def _profile(rows: list[Row]) -> TipProfile:
-    """The rows that have a length."""
+    """Profile of the rows of positive duration."""
     least = 1e-12 * sum(t for t, _, _ in rows)
     return TipProfile(*np.array([row for row in rows if row[0] > least]).T)

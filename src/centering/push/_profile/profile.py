@@ -1,4 +1,4 @@
-"""What the pusher tip does: segments of constant acceleration, whose speed may jump between them and whose position may not."""
+"""Motion of the pusher tip: segments of constant acceleration; position is continuous, speed may jump."""
 
 from math import sqrt
 from typing import Any, Self
@@ -15,7 +15,7 @@ from sdpgrind.base.quantities import Described, custom, described, quantity, uni
 
 
 def column(unit: str, **options: Any) -> Any:
-    """Declare a finite number for each segment; one number is a column of one."""
+    """Declare a field with a finite number for each segment; a single number is a column of one."""
 
     def check(name: str, value: Any) -> Floats:
         return lasting(np.atleast_1d(checks.finite_array(name, value, unit)))
@@ -27,24 +27,24 @@ def column(unit: str, **options: Any) -> Any:
 class TipProfile(ByValue, Described):
     """Motion of the pusher tip in segments of constant acceleration.
 
-    Position counts from the first touch of a part at rest, positive toward the axis of the table. The speed may jump where two
-    segments meet; the position does not.
+    Position counts from the first touch of a part at rest, positive toward the axis of the table. Between
+    segments the speed may jump, the position may not.
 
     Parameters
     ----------
     duration : array, (n,)
         Duration of each segment, s, > 0.
     velocity : array, (n,)
-        Speed at the begin of each segment, mm/s.
+        Speed at the beginning of each segment, mm/s.
     acceleration : array, (n,)
         Acceleration in each segment, mm/s^2.
     start : float
-        Position at the begin, mm; negative: a gap lies before the part.
+        Position at the beginning, mm; negative: a gap to the part.
 
     Raises
     ------
     ValueError
-        When a value is not finite, a duration not positive, the lengths differ or there is no segment.
+        When a value is not finite, a duration is not positive, the lengths differ or there is no segment.
 
     Examples
     --------
@@ -67,16 +67,16 @@ class TipProfile(ByValue, Described):
 
     @classmethod
     def constant_speed(cls, speed: float, duration: float, *, start: float = 0.0) -> Self:
-        """Return a tip that advances at a constant speed, from the first instant on.
+        """Return a tip that advances at constant speed from the first instant on.
 
         Parameters
         ----------
         speed : float
-            mm/s, > 0.
+            Speed, mm/s, > 0.
         duration : float
-            s.
+            Duration, s.
         start : float
-            Position at the begin, mm.
+            Position at the beginning, mm.
 
         Examples
         --------
@@ -93,18 +93,19 @@ class TipProfile(ByValue, Described):
 
     @classmethod
     def move(cls, distance: float, speed: float, acceleration: float, *, start: float = 0.0) -> Self:
-        """Return the fastest move from rest to rest within a speed and an acceleration; Mears (5.9)-(5.16), corrected.
+        """Return the fastest move from rest to rest within two limits; Mears (5.9)-(5.16), corrected.
 
         Parameters
         ----------
         distance : float
-            mm; negative: away from the axis. Where it is less than ``speed**2 / acceleration`` the speed is not reached.
+            Travel, mm; negative: away from the axis. Below ``speed**2 / acceleration`` the speed is not
+            reached.
         speed : float
-            mm/s, > 0.
+            Greatest speed, mm/s, > 0.
         acceleration : float
-            mm/s^2, > 0.
+            Greatest acceleration, mm/s^2, > 0.
         start : float
-            Position at the begin, mm.
+            Position at the beginning, mm.
 
         Examples
         --------
@@ -120,22 +121,19 @@ class TipProfile(ByValue, Described):
     def jerk_limited(
         cls, distance: float, speed: float, acceleration: float, jerk: float, *, start: float = 0.0
     ) -> Self:
-        """Return the fastest move from rest to rest within a speed, an acceleration and a jerk, in seven phases.
+        """Return the fastest move from rest to rest with limited jerk, in seven phases.
 
-        Where the acceleration ramps, 16 steps of constant acceleration stand for the ramp: time, speeds and end are exact.
+        Sixteen steps of constant acceleration replace each ramp of the acceleration: time, speeds and end are
+        exact.
 
         Parameters
         ----------
         distance : float
-            mm; negative: away from the axis.
-        speed : float
-            mm/s, > 0.
-        acceleration : float
-            mm/s^2, > 0.
-        jerk : float
-            mm/s^3, > 0.
+            Travel, mm; negative: away from the axis.
+        speed, acceleration, jerk : float
+            Limits, mm/s, mm/s^2, mm/s^3, > 0.
         start : float
-            Position at the begin, mm.
+            Position at the beginning, mm.
 
         Examples
         --------
@@ -152,14 +150,14 @@ class TipProfile(ByValue, Described):
 
     @classmethod
     def sampled(cls, time: npt.ArrayLike, position: npt.ArrayLike) -> Self:
-        """Return a tip that moves straight from sample to sample, as a slide does that gets set points.
+        """Return a tip that moves at constant speed from sample to sample.
 
         Parameters
         ----------
         time : array, (n,)
-            s, increasing.
+            Times of the samples, s, increasing.
         position : array, (n,)
-            mm from the first touch of a part at rest.
+            Positions, mm from the first touch of a part at rest.
 
         Raises
         ------
@@ -180,18 +178,18 @@ class TipProfile(ByValue, Described):
 
     @classmethod
     def _from_rows(cls, rows: "list[tuple[float, float, float]] | Floats", start: float) -> Self:
-        """The profile of (duration, velocity, acceleration) rows."""
+        """Profile of rows (duration, velocity, acceleration)."""
         columns = np.asarray(rows, dtype=float).T
         return cls(columns[0], columns[1], columns[2], start)
 
     @property
     def segments(self) -> Floats:
-        """Duration (s), velocity at the begin (mm/s) and acceleration (mm/s^2) of each, (n, 3): what a controller sends."""
+        """Duration (s), initial velocity (mm/s) and acceleration (mm/s^2) of each segment, (n, 3)."""
         return np.column_stack((self.duration, self.velocity, self.acceleration))
 
     @property
     def total_time(self) -> float:
-        """Of all segments, s."""
+        """Duration of all segments, s."""
         return float(self.duration.sum())
 
     @property
@@ -206,18 +204,18 @@ class TipProfile(ByValue, Described):
 
     @property
     def final_velocity(self) -> float:
-        """At the end of the last segment, mm/s; 0 where it is a rounding of the greatest speed."""
+        """Speed at the end of the last segment, mm/s; 0 where it is rounding of the greatest speed."""
         ends = self.velocity + self.acceleration * self.duration
         greatest = max(float(np.abs(self.velocity).max()), float(np.abs(ends).max()))
         return float(ends[-1]) if abs(ends[-1]) > STILL * greatest else 0.0
 
     def position(self, time: npt.ArrayLike) -> Floats:
-        """Return where the tip is, mm; before the begin where it begins, after the end where it would be at its last speed.
+        """Return the position of the tip, mm; after the end the tip keeps its last speed.
 
         Parameters
         ----------
         time : array-like
-            s from the begin.
+            Times from the beginning, s; before it the tip is at `start`.
 
         Examples
         --------
@@ -230,12 +228,12 @@ class TipProfile(ByValue, Described):
         return np.asarray(begins[row] + (speed[row] + 0.5 * acceleration[row] * into) * into).reshape(t.shape)
 
     def velocity_at(self, time: npt.ArrayLike) -> Floats:
-        """Return how fast the tip is, mm/s; where the speed jumps, the one after the jump.
+        """Return the speed of the tip, mm/s; at a jump the speed after it.
 
         Parameters
         ----------
         time : array-like
-            s from the begin.
+            Times from the beginning, s.
 
         Examples
         --------
@@ -247,7 +245,7 @@ class TipProfile(ByValue, Described):
         return np.asarray(speed[row] + acceleration[row] * into).reshape(t.shape)
 
     def _locate(self, time: npt.ArrayLike) -> tuple[Floats, Any, Floats]:
-        """Times, the segment of each (one more: after the end), and how long that has lasted (s)."""
+        """Times, index of the segment at each (n: after the end), and time since its beginning (s)."""
         t = checks.finite_array("time", time, "s")
         begins = np.concatenate(((0.0,), np.cumsum(self.duration)))
         row = np.maximum(np.searchsorted(begins, t, side="right") - 1, 0)
@@ -255,16 +253,16 @@ class TipProfile(ByValue, Described):
 
     @property
     def _laws(self) -> tuple[Floats, Floats]:
-        """Velocity at the begin and acceleration of each segment, and of what comes after the last."""
+        """Initial velocity and acceleration of each segment, and of the motion after the last."""
         return np.append(self.velocity, self.final_velocity), np.append(self.acceleration, 0.0)
 
     def then(self, other: "TipProfile") -> Self:
-        """Return this profile and after it another one, moved to begin where this one ends.
+        """Return this profile followed by another one, moved to begin where this one ends.
 
         Parameters
         ----------
         other : TipProfile
-            What comes after; its `start` does not matter.
+            Profile that follows; its `start` (mm) is ignored.
 
         Examples
         --------
@@ -285,5 +283,5 @@ class TipProfile(ByValue, Described):
 
     @property
     def _moved(self) -> Floats:
-        """Of each segment, mm."""
+        """Travel of each segment, mm."""
         return (self.velocity + 0.5 * self.acceleration * self.duration) * self.duration

@@ -1,19 +1,17 @@
-"""Compiled rows (duration s, velocity mm/s, acceleration mm/s^2) of pushes; rows may have no length."""
+"""Compiled rows (duration s, velocity mm/s, acceleration mm/s^2) of pushes; a row may have duration 0."""
 
 from math import ceil, sqrt
 
 from sdpgrind.base.compiled import compiled
 
-ROWS = 8
-"""So many rows at most has a push."""
+ROWS = 8  # derived: at least the rows that any push below writes
 
 SHAPE, TOTAL, SPEED, MOST, CLOSING, GAIN, BRAKE, PUSH = range(8)
-"""Columns of a push: 1 where it is gentle; the tip's travel (mm), speed and greatest acceleration; what `gentle_rows` takes."""
+"""Columns of a push: 1 if gentle; travel (mm), speed, greatest acceleration; arguments of `gentle_rows`."""
 
-_BREAKAWAY_SPEED = (
-    1.0  # mm/s: what is stored in the contact when the part breaks away is F_s^2/(2 k), and little more
-)
-_CLEAR = 0.5  # chosen: mm that the tip is drawn back by
+# mm/s, chosen: at breakaway a slow tip has stored little more than F_s^2/(2 k) in the contact
+_BREAKAWAY_SPEED = 1.0
+_CLEAR = 0.5  # mm, chosen: retraction of the tip after a push
 
 
 @compiled
@@ -24,7 +22,7 @@ def _row(out, k, duration, velocity, acceleration):
 
 @compiled
 def trapezoid_rows(distance, speed, acceleration, out):
-    """From rest to rest, as fast as may be; return how many rows."""
+    """Fastest move from rest to rest; return the number of rows."""
     top = min(speed, sqrt(acceleration * distance))
     rise = top / acceleration
     _row(out, 0, rise, 0.0, acceleration)
@@ -34,7 +32,7 @@ def trapezoid_rows(distance, speed, acceleration, out):
 
 @compiled
 def last_rows(rows, count, travel):
-    """Leave of the first `count` rows, all forward, what the tip does on its last `travel`; return how many rows that are."""
+    """Keep of the first `count` rows, all forward, the last `travel` (mm); return the number of rows kept."""
     k, left = count - 1, travel
     way = (rows[k, 1] + rows[k, 2] * rows[k, 0] / 2.0) * rows[k, 0]
     while way < left and k > 0:
@@ -51,13 +49,13 @@ def last_rows(rows, count, travel):
 
 @compiled
 def _whole(time, period):
-    """A time, made longer to a whole number of periods, where these are not 0."""
+    """Round a time up to whole periods; a period of 0 leaves it."""
     return ceil(time / period - 1e-9) * period if period > 0.0 else time
 
 
 @compiled
 def _ramps(way, speed, slow, gain, brake, period):
-    """Top speed of a run that begins at a slow one and ends at rest, times of its two ramps."""
+    """Top speed of a run from a slow speed to rest, and the durations of its two ramps."""
     top = min(speed, sqrt((way + slow * slow * 0.5 / gain) / (0.5 / gain + 0.5 / brake)))
     rise, fall = _whole((top - slow) / gain, period), _whole(top / brake, period)
     if period > 0.0:
@@ -69,13 +67,9 @@ def _ramps(way, speed, slow, gain, brake, period):
 
 @compiled
 def gentle_rows(distance, speed, closing, gain, brake, period, most, out):
-    """Slow until the contact has closed, faster, to rest, and drawn back; return how many rows."""
-    slow, half, k, way = (
-        min(_BREAKAWAY_SPEED, speed, sqrt(2.0 * brake * distance)),
-        sqrt(_CLEAR / most),
-        0,
-        distance,
-    )
+    """Slow until the contact has closed, faster, to rest, retracted; return the number of rows."""
+    slow, half = min(_BREAKAWAY_SPEED, speed, sqrt(2.0 * brake * distance)), sqrt(_CLEAR / most)
+    k, way = 0, distance
     if distance > closing + slow * slow / (2.0 * brake):
         k, way = _row(out, k, closing / slow, slow, 0.0), distance - closing
     top, rise, fall = _ramps(way, speed, slow, gain, brake, period)
@@ -92,7 +86,7 @@ def gentle_rows(distance, speed, closing, gain, brake, period, most, out):
 
 @compiled
 def push_rows(push, reach, longer, out):
-    """A push from first touch on, where `reach` (mm) is left to the axis, with a stroke so much longer; how many rows."""
+    """Rows of a push from first touch on, `reach` (mm) from the axis, stroke `longer` (mm); their number."""
     if push[SHAPE] < 0.5:
         return last_rows(
             out, trapezoid_rows(push[TOTAL] + longer, push[SPEED], push[MOST], out), reach + longer

@@ -9,26 +9,26 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 STILL = 1e-9
-"""Share of a profile's greatest speed that is rounding of a standstill."""
-_LEAST = 1e-12  # chosen: share of the whole, below which a segment has no length
-_JERK_STEPS = 16  # chosen: segments of constant acceleration that stand for one of constant jerk
-_SLIVER = 1e-9  # s, chosen: what rounding leaves of a row
+"""Share of a profile's greatest speed that counts as a standstill; chosen: well above rounding."""
+_LEAST = 1e-12  # chosen: share of the whole duration below which a segment is dropped
+_JERK_STEPS = 16  # chosen: segments of constant acceleration for one of constant jerk
+_SLIVER = 1e-9  # s, chosen: rows left over by rounding are shorter
 
 
 def trapezoid(distance: float, speed: float, acceleration: float) -> Floats:
-    """The rows of `TipProfile.move`, without its checks."""
+    """Rows of `TipProfile.move`, without its checks."""
     out = np.empty((ROWS, 3))
     return lasting_rows(out[: trapezoid_rows(distance, speed, acceleration, out)])
 
 
 def forward(rows: Floats) -> Floats:
-    """The rows of a profile up to its farthest place, where it begins to withdraw."""
+    """Rows of a profile up to its furthest point, where it begins to withdraw."""
     back = np.flatnonzero((rows[:, 1] < 0.0) | ((rows[:, 1] == 0.0) & (rows[:, 2] < 0.0)))
     return rows[: back[0]] if back.size else rows
 
 
 def remaining(rows: Floats, time: float) -> float:
-    """Travel that forward rows still have before them at a time, mm."""
+    """Travel left to forward rows at a time (s), mm."""
     left = 0.0
     for duration, velocity, acceleration in rows[::-1]:
         left += (velocity + acceleration * duration / 2.0) * duration
@@ -42,19 +42,19 @@ def remaining(rows: Floats, time: float) -> float:
 
 
 def after(segments: Floats, travel: float) -> Floats:
-    """The rows of a profile from where its way forward has `travel` left, with what follows its farthest place."""
+    """Rows of a profile over its last `travel` (mm) forward, and those that follow its furthest point."""
     rows = forward(segments).copy()
     kept = rows[: last_rows(rows, len(rows), travel)]
     return lasting_rows(np.vstack((kept, segments[len(rows) :])))
 
 
 def lasting_rows(rows: Floats) -> Floats:
-    """Those that have a length."""
+    """Rows of positive duration."""
     return rows[rows[:, 0] > _SLIVER]
 
 
 def move_arguments(distance: float, speed: float, acceleration: float) -> tuple[float, float, float]:
-    """Distance, speed and acceleration of a move, checked."""
+    """Check distance, speed and acceleration of a move."""
     d = checks.number("distance", distance, "mm")
     if d == 0.0:
         raise checks.refuse("distance", "other than 0", d, "mm")
@@ -62,14 +62,14 @@ def move_arguments(distance: float, speed: float, acceleration: float) -> tuple[
 
 
 def scaled(rows: list[tuple[float, float, float]], direction: float) -> list[tuple[float, float, float]]:
-    """Rows that have a length, toward the axis or away from it."""
+    """Rows of positive duration, toward the axis or away from it."""
     least = _LEAST * sum(t for t, _, _ in rows)
     way = 1.0 if direction > 0.0 else -1.0
     return [(t, way * u, way * b) for t, u, b in rows if t > least]
 
 
 def jerk_rise(top: float, acceleration: float, jerk: float) -> list[tuple[float, float, float]]:
-    """Rows that lead from rest to a speed: the acceleration rises, stays and falls."""
+    """Rows from rest to a speed: the acceleration rises, stays and falls."""
     peak = min(acceleration, sqrt(top * jerk))
     ramp, hold = peak / jerk, top / peak - peak / jerk
     shares = (np.arange(_JERK_STEPS) + 0.5) / _JERK_STEPS

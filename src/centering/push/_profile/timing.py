@@ -1,4 +1,4 @@
-"""How long a slide takes from rest to rest, and what a time and a distance for stopping are."""
+"""Durations of moves from rest to rest; time and distance of stopping."""
 
 from math import inf, sqrt
 from typing import NamedTuple
@@ -7,14 +7,14 @@ from sdpgrind.base import checks
 
 
 class StoppingWay(NamedTuple):
-    """What stopping takes, Mears (3.5) and (3.6).
+    """Time and distance of stopping, Mears (3.5) and (3.6).
 
     Attributes
     ----------
     time : float
-        s.
+        Time, s.
     distance : float
-        mm.
+        Distance, mm.
     """
 
     time: float
@@ -27,9 +27,9 @@ def stopping_way(speed: float, acceleration: float) -> StoppingWay:
     Parameters
     ----------
     speed : float
-        mm/s.
+        Initial speed, mm/s.
     acceleration : float
-        Of the slide, mm/s^2.
+        Deceleration of the slide, mm/s^2.
 
     Raises
     ------
@@ -49,18 +49,20 @@ def stopping_way(speed: float, acceleration: float) -> StoppingWay:
 def move_time(
     distance: float, *, speed: float, acceleration: float, jerk: float = inf, timing: str = "exact"
 ) -> float:
-    """Return how long a move from rest to rest takes, s.
+    """Return the duration of a move from rest to rest, s.
 
-    The speed is a trapezoid, or a triangle where the distance is too short for it; with a limited jerk seven phases.
+    The speed is a trapezoid, or a triangle where the distance is too short for it; with limited jerk the move
+    has seven phases.
 
     Parameters
     ----------
     distance : float
-        mm.
+        Travel, mm.
     speed, acceleration, jerk : float
-        Greatest, mm/s, mm/s^2 and mm/s^3; an infinite jerk: the acceleration jumps.
+        Limits, mm/s, mm/s^2 and mm/s^3; infinite jerk: the acceleration jumps.
     timing : {"exact", "printed"}
-        ``"printed"``: Mears (5.13) and (5.14) as they stand, too long by speed/acceleration; without limit of the jerk only.
+        ``"printed"``: Mears (5.13) and (5.14) as they stand, too long by speed/acceleration; needs an
+        infinite jerk.
 
     Raises
     ------
@@ -85,14 +87,14 @@ def move_time(
 
 
 def move_peak(distance: float, *, speed: float, acceleration: float, jerk: float = inf) -> float:
-    """Return the greatest speed that a move from rest to rest reaches, mm/s.
+    """Return the greatest speed of a move from rest to rest, mm/s.
 
     Parameters
     ----------
     distance : float
-        mm.
+        Travel, mm.
     speed, acceleration, jerk : float
-        Greatest, mm/s, mm/s^2 and mm/s^3; an infinite jerk: the acceleration jumps.
+        Limits, mm/s, mm/s^2 and mm/s^3; infinite jerk: the acceleration jumps.
 
     Raises
     ------
@@ -101,8 +103,10 @@ def move_peak(distance: float, *, speed: float, acceleration: float, jerk: float
 
     Examples
     --------
-    >>> move_peak(1.0, speed=120.0, acceleration=2500.0), round(move_peak(1.0, speed=120.0, acceleration=2500.0, jerk=1e5), 4)
-    (50.0, 29.2402)
+    >>> move_peak(1.0, speed=120.0, acceleration=2500.0)
+    50.0
+    >>> round(move_peak(1.0, speed=120.0, acceleration=2500.0, jerk=1e5), 4)
+    29.2402
     """
     d, v = checks.nonnegative("distance", distance, "mm"), checks.positive("speed", speed, "mm/s")
     a, j = checks.positive("acceleration", acceleration, "mm/s^2"), _jerk(jerk)
@@ -110,7 +114,7 @@ def move_peak(distance: float, *, speed: float, acceleration: float, jerk: float
 
 
 def rest_to_rest(d: float, v: float, a: float) -> float:
-    """Time of a trapezoid or a triangle, s; what is given is trusted."""
+    """Duration of a trapezoid or a triangle, s; arguments are not checked."""
     return d / v + v / a if d * a >= v * v else 2.0 * sqrt(d / a)
 
 

@@ -134,7 +134,8 @@ def closing_distance(
     --------
     >>> from sdpgrind import units
     >>> speed = units.rpm(42.2916)
-    >>> round(closing_distance(offset=25.0, radius=30.0, spindle_speed=speed, slide_speed=120.0, acceleration=2560.0), 3)  # mm
+    >>> slide = {"slide_speed": 120.0, "acceleration": 2560.0}  # mm/s, mm/s^2
+    >>> round(closing_distance(offset=25.0, radius=30.0, spindle_speed=speed, **slide), 3)  # mm
     15.586
     """
     d, r = _offset(offset, radius)
@@ -248,7 +249,7 @@ def spindle_acceleration_limit(problem: CenteringProblem, *, offset: float, spin
     --------
     >>> from centering import preset
     >>> problem = preset("printed")
-    >>> round(spindle_acceleration_limit(problem, offset=0.0, spindle_speed=5.0), 3)  # rad/s^2: 0.2 x 9807/89.5
+    >>> round(spindle_acceleration_limit(problem, offset=0.0, spindle_speed=5.0), 3)  # 0.2 x 9807/89.5
     21.915
     >>> round(spindle_acceleration_limit(problem, offset=10.0, spindle_speed=10.0), 3)
     16.457

@@ -117,7 +117,7 @@ def slide_to_rest(model: PushModel, *, speed: float, spin: float) -> RingSlide:
     >>> model = preset("printed").model
     >>> slide_to_rest(model, speed=100.0, spin=0.0).distance == 100.0**2 / (2 * 0.15 * 9807.0)
     True
-    >>> round(slide_to_rest(model, speed=100.0, spin=2.0).distance, 4)  # spin takes friction from the slide, mm
+    >>> round(slide_to_rest(model, speed=100.0, spin=2.0).distance, 4)  # mm
     8.732
     """
     checks.kind("model", model, PushModel)

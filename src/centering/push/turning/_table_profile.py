@@ -127,10 +127,9 @@ def turning_profile(
     --------
     >>> from centering import preset
     >>> push, model = TipProfile.move(1.0, 10.0, 2560.0), preset("printed").model
-    >>> still = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=0.0)
-    >>> turning = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0)
-    >>> round(still.end, 3), round(turning.end, 3)  # mm: the rim comes against the tip before alignment, and recedes behind it
-    (1.0, 1.005)
+    >>> place = {"offset": 1.0, "touch_angle": 0.1}  # mm, rad
+    >>> [round(turning_profile(push, model, **place, spindle_speed=w).end, 3) for w in (0.0, 2.0)]  # mm
+    [1.0, 1.005]
     """
     checks.kind("profile", profile, TipProfile)
     checks.kind("model", model, PushModel)

@@ -33,7 +33,8 @@ class TablePushTrace(PushTrace):
     >>> from centering import TipProfile, preset
     >>> from centering.push.turning import turning_profile
     >>> model, push = preset("printed").model, TipProfile.move(1.0, 10.0, 2560.0)  # mm, mm/s, mm/s^2
-    >>> trace = simulate_table_push(model, turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0))
+    >>> turning = turning_profile(push, model, offset=1.0, touch_angle=0.1, spindle_speed=2.0)
+    >>> trace = simulate_table_push(model, turning)
     >>> round(trace.peak_force, 1), trace.energy_balance < 1e-9  # N
     (70.4, True)
     """
