@@ -112,8 +112,8 @@ def refuse_unfinished(status: Any) -> None:
         return
     if status[bad[0]] == TOO_MANY:
         raise ValueError(
-            f"a push must have at most {EVENTS_MAX} phases; push {bad[0]} has more: make it shorter or faster, its"
-            " jumps are 2 (F_s - F_k)/k long"
+            f"a push must have at most {EVENTS_MAX} phases; push {bad[0]} has more: make it shorter or"
+            " faster, its jumps are 2 (F_s - F_k)/k long"
         )
     raise ValueError(
         f"a push must advance in time; push {bad[0]} changes its mode without end at one instant"

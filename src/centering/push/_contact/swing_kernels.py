@@ -13,11 +13,9 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 
 _NEWTON = (
-    100  # chosen: greatest number of Newton steps; simple zeros take about six, double ones halve the error
+    100  # chosen: most Newton steps; a simple zero takes about six, a double one halves its error in each
 )
-_SERIES = (
-    0.3  # chosen: exponent below which (z - 1 + exp(-z)) / z^2 is a series, as the difference loses digits
-)
+_SERIES = 0.3  # chosen: below it the difference in (z - 1 + exp(-z)) / z^2 loses digits
 
 
 @compiled
@@ -45,7 +43,7 @@ def _flight(gap, rate, speed, tip_acceleration, coulomb_acceleration, drag_rate)
 
 @compiled
 def _basis(t, alpha, rate, slow):
-    """Damped cosine, and damped sine over its rate; hyperbolic where `rate` is negative, with the limit at 0."""
+    """Damped cosine, and damped sine over its rate; hyperbolic where `rate` is negative."""
     if rate > 0.0:
         fade = np.exp(-alpha * t)
         return fade * np.cos(rate * t), fade * np.sin(rate * t) / rate

@@ -1,1 +1,1 @@
-"""The push of least time within limits of the tip: its search, and what is found."""
+"""Push of minimum time within limits of the tip: nonlinear program, search, result."""

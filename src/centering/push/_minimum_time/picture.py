@@ -1,4 +1,4 @@
-"""Picture of a push of least time: the speed of the tip and the contact force at every friction."""
+"""Picture of a push of minimum time: speed of the tip, contact force and lead at every friction."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +11,8 @@ from sdpgrind.base.extras import need
 if TYPE_CHECKING:
     from centering.push._minimum_time.push import OptimalPush
 
-_MILLI = 1e3  # ms of a s
-_SAMPLES = 3001  # chosen
+_MILLI = 1e3  # ms of a s; derived from the units
+_SAMPLES = 3001  # chosen: points of a curve; fewer show corners
 _LIGHT, _DARK = "#9db9d6", "#1f3f66"
 
 
@@ -36,7 +36,7 @@ def plot_optimal(push: "OptimalPush") -> Any:
 
 
 def _draw_speed(axis: Any, push: "OptimalPush", shade: Any) -> None:
-    """Speed of the tip, its limit, and of the part, at the greatest friction."""
+    """Draw the speed of the tip, its limit, and the speed of the part at the greatest friction."""
     profile, trace = push.profile, push.traces[-1]
     edges = np.concatenate(((0.0,), np.cumsum(profile.duration)))
     ends = profile.velocity + profile.acceleration * profile.duration
@@ -56,13 +56,14 @@ def _draw_speed(axis: Any, push: "OptimalPush", shade: Any) -> None:
 
 
 def _dress(push: "OptimalPush", above: Any, middle: Any, below: Any) -> None:
-    """Names, limits, what the picture says."""
+    """Add labels, limits and title."""
     errors, time = push.stop_error * _MILLI, push.time
     found = {"NOT_FOUND": "none found, the gentle push: ", "NOT_CONFIRMED": "not confirmed: "}.get(
         push.status.name, ""
     )
     above.set_title(
-        f"{found}{push.distance:g} mm in {_MILLI * time:.1f} ms, stops {errors.min():+.1f} to {errors.max():+.1f} µm from there",
+        f"{found}{push.distance:g} mm in {_MILLI * time:.1f} ms,"
+        f" stops {errors.min():+.1f} to {errors.max():+.1f} µm from there",
         fontsize=10,
     )
     above.set_ylabel("speed [mm/s]")

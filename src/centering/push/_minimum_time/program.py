@@ -1,8 +1,9 @@
-"""The fastest push over several frictions as a nonlinear program, in symbols of CasADi; its dynamics are exact.
+"""Push of minimum time over several frictions as a nonlinear program in CasADi symbols, with exact dynamics.
 
-Lengths count in F_k/k, times in sqrt(M/k), forces in F_k: then a part of friction r, touched by a tip of speed v and acceleration
-a, obeys d'' + B d' + d = a + r + kappa v with the closing d of the contact. All parts share the motion of the tip, in segments of
-constant acceleration. In the first one all break away, in the last one all come to rest, each at its own moment.
+Units of length F_k/k, time sqrt(M/k), force F_k. A part of friction ratio r, touched by a tip of speed v and
+acceleration a, obeys d'' + B d' + d = a + r + kappa v, where d is the closing of the contact. All parts share
+the motion of the tip, in segments of constant acceleration. All break away in the first segment and come to
+rest in the last, each at its own time.
 """
 
 from dataclasses import dataclass
@@ -14,21 +15,32 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 
-_WATCHED, _PLACES = (
-    0.2,
-    12,
-)  # sqrt(M/k) between places where force and speed are held to their bounds; most in a segment
-_SEGMENT = 1.2, 0.3, 16.0  # chosen: first and last segment, growth per time from the nearer end, longest one
-_SHORTEST, _LONGEST = 0.02, 2.0  # sqrt(M/k), chosen; times of the first guess
-_CRITICAL = 1e-6  # chosen: relative frequency below which the swing is as good as critically damped
+# chosen: distance of the places with bounds on force and speed, sqrt(M/k); their greatest number in a segment
+_WATCHED, _PLACES = 0.2, 12
+_SEGMENT = (
+    1.2,
+    0.3,
+    16.0,
+)  # chosen: first and last segment, growth from the nearer end, longest one, sqrt(M/k)
+_SHORTEST, _LONGEST = 0.02, 2.0  # chosen: shortest segment, sqrt(M/k); longest one over its first guess
+_CRITICAL = 1e-6  # chosen: frequency below which the swing counts as critically damped
 STARTS = ((0.5, 0.8, 0.4), (2.0, 0.9, 1.0))
-"""First guesses: gain and brake (over mu_k g), speed of touching over its bound. Programs have several least times nearby."""
-_ITERATIONS = 200  # chosen
+"""First guesses: start and stop over mu_k g, touch speed over its bound; chosen: local minima lie nearby."""
+_ITERATIONS = 200  # chosen: most steps of the solver; programs that converge take fewer
+_OPTIONS: dict[str, Any] = {
+    "print_time": False,
+    "error_on_fail": False,
+    "ipopt.print_level": 0,
+    "ipopt.sb": "yes",
+    "ipopt.max_iter": _ITERATIONS,
+    "ipopt.tol": 1e-7,
+    "ipopt.mu_strategy": "adaptive",
+}
 SOLVED = "Solve_Succeeded"
 
 
 class PushTask(NamedTuple):
-    """What is asked, in the units of the program; `at_once`: all break away with the touch, by the damper alone."""
+    """Data of the program in its units; `at_once`: all parts break away at touch, by the damper alone."""
 
     contact: float  # b and kappa over sqrt(k M)
     viscous: float
@@ -45,7 +57,7 @@ class PushTask(NamedTuple):
 
 
 class PushFound(NamedTuple):
-    """Durations, speeds and accelerations of the segments, and what the solver says."""
+    """Durations, speeds and accelerations of the segments; message and iterations of the solver."""
 
     duration: Floats
     velocity: Floats
@@ -55,7 +67,7 @@ class PushFound(NamedTuple):
 
 
 class TipState(NamedTuple):
-    """Of one part: closing of the contact, speed of the part."""
+    """State of one part: closing of the contact, speed of the part."""
 
     closing: Any
     speed: Any
@@ -63,12 +75,12 @@ class TipState(NamedTuple):
 
 @dataclass(frozen=True)
 class Swing:
-    """Part on contact, of natural frequency 1."""
+    """Part on the contact, of natural frequency 1."""
 
     task: PushTask
 
     def step(self, state: TipState, v: Any, a: Any, h: Any, r: float) -> TipState:
-        """State after a time of slip, exactly."""
+        """State after a time `h` of slip, exactly."""
         damping = self.task.contact + self.task.viscous
         slope = self.task.viscous * a
         rest = a + r + self.task.viscous * v - damping * slope
@@ -80,7 +92,7 @@ class Swing:
         return TipState(later + rest + slope * h, v + a * h - faster - slope)
 
     def _turn(self, h: Any) -> tuple[Any, Any]:
-        """The damped cosine and sine of a time."""
+        """Damped cosine and sine of a time."""
         import casadi
 
         half = (self.task.contact + self.task.viscous) / 2.0
@@ -91,12 +103,12 @@ class Swing:
         return fading * cosine(frequency * h), fading * sine(frequency * h) / frequency
 
     def force(self, state: TipState, v: Any) -> Any:
-        """Of the contact."""
+        """Contact force."""
         return state.closing + self.task.contact * (v - state.speed)
 
 
 class PushProgram:
-    """The unknowns, with bounds and start; what is to be least; and conditions with bounds."""
+    """Unknowns with bounds and start, objective, conditions with bounds."""
 
     def __init__(self, task: PushTask, start: tuple[float, float, float]) -> None:
         self.task, self.swing, self.begin = task, Swing(task), start
@@ -113,12 +125,10 @@ class PushProgram:
 
     @cached_property
     def guess(self) -> tuple[Floats, Floats, Floats]:
-        """Durations, speeds (one more) and accelerations of a plain push, in segments that are short at both ends."""
+        """Durations, speeds (one more) and accelerations of a trapezoidal push, ends finely cut."""
         task = self.task
-        gain, brake = (
-            min(self.begin[0], task.acceleration),
-            min(self.begin[1] * min(task.frictions), task.acceleration),
-        )
+        gain = min(self.begin[0], task.acceleration)
+        brake = min(self.begin[1] * min(task.frictions), task.acceleration)
         begin = self._touch[0] + self.begin[2] * (self._touch[1] - self._touch[0])
         reach = (task.distance + begin * begin * 0.5 / gain) / (0.5 / gain + 0.5 / brake)
         top = max(min(task.speed, sqrt(reach)), begin)
@@ -130,15 +140,11 @@ class PushProgram:
 
     @property
     def _touch(self) -> tuple[float, float]:
-        """Least and greatest speed of touching."""
-        least, most = (
-            task_r * self.task.breakaway / max(self.task.contact, 1e-9) for task_r in self._extremes
-        )
-        return (most, self.task.speed) if self.task.at_once else (0.0, min(least, self.task.speed))
-
-    @property
-    def _extremes(self) -> tuple[float, float]:
-        return min(self.task.frictions), max(self.task.frictions)
+        """Least and greatest touch speed."""
+        task = self.task
+        extremes = min(task.frictions), max(task.frictions)
+        least, most = (r * task.breakaway / max(task.contact, 1e-9) for r in extremes)
+        return (most, task.speed) if task.at_once else (0.0, min(least, task.speed))
 
     def _unknown(self, name: str, start: Any, low: float, high: Any) -> Any:
         import casadi
@@ -169,7 +175,7 @@ class PushProgram:
         self.travel = casadi.sum1(0.5 * (self.v[:-1] + self.v[1:]) * self.h)
 
     def _part(self, k: int, r: float) -> None:
-        """One friction: breaking away, slipping from node to node, coming to rest."""
+        """Add one friction: breakaway, slip from node to node, rest."""
         lasting, speeds, gains = self.guess
         resting = r + gains[1:] + self.task.viscous * speeds[1:-1]
         closing = self._unknown(f"closing{k}", resting, -np.inf, np.inf)
@@ -184,7 +190,7 @@ class PushProgram:
         self._rest(k, r, at)
 
     def _broken_away(self, k: int, r: float) -> tuple[TipState, Any]:
-        """State and time at which the part breaks away."""
+        """State and time of breakaway."""
         if self.task.at_once:
             return TipState(0.0, 0.0), 0.0
         v, a = self.v[0], self.a[0]
@@ -195,11 +201,11 @@ class PushProgram:
         return TipState(closing, 0.0), t
 
     def _places(self, j: int) -> int:
-        """Number of places in a segment where bounds are held."""
+        """Number of places with bounds in a segment."""
         return min(ceil(float(self.guess[0][j]) / _WATCHED) + 1, _PLACES)
 
     def _slip(self, at: TipState, v: Any, a: Any, h: Any, r: float, places: int) -> TipState:
-        """State after a segment in which force and speed keep to their bounds."""
+        """State after a segment in which force and speed keep their bounds."""
         for j in range(1, places + 1):
             t = h * (j / places)
             after = self.swing.step(at, v, a, t, r)
@@ -209,7 +215,7 @@ class PushProgram:
         return after
 
     def _rest(self, k: int, r: float, at: TipState) -> None:
-        """The last segment: the part comes to rest near enough, and the tip that still comes does not set it off again."""
+        """Add the last segment: the part stops near enough, and the tip does not move it again."""
         v, a, h = self.v[-2], self.a[-1], self.h[-1]
         t = self._unknown(f"end{k}", 0.9 * self.guess[0][-1], 0.0, np.inf)
         stopped = self._slip(at, v, a, t, r, self._places(-1))
@@ -222,22 +228,12 @@ class PushProgram:
         self._require(held - r * self.task.breakaway, -np.inf, 0.0)
 
     def solved(self) -> PushFound:
-        """The least time, by interior points."""
+        """Solve by interior points."""
         import casadi
 
         x = casadi.vertcat(*self.parts.values())
         what = {"x": x, "f": casadi.sum1(self.h), "g": casadi.vertcat(*self.conditions)}
-        own: dict[str, Any] = {
-            "print_level": 0,
-            "sb": "yes",
-            "max_iter": _ITERATIONS,
-            "tol": 1e-7,
-            "mu_strategy": "adaptive",
-        }
-        options: dict[str, Any] = {"print_time": False, "error_on_fail": False} | {
-            f"ipopt.{name}": value for name, value in own.items()
-        }
-        solver: Any = casadi.nlpsol("push", "ipopt", what, options)
+        solver: Any = casadi.nlpsol("push", "ipopt", what, _OPTIONS)
         found = solver(x0=self.start, lbx=self.lower, ubx=self.upper, lbg=self.low, ubg=self.high)
         values = casadi.Function("tip", [x], [self.h, self.v, self.a])(found["x"])
         h, v, a = (np.asarray(each).ravel() for each in values)

@@ -1,4 +1,4 @@
-"""A push of least time with what the simulator says of it."""
+"""Push of minimum time with its simulation at several frictions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,42 +19,45 @@ from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 
-_SAMPLES = 4001  # chosen
-_SLACK = 2e-5  # mm, chosen: by which the simulator's stop may be further off than was asked
+_SAMPLES = 4001  # chosen: samples of the contact force; fewer miss its minimum
+_SLACK = 2e-5  # mm, chosen: allowance for the tolerance of the solver in the simulated stop
 
 
 class PushStatus(StrEnum):
-    """How the search for a push ended; the text says what to try. No unit."""
+    """Result of the search for a push; the text advises on failure. No unit."""
 
     OK = "found; the simulator confirms it for every friction"
     NOT_FOUND = (
         "no push keeps all bounds: allow a larger stop error, less contact force, or less spread of friction"
     )
-    NOT_CONFIRMED = "found, but a simulated part leaves the tip or stops too far off: ask for more contact force or finer steps"
+    NOT_CONFIRMED = (
+        "found, but a simulated part leaves the tip or stops too far off: ask for more contact force or finer"
+        " steps"
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OptimalPush(ByValue, Plan):
-    """A push of least time, with what the simulator says of it; `minimum_time_push` makes it.
+    """Push of minimum time, with its simulation; `minimum_time_push` makes it.
 
     Attributes
     ----------
     problem : CenteringProblem
-        That it was made for.
+        Problem of the search.
     distance : float
-        That the part shall move, mm.
+        Wanted travel of the part, mm.
     status : PushStatus
-        Whether it was found.
+        Result of the search.
     message : str
-        What the solver says.
+        Message of the solver.
     steps : int
-        Of the solver.
+        Iterations of the solver.
     profile : TipProfile
-        The tip from first touch on, drawn back at the end; `gentle_profile` where no push was found.
+        Tip from first touch to retraction; `gentle_profile` where no push was found.
     friction : array, (m,)
-        Ratios to the friction of the problem that it was simulated with, dimensionless.
+        Simulated ratios to the friction of the problem, dimensionless.
     traces : tuple of PushTrace
-        Of each.
+        Simulation at each ratio.
     """
 
     kind = "centering.optimal_push"
@@ -74,17 +77,17 @@ class OptimalPush(ByValue, Plan):
 
     @property
     def rest_time(self) -> Floats:
-        """From first touch until the part rests, of each friction, (m,), s."""
+        """Time from first touch until the part rests, for each friction, (m,), s."""
         return np.array([_motion(trace)[1] for trace in self.traces])
 
     @property
     def time(self) -> float:
-        """From first touch until the last part rests, s."""
+        """Time from first touch until the last part rests, s."""
         return float(self.rest_time.max())
 
     @property
     def stop_error(self) -> Floats:
-        """Where the part stops beyond the wanted distance, of each friction, (m,), mm."""
+        """Final position less the wanted distance, for each friction, (m,), mm."""
         return np.array([trace.final_position for trace in self.traces]) - self.distance
 
     @property
@@ -94,7 +97,7 @@ class OptimalPush(ByValue, Plan):
 
     @property
     def least_force(self) -> Floats:
-        """Least contact force while the part moves, of each friction, (m,), N."""
+        """Least contact force while the part moves, for each friction, (m,), N."""
         return np.array([_least_force(trace) for trace in self.traces])
 
     @property
@@ -104,7 +107,7 @@ class OptimalPush(ByValue, Plan):
 
     @property
     def dataset(self) -> xr.Dataset:
-        """The motion (s, mm/s, mm/s^2), and what came of it at every friction (mm, s, N), labelled; the whole push in it."""
+        """Motion and results at every friction, labelled (mm, s, N); the whole push as attribute."""
         plain = {
             "problem": self.problem,
             "profile": self.profile,
@@ -140,7 +143,7 @@ def judged(
     message: str,
     steps: int,
 ) -> OptimalPush:
-    """A found profile, simulated at the given frictions, those between and the problem's own."""
+    """Simulate a profile at the given frictions, between them, and at that of the problem."""
     friction = _frictions(ratios)
     traces = tuple(simulate_push(with_friction(problem.model, r), profile) for r in friction)
     push = OptimalPush(problem, distance, PushStatus.OK, message, steps, profile, friction, traces)
@@ -156,12 +159,12 @@ def _frictions(ratios: Sequence[float]) -> Floats:
 
 
 def with_friction(model: PushModel, ratio: float) -> PushModel:
-    """The model with another friction."""
+    """Model with both coefficients of friction times a ratio."""
     return model.replace(mu_static=ratio * model.mu_static, mu_kinetic=ratio * model.mu_kinetic)
 
 
 def _motion(trace: PushTrace) -> tuple[float, float]:
-    """When the part first breaks away and when it finally rests, s."""
+    """Times of first breakaway and of final rest, s."""
     moving = [k for k, mode in enumerate(trace.event_mode) if mode in ("slip", "free")]
     return (
         (float(trace.phases[moving[0], 0]), float(trace.phases[moving[-1] + 1, 0])) if moving else (0.0, 0.0)
@@ -169,7 +172,7 @@ def _motion(trace: PushTrace) -> tuple[float, float]:
 
 
 def _least_force(trace: PushTrace) -> float:
-    """Least force of the contact while the part moves, N."""
+    """Least contact force while the part moves, N."""
     begin, end = _motion(trace)
     inside = np.linspace(begin, end, _SAMPLES)[1:-1]
     return float(trace.at(inside).contact_force.values.min()) if end > begin else 0.0

@@ -1,4 +1,4 @@
-"""The fastest push that keeps contact and stops near enough for every friction in a range; the simulator has the last word."""
+"""Search for the push of minimum time that keeps contact and stops near the target at every friction."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,26 +14,24 @@ from centering.push._minimum_time.program import SOLVED, STARTS, PushProgram, Pu
 from centering.push._minimum_time.push import OptimalPush, PushStatus, judged, with_friction
 from centering.push._profile.gentle import gentle_profile
 from centering.push._profile.profile import TipProfile
+from centering.push._profile.rows import retraction
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_MARGIN = 0.05  # chosen: of F_k: the contact force that is kept
-_CLEAR = 0.5  # chosen: mm that the tip is drawn back by
-_BEFORE, _ROOM = (
-    1.5,
-    1.2,
-)  # of F_s/k: how much shorter the push before a creep is; of half the spread: its stop error
-_TRIES = 3  # chosen: creeps
-_SWING = 4.0  # chosen: of the spread: parts that break away in turn may begin so far apart
-_LEAST = 1e-9  # s, chosen
-_SPEEDS = np.geomspace(0.25, 4.0, 13)  # of (F_s - F_k)/sqrt(k M), the speed of a jump
-_LENGTHS = np.linspace(0.5, 3.0, 41)  # of F_s/k, by which the contact closes until the part breaks away
-_SHARE = 0.97  # chosen: of the stop error that a creep may use up, as the push before it changes by a hair
+_MARGIN = 0.05  # chosen: default margin of the contact force over F_k
+# chosen: shortening of the push before a creep, F_s/k; its stop error over half the spread
+_BEFORE, _ROOM = 1.5, 1.2
+_TRIES = 3  # chosen: creeps that are tried, the fastest first
+_SWING = 4.0  # chosen: greatest swing of parts that break away in turn, over the spread
+_LEAST = 1e-9  # s, chosen: shorter segments are rounding
+_SPEEDS = np.geomspace(0.25, 4.0, 13)  # chosen: of creeps, over the speed of a jump (F_s - F_k)/sqrt(k M)
+_LENGTHS = np.linspace(0.5, 3.0, 41)  # chosen: of creeps, over the closing at breakaway F_s/k
+_SHARE = 0.97  # chosen: share of the stop error left to a creep; the push before it changes a little
 
 
 @dataclass(frozen=True)
 class _Wish:
-    """What is asked: distance and error (mm), ratios of friction, least and greatest force (N), relative number of segments."""
+    """Checked arguments: distance and error (mm), friction ratios, least and greatest force (N), fineness."""
 
     problem: CenteringProblem
     distance: float
@@ -45,13 +43,13 @@ class _Wish:
 
     @property
     def units(self) -> tuple[float, float]:
-        """Of the program: F_k/k (mm) and sqrt(M/k) (s)."""
+        """Units of the program: F_k/k (mm) and sqrt(M/k) (s)."""
         model = self.problem.model
         return model.coulomb_force / model.contact_stiffness, sqrt(model.inertia / model.contact_stiffness)
 
     @property
     def tasks(self) -> list[PushTask]:
-        """Programs that may have the answer: the part sticks before it breaks away, or the touch sets it off at once."""
+        """Candidate programs: the part sticks before it breaks away, or breaks away at touch."""
         model, limits, (length, time) = self.problem.model, self.problem.limits, self.units
         scaled = sqrt(model.contact_stiffness * model.inertia)
         task = PushTask(
@@ -74,19 +72,19 @@ class _Wish:
 
     @property
     def spread(self) -> float:
-        """How far parts in contact are apart at the same force of inertia, mm."""
+        """Difference of the positions of parts in contact at the same force of inertia, mm."""
         return (self.ratios[-1] - self.ratios[0]) * self.units[0]
 
     @property
     def nearer_than_contact_gives(self) -> bool:
-        """Whether stops shall be nearer to each other, though what is left of the swing after breaking away can hardly matter."""
+        """Whether the stop error is below half the spread and the swing from breakaway is over."""
         model, speed = self.problem.model, self.problem.limits.push_speed_max
         damping = model.contact_damping + model.viscous_coefficient
         left = exp(-0.5 * damping / model.inertia * self.distance / speed)
         return 2.0 * self.error < self.spread * (1.0 - _SWING * left)
 
     def judged(self, profile: TipProfile, message: str, steps: int) -> OptimalPush:
-        """What the simulator says of a profile."""
+        """Simulate a profile."""
         return judged(self.problem, self.distance, self.ratios, self.error, profile, message, steps)
 
 
@@ -100,35 +98,37 @@ def minimum_time_push(
     force_max: float | None = None,
     fineness: float = 1.0,
 ) -> OptimalPush:
-    """Return the push of least time that the part does not leave and that ends near the wanted place for every given friction.
+    """Return the push of minimum time that keeps contact and stops near the target at every given friction.
 
-    One motion of the tip, in segments of constant acceleration, has to do for all frictions: at each the part breaks away, slips
-    in contact and comes to rest. A nonlinear program (CasADi, IPOPT) with exact dynamics finds it, from two guesses; what is
-    reported is by `simulate_push`, also at frictions between. The tip may touch at speed, which a run-up has to give it. Parts in
-    contact move alike but for what their contacts are closed by: stops spread by (F_k,max - F_k,min)/k, less what is left of the
-    swing after breaking away. Where that is too much the tip creeps on for one last small jump, which brings them closer.
+    One motion of the tip, in segments of constant acceleration, serves all frictions: at each the part breaks
+    away, slips in contact and comes to rest. A nonlinear program (CasADi, IPOPT) with exact dynamics finds it
+    from two first guesses; `simulate_push` confirms it, also at frictions between. The tip may touch at
+    speed, after a run-up. Parts in contact differ in position by the closing of their contacts, so that stops
+    spread by (F_k,max - F_k,min)/k, less the swing left from breakaway. Where that is too much the tip creeps
+    on for a last small jump, which brings them closer.
 
     Parameters
     ----------
     problem : CenteringProblem
-        Its model is pushed; push_speed_max (mm/s) and acceleration_max (mm/s^2) of its limits hold for the tip.
+        Model of the push; push_speed_max (mm/s) and acceleration_max (mm/s^2) limit the tip.
     distance : float
-        That the part shall move, mm.
+        Wanted travel of the part, mm.
     friction : sequence of float
         Ratios to mu_static and mu_kinetic (both together), dimensionless.
     contact_margin : float, optional
-        Least contact force while the part moves, N; by default a twentieth of the Coulomb force.
+        Least contact force while the part moves, N. Default: a twentieth of the Coulomb force.
     stop_error_max : float, optional
-        How far from the wanted place the part may stop, mm; by default the tolerance of the problem.
+        Greatest distance of the stop from the target, mm. Default: tolerance of the problem.
     force_max : float, optional
-        Greatest contact force, N; without it the tip touches hard, and the force may be several times that of `gentle_profile`.
+        Greatest contact force, N. None: no limit; the tip touches hard, and the force may be several times
+        that of `gentle_profile`.
     fineness : float
-        Number of segments relative to about one in 1.2 sqrt(M/k) at both ends and fewer between, dimensionless.
+        Relative number of segments, dimensionless; 1: one in 1.2 sqrt(M/k) at both ends, fewer between.
 
     Raises
     ------
     ValueError
-        When a value is out of range. A push that does not exist is no error: `status` says so.
+        When a value is out of range. A push that does not exist is no error: see `status`.
 
     Examples
     --------
@@ -156,7 +156,7 @@ def _wish(
     force: float | None,
     fineness: float,
 ) -> _Wish:
-    """The arguments, checked."""
+    """Check the arguments."""
     model = checks.kind("problem", problem, CenteringProblem).model
     d, ratios = checks.positive("distance", distance, "mm"), _ratios(friction)
     near = checks.positive("stop_error_max", problem.tolerance if error is None else error, "mm")
@@ -173,7 +173,7 @@ def _wish(
 
 
 def _fastest(wish: _Wish, guesses: int = len(STARTS)) -> tuple[OptimalPush, TipProfile]:
-    """The fastest confirmed push, and it without its way back; where none is, the gentle one or one that is not confirmed."""
+    """Fastest confirmed push, and it without its retraction; else the gentle one or an unconfirmed one."""
     limits, (length, time) = wish.problem.limits, wish.units
     plain = gentle_profile(
         wish.problem.model, wish.distance, limits.push_speed_max, acceleration_max=limits.acceleration_max
@@ -185,7 +185,7 @@ def _fastest(wish: _Wish, guesses: int = len(STARTS)) -> tuple[OptimalPush, TipP
                 (found.duration * time, found.velocity * length / time, found.acceleration * length / time**2)
             )
             stopped = TipProfile(*_stopped(rows, limits.acceleration_max).T)
-            pushes.append((wish.judged(_with_way_back(stopped, wish), found.message, found.steps), stopped))
+            pushes.append((wish.judged(_retracted(stopped, wish), found.message, found.steps), stopped))
         else:
             pushes.append(
                 (replace(wish.judged(plain, found.message, found.steps), status=PushStatus.NOT_FOUND), plain)
@@ -195,7 +195,7 @@ def _fastest(wish: _Wish, guesses: int = len(STARTS)) -> tuple[OptimalPush, TipP
 
 
 def _creeping(wish: _Wish) -> OptimalPush | None:
-    """A push whose tip creeps on at the end; None where that does not help."""
+    """Push whose tip creeps on at the end; None where that does not help."""
     model, most = wish.problem.model, wish.problem.limits.acceleration_max
     first = replace(
         wish,
@@ -208,17 +208,17 @@ def _creeping(wish: _Wish) -> OptimalPush | None:
     if not push.ok:
         return None
     models = [with_friction(model, ratio) for ratio in push.friction]
-    for creep in creeps(models, stopped, _way_back(most), wish.error, most)[:_TRIES]:
+    for creep in creeps(models, stopped, retraction(most), wish.error, most)[:_TRIES]:
         _, other = _fastest(replace(first, distance=first.distance + wish.distance - creep.middle), 1)
         whole = TipProfile(*np.vstack((other.segments, creep.rows)).T)
-        push = wish.judged(_with_way_back(whole, wish), push.message, push.steps)
+        push = wish.judged(_retracted(whole, wish), push.message, push.steps)
         if push.ok:
             return push
     return None
 
 
 def _ratios(friction: Sequence[float]) -> list[float]:
-    """Ratios of friction in order, checked."""
+    """Check and sort ratios of friction."""
     values = np.unique(np.atleast_1d(checks.finite_array("friction", friction, "1")))
     if values.size == 0 or values[0] <= 0.0:
         raise checks.refuse("friction", "one or more ratios > 0", friction, "1")
@@ -226,7 +226,7 @@ def _ratios(friction: Sequence[float]) -> list[float]:
 
 
 def _force(model: PushModel, ratios: Sequence[float], margin: float, force_max: float | None) -> float:
-    """The greatest force, which must at least set the part in motion."""
+    """Greatest force, which must at least set the part in motion."""
     if force_max is None:
         return inf
     needed = ratios[-1] * model.breakaway_force
@@ -238,27 +238,22 @@ def _force(model: PushModel, ratios: Sequence[float], margin: float, force_max: 
 
 
 def _stopped(rows: Floats, acceleration: float) -> Floats:
-    """Rows and a brake after them where the tip is still in motion."""
+    """Rows, and a stop after them where the tip still moves."""
     speed = rows[-1, 1] + rows[-1, 2] * rows[-1, 0]
     brake = [speed / acceleration, speed, -acceleration]
     return np.vstack((rows, brake)) if brake[0] > _LEAST else rows
 
 
-def _way_back(acceleration: float) -> Floats:
-    """Rows that draw the tip back, from rest to rest."""
-    half = sqrt(_CLEAR / acceleration)
-    return np.array([[half, 0.0, -acceleration], [half, -acceleration * half, acceleration]])
-
-
-def _with_way_back(stopped: TipProfile, wish: _Wish) -> TipProfile:
-    return TipProfile(*np.vstack((stopped.segments, _way_back(wish.problem.limits.acceleration_max))).T)
+def _retracted(stopped: TipProfile, wish: _Wish) -> TipProfile:
+    return TipProfile(*np.vstack((stopped.segments, retraction(wish.problem.limits.acceleration_max))).T)
 
 
 class Creep(NamedTuple):
-    """A slow end of a push: rows of its profile (s, mm/s, mm/s^2), its time (s), the middle of where it leaves the parts (mm).
+    """Slow end of a push: rows (s, mm/s, mm/s^2), duration (s), middle of the final positions (mm).
 
-    Parts that come to rest in contact are apart by the closing of their contacts, in proportion to F_k/k. When the tip goes on
-    slowly each sticks until F_s and jumps; then the contact is closed by about (2 F_k - F_s)/k, which differs less.
+    Parts that come to rest in contact differ by the closing of their contacts, in proportion to F_k/k. When
+    the tip goes on slowly, each sticks until F_s and jumps; the closing left is then about (2 F_k - F_s)/k,
+    which differs less.
     """
 
     rows: Floats
@@ -269,7 +264,7 @@ class Creep(NamedTuple):
 def creeps(
     models: Sequence[PushModel], before: TipProfile, after: Floats, error: float, acceleration: float
 ) -> tuple[Creep, ...]:
-    """Slow ends that bring all parts within an error (mm) of one place, by time; `after` are the rows that draw the tip back."""
+    """Slow ends that bring all parts within an error (mm) of one place, the fastest first."""
     possible = [(rows, float(rows[:, 0].sum())) for rows in _possible(models[-1], acceleration)]
     profiles = [TipProfile(*np.vstack((before.segments, rows, after)).T) for rows, _ in possible]
     ends = np.array([simulate_pushes(model, profiles)[:, 0] for model in models])
@@ -283,7 +278,7 @@ def creeps(
 
 
 def _possible(model: PushModel, acceleration: float) -> list[Floats]:
-    """Rows from rest to rest, of several speeds and lengths."""
+    """Rows of moves from rest to rest, of several speeds and lengths."""
     jump = (model.breakaway_force - model.coulomb_force) / sqrt(model.contact_stiffness * model.inertia)
     closing = model.breakaway_force / model.contact_stiffness
     moves = [

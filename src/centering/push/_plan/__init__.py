@@ -1,1 +1,1 @@
-"""A push that brings a ring to the axis: direction, stroke, where it comes to rest; the saved `Push`."""
+"""Push that brings a ring to the axis: direction, stroke, final position; the saved `Push`."""

@@ -1,4 +1,4 @@
-"""Where a push is expected to leave the ring, and how sure that is."""
+"""Expected final position of the ring after a push, and its covariance."""
 
 from cmath import exp, phase
 from math import hypot, sqrt
@@ -16,25 +16,25 @@ from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, custom, described
 
-_BEFORE = 0.05  # mm: so far before first touch the tip is followed from, so that the ring may lie nearer
-_WEIGHTS = np.array([2.0, 0.5, 0.5]) / 3.0
-_NODES, _REACH = 64, 9.0  # chosen: of a quadrature over the place, which reaches so many standard deviations
-_ERROR = 1e-8  # mm, chosen: of a step of the push in the plane
-_CHANGE = 0.01  # mm, chosen: over which derivatives by place are taken
+_BEFORE = 0.05  # mm, chosen: run-up before planned first touch, beyond the scatter of the ring's position
+_WEIGHTS = np.array([2.0, 0.5, 0.5]) / 3.0  # derived: Gauss-Hermite weights of 0 and +-sqrt(3) sd
+_NODES, _REACH = 64, 9.0  # chosen: nodes of the quadrature over position; its reach in standard deviations
+_ERROR = 1e-8  # mm, chosen: error of an integration step, far below the scatter
+_CHANGE = 0.01  # mm, chosen: step of the finite differences by position
 
 
 @described()
 class Arrival(ByValue, Described):
-    """Place on the table where a ring's centre is expected to come to rest; `Push.arrival` makes it.
+    """Expected final position of the ring's centre on the table; `Push.arrival` makes it.
 
-    The x axis goes from the table's axis, the origin, through the centre as it was before the push.
+    The x axis runs from the table's axis, the origin, through the centre before the push.
 
     Attributes
     ----------
     x, y : float
-        mm.
+        Expected position, mm.
     covariance : array, (2, 2)
-        mm^2: of friction, direction and stop of a push, and of measuring.
+        Covariance, mm^2, from friction, direction, stop and measuring.
 
     Examples
     --------
@@ -48,7 +48,7 @@ class Arrival(ByValue, Described):
 
     @property
     def offset(self) -> float:
-        """Distance of the expected place from the axis, mm."""
+        """Distance of the expected position from the axis, mm."""
         return hypot(self.x, self.y)
 
     @property
@@ -57,12 +57,12 @@ class Arrival(ByValue, Described):
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     def probability_within(self, tolerance: float) -> float:
-        """Probability that the centre comes to rest within a distance of the axis, with a normal scatter.
+        """Return the probability that the centre stops within a distance of the axis (normal scatter).
 
         Parameters
         ----------
         tolerance : float
-            That distance, mm.
+            Distance from the axis, mm.
 
         Examples
         --------
@@ -85,13 +85,14 @@ class Arrival(ByValue, Described):
 
     def __repr__(self) -> str:
         along, across = 1e3 * self.sd
-        return f"Arrival({1e3 * self.offset:.3g} µm from the axis, give or take {along:.3g} µm along and {across:.3g} µm across)"
+        sure = f"give or take {along:.3g} µm along and {across:.3g} µm across"
+        return f"Arrival({1e3 * self.offset:.3g} µm from the axis, {sure})"
 
 
 def arrival(
     model: PushModel, scatter: PushScatter, touch: Touch, offset: float, spindle_speed: float
 ) -> Arrival:
-    """Follow the push in the plane, as planned and with each thing that scatters changed."""
+    """Follow the push in the plane as planned, and with each scattering quantity changed."""
 
     def end(friction: float = 0.0, place: complex = 0.0, nearer: float = 0.0) -> complex:
         scaled = model.replace(
@@ -115,14 +116,14 @@ def arrival(
 
 
 def _turned(way: complex, sd: float) -> tuple[complex, complex]:
-    """Standard deviations along and across of a way that is turned by an angle with a standard deviation, rad; to all orders."""
+    """Standard deviations along and across of a way turned by a random angle (sd in rad), to all orders."""
     return way * (1.0 - exp(-sd * sd).real) / sqrt(2.0), 1j * way * sqrt(
         (1.0 - exp(-2.0 * sd * sd).real) / 2.0
     )
 
 
 def _end(model: PushModel, touch: Touch, start: complex, nearer: float, offset: float, w: float) -> complex:
-    """Where a ring comes to rest that lies at `start`, under a tip that goes `nearer` to the axis than planned, mm."""
+    """Final position of a ring that lies at `start`, under a tip `nearer` to the axis than planned, mm."""
     rows, radius = touch.push_profile.segments, model.part.radius
     before = _BEFORE / float(rows[0, 1])
     turned = exp(1j * (touch.angle + w * before))

@@ -1,4 +1,4 @@
-"""The picture of a planned push: tip and rim until they meet, and what the slide does meanwhile."""
+"""Picture of a planned push: tip and rim until they meet, phases of the slide as background."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,14 +10,14 @@ from sdpgrind.base import pictures, units
 if TYPE_CHECKING:
     from centering.push._plan.push import Push
 
-_MILLI = 1e3  # ms of a s
-_FINE = 801  # chosen
-_ROOM = 0.03  # chosen: of the height, below the lowest: the line at 0 is seen
+_MILLI = 1e3  # ms of a s; derived from the units
+_FINE = 801  # chosen: points of a curve; fewer show corners
+_ROOM = 0.03  # chosen: margin below the curves, share of the height; without it the line at 0 is hidden
 _SHADES = {"approach": "#f2f2f2", "pause": "#cfcfcf", "run-up": "#dbe7f3", "push": "#f8e3c4"}
 
 
 def plot(push: "Push", ax: Any = None) -> Any:
-    """Draw a push on axes, or on those of a new figure; return the figure."""
+    """Draw a push on axes, by default of a new figure; return the figure."""
     axis = pictures.axes_of(7.5, 4.4) if ax is None else ax
     draw_push(push, axis)
     return axis.figure
@@ -44,13 +44,13 @@ def draw_push(push: "Push", axis: Any) -> None:
 def _title(push: "Push") -> str:
     lead, speed = push.lead_angle / units.deg(1.0), push.spindle_speed / units.rpm(1.0)
     return (
-        f"{push.offset:.4g} mm off the axis at {speed:.4g} rpm: begin {lead:.2f}° before it is on the push line,"
-        f" stroke {push.stroke:.4f} mm"
+        f"{push.offset:.4g} mm off the axis at {speed:.4g} rpm: begin {lead:.2f}° before it is on the push"
+        f" line, stroke {push.stroke:.4f} mm"
     )
 
 
 def _shade(push: "Push", axis: Any) -> float:
-    """What the slide does behind the curves; when it touches the rim, s."""
+    """Shade the phases of the slide; return the time of first touch, s."""
     touched = push.profile.total_time - push.touch.push_profile.total_time
     starts = touched - push.touch.run_up_time
     rests = max(starts - push.problem.limits.settle_time, 0.0)
@@ -62,7 +62,7 @@ def _shade(push: "Push", axis: Any) -> float:
 
 
 def _rim(push: "Push", time: Any) -> Any:
-    """Of the offset ring on the push line, mm beyond where it would be on the axis."""
+    """Position of the offset ring's rim on the push line, mm beyond that of a ring on the axis."""
     angle, r = push.spindle_speed * time - push.lead_angle, push.problem.model.part.radius
     across = push.offset * np.sin(angle)
     return push.offset * np.cos(angle) - across**2 / (r + np.sqrt(r * r - across**2))

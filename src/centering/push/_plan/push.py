@@ -1,4 +1,4 @@
-"""A whole push, from the place where the probe follows the rim to the stop of the tip: when to start, how far, how long."""
+"""Planned push: trigger, approach, pause, stroke and their times."""
 
 from dataclasses import dataclass
 from math import pi
@@ -25,36 +25,36 @@ from sdpgrind.base.plans import Plan
 from sdpgrind.base.stored import decode, stored
 
 _KIND = "centering.push"
-_LEAST = 1e-9  # mm, chosen: no approach is left
+_LEAST = 1e-9  # mm, chosen: a shorter approach is rounding
 
 
 @stored(_KIND)
 @dataclass(frozen=True, eq=False, repr=False)
 class Push(ByValue, Plan):
-    """A planned push: approach, pause, push. What the slide does begins at the trigger, `lead_angle` before alignment.
+    """Planned push: approach, pause, push. The slide starts at the trigger, `lead_angle` before alignment.
 
     Attributes
     ----------
     problem : CenteringProblem
-        That it was planned for.
+        Problem of the plan.
     offset, spindle_speed, push_speed : float
-        mm, rad/s, mm/s.
+        Arguments of `plan_push`, mm, rad/s, mm/s.
     direction, timing, shape : str
-        How the lead was found, and the shape of the speed.
+        Arguments of `plan_push`.
     lead_angle : float
-        From the trigger until the offset would be on the push line, rad, Mears (5.17).
+        Angle from the trigger to the offset's alignment with the push line, rad, Mears (5.17).
     turns : int
-        Whole turns that the trigger has to wait beyond the next half turn: 0 where lead_angle <= pi.
+        Whole turns of waiting beyond the next half turn; 0 where lead_angle <= pi.
     lead_distance : float
-        Advance of the rim toward the tip in that time, mm, Mears (5.5).
+        Advance of the rim toward the tip during the lead, mm, Mears (5.5).
     rough, fine : float
         Travel of approach and push, mm, Mears (5.9).
     time : float
-        From the trigger to the end of the stroke, s, Mears (5.16).
+        Time from the trigger to the end of the stroke, s, Mears (5.16).
     touch : Touch
-        The push from its start near the rim.
+        Push from its start near the rim.
     profile : TipProfile
-        The slide from the trigger on, positive toward the axis.
+        Motion of the slide from the trigger on, positive toward the axis.
     """
 
     kind = _KIND
@@ -76,33 +76,34 @@ class Push(ByValue, Plan):
 
     @property
     def stroke(self) -> float:
-        """Travel of the slide from the trigger to its farthest place, mm, Mears (5.6)."""
+        """Travel of the slide from the trigger to its furthest point, mm, Mears (5.6)."""
         return self.rough + self.fine
 
     @property
     def push_profile(self) -> TipProfile:
-        """The tip from first touch on (s, mm/s)."""
+        """Motion of the tip from first touch on (s, mm/s)."""
         return self.touch.push_profile
 
     @property
     def miss(self) -> float:
-        """Distance from the axis at which the model leaves the ring, mm: 0 to rounding where it is solved.
+        """Final distance of the ring from the axis by the model, mm; NaN unless the direction is ``"exact"``.
 
-        NaN for other directions, which do not ask; `arrival` tells it for all.
+        An exact push that is solved misses by rounding only. `arrival` gives the distance for all directions.
         """
         return self.touch.miss
 
     def simulate(self, model: PushModel | None = None) -> TablePushTrace:
-        """Return what the model says of the push (mm, s, N): the part along the contact normal, Mears (5.26) and (5.27).
+        """Simulate the push (mm, s, N): the part along the contact normal, Mears (5.26) and (5.27).
 
-        The rim's own advance and the centrifugal force of the turning table count, see `turning_profile`. The tip stays where the
-        stroke ends. Positions are ways over the table along the normal, which turns: they differ by some percent from the offset
-        that the push takes away. Where the centre comes to rest tells `arrival`.
+        The rim's own advance and the centrifugal force of the turning table are included, see
+        `turning_profile`. The tip stays at the end of the stroke. Positions are travel over the table along
+        the turning normal and differ by some percent from the change of the offset; `arrival` gives the final
+        position.
 
         Parameters
         ----------
         model : PushModel, optional
-            Another than that of the problem.
+            Model of the simulation. Default: that of the problem.
 
         Examples
         --------
@@ -116,15 +117,15 @@ class Push(ByValue, Plan):
         return simulate_table_push(told, turning_profile(self.push_profile, told, **place))
 
     def arrival(self, model: PushModel | None = None) -> Arrival:
-        """Return where the push is expected to leave the ring's centre on the table (mm), and how sure that is.
+        """Return the expected final position of the ring's centre on the table (mm) with its covariance.
 
-        The push is followed in the plane, with contact, friction and inertia. How sure it is follows from the scatter of the
-        problem: friction of part and push together, direction, stop of the slide, measuring.
+        The push is followed in the plane, with contact, friction and inertia. The covariance follows from the
+        scatter of the problem: friction of part and push together, direction, stop of the slide, measuring.
 
         Parameters
         ----------
         model : PushModel, optional
-            Another than that of the problem.
+            Model of the prediction. Default: that of the problem.
 
         Examples
         --------
@@ -138,7 +139,7 @@ class Push(ByValue, Plan):
 
     @property
     def dataset(self) -> xr.Dataset:
-        """The motion of the slide (s, mm/s, mm/s^2) and what was planned (mm, rad, s), labelled; the whole push in it."""
+        """Motion of the slide and planned values, labelled (mm, s, rad); the whole push as attribute."""
         return plan_record.push_dataset(self, self.profile)
 
     @classmethod
@@ -146,14 +147,14 @@ class Push(ByValue, Plan):
         return checks.kind("push", decode(dataset.attrs["push"]), cls)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw how far tip and rim are from the axis (mm) over time (ms), and the parts of the push; return the figure.
+        """Draw the distance of tip and rim from the axis (mm) over time (ms); return the figure.
 
-        The rim is drawn until it is touched. Zero is where the rim of a ring on the axis is.
+        The rim is drawn until first touch. Zero is the rim of a ring on the axis.
 
         Parameters
         ----------
         ax : matplotlib axes, optional
-            Where; by default in a new figure.
+            Axes to draw on. Default: those of a new figure.
         """
         return pictures.drawn("centering.push._plan.picture:plot", self, ax)
 
@@ -174,46 +175,45 @@ def plan_push(
     shape: str = "trapezoid",
     stroke_offset: float = 0.0,
 ) -> Push:
-    """Plan a push that brings an offset ring to the axis of a turning table: trigger, stroke and time, Mears (5.1) to (5.17).
+    """Plan a push that brings an offset ring to the axis of a turning table, Mears (5.1) to (5.17).
 
-    The slide approaches to `CenteringLimits.safety` before the farthest place of the rim, rests for the settle time, and pushes
-    until the tip is a radius away from the axis, or so much nearer or farther as ``direction="exact"`` finds. The lead solves
-    lead = speed x time, where the time depends on the lead.
+    The slide approaches to `CenteringLimits.safety` before the furthest point of the rim, rests for the
+    settle time, and pushes until the tip is a radius away from the axis; ``direction="exact"`` corrects this
+    stroke. The lead solves lead = speed x time, where the time depends on the lead.
 
     Parameters
     ----------
     problem : CenteringProblem
         Model and limits.
     offset : float
-        Of the ring, mm.
+        Offset of the ring, mm.
     follow_gap : float, optional
-        Distance from the rim to the pusher tip at the trigger, mm; by default that of the limits.
+        Distance from the rim to the pusher tip at the trigger, mm. Default: that of the limits.
     spindle_speed, push_speed : float
-        rad/s, mm/s.
+        Speeds of table and push, rad/s, mm/s.
     direction : {"exact", "quasi-static", "contact", "end"}
-        What the push aims at. ``"exact"``: the ring, carried by the table, drifting and thrown by its inertia, comes to rest at
-        the axis; the stroke ends before or beyond it by as much as the ring goes ahead of the tip or lags behind. Where no stroke
-        does (a ring that is thrown by more than its offset), it goes through the axis, with a warning. ``"quasi-static"``:
-        through the axis, without inertia. ``"contact"``: alignment at first contact (Mears, chapter 7). ``"end"``: alignment at
-        the end, Mears (5.17).
+        ``"exact"``: the ring, carried by the table, drifting and thrown by its inertia, comes to rest at the
+        axis; where no stroke achieves that (a ring thrown by more than its offset), it passes through the
+        axis, with a warning. ``"quasi-static"``: through the axis, without inertia. ``"contact"``: alignment
+        at first contact (Mears, chapter 7). ``"end"``: alignment at the end, Mears (5.17).
     timing : {"exact", "printed"}
         ``"printed"``: times of Mears (5.13) to (5.16), which are too long.
     shape : {"trapezoid", "gentle"}
-        Of the speed of the push; see `gentle_profile`.
+        Speed of the push over time; see `gentle_profile`.
     stroke_offset : float
         Running correction of the stroke, mm, Mears (6.16).
 
     Raises
     ------
     ValueError
-        When a value is out of range, the table is too fast for the offset, the rim would arrive before the push, or no exact push
-        brings the ring near the axis: the rim is faster than the tip.
+        When a value is out of range, the table is too fast for the offset, the rim would arrive before the
+        push, or no exact push brings the ring near the axis: the rim is faster than the tip.
 
     Warns
     -----
     UserWarning
-        When an exact push leaves more than 0.1 % of the offset and a tenth of the tolerance, with how much (`Push.miss`): a ring
-        that sticks is not moved, one that is thrown goes beyond. `Push.arrival` tells where to.
+        When an exact push leaves more than 0.1 % of the offset and a tenth of the tolerance, with the
+        distance (`Push.miss`): the ring sticks, or is thrown beyond the axis.
 
     Examples
     --------
@@ -272,7 +272,7 @@ def _lead(
     v: float,
     timing: str,
 ) -> tuple[Lead, float, float]:
-    """The lead, and the times of approach and push in it; what the printed times are too long by turns the table further."""
+    """Lead, and the times of approach and push; the excess of printed times turns the table further."""
     limits = problem.limits
     rapid, a = limits.approach_speed, limits.acceleration_max
     exact = touch.run_up_time + touch.time
@@ -292,7 +292,7 @@ def _lead(
 
 
 def _whole(limits: CenteringLimits, rough: float, touch: Touch) -> TipProfile:
-    """Approach, pause and push, beginning as far before first touch as the approach and the run-up are long."""
+    """Approach, pause and push; position counts from first touch."""
     parts = [touch.profile.segments]
     if limits.settle_time > 0.0:
         parts.insert(0, np.array([[limits.settle_time, 0.0, 0.0]]))

@@ -1,4 +1,4 @@
-"""Planned pushes as labelled records: the motion of the slide row by row, numbers with their units, the whole plan as JSON."""
+"""Planned pushes as labelled records: rows of the motion, values with units, the whole plan as JSON."""
 
 import math
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ _FOUND = {"stop_error": "mm", "rest_time": "s", "least_force": "N"}
 
 
 def push_dataset(push: Any, profile: TipProfile) -> xr.Dataset:
-    """What a slide and a table need of a `Push`, labelled; the whole push as JSON."""
+    """Motion and planned values of a `Push`, labelled; the whole push as JSON."""
     return _dataset(push, profile, _PLANNED).assign_attrs(push=encode(push))
 
 
@@ -59,7 +59,7 @@ def optimal_dataset(
 
 
 def optimal_fields(data: xr.Dataset) -> dict[str, Any]:
-    """The fields of what `optimal_dataset` was given, its status by name."""
+    """Fields of a push from its `optimal_dataset`, the status by name."""
     plain = checks.kind("optimal_push", decode(data.attrs["optimal_push"]), dict)
     rows = (data[name].values for name in ("parameters", "phases", "summary"))
     traces = tuple(
@@ -70,7 +70,7 @@ def optimal_fields(data: xr.Dataset) -> dict[str, Any]:
 
 
 def _padded(traces: tuple[PushTrace, ...]) -> Any:
-    """Phases of all traces, as long as the longest; NaN after the last."""
+    """Phases of all traces, padded with NaN to the longest."""
     longest = max(len(trace.phases) for trace in traces)
     return [
         np.pad(each, ((0, longest - len(each)), (0, 0)), constant_values=math.nan)
@@ -79,7 +79,7 @@ def _padded(traces: tuple[PushTrace, ...]) -> Any:
 
 
 def _dataset(plan: Any, profile: TipProfile, numbers: Mapping[str, str]) -> xr.Dataset:
-    """A motion, and numbers of a plan."""
+    """Motion and named values of a plan, labelled."""
     motion = {
         name: ("segment", getattr(profile, name), {"units": u, "long_name": told})
         for name, (u, told) in _MOTION.items()

@@ -1,10 +1,11 @@
-"""Where the ring must be when the tip touches it, so that the push on the turning table ends on the axis.
+"""Position of the ring at first touch for which the push on the turning table ends on the axis.
 
-From first touch on the rigid tip keeps the ring's centre on a circle of its radius about the tip's face, and the table carries
-the ring along. Without inertia the centre then moves over the table along the contact normal only; followed backward from the
-axis, that gives the one direction, Mears (5.17) made exact. With inertia the ring also drifts across: friction wears sideways
-speed off only at the rate mu_k g over the sliding speed, and the drift is about w v/(mu_k g) of the push. And it goes beyond the
-tip, or lags behind it, by its inertia, its friction and the table's centrifugal force. The exact push holds all of these.
+From first touch on the rigid tip keeps the ring's centre on a circle about the tip's face, and the table
+carries the ring along. Without inertia the centre moves over the table along the contact normal only;
+followed backward from the axis, that gives one direction, Mears (5.17) made exact. With inertia the ring also
+drifts across, by about w v/(mu_k g) of the push, since friction brakes sideways speed only at mu_k g over the
+sliding speed. And it runs ahead of the tip or lags behind it by its inertia, its friction and the table's
+centrifugal force. The exact push accounts for all of these.
 """
 
 import warnings
@@ -34,40 +35,35 @@ from sdpgrind.base.stored import stored
 DIRECTIONS = ("exact", "quasi-static", "contact", "end")
 SHAPES = ("trapezoid", "gentle")
 
-_ROUNDS = 3  # chosen: a gentle profile depends little on the angle: each round is one digit or more
-_FINE, _SMALL = 1e-3, 0.1  # chosen: of the offset, of the tolerance: what is told when more is left
+_ROUNDS = 3  # chosen: a gentle profile depends little on the angle; each round gains a digit or more
+_FINE, _SMALL = 1e-3, 0.1  # chosen: misses beyond these shares of offset and tolerance warn
 _SHARE = (
-    0.1  # of the offset: what is too much, unless the ring sticks or is thrown, or it is within the tolerance
+    0.1  # chosen: share of the offset beyond which a miss is refused, unless the ring sticks or is thrown
 )
-_CLOSES, _STUCK = (
-    2.0,
-    0.98,
-)  # times F_s/k: a ring nearer than that may stick; share of the offset that is left where it does
-_LOOKS, _NEAR = 400, 1e-6  # chosen: at a run-up, and mm: a rim that is ahead of the tip by more has met it
+# chosen: offset over F_s/k below which a ring may stick; share of the offset left by a ring that sticks
+_CLOSES, _STUCK = 2.0, 0.98
+_LOOKS, _NEAR = 400, 1e-6  # chosen: samples of a run-up; lead of the rim over the tip that is contact, mm
 
 
 @stored("centering.touch")
 @dataclass(frozen=True, eq=False, repr=False)
 class Touch(ByValue):
-    """A push from its start near the rim: what the tip does, and where the ring is at first touch.
+    """Push from its start near the rim: motion of the tip, position of the ring at first touch.
 
     Attributes
     ----------
     angle : float
-        From first touch until the offset would be on the push line, rad.
+        Angle from first touch to the offset's alignment with the push line, rad.
     time : float
-        From first touch to the end of the stroke, s.
+        Time from first touch to the end of the stroke, s.
     travel : float
-        Of the tip from first touch to the end of the stroke, mm.
+        Travel of the tip from first touch to the end of the stroke, mm.
     run_up, run_up_time : float
         Travel (mm) and time (s) from the start of the tip to first touch.
-    profile : TipProfile
-        From the start of the tip on.
-    push_profile : TipProfile
-        From first touch on.
+    profile, push_profile : TipProfile
+        Motion of the tip from its start on, and from first touch on.
     miss : float
-        Distance from the axis at which the model leaves the ring, mm: 0 to rounding where an exact push solves it; NaN for other
-        directions, which do not ask.
+        Final distance of the ring from the axis by the model, mm; NaN unless the direction is ``"exact"``.
     """
 
     angle: float
@@ -90,22 +86,22 @@ def plan_touch(
     shape: str = "trapezoid",
     stroke_offset: float = 0.0,
 ) -> Touch:
-    """Return the push of a tip that starts from rest just out of the rim's reach: `plan_push` without its approach.
+    """Return the push of a tip that starts just out of the rim's reach: `plan_push` without approach.
 
     Parameters
     ----------
     problem : CenteringProblem
-        Model, limits.
+        Model and limits.
     offset : float
-        That is to be brought to the axis, mm.
+        Offset to be brought to the axis, mm.
     spindle_speed, push_speed : float
-        rad/s, mm/s.
+        Speeds of table and push, rad/s, mm/s.
     direction : {"exact", "quasi-static", "contact", "end"}
-        As `plan_push` has it.
+        Aim of the push, see `plan_push`.
     shape : {"trapezoid", "gentle"}
-        Of the speed of the tip.
+        Speed of the tip over time.
     stroke_offset : float
-        Running correction of the stroke, mm: so far the tip stands outside the place that the slide tells.
+        Running correction of the stroke, mm: position of the tip outside the reading of the slide.
 
     Raises
     ------
@@ -141,7 +137,7 @@ def plan_touch(
 
 
 class _Task(NamedTuple):
-    """What is asked: `total` travel of the tip, from a start at total - offset before the farthest place of the rim."""
+    """Checked arguments; the tip travels `total`, from total - offset before the furthest rim."""
 
     problem: CenteringProblem
     offset: float
@@ -151,7 +147,7 @@ class _Task(NamedTuple):
     shape: str
 
     def touch(self, direction: str) -> Touch:
-        """Find the place of first touch; a gentle profile begins there, and is therefore found with it."""
+        """Find the place of first touch; a gentle profile begins there and is found with it."""
         rows, angle, longer, miss, found = self._rows(self.offset, 0.0), 0.0, 0.0, nan, ""
         for _ in range(_ROUNDS if self.shape == "gentle" and direction != "exact" else 1):
             angle = self._angle(direction, forward(rows))
@@ -167,13 +163,13 @@ class _Task(NamedTuple):
         return touch
 
     def _asked(self) -> Floats:
-        """The push as `push_rows` takes it."""
+        """The push in the form of `push_rows`."""
         most = self.problem.limits.acceleration_max
         gentle = 1.0 if self.shape == "gentle" else 0.0
         return np.array([gentle, self.total, self.push_speed, most, *gentle_limits(self.problem.model, most)])
 
     def _rows(self, reach: float, longer: float) -> Floats:
-        """The tip from its start on, which first touches the ring where that has `reach` left to the axis."""
+        """The tip from its start on; it first touches the ring `reach` (mm) from the axis."""
         most = self.problem.limits.acceleration_max
         if self.shape == "trapezoid":
             return trapezoid(self.total + longer, self.push_speed, most)
@@ -182,14 +178,12 @@ class _Task(NamedTuple):
         return np.vstack((trapezoid(self.total - reach, self.push_speed, most), lasting_rows(push)))
 
     def _found(self, aim: Aim) -> str:
-        """Refuse a push that does not bring the ring near the axis; return why one leaves some, as it sticks or is thrown."""
+        """Refuse a push that misses the axis; return the reason where the ring sticks or is thrown."""
         d, left = self.offset, aim.left
         if aim.rests and left <= max(_FINE * d, _SMALL * self.problem.tolerance):
             return ""
-        model, overrun = (
-            self.problem.model,
-            self.spindle_speed * d >= self.push_speed,
-        )  # the rim may be faster than the tip
+        model = self.problem.model
+        overrun = self.spindle_speed * d >= self.push_speed  # the rim may be faster than the tip
         sticks = aim.along > _STUCK * d and d <= _CLOSES * model.breakaway_force / model.contact_stiffness
         thrown = aim.along < 0.0 and not overrun
         where = f"for an offset of {d:.4g} mm at push_speed = {self.push_speed:.4g} mm/s"
@@ -197,27 +191,31 @@ class _Task(NamedTuple):
             raise self._no_push(where, left)
         why = "it is thrown beyond, push slower" if thrown else "it chatters on the tip"
         why = why if aim.rests else "it does not come to rest on the turning table, slow the spindle"
-        why = (
-            "the rim is as fast as the tip, slow the spindle or push faster"
-            if overrun
-            else "it sticks"
-            if sticks
-            else why
-        )
+        why = "it sticks" if sticks else why
+        why = "the rim is as fast as the tip, slow the spindle or push faster" if overrun else why
         return f"the push leaves the ring {left:.3g} mm from the axis {where}: {why}"
 
     def _no_push(self, where: str, left: float) -> ValueError:
         found = f"leaves {left:.3g} mm" if isfinite(left) else "has no push toward the axis"
-        rule = f"lower {where}, which {found}: the rim runs into the tip or away from it; slow the spindle or push faster"
+        cure = "the rim runs into the tip or away from it; slow the spindle or push faster"
+        rule = f"lower {where}, which {found}: {cure}"
         return checks.refuse("spindle_speed", rule, self.spindle_speed, "rad/s")
 
+    @property
+    def _faster(self) -> str:
+        """Rule for a push speed that is too low."""
+        task = f"an offset of {self.offset:g} mm at spindle_speed = {self.spindle_speed:.4g} rad/s"
+        return f"higher for {task}"
+
     def _reach(self, angle: float) -> float:
-        """Distance of the rim from where it is at an angle (rad, before alignment) to where it is on the axis, mm."""
+        """Distance of the rim at an angle (rad, before alignment) from its place on the axis, mm."""
         way = float(reach(angle, self.offset, self.problem.model.part.radius))
         if not way > 0.0:
-            rule = f"higher for an offset of {self.offset:g} mm at spindle_speed = {self.spindle_speed:.4g} rad/s"
             raise checks.refuse(
-                "push_speed", f"{rule}: the ring would be pushed from its side", self.push_speed, "mm/s"
+                "push_speed",
+                f"{self._faster}: the ring would be pushed from its side",
+                self.push_speed,
+                "mm/s",
             )
         return way
 
@@ -237,7 +235,7 @@ class _Task(NamedTuple):
         return -float(out[at.ANGLE])
 
     def _aligned_at_end(self, rows: Floats) -> float:
-        """Angle at which the rim meets a tip that ends its stroke when the offset would be on the push line."""
+        """Angle at which the rim meets a tip whose stroke ends at the alignment, rad."""
         time, radius = float(rows[:, 0].sum()), self.problem.model.part.radius
 
         def apart(angle: float) -> float:
@@ -267,15 +265,15 @@ class _Task(NamedTuple):
         )
 
     def _refuse_early(self, rows: Floats, before: float, angle: float) -> None:
-        """Refuse a push so slow that the rim meets the tip on its run-up, `before` (s) the ring shall be touched."""
+        """Refuse a push so slow that the rim meets the tip on its run-up, `before` (s) the planned touch."""
         ring = angle, self.offset, self.problem.model.part.radius, self.spindle_speed
         if ahead(rows, before, *ring, self.total, _LOOKS) > _NEAR:
-            rule = f"higher for an offset of {self.offset:g} mm at spindle_speed = {self.spindle_speed:.4g} rad/s"
-            raise too_fast("push_speed", f"{rule}: the rim arrives before the push", self.push_speed, "mm/s")
+            rule = f"{self._faster}: the rim arrives before the push"
+            raise too_fast("push_speed", rule, self.push_speed, "mm/s")
 
 
 def profile_of(rows: Floats, start: float) -> TipProfile:
-    """The profile of rows of duration, velocity and acceleration, which are trusted: they are made of checked ones."""
+    """Profile of rows (duration, velocity, acceleration), unchecked."""
     duration, velocity, acceleration = (lasting(column) for column in rows.T)
     return trusted(
         TipProfile, duration=duration, velocity=velocity, acceleration=acceleration, start=float(start)

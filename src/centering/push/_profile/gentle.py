@@ -7,12 +7,12 @@ import numpy as np
 from centering._problem.model import GRAVITY, PushModel
 from centering.push._profile.profile import TipProfile
 from centering.push._profile.row_kernels import ROWS, gentle_rows
+from centering.push._profile.rows import retraction
 from sdpgrind.base import checks
 
 # chosen: closing over F_s/k at which a gentle push speeds up: friction may be 12 % above the model
 _OVERLOAD = 1.12
 _GAIN, _BRAKE = 0.5, 0.7  # chosen: accelerations over mu_k g; beyond 1 a braked part leaves the tip
-_CLEAR = 0.5  # mm, chosen: retraction of the tip after a push
 
 Row = tuple[float, float, float]
 
@@ -120,7 +120,7 @@ def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560
     most = checks.positive("acceleration_max", acceleration_max, "mm/s^2")
     top = min(v, sqrt(2.0 * most * d))
     cruise = (d - top * top / (2.0 * most)) / top
-    return _profile([(cruise, top, 0.0), (top / most, top, -most), *_drawn_back(most)])
+    return _profile([(cruise, top, 0.0), (top / most, top, -most), *retraction(most).tolist()])
 
 
 def _period(model: PushModel) -> float:
@@ -128,12 +128,6 @@ def _period(model: PushModel) -> float:
     alpha = 0.5 * (model.contact_damping + model.viscous_coefficient) / model.inertia
     square = model.contact_stiffness / model.inertia - alpha * alpha
     return 2.0 * pi / sqrt(square) if square > 0.0 else 0.0
-
-
-def _drawn_back(acceleration: float) -> list[Row]:
-    """Rows of a retraction from rest to rest."""
-    half = sqrt(_CLEAR / acceleration)
-    return [(half, 0.0, -acceleration), (half, -acceleration * half, acceleration)]
 
 
 def _profile(rows: list[Row]) -> TipProfile:

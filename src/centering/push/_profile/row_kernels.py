@@ -11,7 +11,7 @@ SHAPE, TOTAL, SPEED, MOST, CLOSING, GAIN, BRAKE, PUSH = range(8)
 
 # mm/s, chosen: at breakaway a slow tip has stored little more than F_s^2/(2 k) in the contact
 _BREAKAWAY_SPEED = 1.0
-_CLEAR = 0.5  # mm, chosen: retraction of the tip after a push
+CLEAR = 0.5  # mm, chosen: retraction of the tip after a push
 
 
 @compiled
@@ -68,7 +68,7 @@ def _ramps(way, speed, slow, gain, brake, period):
 @compiled
 def gentle_rows(distance, speed, closing, gain, brake, period, most, out):
     """Slow until the contact has closed, faster, to rest, retracted; return the number of rows."""
-    slow, half = min(_BREAKAWAY_SPEED, speed, sqrt(2.0 * brake * distance)), sqrt(_CLEAR / most)
+    slow, half = min(_BREAKAWAY_SPEED, speed, sqrt(2.0 * brake * distance)), sqrt(CLEAR / most)
     k, way = 0, distance
     if distance > closing + slow * slow / (2.0 * brake):
         k, way = _row(out, k, closing / slow, slow, 0.0), distance - closing

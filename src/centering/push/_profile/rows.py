@@ -4,7 +4,7 @@ from math import sqrt
 
 import numpy as np
 
-from centering.push._profile.row_kernels import ROWS, last_rows, trapezoid_rows
+from centering.push._profile.row_kernels import CLEAR, ROWS, last_rows, trapezoid_rows
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
@@ -51,6 +51,12 @@ def after(segments: Floats, travel: float) -> Floats:
 def lasting_rows(rows: Floats) -> Floats:
     """Rows of positive duration."""
     return rows[rows[:, 0] > _SLIVER]
+
+
+def retraction(acceleration: float) -> Floats:
+    """Rows that draw the tip back from rest to rest."""
+    half = sqrt(CLEAR / acceleration)
+    return np.array([[half, 0.0, -acceleration], [half, -acceleration * half, acceleration]])
 
 
 def move_arguments(distance: float, speed: float, acceleration: float) -> tuple[float, float, float]:
