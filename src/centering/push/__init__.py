@@ -1,4 +1,4 @@
-"""Pushes that move a ring: contact, motions of the tip, plans, minimum time (Mears 2006, chapters 5 and 6)."""
+"""Pushes that move a ring: contact, motions of the tip, plans, minimum time (Mears 2006, chapters 5, 6)."""
 
 from sdpgrind.base import faces
 

@@ -26,10 +26,8 @@ class FreeSlideTable:
 
     Parameters
     ----------
-    speed : array, (n,)
-        Push speeds, mm/s, increasing from the threshold, at which the distance is 0.
-    distance : array, (n,)
-        Free sliding distances, mm, rising.
+    speed, distance : array, (n,)
+        Push speeds, mm/s, rising from the threshold; free sliding distances, mm, rising from 0.
 
     Examples
     --------
@@ -90,10 +88,8 @@ class FreeSlideTable:
 
         Parameters
         ----------
-        stroke : float
-            Wanted travel of the part, mm.
-        speed : float
-            Push speed, mm/s.
+        stroke, speed : float
+            Wanted travel of the part, mm; push speed, mm/s.
 
         Raises
         ------
@@ -107,10 +103,8 @@ class FreeSlideTable:
 
         Parameters
         ----------
-        stroke : float
-            Wanted travel of the part, mm.
-        speed : float
-            Greatest push speed, mm/s.
+        stroke, speed : float
+            Wanted travel of the part, mm; greatest push speed, mm/s.
 
         Raises
         ------

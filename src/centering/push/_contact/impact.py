@@ -20,10 +20,8 @@ class FreeSlide(NamedTuple):
 
     Attributes
     ----------
-    distance : float
-        Distance to rest, mm.
-    time : float
-        Time to rest, s.
+    distance, time : float
+        Until rest, mm, s.
     """
 
     distance: float

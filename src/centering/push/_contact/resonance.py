@@ -25,11 +25,9 @@ class StictionResonance(NamedTuple):
 
     Attributes
     ----------
-    line : float
-        Highest line of the spectrum above 4 Hz, Hz (1/s).
-    spacing : float
-        Reciprocal of the mean time (s) between peaks, Hz (1/s); NaN with fewer than two peaks. Far from
-        `line` the force is no steady oscillation.
+    line, spacing : float
+        Highest line of the spectrum above 4 Hz, and reciprocal of the mean time (s) between peaks, Hz (1/s);
+        NaN with fewer than two peaks. Where both differ much, the force is no steady oscillation.
     peaks : int
         Number of peaks.
     """

@@ -12,9 +12,8 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-_NEWTON = (
-    100  # chosen: most Newton steps; a simple zero takes about six, a double one halves its error in each
-)
+# chosen: most Newton steps; a simple zero takes about six, a double one halves its error in each
+_NEWTON = 100
 _SERIES = 0.3  # chosen: below it the difference in (z - 1 + exp(-z)) / z^2 loses digits
 
 

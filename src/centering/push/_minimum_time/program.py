@@ -17,11 +17,8 @@ from sdpgrind.base.checks import Floats
 
 # chosen: distance of the places with bounds on force and speed, sqrt(M/k); their greatest number in a segment
 _WATCHED, _PLACES = 0.2, 12
-_SEGMENT = (
-    1.2,
-    0.3,
-    16.0,
-)  # chosen: first and last segment, growth from the nearer end, longest one, sqrt(M/k)
+# chosen: first and last segment, growth from the nearer end, longest one, sqrt(M/k)
+_SEGMENT = 1.2, 0.3, 16.0
 _SHORTEST, _LONGEST = 0.02, 2.0  # chosen: shortest segment, sqrt(M/k); longest one over its first guess
 _CRITICAL = 1e-6  # chosen: frequency below which the swing counts as critically damped
 STARTS = ((0.5, 0.8, 0.4), (2.0, 0.9, 1.0))

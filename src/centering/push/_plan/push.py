@@ -35,12 +35,8 @@ class Push(ByValue, Plan):
 
     Attributes
     ----------
-    problem : CenteringProblem
-        Problem of the plan.
-    offset, spindle_speed, push_speed : float
-        Arguments of `plan_push`, mm, rad/s, mm/s.
-    direction, timing, shape : str
-        Arguments of `plan_push`.
+    problem, offset, spindle_speed, push_speed, direction, timing, shape
+        Arguments of `plan_push`; mm, rad/s, mm/s.
     lead_angle : float
         Angle from the trigger to the offset's alignment with the push line, rad, Mears (5.17).
     turns : int
@@ -50,7 +46,7 @@ class Push(ByValue, Plan):
     rough, fine : float
         Travel of approach and push, mm, Mears (5.9).
     time : float
-        Time from the trigger to the end of the stroke, s, Mears (5.16).
+        From the trigger to the end of the stroke, s, Mears (5.16).
     touch : Touch
         Push from its start near the rim.
     profile : TipProfile

@@ -37,9 +37,8 @@ SHAPES = ("trapezoid", "gentle")
 
 _ROUNDS = 3  # chosen: a gentle profile depends little on the angle; each round gains a digit or more
 _FINE, _SMALL = 1e-3, 0.1  # chosen: misses beyond these shares of offset and tolerance warn
-_SHARE = (
-    0.1  # chosen: share of the offset beyond which a miss is refused, unless the ring sticks or is thrown
-)
+# chosen: share of the offset beyond which a miss is refused, unless the ring sticks or is thrown
+_SHARE = 0.1
 # chosen: offset over F_s/k below which a ring may stick; share of the offset left by a ring that sticks
 _CLOSES, _STUCK = 2.0, 0.98
 _LOOKS, _NEAR = 400, 1e-6  # chosen: samples of a run-up; lead of the rim over the tip that is contact, mm
@@ -54,12 +53,10 @@ class Touch(ByValue):
     ----------
     angle : float
         Angle from first touch to the offset's alignment with the push line, rad.
-    time : float
-        Time from first touch to the end of the stroke, s.
-    travel : float
-        Travel of the tip from first touch to the end of the stroke, mm.
+    time, travel : float
+        Of the tip from first touch to the end of the stroke, s, mm.
     run_up, run_up_time : float
-        Travel (mm) and time (s) from the start of the tip to first touch.
+        Of the tip from its start to first touch, mm, s.
     profile, push_profile : TipProfile
         Motion of the tip from its start on, and from first touch on.
     miss : float
@@ -90,16 +87,8 @@ def plan_touch(
 
     Parameters
     ----------
-    problem : CenteringProblem
-        Model and limits.
-    offset : float
-        Offset to be brought to the axis, mm.
-    spindle_speed, push_speed : float
-        Speeds of table and push, rad/s, mm/s.
-    direction : {"exact", "quasi-static", "contact", "end"}
-        Aim of the push, see `plan_push`.
-    shape : {"trapezoid", "gentle"}
-        Speed of the tip over time.
+    problem, offset, spindle_speed, push_speed, direction, shape
+        See `plan_push`; mm, rad/s, mm/s.
     stroke_offset : float
         Running correction of the stroke, mm: position of the tip outside the reading of the slide.
 

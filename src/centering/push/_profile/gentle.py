@@ -31,26 +31,19 @@ def gentle_profile(
     0.7 mu_k g; a stop above mu_k g throws the part off. A part of 0.8 kg stays on the tip. A heavy part
     swings on the contact after each change of acceleration and may leave the tip meanwhile: 18.9 kg of the
     printed preset by up to 0.006 mm at 10 mm/s, 0.08 at 20, 0.29 at 40. With `whole_periods` it stays, where
-    the distance allows them.
+    the distance allows them. The profile begins at first touch and ends 0.5 mm before the furthest point.
 
     Parameters
     ----------
     model : PushModel
         Model of part and contact.
-    distance : float
-        Travel of the tip after first touch, mm; the part comes to rest within some µm of it.
-    speed : float
-        Greatest speed of the tip, mm/s; a short push does not reach it.
+    distance, speed : float
+        Travel of the tip after first touch, mm, where the part stops to some µm; greatest speed, mm/s.
     acceleration_max : float
         Greatest acceleration of the slide, mm/s^2; the tip retracts with it.
     whole_periods : bool
         Stretch both ramps to whole periods of the part on the contact, so that it does not swing after them.
         The push is slower, but friction shifts the stop of the part by the closing F_k/k only.
-
-    Returns
-    -------
-    TipProfile
-        From first touch on; it ends 0.5 mm before the furthest point.
 
     Raises
     ------
@@ -86,22 +79,14 @@ def tap_profile(distance: float, speed: float, *, acceleration_max: float = 2560
     The finest push of a heavy part: the tip already recedes when the part breaks away, so that the smallest
     travel is an eighth of 2 (F_s - F_k)/k, and the travel grows steadily with `distance`. Below 0.3 mm, 2 to
     5 mm/s is best: slower taps jump as slow pushes do, faster ones throw the part by a distance that depends
-    on friction.
+    on friction. The profile begins at first touch and ends 0.5 mm before the furthest point.
 
     Parameters
     ----------
-    distance : float
-        Travel of the tip after first touch, mm.
-    speed : float
-        Speed of the tip, mm/s; a tap shorter than its stopping distance begins at the speed from which it can
-        stop.
+    distance, speed : float
+        Of the tip after first touch, mm, mm/s; a tap shorter than its stop begins at a lower speed.
     acceleration_max : float
         Greatest acceleration of the slide, mm/s^2.
-
-    Returns
-    -------
-    TipProfile
-        From first touch on; it ends 0.5 mm before the furthest point.
 
     Raises
     ------

@@ -32,12 +32,8 @@ class TipProfile(ByValue, Described):
 
     Parameters
     ----------
-    duration : array, (n,)
-        Duration of each segment, s, > 0.
-    velocity : array, (n,)
-        Speed at the beginning of each segment, mm/s.
-    acceleration : array, (n,)
-        Acceleration in each segment, mm/s^2.
+    duration, velocity, acceleration : array, (n,)
+        Of each segment: duration (s, > 0), initial speed (mm/s), acceleration (mm/s^2).
     start : float
         Position at the beginning, mm; negative: a gap to the part.
 
@@ -71,10 +67,8 @@ class TipProfile(ByValue, Described):
 
         Parameters
         ----------
-        speed : float
-            Speed, mm/s, > 0.
-        duration : float
-            Duration, s.
+        speed, duration : float
+            Of the motion, mm/s, s, > 0.
         start : float
             Position at the beginning, mm.
 
@@ -100,10 +94,8 @@ class TipProfile(ByValue, Described):
         distance : float
             Travel, mm; negative: away from the axis. Below ``speed**2 / acceleration`` the speed is not
             reached.
-        speed : float
-            Greatest speed, mm/s, > 0.
-        acceleration : float
-            Greatest acceleration, mm/s^2, > 0.
+        speed, acceleration : float
+            Limits, mm/s, mm/s^2, > 0.
         start : float
             Position at the beginning, mm.
 
@@ -154,10 +146,8 @@ class TipProfile(ByValue, Described):
 
         Parameters
         ----------
-        time : array, (n,)
-            Times of the samples, s, increasing.
-        position : array, (n,)
-            Positions, mm from the first touch of a part at rest.
+        time, position : array, (n,)
+            Samples, s, increasing, and mm from the first touch of a part at rest.
 
         Raises
         ------

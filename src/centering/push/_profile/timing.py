@@ -11,10 +11,8 @@ class StoppingWay(NamedTuple):
 
     Attributes
     ----------
-    time : float
-        Time, s.
-    distance : float
-        Distance, mm.
+    time, distance : float
+        Of stopping, s, mm.
     """
 
     time: float
@@ -26,10 +24,8 @@ def stopping_way(speed: float, acceleration: float) -> StoppingWay:
 
     Parameters
     ----------
-    speed : float
-        Initial speed, mm/s.
-    acceleration : float
-        Deceleration of the slide, mm/s^2.
+    speed, acceleration : float
+        Of the slide, mm/s, mm/s^2.
 
     Raises
     ------

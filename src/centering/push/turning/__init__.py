@@ -1,4 +1,4 @@
-"""Pushes while the table turns: lead, limits of speed, rings that slide."""
+"""Pushes while the table turns: lead, limits of speed, sliding rings, motion in the table's frame."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""When the slide must start so that the offset is on the push line in time: lead and approach, Mears (5.1) to (5.17)."""
+"""Lead of the slide's start before the offset is on the push line, Mears (5.1) to (5.17)."""
 
 from collections.abc import Callable
 from math import floor, pi
@@ -10,31 +10,31 @@ from centering.push.turning._rim_kernels import advance
 from sdpgrind.base import checks
 
 TURN = 2.0 * pi
-_ANGLE = 1e-12  # rad, chosen: below the asked 1e-6 deg by four digits
+_ANGLE = 1e-12  # rad, chosen: accuracy of a lead, four digits below 1e-6 deg
 
 
 class TooFastError(ValueError):
-    """The table is too fast for a push: the rim arrives first, or the ring slides off. A slower one cures it."""
+    """Table too fast for a push: the rim arrives first, or the ring slides off. A slower table helps."""
 
 
 def too_fast(name: str, rule: str, value: float, unit: str) -> TooFastError:
-    """Return the refusal of a value that a slower table cures, as `checks.refuse` words it."""
+    """Return the error of a value that a slower table allows, in the words of `checks.refuse`."""
     return TooFastError(str(checks.refuse(name, rule, value, unit)))
 
 
 class Lead(NamedTuple):
-    """When the slide starts, and how far it goes before the push.
+    """Start of the slide, and its travel before the push.
 
     Attributes
     ----------
     lead_angle : float
-        From the start of the slide until the offset is on the push line, rad; beyond pi the start is so long before.
+        Angle from the start of the slide to the offset's alignment with the push line, rad; may exceed pi.
     lead_distance : float
-        Advance of the rim toward the tip in that time, d_lead of Mears (5.5), mm.
+        Advance of the rim toward the tip during the lead, d_lead of Mears (5.5), mm.
     rough : float
         Travel of the rapid approach, mm.
     turns : int
-        Whole turns to wait beyond the next half turn: 0 where lead_angle <= pi.
+        Whole turns of waiting beyond the next half turn; 0 where lead_angle <= pi.
     """
 
     lead_angle: float
@@ -44,12 +44,12 @@ class Lead(NamedTuple):
 
 
 def rim_advance(angle: float, *, offset: float, radius: float) -> float:
-    """Return how far the rim comes toward the axis-side tip until the offset is on the push line, d_lead of Mears (5.5), mm.
+    """Return the advance of the rim toward the axis-side tip until alignment, d_lead of Mears (5.5), mm.
 
     Parameters
     ----------
     angle : float
-        From now until then, rad.
+        Angle until the offset is on the push line, rad.
     offset, radius : float
         Of the part, mm; the offset is the smaller.
 
@@ -79,10 +79,11 @@ def find_lead(
     room: float,
     spindle_speed: float,
 ) -> Lead:
-    """Solve lead = speed x (time of the approach, which depends on the lead) + `after` (rad) by a bracketed root; `room` in mm.
+    """Solve lead = speed x (time of the approach, which depends on the lead) + `after` (rad).
 
-    `room` is the travel of the approach for a rim that does not come nearer. The difference of both sides grows with the lead up
-    to half a turn, so that there is one root at most; beyond, the rim recedes again, and the part waits for its next turn.
+    `room` (mm) is the travel of the approach for a rim at rest. The difference of both sides rises with the
+    lead up to half a turn: at most one root, found by bracketing. Beyond, the rim recedes again, and the part
+    waits for its next turn.
     """
     w = spindle_speed
 
@@ -105,7 +106,7 @@ def _root(f: Callable[[float], float], low: float, high: float) -> float:
 
 
 def _greatest_lead(d: float, r: float, room: float) -> float:
-    """Lead at which the rim has come so near that nothing is left to approach, at most pi, rad."""
+    """Lead at which the rim leaves nothing to approach, at most pi, rad."""
     if room < 0.0:
         raise TooFastError(
             f"rough must be >= 0 (mm); got {room:.4g} for a rim that stands still: open the gap"
@@ -117,6 +118,6 @@ def _greatest_lead(d: float, r: float, room: float) -> float:
 
 def _late(most: float, offset: float) -> str:
     return (
-        f"less at an offset of {offset:g} mm, where no lead up to {most * 180 / pi:.4g} deg leaves room for the approach:"
-        " the rim arrives before the push; slow the spindle or open the gap"
+        f"less at an offset of {offset:g} mm, where no lead up to {most * 180 / pi:.4g} deg leaves room for"
+        " the approach: the rim arrives before the push; slow the spindle or open the gap"
     )

@@ -1,4 +1,4 @@
-"""How fast the table may turn, and how fast its speed may change, with an offset ring on it, Mears (3.1) to (3.9)."""
+"""Limits of speed and acceleration of the table with an offset ring on it, Mears (3.1) to (3.9)."""
 
 from collections.abc import Callable, Mapping
 from math import cos, hypot, inf, pi, sin, sqrt
@@ -14,25 +14,26 @@ from centering.push.turning._rim_kernels import advance, greatest, motion
 from centering.push.turning._sliding import ring_friction
 from sdpgrind.base import checks
 
-_PLACES = 24  # chosen: where a least value is looked for
-_GOLDEN = (sqrt(5.0) - 1.0) / 2.0
-_SECTIONS = 36  # chosen: the place to 1e-8 of a step, the value to rounding
-_ROUNDING = 1e-9  # chosen
-_SAMPLES = 60  # chosen: in a turn: so many hold the offset to a few percent of a reading's noise
+_PLACES = 24  # chosen: samples of the search for a minimum; the functions have one or two in the interval
+_GOLDEN = (sqrt(5.0) - 1.0) / 2.0  # derived: golden section
+_SECTIONS = 36  # chosen: golden sections; they give the place to 1e-8 of a step, the value to rounding
+_ROUNDING = 1e-9  # chosen: relative excess of a speed over its limit that is rounding
+_SAMPLES = 60  # chosen: readings per turn; they give the offset to a few percent of a reading's noise
 
 
 class SpeedLimit(NamedTuple):
-    """The greatest speed of the table, and what bounds it.
+    """Greatest speed of the table, and its cause.
 
     Attributes
     ----------
     value : float
-        rad/s.
+        Greatest speed, rad/s.
     reason : str
-        The key in `all` of the smallest.
+        Key in `all` of the smallest limit.
     all : mapping
-        rad/s: ``friction`` (the ring would slide, Mears (3.8)), ``slide_speed`` and ``slide_acceleration`` (of following the
-        rim), ``samples`` (in a turn), ``push`` (the rim would arrive before the push), ``table``.
+        Limits, rad/s: ``friction`` (the ring would slide, Mears (3.8)), ``slide_speed`` and
+        ``slide_acceleration`` (of following the rim), ``samples`` (in a turn), ``push`` (the rim would arrive
+        before the push), ``table``.
     """
 
     value: float
@@ -41,16 +42,12 @@ class SpeedLimit(NamedTuple):
 
 
 class RimMotion(NamedTuple):
-    """Distance of the rim from the axis on the push line, with derivatives by the angle of the table.
+    """Distance of the rim from the axis on the push line, with its derivatives by the angle of the table.
 
     Attributes
     ----------
-    distance : float
-        mm, Mears (3.1).
-    slope : float
-        mm/rad; times the spindle speed it is the speed, Mears (3.2).
-    curvature : float
-        mm/rad^2.
+    distance, slope, curvature : float
+        Mears (3.1), mm; mm/rad, times the spindle speed the speed, Mears (3.2); mm/rad^2.
     """
 
     distance: float
@@ -59,12 +56,12 @@ class RimMotion(NamedTuple):
 
 
 def rim_motion(angle: float, *, offset: float, radius: float) -> RimMotion:
-    """Return where the rim is, how fast it moves and how it accelerates on the push line, Mears (3.1) and (3.2).
+    """Return distance, slope and curvature of the rim on the push line, Mears (3.1) and (3.2).
 
     Parameters
     ----------
     angle : float
-        Of the table since the offset was on the push line, rad.
+        Angle of the table since the offset was on the push line, rad.
     offset, radius : float
         Of the ring, mm; the offset is the smaller.
 
@@ -83,7 +80,7 @@ def rim_motion(angle: float, *, offset: float, radius: float) -> RimMotion:
 
 
 def max_rim_slope(*, offset: float, radius: float) -> float:
-    """Return the greatest speed of the rim per speed of the table, mm; it is more than the offset, Mears (3.3).
+    """Return the greatest speed of the rim per speed of the table, mm; it exceeds the offset, Mears (3.3).
 
     Parameters
     ----------
@@ -109,21 +106,18 @@ def max_rim_slope(*, offset: float, radius: float) -> float:
 def closing_distance(
     *, offset: float, radius: float, spindle_speed: float, slide_speed: float, acceleration: float
 ) -> float:
-    """Return how much the distance from slide to rim shrinks when a slide that nears the rim brakes and withdraws, mm.
+    """Return the loss of distance to the rim while an approaching slide brakes and withdraws, mm.
 
-    The worst phase of the rim is taken. Mears (3.5) brakes the sum of both speeds at the slide's acceleration (`stopping_way`),
-    as if the slide could withdraw as fast as the rim comes: that is more where it can, and too little where its speed is less.
+    The worst phase of the rim counts. Mears (3.5) brakes the sum of both speeds at the slide's acceleration
+    (`stopping_way`), as if the slide could withdraw as fast as the rim comes: too large where it can, too
+    small where its speed is lower.
 
     Parameters
     ----------
-    offset, radius : float
-        Of the ring, mm.
-    spindle_speed : float
-        rad/s.
-    slide_speed : float
-        At which the slide comes, and at most withdraws, mm/s.
-    acceleration : float
-        Of the slide, mm/s^2.
+    offset, radius, spindle_speed : float
+        Of the ring, mm; speed of the table, rad/s.
+    slide_speed, acceleration : float
+        Speed of the approach and greatest one of the withdrawal, mm/s; acceleration of the slide, mm/s^2.
 
     Raises
     ------
@@ -164,20 +158,20 @@ def spindle_speed_limit(
     push_speed: float | None = None,
     follow_gap: float | None = None,
 ) -> SpeedLimit:
-    """Return the greatest speed of the table with a ring at an offset, Mears (3.7) to (3.9) and what else bounds it.
+    """Return the greatest speed of the table with an offset ring, Mears (3.7) to (3.9) and more.
 
     Parameters
     ----------
     problem : CenteringProblem
         Model and limits.
     offset : float
-        Of the ring, mm.
+        Offset of the ring, mm.
     samples_per_turn : int
-        At least so many.
+        Least number of readings in a turn.
     push_speed : float, optional
-        mm/s; where it is given, a push from `follow_gap` (mm, by default that of the limits) must begin in time.
+        Speed of a push, mm/s, that must begin in time from `follow_gap`. None: no such limit.
     follow_gap : float, optional
-        Distance from the rim to the pusher tip, mm.
+        Distance from the rim to the pusher tip, mm. Default: that of the limits.
 
     Raises
     ------
@@ -212,7 +206,7 @@ def spindle_speed_limit(
 
 
 def friction_limit(mu: float, d: float) -> float:
-    """Speed at which a ring at an offset would slide off, Mears (3.8), rad/s."""
+    """Speed at which a ring at an offset `d` would slide off, Mears (3.8), rad/s."""
     return sqrt(mu * GRAVITY / d) if d else inf
 
 
@@ -225,20 +219,19 @@ def check_speed(problem: CenteringProblem, offset: float, spindle_speed: float) 
 
 
 def spindle_acceleration_limit(problem: CenteringProblem, *, offset: float, spindle_speed: float) -> float:
-    """Return the greatest change of the table's speed at which a ring at an offset does not slip, rad/s^2; 0: it slips already.
+    """Return the greatest acceleration of the table without slip of an offset ring, rad/s^2.
 
-    The table must give the ring's centre the acceleration hypot(w^2 d, alpha d) and the ring the turn alpha, of inertia M R^2. A
-    ring of even pressure bears a force F and a moment T up to the curve that `ring_friction` draws; it slips when
-    (hypot(w^2 d, alpha d), alpha R)/(mu_s g) is on the curve. For a ring near the axis that is alpha = mu_s g/R.
+    0: the ring slips already. The table gives the ring's centre the acceleration hypot(w^2 d, alpha d), and
+    the ring, of inertia M R^2, the angular acceleration alpha. A ring of even pressure bears a force F and a
+    moment T up to the curve of `ring_friction`; it slips when (hypot(w^2 d, alpha d), alpha R)/(mu_s g) is on
+    the curve. For a ring near the axis that is alpha = mu_s g/R.
 
     Parameters
     ----------
     problem : CenteringProblem
         Its model: friction and part.
-    offset : float
-        Of the ring, mm.
-    spindle_speed : float
-        rad/s.
+    offset, spindle_speed : float
+        Of ring and table, mm, rad/s.
 
     Raises
     ------
@@ -279,7 +272,7 @@ def _offset(offset: float, radius: float) -> tuple[float, float]:
 
 
 def _least(f: Callable[[float], float], low: float, high: float) -> float:
-    """Least value in an interval: the best of many places, refined by golden sections."""
+    """Least value in an interval: the best of 25 samples, refined by golden sections."""
     step = (high - low) / _PLACES
     best = min((f(low + k * step), low + k * step) for k in range(_PLACES + 1))[1]
     a, b = max(best - step, low), min(best + step, high)
@@ -298,7 +291,7 @@ def _least(f: Callable[[float], float], low: float, high: float) -> float:
 
 
 def _push_limit(problem: CenteringProblem, d: float, room: float, v: float) -> float:
-    """Speed at which the rim would have come as near as the approach leaves, when the push aligns at its end; rad/s."""
+    """Speed at which a push aligned at its end leaves the approach no room, rad/s."""
     limits = problem.limits
     if room < 0.0 or advance(pi, d, problem.model.part.radius) <= room:
         return inf if room >= 0.0 else 0.0

@@ -1,8 +1,9 @@
-"""Compiled core of a push on a turning table: where the ring goes, in the plane.
+"""Compiled motion of a ring in the plane, pushed on a turning table.
 
-Lengths mm, times s, forces N. The tip moves on the x axis toward the table's axis; its profile is rows of duration, velocity at
-the start and acceleration. The table turns by a constant speed w (rad/s, from x to y). The ring's centre is c, the tip's face at
-p x^, the normal n = (c - p x^)/|c - p x^|. All positions are in the frame of the ground. Arrays are changed in place; serial.
+Lengths mm, times s, forces N. The tip moves on the x axis toward the table's axis; its profile is rows of
+duration, initial velocity and acceleration. The table turns at a constant speed w (rad/s, from x to y). The
+ring's centre is c, the tip's face at p x^, the normal n = (c - p x^)/|c - p x^|. All positions are in the
+frame of the ground. Arrays are changed in place.
 """
 
 from math import atan2, cos, hypot, inf, pi, sin, sqrt, tan
@@ -26,30 +27,27 @@ from centering.push.turning._slide_kernels import (
 )
 from sdpgrind.base.compiled import compiled
 
-# State of a ring under a tip: centre, its velocity, its way over the table; distance of the tip from the axis, 1 where the ring
-# rests on the table; contact force now and at most; time since the start, of the first touch (< 0: none yet); way of the slide
-# without contact now, and the longest.
+# State of a ring under a tip: centre, its velocity, travel over the table; distance of the tip from the axis,
+# 1 where the ring rests on the table; contact force now and at most; time since the start, and of first touch
+# (< 0: none yet); travel of the present slide without contact, and of the longest.
 X, Y, V_X, V_Y, WAY, TIP, RESTS, FORCE, PEAK_FORCE, CLOCK, TOUCH, FREE, FREE_MAX, STATES = range(14)
 
 _M, _K, _B, _FS, _FK, _KV = range(6)  # of the law
 
-_GROWTH, _SHRINK, _SAFETY, _ORDER = 4.0, 0.2, 0.9, 5.0  # of steps
-_BRAKED = 0.8  # of the time in which a slide would stop: there the direction of friction is not smooth
-_SHORT = (
-    2e-6  # s: a step that begins or ends a slide; a ring that stops goes mu g/2 times its square, 3e-9 mm
-)
-_PER_SWING = 4.0  # chosen: steps at least in a swing of the ring on the contact while it does not touch
-_EXACT = 1e-11  # s, chosen: so exactly an event is met
-_SLIVER = 1e-12  # s, chosen
-_EDGE, _GOLDEN, _CREST = (
-    0.02,
-    (sqrt(5.0) - 1.0) / 2.0,
-    1e-6,
-)  # of a rest: where its load is looked at; how closely
-_PARTS = 4  # chosen: in which a slide that goes on after the stroke is followed
-_HELD = 1.0 / 16.0  # of mu_k g: what is left of it at least, for a bound of the time
-_MOVED = 0.02  # chosen: of the offset; below it the ring has stuck, and no direction can be told
-_ASTRAY = 0.1  # rad, chosen: a ring that goes astray by more is not pushed toward the axis
+# chosen: usual step control of a method of fifth order
+_GROWTH, _SHRINK, _SAFETY, _ORDER = 4.0, 0.2, 0.9, 5.0
+_BRAKED = 0.8  # chosen: share of the time to stop in a step; at the stop friction is not smooth
+_SHORT = 2e-6  # s, chosen: step that begins or ends a slide, in which a stopping ring moves 3e-9 mm
+_PER_SWING = 4.0  # chosen: least steps per swing of the ring on the contact; fewer miss a contact that begins
+_EXACT = 1e-11  # s, chosen: accuracy of the time of an event
+_SLIVER = 1e-12  # s, chosen: a shorter rest of a segment is rounding
+_GOLDEN = (sqrt(5.0) - 1.0) / 2.0  # derived: golden section
+# chosen: shares of a rest: where its load is compared; accuracy of the greatest load
+_EDGE, _CREST = 0.02, 1e-6
+_PARTS = 4  # chosen: a slide after the stroke is followed in this many parts and once as many again
+_HELD = 1.0 / 16.0  # chosen: least share of mu_k g beyond the centrifugal force, to bound a slide's time
+_MOVED = 0.02  # chosen: share of the offset; a ring that moves less has stuck and shows no direction
+_ASTRAY = 0.1  # rad, chosen: a ring that deviates by more is not pushed toward the axis
 
 
 @compiled(error_model="numpy")
@@ -63,7 +61,7 @@ def place(offset, angle, radius, w, state):
 
 @compiled(error_model="numpy")
 def _carry(ring, h, state, out):
-    """Centre and velocity of a ring that rests, after the table has turned for a time h."""
+    """Centre and velocity of a resting ring after the table has turned for a time h."""
     w = ring[2]
     c, s = cos(w * h), sin(w * h)
     out[X], out[Y], out[WAY] = c * state[X] - s * state[Y], s * state[X] + c * state[Y], state[WAY]
@@ -72,7 +70,7 @@ def _carry(ring, h, state, out):
 
 @compiled(error_model="numpy")
 def _held(ring, tip, h, state, out):
-    """Contact force after a rest of h, what friction holds over what it can (> 1: it gives way), whether there is contact."""
+    """Contact force after a rest of h, load over the friction limit (> 1: slip), whether there is contact."""
     law, _, w = ring
     _carry(ring, h, state, out)
     force, pushes, n_x, n_y = _contact(ring, _tip_after(tip, h), out)
@@ -84,7 +82,7 @@ def _held(ring, tip, h, state, out):
 
 @compiled(error_model="numpy")
 def _to_crest(ring, tip, h, state, out):
-    """The time of the greatest load in a rest, where that rises at first and falls at the end; else h."""
+    """Time of the greatest load in a rest where it lies inside; else h."""
     if _held(ring, tip, h - _EDGE * h, state, out)[1] <= _held(ring, tip, h, state, out)[1]:
         return h
     if _held(ring, tip, _EDGE * h, state, out)[1] <= _held(ring, tip, 0.0, state, out)[1]:
@@ -101,7 +99,7 @@ def _to_crest(ring, tip, h, state, out):
 
 @compiled(error_model="numpy")
 def _to_change(ring, tip, h, pushes, state, out):
-    """The time at which a rest ends or the contact begins or ends, at most h; by halving."""
+    """Time at which a rest ends or the contact begins or ends, at most h; by bisection."""
     _, load, pushed = _held(ring, tip, h, state, out)
     if load <= 1.0 and pushed == pushes:
         return h
@@ -118,7 +116,7 @@ def _to_change(ring, tip, h, pushes, state, out):
 
 @compiled(error_model="numpy")
 def _out_of_reach(ring, tip, left, state):
-    """A time in which tip and ring cannot meet, s."""
+    """Time in which tip and ring cannot meet, s."""
     gap = sqrt((state[X] - tip[0]) ** 2 + state[Y] ** 2) - ring[1]
     fastest = max(tip[1], tip[1] + tip[2] * left, 0.0) + abs(ring[2]) * sqrt(state[X] ** 2 + state[Y] ** 2)
     return min(gap / fastest, left) if fastest > 0.0 else left
@@ -126,7 +124,7 @@ def _out_of_reach(ring, tip, left, state):
 
 @compiled(error_model="numpy")
 def _rest(ring, tip, longest, left, state, out):
-    """Let a ring rest until something happens, at most for `left`; return for how long."""
+    """Let a ring rest until an event, at most `left`; return the duration."""
     _, load, pushes = _held(ring, tip, 0.0, state, out)
     if load > 1.0:
         state[RESTS] = 0.0
@@ -142,7 +140,7 @@ def _rest(ring, tip, longest, left, state, out):
 
 @compiled(error_model="numpy")
 def _note(h, force, most, pushes, state, out):
-    """Where the ring is, what pushes it, at most, and since when."""
+    """Record the ring's motion, contact force, peak force and first touch."""
     for i in range(MOTION):
         state[i] = out[i]
     state[FORCE], state[PEAK_FORCE] = force, max(state[PEAK_FORCE], most)
@@ -152,7 +150,7 @@ def _note(h, force, most, pushes, state, out):
 
 @compiled(error_model="numpy")
 def _step(ring, tip, touching, h, tolerance, state, k, end):
-    """One smooth step of a slide, at most h and as the error allows: how long it is, and the next may be; 0: it must creep."""
+    """One step of a slide within the tolerance: its length and a bound of the next; 0: use `_creep`."""
     while h > _SHORT:
         error = _stride(ring, tip, touching, h, state, k, end)
         longer = max(_SAFETY * (tolerance / max(error, 1e-300)) ** (1.0 / _ORDER), _SHRINK)
@@ -164,7 +162,7 @@ def _step(ring, tip, touching, h, tolerance, state, k, end):
 
 @compiled(error_model="numpy")
 def _advance(ring, tip, touching, h, left, tolerance, state, k, end):
-    """One step of a slide, up to an event: its length, that of the next, whether what acts has changed."""
+    """One step of a slide up to an event: length, bound of the next, whether the forces have changed."""
     h = min(h, _BRAKED * _time_left(ring, state, k[0]))
     h, following = _step(ring, tip, touching, h, tolerance, state, k, end)
     if h == 0.0:
@@ -177,7 +175,7 @@ def _advance(ring, tip, touching, h, left, tolerance, state, k, end):
 
 @compiled(error_model="numpy")
 def _slide(ring, tip, h, longest, left, tolerance, fresh, state, k, end):
-    """Let a ring slide for one step: its length, that of the next, whether what acts must be looked at anew."""
+    """Let a ring slide for one step: length, bound of the next, whether the forces have changed."""
     touching = _contact(ring, tip, state)[1] > 0.0 if fresh else state[FORCE] > 0.0
     if fresh:
         _slope(ring, tip, touching, state, k[0])
@@ -198,10 +196,10 @@ def _slide(ring, tip, h, longest, left, tolerance, fresh, state, k, end):
 
 @compiled(error_model="numpy")
 def _push_on_table(parameters, radius, spindle_speed, segments, tolerance, state):
-    """Move the tip by a profile and the ring by what acts on it: contact along the normal, friction against the slip, inertia.
+    """Move the tip by a profile, and the ring by contact, friction against the slip, and inertia.
 
-    From event to event (contact begins or ends, friction gives way or stops the ring) by steps of fifth order that err by
-    `tolerance` (mm) at most; a ring that rests is turned exactly. Called again, it goes on from `state`.
+    Events (contact begins or ends, friction yields or stops the ring) separate steps of fifth order with
+    errors up to `tolerance` (mm); a resting ring turns exactly. A further call continues from `state`.
     """
     ring = (parameters, radius, spindle_speed)
     end, k = np.empty(MOTION), np.empty((STAGES, MOTION))
@@ -223,11 +221,11 @@ def _push_on_table(parameters, radius, spindle_speed, segments, tolerance, state
 
 @compiled(error_model="numpy")
 def land(parameters, radius, spindle_speed, segments, tolerance, state):
-    """`push_on_table`, and on with a tip that stays where it is until the ring rests; RESTS is 0 where it goes on sliding.
+    """`_push_on_table`, then a tip at rest until the ring rests; RESTS is 0 where the ring goes on sliding.
 
-    A ring that leaves the tip at twice its speed u is stopped in 2 u/(mu_k g - w^2 r), r the offset at most; one that is pressed
-    swings before it is free. It is given twice that: what slides for longer leans on the tip while the table turns below it, or
-    is thrown off.
+    A ring that leaves the tip at twice its speed u stops in 2 u/(mu_k g - w^2 r), r at most the offset; a
+    pressed one swings first. It gets twice that time: a ring that slides longer leans on the tip while the
+    table turns below it, or is thrown off.
     """
     off = parameters[_M] * spindle_speed**2 * sqrt(state[X] ** 2 + state[Y] ** 2) / parameters[_FK]
     _push_on_table(parameters, radius, spindle_speed, segments, tolerance, state)
@@ -244,10 +242,11 @@ def land(parameters, radius, spindle_speed, segments, tolerance, state):
 
 @compiled(error_model="numpy")
 def missed(parameters, radius, spindle_speed, push, offset, angle, longer, tolerance):
-    """What a push (as `push_rows` takes it) misses that touches the ring an angle (rad) before the push line.
+    """Miss of a push (in the form of `push_rows`) that touches the ring `angle` before the push line.
 
-    Astray (rad), left along the way, distance from the axis, all but the first over the offset, as are the lengthening of the
-    stroke and the error of a step; infinite where the ring is not pushed toward the axis. Last, 1 where it comes to rest.
+    Deviation (rad), distance left along the way, distance from the axis, and 1 where the ring comes to rest.
+    Lengths, `longer` and `tolerance` too, are shares of the offset; infinite where the ring is not pushed
+    toward the axis.
     """
     way = reach(angle, offset, radius)
     if not min(way, way + longer * offset, push[TOTAL] - way) > 0.0:

@@ -1,31 +1,31 @@
-"""Compiled core of a push on a turning table without inertia: followed backward from the axis, where the ring must be touched.
+"""Compiled push on a turning table without inertia, followed backward from the axis to first touch.
 
-Lengths mm, times s. The tip moves on the x axis toward the table's axis; its profile is rows of duration, velocity at the start
-and acceleration. The table turns by a constant speed w (rad/s, from x to y). Serial.
+Lengths mm, times s. The tip moves on the x axis toward the table's axis; its profile is rows of duration,
+initial velocity and acceleration. The table turns at a constant speed w (rad/s, from x to y).
 """
 
 from math import atan2, ceil, cos, sin, sqrt
 
 from sdpgrind.base.compiled import compiled
 
-# What `touch_back` writes: polar angle of the centre at first touch, time from the start of the profile, travel of the tip after
-# it; whether it was found.
+# Output of `touch_back`: polar angle of the centre at first touch (rad), time from the start of the profile
+# (s), travel of the tip after it (mm); 1 where it was found.
 ANGLE, TIME, TRAVEL, FOUND, TOUCHES = range(5)
 
-_FINE = 0.02  # rad, chosen: turn of a step of the quasi-static path; its error of fourth order is then 1e-9
-_HALVINGS = 60  # chosen
+_FINE = 0.02  # rad, chosen: turn in a step of the path; the error, of fourth order, is then 1e-9
+_HALVINGS = 60  # derived: halvings after which the interval is below rounding
 
 
 @compiled
 def _slope(r, w, v, x, beta):
-    """Turn of the contact normal when no force acts across it: R beta' = w (R - p cos beta) + v sin beta with p = R + x."""
+    """Turn of the normal without force across: R beta' = w (R - p cos beta) + v sin beta, p = R + x."""
     half = sin(beta / 2.0)
     return (w * (2.0 * r * half * half - x * cos(beta)) + v * sin(beta)) / r
 
 
 @compiled
 def _earlier(r, w, v, a, x, beta, h):
-    """Tip and normal a time h before x and beta, the tip then at speed v with acceleration a: one step of fourth order."""
+    """Tip and normal a time h before x and beta, where the tip has speed v; one step of fourth order."""
     x_half, x_full = x + v * h / 2.0 - a * h * h / 8.0, x + v * h - a * h * h / 2.0
     v_half, v_full = v - a * h / 2.0, v - a * h
     k1 = _slope(r, w, v, x, beta)
@@ -43,7 +43,7 @@ def _off_axis(r, x, beta):
 
 @compiled
 def touch_back(r, w, segments, offset, out):
-    """Follow the quasi-static push backward from the axis until the ring is `offset` away: where and when it is touched."""
+    """Follow the push backward from the axis until the ring is `offset` away; write the touch."""
     x, beta, left = 0.0, 0.0, 0.0
     out[FOUND] = 0.0
     for k in range(segments.shape[0]):

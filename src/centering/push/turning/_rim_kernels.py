@@ -1,28 +1,29 @@
-"""Compiled place of a ring's rim on the push line, Mears (3.1) to (3.3); by angle from alignment (rad), offset, radius (mm)."""
+"""Position of a ring's rim on the push line, Mears (3.1) to (3.3); angle from alignment (rad), mm."""
 
 from math import cos, pi, sin, sqrt
 
 from sdpgrind.base.compiled import compiled
 
-_PLACES, _CLOSER = 24, 8  # each time twelve times closer: the place to 1e-8 rad, the value to rounding
+# chosen: each round is twelve times finer; the place to 1e-8 rad, the value to rounding
+_PLACES, _CLOSER = 24, 8
 
 
 @compiled
 def advance(angle, offset, radius):
-    """How far the rim comes until alignment, d_lead of Mears (5.5); written so that small offsets and angles lose no digits."""
+    """Advance of the rim until alignment, d_lead of Mears (5.5); exact for small offsets and angles."""
     half, across = sin(angle / 2.0), offset * sin(angle)
     return 2.0 * offset * half * half + across * across / (radius + sqrt(radius * radius - across * across))
 
 
 @compiled
 def reach(angle, offset, radius):
-    """How far the rim is beyond that of a ring on the axis."""
+    """Distance of the rim beyond that of a ring on the axis."""
     return offset - advance(angle, offset, radius)
 
 
 @compiled
 def motion(angle, offset, radius):
-    """Distance of the rim from the axis, its first and its second derivative by the angle, Mears (3.1) and (3.2)."""
+    """Distance of the rim from the axis, and its derivatives by the angle, Mears (3.1) and (3.2)."""
     c, s = offset * cos(angle), offset * sin(angle)
     g = sqrt(radius * radius - s * s)
     return c + g, -s - s * c / g, -c - (c * c - s * s) / g - (s * c) ** 2 / g**3
@@ -30,7 +31,7 @@ def motion(angle, offset, radius):
 
 @compiled
 def greatest(offset, radius, order):
-    """Greatest slope (order 1) or curvature (2) of the rim in a turn, by size, mm: about the best of many places, ever closer."""
+    """Greatest absolute slope (order 1) or curvature (2) of the rim in a turn, mm; by ever finer sampling."""
     low, high, most = 0.0, pi, 0.0
     for _ in range(_CLOSER):
         step, best, most = (high - low) / _PLACES, low, 0.0
@@ -44,9 +45,10 @@ def greatest(offset, radius, order):
 
 @compiled
 def ahead(rows, until, angle, offset, radius, w, total, places):
-    """How far the rim gets ahead of a tip that runs up by rows from `total` before the axis' rim, at most.
+    """Greatest lead of the rim over a tip that runs up by rows from `total` before the axis' rim.
 
-    At `until` (s) the ring is at `angle` (rad) before alignment; so many places of the time before are looked at.
+    The ring is at `angle` (rad) before alignment at the time `until` (s); `places` times before it are
+    compared.
     """
     most, gone, row, begun = -total, 0.0, 0, 0.0
     for k in range(places):

@@ -1,6 +1,6 @@
-"""Where a push on a turning table leaves the ring, by following it in the plane; and how to begin it so that this is the axis.
+"""Final position of a push on a turning table, and the search for the push that ends on the axis.
 
-In the search all lengths are shares of the offset: what is sought and what is missed are then pairs of numbers of one size.
+In the search all lengths are shares of the offset, so that unknowns and misses are of one size.
 """
 
 from cmath import exp
@@ -13,39 +13,41 @@ from centering._problem.model import PushModel
 from centering.push.turning import _plane_kernels as at
 from sdpgrind.base.checks import Floats
 
-_ROUNDS = 12  # chosen: at most; four are usual
-_TURNS = 2  # chosen: rounds in which only the direction is mended
-_FINE, _COARSE = 5e-9, 1e-5  # chosen: errors of a step, at last and at first
-_NEAR, _ROUGH = 1e-8, 3e-4  # chosen: misses that are none, at last and at first
-_FAIR = 1e-3  # chosen: a miss that is none where a ring chatters and the last digits jump
-_CHANGE = 1e-3  # chosen: over which a derivative is taken
-_LONGEST, _MOST_FIRST = 0.1, 0.5  # chosen: longest step; that while the direction alone is mended, rad
-_FLAT = 1e-2  # chosen: of a derivative that is none
-_TENTH = 0.1  # chosen: by which a stroke is shortened in search
-_SHORTEST = -0.8  # chosen: greatest shortening of a stroke, as a shorter blow only throws the ring
-_SLOPES = 0.5, 2.0  # chosen: slopes that a secant may have
+_ROUNDS = 12  # chosen: most iterations; four are usual
+_TURNS = 2  # chosen: iterations that correct the direction alone
+_FINE, _COARSE = 5e-9, 1e-5  # chosen: integration errors of the last and of the first iterations
+_NEAR, _ROUGH = 1e-8, 3e-4  # chosen: misses at which the last and the first iterations end
+_FAIR = 1e-3  # chosen: miss accepted in the end: of a ring that chatters the last digits jump
+_CHANGE = 1e-3  # chosen: step of finite differences
+_LONGEST, _MOST_FIRST = 0.1, 0.5  # chosen: longest step of an iteration; of one of the direction alone, rad
+_FLAT = 1e-2  # chosen: smaller determinants count as singular
+_TENTH = 0.1  # chosen: step by which a stroke is shortened in the search
+_SHORTEST = -0.8  # chosen: greatest shortening of a stroke; a shorter blow only throws the ring
+_SLOPES = 0.5, 2.0  # chosen: range of trusted secant slopes
 
 
 def ring_state(offset: float, offset_angle: float, radius: float, spindle_speed: float) -> Floats:
-    """State for `push_on_table` of a ring (mm, rad) that rests on the turning table (rad/s) with the tip at its rim."""
+    """State for `_push_on_table` of a ring that rests on the turning table, tip at its rim."""
     state = np.empty(at.STATES)
     at.place(offset, offset_angle, radius, spindle_speed, state)
     return state
 
 
 def landing(model: PushModel, spindle_speed: float, rows: Floats, state: Floats, tolerance: float) -> complex:
-    """Where the ring comes to rest, x + i y mm in the table's frame at the begin; the tip stays where its profile ends.
+    """Final position of the ring, x + i y mm in the table's frame at the beginning; the tip stays at its end.
 
-    `tolerance` (mm) is what a step may err by. A ring that goes on sliding (RESTS of the state is 0) is where it was seen last.
+    `tolerance` (mm) is the integration error of a step. A ring that goes on sliding (RESTS is 0) counts with
+    its last position.
     """
     at.land(model.parameters, model.part.radius, spindle_speed, rows, tolerance, state)
     return complex(state[at.X], state[at.Y]) * exp(-1j * spindle_speed * state[at.CLOCK])
 
 
 class Aim(NamedTuple):
-    """Angle of first touch (rad), lengthening of the stroke (mm); what they miss, astray (rad) and left along the way (mm).
+    """Angle of first touch (rad), lengthening (mm), deviation (rad), distance left along the way (mm).
 
-    `left`: distance from the axis at which the ring is left, mm; infinite where it is not pushed. `rests`: it stays there.
+    `left`: final distance from the axis, mm; infinite where the ring is not pushed. `rests`: the ring comes
+    to rest.
     """
 
     angle: float
@@ -57,9 +59,9 @@ class Aim(NamedTuple):
 
 
 def aimed(model: PushModel, spindle_speed: float, push: Floats, offset: float, angle: float) -> Aim:
-    """The push with which nothing is missed, near an angle of first touch (rad); else of those tried the one that leaves least.
+    """Push near an angle of first touch (rad) that hits the axis; else the tried one that leaves least.
 
-    `push` is what `push_rows` takes. A ring that is thrown so far that no stroke does is aimed at the axis in its direction only.
+    `push` has the form of `push_rows`. For a ring thrown too far for any stroke only the direction is aimed.
     """
     best = _Search(model, spindle_speed, push, offset).best(angle)
     return Aim(
@@ -73,7 +75,7 @@ def aimed(model: PushModel, spindle_speed: float, push: Floats, offset: float, a
 
 
 class _Tried(NamedTuple):
-    """A push that was followed: angle of first touch (rad), lengthening, and what `missed` says of it."""
+    """Simulated push: angle of first touch (rad), lengthening, and the results of `missed`."""
 
     angle: float
     longer: float
@@ -84,7 +86,7 @@ class _Tried(NamedTuple):
 
     @property
     def missing(self) -> float:
-        """What is missed, by the greater."""
+        """Greater of both misses."""
         return max(abs(self.astray), abs(self.along))
 
     @property
@@ -93,19 +95,19 @@ class _Tried(NamedTuple):
 
 
 _Inverse = tuple[float, float, float, float]
-"""Inverse of the derivatives of what is missed by angle and lengthening, by rows."""
+"""Inverse Jacobian of the miss by angle and lengthening, by rows."""
 _OF_SMALL: _Inverse = (1.0, 0.0, 0.0, -1.0)
-"""That where all is small: the angle turns the way, the stroke lengthens it."""
+"""Its limit for small offsets: the angle turns the way, the stroke lengthens it; derived."""
 
 
 class _Search:
-    """Search for the push with which nothing is missed; by Broyden's method, with coarse steps and then fine ones."""
+    """Search for the push without a miss, by Broyden's method, with coarse and then fine integration."""
 
     def __init__(self, model: PushModel, spindle_speed: float, push: Floats, offset: float) -> None:
         self._asked = model.parameters, model.part.radius, spindle_speed, push, offset
 
     def best(self, angle: float) -> _Tried:
-        """What hits, else what leaves least; a push of unchanged stroke where others are no better."""
+        """Push that hits, else the one that leaves least; the unchanged stroke where others are no better."""
         found = self._solved(angle, 0.0, _OF_SMALL)
         if found.hits:
             return found
@@ -126,14 +128,14 @@ class _Search:
         return _Tried(angle, longer, *at.missed(*self._asked, angle, longer, tolerance))
 
     def _solved(self, angle: float, longer: float, inverse: _Inverse) -> _Tried:
-        """The best from there on."""
+        """Best push from a start."""
         rough, inverse = self._followed(angle, longer, inverse, _COARSE, _ROUGH)
         return self._followed(rough.angle, rough.longer, inverse, _FINE, _NEAR)[0]
 
     def _followed(
         self, angle: float, longer: float, inverse: _Inverse, tolerance: float, near: float
     ) -> tuple[_Tried, _Inverse]:
-        """Follow what is missed to within `near` of nothing; the best that was found."""
+        """Iterate until the miss is below `near`; the best push, and the inverse Jacobian."""
         now = best = self._tried(angle, longer, tolerance)
         for _ in range(_ROUNDS):
             if not near < now.missing < inf:
@@ -160,7 +162,7 @@ class _Search:
         return after, (a + by * one, b + by * other, c + on * one, d + on * other)
 
     def _differences(self, angle: float, longer: float) -> _Inverse:
-        """The derivatives by differences, where these are sound."""
+        """Inverse Jacobian by finite differences, where it is sound."""
         now = self._tried(angle, longer, _COARSE)
         one = self._tried(angle + _CHANGE, longer, _COARSE)
         other = self._tried(angle, longer - _CHANGE, _COARSE)
@@ -170,7 +172,7 @@ class _Search:
         return (d / det, -b / det, -c / det, a / det) if isfinite(det) and abs(det) > _FLAT else _OF_SMALL
 
     def _turned(self, angle: float, longer: float) -> tuple[float, float]:
-        """The angle with which a stroke goes through the axis, roughly, and what it then leaves along the way."""
+        """Angle that aims a stroke roughly through the axis, and the distance left along the way."""
         along = inf
         for _ in range(_TURNS):
             tried = self._tried(angle, longer, _COARSE)
@@ -179,7 +181,7 @@ class _Search:
         return angle, along
 
     def _thrown(self, angle: float) -> tuple[float, float] | None:
-        """Angle and shorter stroke near which a ring that is thrown beyond the axis no longer is; None where there is none."""
+        """Start with a shorter stroke that no longer throws the ring beyond the axis; None without one."""
         longer = 0.0
         while longer > _SHORTEST:
             angle, along = self._turned(angle, longer)
@@ -189,7 +191,7 @@ class _Search:
         return None
 
     def _straight(self, angle: float) -> _Tried:
-        """The best angle with which the ring goes through the axis, by secants; the stroke as it is."""
+        """Best angle that aims the unchanged stroke through the axis, by secants."""
         slope, now = 1.0, self._tried(angle, 0.0, _FINE)
         best = now
         for _ in range(_ROUNDS):

@@ -1,8 +1,8 @@
-"""Compiled core of a ring that slides over a turning table: one step of fifth order, and what ends it.
+"""Compiled slide of a ring over a turning table: one step of fifth order, and its events.
 
-A ring is told by its law (`PushModel.parameters`), radius and the speed of the table (rad/s); a tip by its place on the x axis,
-its speed toward the axis and its acceleration (mm, s). Of a state the first five entries are meant: centre, velocity, way over
-the table. Between events all is smooth: contact touches or does not, the slip is not 0.
+A ring is (law: `PushModel.parameters`, radius, speed of the table in rad/s); a tip is (place on the x axis,
+speed toward the axis, acceleration) in mm and s. A state is its first five entries: centre, velocity, travel
+over the table. Between events all is smooth: contact touches or does not, the slip is not 0.
 """
 
 from math import sqrt
@@ -14,26 +14,25 @@ from sdpgrind.base.compiled import compiled
 # error_model="numpy" below: 2.5 times as fast without checks for division by zero (measured)
 
 X, Y, V_X, V_Y, WAY, MOTION = range(6)
-"""Columns of what moves, and how many."""
+"""Entries of a state that the integration advances, and their number."""
 
 _M, _K, _B, _FS, _FK, _KV = range(6)
-STAGES = 7
-"""Slopes of a step."""
-_EXACT = 1e-11  # s, chosen: so exactly an event is met
-_MOST = 60  # chosen: halvings
-_TINY = 1e-300
+STAGES = 7  # source: slopes in a step of Dormand and Prince (1980)
+_EXACT = 1e-11  # s, chosen: accuracy of the time of an event
+_MOST = 60  # chosen: most iterations of the root finder; the rule of Illinois takes far fewer
+_TINY = 1e-300  # chosen: keeps divisors from 0
 
 
 @compiled(error_model="numpy")
 def _tip_after(tip, h):
-    """The tip a time h later."""
+    """Tip a time h later."""
     place, v, a = tip
     return place - (v + a * h / 2.0) * h, v + a * h, a
 
 
 @compiled(error_model="numpy")
 def _contact(ring, tip, state):
-    """Force of spring and damper, the lesser of it and the spring alone (> 0: they push), and the normal."""
+    """Contact force, the lesser of it and the spring force alone (> 0: contact pushes), and the normal."""
     law, r, _ = ring
     place, v, _ = tip
     x, y = state[X] - place, state[Y]
@@ -52,7 +51,7 @@ def _slip_of(ring, state):
 
 @compiled(error_model="numpy")
 def _slope(ring, tip, touching, state, out):
-    """Derivatives of a slide by time: contact along the normal, friction against the slip."""
+    """Time derivatives of a slide: contact along the normal, friction against the slip."""
     law = ring[0]
     s_x, s_y = _slip_of(ring, state)
     slip = sqrt(s_x * s_x + s_y * s_y)
@@ -67,7 +66,7 @@ def _slope(ring, tip, touching, state, out):
 
 @compiled(error_model="numpy")
 def _stride(ring, tip, touching, h, y, k, end):
-    """One step from slopes k[0] to `end`, by Dormand and Prince; k[6] are the slopes there. Return the error of order 4, mm."""
+    """One step to `end` by Dormand and Prince; slopes k[0] here, k[6] there. Return the error, mm."""
     for i in range(MOTION):
         end[i] = y[i] + h * k[0, i] / 5.0
     _slope(ring, _tip_after(tip, h / 5.0), touching, end, k[1])
@@ -103,7 +102,7 @@ def _stride(ring, tip, touching, h, y, k, end):
 
 @compiled(error_model="numpy")
 def _error(law, h, k):
-    """Difference of the two orders; that of a velocity over the contact's own frequency."""
+    """Difference of the two orders, mm; velocities are divided by the contact's natural frequency."""
     worst, frequency = 0.0, sqrt(law[_K] / law[_M])
     for i in range(V_Y + 1):
         first = 71 / 57600 * k[0, i] - 71 / 16695 * k[2, i] + 71 / 1920 * k[3, i]
@@ -114,7 +113,7 @@ def _error(law, h, k):
 
 @compiled(error_model="numpy")
 def _to_event(ring, tip, touching, h, y, k, end):
-    """Shorten a step after which the contact pushes where it did not, or no more: by the rule of Illinois; the time of it."""
+    """Shorten a step to the begin or end of the contact, by the rule of Illinois; return the time."""
     sign, low, high, side = -1.0 if touching else 1.0, 0.0, h, 0
     before = min(sign * _contact(ring, tip, y)[1], -_TINY)
     after = sign * _contact(ring, _tip_after(tip, h), end)[1]
@@ -134,9 +133,10 @@ def _to_event(ring, tip, touching, h, y, k, end):
 
 @compiled(error_model="numpy")
 def _creep(ring, tip, h, y, end):
-    """One step so short that all but friction may be taken as constant: friction stops the ring, it does not reverse it.
+    """One short step with all forces but friction constant: friction stops the ring and does not reverse it.
 
-    Return whether it has stopped. So slides begin and end, where the direction of friction is not smooth.
+    Return whether the ring has stopped. It begins and ends slides, where the direction of friction is not
+    smooth.
     """
     law, _, w = ring
     m = law[_M]
@@ -150,17 +150,14 @@ def _creep(ring, tip, h, y, end):
     slip, lost = sqrt(s_x * s_x + s_y * s_y), h * law[_FK] / m
     kept = 0.0 if slip <= lost else (1.0 - lost / slip) / (1.0 + h * law[_KV] / m)
     end[V_X], end[V_Y] = -w * end[Y] + kept * s_x, w * end[X] + kept * s_y
-    end[X], end[Y], end[WAY] = (
-        end[X] + end[V_X] * h / 2.0,
-        end[Y] + end[V_Y] * h / 2.0,
-        y[WAY] + kept * slip * h,
-    )
+    end[X], end[Y] = end[X] + end[V_X] * h / 2.0, end[Y] + end[V_Y] * h / 2.0
+    end[WAY] = y[WAY] + kept * slip * h
     return slip <= lost
 
 
 @compiled(error_model="numpy")
 def _time_left(ring, y, slopes):
-    """After which a slide would stop if it were braked as it is now, s; infinite where it gains speed."""
+    """Time to stop at the present deceleration, s; infinite where the slide accelerates."""
     w = ring[2]
     s_x, s_y = _slip_of(ring, y)
     braked = -(s_x * (slopes[V_X] + w * y[V_Y]) + s_y * (slopes[V_Y] - w * y[V_X]))
@@ -169,7 +166,7 @@ def _time_left(ring, y, slopes):
 
 @compiled(error_model="numpy")
 def _gain(ring, tip, y, slopes):
-    """Force of the contact and its derivative by time."""
+    """Contact force and its time derivative."""
     law, _, _ = ring
     _, v, a = tip
     force, _, n_x, n_y = _contact(ring, tip, y)
@@ -182,7 +179,7 @@ def _gain(ring, tip, y, slopes):
 
 @compiled(error_model="numpy")
 def _crest(h, first, rise, last, fall):
-    """Greatest of a force over a step, by its values and derivatives at both ends."""
+    """Greatest force in a step, from values and derivatives at both ends."""
     if not rise > 0.0 > fall:
         return max(first, last)
     t = h * rise / (rise - fall)

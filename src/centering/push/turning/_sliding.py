@@ -1,7 +1,8 @@
-"""A ring that slides and spins to rest, and the speeds that bring it to a wanted place, Mears (2.6) to (2.9).
+"""Ring that slides and spins to rest, and the initial speeds for a wanted place, Mears (2.6) to (2.9).
 
-The ring rests on the table with even pressure along its circle. Friction of size mu_k against the local slip gives a force and a
-moment that depend on the ratio of sliding and spinning only: the derivatives of the mean slip speed, complete elliptic integrals.
+The ring rests on the table with even pressure along its circle. Friction of size mu_k against the local slip
+gives a force and a moment that depend only on the ratio of sliding and spinning: derivatives of the mean slip
+speed, which is a complete elliptic integral.
 """
 
 from math import atan, atan2, cos, exp, hypot, log, pi, sin, sqrt, tan
@@ -16,11 +17,11 @@ from centering._problem.model import GRAVITY, PushModel
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_SMALL = 0.02  # ratio of the speeds below which the closed form loses digits; the series is exact to rounding there
-_SERIES = (0.5, 1.0 / 16.0, 3.0 / 128.0, 25.0 / 2048.0)
-_LOCKED = 1e-8  # rad, chosen: from equal speeds, to which every slide comes
-_TIGHT = 1e-12  # chosen
-_EDGE = 1e-9  # rad, chosen: from a pure slide and a pure spin
+_SMALL = 0.02  # chosen: speed ratio below which the closed form loses digits and the series is exact
+_SERIES = (0.5, 1.0 / 16.0, 3.0 / 128.0, 25.0 / 2048.0)  # derived: expansion of the elliptic integrals
+_LOCKED = 1e-8  # rad, chosen: distance from equal speeds, the end of every slide, at which integration ends
+_TIGHT = 1e-12  # chosen: relative error of the integration, near rounding
+_EDGE = 1e-9  # rad, chosen: distance from a pure slide and a pure spin at which the search ends
 
 
 class RingFriction(NamedTuple):
@@ -28,10 +29,8 @@ class RingFriction(NamedTuple):
 
     Attributes
     ----------
-    force : float
-        Against the slide, over mu M g, dimensionless.
-    moment : float
-        Against the spin, over mu M g R, dimensionless.
+    force, moment : float
+        Against the slide, over mu M g; against the spin, over mu M g R; dimensionless.
     """
 
     force: float
@@ -39,16 +38,12 @@ class RingFriction(NamedTuple):
 
 
 class RingSlide(NamedTuple):
-    """How far a ring goes until it rests, Mears (2.8) and (2.9).
+    """Motion of a ring until it rests, Mears (2.8) and (2.9).
 
     Attributes
     ----------
-    distance : float
-        mm.
-    turn : float
-        rad.
-    time : float
-        s.
+    distance, turn, time : float
+        Of the slide, mm, rad, s.
     """
 
     distance: float
@@ -57,14 +52,12 @@ class RingSlide(NamedTuple):
 
 
 class RingLaunch(NamedTuple):
-    """Speeds with which a slide begins.
+    """Initial speeds of a slide.
 
     Attributes
     ----------
-    speed : float
-        mm/s.
-    spin : float
-        rad/s.
+    speed, spin : float
+        Of the centre, mm/s; angular, rad/s.
     """
 
     speed: float
@@ -72,12 +65,12 @@ class RingLaunch(NamedTuple):
 
 
 def ring_friction(speed: float, rim_speed: float) -> RingFriction:
-    """Return force and moment of the friction of a ring that slides at a speed and whose rim spins at another.
+    """Return force and moment of friction of a ring that slides and spins.
 
     Parameters
     ----------
     speed, rim_speed : float
-        Of the centre, and radius times spin, mm/s; >= 0 and not both 0. Only their ratio counts.
+        Speed of the centre, and radius times spin, mm/s; >= 0 and not both 0. Only their ratio matters.
 
     Raises
     ------
@@ -97,14 +90,16 @@ def ring_friction(speed: float, rim_speed: float) -> RingFriction:
 
 
 def slide_to_rest(model: PushModel, *, speed: float, spin: float) -> RingSlide:
-    """Return how far a thin ring goes that slides and spins freely, Mears (2.6) to (2.9), without viscous friction.
+    """Return the motion to rest of a thin ring that slides and spins freely, Mears (2.6) to (2.9).
+
+    Viscous friction is left out.
 
     Parameters
     ----------
     model : PushModel
         Kinetic friction and radius.
     speed, spin : float
-        At the begin, mm/s and rad/s.
+        Initial speeds, mm/s and rad/s.
 
     Raises
     ------
@@ -133,14 +128,14 @@ def slide_to_rest(model: PushModel, *, speed: float, spin: float) -> RingSlide:
 
 
 def launch_for(model: PushModel, *, distance: float, turn: float) -> RingLaunch:
-    """Return the one pair of speeds with which a thin ring slides a distance and turns by an angle: the inverse sliding problem.
+    """Return the speeds with which a thin ring slides a distance and turns by an angle.
 
     Parameters
     ----------
     model : PushModel
         Kinetic friction and radius.
     distance, turn : float
-        Wanted, mm and rad.
+        Wanted distance and angle, mm and rad.
 
     Raises
     ------
@@ -180,7 +175,7 @@ def launch_for(model: PushModel, *, distance: float, turn: float) -> RingLaunch:
 
 
 def _nearest(x: float, along: float) -> float:
-    """Ratio of speeds, as an angle, where one of both motions is next to nothing."""
+    """Angle of the speed ratio where one of both motions nearly vanishes."""
     return _EDGE if along < x else pi / 2 - _EDGE
 
 
@@ -206,10 +201,10 @@ def _series(e: float) -> float:
 
 
 def _unit_slide(v: float, s: float) -> tuple[float, float, float]:
-    """Distance, rim's turn and time of a slide for speeds v and s with v^2 + s^2 = 1, in units where friction brakes by 1.
+    """Distance, rim's turn and time of a slide with v^2 + s^2 = 1 and friction deceleration 1.
 
-    The angle of (v, s) goes to 45 degrees whatever it was; the slide is followed in u = ln tan(2 angle), along which all slopes
-    are smooth from a next to pure slide to equal speeds, and ends in a straight line.
+    The angle of (v, s) tends to 45 degrees from any start. The slide is integrated over u = ln tan(2 angle),
+    along which all slopes are smooth, from nearly pure to equal speeds; it ends in a straight line.
     """
     if s > v:
         turn, distance, time = _unit_slide(s, v)
@@ -224,7 +219,7 @@ def _unit_slide(v: float, s: float) -> tuple[float, float, float]:
 
 
 def _slopes(u: float, y: Floats) -> tuple[float, ...]:
-    """Of the logarithm of the size of both speeds, distance, turn and time, along u."""
+    """Derivatives of log speed, distance, turn and time by u."""
     angle = atan(exp(u)) / 2.0
     c, s, size = cos(angle), sin(angle), exp(y[0])
     force, moment = _shares(c, s)

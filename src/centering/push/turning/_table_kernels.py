@@ -1,7 +1,8 @@
-"""Compiled core of a push on a turning table as a push along the contact normal: the tip's speed against the table, the loads.
+"""Compiled push on a turning table along the contact normal: speed of the tip against the table, loads.
 
-A load is added to the friction that holds the part (before it breaks away) or slows it (while it slides): centrifugal force along
-the normal, and what the part's sideways slip takes from the friction and gives by Coriolis' force. Lengths mm, times s, forces N.
+A load adds to the friction that holds the part (before breakaway) or slows it (while it slides): centrifugal
+force along the normal, and friction lost and Coriolis force gained by sideways slip. Lengths mm, times s,
+forces N.
 """
 
 from math import ceil, hypot, sqrt
@@ -21,15 +22,15 @@ from centering.push.turning._plane_kernels import RESTS, TIP, V_X, V_Y, X, Y, _p
 from sdpgrind.base.compiled import compiled
 
 DURATION, VELOCITY, ACCELERATION, HELD, SLID, PIECE_COLUMNS = range(6)
-"""Columns of a piece: s, mm/s, mm/s^2 of the tip along the normal; loads of friction at rest and in motion, N."""
+"""Columns of a piece: s, mm/s, mm/s^2 of the tip along the normal; loads on friction at rest, in motion, N."""
 
-_LEAST = 0.05  # chosen: of the friction in motion: loads leave as much
-_SHORTEST = 1e-9  # s, chosen
+_LEAST = 0.05  # chosen: share of the friction in motion that loads leave at least
+_SHORTEST = 1e-9  # s, chosen: allowance for rounding in the ends of pieces
 
 
 @compiled
 def _seen(parameters, w, v, state):
-    """Speed of the tip along the normal against the table (mm/s), load on the friction at rest, and in motion (N)."""
+    """Speed of the tip along the normal (mm/s), loads on friction at rest and in motion (N)."""
     m, f_s, f_k = parameters[0], parameters[3], parameters[4]
     x, y = state[X] - state[TIP], state[Y]
     away = hypot(x, y)
@@ -49,9 +50,10 @@ def _seen(parameters, w, v, state):
 
 @compiled
 def follow(parameters, radius, w, segments, tolerance, longest, state, out):
-    """Push the ring of `state` by the rows of `segments` on the table, in pieces of at most `longest` (s); return how many.
+    """Push the ring of `state` by `segments`, in pieces of at most `longest` (s); return their number.
 
-    Each piece is written into a row of `out`, as far as there are any: the tip's motion along the normal, the mean loads.
+    Each piece goes into a row of `out`, as far as there are rows: motion of the tip along the normal, mean
+    loads.
     """
     row, count = np.empty((1, 3)), 0
     for k in range(segments.shape[0]):
@@ -72,14 +74,14 @@ def follow(parameters, radius, w, segments, tolerance, longest, state, out):
 
 @compiled
 def _law(parameters, held, slid):
-    """The reaction model's parameters under loads."""
+    """Parameters of the reaction model under loads."""
     slows = max(parameters[4] + slid, _LEAST * parameters[4])
     return parameters[0], parameters[1], parameters[2], max(parameters[3] + held, slows), slows, parameters[5]
 
 
 @compiled
 def loaded_push(parameters, pieces, start, out, log):
-    """Simulate a push as `reaction_kernels.push` does, with loads on the friction that change from piece to piece."""
+    """Simulate a push as `reaction_kernels.push`, with loads on the friction of each piece."""
     out[:COLUMNS] = 0.0
     out[BREAKAWAY_TIME] = np.nan
     sums = np.zeros(4)
@@ -112,7 +114,7 @@ def loaded_pushes(parameters, pieces, start, out, status):
 
 @compiled
 def loaded_sample(parameters, pieces, log, times, out):
-    """Write tip position (mm), part position (mm), part speed (mm/s) and contact force (N) at times (s, increasing)."""
+    """Write tip and part position (mm), part speed (mm/s), contact force (N) at rising times (s), (n, 4)."""
     row, last, piece, until = 0, log.shape[0] - 1, 0, pieces[0, DURATION]
     for i in range(times.size):
         while row < last and log[row + 1, 0] <= times[i]:

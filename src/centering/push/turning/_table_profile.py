@@ -1,4 +1,4 @@
-"""A push on a turning table as a push along a line: the tip's speed along the contact normal, the rim's own advance included."""
+"""Push on a turning table as motion along the contact normal, with the rim's own advance."""
 
 from typing import Self
 
@@ -14,31 +14,26 @@ from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import described
 
-_TURN = 0.02  # rad of the table in a piece
-_PIECES = 25  # chosen: of a push at least
-_STANDS = 1e-9  # s, chosen: after the end the tip stands against the part, or goes on leaving it
-_ERROR = 1e-8  # mm, chosen: of a step of the way in the plane
-_PARTS = 16  # chosen: in which a slide that goes on after the stroke is followed
+# rad, chosen: greatest turn of the table in a piece; speed is nearly linear, loads constant in it
+_TURN = 0.02
+_PIECES = 25  # chosen: least pieces of a push, for the same reason
+_STANDS = 1e-9  # s, chosen: last piece, after which the tip stays against the part or recedes
+_ERROR = 1e-8  # mm, chosen: integration error of a step in the plane
+_PARTS = 16  # chosen: a slide after the stroke is followed in this many parts and once as many again
 
 
 @described("centering.table_profile")
 class TableProfile(TipProfile):
-    """Motion of a tip along the contact normal, against a turning table, with what the turning adds to friction.
+    """Motion of a tip along the contact normal against a turning table, with loads on the friction.
 
-    `turning_profile` makes it; see there. Segments are those of `TipProfile`.
+    `turning_profile` makes it.
 
     Parameters
     ----------
-    duration : array, (n,)
-        Duration of each segment, s.
-    velocity : array, (n,)
-        Speed of the tip along the contact normal against the table, at the begin of each segment, mm/s.
-    acceleration : array, (n,)
-        Acceleration in each segment, mm/s^2.
-    start : float
-        Position at the begin, mm.
+    duration, velocity, acceleration, start
+        See `TipProfile`; s, mm/s, mm/s^2, mm, along the contact normal against the table.
     held, slid : array, (n,)
-        Added to the friction that holds the part, and to that of a part in motion, N.
+        Loads added to friction at rest and in motion, N.
 
     Raises
     ------
@@ -70,12 +65,12 @@ class TableProfile(TipProfile):
         return np.column_stack((self.duration, self.velocity, self.acceleration, self.held, self.slid))
 
     def then(self, other: TipProfile) -> Self:
-        """Return this profile and after it another one; without loads where that has none.
+        """Return this profile followed by another one; a plain `TipProfile` has no loads.
 
         Parameters
         ----------
         other : TipProfile
-            What comes after; its `start` does not matter.
+            Profile that follows; its `start` (mm) is ignored.
 
         Examples
         --------
@@ -95,28 +90,29 @@ class TableProfile(TipProfile):
 def turning_profile(
     profile: TipProfile, model: PushModel, *, offset: float, touch_angle: float, spindle_speed: float
 ) -> TableProfile:
-    """Return how a tip moves against a part on a turning table, along the contact normal and in the table's frame.
+    """Return the motion of a tip against a part on a turning table, along the contact normal.
 
-    What `simulate_table_push` and `FrictionEstimator` must be given of a push on a table that turns. The table carries the part
-    against the tip, so that it is pushed farther and faster than the slide moves, and throws it outward. Mears has neither. With
-    c the centre, n the contact normal from the tip to it, J a quarter turn, u the slip on the table and u_n, u_t its shares along
-    n and across: the contact closes by s - u_n, s = -n . w J c - v n_x, and ``M du_n/dt = F_c - F_k u_n/|u| - k_v u_n``
-    + M w^2 c . n + M (w + dbeta/dt) u_t. Speed and loads are those along the way that the model goes in the plane, taken as
-    linear and as constant over pieces of 0.02 rad or less. Left out: the part's way across the normal; the way along it is what
-    is told. After the profile the tip stays where it is, or goes on leaving, until the part rests.
+    It is the input of `simulate_table_push` and `FrictionEstimator` for a push on a turning table. The table
+    carries the part against the tip, which pushes it farther and faster than the slide moves, and throws it
+    outward; Mears has neither. With c the centre, n the contact normal from the tip to it, J a quarter turn,
+    u the slip on the table, and u_n, u_t its components along n and across: the contact closes by s - u_n, s
+    = -n . w J c - v n_x, and ``M du_n/dt = F_c - F_k u_n/|u| - k_v u_n`` + M w^2 c . n + M (w + dbeta/dt)
+    u_t. Speed and loads follow the motion in the plane, linear and constant over pieces of 0.02 rad or less.
+    Positions are along the normal; travel across it is left out. After the profile the tip stays, or goes on
+    receding, until the part rests.
 
     Parameters
     ----------
     profile : TipProfile
-        The slide from first touch on, positive toward the axis (mm, s), as `Push.push_profile`.
+        Slide from first touch on, positive toward the axis (mm, s), as `Push.push_profile`.
     model : PushModel
-        What is pushed.
+        Model of part and contact.
     offset : float
         Distance of the part's centre from the axis at first touch, mm.
     touch_angle : float
-        Angle by which the centre is before the line of push at first touch, rad, as `Touch.angle`.
+        Angle of the centre before the push line at first touch, rad, as `Touch.angle`.
     spindle_speed : float
-        rad/s.
+        Speed of the table, rad/s.
 
     Raises
     ------
@@ -146,7 +142,7 @@ def turning_profile(
 
 
 def _followed(profile: TipProfile, model: PushModel, w: float, state: Floats) -> TableProfile:
-    """The profile along the way of a ring in a state, until it rests."""
+    """Profile along the way of a ring in a state, until it rests."""
     rows = profile.segments
     longest = min(profile.total_time / _PIECES, _TURN / max(abs(w), 1e-9))
     speed = min(profile.final_velocity, 0.0)
@@ -164,7 +160,7 @@ def _followed(profile: TipProfile, model: PushModel, w: float, state: Floats) ->
 
 
 def _pieces(rows: Floats, model: PushModel, w: float, longest: float, state: Floats) -> Floats:
-    """The pieces of rows of a profile."""
+    """Pieces of the rows of a profile, (n, 5)."""
     out = np.empty((int(np.ceil(rows[:, 0] / longest).sum()) + len(rows), PIECE_COLUMNS))
     count = follow(model.parameters, model.part.radius, w, rows, _ERROR, longest, state, out)
     return np.asarray(out[:count])

@@ -1,4 +1,4 @@
-"""What happens in a push on a turning table, exact between its events, along the contact normal."""
+"""Trace of a push on a turning table, exact between its events, along the contact normal."""
 
 import dataclasses
 from typing import ClassVar
@@ -17,16 +17,16 @@ from sdpgrind.base.checks import Floats
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class TablePushTrace(PushTrace):
-    """A simulated push on a turning table; `Push.simulate` and `simulate_table_push` make it.
+    """Simulated push on a turning table; `Push.simulate` and `simulate_table_push` make it.
 
-    Positions are those along the contact normal, over the table; what the part slips across it is left out.
+    Positions are along the contact normal, over the table; slip across it is left out.
 
     Parameters
     ----------
     profile : TableProfile
-        What the tip did against the table, and the loads on friction.
+        Motion of the tip against the table, and loads on friction.
     parameters, phases, summary : array
-        As those of `PushTrace`, friction without its loads.
+        As in `PushTrace`; friction without loads.
 
     Examples
     --------
@@ -55,9 +55,9 @@ def simulate_table_push(model: "Pushable | npt.ArrayLike", profile: TableProfile
     Parameters
     ----------
     model : PushModel or array, (6,)
-        As `simulate_push` takes it.
+        See `simulate_push`.
     profile : TableProfile
-        See `turning_profile`.
+        Motion of the tip (mm, s), see `turning_profile`.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def simulate_table_push(model: "Pushable | npt.ArrayLike", profile: TableProfile
 
 
 def simulate_table_pushes(parameters: Floats, profile: TableProfile) -> Floats:
-    """Return of a push with each of (m, 6) parameters what `simulate_pushes` gives of one, (m, 8)."""
+    """Simulate a push with each of (m, 6) parameters; results as of `simulate_pushes`, (m, 8)."""
     out, status = np.empty((len(parameters), COLUMNS)), np.empty(len(parameters), dtype=np.int64)
     loaded_pushes(parameters, profile.pieces, profile.start, out, status)
     refuse_unfinished(status)
