@@ -1,4 +1,4 @@
-"""Friction between ring and table: laws, drift, estimates from pushes."""
+"""Friction between ring and table: laws, motion under a load, estimates from pushes."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""What is believed of a part's friction: a grid over its scale, which every push scatters about, and over its ratio."""
+"""Belief about a part's friction: probabilities on a grid of scale and ratio."""
 
 from math import ceil, log, log1p, sqrt
 
@@ -7,17 +7,15 @@ import numpy as np
 from centering._problem.model import PushModel
 from sdpgrind.base.checks import Floats
 
-SCALES, RATIOS = 161, 25
-_REACH = 5.0
-"""Standard deviations to which the grid goes."""
-_LEAST = 0.05
-"""Least friction over the expected one that is thought of."""
+SCALES, RATIOS = 161, 25  # chosen: size of the grid; wider cells add to the variance of predictions
+_REACH = 5.0  # chosen: reach of the grid in standard deviations
+_LEAST = 0.05  # chosen: least friction of the grid over the expected one; keeps it above 0
 
 
 class FrictionBelief:
-    """Probabilities of (scale, ratio): mu_static = e^(scale + ratio/2) times the expected one, mu_kinetic e^(scale - ratio/2).
+    """Probabilities of (scale, ratio): mu_static, mu_kinetic = e^(scale +- ratio/2) times expected.
 
-    Both are logarithms, 0 where the part is as expected; scatter of a push adds to the scale.
+    Both logarithms are 0 for the expected part; the scatter of a push adds to the scale.
     """
 
     def __init__(self, model: PushModel, part_sd: float, push_sd: float, ratio_sd: float) -> None:
@@ -27,7 +25,7 @@ class FrictionBelief:
         beyond = (self.scatter.size - 1) // 2
         step = self.scale[1] - self.scale[0]
         self.pushed = self.scale[0] + step * np.arange(-beyond, SCALES + beyond)
-        """Scales that a push may meet, `self.scale` and what lies beyond."""
+        """Scales of single pushes: `self.scale` and the scatter beyond it."""
         self.smear = _banded(self.scatter, SCALES)
         slant = self.ratio / (ratio_sd if ratio_sd > 0 else 1.0)
         self.prior = np.outer(_density(self.scale, part_sd), np.exp(-0.5 * slant**2))
@@ -37,12 +35,12 @@ class FrictionBelief:
         self.mu_kinetic = model.mu_kinetic * np.exp(self.scale[:, None] - 0.5 * self.ratio)
 
     def take(self, likelihood: Floats) -> None:
-        """Learn from the likelihood of a push over (scale met, ratio): the part's own scale is what it scattered about."""
+        """Update by the likelihood of a push over (its scale, ratio)."""
         weight = self.weight * (self.smear @ likelihood)
         self.weight = weight / weight.sum()
 
     def expected(self) -> Floats:
-        """Probability of what the next push meets, over (scale met, ratio)."""
+        """Probability of the next push over (its scale, ratio)."""
         return np.asarray(self.smear.T @ self.weight)
 
     def moments(self, weight: Floats) -> tuple[Floats, Floats]:
@@ -55,7 +53,7 @@ class FrictionBelief:
 
 
 def span(axis: Floats, weight: Floats, reach: float, count: int) -> Floats:
-    """Places for a coarser grid where the probability is, from end to end of `axis` at most."""
+    """Nodes of a coarser grid about the mean, within the ends of `axis`."""
     mean = float(axis @ weight)
     sd = sqrt(max(float((axis - mean) ** 2 @ weight), 0.0))
     low, high = max(mean - reach * sd, axis[0]), min(mean + reach * sd, axis[-1])
@@ -63,13 +61,13 @@ def span(axis: Floats, weight: Floats, reach: float, count: int) -> Floats:
 
 
 def _density(scale: Floats, sd: float) -> Floats:
-    """Density of the logarithm of what has mean 1 and a standard deviation."""
+    """Density of the logarithm of a variable of mean 1 and standard deviation `sd`."""
     factor = np.exp(scale)
     return np.asarray(factor * np.exp(-0.5 * ((factor - 1.0) / sd) ** 2))
 
 
 def _ratios(most: float, sd: float) -> Floats:
-    """Logarithms of mu_static/mu_kinetic over the expected one; it may not fall below 1."""
+    """Logarithms of mu_static/mu_kinetic over the expected ratio; the ratio itself stays >= 1."""
     return np.linspace(max(-_REACH * sd, -most), _REACH * sd, RATIOS) if sd > 0 else np.zeros(1)
 
 
@@ -83,7 +81,7 @@ def _scatter(sd: float, step: float) -> Floats:
 
 
 def _banded(kernel: Floats, rows: int) -> Floats:
-    """Matrix with the kernel in each row, one place further from row to row."""
+    """Matrix with the kernel in each row, shifted by one place from row to row."""
     matrix = np.zeros((rows, rows + kernel.size - 1))
     for k in range(rows):
         matrix[k, k : k + kernel.size] = kernel

@@ -1,4 +1,4 @@
-"""Friction laws whose bond deflects before it slides: Dahl's, LuGre's and the elasto-plastic one (Mears, chapter 2)."""
+"""Friction laws with a bond that deflects before sliding: Dahl, LuGre, elasto-plastic (Mears, chapter 2)."""
 
 from collections.abc import Callable
 from math import pi, sqrt
@@ -13,9 +13,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, quantity, units_of
 
-BRISTLE = 100.0
-"""Stiffness of the friction before it slides, over that of the contact: our choice, the source gives none."""
-_ELASTIC = 0.8  # of the deflection at which Coulomb friction slides
+BRISTLE = 100.0  # chosen: stiffness before sliding over that of the contact; the source gives none
+_ELASTIC = 0.8  # chosen: default elastic limit over the deflection at which Coulomb friction slides
 
 
 @described()
@@ -24,10 +23,8 @@ class DahlFriction(Described):
 
     Parameters
     ----------
-    coulomb_force : float
-        F_k, N.
-    bristle_stiffness : float
-        s0, N/mm.
+    coulomb_force, bristle_stiffness : float
+        F_k, N, and s0, N/mm.
 
     Raises
     ------
@@ -47,61 +44,48 @@ class DahlFriction(Described):
     states: ClassVar[int] = 1
 
     def force(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0, applied: npt.ArrayLike = 0.0) -> Floats:
-        """Return the friction force, N; what is applied does not matter, as the deflection balances it.
+        """Return the friction force, N.
 
         Parameters
         ----------
-        v : array_like
-            Speed, mm/s.
-        state : array_like
-            Deflection z, mm.
-        applied : array_like
-            N.
+        v, state, applied : array_like
+            Speed, mm/s; deflection z, mm; applied force, N, without effect, as the deflection balances it.
         """
         return np.asarray(
             self.bristle_stiffness * np.asarray(state, dtype=float) + 0.0 * np.asarray(v, dtype=float)
         )
 
     def rate(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0) -> Floats:
-        """Return how fast the deflection changes, mm/s.
+        """Return the rate of the deflection, mm/s.
 
         Parameters
         ----------
-        v : array_like
-            Speed, mm/s.
-        state : array_like
-            Deflection z, mm.
+        v, state : array_like
+            Speed, mm/s, and deflection z, mm.
         """
         speed, z = np.asarray(v, dtype=float), np.asarray(state, dtype=float)
         return np.asarray(speed - self.bristle_stiffness / self.coulomb_force * np.abs(speed) * z)
 
     @property
     def parameters(self) -> Floats:
-        """F_s, F_k (N), k_v (N s/mm), v_S (mm/s), delta_S (1), s0 (N/mm), s1 (N s/mm), z_ba (mm), (8,): for compiled loops."""
+        """F_s, F_k (N), k_v (N s/mm), v_S (mm/s), delta_S (1), s0 (N/mm), s1 (N s/mm), z_ba (mm), (8,)."""
         values = dict(SLOTS, coulomb_force=self.coulomb_force, breakaway_force=self.coulomb_force)
         return np.array([*(values | {"bristle_stiffness": self.bristle_stiffness}).values()])
 
 
 @described()
 class LuGreFriction(StribeckFriction):
-    """The law of Lund and Grenoble: z' = v - s0 ``|v|`` z/g(v), F = s0 z + s1 z' + k_v v, g Stribeck's curve.
+    """Law of Lund and Grenoble: z' = v - s0 ``|v|`` z/g(v), F = s0 z + s1 z' + k_v v, g Stribeck's curve.
 
-    A part held by it creeps away under a load that swings below the breakaway force; `ElastoPlasticFriction` does not.
+    A part held by it creeps under a load that oscillates below the breakaway force; `ElastoPlasticFriction`
+    does not.
 
     Parameters
     ----------
-    breakaway_force, coulomb_force : float
-        F_s and F_k, N; 0 < F_k <= F_s.
-    viscous_coefficient : float
-        k_v, N s/mm.
-    stribeck_speed : float
-        v_S, mm/s.
-    stribeck_exponent : float
-        delta_S, unit 1.
-    bristle_stiffness : float
-        s0, N/mm.
-    bristle_damping : float
-        s1, N s/mm.
+    breakaway_force, coulomb_force, viscous_coefficient, stribeck_speed, stribeck_exponent : float
+        See `StribeckFriction`; N, N, N s/mm, mm/s, 1.
+    bristle_stiffness, bristle_damping : float
+        s0, N/mm, and s1, N s/mm.
 
     Raises
     ------
@@ -122,30 +106,24 @@ class LuGreFriction(StribeckFriction):
     states: ClassVar[int] = 1
 
     def force(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0, applied: npt.ArrayLike = 0.0) -> Floats:
-        """Return the friction force, N; what is applied does not matter, as the deflection balances it.
+        """Return the friction force, N.
 
         Parameters
         ----------
-        v : array_like
-            Speed, mm/s.
-        state : array_like
-            Deflection z, mm.
-        applied : array_like
-            N.
+        v, state, applied : array_like
+            Speed, mm/s; deflection z, mm; applied force, N, without effect, as the deflection balances it.
         """
         spring = self.bristle_stiffness * np.asarray(state, dtype=float)
         drag = self.viscous_coefficient * np.asarray(v, dtype=float)
         return np.asarray(spring + self.bristle_damping * self.rate(v, state) + drag)
 
     def rate(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0) -> Floats:
-        """Return how fast the deflection changes, mm/s.
+        """Return the rate of the deflection, mm/s.
 
         Parameters
         ----------
-        v : array_like
-            Speed, mm/s.
-        state : array_like
-            Deflection z, mm.
+        v, state : array_like
+            Speed, mm/s, and deflection z, mm.
         """
         speed, z = np.asarray(v, dtype=float), np.asarray(state, dtype=float)
         return np.asarray(
@@ -154,40 +132,31 @@ class LuGreFriction(StribeckFriction):
         )
 
     def yielding(self, v: npt.ArrayLike, state: npt.ArrayLike) -> Floats:
-        """Return alpha, the share of the motion that the deflection gives way by, dimensionless: 1 in this law.
+        """Return alpha, the share of the motion in which the bond yields, dimensionless: 1 in this law.
 
         Parameters
         ----------
-        v : array_like
-            Speed, mm/s.
-        state : array_like
-            Deflection z, mm.
+        v, state : array_like
+            Speed, mm/s, and deflection z, mm.
         """
         return np.ones(np.broadcast_shapes(np.shape(v), np.shape(state)))
 
 
 @described()
 class ElastoPlasticFriction(LuGreFriction):
-    """LuGre's law with a deflection that is truly elastic up to z_ba: z' = v (1 - alpha(z, v) s0 z sgn(v)/g(v)).
+    """LuGre's law with a deflection truly elastic up to z_ba: z' = v (1 - alpha(z, v) s0 z sgn(v)/g(v)).
 
-    alpha is 0 up to z_ba and where the motion relieves the deflection, and rises by half a sine to 1 at z_ss = g/s0.
+    alpha is 0 up to z_ba and where the motion relieves the deflection, and rises by half a sine to 1 at z_ss
+    = g/s0.
 
     Parameters
     ----------
-    breakaway_force, coulomb_force : float
-        F_s and F_k, N; 0 < F_k <= F_s.
-    viscous_coefficient : float
-        k_v, N s/mm.
-    stribeck_speed : float
-        v_S, mm/s.
-    stribeck_exponent : float
-        delta_S, unit 1.
-    bristle_stiffness : float
-        s0, N/mm.
-    bristle_damping : float
-        s1, N s/mm.
+    breakaway_force, coulomb_force, viscous_coefficient, stribeck_speed, stribeck_exponent : float
+        See `StribeckFriction`; N, N, N s/mm, mm/s, 1.
+    bristle_stiffness, bristle_damping : float
+        s0, N/mm, and s1, N s/mm.
     elastic_limit : float
-        z_ba, mm, below F_k/s0; by default 0.8 of that.
+        z_ba, mm, below F_k/s0. Default: 0.8 of that.
 
     Raises
     ------
@@ -213,14 +182,12 @@ class ElastoPlasticFriction(LuGreFriction):
             raise self._refused("elastic_limit", f"< coulomb_force/bristle_stiffness = {slides:.6g}")
 
     def yielding(self, v: npt.ArrayLike, state: npt.ArrayLike) -> Floats:
-        """Return alpha, the share of the motion that the deflection gives way by, dimensionless, 0 to 1.
+        """Return alpha, the share of the motion in which the bond yields, dimensionless, 0 to 1.
 
         Parameters
         ----------
-        v : array_like
-            Speed, mm/s.
-        state : array_like
-            Deflection z, mm.
+        v, state : array_like
+            Speed, mm/s, and deflection z, mm.
         """
         speed, z = np.asarray(v, dtype=float), np.asarray(state, dtype=float)
         low = float(self.elastic_limit or 0.0)
@@ -230,7 +197,7 @@ class ElastoPlasticFriction(LuGreFriction):
 
 
 FrictionLaw = CoulombFriction | DahlFriction
-"""Any of the six laws (the others are kinds of the first)."""
+"""Any of the six laws; the other four are subclasses of the first."""
 
 _STEADY = {"coulomb": CoulombFriction, "viscous": ViscousFriction, "stribeck": StribeckFriction}
 _BRISTLE = {"lugre": LuGreFriction, "elasto_plastic": ElastoPlasticFriction}
@@ -240,21 +207,22 @@ LAWS = (*_STEADY, "dahl", *_BRISTLE)
 def friction_law(model: PushModel, law: str = "elasto_plastic", **options: Any) -> FrictionLaw:
     """Return a friction law with the forces of a push model.
 
-    Stiffness before sliding is 100 times that of the contact, and its damping sqrt(s0 M); the source gives neither.
+    The stiffness before sliding is 100 times that of the contact, its damping sqrt(s0 M); the source gives
+    neither.
 
     Parameters
     ----------
     model : PushModel
         Friction, mass and contact.
     law : {"coulomb", "viscous", "stribeck", "dahl", "lugre", "elasto_plastic"}
-        Which.
+        Name of the law.
     **options
         Fields of the law that differ, in their units.
 
     Raises
     ------
     ValueError
-        For another word, or a field that the law does not have.
+        For another name, or a field that the law does not have.
 
     Examples
     --------

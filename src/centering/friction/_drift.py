@@ -1,4 +1,4 @@
-"""A part under a load with any of the friction laws, and how far a load that should hold it lets it creep."""
+"""Motion of a part under a load with any friction law, and its creep under an oscillating load."""
 
 import dataclasses
 from math import pi
@@ -13,26 +13,24 @@ from centering.friction._laws import CoulombFriction
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 
-_PER_CYCLE = 4000
-_STEPS_MAX = 50_000_000
+_PER_CYCLE = 4000  # chosen: steps per cycle of the load; fewer exceed sqrt(M/s0) of a light part
+_STEPS_MAX = 50_000_000  # chosen: a record of every step then takes 1.6 GB
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class FrictionTrace:
-    """Motion of a part under a load with a friction law, as `simulate_friction` gives it.
+    """Motion of a part under a load; `simulate_friction` makes it.
 
     Attributes
     ----------
     time : array, (n,)
-        s.
-    load : array, (n,)
-        Force that pushes the part, N, of the step that ends then.
+        Times, s.
+    load, friction : array, (n,)
+        Force on the part, and mean friction against it, in the step that ends at `time`, N.
     position, velocity : array, (n,)
         Of the part, mm and mm/s.
-    friction : array, (n,)
-        Force against it, N, mean of the step that ends then.
     state : array, (n,)
-        Deflection of the laws that have one, mm.
+        Deflection of laws with a bond, mm.
     """
 
     time: Floats
@@ -63,26 +61,22 @@ class FrictionTrace:
 def simulate_friction(
     law: FrictionLaw, load: npt.ArrayLike, *, mass: float, step: float, repeats: int = 1, every: int = 1
 ) -> FrictionTrace:
-    """Push a part that rests at first by a force over time, against one of the friction laws.
+    """Simulate a part, at rest at first, under a force over time against a friction law.
 
-    M v' = load - friction, by steps that are implicit in the velocity and in the deflection (first order): stiff laws are no
-    trouble, yet the laws with a bond need steps well below sqrt(M/s0) to be followed. At rest the laws without a bond hold
-    exactly.
+    M v' = load - friction, in first-order steps implicit in velocity and deflection: stiff laws are stable,
+    but laws with a bond need steps well below sqrt(M/s0) for accuracy. Laws without a bond hold exactly at
+    rest.
 
     Parameters
     ----------
     law : friction law
         See `friction_law`.
     load : array_like, (n,)
-        Force held over each step, N.
-    mass : float
-        Of the part, kg.
-    step : float
-        s.
-    repeats : int
-        How often the load is run through.
-    every : int
-        Steps from one point of the record to the next; divides all of them.
+        Force in each step, N.
+    mass, step : float
+        Of the part, kg; duration of a step, s.
+    repeats, every : int
+        Number of runs through the load; steps between points of the record, a divisor of all steps.
 
     Raises
     ------
@@ -129,22 +123,22 @@ def friction_drift(
     frequency: float = 20.0,
     cycles: tuple[int, int] = (10, 300),
 ) -> float:
-    """Return how far a part creeps under a load that swings below its breakaway force, mm.
+    """Return the creep of a part under a load that oscillates below its breakaway force, mm.
 
-    The place at the end of the last cycle less that at the end of the first one given. A true law gives nothing here.
+    The difference of its positions after two numbers of cycles. A true law gives 0.
 
     Parameters
     ----------
     law : friction law
         See `friction_law`.
     mass : float
-        kg.
+        Mass of the part, kg.
     mean_load, load_amplitude : float
         Of the load mean + amplitude sin(2 pi frequency t), N.
     frequency : float
-        Hz.
+        Frequency of the load, Hz.
     cycles : pair of int
-        Number of cycles after which it is measured first and last.
+        Numbers of cycles after which the position counts first and last.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The friction of a part, learned push by push from what each one showed: Bayes' rule over a grid, for any part and any push."""
+"""Friction of a part, estimated push by push with Bayes' rule on a grid, for any part and any push."""
 
 from collections.abc import Iterable, Mapping
 from math import hypot, nan, sqrt
@@ -18,45 +18,47 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Estimate, Status
 
 NAMES = ("mu_static", "mu_kinetic")
-_OFF = 25.0
-"""Squared standard deviations by which readings may be off at the nearest friction, before they are refused."""
-_BELOW = 5.0
-"""Standard deviations by which a reading may be below 0."""
-_TOLD = 0.5
-"""Perfectly read pushes, from whose worth on a value counts as learned."""
+_OFF = 25.0  # chosen: misfit at the best friction, squared sds, beyond which readings are refused (5 sd)
+_BELOW = 5.0  # chosen: standard deviations of noise by which a reading may be below 0
+_TOLD = 0.5  # chosen: information in perfectly read pushes from which a coefficient counts as learned
 
 
 class FrictionEstimator:
-    """Learn both coefficients of friction of a part from its pushes, by Bayes' rule over a grid (Mears, chapter 6, made general).
+    """Estimate both coefficients of friction of a part from its pushes, by Bayes' rule on a grid.
 
-    Each push is simulated with 189 frictions about those that are believed; peak force, free slide and final position that were
-    read are compared with what each predicts. The friction of a part persists; what a push meets scatters about it by
-    `PushScatter.friction_push_sd`, both coefficients together, so that n pushes tell a part's friction no better than to
-    that over sqrt(n). Where what is predicted jumps from friction to friction (stick and slip), it counts for less. Errors of the
-    model are taken as independent from push to push; what persists of them becomes part of the friction found. So does a contact
-    that is not the one of the problem: with a stiffness 20 % off, 12 to 17 of 60 parts are called impossible; with one 20 % below
-    the true one, 95 % intervals of mu_kinetic hold 55 to 58 %. Measure the contact first (`contact_stiffness`).
+    Each push is simulated with 189 frictions about the believed ones and compared with the readings of peak
+    force, free slide and final position. The friction of a part persists; single pushes scatter about it by
+    `PushScatter.friction_push_sd`, both coefficients together, so that n pushes estimate it to that over
+    sqrt(n) at best. Where predictions jump between frictions (stick and slip) they count less. Errors of the
+    model count as independent from push to push; a persistent error becomes part of the friction found. So
+    does a wrong contact: with a stiffness 20 % off, 12 to 17 of 60 parts are called impossible; with one 20 %
+    below the true one, 95 % intervals of mu_kinetic hold 55 to 58 %. Measure the contact first
+    (`contact_stiffness`).
 
-    What tells what: the peak force of a slow push tells mu_static of a heavy part, up to a few mm/s (above, speed times contact
-    damping and stiffness make the force); the way that a part slides free after a fast push or a hard stop tells mu_kinetic. Of a
-    light part only that way tells anything, Mears (6.2). A gentle push, which leaves the part where the tip stops, tells little.
-    A grid, as an unscented filter is far too sure of what stick and slip show: its 95 % intervals hold 50 to 80 % then.
+    The peak force of a slow push, up to a few mm/s, determines mu_static of a heavy part; above, speed times
+    contact damping and stiffness make the force. The free slide after a fast push or a hard stop determines
+    mu_kinetic; for a light part it is the only information, Mears (6.2). A gentle push, which leaves the part
+    where the tip stops, gives little. The grid replaces an unscented filter, whose 95 % intervals hold 50 to
+    80 % under stick and slip.
 
     Parameters
     ----------
     problem : CenteringProblem
-        Its model is what is expected at first; its scatter how far a part may be from it.
+        Its model is the expectation; its scatter the deviation of a part from it.
     ratio_sd : float
-        Standard deviation of mu_static/mu_kinetic from part to part, relative; the source finds the ratio within 15 %.
+        Standard deviation of mu_static/mu_kinetic from part to part, relative; the source finds the ratio
+        within 15 %.
     force_sd : float
-        Of a peak force as read, N.
+        Standard deviation of a peak force reading, N.
     position_sd : float, optional
-        Of a free slide or a final position as read, mm; by default of the stop and of two measurements, from the scatter.
+        Standard deviation of a reading of free slide or final position, mm. Default: of the stop and of two
+        measurements, from the scatter.
     model_error : float
-        Of what the model predicts, relative: of the force, and of the way that the part slides beyond the tip.
+        Error of the model, relative, in the force and in the way of the part beyond the tip.
     way_error : float
-        Of a final position, over how far the tip goes; 0 for a table that stands, or where the way along the contact normal was
-        read. The whole way over a table at 20 rpm is some 0.001 longer, at 100 rpm 0.02; `turning_profile` gives the profile.
+        Error of a final position over the travel of the tip; 0 for a table at rest, or a way along the
+        contact normal. The whole way over a table is longer by some 0.001 at 20 rpm, 0.02 at 100 rpm;
+        `turning_profile` gives the profile.
 
     Raises
     ------
@@ -103,7 +105,7 @@ class FrictionEstimator:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the pushes, as for the next part."""
+        """Forget the pushes, before the next part."""
         scatter = self._problem.scatter
         sds = scatter.friction_part_sd, scatter.friction_push_sd, self._ratio_sd
         self._belief = FrictionBelief(self._problem.model, *sds)
@@ -111,12 +113,12 @@ class FrictionEstimator:
 
     @property
     def pushes(self) -> int:
-        """Pushes that were learned from, unit 1."""
+        """Number of pushes in the estimate, unit 1."""
         return self._pushes
 
     @property
     def refused(self) -> int:
-        """Pushes whose readings no friction explains, and which therefore count for nothing, unit 1."""
+        """Number of ignored pushes, whose readings no friction explains, unit 1."""
         return self._refused
 
     def update(
@@ -128,26 +130,26 @@ class FrictionEstimator:
         free_slide: float | None = None,
         final_position: float | None = None,
     ) -> None:
-        """Learn from a push: from its trace, or from what was read and how the tip moved. NaN or None: not read.
+        """Learn from a push: from its trace, or from readings (None or NaN: not read) and a profile.
 
         Parameters
         ----------
         trace : PushTrace, optional
-            A push with all that it shows; numbers given besides take the place of its own.
+            Simulated push with all readings; other arguments replace its own.
         profile : TipProfile, optional
-            How the tip moved, from first touch on (mm, s).
+            Motion of the tip from first touch on (mm, s).
         peak_force : float, optional
             Greatest contact force, N.
         free_slide : float, optional
-            Way from leaving the tip to meeting it again or to rest, the greatest, mm.
+            Longest way between leaving the tip and the next contact or rest, mm.
         final_position : float, optional
-            How far the part was moved, mm.
+            Travel of the part, mm.
 
         Raises
         ------
         ValueError, TypeError
-            Without a profile or any reading, or for one that is below 0 by more than 5 of its standard deviations, infinite, or
-            beyond the range of the sensor, 446 N. Noise may take the reading of nothing a little below 0.
+            Without a profile or any reading, or for a reading below 0 by more than 5 standard deviations,
+            infinite, or above the range of the sensor, 446 N.
         """
         path, read = _readings(self._sd, trace, profile, peak_force, free_slide, final_position)
         farthest = float(path.position(np.cumsum(path.duration)).max())
@@ -163,14 +165,14 @@ class FrictionEstimator:
 
     @property
     def estimate(self) -> Estimate:
-        """Both coefficients with their covariance (dimensionless); the message says which one the pushes have not told."""
+        """Both coefficients with their covariance (unit 1); the message names those not determined."""
         mean, covariance = self._belief.moments(self._belief.weight)
         status, message = self._judged(mean, covariance)
         return Estimate(NAMES, mean, covariance, status, message, ("1", "1"))
 
     @property
     def told(self) -> dict[str, float]:
-        """How many perfectly read pushes all were worth, for each coefficient, unit 1; about 0: they told nothing of it."""
+        """Information on each coefficient in perfectly read pushes, unit 1; about 0: none."""
         mean, covariance = self._belief.moments(self._belief.weight)
         first, before = self._belief.moments(self._belief.prior)
         gained = mean**2 / np.diag(covariance) - first**2 / np.diag(before)
@@ -178,12 +180,12 @@ class FrictionEstimator:
         return dict(zip(NAMES, (gained * scatter**2).tolist(), strict=True))
 
     def _judged(self, mean: Floats, covariance: Floats) -> tuple[Status, str]:
-        """How far the pushes have told the friction, in a word and in a sentence."""
+        """Status of the estimate, and a sentence for it."""
         if self._refused > self._pushes:
             return Status.IMPOSSIBLE, (
-                f"no friction explains {self._refused} of {self._refused + self._pushes} pushes: look for a contact stiffness or"
-                " damping that is not the machine's, bad readings, a wrong unit or profile, or a part that is not the one of the"
-                " problem"
+                f"no friction explains {self._refused} of {self._refused + self._pushes} pushes: look for a"
+                " contact stiffness or damping that is not the machine's, bad readings, a wrong unit or profile,"
+                " or a part that is not the one of the problem"
             )
         if not self._pushes:
             return Status.UNDETERMINED, "no pushes yet: what was expected"
@@ -220,18 +222,20 @@ def identify_friction(
     Parameters
     ----------
     data : PushTrace, sequence of PushTrace or mapping, or log
-        The pushes, in any order; a mapping has ``profile`` (TipProfile) and any of ``peak_force`` (N), ``free_slide`` (mm) and
-        ``final_position`` (mm), as `FrictionEstimator.update` takes them. Or the log of a centering cycle, or a mapping of the
-        arrays of its table "control": the motion of the tip is taken from the slide's readings, the way of the part from the
-        centres that the controller reports. Samples of 10 ms tell the friction of a heavy part; of one of 5 kg they tell little.
+        Pushes in any order; a mapping has ``profile`` (TipProfile) and any of ``peak_force`` (N),
+        ``free_slide`` (mm), ``final_position`` (mm), see `FrictionEstimator.update`. Or the log of a
+        centering cycle, or the arrays of its table "control": the motion of the tip then follows from the
+        readings of the slide, the way of the part from the reported centres. Samples of 10 ms determine the
+        friction of a heavy part; for one of 5 kg they say little.
     problem : CenteringProblem
-        What is expected, and how far a part may be from it.
+        Expected friction and its scatter.
     part : int, optional
-        Which part of a log, unit 1; needed where there are several.
+        Part of the log, unit 1; needed where there are several.
     throw : bool
-        Raise where no friction explains the pushes; else the status says so.
+        Raise where no friction explains the pushes. False: the status says so.
     **options
-        Noise, see `FrictionEstimator`; of a log, whose samples blur a push, model_error is 0.05 and way_error 0.03 by default.
+        Noise, see `FrictionEstimator`. Defaults for a log, whose samples blur a push: model_error 0.05,
+        way_error 0.03.
 
     Returns
     -------
@@ -241,7 +245,7 @@ def identify_friction(
     Raises
     ------
     ValueError, TypeError
-        For what `FrictionEstimator` refuses, no pushes, or pushes that no friction explains.
+        When `FrictionEstimator` refuses, or for no pushes, or pushes that no friction explains.
 
     Examples
     --------
@@ -267,7 +271,7 @@ def identify_friction(
 
 
 def _pushes(data: Any) -> list[Any]:
-    """The pushes, one by one."""
+    """List of the pushes."""
     if isinstance(data, PushTrace | Mapping):
         return [data]
     if not isinstance(data, Iterable):
@@ -278,7 +282,7 @@ def _pushes(data: Any) -> list[Any]:
 def _readings(
     sd: Floats, trace: PushTrace | None, profile: TipProfile | None, *given: float | None
 ) -> tuple[TipProfile, Floats]:
-    """The tip's way, and (peak force, free slide, final position), NaN for what was not read."""
+    """Motion of the tip, and (peak force, free slide, final position), NaN without a reading."""
     if trace is not None:
         checks.kind("trace", trace, PushTrace)
         profile = trace.profile if profile is None else profile
@@ -295,7 +299,7 @@ _READ = (("peak_force", "N", SENSOR_RANGE), ("free_slide", "mm", 1e3), ("final_p
 
 
 def _reading(kind: tuple[str, str, float], sd: float, value: float | None) -> float:
-    """A reading; NaN where there is none."""
+    """Check a reading; NaN without one."""
     name, unit, most = kind
     if value is None or value != value:
         return nan

@@ -1,33 +1,18 @@
-"""A mass under a load with one of the friction laws, step by step; implicit where the law is stiff."""
+"""Mass under a load with a friction law, step by step; implicit where the law is stiff."""
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-_FIRST_BRISTLE = 3
-"""Laws from that kind on deflect before they slide; 3 is Dahl's, 4 LuGre's, 5 the elasto-plastic one."""
+_FIRST_BRISTLE = 3  # derived: first `kind` of a law with a bond (3: Dahl, 4: LuGre, 5: elasto-plastic)
 
 
 @compiled
 def follow_load(kind, law, inertia, load, step, every, out):
     """Write position (mm), velocity (mm/s), friction (N) and deflection (mm) after every `every` steps.
 
-    Parameters
-    ----------
-    kind : int
-        Which law.
-    law : array, (8,)
-        F_s, F_k, k_v, v_S, delta_S, s0, s1, z_ba.
-    inertia : float
-        M, N s^2/mm.
-    load : array, (n,)
-        Force held over each step, N; it begins anew where more steps are asked for.
-    step : float
-        s.
-    every : int
-        Steps from one row to the next.
-    out : array, (rows, 4)
-        What is written; its first row, the start, is not.
+    `law`: F_s, F_k, k_v, v_S, delta_S, s0, s1, z_ba. `inertia`: M, N s^2/mm. `load`, (n,): force in each step
+    (N), repeated as needed. `step` in s. `out`, (rows, 4): its first row is the start.
     """
     x, v, z, friction = out[0, 0], out[0, 1], out[0, 3], out[0, 2]
     for k in range((out.shape[0] - 1) * every):
@@ -65,7 +50,7 @@ def _steady_step(kind, law, inertia, push, step, v):
 
 @compiled
 def _bristle_step(kind, law, inertia, push, step, v, z):
-    """Velocity, deflection and friction after an implicit step: linear in what is new, with g and alpha of before."""
+    """Velocity, deflection and friction after an implicit step, with g and alpha of its beginning."""
     g = _stribeck(kind, law, v)
     decay = _yielding(kind, law, v, z, g) * law[5] * np.abs(v) / g
     keep = 1.0 / (1.0 + step * decay)
@@ -76,7 +61,7 @@ def _bristle_step(kind, law, inertia, push, step, v, z):
 
 @compiled
 def _yielding(kind, law, v, z, g):
-    """Share of the motion that the deflection gives way by."""
+    """Share of the motion in which the bond yields."""
     if kind != 5:
         return 1.0
     if v * z <= 0.0:

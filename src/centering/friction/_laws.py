@@ -1,4 +1,4 @@
-"""Friction laws without memory, as small frozen objects: Coulomb's, with a viscous share, Stribeck's (Mears, chapter 2)."""
+"""Friction laws without memory: Coulomb's, with a viscous share, Stribeck's (Mears, chapter 2)."""
 
 from typing import ClassVar
 
@@ -8,7 +8,7 @@ import numpy.typing as npt
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, quantity
 
-STRIBECK_SPEED = 1.0  # mm/s
+STRIBECK_SPEED = 1.0  # mm/s, chosen: a larger one spreads the fall of friction over faster pushes
 SLOTS = {
     "breakaway_force": 0.0,
     "coulomb_force": 0.0,
@@ -23,7 +23,7 @@ SLOTS = {
 
 @described()
 class CoulombFriction(Described):
-    """Coulomb friction with a breakaway force, Mears (2.1), (2.3) and (2.4): F_k sgn v; at rest it balances up to F_s.
+    """Coulomb friction, Mears (2.1), (2.3), (2.4): F_k sgn v; at rest it balances up to F_s.
 
     Parameters
     ----------
@@ -52,23 +52,23 @@ class CoulombFriction(Described):
             raise self._refused("breakaway_force", f">= coulomb_force = {self.coulomb_force:g}")
 
     def force(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0, applied: npt.ArrayLike = 0.0) -> Floats:
-        """Return the friction force, N, against the motion: positive where `v` is, or where `applied` is at rest.
+        """Return the friction force, N; its sign is that of `v`, at rest that of `applied`.
 
         Parameters
         ----------
         v : array_like
             Speed, mm/s.
         state : array_like
-            Deflection of the laws that have one, mm; these have none.
+            Deflection, mm; without effect in laws without memory.
         applied : array_like
-            Force that the friction must balance at rest, N.
+            Force to be balanced at rest, N.
         """
         speed, load = np.asarray(v, dtype=float), np.asarray(applied, dtype=float)
         held = np.clip(load, -self.breakaway_force, self.breakaway_force)
         return np.asarray(np.where(speed == 0.0, held, np.sign(speed) * self.sliding_force(speed)))
 
     def sliding_force(self, v: npt.ArrayLike) -> Floats:
-        """Return the size of the force in steady motion, N.
+        """Return the magnitude of the force in steady motion, N.
 
         Parameters
         ----------
@@ -78,33 +78,29 @@ class CoulombFriction(Described):
         return np.full(np.shape(v), self.coulomb_force)
 
     def rate(self, v: npt.ArrayLike, state: npt.ArrayLike = 0.0) -> Floats:
-        """Return how fast the state changes, mm/s; 0, as these laws have none.
+        """Return the rate of the state, mm/s; 0 for laws without memory.
 
         Parameters
         ----------
-        v : array_like
-            Speed, mm/s.
-        state : array_like
-            Deflection, mm.
+        v, state : array_like
+            Speed, mm/s, and deflection, mm.
         """
         return np.zeros(np.broadcast_shapes(np.shape(v), np.shape(state)))
 
     @property
     def parameters(self) -> Floats:
-        """F_s, F_k (N), k_v (N s/mm), v_S (mm/s), delta_S (1), s0 (N/mm), s1 (N s/mm), z_ba (mm), (8,): for compiled loops."""
+        """F_s, F_k (N), k_v (N s/mm), v_S (mm/s), delta_S (1), s0 (N/mm), s1 (N s/mm), z_ba (mm), (8,)."""
         return np.array([float(getattr(self, name, default)) for name, default in SLOTS.items()])
 
 
 @described()
 class ViscousFriction(CoulombFriction):
-    """Coulomb and viscous friction, Mears (2.2) with the sign that it lacks: (F_k + k_v ``|v|``) sgn v.
+    """Coulomb and viscous friction, Mears (2.2) with its missing sign: (F_k + k_v ``|v|``) sgn v.
 
     Parameters
     ----------
-    breakaway_force, coulomb_force : float
-        F_s and F_k, N; 0 < F_k <= F_s.
-    viscous_coefficient : float
-        k_v, N s/mm.
+    breakaway_force, coulomb_force, viscous_coefficient : float
+        F_s and F_k, N; k_v, N s/mm; 0 < F_k <= F_s.
 
     Raises
     ------
@@ -121,7 +117,7 @@ class ViscousFriction(CoulombFriction):
     kind: ClassVar[int] = 1
 
     def sliding_force(self, v: npt.ArrayLike) -> Floats:
-        """Return the size of the force in steady motion, N.
+        """Return the magnitude of the force in steady motion, N.
 
         Parameters
         ----------
@@ -133,20 +129,16 @@ class ViscousFriction(CoulombFriction):
 
 @described()
 class StribeckFriction(ViscousFriction):
-    """Friction that falls from F_s to F_k as the part gets going, Mears (2.5) with the sign that it lacks.
+    """Friction that falls from F_s to F_k with rising speed, Mears (2.5) with its missing sign.
 
     (F_k + (F_s - F_k) exp(-``|v/v_S|``^delta_S) + k_v ``|v|``) sgn v; at rest it balances up to F_s.
 
     Parameters
     ----------
-    breakaway_force, coulomb_force : float
-        F_s and F_k, N; 0 < F_k <= F_s.
-    viscous_coefficient : float
-        k_v, N s/mm.
-    stribeck_speed : float
-        v_S, mm/s.
-    stribeck_exponent : float
-        delta_S, unit 1.
+    breakaway_force, coulomb_force, viscous_coefficient : float
+        F_s and F_k, N; k_v, N s/mm; 0 < F_k <= F_s.
+    stribeck_speed, stribeck_exponent : float
+        v_S, mm/s, and delta_S, unit 1.
 
     Raises
     ------
@@ -167,7 +159,7 @@ class StribeckFriction(ViscousFriction):
     kind: ClassVar[int] = 2
 
     def sliding_force(self, v: npt.ArrayLike) -> Floats:
-        """Return the size of the force in steady motion, N.
+        """Return the magnitude of the force in steady motion, N.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""The pushes of a logged centering cycle, as the friction estimator takes them: tip and rim from the readings of each sample."""
+"""Pushes of a logged centering cycle in the form of the friction estimator: tip and rim from the samples."""
 
 from collections.abc import Iterator
 from math import cos, nan, sin
@@ -25,31 +25,20 @@ UNITS = {
     "offset_planned": "mm",
     "offset_angle_planned": "rad",
 }
-"""Columns of the log that are needed: what the machine measures and what the controller reports."""
+"""Columns of the log: readings of the machine and reports of the controller."""
 
-_LEAST = 0.2  # mm: of a shorter way samples tell too little
-_AFTER = 3  # samples after the profile that belong to the push
-_TURN = 0.05  # rad of the table in the search for first touch
-_SHORTEST = 1e-6  # s
-_ERROR = 1e-6  # mm: of a step of the push in the plane; readings err by more
+_LEAST = 0.2  # mm, chosen: samples of a shorter push say too little about friction
+_AFTER = 3  # chosen: samples after the profile that still belong to the push
+_TURN = 0.05  # rad, chosen: turn of the table per step of the search for first touch
+_SHORTEST = 1e-6  # s, chosen: a shorter first segment is rounding
+_ERROR = 1e-6  # mm, chosen: integration error of a step in the plane, below the errors of readings
 
 
 def logged_pushes(log: Any, problem: CenteringProblem, part: int | None = None) -> list[dict[str, Any]]:
     """Return profile (`TableProfile`), peak force (N) and way (mm) of each push of a part of 0.2 mm or more.
 
-    Parameters
-    ----------
-    log : Log, or mapping of arrays
-        Table "control" of a run, with the columns of `UNITS`.
-    problem : CenteringProblem
-        Its radius and model say where the rim is met, and how the way bends.
-    part : int, optional
-        Which part; needed where there are several.
-
-    Raises
-    ------
-    ValueError, TypeError
-        When a column is missing, or the part is not told.
+    `log` holds the table "control" of a run with the columns of `UNITS`; `part` is needed for a log of
+    several. Radius and model of the problem give the contact with the rim and the bend of the way.
     """
     found = idf.series(log, UNITS, tier="control", part=part)
     if len(found) != 1:
@@ -78,7 +67,7 @@ def _pushes(rows: Series, problem: CenteringProblem) -> Iterator[dict[str, Any]]
 
 
 def _center(rows: Series, k: int) -> complex:
-    """Centre on the table as the controller reported it, mm."""
+    """Centre on the table as reported by the controller, mm."""
     d, phi = rows["offset_planned"][k], rows["offset_angle_planned"][k]
     return complex(d * cos(phi), d * sin(phi)) if np.isfinite(d + phi) else complex(nan, nan)
 
@@ -86,7 +75,7 @@ def _center(rows: Series, k: int) -> complex:
 def _push(
     rows: Series, kept: slice, before: complex, problem: CenteringProblem
 ) -> tuple[TipProfile, float] | None:
-    """The tip from first touch on, along the contact normal, and the way along that over the distance; None: nothing touched."""
+    """Tip from first touch on, along the contact normal, and way over distance; None: no contact."""
     model, w = problem.model, float(rows["spindle_speed"][kept.start])
     path = _smooth(rows.time[kept] - rows.time[kept.start], -rows["slide"][kept])
     angle = rows["angle"][kept.start] - float(np.angle(before))
@@ -102,7 +91,7 @@ def _push(
 
 
 def _smooth(time: Floats, position: Floats) -> TipProfile:
-    """A motion through samples, of two constant accelerations from one to the next and without jumps of speed."""
+    """Motion through samples without jumps of speed: two constant accelerations between neighbours."""
     step, moved = np.diff(time), np.diff(position)
     speed = np.gradient(position, time)
     middle = 2.0 * moved / step - 0.5 * (speed[:-1] + speed[1:])
@@ -113,7 +102,7 @@ def _smooth(time: Floats, position: Floats) -> TipProfile:
 
 
 def _touch(path: TipProfile, angle: float, w: float, offset: float, radius: float) -> float | None:
-    """When the tip meets the rim, s from the begin."""
+    """Time at which the tip meets the rim, s from the beginning; None: never, or before."""
     time = np.linspace(0.0, path.total_time, 2 + int(path.total_time * max(abs(w) / _TURN, 2000.0)))
     turned = angle + w * time
     across = offset * np.sin(turned)
@@ -126,7 +115,7 @@ def _touch(path: TipProfile, angle: float, w: float, offset: float, radius: floa
 
 
 def _from(segments: Floats, time: float) -> Floats:
-    """The rows of a profile from a time on."""
+    """Rows of a profile from a time on."""
     ends = np.cumsum(segments[:, 0])
     k = int(np.searchsorted(ends, time + _SHORTEST, side="right"))
     rows = segments[k:].copy()

@@ -1,4 +1,4 @@
-"""What a push would have shown with other frictions, simulated with a few about those believed; how likely the readings are."""
+"""Predicted readings of a push for frictions about the believed ones; likelihood of the actual ones."""
 
 import numpy as np
 
@@ -12,12 +12,11 @@ from centering.push.turning._table_trace import simulate_table_pushes
 from sdpgrind.base.checks import Floats
 
 NODES = (21, 9)
-"""Frictions that a push is simulated with, of scale and ratio."""
-_REACH = 4.0
-_ROUGH = 0.5
-"""Standard deviation of what lies between nodes, over their second difference: that of noise, and more than that of a jump."""
+"""Simulated frictions of a push, of scale and ratio; chosen: more cost time, fewer blur the prediction."""
+_REACH = 4.0  # chosen: reach of the nodes in standard deviations of the prediction
+_ROUGH = 0.5  # chosen: sd between nodes over their second difference; that of noise, more than that of a jump
 _FINAL, _SLIDE, _PEAK = 0, 1, 2
-"""Columns of what a push gives."""
+"""Columns of the result of a push."""
 
 
 def likelihood(
@@ -28,7 +27,10 @@ def likelihood(
     noise_sd: Floats,
     error: tuple[float, float],
 ) -> tuple[Floats, float]:
-    """Likelihood, greatest 1, over (scale met, ratio) of peak force, free slide, final position; how far off the nearest is."""
+    """Likelihood of the readings over (scale, ratio), greatest 1; the least misfit.
+
+    `error`: relative error of the model, and travel of the tip (mm), within which positions are exact.
+    """
     met = belief.expected()
     scales = span(belief.pushed, met.sum(axis=1), _REACH, NODES[0])
     ratios = span(belief.ratio, met.sum(axis=0), _REACH, NODES[1])
@@ -36,28 +38,23 @@ def likelihood(
     doubt = np.maximum(roughness(found, 0), roughness(found, 1))
     nodes, cells = _axes(scales, ratios), _axes(belief.pushed, belief.ratio)
     out = np.empty((belief.pushed.size, belief.ratio.size))
-    off = log_likelihood(
-        found, doubt, nodes, cells, read, noise_sd, *error, out
-    )  # of the model, beyond where the tip goes
+    off = log_likelihood(found, doubt, nodes, cells, read, noise_sd, *error, out)
     return np.exp(out - out.max()), float(off)
 
 
 def predicted(model: PushModel, profile: TipProfile, scales: Floats, ratios: Floats) -> Floats:
-    """Peak force (N), free slide and final position (mm) with each friction, (n, m, 3)."""
+    """Peak force (N), free slide and final position (mm) at each friction, (n, m, 3)."""
     held = model.breakaway_force * np.exp(scales[:, None] + 0.5 * ratios)
     slid = np.minimum(model.coulomb_force * np.exp(scales[:, None] - 0.5 * ratios), held)
     rows = np.tile(model.parameters, (held.size, 1))
     rows[:, 3], rows[:, 4] = held.ravel(), slid.ravel()
-    shown = (
-        simulate_table_pushes(rows, profile)
-        if isinstance(profile, TableProfile)
-        else simulate_pushes(rows, profile)
-    )
+    simulate = simulate_table_pushes if isinstance(profile, TableProfile) else simulate_pushes
+    shown = simulate(rows, profile)
     return np.ascontiguousarray(shown[:, [_PEAK, _SLIDE, _FINAL]]).reshape(*held.shape, 3)
 
 
 def roughness(found: Floats, axis: int) -> Floats:
-    """Doubt of each node from the second differences about it along an axis."""
+    """Standard deviation at each node from the second differences along an axis."""
     if found.shape[axis] < 3:
         return np.zeros_like(found)
     values = np.moveaxis(found, axis, 0)

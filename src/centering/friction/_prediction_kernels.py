@@ -1,4 +1,4 @@
-"""How likely readings of a push are over a fine grid of frictions, from what it would have shown with a few of them."""
+"""Likelihood of the readings of a push over a fine grid of frictions, from predictions at a few nodes."""
 
 import numpy as np
 
@@ -7,26 +7,13 @@ from sdpgrind.base.compiled import compiled
 
 @compiled
 def log_likelihood(found, doubt, nodes, cells, read, noise_sd, error, farthest, out):
-    """Write the logarithm of the likelihood at each place of the grid; return how far the nearest one is off, squared sds.
+    """Write the log-likelihood at each place of the grid, (p, r); return the least misfit, squared sds.
 
-    Parameters
-    ----------
-    found, doubt : array, (n, m, 3)
-        Peak force (N), free slide (mm), final position (mm) at the nodes, and standard deviations of what lies between them.
-    nodes : array, (2, 2)
-        First node and step between nodes, of scale and ratio; a step of 0: one node.
-    cells : array, (2, 2)
-        First place and step of the grid, likewise.
-    read : array, (3,)
-        Readings; NaN: none.
-    noise_sd : array, (3,)
-        Their standard deviations.
-    error : float
-        Of what is predicted, relative.
-    farthest : float
-        How far the tip went, mm; the part's way beyond counts as predicted, that with the tip as known.
-    out : array, (p, r)
-        What is written.
+    `found`, `doubt`, (n, m, 3): peak force (N), free slide, final position (mm) at the nodes, and their
+    standard deviations between nodes. `nodes`, `cells`, (2, 2): first place and step of scale and ratio, of
+    nodes and grid; step 0: one node. `read`, `noise_sd`, (3,): readings (NaN: none) and their standard
+    deviations. `error`: relative error of predictions; of the final position only beyond `farthest` (mm), the
+    travel of the tip.
     """
     nearest = np.inf
     for i in range(out.shape[0]):

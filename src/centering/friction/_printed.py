@@ -1,4 +1,4 @@
-"""Friction from the peak force and from the free slide of a push, by the source's formulas for its heaviest part."""
+"""Friction from peak force and free slide of a push by the source's formulas for its heaviest part."""
 
 import warnings
 from math import sqrt
@@ -9,37 +9,36 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, described, flag, quantity
 from sdpgrind.identify import Estimate
 
-MASS = 18.9
-"""Mass of the part that the formulas were fitted to, kg."""
-SENSOR_RANGE = 446.0
-"""Greatest force that the source's sensor reads, N."""
+MASS = 18.9  # kg; source: Mears (2006), chapter 6, part that his formulas are fitted to
+SENSOR_RANGE = 446.0  # N; source: Mears (2006), range of his force sensor
 WEIGHTS = ("sensitivity", "minimum_variance")
 
-_MASS_BAND = 0.1
-_PER_MINUTE = 60.0  # mm/min of a mm/s
-_MICRONS = 1e3
-_FORCE_OFFSET = 14.1  # N, (6.1)
-_FORCE_OF_SPEED = 0.0529  # N min/mm, (6.5)
-_FORCE_OF_FRICTION = 146.2  # N, (6.5)
-_SLOWEST = 500.0  # mm/min
-_MU_0 = 0.3415  # (6.9)
-_C_1, _K_1 = 0.00041, 1.8997  # µm (min/mm)^k_1
-_C_2, _K_2 = 0.07379, 1.6428  # µm (min/mm)^k_2
-_FORCE_PER_SLIDE = 0.0062  # N/µm, (6.15), at 5000 mm/min
+_MASS_BAND = 0.1  # chosen: relative; parts of other masses have other formulas
+_PER_MINUTE = 60.0  # mm/min of a mm/s; derived from the units
+_MICRONS = 1e3  # µm of a mm; derived from the units
+_FORCE_OFFSET = 14.1  # N; source: Mears (6.1)
+_FORCE_OF_SPEED = 0.0529  # N min/mm; source: Mears (6.5)
+_FORCE_OF_FRICTION = 146.2  # N; source: Mears (6.5)
+_SLOWEST = 500.0  # mm/min; chosen: at rest (6.5) gives 146.2 mu_static, physics 185 mu_static
+_MU_0 = 0.3415  # source: Mears (6.9)
+_C_1, _K_1 = 0.00041, 1.8997  # µm (min/mm)^k_1; source: Mears (6.8)
+_C_2, _K_2 = 0.07379, 1.6428  # µm (min/mm)^k_2; source: Mears (6.8)
+_FORCE_PER_SLIDE = 0.0062  # N/µm at 5000 mm/min; source: Mears (6.15)
 
 
 @described()
 class PrintedFriction(Described):
-    """The source's friction estimators, Mears (6.1)-(6.15): regressions on its simulation of one part of 18.9 kg.
+    """The source's friction estimators, Mears (6.1)-(6.15): regressions for a part of 18.9 kg.
 
-    They take mu_kinetic for 0.75 mu_static and know no scatter. `FrictionEstimator` is for any part and any push.
+    They take mu_kinetic = 0.75 mu_static and know no scatter. `FrictionEstimator` serves any part and any
+    push.
 
     Parameters
     ----------
     mass : float
-        Of the part, kg.
+        Mass of the part, kg.
     any_mass : bool
-        Use them for a part whose mass is not 18.9 kg +- 10 %: they are wrong there, and a warning says so.
+        Allow a mass other than 18.9 kg +- 10 %, for which the formulas are wrong; a warning says so.
 
     Raises
     ------
@@ -73,19 +72,19 @@ class PrintedFriction(Described):
         )
 
     def corrected_force(self, peak_force: float) -> float:
-        """Return the force that the source's model would have peaked at, N, Mears (6.1).
+        """Return the peak force of the source's model, N, Mears (6.1).
 
-        Its own Table 6.2 is made from forces without this correction, which is therefore in none of the other formulas.
+        The source's Table 6.2 uses forces without this correction; so do the other formulas.
 
         Parameters
         ----------
         peak_force : float
-            Observed, N.
+            Observed peak force, N.
 
         Raises
         ------
         ValueError
-            For a force outside 0 to 446 N, which the sensor reads.
+            For a force outside 0 to 446 N, the range of the sensor.
         """
         return _force(peak_force) + _FORCE_OFFSET
 
@@ -94,10 +93,8 @@ class PrintedFriction(Described):
 
         Parameters
         ----------
-        mu_static : float
-            Coefficient of friction at rest, dimensionless.
-        push_speed : float
-            mm/s, at least 8.33 (500 mm/min).
+        mu_static, push_speed : float
+            Coefficient of friction at rest, dimensionless; push speed, mm/s, at least 8.33 (500 mm/min).
 
         Raises
         ------
@@ -113,10 +110,8 @@ class PrintedFriction(Described):
 
         Parameters
         ----------
-        peak_force : float
-            As observed, N; from the share of the speed, 3.174 N s/mm, up to 446 N.
-        push_speed : float
-            mm/s, at least 8.33 (500 mm/min).
+        peak_force, push_speed : float
+            Observed peak force, N, from 3.174 N s/mm times the speed up to 446 N; speed, mm/s, at least 8.33.
 
         Raises
         ------
@@ -131,31 +126,29 @@ class PrintedFriction(Described):
         return (float(peak_force) - least) / _FORCE_OF_FRICTION
 
     def free_slide(self, mu_static: float, push_speed: float) -> float:
-        """Return how far the part slides free, mm, Mears (6.7)-(6.9).
+        """Return the free slide of the part, mm, Mears (6.7)-(6.9).
 
         Parameters
         ----------
-        mu_static : float
-            Coefficient of friction at rest, dimensionless, up to 0.3415.
-        push_speed : float
-            mm/s.
+        mu_static, push_speed : float
+            Coefficient of friction at rest, dimensionless, up to 0.3415; push speed, mm/s.
 
         Raises
         ------
         ValueError
-            For a friction beyond the parabola's lowest point, or a speed that is not > 0.
+            For a friction beyond the minimum of the parabola, or a speed that is not > 0.
         """
         low, scale = _parabola(push_speed)
         mu = checks.within("mu_static", mu_static, 0.0, _MU_0, "1")
         return (low + scale * (mu - _MU_0) ** 2) / _MICRONS
 
     def slide_range(self, push_speed: float) -> tuple[float, float]:
-        """Return the least and the greatest free slide that give a friction, mm: those of mu_static 0.3415 and 0.
+        """Return the least and the greatest invertible free slide, mm: those of mu_static 0.3415 and 0.
 
         Parameters
         ----------
         push_speed : float
-            mm/s.
+            Push speed, mm/s.
 
         Raises
         ------
@@ -166,24 +159,23 @@ class PrintedFriction(Described):
         return low / _MICRONS, (low + scale * _MU_0**2) / _MICRONS
 
     def from_slide(self, free_slide: float, push_speed: float) -> float:
-        """Return mu_static from the free slide, dimensionless, Mears (6.10) and (6.11): the left branch of the parabola.
+        """Return mu_static from the free slide, dimensionless, Mears (6.10) and (6.11).
 
         Parameters
         ----------
-        free_slide : float
-            mm, within `slide_range`.
-        push_speed : float
-            mm/s.
+        free_slide, push_speed : float
+            Free slide, mm, within `slide_range`; push speed, mm/s.
 
         Raises
         ------
         ValueError
-            For a slide outside the range in which the parabola can be inverted; the message says the range.
+            For a slide outside `slide_range`.
         """
         least, most = self.slide_range(push_speed)
         slide = checks.number("free_slide", free_slide, "mm")
         if not least <= slide <= most:
-            rule = f"in [{least:.6g}, {most:.6g}], where Mears (6.10) has a solution at {float(push_speed):.6g} mm/s"
+            speed = f"{float(push_speed):.6g} mm/s"
+            rule = f"in [{least:.6g}, {most:.6g}], where Mears (6.10) has a solution at {speed}"
             raise checks.refuse("free_slide", rule, slide, "mm")
         low, scale = _parabola(push_speed)
         return _MU_0 - sqrt(max(slide * _MICRONS - low, 0.0) / scale)
@@ -194,16 +186,14 @@ class PrintedFriction(Described):
         return _FORCE_OF_FRICTION
 
     def slide_sensitivity(self, mu_static: float, push_speed: float) -> float:
-        """Return the size of the slope of the free slide over mu_static, mm, Mears (6.14).
+        """Return the magnitude of the slope of the free slide over mu_static, mm, Mears (6.14).
 
         The source's constant term mu_0^2 should be A mu_0^2; the slope is right.
 
         Parameters
         ----------
-        mu_static : float
-            dimensionless, up to 0.3415.
-        push_speed : float
-            mm/s.
+        mu_static, push_speed : float
+            Coefficient of friction at rest, dimensionless, up to 0.3415; push speed, mm/s.
 
         Raises
         ------
@@ -227,17 +217,13 @@ class PrintedFriction(Described):
 
         Parameters
         ----------
-        peak_force : float
-            N.
-        free_slide : float
-            mm.
-        push_speed : float
-            mm/s.
+        peak_force, free_slide, push_speed : float
+            Of a push, N, mm, mm/s.
         weights : {"sensitivity", "minimum_variance"}
-            Slopes g_i, Mears (6.12), the slide's turned into a force by the ratio (6.15), which the source has for 5000 mm/min
-            only; or g_i^2/sd_i^2, which gives the least variance.
+            Slopes g_i, Mears (6.12), with the slide's turned into a force by the ratio (6.15), which the
+            source gives for 5000 mm/min only; or g_i^2/sd_i^2, of least variance.
         force_sd, slide_sd : float
-            Standard deviations of force (N) and slide (mm); the variance of the result is made of them in either case.
+            Standard deviations of force (N) and slide (mm), from which the variance of the result follows.
 
         Returns
         -------
@@ -276,12 +262,12 @@ class PrintedFriction(Described):
 
 
 def _force(peak_force: object) -> float:
-    """A force that the sensor reads."""
+    """Check a force of the sensor."""
     return checks.within("peak_force", peak_force, 0.0, SENSOR_RANGE, "N")
 
 
 def _fast(push_speed: object) -> float:
-    """Speed in mm/min, at which the force's formula holds."""
+    """Checked speed in mm/min, within the range of the force formula."""
     speed = checks.positive("push_speed", push_speed, "mm/s") * _PER_MINUTE
     if speed < _SLOWEST * (1.0 - 1e-12):
         raise checks.refuse(
@@ -291,6 +277,6 @@ def _fast(push_speed: object) -> float:
 
 
 def _parabola(push_speed: object) -> tuple[float, float]:
-    """Height of its lowest point and opening, both µm, Mears (6.8)."""
+    """Minimum and opening of the parabola, both µm, Mears (6.8)."""
     speed = checks.positive("push_speed", push_speed, "mm/s") * _PER_MINUTE
     return _C_1 * speed**_K_1, _C_2 * speed**_K_2

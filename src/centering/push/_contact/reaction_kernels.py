@@ -17,7 +17,7 @@ LOG_COLUMNS = 7
 DONE, TOO_MANY, STALLED = 0, 1, 2
 """How a push ended."""
 EVENTS_MAX = 200_000  # chosen: four times the phases of the slowest useful push of the lightest part
-_STALLED = 200  # chosen: phases in a row without duration; an advancing push has far fewer
+_STALLED = 200  # chosen: phases in a row without duration that count as no progress
 _WORK, _FRICTION, _FLYING, _LEFT_AT = range(4)
 
 

@@ -23,7 +23,7 @@ _SHORTEST, _LONGEST = 0.02, 2.0  # chosen: shortest segment, sqrt(M/k); longest 
 _CRITICAL = 1e-6  # chosen: frequency below which the swing counts as critically damped
 STARTS = ((0.5, 0.8, 0.4), (2.0, 0.9, 1.0))
 """First guesses: start and stop over mu_k g, touch speed over its bound; chosen: local minima lie nearby."""
-_ITERATIONS = 200  # chosen: most steps of the solver; programs that converge take fewer
+_ITERATIONS = 200  # chosen: most iterations of the solver; more only prolong a failed search
 _OPTIONS: dict[str, Any] = {
     "print_time": False,
     "error_on_fail": False,

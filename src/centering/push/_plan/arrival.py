@@ -16,7 +16,7 @@ from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, custom, described
 
-_BEFORE = 0.05  # mm, chosen: run-up before planned first touch, beyond the scatter of the ring's position
+_BEFORE = 0.05  # mm, chosen: run-up before planned first touch, so that a ring that lies nearer is met too
 _WEIGHTS = np.array([2.0, 0.5, 0.5]) / 3.0  # derived: Gauss-Hermite weights of 0 and +-sqrt(3) sd
 _NODES, _REACH = 64, 9.0  # chosen: nodes of the quadrature over position; its reach in standard deviations
 _ERROR = 1e-8  # mm, chosen: error of an integration step, far below the scatter

@@ -22,7 +22,7 @@ from centering.push.turning._plane_kernels import RESTS, TIP, V_X, V_Y, X, Y, _p
 from sdpgrind.base.compiled import compiled
 
 DURATION, VELOCITY, ACCELERATION, HELD, SLID, PIECE_COLUMNS = range(6)
-"""Columns of a piece: s, mm/s, mm/s^2 of the tip along the normal; loads on friction at rest, in motion, N."""
+"""Columns of a piece: s, mm/s, mm/s^2 of the tip on the normal; loads on friction at rest, in motion, N."""
 
 _LEAST = 0.05  # chosen: share of the friction in motion that loads leave at least
 _SHORTEST = 1e-9  # s, chosen: allowance for rounding in the ends of pieces
