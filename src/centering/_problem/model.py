@@ -8,8 +8,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, part, quantity
 from sdpgrind.base.warned import warn
 
-GRAVITY = 9807.0
-"""Acceleration of gravity, mm/s^2, Mears (3.7)."""
+GRAVITY = 9807.0  # mm/s^2; source: Mears (3.7)
 
 _NEWTON = 1e-3  # N s^2/mm of a kg; derived from the units
 

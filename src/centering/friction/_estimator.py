@@ -184,8 +184,8 @@ class FrictionEstimator:
         if self._refused > self._pushes:
             return Status.IMPOSSIBLE, (
                 f"no friction explains {self._refused} of {self._refused + self._pushes} pushes: look for a"
-                " contact stiffness or damping that is not the machine's, bad readings, a wrong unit or profile,"
-                " or a part that is not the one of the problem"
+                " contact stiffness or damping that is not the machine's, bad readings, a wrong unit or"
+                " profile, or a part that is not the one of the problem"
             )
         if not self._pushes:
             return Status.UNDETERMINED, "no pushes yet: what was expected"
@@ -207,7 +207,8 @@ class FrictionEstimator:
 
 _ADVICE = {
     "mu_static": "for mu_static break the part away slowly and read the peak force",
-    "mu_kinetic": "for mu_kinetic let it slide free, by a fast push with a hard stop, and read how far it went",
+    "mu_kinetic": "for mu_kinetic let it slide free, by a fast push with a hard stop, and read how far it"
+    " went",
 }
 
 

@@ -8,8 +8,7 @@ from centering.push._profile.row_kernels import CLEAR, ROWS, last_rows, trapezoi
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-STILL = 1e-9
-"""Share of a profile's greatest speed that counts as a standstill; chosen: well above rounding."""
+STILL = 1e-9  # chosen: share of a profile's greatest speed that counts as a standstill, above rounding
 _LEAST = 1e-12  # chosen: share of the whole duration below which a segment is dropped
 _JERK_STEPS = 16  # chosen: segments of constant acceleration for one of constant jerk
 _SLIVER = 1e-9  # s, chosen: rows left over by rounding are shorter
