@@ -10,7 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from centering.push._contact.reaction import COLUMN_NAMES, Pushable, parameter_rows, refuse_unfinished
-from centering.push._contact.reaction_kernels import COLUMNS, LOG_COLUMNS, push
+from centering.push._contact.reaction_kernels import COLUMNS, EVENTS, LOG_COLUMNS, push
 from centering.push._contact.sample_kernels import sample
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks, pictures, stored
@@ -245,8 +245,13 @@ def simulate_push(model: "Pushable | npt.ArrayLike", profile: TipProfile) -> Pus
     """
     law = parameter_rows(model)[0]
     checks.kind("profile", profile, TipProfile)
+    return PushTrace(profile, law, *traced(push, law, profile.segments, profile.start))
+
+
+def traced(kernel: Any, law: Floats, rows: Floats, start: float) -> tuple[Floats, Floats]:
+    """Phases and summary of a push; the first run of the kernel counts the phases."""
     summary, nothing = np.empty(COLUMNS), np.empty((0, LOG_COLUMNS))
-    refuse_unfinished(np.array([push(law, profile.segments, profile.start, summary, nothing)]))
-    phases = np.empty((int(summary[4]) + 1, LOG_COLUMNS))
-    push(law, profile.segments, profile.start, summary, phases)
-    return PushTrace(profile, law, phases, summary)
+    refuse_unfinished(np.array([kernel(law, rows, start, summary, nothing)]))
+    phases = np.empty((int(summary[EVENTS]) + 1, LOG_COLUMNS))
+    kernel(law, rows, start, summary, phases)
+    return phases, summary

@@ -108,9 +108,9 @@ class Push(ByValue, Plan):
         >>> round(push.simulate().peak_force, 1)  # N
         70.5
         """
-        told = self.problem.model if model is None else model
+        model = self.problem.model if model is None else model
         place = {"offset": self.offset, "touch_angle": self.touch.angle, "spindle_speed": self.spindle_speed}
-        return simulate_table_push(told, turning_profile(self.push_profile, told, **place))
+        return simulate_table_push(model, turning_profile(self.push_profile, model, **place))
 
     def arrival(self, model: PushModel | None = None) -> Arrival:
         """Return the expected final position of the ring's centre on the table (mm) with its covariance.
@@ -130,8 +130,8 @@ class Push(ByValue, Plan):
         >>> there.offset < 0.001, there.sd.round(4)  # mm; the direction scatters by 1.5 deg
         (True, array([0.0036, 0.0262]))
         """
-        told = self.problem.model if model is None else checks.kind("model", model, PushModel)
-        return arrival(told, self.problem.scatter, self.touch, self.offset, self.spindle_speed)
+        model = self.problem.model if model is None else checks.kind("model", model, PushModel)
+        return arrival(model, self.problem.scatter, self.touch, self.offset, self.spindle_speed)
 
     @property
     def dataset(self) -> xr.Dataset:

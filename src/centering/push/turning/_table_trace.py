@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from centering.push._contact.reaction import Pushable, parameter_rows, refuse_unfinished
-from centering.push._contact.reaction_kernels import COLUMNS, LOG_COLUMNS
-from centering.push._contact.trace import PushTrace
+from centering.push._contact.reaction_kernels import COLUMNS
+from centering.push._contact.trace import PushTrace, traced
 from centering.push.turning._table_kernels import loaded_push, loaded_pushes, loaded_sample
 from centering.push.turning._table_profile import TableProfile
 from sdpgrind.base import checks
@@ -74,11 +74,7 @@ def simulate_table_push(model: "Pushable | npt.ArrayLike", profile: TableProfile
     """
     law = parameter_rows(model)[0]
     pieces = checks.kind("profile", profile, TableProfile).pieces
-    summary, nothing = np.empty(COLUMNS), np.empty((0, LOG_COLUMNS))
-    refuse_unfinished(np.array([loaded_push(law, pieces, profile.start, summary, nothing)]))
-    phases = np.empty((int(summary[4]) + 1, LOG_COLUMNS))
-    loaded_push(law, pieces, profile.start, summary, phases)
-    return TablePushTrace(profile, law, phases, summary)
+    return TablePushTrace(profile, law, *traced(loaded_push, law, pieces, profile.start))
 
 
 def simulate_table_pushes(parameters: Floats, profile: TableProfile) -> Floats:
