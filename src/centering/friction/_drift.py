@@ -160,9 +160,8 @@ def friction_drift(
     if first >= last:
         raise checks.refuse("cycles", "two rising numbers", cycles)
     phase = 2 * pi * (np.arange(_PER_CYCLE) + 0.5) / _PER_CYCLE
-    load = checks.number("mean_load", mean_load, "N") + checks.number(
-        "load_amplitude", load_amplitude, "N"
-    ) * np.sin(phase)
+    mean = checks.number("mean_load", mean_load, "N")
+    load = mean + checks.number("load_amplitude", load_amplitude, "N") * np.sin(phase)
     step = 1.0 / checks.positive("frequency", frequency, "Hz") / _PER_CYCLE
     trace = simulate_friction(law, load, mass=mass, step=step, repeats=last, every=_PER_CYCLE)
     return float(trace.position[last] - trace.position[first])

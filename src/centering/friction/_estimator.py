@@ -93,10 +93,8 @@ class FrictionEstimator:
             )
         stop = hypot(scatter.stop_sd, sqrt(2.0) * scatter.measuring_sd)
         place = stop if position_sd is None else position_sd
-        force, position = (
-            checks.positive("force_sd", force_sd, "N"),
-            checks.positive("position_sd", place, "mm"),
-        )
+        force = checks.positive("force_sd", force_sd, "N")
+        position = checks.positive("position_sd", place, "mm")
         self._sd = np.array([force, position, position])
         self._error = checks.within("model_error", model_error, 0.0, 1.0, "relative")
         self._way_error = checks.within("way_error", way_error, 0.0, 1.0, "relative")

@@ -145,9 +145,8 @@ def restitution(*, slide_before: float, slide_after: float, part_after: float) -
     0.84892
     """
     before = checks.positive("slide_before", slide_before, "mm/s")
-    apart = checks.number("part_after", part_after, "mm/s") - checks.number(
-        "slide_after", slide_after, "mm/s"
-    )
+    part = checks.number("part_after", part_after, "mm/s")
+    apart = part - checks.number("slide_after", slide_after, "mm/s")
     return checks.within("restitution", apart / before, 0.0, 1.0, "1")
 
 
@@ -169,9 +168,8 @@ def mass_ratio(*, slide_before: float, slide_after: float, part_after: float) ->
     >>> round(mass_ratio(slide_before=139.0, slide_after=104.0, part_after=222.0), 4)
     0.1577
     """
-    lost = checks.number("slide_before", slide_before, "mm/s") - checks.number(
-        "slide_after", slide_after, "mm/s"
-    )
+    before = checks.number("slide_before", slide_before, "mm/s")
+    lost = before - checks.number("slide_after", slide_after, "mm/s")
     return lost / checks.positive("part_after", part_after, "mm/s")
 
 

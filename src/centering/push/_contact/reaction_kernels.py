@@ -9,7 +9,7 @@ from sdpgrind.base.compiled import compiled
 FINAL_POSITION, FREE_SLIDE, PEAK_FORCE, TIME, EVENTS, ENERGY_ERROR, BREAKAWAY_TIME, FINAL_SPEED = range(8)
 """Columns of the result of a push: mm, mm, N, s, count, relative, s (NaN: no breakaway), mm/s."""
 COLUMNS = 8  # derived: number of columns above
-# derived: at the beginning of a phase time (s), mode, tip (mm, mm/s, mm/s^2), gap (mm), speed of the part (mm/s)
+# derived: at the beginning of a phase time (s), mode, tip (mm, mm/s, mm/s^2), gap (mm), part speed (mm/s)
 LOG_COLUMNS = 7
 
 DONE, TOO_MANY, STALLED = 0, 1, 2

@@ -133,10 +133,8 @@ def closing_distance(
     15.586
     """
     d, r = _offset(offset, radius)
-    w, v = (
-        checks.positive("spindle_speed", spindle_speed, "rad/s"),
-        checks.positive("slide_speed", slide_speed, "mm/s"),
-    )
+    w = checks.positive("spindle_speed", spindle_speed, "rad/s")
+    v = checks.positive("slide_speed", slide_speed, "mm/s")
     a = checks.positive("acceleration", acceleration, "mm/s^2")
 
     def slide(t: float) -> float:

@@ -131,10 +131,8 @@ def turning_profile(
     checks.kind("model", model, PushModel)
     if profile.start != 0:
         raise checks.refuse("profile.start", "0: it begins at first touch", profile.start, "mm")
-    w, angle = (
-        checks.number("spindle_speed", spindle_speed, "rad/s"),
-        checks.number("touch_angle", touch_angle, "rad"),
-    )
+    w = checks.number("spindle_speed", spindle_speed, "rad/s")
+    angle = checks.number("touch_angle", touch_angle, "rad")
     d = checks.nonnegative("offset", offset, "mm")
     if d >= model.part.radius:
         raise checks.refuse("offset", f"< the radius of the part = {model.part.radius:g}", d, "mm")
