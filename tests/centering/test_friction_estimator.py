@@ -1,6 +1,4 @@
-"""Friction learned push by push: against brute force, against draws, its intervals, what tells what, and what
-is refused.
-"""
+"""Friction learned push by push: against brute force and draws, intervals, information of pushes, refusals."""
 
 import functools
 from math import nan, sqrt
@@ -28,9 +26,7 @@ NAMES = ("peak_force", "free_slide", "final_position")
 
 
 def gentle(distance, model=MODEL, speed=40.0):
-    """Break away at 1 mm/s, speed up at half of what friction would stop it with, stop at 0.7 of that, draw
-    back.
-    """
+    """Break away at 1 mm/s, accelerate at 0.5 mu_k g, stop at 0.7 mu_k g, retract."""
     brake = 0.7 * model.mu_kinetic * 9807.0
     push = 0.5 * model.mu_kinetic * 9807.0
     first = 1.12 * model.breakaway_force / model.contact_stiffness
@@ -118,7 +114,7 @@ def test_the_grid_gives_what_draws_give(mass, profiles):
 
 
 def test_of_stick_and_slip_the_grid_says_no_more_than_draws_do():
-    """The places of single jumps are left out: they depend on frictions more finely than a grid tells."""
+    """Positions of single jumps are left out: they depend on friction more finely than the grid resolves."""
     rng = np.random.default_rng(2)
     pushes = [(SLOW, read(MODEL, SLOW, rng, 1.05, 1.04))]
     mean, sd, effective = drawn_posterior(PROBLEM, pushes)
@@ -176,9 +172,7 @@ def test_compiled_likelihood_is_its_formula():
 
 
 def test_doubt_is_the_size_of_what_lies_between_nodes():
-    """Of noise and of a jump, the sd of the error of a straight line between nodes is at most what is told;
-    of a parabola too.
-    """
+    """For noise, a jump and a parabola the error of a straight line between nodes has at most this sd."""
     rng, fine = np.random.default_rng(0), np.linspace(0, 1, 2001)
     for curve, least in (
         (np.sin(997 * 2 * np.pi * fine), 0.5),
@@ -221,7 +215,7 @@ def parts(problem, profiles, count, seed):
 
 
 def part(estimator, model, profiles, rng):
-    """True coefficients of a part, what was found of them, and the interval."""
+    """True coefficients of a part, their estimates and intervals."""
     scale = 1.0 + PART_SD * rng.standard_normal()
     half = np.exp(0.5 * RATIO_SD * rng.standard_normal())
     for profile in profiles:
@@ -363,7 +357,7 @@ def test_neither_preset_explains_the_sources_own_experiment():
         assert estimator.refused >= 2 and estimator.estimate.status is not Status.OK
 
 
-# What tells what
+# Information of pushes
 # ------------------------------------------------------------------------------------------------------
 
 
@@ -477,7 +471,7 @@ def test_readings_that_no_friction_explains_count_for_nothing():
 
 def test_noise_takes_the_reading_of_nothing_below_zero():
     """Every reading of a part that did not move is as good as one of 0."""
-    tap = TipProfile.move(0.005, 2.0, 2560.0)  # the contact gives way by more
+    tap = TipProfile.move(0.005, 2.0, 2560.0)  # the contact closes by more
     estimates = []
     for way in (-3e-4, 0.0, 3e-4):
         estimator = FrictionEstimator(PROBLEM)

@@ -25,7 +25,7 @@ from centering.friction import (
 MODEL = preset("printed").model
 MASS, INERTIA = 18.9, 0.0189
 HELD, SLID = MODEL.breakaway_force, MODEL.coulomb_force
-# N: never more than half of what holds
+# N: at most half of the breakaway force
 CREEP = {"mass": MASS, "mean_load": 0.2 * HELD, "load_amplitude": 0.3 * HELD}
 SPEEDS = st.floats(-100.0, 100.0)
 
@@ -64,9 +64,7 @@ def test_at_rest_friction_balances_up_to_breakaway(load):
 
 @given(v=SPEEDS, z=st.floats(-5e-4, 5e-4))
 def test_what_a_law_takes_from_the_motion_it_does_not_give_back(v, z):
-    """F v is what is stored plus a loss >= 0; without damping of the bond, with which these laws may not be
-    passive.
-    """
+    """F v is stored power plus a loss >= 0; with a damped bond these laws may not be passive."""
     for name in ("dahl", "lugre", "elasto_plastic"):
         law = law_of(name) if name == "dahl" else law_of(name, bristle_damping=0.0)
         stored = law.bristle_stiffness * z * float(law.rate(v, z))
@@ -104,9 +102,7 @@ def test_laws_of_arrays_are_those_of_their_entries():
 
 
 def slow_twin(law, load, step, rows):
-    """The same steps with the laws' own functions; implicit equations by fixed-point iteration over what is
-    linear in them.
-    """
+    """The same steps with the laws' own functions; implicit linear equations by fixed-point iteration."""
     out, x, v, z = [(0.0, 0.0, 0.0, 0.0)], 0.0, 0.0, 0.0
     for push in load[:rows]:
         before = v

@@ -1,4 +1,4 @@
-"""Friction from the log of a cycle: what the samples show of each push, against the machine that was pushed."""
+"""Friction from the samples of a logged cycle, against the hidden truth of the machine."""
 
 import functools
 
@@ -21,7 +21,7 @@ def logged(mass, parts):
 
 
 def test_friction_of_each_part_is_found():
-    """Over 8 parts of a scatter of 8 %, pushes of one differing by 4 %: what is stated is little, and true.
+    """8 parts that scatter by 8 %, pushes of one by 4 %: the stated errors are small, and true.
 
     The median of 8 errors is above 1.64 standard deviations once in a thousand.
     """
@@ -38,9 +38,7 @@ def test_friction_of_each_part_is_found():
 
 
 def test_pushes_are_those_of_the_machine():
-    """Their ways are those of the hidden centre to what bends them; slow or fast, the force is what the
-    contact shows.
-    """
+    """Their ways are those of the hidden centre, up to their bend; forces are those of the contact at any speed."""
     problem, log = logged(18.9, 8)
     x, y = log.outcome.center_x.values[0], log.outcome.center_y.values[0]
     ways = np.hypot(np.diff(x), np.diff(y))

@@ -1,6 +1,4 @@
-"""The source's friction formulas: Tables 6.1, 6.2 and 6.3 with their errors mended, ranges, and what is
-refused.
-"""
+"""The source's friction formulas: Tables 6.1, 6.2 and 6.3 with corrected errors, ranges, refusals."""
 
 import numpy as np
 import pytest
@@ -29,8 +27,8 @@ TABLE_6_1 = np.array(
         (2000, 123.14, 97.58, 26.2),
     ]
 )
-# speed (mm/min), peak (N), mu of the force, slide (um), mu of the slide; as printed, but 0.093 where 0.193
-# stands (oily 1000)
+# speed (mm/min), peak (N), mu of the force, slide (um), mu of the slide; as printed, but 0.093 for the
+# printed 0.193 (oily 1000)
 DRY = [
     (500, 46.1, 0.134, 265, 0.018),
     (1000, 80.2, 0.187, 613, 0.086),
@@ -136,7 +134,7 @@ def test_weights_of_least_variance_have_the_least_variance():
         found = [PRINTED.combine(f, s, speed, weights=weights, **noise) for f, s in drawn]
         spread[weights] = np.std([each["mu_static"] for each in found])
         told = np.mean([each.sd[0] for each in found])
-        # 1.1 % of noise; the slope moves with what was drawn
+        # 1.1 % of noise; the slope varies with the draws
         assert spread[weights] == pytest.approx(told, rel=0.06)
     slopes = np.array([PRINTED.force_sensitivity, PRINTED.slide_sensitivity(mu, speed)])
     assert spread["minimum_variance"] == pytest.approx(1 / np.sqrt(np.sum((slopes / sds) ** 2)), rel=0.06)

@@ -177,9 +177,7 @@ def test_simulation_is_that_of_the_model():
     [(18.9, 20.0, 1.0, 10.0), (18.9, 100.0, 5.0, 40.0), (0.8, 60.0, 0.2, 5.0)],
 )
 def test_exact_push_stops_at_the_axis(mass, rpm, offset, speed, shape):
-    """To the 1e-8 of the offset that its search asks for, and what its own steps add to that; without, it
-    stops mm off.
-    """
+    """To the 1e-8 of the offset of its search and the errors of its own steps; unaimed it stops mm off."""
     problem, w = PRINTED.replace(mass=mass), units.rpm(rpm)
     touch = plan_touch(problem, offset=offset, spindle_speed=w, push_speed=speed, shape=shape)
     rows, model = touch.push_profile.segments, problem.model
@@ -191,7 +189,7 @@ def test_exact_push_stops_at_the_axis(mass, rpm, offset, speed, shape):
 
 
 def _left(problem, w, offset, speed):
-    """Where a push leaves the ring: beside the line that it was on, and along it, mm."""
+    """Final position of the ring across and along its first direction, mm."""
     touch = plan_touch(problem, offset=offset, spindle_speed=w, push_speed=speed)
     rows = touch.push_profile.segments
     state = ring_state(offset, -touch.angle, 89.5, w)
@@ -206,7 +204,7 @@ def test_ring_that_is_thrown_is_pushed_less_far():
 
 def test_ring_that_sticks_is_aimed_at_the_axis():
     with pytest.warns(UserWarning, match="leaves the ring 0.01 mm from the axis .*: it sticks"):
-        # the contact gives way by more before the ring breaks away
+        # the contact closes by more before the ring breaks away
         stuck, touch = _left(PRINTED, SLOW, 0.01, 5.0)
     assert math.isclose(abs(stuck), 0.01, rel_tol=1e-9) and math.isclose(touch.travel, 0.01, rel_tol=1e-3)
     assert math.isclose(touch.miss, 0.01, rel_tol=1e-9)
@@ -238,9 +236,7 @@ FAST_RIMS = [
 
 @pytest.mark.parametrize(("rpm", "offset", "speed", "shape"), FAST_RIMS)
 def test_push_against_a_rim_that_is_faster_reaches_the_axis(rpm, offset, speed, shape):
-    """The tip meets the rim nearly a radian before alignment; what its way doubles there adds to 1e-8 of the
-    offset.
-    """
+    """The tip meets the rim nearly a radian before alignment; errors double along the way, from 1e-8 of the offset."""
     touch = plan_touch(PRINTED, offset=offset, spindle_speed=units.rpm(rpm), push_speed=speed, shape=shape)
     state = ring_state(offset, -touch.angle, 89.5, units.rpm(rpm))
     assert (
@@ -335,9 +331,7 @@ def test_ring_pushed_from_its_side_is_refused():
     "further", [{}, {"direction": "end", "timing": "printed"}, {"shape": "gentle", "stroke_offset": 0.1}]
 )
 def test_a_push_is_kept_in_a_file(tmp_path, further):
-    """By value, so that it is simulated and arrives as before; what a slide needs of it stands there with its
-    units.
-    """
+    """By value: simulation and arrival are as before; the data for a slide have their units."""
     push = _at(**further)
     push.save(tmp_path / "push.nc")
     again = sdpgrind.load(tmp_path / "push.nc")

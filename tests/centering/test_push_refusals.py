@@ -38,7 +38,7 @@ def test_what_is_no_model_is_refused(call):
 
 
 def test_a_table_too_fast_for_an_offset_is_named():
-    """20 mm at 3 rad/s: what has to change is the speed of the table, and the message begins with it."""
+    """20 mm at 3 rad/s: the speed of the table must change, and the message begins with it."""
     told = r"^spindle_speed must be less at an offset of 20 mm, .* the rim arrives before the push; .*\(rad/s\); got 3.0$"
     with pytest.raises(TooFastError, match=told):
         plan_push(preset("printed"), offset=20.0, spindle_speed=3.0, push_speed=15.0)

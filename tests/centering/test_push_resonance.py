@@ -62,9 +62,7 @@ def test_peaks_of_the_force_are_the_breakaways():
 
 
 def test_first_flight_lasts_as_long_as_friction_takes():
-    """About 2 (v_0 - v)/(mu_k g), what a period is longer by; exactly, with the viscous share, from losing to
-    meeting the tip.
-    """
+    """The flight that lengthens a period: about 2 (v_0 - v)/(mu_k g), exactly with the viscous share."""
     trace = _constant(PRINTED, 2000.0)
     k, tip = trace.event_mode.index("free"), 2000.0 / 60.0
     flight, v, gap = trace.phases[k + 1, 0] - trace.phases[k, 0], trace.phases[k, 6], trace.phases[k, 5]
@@ -89,7 +87,7 @@ def test_pure_tones_are_found_between_the_raw_lines():
 
 
 def test_drift_of_the_force_is_no_line():
-    """Ten times the tone, at 1.5 Hz: what is below 4 Hz is not looked at, and leaks by 10 % of the tone."""
+    """Ten times the tone, at 1.5 Hz: below the search range, it leaks by 10 % of the tone."""
     time = 1e-3 * np.arange(2000)
     force = 30.0 + 50.0 * np.sin(2 * math.pi * 1.5 * time) + 5.0 * np.sin(2 * math.pi * 37.3 * time)
     assert abs(stiction_resonance(_recorded(force)).line - 37.3) < 0.05

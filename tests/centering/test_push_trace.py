@@ -1,4 +1,4 @@
-"""Traces of pushes: samples, files, pictures; batches; what is refused; the free slide against the speed."""
+"""Traces of pushes: samples, files, pictures; batches; refusals; the free slide against the speed."""
 
 import matplotlib
 import numpy as np

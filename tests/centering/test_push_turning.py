@@ -106,9 +106,7 @@ def test_it_is_the_push_in_the_plane(mass, rpm, shape, offset, speed):
 
 
 def test_what_the_table_adds():
-    """18.9 kg over 5 mm at 40 mm/s: 192 N on a table that stands, and what the rim's advance and the throw
-    outward add.
-    """
+    """18.9 kg over 5 mm at 40 mm/s: 192 N on a table at rest; the rim's advance and the throw outward add to it."""
     peaks = [
         plan_push(
             PROBLEM,
@@ -135,9 +133,7 @@ def test_what_the_table_adds():
 
 
 def test_samples_are_those_of_the_pieces():
-    """Between two samples the part gains speed by what acts on it: contact, loaded friction, in each piece
-    its own.
-    """
+    """Between two samples the part gains speed by the contact and by the loaded friction of its piece."""
     push = plan_push(PROBLEM, offset=1.0, follow_gap=12.0, spindle_speed=units.rpm(60.0), push_speed=10.0)
     trace = push.simulate()
     time = np.linspace(0.0, trace.duration, 60_001)

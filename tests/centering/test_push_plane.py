@@ -175,7 +175,7 @@ def test_push_on_a_resting_table_is_the_reaction_model(mass, speed):
 
 
 def test_error_is_what_is_asked():
-    """Through events and all; a few dozen steps err together by no more than a few dozen times what one may."""
+    """Across events; the error of a few dozen steps is at most a few dozen times that of one."""
     rows = _withdrawn(TipProfile.move(1.0, 40.0, 2560.0).segments)
     exact, _ = _pushed(PRINTED.model, 89.5, 8.0, rows, 1.0, -0.3, 1e-13)
     for error in (1e-5, 1e-7, 1e-9):
@@ -183,7 +183,7 @@ def test_error_is_what_is_asked():
 
 
 def _stepped_slide(law, w, tip, touching, start, time, steps):
-    """Where a smooth slide leads in so many equal steps."""
+    """End of a smooth slide after a number of equal steps."""
     ring, y, end, k = (
         (law, 89.5, w),
         np.array(start),
@@ -219,9 +219,7 @@ def test_a_free_slide_keeps_its_line():
 
 @pytest.mark.parametrize("share", [1.02, 1.4])
 def test_a_ring_that_the_table_throws_off_slides_as_its_equation_says(share):
-    """Between F_k and twice that the table throws it outward; once it gives way it goes on, and no step adds
-    to that.
-    """
+    """Between F_k and twice that the table throws it outward; a ring that slips goes on, and no step adds to it."""
     model = PRINTED.model
     w = math.sqrt(share * model.mu_static * 9807.0 / 5.0)
     state = ring_state(5.0, 0.0, 89.5, w)
@@ -279,7 +277,7 @@ def _let_go(share, outward):
 
 
 def test_a_ring_that_the_table_hardly_lets_slow_is_followed_until_it_rests():
-    """Of mu_k g a tenth is left: 10 mm/s need six times what they need where the table stands."""
+    """A tenth of mu_k g is left: a slide from 10 mm/s takes six times as long as on a table at rest."""
     state, w = _let_go(0.9, 10.0)
     assert state[at.RESTS] == 1.0 and state[at.CLOCK] > 5.0 * 10.0 / (0.15 * 9807.0)
     assert w * w * math.hypot(state[at.X], state[at.Y]) < 0.15 * 9807.0  # else it would not have stopped
@@ -380,7 +378,7 @@ def test_rows_from_a_travel_on():
     st.floats(-0.8, 0.8),
 )
 def test_any_push_keeps_its_invariants(mass, mu, ratio, w, offset, speed, angle):
-    """The contact never pulls, no way is shorter than a line, and what the table cannot hold does not rest."""
+    """The contact never pulls, no way is shorter than a line, and a ring beyond the friction limit does not rest."""
     model = PRINTED.model.replace(mass=mass, mu_kinetic=mu, mu_static=mu * ratio * (1 + 1e-9))
     rows = _withdrawn(TipProfile.move(min(offset, 2.0), speed, 2560.0).segments)
     state = ring_state(offset, angle, 89.5, w)

@@ -14,7 +14,7 @@ from centering.push import OptimalPush, Part, PushStatus, gentle_profile, minimu
 HEAVY = preset("printed").replace(limits=preset("printed").limits.replace(push_speed_max=40.0))
 LIGHT = HEAVY.replace(part=Part(0.8, 30.0))
 FITTED = preset("identified").replace(limits=HEAVY.limits)
-# mm: what contacts of 0.9 and 1.1 differ by
+# mm: difference of the closings at frictions of 0.9 and 1.1
 FLOOR = 0.2 * HEAVY.model.coulomb_force / HEAVY.model.contact_stiffness
 
 
@@ -32,7 +32,7 @@ def _push(name="heavy", distance=5.0, **further):
 
 
 def _gentle(problem, distance, friction):
-    """Time until rest, and stop errors, of the rule that is to be beaten."""
+    """Time until rest, and stop errors, of the gentle push."""
     profile = gentle_profile(problem.model, distance, problem.limits.push_speed_max)
     traces = [simulate_push(_scaled(problem.model, r), profile) for r in friction]
     rests = [
