@@ -83,7 +83,7 @@ class LuGreFriction(StribeckFriction):
     Parameters
     ----------
     breakaway_force, coulomb_force, viscous_coefficient, stribeck_speed, stribeck_exponent : float
-        See `StribeckFriction`; N, N, N s/mm, mm/s, 1.
+        See `StribeckFriction`; N, N, N s/mm, mm/s, unit 1.
     bristle_stiffness, bristle_damping : float
         s0, N/mm, and s1, N s/mm.
 
@@ -152,7 +152,7 @@ class ElastoPlasticFriction(LuGreFriction):
     Parameters
     ----------
     breakaway_force, coulomb_force, viscous_coefficient, stribeck_speed, stribeck_exponent : float
-        See `StribeckFriction`; N, N, N s/mm, mm/s, 1.
+        See `StribeckFriction`; N, N, N s/mm, mm/s, unit 1.
     bristle_stiffness, bristle_damping : float
         s0, N/mm, and s1, N s/mm.
     elastic_limit : float

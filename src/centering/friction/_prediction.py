@@ -48,8 +48,10 @@ def predicted(model: PushModel, profile: TipProfile, scales: Floats, ratios: Flo
     slid = np.minimum(model.coulomb_force * np.exp(scales[:, None] - 0.5 * ratios), held)
     rows = np.tile(model.parameters, (held.size, 1))
     rows[:, 3], rows[:, 4] = held.ravel(), slid.ravel()
-    simulate = simulate_table_pushes if isinstance(profile, TableProfile) else simulate_pushes
-    shown = simulate(rows, profile)
+    if isinstance(profile, TableProfile):
+        shown = simulate_table_pushes(rows, profile)
+    else:
+        shown = simulate_pushes(rows, profile)
     return np.ascontiguousarray(shown[:, [_PEAK, _SLIDE, _FINAL]]).reshape(*held.shape, 3)
 
 
