@@ -10,7 +10,7 @@ import numpy as np
 from centering._problem.model import PushModel
 from centering._problem.problem import CenteringProblem
 from centering.push._contact.reaction import simulate_pushes
-from centering.push._minimum_time.program import SOLVED, STARTS, PushProgram, PushTask
+from centering.push._minimum_time.program import SOLVED, STARTS, PushFound, PushProgram, PushTask
 from centering.push._minimum_time.push import OptimalPush, PushStatus, judged, with_friction
 from centering.push._profile.gentle import gentle_profile
 from centering.push._profile.profile import TipProfile
@@ -30,7 +30,7 @@ _SHARE = 0.97  # chosen: share of the stop error left to a creep; the push befor
 
 
 @dataclass(frozen=True)
-class _Wish:
+class _Request:
     """Checked arguments: distance and error (mm), friction ratios, least and greatest force (N), fineness."""
 
     problem: CenteringProblem
@@ -138,16 +138,16 @@ def minimum_time_push(
     >>> push.ok, round(push.time, 3), push.spread < 0.005  # s, mm; `gentle_profile`: 0.1 s and 0.058 mm
     (True, 0.045, True)
     """
-    wish = _wish(problem, distance, friction, contact_margin, stop_error_max, force_max, fineness)
-    near = wish.nearer_than_contact_gives
-    crept = _creeping(wish) if near else None
+    request = _requested(problem, distance, friction, contact_margin, stop_error_max, force_max, fineness)
+    near = request.nearer_than_contact_gives
+    crept = _creeping(request) if near else None
     if crept is not None:
         return crept
-    push, _ = _fastest(wish)
-    return push if push.ok or near or len(wish.ratios) == 1 else _creeping(wish) or push
+    push, _ = _fastest(request)
+    return push if push.ok or near or len(request.ratios) == 1 else _creeping(request) or push
 
 
-def _wish(
+def _requested(
     problem: CenteringProblem,
     distance: float,
     friction: Sequence[float],
@@ -155,7 +155,7 @@ def _wish(
     error: float | None,
     force: float | None,
     fineness: float,
-) -> _Wish:
+) -> _Request:
     """Check the arguments."""
     model = checks.kind("problem", problem, CenteringProblem).model
     d, ratios = checks.positive("distance", distance, "mm"), _ratios(friction)
@@ -169,38 +169,36 @@ def _wish(
         )
         raise checks.refuse("contact_margin", rule, least, "N")
     finer = checks.positive("fineness", fineness, "1")
-    return _Wish(problem, d, near, tuple(ratios), least, _force(model, ratios, least, force), finer)
+    return _Request(problem, d, near, tuple(ratios), least, _force(model, ratios, least, force), finer)
 
 
-def _fastest(wish: _Wish, guesses: int = len(STARTS)) -> tuple[OptimalPush, TipProfile]:
+def _fastest(request: _Request, guesses: int = len(STARTS)) -> tuple[OptimalPush, TipProfile]:
     """Fastest confirmed push, and it without its retraction; else the gentle one or an unconfirmed one."""
-    limits, (length, time) = wish.problem.limits, wish.units
-    plain = gentle_profile(
-        wish.problem.model, wish.distance, limits.push_speed_max, acceleration_max=limits.acceleration_max
-    )
-    pushes = []
-    for found in [PushProgram(task, start).solved() for task in wish.tasks for start in STARTS[:guesses]]:
-        if found.message == SOLVED:
-            rows = np.column_stack(
-                (found.duration * time, found.velocity * length / time, found.acceleration * length / time**2)
-            )
-            stopped = TipProfile(*_stopped(rows, limits.acceleration_max).T)
-            pushes.append((wish.judged(_retracted(stopped, wish), found.message, found.steps), stopped))
-        else:
-            pushes.append(
-                (replace(wish.judged(plain, found.message, found.steps), status=PushStatus.NOT_FOUND), plain)
-            )
-    ranks = list(PushStatus)
+    found = [PushProgram(task, start).solved() for task in request.tasks for start in STARTS[:guesses]]
+    pushes, ranks = [_simulated(each, request) for each in found], list(PushStatus)
     return min(pushes, key=lambda each: (not each[0].ok, ranks.index(each[0].status), each[0].time))
 
 
-def _creeping(wish: _Wish) -> OptimalPush | None:
+def _simulated(found: PushFound, request: _Request) -> tuple[OptimalPush, TipProfile]:
+    """Simulated push of a program, and it without its retraction; the gentle one without a solution."""
+    limits, (length, time) = request.problem.limits, request.units
+    fast, most = limits.push_speed_max, limits.acceleration_max
+    if found.message != SOLVED:
+        plain = gentle_profile(request.problem.model, request.distance, fast, acceleration_max=most)
+        push = request.judged(plain, found.message, found.steps)
+        return replace(push, status=PushStatus.NOT_FOUND), plain
+    speeds, gains = found.velocity * length / time, found.acceleration * length / time**2
+    stopped = TipProfile(*_stopped(np.column_stack((found.duration * time, speeds, gains)), most).T)
+    return request.judged(_retracted(stopped, request), found.message, found.steps), stopped
+
+
+def _creeping(request: _Request) -> OptimalPush | None:
     """Push whose tip creeps on at the end; None where that does not help."""
-    model, most = wish.problem.model, wish.problem.limits.acceleration_max
+    model, most = request.problem.model, request.problem.limits.acceleration_max
     first = replace(
-        wish,
-        distance=wish.distance - _BEFORE * model.breakaway_force / model.contact_stiffness,
-        error=max(wish.error, 0.5 * _ROOM * wish.spread),
+        request,
+        distance=request.distance - _BEFORE * model.breakaway_force / model.contact_stiffness,
+        error=max(request.error, 0.5 * _ROOM * request.spread),
     )
     if first.distance <= 0.0:
         return None
@@ -208,10 +206,10 @@ def _creeping(wish: _Wish) -> OptimalPush | None:
     if not push.ok:
         return None
     models = [with_friction(model, ratio) for ratio in push.friction]
-    for creep in creeps(models, stopped, retraction(most), wish.error, most)[:_TRIES]:
-        _, other = _fastest(replace(first, distance=first.distance + wish.distance - creep.middle), 1)
+    for creep in creeps(models, stopped, retraction(most), request.error, most)[:_TRIES]:
+        _, other = _fastest(replace(first, distance=first.distance + request.distance - creep.middle), 1)
         whole = TipProfile(*np.vstack((other.segments, creep.rows)).T)
-        push = wish.judged(_retracted(whole, wish), push.message, push.steps)
+        push = request.judged(_retracted(whole, request), push.message, push.steps)
         if push.ok:
             return push
     return None
@@ -244,8 +242,8 @@ def _stopped(rows: Floats, acceleration: float) -> Floats:
     return np.vstack((rows, brake)) if brake[0] > _LEAST else rows
 
 
-def _retracted(stopped: TipProfile, wish: _Wish) -> TipProfile:
-    return TipProfile(*np.vstack((stopped.segments, retraction(wish.problem.limits.acceleration_max))).T)
+def _retracted(stopped: TipProfile, request: _Request) -> TipProfile:
+    return TipProfile(*np.vstack((stopped.segments, retraction(request.problem.limits.acceleration_max))).T)
 
 
 class Creep(NamedTuple):
