@@ -82,7 +82,7 @@ class CycleBase(ABC):
         self._begin()
 
     def verdict(self) -> dict[str, float]:
-        """Return the result of the cycle: the number of its `CycleState`."""
+        """Return the result of the cycle: the number of its `CycleState`, unit 1."""
         return {"state": float(self._state)}
 
     def step(

@@ -185,9 +185,9 @@ class FollowingMap(ByValue, Described):
     settling_time : array, shape (p, i)
         Time until the deviation stays within 1 % of the step, s; infinite: never.
     overshoot : array, shape (p, i)
-        Overshoot over the step.
+        Overshoot over the step, unit 1.
     objective : array, shape (p, i)
-        Z.
+        Z, unit 1.
 
     Examples
     --------

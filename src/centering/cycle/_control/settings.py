@@ -32,9 +32,9 @@ class CycleSettings(Described):
         Standard deviation of the angle of a reading, rad. Default: rounding to 4000 counts a turn.
     doubt : float
         Distance of the measured offset to the tolerance at which a part is called centred, over the half
-        width of its 99.9 % interval.
+        width of its 99.9 % interval, unit 1.
     turns_in_doubt : float
-        Turns of measurement after which a doubtful part is pushed.
+        Turns of measurement after which a doubtful part is pushed, unit 1.
     following_lag : float
         Delay of the loaded slide, s, compensated by the controller: following error over speed of Mears'
         Table 3.2; 0: a drive with load compensation.

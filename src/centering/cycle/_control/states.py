@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class CycleState(IntEnum):
-    """State of the cycle: Mears (2006), figure 3.2; logged as its number.
+    """State of the cycle: Mears (2006), figure 3.2; logged as its number, unit 1.
 
     Examples
     --------

@@ -33,7 +33,7 @@ class FrictionScaleBelief(Described):
     Parameters
     ----------
     part_sd, push_sd : float
-        Relative standard deviations from part to part and from push to push.
+        Standard deviations from part to part and from push to push, relative.
 
     Raises
     ------

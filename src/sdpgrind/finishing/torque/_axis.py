@@ -89,7 +89,7 @@ class TorqueAxis(Described):
 
     @property
     def current_step(self) -> float:
-        """Resolution of the current, A: full range over 2^bits, not over 2^bits - 1 as printed."""
+        """Resolution of the current, its unit A: full range over 2^bits, not over 2^bits - 1 as printed."""
         return 2 * self.current_range / 2.0**self.bits
 
     @property

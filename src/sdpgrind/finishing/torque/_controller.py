@@ -113,7 +113,7 @@ class TorqueController(Stateful, Described):
 
     @cached_property
     def setting(self) -> Setting:
-        """Parts of the loop: kind, gains and observer."""
+        """Parts of the loop: kind, gains (in their units) and observer."""
         return setting(self.axis, self.kind, self.gains, self.observer, self.prefilter)
 
     @cached_property

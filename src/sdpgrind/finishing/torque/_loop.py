@@ -67,7 +67,7 @@ class AxisLoop:
 
     @property
     def stable(self) -> bool:
-        """Whether every pole decays."""
+        """Whether every pole (1/s) decays."""
         return (
             bool(np.all(np.abs(self.poles) < 1.0))
             if self.sample_time

@@ -47,7 +47,7 @@ class AxisPoles:
 
     @property
     def stable(self) -> bool:
-        """Whether all poles decay."""
+        """Whether all poles (1/s) decay."""
         return bool(np.all(self.continuous.real < 0.0) and np.all(np.abs(self.sampled) < 1.0))
 
     def __repr__(self) -> str:

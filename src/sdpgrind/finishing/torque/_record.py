@@ -62,7 +62,7 @@ class AxisRecord:
 
     @property
     def overshoot(self) -> Floats:
-        """Greatest force beyond the target, over the target, (runs,)."""
+        """Greatest force beyond the target, over the target, (runs,), unit 1."""
         return np.asarray(self.normal_force.max(axis=1) / self.target_force - 1.0)
 
     @property

@@ -66,7 +66,7 @@ class StiffnessCase:
 def stiffness_range(
     controller: TorqueController, *, low: float = 0.05, high: float = 20.0
 ) -> tuple[float, float]:
-    """Return the range of factors of k_e with a stable sampled loop, clipped to the requested one.
+    """Return the range of factors of k_e (unit 1) with a stable sampled loop, clipped to the requested one.
 
     (1, 1) for "constant": undamped, marginal at every stiffness.
 
