@@ -1,1 +1,1 @@
-"""Where a ring lies, reading by reading while it turns: the running estimator, when it is valid, the source's estimator."""
+"""The streaming estimator of a ring's circle, one reading at a time, and the source's own for comparison."""

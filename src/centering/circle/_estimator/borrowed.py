@@ -1,4 +1,4 @@
-"""An array whose owner is not counted, for compiled code that is called once a reading."""
+"""An array view without reference counting, for compiled code that runs once for each reading."""
 
 from typing import Any
 
@@ -7,10 +7,11 @@ from numba.extending import intrinsic
 
 @intrinsic
 def borrowed(typing_context: Any, array: Any) -> Any:
-    """The same array without its owner; it must not outlive the call that was given the array.
+    """Return a view of an array that holds no reference to the memory; it must not outlive the caller's
+    array.
 
-    Compiled code counts the references to the owner of an array and of its slices, at every call and in atomic operations:
-    of one reading these cost more than the arithmetic. Where there is no owner nothing is counted.
+    Compiled code counts the references to an array and to its slices at every call, by atomic operations: for
+    one reading these cost more than the arithmetic.
     """
 
     def write(context: Any, builder: Any, signature: Any, values: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The streaming estimator: radius and centre from every reading, how sure they are, and when that is enough."""
+"""The streaming estimator: radius and centre after each reading, and whether they are certain enough."""
 
 from collections.abc import Mapping
 from math import degrees, inf, log, pi
@@ -24,53 +24,58 @@ from sdpgrind.identify import Status
 
 
 class GeometryEstimator:
-    """Estimate radius and centre of an offset ring, reading by reading, and say when they are sure enough to push.
+    """Estimate radius and centre of an offset ring, one reading at a time, until the centre is certain enough
+    to push.
 
-    The estimate is that of least squares with the exact curve of an offset circle, at any offset and over any arc, by a
-    recursion of constant cost. It is valid when the readings cover `arc_min` and the band
+    The estimate is the least-squares fit of the exact curve of an offset circle, at any offset and over any
+    arc, by a recursion of constant cost. It is valid when the readings cover `arc_min` and the band
 
         max(t s, z noise_sd) u_c inflation + form bound  <=  max(rel_tol offset, abs_tol):
 
-    u_c is the standard deviation of the centre in its worst direction for noise 1, s that of the residuals, t Student's and z
-    the normal quantile of `confidence`. The inflation is that of noise correlated from reading to reading (AR(1)), 1 unless the
-    correlation of the residuals is significant. Whole turns tell form (2 to 5 undulations) from noise: form that does no harm
-    then no longer counts as noise, the inflation may be below 1, and what form does in a broken turn joins the form bound.
-    (Mears (4.49)-(4.52), which this replaces, take the error of a mean for that of the offset.)
+    u_c is the standard deviation of the centre in its worst direction for unit noise, s that of the
+    residuals, t Student's and z the normal quantile of `confidence`. The inflation accounts for noise
+    correlated between successive readings (AR(1)); it is 1 unless the correlation of the residuals is
+    significant. Whole turns separate form (2 to 5 upr) from noise: the inflation may then be below 1, and the
+    shift of the centre by form in a broken turn joins the form bound. (Mears (4.49)-(4.52) take the error of
+    a mean for that of the offset.)
 
-    Readings more than 5 standard deviations from what is predicted are refused and kept in `rejected`; when that are more than
-    half of the latest 30 the part has moved: the estimate begins anew with the latest ones, the radius being known. Once a whole
-    turn has shown the form of the part (or from the first on where `form` or `harmonics` tell it), smaller moves are found too:
-    the latest 30 and 60 readings are compared as a whole with those before. Until then what these looks find may be form: where
-    it is more than white noise makes of it (1 % of looks), nothing is valid before the next look, 30 readings later, or the whole
-    turn, after which it is taken for form. The first 30 are screened together, about a circle that most of them agree on.
+    Readings more than 5 standard deviations from the prediction are refused and kept in `rejected`. When more
+    than half of the latest 30 are refused the part has moved: the estimate restarts from the latest readings,
+    with the radius known. Smaller moves are found by comparing the latest 30 and 60 readings with those
+    before, once the form is known: after a whole turn, or from the start where `form` or `harmonics` give it.
+    Before that a difference significant at 1 % may be form, and the estimate is not valid until the next
+    comparison, 30 readings later, or the whole turn. The first 30 readings are screened together, about a
+    circle that most of them agree with.
 
     Parameters
     ----------
     noise_sd : float, optional
-        Least standard deviation of one reading, mm: the band is never made of less. By default that of the residuals only. The
-        probe's step counts: where many readings repeat the one before, no less than that of rounding to the least step seen.
+        Least standard deviation of one reading assumed in the band, mm. Default: only that of the residuals.
+        Where many readings repeat the one before, rounding to the smallest step seen counts as noise too.
     confidence : float
         Probability in (0, 1) that the true centre lies within the band, unit 1.
     rel_tol : float
-        Error of the centre that is allowed, over the offset, unit 1.
+        Allowed error of the centre, relative to the offset, unit 1.
     abs_tol : float
-        Error that is allowed in any case, mm.
+        Error of the centre that is always allowed, mm.
     model : {"exact", "limacon"}
-        Curve: that of an offset circle, or R + d cos(angle - phi) (Mears (4.4)), for which readings may have any sign.
+        Curve of an offset circle, or R + d cos(angle - phi) (Mears (4.4)), for which readings may have any
+        sign.
     tip_radius : float
         Radius of the probe's tip, mm.
     arc_min : float
         Least angle that the readings must cover, rad.
     forgetting : float
-        Weight that readings keep after one turn of travel, in (0, 1], unit 1; a spindle that stands forgets nothing.
+        Weight of a reading after one turn of travel, in (0, 1], unit 1; a spindle at rest forgets nothing.
     form : mapping of int to float, optional
-        Amplitude (mm) that the part may have at undulations per revolution: a bound on their error joins the band.
+        Amplitude (mm) that the part may have at undulations per revolution; a bound on the error joins the
+        band.
     harmonics : Spectrum, optional
-        Known form (upr, amplitude in mm, phase in rad of the part's own angle); it is subtracted.
+        Known form (upr, amplitude in mm, phase in rad of the part's own angle), subtracted from the readings.
     joint : bool
-        Whether the band holds both coordinates of the centre at once, with sqrt(2 F) for t.
+        Whether the band holds for both coordinates of the centre at once, with sqrt(2 F) for t.
     radius_prior : pair of float, optional
-        Radius and its standard deviation, mm, where they are known.
+        Known radius and its standard deviation, mm.
 
     Raises
     ------
@@ -128,8 +133,8 @@ class GeometryEstimator:
         Parameters
         ----------
         keep_radius : bool
-            Take the radius as known from now on, with the standard deviation (mm) that it has now, and the noise; both are
-            weighed with what comes. Nothing is kept where the readings do not determine them.
+            Keep radius and noise, with their present uncertainty (standard deviation of the radius in mm), as
+            prior knowledge, where the readings determine them.
         """
         state = self._state
         if keep_radius and state[at.USED] > 0:
@@ -147,15 +152,16 @@ class GeometryEstimator:
         Parameters
         ----------
         angle : float
-            Spindle angle, rad; in the order of time, whole turns counted or not, in any sense of rotation.
+            Spindle angle, rad; in the order of time, with or without whole turns counted, in either sense of
+            rotation.
         reading : float
             Radial position of the probe, mm.
 
         Raises
         ------
         ValueError
-            For NaN, a step of more than a turn or coarse steps as of degrees, or a reading <= 0 (exact curve); then nothing has
-            changed.
+            For NaN, a step of more than a turn, coarse steps that suggest degrees, or a reading <= 0 (exact
+            curve); the state is then unchanged.
         """
         try:
             code = take(self._state, float(angle + 0.0), float(reading + 0.0))
@@ -179,28 +185,29 @@ class GeometryEstimator:
         Raises
         ------
         ValueError
-            As `update`; the readings before the one that is refused have been taken.
+            As `update`; the readings before the refused one have been taken.
         """
         self._take(angle, reading, False)
 
     def first_valid(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> int | None:
-        """Take readings until the estimate is valid; return the index of the one that made it so, None if none did.
+        """Take readings until the estimate is valid; return the index of the last one taken, None if it never
+        becomes valid.
 
         Parameters
         ----------
         angle, reading : array_like, shape (m,)
-            Spindle angles (rad) and readings (mm), as `extend` takes them and refuses them.
+            Spindle angles (rad) and readings (mm), as for `extend`.
         """
         return self._take(angle, reading, True)
 
     @property
     def valid(self) -> bool:
-        """Whether the centre is as sure as was asked, over at least `arc_min` (rad)."""
+        """Whether the centre is within tolerance at the confidence asked, over at least `arc_min` (rad)."""
         return bool(judge(self._state, self._arc_min))
 
     @property
     def estimate(self) -> CircleEstimate:
-        """Radius and centre, mm, with what limits them and the arc still needed (rad)."""
+        """Radius and centre, mm, with the limiting cause and the arc still needed (rad)."""
         state = self._state
         common = {"tip_radius": float(state[at.TIP]), "model": self._model}
         if state[at.USED] == 0:
@@ -224,19 +231,19 @@ class GeometryEstimator:
 
     @property
     def rejected(self) -> tuple[Floats, Floats]:
-        """Angles (rad) and readings (mm) that were refused, in the order of time; a spike may be dust or a burr."""
+        """Angles (rad) and readings (mm) that were refused, in the order of time: dust or a burr."""
         kept = [self._rejected[index] for index in sorted(self._rejected)]
         angle, reading = np.array(kept, dtype=float).reshape(-1, 2).T
         return angle, reading
 
     @property
     def restarts(self) -> int:
-        """How often the part has moved and the estimate has begun anew since the last `reset`, unit 1."""
+        """Number of moves of the part found since the last `reset`, unit 1; each restarts the estimate."""
         return int(self._state[at.RESTARTS])
 
     @property
     def band(self) -> float:
-        """Greatest error of the centre at the confidence asked, mm; inf where the readings are too few to tell."""
+        """Greatest error of the centre at the confidence asked, mm; inf while the readings are too few."""
         judge(self._state, 0.0)
         return float(self._state[at.BAND]) if self._state[at.USED] else inf
 
@@ -246,12 +253,13 @@ class GeometryEstimator:
         if circle.samples == 0:
             return f"GeometryEstimator(no readings{known}; {self._model})"
         return (
-            f"GeometryEstimator({circle.samples} readings over {degrees(circle.swept):.4g} deg{known}; radius {circle.radius:.7g}"
-            f" mm, offset {circle.offset:.4g} mm; {'valid' if self.valid else 'not valid'}: {circle.message})"
+            f"GeometryEstimator({circle.samples} readings over {degrees(circle.swept):.4g} deg{known};"
+            f" radius {circle.radius:.7g} mm, offset {circle.offset:.4g} mm;"
+            f" {'valid' if self.valid else 'not valid'}: {circle.message})"
         )
 
     def _take(self, angle: npt.ArrayLike, reading: npt.ArrayLike, until_valid: bool) -> int | None:
-        """Take readings, up to the one that makes the estimate valid if so wanted: its index."""
+        """Take readings until the end or, if asked, until the estimate is valid: return that index."""
         angles, readings = pairs(angle, reading)
         done = 0
         while done < angles.size:
@@ -264,7 +272,7 @@ class GeometryEstimator:
         return None
 
     def _note(self, code: int, angle: float, reading: float) -> None:
-        """Raise for what is no reading; else keep what was refused, and let go what is used after all."""
+        """Raise for an invalid reading, or update the refused ones: a later screening may accept some."""
         if code < 0:
             raise refusal(code, angle, reading)
         if code == COMPLETE:

@@ -1,4 +1,4 @@
-"""The arc still to be turned: what further readings of the fitted circle would tell, added to what is known. Compiled."""
+"""Forecast of the arc still to be turned: adds the information of readings on the fitted circle."""
 
 import numpy as np
 
@@ -15,24 +15,24 @@ from centering.circle._estimator.validity_kernels import (
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
-_STEPS = 90  # of a turn,
-_STRIDE = 15  # of which so many are looked ahead at once
-_TURNS = 1e6  # as many as are looked ahead
-_TRIES = 12  # secants
-_CLOSE = 2e-3  # of the square of the band
+_STEPS = 90  # chosen: steps of a turn, the resolution of the forecast (4 deg)
+_STRIDE = 15  # chosen: steps taken at once before the search refines to 5 and 1
+_TURNS = 1e6  # chosen: turns beyond which no arc helps
+_TRIES = 12  # chosen: secant steps, at most
+_CLOSE = 2e-3  # chosen: relative error of the squared band, 0.1 % of the band
 _TURN = 2.0 * np.pi
 
 
 @compiled(error_model="numpy")
 def arc_needed(state):
-    """Arc (rad) until a judged estimate is sure enough, at the noise and density of readings so far; inf when none will do."""
+    """Arc (rad) until a judged estimate is valid, at today's noise and density of readings; inf: never."""
     arc = _forecast(state)
     return max(arc, _rest_of_turn(state)) if may_have_moved(state) else arc
 
 
 @compiled(error_model="numpy")
 def _forecast(state):
-    """The same where readings do not disagree."""
+    """Arc (rad) as in `arc_needed`, without the doubt about a move."""
     if (
         state[at.MOVES] == 0.0
         or state[at.USED] < 4.0
@@ -69,14 +69,14 @@ def _forecast(state):
 
 @compiled(error_model="numpy")
 def _scale(row, root):
-    """Weigh a row."""
+    """Multiply a row by a factor, in place."""
     for k in range(row.shape[0]):
         row[k] *= root
 
 
 @compiled(error_model="numpy")
 def turn_needed(state):
-    """Arc until a whole turn tells form from noise, where one or the other is what is in the way; else inf."""
+    """Arc (rad) to the end of the turn where only the separation of form from noise is missing; else inf."""
     unknown = state[at.TURNS] == 0.0 and state[at.INFLATION] > 1.0
     bent = state[at.FREED] != 0.0 and state[at.BAND] - state[at.FORM_BOUND] <= state[at.TOLERANCE]
     if (unknown or bent) and state[at.MOVES] > 0.0:
@@ -86,13 +86,13 @@ def turn_needed(state):
 
 @compiled(error_model="numpy")
 def _rest_of_turn(state):
-    """Arc until the turn is whole, a step at least."""
+    """Arc (rad) until the turn is complete, at least one step."""
     return max(_TURN - (state[at.TRAVEL] - state[at.TURN_BEGIN]), state[at.PATH] / state[at.MOVES])
 
 
 @compiled(error_model="numpy")
 def _further_turns(state, turn, count):
-    """The same for more than a turn: secants of the inverse square of the band, which grows about as the turns."""
+    """Arc (rad) beyond a turn, by secants on the inverse square of the band, nearly linear in turns."""
     last, turns = 0.0, 1.0
     before, now = _closeness(state, turn, last, 0.0), _closeness(state, turn, turns, count)
     for _ in range(_TRIES):
@@ -109,7 +109,7 @@ def _further_turns(state, turn, count):
 
 @compiled(error_model="numpy")
 def _closeness(state, ahead, turns, count):
-    """Square of tolerance over band, at the noise and correlation of now, after `count` readings that are `turns` times ahead."""
+    """Squared ratio of tolerance to band after `count` more readings, `turns` times those of `ahead`."""
     width = ahead.shape[1]
     array, room, row = np.empty((3, width)), np.empty((3, width)), np.empty(width)
     _copy(_arrays(state), array)
@@ -131,7 +131,7 @@ def _closeness(state, ahead, turns, count):
 
 @compiled(error_model="numpy")
 def _expected_row(state, angle, row):
-    """The row of a reading that lies on the fitted curve."""
+    """Write the row of a reading on the fitted curve."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, start = state[at.FIT_X], state[at.FIT_Y], state[at.REFERENCE]
     if state[at.LIMACON] != 0.0:

@@ -1,11 +1,11 @@
-"""The streaming estimator: a row a reading is rotated into a triangle; one too far from the others is refused.
+"""The streaming estimator: each reading gives a row, rotated into a triangle; outliers are refused.
 
-Exact curve of an offset circle, with the tip's radius added to reading r and radius R: r^2 = 2 x r cos + 2 y
-r sin + R^2 - d^2 is linear. Divided by 2 S, S = r - x cos - y sin, the residual is the reading's error to
-first order and a row is the curve's own derivative, so that the triangle is that of maximum likelihood: exact
-without noise, efficient with it. S is R times the cosine of the angle between the probe and the surface's
-normal. That angle is known after a few readings, R only at the end: so rows are divided by the cosine and the
-first reading r0, and all the residuals are too large by one and the same ratio R/r0.
+With the tip's radius added to reading r and radius R, the exact curve of an offset circle, r^2 = 2 x r cos +
+2 y r sin + R^2 - d^2, is linear. Divided by 2 S, S = r - x cos - y sin, its residual is the error of the
+reading to first order and the row is the derivative of the curve: the triangle is that of maximum likelihood.
+S is R times the cosine between the probe and the surface normal. The cosine is known after a few readings, R
+only at the end: rows are divided by the cosine and the first reading r0, which scales all residuals by the
+ratio R/r0.
 """
 
 import numpy as np
@@ -19,29 +19,30 @@ from centering.circle._estimator.validity_kernels import LEAST_RATIO, MOST_RATIO
 from sdpgrind.base.compiled import compiled
 
 TAKEN, REFUSED, COMPLETE, MOVED, SHIFTED = range(5)
-"""What became of a reading; or whether it completes the start, or shows that the part has moved: as most of the latest are
-refused, or as the latest differ from those before as a whole."""
+"""Outcome of a reading: taken, refused, last of the start; or the part has moved, by the number of refused
+readings or by a shift of the latest ones as a whole."""
 NOT_FINITE, TOO_FAR, COARSE_STEPS, NOT_POSITIVE = -1, -2, -3, -4
-"""Why a reading is not taken at all."""
+"""Why a reading is invalid."""
 PIVOT = 1e-13
-"""Least diagonal of the triangle; that of a row is 1."""
+"""Least diagonal of the triangle; chosen: far below the entries of one row, about 1, and above their
+rounding."""
 _TURN = 2.0 * np.pi
-_GAP = 4.0  # usual steps from which on a step is a gap,
-_SMALL_GAP = np.pi / 36  # if it is more than that, rad
-_COARSE = 0.75  # rad: steps of degrees that were taken for rad are coarse and even
-_MANY_COARSE = 12  # of them in a row
-_STEEPEST = 0.25  # cosine between the probe and the surface's normal: offsets up to 0.97 radii
-_WILD = 5.0  # standard deviations from which on a reading is refused
-_QUIET = 1e-11  # least noise of the gate, in largest readings
-_SAME = 1e-12  # of the largest reading: rounding of sums
-_FEW = 8  # readings before the centre is used to weigh
-_MANY = 64  # from which on it is used again and again as it was a few readings ago,
-_EACH = 8  # so many at most
+_GAP = 4.0  # chosen: a larger step, in mean steps, is a gap: its arc is not covered
+_SMALL_GAP = np.pi / 36  # chosen: rad; steps up to 5 deg are never gaps
+_COARSE = 0.75  # chosen: rad; larger even steps suggest degrees taken for rad
+_MANY_COARSE = 12  # chosen: coarse even steps in a row before a reading is invalid
+_STEEPEST = 0.25  # chosen: least cosine between probe and surface normal; offsets up to 0.97 radii
+_WILD = 5.0  # chosen: standard deviations; refuses one good Gaussian reading in 1.7 million
+_QUIET = 1e-11  # chosen: least noise of the outlier test over the largest reading, above rounding
+_SAME = 1e-12  # chosen: relative to the largest reading; smaller differences are rounding of sums
+_FEW = 8  # chosen: readings before the fitted centre weighs the rows; earlier it is too uncertain
+_MANY = 64  # chosen: readings from which on the centre is updated only every `_EACH` readings, to save time
+_EACH = 8
 
 
 @compiled(error_model="numpy")
 def _objection(state, angle, reading):
-    """Why a reading cannot be taken; 0 if it can."""
+    """Code of the reason why a reading is invalid; TAKEN if it is valid."""
     if not (np.isfinite(angle) and np.isfinite(reading)):
         return NOT_FINITE
     if state[at.LIMACON] == 0.0 and reading <= 0.0:
@@ -57,13 +58,13 @@ def _objection(state, angle, reading):
 
 @compiled(error_model="numpy")
 def _is_coarse(state, step):
-    """Whether a step is coarse and much like the one before."""
+    """Whether a step is coarse and nearly equal to the one before."""
     return abs(step) > _COARSE and abs(step - state[at.LAST_STEP]) < 0.25 * abs(step)
 
 
 @compiled(error_model="numpy")
 def _travel(state, array, angle):
-    """Go on to an angle: way travelled, what of the part has been seen, what is forgotten."""
+    """Advance to an angle: update angle travelled, arc covered and forgetting."""
     if state[at.INDEX] > 0.0:
         step = angle - state[at.LAST_ANGLE]
         state[at.COARSE] = state[at.COARSE] + 1.0 if _is_coarse(state, step) else 0.0
@@ -77,7 +78,7 @@ def _travel(state, array, angle):
 
 @compiled(error_model="numpy")
 def _way_of(state, step):
-    """Way of a step: one of more than half a turn goes on in the sense of rotation, whether turns are counted or not."""
+    """Signed angle of a step, rad; a step of more than half a turn continues the rotation."""
     if abs(step) <= 0.5 * _TURN:
         return step
     onward = step * state[at.DIRECTION] >= 0.0
@@ -86,7 +87,7 @@ def _way_of(state, step):
 
 @compiled(error_model="numpy")
 def _cover(state, step):
-    """Widen what has been seen by a step, of a gap by a usual step only."""
+    """Extend the covered arc by a step; a gap adds one mean step only."""
     state[at.POSITION] += step
     way = abs(step)
     state[at.TRAVEL] += way
@@ -114,7 +115,7 @@ def _cover(state, step):
 
 @compiled(error_model="numpy")
 def _forget(state, array, weight):
-    """Let all readings before count for less."""
+    """Multiply the weight of all readings so far."""
     for i in range(at.SUM, at.SUM + at.SUMS):
         state[i] *= weight
     root = np.sqrt(weight)
@@ -127,13 +128,13 @@ def _forget(state, array, weight):
 
 @compiled(error_model="numpy")
 def _write_row(state, angle, reading, row):
-    """Write regressors, target and lobes of a reading: error of the reading = target - regressors @ (q, x, y)."""
+    """Write regressors, target and lobes of a reading: error = target - regressors @ (q, x, y)."""
     _write_row_at(state, np.cos(angle), np.sin(angle), reading, row)
 
 
 @compiled(error_model="numpy")
 def _write_row_at(state, c, s, reading, row):
-    """The same at an angle of this cosine and sine."""
+    """Write the row of a reading at an angle given by cosine and sine."""
     if state[at.LIMACON] != 0.0:
         if state[at.KNOWN] > 0.0:
             reading -= _known_form(state, c, s)
@@ -160,16 +161,16 @@ def _write_row_at(state, c, s, reading, row):
     across = steep * per_start
     row[0], row[1], row[2] = steep, r * c * across, r * s * across
     row[3] = 0.5 * (r - start) * (r + start) * across
-    # What noise e of the reading adds to the normal equations in the mean, by its square: E[h (target - h value)]. The reading
-    # stands in the row h and in its weight too, so that rows and errors are correlated: with 2 S the residual is e + e^2/(2 S),
-    # the derivative of r h is (0, cos, sin) and that of the logarithm of the weight -sin^2(slope)/S.
+    # Bias of the normal equations by noise e of variance 1, E[h (target - h value)]: row h and weight hold
+    # the reading and its error. With 2 S the residual is e + e^2/(2 S), the derivative of r h (0, cos, sin)
+    # and that of the logarithm of the weight -sin^2(slope)/S.
     state[at.NEW_BIAS] = (2.0 * cosine - 1.5 * steep) * per_start
     state[at.NEW_BIAS + 1], state[at.NEW_BIAS + 2] = c * across, s * across
 
 
 @compiled(error_model="numpy")
 def _wave(c, s, upr):
-    """Cosine and sine of a whole multiple of an angle."""
+    """Cosine and sine of a whole multiple of an angle, by recurrence."""
     cosine, sine = 1.0, 0.0
     for _ in range(int(upr)):
         cosine, sine = cosine * c - sine * s, sine * c + cosine * s
@@ -178,7 +179,7 @@ def _wave(c, s, upr):
 
 @compiled(error_model="numpy")
 def _write_lobes(state, c, s, slope, row):
-    """What lobes of amplitude 1 add to a reading."""
+    """Write the effect of unit lobes on a reading."""
     for n in range(int(state[at.FORMS])):
         cosine, sine = _wave(c, s, state[at.TAIL + 2 * n])
         row[4 + 2 * n], row[5 + 2 * n] = slope * cosine, slope * sine
@@ -196,16 +197,16 @@ def _known_form(state, c, s):
 
 @compiled(error_model="numpy")
 def _least_noise(state):
-    """Least noise of the gate, in the triangle's."""
+    """Least noise of the outlier test, scaled as the triangle."""
     return max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
 
 
 @compiled(error_model="numpy")
 def _rotate_if_tame(state, array, row):
-    """Rotate a row in, unless the reading lies too far from what those before predict; what is left of it, inf if it was not.
+    """Rotate a row in unless the reading is an outlier; return the rotated residual, inf for an outlier.
 
-    What a rotation leaves is the error of the prediction over its standard deviation, for noise 1. Nothing is written before
-    that is known: the row is only read.
+    The rotated residual is the prediction error over its standard deviation for unit noise. The triangle is
+    written only after the test; the row is only read.
     """
     p0, c0, s0 = _rotation(array[0, 0], row[0])
     a01, r1 = c0 * array[0, 1] + s0 * row[1], c0 * row[1] - s0 * array[0, 1]
@@ -229,7 +230,7 @@ def _rotate_if_tame(state, array, row):
 
 @compiled(error_model="numpy")
 def _rotation(pivot, entry):
-    """The new pivot, cosine and sine that rotate an entry into one that is > 0."""
+    """New pivot > 0, cosine and sine of the rotation that eliminates an entry."""
     square = pivot * pivot + entry * entry
     inverse = 1.0 / np.sqrt(square)
     return square * inverse, pivot * inverse, entry * inverse
@@ -237,7 +238,7 @@ def _rotation(pivot, entry):
 
 @compiled(error_model="numpy")
 def _is_wild(state, left, cosine):
-    """Whether a rotation, whose cosines' product is given, left more than the noise of the readings before allows."""
+    """Whether a rotated residual is an outlier; `cosine` is the product of the three rotations' cosines."""
     freedom, least = state[at.WEIGHT] - 3.0, _least_noise(state)
     if left * left * freedom <= _WILD * _WILD * state[at.SQUARES] or left <= _WILD * least:
         return False
@@ -249,7 +250,7 @@ def _is_wild(state, left, cosine):
 
 @compiled(error_model="numpy")
 def _wild(freedom):
-    """Student's quantile that is as rare as 5 standard deviations (Wallace); 5 from some 200 readings on."""
+    """Student quantile as rare as 5 standard deviations (Wallace); 5 above 200 degrees of freedom."""
     if freedom > 200.0:
         return _WILD
     z = _WILD * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0)
@@ -258,7 +259,7 @@ def _wild(freedom):
 
 @compiled(error_model="numpy")
 def _note(state, row, weight, way):
-    """Take in what a row says beside the triangle: its block, its bias, the difference to the row before."""
+    """Add a row to its block, to the bias and to the products of successive differences."""
     h0, h1, h2, t = row[0], row[1], row[2], row[3]
     _gather(state, h0, h1, h2, t, way)
     share = weight * state[at.NEW_BIAS]
@@ -285,7 +286,7 @@ def _note(state, row, weight, way):
 
 @compiled(error_model="numpy")
 def _count(state, array, left, weight):
-    """Count a row that was rotated in, and what that has left; the centre then weighs the rows to come."""
+    """Count a rotated row and its residual, and update the centre that weighs later rows."""
     state[at.SQUARES] += left * left
     state[at.WEIGHT] += weight
     used = state[at.USED] + 1.0
@@ -297,7 +298,7 @@ def _count(state, array, left, weight):
 
 @compiled(error_model="numpy")
 def _remember(state, angle, reading):
-    """Write a reading into the ring; whether the one that it replaces was refused no longer counts."""
+    """Write a reading into the ring buffer, where it replaces the oldest; return its place."""
     cell = at.RING_AT + at.CELL * (int(state[at.SEEN]) % at.RING)
     state[at.BAD] -= state[cell + 2]
     state[cell], state[cell + 1], state[cell + 2], state[cell + 3] = angle, reading, 0.0, state[at.TRAVEL]
@@ -314,7 +315,7 @@ def _remember(state, angle, reading):
 
 @compiled(error_model="numpy")
 def _see_step(state, reading):
-    """Keep the least step from reading to reading, and how many readings repeat the one before."""
+    """Update the smallest step between readings and the count of repeated ones."""
     step = abs(reading - state[at.LATEST])
     if step <= _SAME * state[at.LARGEST]:
         state[at.REPEATS] += 1.0
@@ -324,7 +325,7 @@ def _see_step(state, reading):
 
 @compiled(error_model="numpy")
 def _take(state, array, row, angle, reading):
-    """Take a reading; what became of it, or (negative) why it cannot be taken: then nothing has changed."""
+    """Take a reading; return its outcome, or a negative code and an unchanged state if it is invalid."""
     code = _objection(state, angle, reading)
     if code != TAKEN:
         return code
@@ -351,7 +352,7 @@ def _take(state, array, row, angle, reading):
 
 @compiled(error_model="numpy")
 def take(state, angle, reading):
-    """Take one reading."""
+    """Take one reading; return its outcome."""
     state = borrowed(state)
     rows = _arrays(state)
     return _take(state, rows[:3], rows[15], angle, reading)
@@ -359,9 +360,9 @@ def take(state, angle, reading):
 
 @compiled(error_model="numpy")
 def run(state, angle, reading, start, until_valid):
-    """Take readings from one on, up to the first that is not simply taken or, if so wanted, makes the estimate sure enough.
+    """Take readings from index `start` until one needs attention or, if asked, makes the estimate valid.
 
-    Returns how many there were by then, what became of the last, and whether it was wanted and made it so.
+    Returns the index after the last reading, its outcome, and whether it made the estimate valid.
     """
     state = borrowed(state)
     rows = _arrays(state)

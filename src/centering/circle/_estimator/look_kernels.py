@@ -1,11 +1,12 @@
-"""Whether the part has moved by less than one reading can tell: the latest readings as a whole against those before. Compiled.
+"""Test for a small move of the part: the latest readings as a whole against those before.
 
-A move d of the centre at one radius changes the values (q, x, y) by D d. Of the triangle of now, with value b, and an older one
-R, q0 (of the readings before a window of the latest), the information about d alone, all values being free, is
-I = D'(A - A N^-1 A) D, A = R'R, N that of all readings, and its score e = D'(A b - R'q0): e'I^-1 e is what squares of residuals
-lose by the move, of two degrees of freedom. It is set against the noise of the readings and, as form, drift and slow noise make
-it more, after a turn against what such looks have found before. Over less than a turn form is not told from a move, unless it is
-given: what is more than white noise then makes the readings doubtful until the next look or the whole turn.
+A move d of the centre at constant radius changes the values (q, x, y) by D d. With the present value b, an
+older triangle R, q0 (of the readings before a window), A = R'R and N the information of all readings, the
+information on d with all values free is I = D'(A - A N^-1 A) D and its score e = D'(A b - R'q0); e'I^-1 e, of
+two degrees of freedom, is the sum of squares that the move explains. It is compared with the noise of the
+readings and, after a turn, with the results of earlier looks, which include form, drift and slow noise. Over
+less than a turn form and move cannot be separated unless the form is given: what exceeds white noise then
+makes the readings doubtful until the next look or the whole turn.
 """
 
 import numpy as np
@@ -16,19 +17,19 @@ from centering.circle._estimator.turn_kernels import _in_first_turn
 from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 
-_RARE = 13.815510557964274  # of a look, where nothing has moved, 1e-6; logarithm of its inverse
-_DOUBTFUL = 4.605170185988092  # the same of 1e-2: a doubt costs little, as the next look may end it
-_ARC = 0.1  # rad: least arc before the window
-_TOLD = 1e-6  # least information about a direction of the move, in that about the other,
-_ROUNDED = 1e-9  # and in that of the readings before
-_MANY_LOOKS = 8.0  # from which on they tell
+_RARE = 13.815510557964274  # chosen: -log(1e-6), false alarms of a look without a move
+_DOUBTFUL = 4.605170185988092  # chosen: -log(0.01); a doubt costs little, as the next look may end it
+_ARC = 0.1  # chosen: rad; least arc before the window
+_TOLD = 1e-6  # chosen: least information on one direction of the move, relative to the other
+_ROUNDED = 1e-9  # chosen: least information on a move, relative to the readings before; less is rounding
+_MANY_LOOKS = 8.0  # chosen: looks from which on their mean is used as a variance
 _TURN = 2.0 * np.pi * (1.0 - 1e-6)
-_QUIET = 1e-11  # least noise, in largest readings
+_QUIET = 1e-11  # chosen: least noise, relative to the largest reading, above rounding
 
 
 @compiled(error_model="numpy")
 def _keep(state, array):
-    """Every 30 readings keep the triangle and its sums; the older of two is of before any reading in the ring."""
+    """Store the triangle and its sums every 30 readings; the older of two precedes the ring buffer."""
     younger = _arrays(state)[3:6]
     _copy(younger, _arrays(state)[6:9])
     _copy(array, younger)
@@ -41,7 +42,7 @@ def _keep(state, array):
 
 @compiled(error_model="numpy")
 def _older(state, window):
-    """The older triangle of a window, where the sums are that were kept with it, and the weight left to both."""
+    """Stored triangle of a window, place of its sums, and the weight that forgetting leaves to both."""
     kept = at.KEPT + at.KEPT_SIZE * window
     begin = 3 + 3 * window
     left = np.exp(state[at.LOG_FORGETTING] * (state[at.TRAVEL] - state[kept + at.KEPT_WAY]))
@@ -50,7 +51,7 @@ def _older(state, window):
 
 @compiled(error_model="numpy")
 def _write_score(triangle, left, value, info, score):
-    """Write the information A of an older triangle, and A b - R'q0."""
+    """Write the information A of a stored triangle, and A b - R'q0."""
     for i in range(3):
         score[i] = 0.0
         for j in range(3):
@@ -67,7 +68,7 @@ def _write_score(triangle, left, value, info, score):
 
 @compiled(error_model="numpy")
 def _without_values(array, info, across):
-    """Take off from an information A what all values being free costs: A N^-1 A, by substitution through the triangle of N."""
+    """Subtract A N^-1 A from A, in place: the information lost to the free values."""
     for k in range(3):
         for j in range(3):
             rest = info[k, j]
@@ -82,7 +83,7 @@ def _without_values(array, info, across):
 
 @compiled(error_model="numpy")
 def _found_move(state, array, value, triangle, left):
-    """Move (x, y) between an older triangle and that of now, of the value given, and what it explains of the squares."""
+    """Move (x, y) between a stored triangle and the present one, and the sum of squares it explains."""
     info, across, score = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     _write_score(triangle, left, value, info, score)
     largest = info[0, 0]
@@ -100,7 +101,7 @@ def _found_move(state, array, value, triangle, left):
 
 @compiled(error_model="numpy")
 def _move(a, b, c, x, y, largest):
-    """Move (x, y) by its score and the information ((a, b), (b, c)), as far as it is told, and the squares that it explains."""
+    """Move (x, y) and explained squares from the score (x, y) and the information ((a, b), (b, c))."""
     half = np.hypot(0.5 * (a - c), b)
     more = 0.5 * (a + c) + half
     less = 0.5 * (a + c) - half
@@ -117,7 +118,7 @@ def _move(a, b, c, x, y, largest):
 
 @compiled(error_model="numpy")
 def _find(state, array, value, window):
-    """What a move within a window explains of the squares; -1 where too little was seen before it."""
+    """Sum of squares explained by a move within a window; -1 where too little was seen before the window."""
     triangle, kept, left = _older(state, window)
     if state[kept + at.KEPT_COVERED] < max(state[at.GATE_FROM], _ARC) or state[kept] <= 3.0:
         return -1.0
@@ -126,7 +127,7 @@ def _find(state, array, value, window):
 
 @compiled(error_model="numpy")
 def _is_move(state, found, window, lagged, rounding):
-    """Whether what a window explains is more than noise, form and drift make of it."""
+    """Whether the sum of squares explained in a window exceeds noise, form and drift."""
     _, kept, left = _older(state, window)
     looks, size = at.LOOKS + at.LOOK_SIZE * window, max(state[at.WEIGHT] - left * state[kept], 0.0)
     if state[looks] >= _MANY_LOOKS and state[kept + at.KEPT_COVERED] >= _TURN:
@@ -139,27 +140,27 @@ def _is_move(state, found, window, lagged, rounding):
 
 @compiled(error_model="numpy")
 def _is_doubtful(state, found):
-    """Whether it is more than white noise makes of it."""
+    """Whether an explained sum of squares exceeds white noise."""
     freedom = state[at.WEIGHT] - 5.0
     return _is_rare(found, _variance(state, state[at.SQUARES] - found, freedom), freedom, _DOUBTFUL)
 
 
 @compiled(error_model="numpy")
 def _is_rare(found, variance, freedom, rare):
-    """Whether squares of two degrees of freedom are more than F allows."""
+    """Whether a sum of squares of two degrees of freedom exceeds the F quantile."""
     return freedom >= 1.0 and found > variance * freedom * np.expm1(2.0 * rare / freedom)
 
 
 @compiled(error_model="numpy")
 def _variance(state, squares, freedom):
-    """Variance of a reading, not below the least."""
+    """Variance of a reading, at least the least one."""
     least = max(state[at.NOISE], _QUIET * state[at.LARGEST]) * state[at.RATIO]
     return max(squares / freedom, least * least)
 
 
 @compiled(error_model="numpy")
 def _as_before(state, looks, found):
-    """After a turn: variance of what looks find where nothing has moved, and its degrees of freedom, as those before have it."""
+    """Variance and degrees of freedom of a look without a move, from the looks before."""
     freedom = state[at.WEIGHT] - 5.0
     variance = _variance(state, state[at.SQUARES] - found, freedom)
     before = 0.5 * state[looks + 1] / state[looks]
@@ -175,7 +176,7 @@ def _form_is_given(state):
 
 @compiled(error_model="numpy")
 def _as_told(state, found, lagged, rounding):
-    """Before: the same as the residuals and their correlation have it, if form is given; else nothing is known (0 degrees)."""
+    """Variance and degrees of freedom before a turn, from correlated residuals; 0, 0 without a given form."""
     if not _form_is_given(state):
         return 0.0, 0.0
     squares, weight = state[at.SQUARES] - found, state[at.WEIGHT] - 2.0
@@ -185,7 +186,7 @@ def _as_told(state, found, lagged, rounding):
 
 @compiled(error_model="numpy")
 def _remember(state, looks, found):
-    """Keep what a look has found; it is compared with when the next two looks are over, as it may be the begin of a move."""
+    """Store the result of a look; it is used two looks later, as it may be the start of a move."""
     if state[looks + 3] > 0.0:
         state[looks] += 1.0
         state[looks + 1] += state[looks + 3]
@@ -194,7 +195,7 @@ def _remember(state, looks, found):
 
 @compiled(error_model="numpy")
 def _has_moved(state, array):
-    """Look at the latest 30 readings, and every other time at the latest 60; write whether they are doubtful."""
+    """Whether the part moved within the latest 30 or, at every other call, 60 readings; writes DOUBT."""
     value = np.empty(3)
     _back(array, 3, value)
     lagged, rounding = _differences(state, value)
@@ -215,7 +216,7 @@ def _has_moved(state, array):
 
 @compiled(error_model="numpy")
 def _move_by(state, value):
-    """Move within the latest 60 readings (of 30 where there are no more before); into `value` what was before it."""
+    """Move (x, y) within the latest 60 readings (30 where no more exist); write the value before it."""
     triangle, _, left = _older(state, 1 if state[at.KEPT + at.KEPT_SIZE] > 3.0 else 0)
     array, now = _arrays(state)[:3], np.empty(3)
     _back(array, 3, now)

@@ -1,4 +1,4 @@
-"""The controller that measures until it is sure: samples go to an estimator, the machine is stopped when that is valid."""
+"""The controller that turns the part and stops the machine when the estimator is valid."""
 
 from collections.abc import Mapping
 from math import isfinite, nan, pi
@@ -9,41 +9,42 @@ from sdpgrind.base import checks
 from sdpgrind.identify import Status
 
 _KNOWN = (Status.OK, Status.UNSURE)
-_FEWEST = 3  # readings: fewer determine no circle
+_FEWEST = 3  # derived: fewer readings determine no circle
 
 
 class MeasuringController:
-    """Turn the part until its centre is known as surely as the estimator asks; see `hwsim.protocols.Controller`.
+    """Turn the part until its centre is certain enough; see `hwsim.protocols.Controller`.
 
-    Each sample goes to the estimator; a sample without a reading (NaN) is left out. Once the estimator is valid, or after
-    `turns_max`, it commands ``stop``. With each sample it reports ``radius``, ``center_x``, ``center_y`` and their ``band`` (mm,
-    within which the true centre lies by the estimator's own statement), and ``valid`` (1: sure enough); nothing while the samples
-    do not determine a circle.
+    Each sample with a reading goes to the estimator. Once that is valid, or after `turns_max`, the controller
+    commands ``stop``. It reports ``radius``, ``center_x``, ``center_y`` and their ``band`` (mm), and
+    ``valid`` (1: certain enough), from the sample on that determines a circle.
 
     Parameters
     ----------
     estimator : GeometryEstimator
-        Says when it is sure. It is reset at each part; a copy of the controller has an estimator of its own.
+        Streaming estimator, reset at each part; a copy of the controller has an estimator of its own.
     turns_max : float
-        Turns after which is stopped, sure or not, unit 1.
+        Limit of turns, unit 1.
     period : float, optional
-        Time between two samples, s, on a machine that can be read at any time; None: one at each sample of the machine.
+        Time between two samples, s, on a machine that can be read at any time; None: one at each sample of
+        the machine.
 
     Raises
     ------
     ValueError
         When turns or period are not positive.
     TypeError
-        When `estimator` is none.
+        When `estimator` is no estimator.
 
     Examples
     --------
     >>> import centering, hwsim
-    >>> estimator = centering.GeometryEstimator(noise_sd=0.0012, tip_radius=3.75, confidence=0.999, rel_tol=0.03)  # mm
+    >>> estimator = centering.GeometryEstimator(noise_sd=0.0012, tip_radius=3.75, confidence=0.999)  # mm
     >>> controller = centering.MeasuringController(estimator)
     >>> log = hwsim.run(hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5)), controller)
     >>> last = log["probe"].isel(row=-1)
-    >>> bool(log.outcome.turns[0] < 0.5), bool(abs(last.center_x_planned - log.outcome.true_center_x[0]) < 0.108)  # mm
+    >>> error = abs(last.center_x_planned - log.outcome.true_center_x[0])
+    >>> bool(log.outcome.turns[0] < 0.5), bool(error < 0.108)  # mm
     (True, True)
     """
 
@@ -71,16 +72,16 @@ class MeasuringController:
         self._begun, self._valid, self._taken = nan, False, 0
 
     def step(self, *, angle: float, reading: float, **others: Any) -> dict[str, float]:
-        """Take a sample in; return ``stop`` when nothing more need be measured.
+        """Take a sample; return ``stop`` when the measurement is complete.
 
         Parameters
         ----------
         angle : float
-            Of the spindle, rad.
+            Spindle angle, rad.
         reading : float
-            Position of the surface on the probe line, mm from the axis; NaN: none.
+            Position of the surface on the probe line, mm from the axis; NaN: no reading.
         **others
-            Whatever else the plant measures; not used.
+            Other measurements of the plant; ignored.
         """
         if isfinite(angle) and isfinite(reading):
             self.estimator.update(angle=angle, reading=reading)
@@ -92,7 +93,7 @@ class MeasuringController:
         return {"stop": 1.0} if stop else {}
 
     def report(self) -> dict[str, float]:
-        """Return what is known so far: radius, centre, band (mm) and whether that is enough; nothing while that is nothing."""
+        """Return radius, centre and band (mm) and validity; empty while no circle is determined."""
         if self._taken < _FEWEST or (circle := self.estimator.estimate).status not in _KNOWN:
             return {}
         where = {"radius": circle.radius, "center_x": circle.center_x, "center_y": circle.center_y}

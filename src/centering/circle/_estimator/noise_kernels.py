@@ -1,4 +1,4 @@
-"""How noisy readings are: their standard deviation, what correlation makes of it, quantiles of their law. Compiled."""
+"""Noise of the readings: standard deviation, inflation by correlation, quantiles."""
 
 from math import inf
 
@@ -9,15 +9,15 @@ from centering.circle._estimator.turn_kernels import _long_noise, _moved_by_form
 from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 
-_TELLING = 0.1  # least noise of residuals, in that which was given, for their correlation to tell of it
-_ROUNDING = 2.3e-16  # of a number; sums of n numbers have errors of some root of n of their size
-_ABOVE_ROUNDING = 100.0  # times the rounding of their differences that squares of residuals must be to tell their correlation
-_SIGNIFICANT = 2.0  # standard deviations from which on a correlation of residuals is believed
+_TELLING = 0.1  # chosen: least noise of residuals, over the given noise, to estimate a correlation from
+_ROUNDING = 2.3e-16  # derived: relative rounding of a number; about sqrt(n) times this for a sum of n
+_ABOVE_ROUNDING = 100.0  # chosen: smallest usable sum of squares, in rounding errors of the differences
+_SIGNIFICANT = 2.0  # chosen: standard deviations above which a correlation of residuals counts
 
 
 @compiled(error_model="numpy")
 def _arrays(state):
-    """The arrays at the end of the state: rows 0 to 2 the triangle, 3 to 8 two older ones, then room."""
+    """Rows at the end of the state: 0 to 2 the triangle, 3 to 8 two stored ones, then work space."""
     forms = int(state[at.FORMS])
     begin = at.TAIL + 2 * forms + 3 * int(state[at.KNOWN])
     return state[begin:].reshape((at.ARRAYS, 4 + 2 * forms))
@@ -25,7 +25,7 @@ def _arrays(state):
 
 @compiled(error_model="numpy")
 def _copy(array, out):
-    """Copy a triangle and its targets; what is below the diagonal is never read."""
+    """Copy a triangle and its targets; entries below the diagonal are never read."""
     for i in range(3):
         for j in range(i, array.shape[1]):
             out[i, j] = array[i, j]
@@ -45,7 +45,7 @@ def _write_covariance(array, out):
 
 @compiled(error_model="numpy")
 def _student(state, freedom):
-    """Quantile of Student's law: from the table, or expanded about the normal law (1e-8 from 64 on)."""
+    """Student quantile: from the table, or expanded about the normal quantile (error 1e-8 from 64 on)."""
     if freedom < 1.0:
         return inf
     if freedom < at.TABLE:
@@ -61,7 +61,7 @@ def _student(state, freedom):
 
 @compiled(error_model="numpy")
 def _quantile(state, freedom):
-    """Standard deviations within which the centre lies: t, or sqrt(2 F) of both coordinates, in closed form."""
+    """Quantile of the centre in standard deviations: Student's t, or sqrt(2 F) for both coordinates."""
     if state[at.JOINT] == 0.0:
         return _student(state, freedom)
     return np.sqrt(freedom * np.expm1(-2.0 * state[at.BEYOND] / freedom)) if freedom >= 1.0 else inf
@@ -69,13 +69,13 @@ def _quantile(state, freedom):
 
 @compiled(error_model="numpy")
 def _known_quantile(state):
-    """The same where the noise is known."""
+    """Quantile of the centre in standard deviations for known noise."""
     return np.sqrt(-2.0 * state[at.BEYOND]) if state[at.JOINT] != 0.0 else state[at.NORMAL]
 
 
 @compiled(error_model="numpy")
 def _differences(state, value):
-    """Sum of squared differences of successive residuals of the fit of the readings alone; how far rounding may make it wrong."""
+    """Sum of squared differences of successive residuals, and its rounding error."""
     q, x, y, k = value[0], value[1], value[2], at.LAG
     squares = q * q * state[k] + x * x * state[k + 4] + y * y * state[k + 7] + state[k + 9]
     a, b, c = q * x * state[k + 1], q * y * state[k + 2], x * y * state[k + 5]
@@ -86,7 +86,7 @@ def _differences(state, value):
 
 @compiled(error_model="numpy")
 def correlation(squares, weight, lagged):
-    """Correlation of successive residuals, freed of its bias; 0 unless it is significant."""
+    """Correlation of successive residuals, corrected for bias; 0 unless significant."""
     plain = 1.0 - 0.5 * lagged / squares
     rho = plain + (2.0 + 5.0 * plain) / weight
     return min(rho, 0.9999) if rho > _SIGNIFICANT / np.sqrt(weight) else 0.0
@@ -94,7 +94,7 @@ def correlation(squares, weight, lagged):
 
 @compiled(error_model="numpy")
 def _inflation_of(state, squares, weight, lagged, rounding):
-    """What correlation makes of the noise, where residuals are so large that it can be told."""
+    """Inflation of the noise by correlation; 1 where the residuals are too small to estimate it."""
     least = _TELLING * state[at.NOISE] * state[at.RATIO]
     if weight <= 4.0 or squares <= weight * least * least or squares <= _ABOVE_ROUNDING * rounding:
         return 1.0
@@ -104,16 +104,13 @@ def _inflation_of(state, squares, weight, lagged, rounding):
 
 @compiled(error_model="numpy")
 def _freedom_of(weight, inflation):
-    """Degrees of freedom of the noise, inflated: with an estimated correlation its logarithm has the variance 2/these (AR(1))."""
+    """Degrees of freedom f of inflated noise; its logarithm has variance 2/f for an estimated AR(1)."""
     return weight / (1.0 + 2.0 * inflation * inflation) - 3.0 if inflation > 1.0 else weight - 3.0
 
 
 @compiled(error_model="numpy")
 def _noise(state):
-    """Sd of the triangle's noise, its degrees of freedom, the inflation, and the squared differences of residuals.
-
-    Readings that are correlated count for fewer.
-    """
+    """Noise of the triangle (sd), its degrees of freedom, inflation, squared differences of residuals."""
     rows = _arrays(state)
     value = rows[15, :3]
     _back(rows, 3, value)
@@ -127,10 +124,10 @@ def _noise(state):
 
 @compiled(error_model="numpy")
 def _write_noise(state, ratio, form):
-    """Write noise, freedom, inflation and the bound on form (over the ratio), as they make the least band.
+    """Write noise, freedom, inflation and form bound (both over the ratio) that make the smallest band.
 
-    Where the correlation is significant and whole turns have told form from noise, that is noise freed of form, and what form
-    does to the centre. The inflation is less than 1 then where form does no harm.
+    With significant correlation and whole turns these are noise freed of form and the effect of form on the
+    centre; the inflation may then be below 1.
     """
     sd, freedom, inflation, lagged = _noise(state)
     state[at.FREED] = 0.0

@@ -1,4 +1,4 @@
-"""The source's own running estimators of a part's offset, and its rule for when to believe them; for comparison only."""
+"""The source's running estimators of a part's offset and its rule of validity; for comparison only."""
 
 from math import inf, pi, sqrt
 from typing import NamedTuple
@@ -15,12 +15,12 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.identify import Status
 
 ALGORITHMS = ("rls", "prls", "kalman")
-_WALK, _NOISE = units.um(0.005) ** 2, units.um(0.03) ** 2  # mm^2, of the prototype
-_ROUNDING = 1e-9  # rad
+_WALK, _NOISE = units.um(0.005) ** 2, units.um(0.03) ** 2  # source: Mears, variances of the prototype, mm^2
+_ROUNDING = 1e-9  # chosen: rad; smaller differences of angle are rounding
 
 
 class PrintedHistory(NamedTuple):
-    """What a `PrintedEstimator` tells after each reading; arrays of the shape of the readings.
+    """Results of a `PrintedEstimator` after each reading; arrays of the shape of the readings.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class PrintedHistory(NamedTuple):
     offset_angle : array
         Direction in (-pi, pi], (4.9), rad.
     band : array
-        Full width of the band that the source calls its confidence, mm.
+        Full width of the source's confidence band, mm.
     valid : array
-        Whether the source's rule believes the estimate, yes or no.
+        Whether the source's rule accepts the estimate.
     """
 
     radius: Floats
@@ -44,40 +44,44 @@ class PrintedHistory(NamedTuple):
 
 
 class PrintedEstimator:
-    """The source's running estimate of a part's offset, with its rule of validity; for comparison, not for use.
+    """The source's running estimate of a part's offset, with its rule of validity; for comparison, not for
+    use.
 
-    ========== ================================================================================================================
+    ========== ===============================================================================================
     algorithm  running estimate
-    ========== ================================================================================================================
-    "rls"      recursive least squares of ``reading - radius`` on [cos, sin] alone, started from 0 with inverse information
-               `inv_info`: Mears (4.40)-(4.44), errata put right
-    "prls"     least squares on [1, cos, sin] of all readings so far (4.45); the shortest solution of the first two
-    "kalman"   a random walk in front (4.35)-(4.39), its offset half of the greatest less the least value (4.48). It lags and
-               attenuates (`sdpgrind.identify.random_walk_response`); there is no running estimate, so it is never valid
-    ========== ================================================================================================================
+    ========== ===============================================================================================
+    "rls"      recursive least squares of ``reading - radius`` on [cos, sin] from 0 with inverse information
+               `inv_info`: Mears (4.40)-(4.44), errata corrected
+    "prls"     least squares on [1, cos, sin] of all readings so far (4.45); of the first two readings the
+               solution of least norm
+    "kalman"   a random-walk filter (4.35)-(4.39), whose offset is half the range of its values (4.48). It
+    lags
+               and attenuates (`sdpgrind.identify.random_walk_response`), and is never valid
+    ========== ===============================================================================================
 
-    The rule "mears", (4.49)-(4.52): valid from `arc_min` on when the full width ``2 z sqrt(SSE/(m (m - 2)))`` is at most
-    ``max(rel_tol offset, abs_tol)``, z two-sided. That is a multiple of the standard error of a mean, not of the offset: of its
-    "99.9 %" the centre is inside in 1 to 90 % of all cases. All fit the small-offset curve. `GeometryEstimator` does it right.
+    The rule "mears", (4.49)-(4.52): valid from `arc_min` on when the full width ``2 z sqrt(SSE/(m (m - 2)))``
+    is at most ``max(rel_tol offset, abs_tol)``, z two-sided. This is a multiple of the standard error of a
+    mean, not of the offset: the centre is inside its "99.9 %" in 1 to 90 % of all cases. All fit the
+    small-offset curve. `GeometryEstimator` has neither error.
 
     Parameters
     ----------
     algorithm : {"rls", "prls", "kalman"}
-        Which.
+        Running estimate.
     confidence : float
         Probability J in (0, 1).
     rel_tol : float
-        Allowed width over the offset (epsilon) >= 0, unit 1.
+        Allowed width relative to the offset (epsilon) >= 0, unit 1.
     abs_tol : float
         Width that is always allowed (floor) > 0, mm.
     arc_min : float
-        Angle to be turned at least, >= 0, rad.
+        Least arc, >= 0, rad.
     radius : float
-        Of "rls": what is taken off each reading, mm.
+        Of "rls": radius subtracted from each reading, mm.
     inv_info : float
-        Of "rls": start of the inverse information > 0, unit 1.
+        Of "rls": initial inverse information > 0, unit 1.
     walk_variance, noise_variance : float
-        Of "kalman": Q and R >= 0, not both 0, mm^2; by default those of the prototype.
+        Of "kalman": Q and R >= 0, not both 0, mm^2. Default: those of the prototype.
 
     Raises
     ------
@@ -129,12 +133,12 @@ class PrintedEstimator:
         kernels.printed_start(self._state, self._kind, self._settings)
 
     def update(self, *, angle: float, reading: float) -> None:
-        """Take in one reading.
+        """Take one reading.
 
         Parameters
         ----------
         angle : float
-            Of the spindle, rad.
+            Spindle angle, rad.
         reading : float
             Radial position, mm.
 
@@ -147,12 +151,12 @@ class PrintedEstimator:
         kernels.printed_step(self._state, self._kind, self._settings, at, seen)
 
     def extend(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> None:
-        """Take in many readings, to the same bits as one by one.
+        """Take many readings, bit-equal to `update` one by one.
 
         Parameters
         ----------
         angle, reading : array_like, shape (m,)
-            rad, mm.
+            Spindle angles (rad) and readings (mm).
 
         Raises
         ------
@@ -166,14 +170,14 @@ class PrintedEstimator:
             )
 
     def history(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> PrintedHistory:
-        """Return what would be told after each reading from an empty start; the estimator itself is left alone.
+        """Return the results after each reading from an empty start; the estimator itself does not change.
 
         Parameters
         ----------
         angle : array_like, shape (m,)
-            Of the spindle, rad.
+            Spindle angles, rad.
         reading : array_like, shape (m,) or (runs, m)
-            Readings of one part or, each from its own start, of many, mm.
+            Readings of one part or of many, each from its own start, mm.
 
         Returns
         -------
@@ -188,8 +192,8 @@ class PrintedEstimator:
         Examples
         --------
         >>> angle = np.deg2rad(np.arange(0.0, 360.0))
-        >>> history = PrintedEstimator("kalman", walk_variance=0.0005, noise_variance=0.03).history(angle, np.sin(angle))
-        >>> round(100 * (float(history.offset[-1]) - 1), 2)
+        >>> estimator = PrintedEstimator("kalman", walk_variance=0.0005, noise_variance=0.03)
+        >>> round(100 * (float(estimator.history(angle, np.sin(angle)).offset[-1]) - 1), 2)
         -0.9
         """
         at, seen = _pairs(angle, reading)
@@ -198,12 +202,13 @@ class PrintedEstimator:
         return self._judged(told.reshape(*np.shape(reading), kernels.TOLD))
 
     def first_valid(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> int | None:
-        """Return the place of the first reading from which the rule holds, from an empty start; None: it never does.
+        """Return the index of the first reading at which the rule holds, from an empty start; None: it never
+        holds.
 
         Parameters
         ----------
         angle, reading : array_like, shape (m,)
-            rad, mm.
+            Spindle angles (rad) and readings (mm).
 
         Raises
         ------
@@ -214,7 +219,7 @@ class PrintedEstimator:
         return int(found[0]) if found.size else None
 
     def _judged(self, told: Floats) -> PrintedHistory:
-        """(4.8), (4.9) and the rule on what the kernels tell."""
+        """Apply (4.8), (4.9) and the rule to the outputs of the kernels."""
         count, x, y = (told[..., k] for k in (kernels.COUNT, kernels.CENTER_X, kernels.CENTER_Y))
         free = np.where(count > 2, count - 2, np.nan)
         mean_variance = told[..., kernels.SQUARES] / (np.maximum(count, 1.0) * free)
@@ -226,17 +231,18 @@ class PrintedEstimator:
 
     @property
     def valid(self) -> bool:
-        """Whether the rule "mears" believes the estimate, yes or no (unit 1)."""
+        """Whether the rule "mears" accepts the estimate (unit 1)."""
         return bool(self._judged(self._state[: kernels.TOLD]).valid)
 
     @property
     def band(self) -> float:
-        """Full width ``2 z sqrt(SSE/(m (m - 2)))``, mm; inf for fewer than three readings, and for "kalman"."""
+        """Full width ``2 z sqrt(SSE/(m (m - 2)))``, mm; inf before three readings and for "kalman"."""
         return float(self._judged(self._state[: kernels.TOLD]).band)
 
     @property
     def estimate(self) -> CircleEstimate:
-        """Estimate so far, mm, with (4.50) as the standard deviation of the centre in every direction, as the source has it.
+        """Estimate so far, mm, with (4.50) as the standard deviation of the centre in every direction, as in
+        the source.
 
         The radius is the constant part of the fit, not corrected by (4.22).
         """
@@ -260,17 +266,17 @@ class PrintedEstimator:
 
     @property
     def _told(self) -> bool:
-        """Whether there is something to judge by."""
+        """Whether the readings determine a band."""
         return self._algorithm != "kalman" and bool(self._state[kernels.COUNT] > 2)
 
     @property
     def _swept(self) -> float:
-        """Angle between the readings furthest apart, rad."""
+        """Range of the angles, rad."""
         return max(float(self._state[kernels.HIGH] - self._state[kernels.LOW]), 0.0)
 
     @property
     def _lack(self) -> tuple[str, float]:
-        """What keeps the rule from holding, and the angle still to be turned: the band narrows as 1/sqrt(m)."""
+        """Limiting cause and the angle still to be turned, rad: the band narrows as 1/sqrt(m)."""
         if self.valid:
             return "", 0.0
         if not self._told:

@@ -1,12 +1,14 @@
-"""The source's own estimators, reading by reading, on one flat state per part, so that one step and a batch give the same bits.
+"""The source's own estimators, reading by reading, on one flat state for each part: single steps and batches
+are bit-equal.
 
-A state begins with what is told after each reading (the first `TOLD` slots), and goes on with what is carried:
+A state begins with the outputs after each reading (the first `TOLD` slots), followed by the internal values:
 
-========== ====================================================================================================================
+========== ===============================================================================================
 "rls"      two values [cos, sin] and their inverse information, Mears (4.40)-(4.44)
-"prls"     triangle of all rows [1, cos, sin] so far, and the first two directions that were seen, (4.45)
-"kalman"   the filtered reading and its variance (4.35)-(4.39), and the extremes of all filtered readings so far (4.48)
-========== ====================================================================================================================
+"prls"     triangle of all rows [1, cos, sin] so far, and the first two directions seen, (4.45)
+"kalman"   the filtered reading and its variance (4.35)-(4.39), and the extremes of all filtered readings
+(4.48)
+========== ===============================================================================================
 """
 
 from math import cos, inf, nan, sin
@@ -19,17 +21,17 @@ from sdpgrind.identify.kernels import covariance_step, measure, rotate, solve
 RLS, PRLS, KALMAN = 0, 1, 2
 RADIUS, CENTER_X, CENTER_Y, SQUARES, COUNT, LOW, HIGH = range(7)
 TOLD = 7
-"""Radius and centre, sum of squared residuals of the present fit, readings, least and greatest angle."""
+"""Outputs: radius, centre (2), sum of squared residuals, number of readings, least and greatest angle."""
 _VALUE, _MATRIX, _WORK, _COST = 7, 9, 13, 17  # rls
 _ARRAY, _ROW, _SEEN, _MEAN, _TIMES, _DISTINCT, _LEFT, _WITHIN = 7, 19, 23, 27, 29, 31, 32, 33  # prls
 _FILTERED, _VARIANCE, _GAIN, _ONE, _MOST, _LEAST, _AT = 7, 8, 9, 10, 11, 12, 13  # kalman
 STATES = 34
-_SAME = 1e-6  # between two directions that are one
+_SAME = 1e-6  # chosen: directions that differ by less (|cos| + |sin|) are one
 
 
 @compiled
 def printed_start(state, kind, settings):
-    """Empty a state. `settings` are the known radius and the start of the inverse information; or the variances Q and R."""
+    """Empty a state; `settings` are known radius and initial inverse information, or variances Q and R."""
     state[:] = 0.0
     state[LOW], state[HIGH] = inf, -inf
     if kind == RLS:
@@ -54,7 +56,7 @@ def printed_step(state, kind, settings, angle, reading):
 
 @compiled
 def _rls(state, settings, angle, reading):
-    """(4.40) for [cos, sin]. The cost of the fit, its distance from the start included, grows by error^2/(1 + h'Ph)."""
+    """(4.40) for [cos, sin]; the cost, with the distance from the start, grows by error^2/(1 + h'Ph)."""
     value, matrix = state[_VALUE : _VALUE + 2], state[_MATRIX : _MATRIX + 4].reshape((2, 2))
     gain, row = state[_WORK : _WORK + 2], state[_WORK + 2 : _WORK + 4]
     row[0], row[1] = cos(angle), sin(angle)
@@ -68,7 +70,7 @@ def _rls(state, settings, angle, reading):
 
 @compiled
 def _prls(state, angle, reading):
-    """(4.45): least squares on all readings, the shortest solution while fewer than three directions have been seen."""
+    """(4.45): least squares on all readings; of least norm until three directions have been seen."""
     array, row = state[_ARRAY : _ARRAY + 12].reshape((3, 4)), state[_ROW : _ROW + 4]
     row[0], row[1], row[2], row[3] = 1.0, cos(angle), sin(angle), reading
     if state[_DISTINCT] < 3.0:
@@ -85,7 +87,7 @@ def _prls(state, angle, reading):
 
 @compiled
 def _notice(state, row):
-    """Add a reading to the direction it is of; three directions determine a circle, whatever they are."""
+    """Add a reading to the statistics of its direction; three directions determine a circle."""
     known = int(state[_DISTINCT])
     for k in range(known):
         if abs(row[1] - state[_SEEN + 2 * k]) + abs(row[2] - state[_SEEN + 2 * k + 1]) < _SAME:
@@ -102,7 +104,7 @@ def _notice(state, row):
 
 @compiled
 def _shortest(state):
-    """The shortest of all solutions through the mean readings z of one or two directions h: H'(HH')^-1 z, with h'h = 2."""
+    """Solution of least norm through mean readings z of one or two directions h: H'(HH')^-1 z; h'h = 2."""
     c, s = state[_SEEN], state[_SEEN + 1]
     first = state[_MEAN]
     if state[_DISTINCT] < 2.0:
@@ -119,7 +121,7 @@ def _shortest(state):
 
 @compiled
 def _kalman(state, settings, angle, reading):
-    """(4.35)-(4.39) from the first reading on, and (4.48) on all that came out so far."""
+    """(4.35)-(4.39) from the first reading on, and (4.48) on all outputs so far."""
     value, variance = state[_FILTERED : _FILTERED + 1], state[_VARIANCE : _VARIANCE + 1].reshape((1, 1))
     if state[COUNT] == 1.0:
         value[0], variance[0, 0] = reading, settings[1]
@@ -136,7 +138,7 @@ def _kalman(state, settings, angle, reading):
 
 @compiled
 def printed_extend(state, kind, settings, angle, reading, told):
-    """Take many readings into a state; `told`, shape (m, `TOLD`), gets what is told after each."""
+    """Take many readings into a state; write the outputs after each to `told`, shape (m, `TOLD`)."""
     for i in range(angle.shape[0]):
         printed_step(state, kind, settings, angle[i], reading[i])
         for k in range(TOLD):
@@ -145,7 +147,7 @@ def printed_extend(state, kind, settings, angle, reading, told):
 
 @compiled
 def printed_histories(kind, settings, angle, readings, told):
-    """Let many parts of readings (runs, m) start and go on, each on its own; `told` has shape (runs, m, `TOLD`)."""
+    """Run many series of readings (runs, m), each from an empty state; `told` has shape (runs, m, `TOLD`)."""
     state = np.empty(STATES)
     for run in range(readings.shape[0]):
         printed_start(state, kind, settings)

@@ -1,4 +1,4 @@
-"""A part that has moved: what is kept of the radius, and of the latest readings those since the move. Compiled."""
+"""Restart after a move of the part, with the known radius and the readings since the move."""
 
 import numpy as np
 
@@ -10,14 +10,15 @@ from centering.circle._estimator.start_kernels import _replay, _ring, clear, end
 from centering.circle._estimator.validity_kernels import holds_axis, judge
 from sdpgrind.base.compiled import compiled
 
-_OWN_NOISE = 0.1  # largest root of what noise in the rows may add to the information of the radius, in that information
+_OWN_NOISE = 0.1  # chosen: largest root share of noise in the information on the radius
 
 
 @compiled(error_model="numpy")
 def restart(state, shifted):
-    """Begin anew with the latest readings, from the move on; what is known of R stays.
+    """Restart from the readings since the move, with the known radius.
 
-    The move is where most readings are refused from or, `shifted`, where they are better explained by a move from.
+    The move is the reading from which most are refused or, with `shifted`, from which a move explains them
+    better.
     """
     evidence = np.empty(at.RING)
     _write_evidence(state, shifted, evidence)
@@ -42,7 +43,7 @@ def restart(state, shifted):
 
 @compiled(error_model="numpy")
 def _again(state, cell, before):
-    """Go over a reading of the ring once more: what it covers and where it stands in the ring."""
+    """Replay a reading of the ring buffer: arc covered and place in the buffer."""
     _cover(state, _way_of(state, cell[0] - before[0]))
     state[at.TRAVEL] = cell[3]
     _remember(state, cell[0], cell[1])
@@ -51,7 +52,7 @@ def _again(state, cell, before):
 
 @compiled(error_model="numpy")
 def _write_evidence(state, shifted, evidence):
-    """Write how much each reading of the ring, from the newest on, speaks for that it was read after the move."""
+    """Write the evidence of each reading of the ring buffer, newest first, that it follows the move."""
     cells, newest = _ring(state), int(state[at.SEEN]) - 1
     if not shifted:
         for k in range(at.RING):
@@ -70,7 +71,7 @@ def _write_evidence(state, shifted, evidence):
 
 @compiled(error_model="numpy")
 def _since_moved(state, evidence):
-    """The latest readings from that one on since which the evidence is most; oldest first."""
+    """Latest readings whose summed evidence is largest; oldest first."""
     cells, newest = _ring(state), int(state[at.SEEN]) - 1
     best, total, length = -np.inf, 0.0, 1
     for k in range(at.RING):
@@ -86,7 +87,7 @@ def _since_moved(state, evidence):
 
 @compiled(error_model="numpy")
 def _go_back(state):
-    """Be as it was some readings before: the older of the two triangles that are kept, and its sums."""
+    """Restore the older of the two stored triangles and its sums."""
     rows = _arrays(state)
     _copy(rows[6:9], rows)
     kept = at.KEPT + at.KEPT_SIZE
@@ -97,9 +98,9 @@ def _go_back(state):
 
 @compiled(error_model="numpy")
 def carry_radius(state):
-    """Keep the radius and the noise as known beforehand."""
+    """Keep radius and noise as prior knowledge."""
     judge(state, 0.0)
-    # the quantile is in it: what is told by few readings would else be used as if the noise were known
+    # with the quantile: a radius from few readings is less certain than one from known noise
     reach = state[at.REACH] / _known_quantile(state)
     sd = reach * np.sqrt(state[at.SHAPE]) * state[at.INFLATION] + state[at.FORM_BOUND]
     if state[at.FREEDOM] < 1.0 or not sd > 0.0 or not _tells_radius(state):
@@ -110,9 +111,10 @@ def carry_radius(state):
 
 @compiled(error_model="numpy")
 def _tells_radius(state):
-    """Whether a judged radius comes of the way turned: rows hold the readings, and those of a spindle that stands differ too.
+    """Whether the turning determines the radius, not only noise in the rows of a spindle at rest.
 
-    Noise s in m rows adds m (s/R)^2 to the information 1/shape of the radius. Differences of readings bound s from above.
+    Noise s in m rows adds m (s/R)^2 to the information 1/shape of the radius. Differences of readings bound s
+    from above.
     """
     if not holds_axis(state):
         return False

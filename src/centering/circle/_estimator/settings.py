@@ -1,4 +1,4 @@
-"""Settings of a streaming estimator as the array that compiled code sees; why a reading is refused."""
+"""Settings of a streaming estimator, written into its state array; errors of invalid readings."""
 
 from math import log1p
 
@@ -12,7 +12,7 @@ from sdpgrind.base.checks import Floats
 
 
 def empty_state(lobes: Floats, known: Floats) -> Floats:
-    """A state with its lists and nothing else."""
+    """Return a state with assumed lobes (upr, mm) and known harmonics (upr, mm, mm), and zeros elsewhere."""
     begin, middle, arrays = at.lobes_at(len(known), len(lobes))
     state = np.zeros(arrays + at.ARRAYS * at.width(len(lobes)))
     state[begin:middle], state[middle:arrays] = lobes.ravel(), known.ravel()
@@ -20,7 +20,7 @@ def empty_state(lobes: Floats, known: Floats) -> Floats:
     named = set(lobes[:, 0])
     above = [n for n in range(6, 10 + len(named)) if n not in named]
     state[at.WAVES_AT : at.WAVES_AT + at.WAVES] = [2, 3, 4, 5, *above[:4]]
-    state[at.FORM_GATE] = 2.0 * lobes[:, 1].sum()  # of the lobe itself and of what it bends the estimate by
+    state[at.FORM_GATE] = 2.0 * lobes[:, 1].sum()  # the lobe itself, and its effect on the fitted curve
     return state
 
 
@@ -31,15 +31,14 @@ def write_quantiles(state: Floats, confidence: float) -> None:
 
 
 def refusal(code: int, angle: float, reading: float) -> ValueError:
-    """The error of a reading that cannot be taken."""
-    hint = "readings in the order of time, by less than a turn from the one before; of degrees? then units.deg(angle)"
+    """Return the error of an invalid reading."""
+    degrees = "of degrees? then units.deg(angle)"
+    hint = f"readings in the order of time, by less than a turn from the one before; {degrees}"
     return {
         NOT_FINITE: checks.refuse("angle and reading", "finite", (angle, reading), "rad, mm"),
         NOT_POSITIVE: checks.refuse(
             "reading", "> 0 with the exact curve; zero-mean readings want model='limacon'", reading, "mm"
         ),
         TOO_FAR: checks.refuse("angle", hint, angle, "rad"),
-        COARSE_STEPS: checks.refuse(
-            "angle", "read more often than 8 times a turn; of degrees? then units.deg(angle)", angle, "rad"
-        ),
+        COARSE_STEPS: checks.refuse("angle", f"read more often than 8 times a turn; {degrees}", angle, "rad"),
     }[code]

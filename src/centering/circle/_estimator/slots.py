@@ -1,99 +1,110 @@
-"""Places in the one array that is the state of a streaming estimator, as compiled code sees them."""
+"""Slots of the state array of a streaming estimator."""
 
 RING = 30
-"""Latest readings that are kept: a start is screened over them, a part that has moved is recognised in them."""
+"""Readings in the ring buffer; chosen: the first ones are screened together, a move shows in the latest
+ones."""
 DOUBTFUL = 7
-"""Refused readings among the latest 30 that may be dust (less than 1 % of windows with 10 % of dust have more); from more on, and
-while the newest is refused, the estimate is in doubt."""
+"""Refused readings among the latest 30 that may be dust; with more, or while the newest is refused, the
+estimate is in doubt. Derived: fewer than 1 % of windows with 10 % of dust have more."""
 TABLE = 64
-"""Quantiles of Student's law that are kept, for 1, 2, ... degrees of freedom."""
+"""Tabulated Student quantiles, for 1, 2, ... degrees of freedom; chosen: the expansion beyond them is exact
+to 1e-8."""
 
 (
-    LIMACON, TIP, NOISE, REL_TOL, ABS_TOL, ARC_MIN, LOG_FORGETTING, JOINT, BEYOND, NORMAL, FORM_GATE, FORMS, KNOWN, SETTINGS,
+    LIMACON, TIP, NOISE, REL_TOL, ABS_TOL, ARC_MIN, LOG_FORGETTING, JOINT, BEYOND, NORMAL, FORM_GATE, FORMS,
+    KNOWN, SETTINGS,
 ) = range(14)  # fmt: skip
-"""Settings: whether the limacon is fitted, tip radius (mm), least noise (mm), tolerances (1, mm), least arc (rad), logarithm of
-the weight left per rad of travel, whether both coordinates are meant, logarithm of the probability beyond, quantile of the
-normal law, what form may add to a residual (mm), number of lobes assumed and of harmonics known; and how many they are."""
+"""Settings: flag of the limacon, tip radius (mm), least noise (mm), tolerances (1, mm), least arc (rad),
+logarithm of the weight left per rad of travel, flag of both coordinates, logarithm of the tail probability,
+normal quantile, largest residual by form (mm), number of assumed lobes and of known harmonics; SETTINGS is
+their count."""
 
 PRIOR_RADIUS, PRIOR_SD, PRIOR_NOISE, PRIOR_FREEDOM = range(SETTINGS, SETTINGS + 4)
-"""What is known of the radius, tip included (mm; sd 0: nothing), and of the noise from fits before (mm, degrees of freedom)."""
+"""Prior radius with the tip (mm; sd 0: none), and noise of the fits before (mm, degrees of freedom)."""
 
 _RUN = PRIOR_FREEDOM + 1
 INDEX, RESTARTS, LAST_ANGLE, SEEN = range(_RUN, _RUN + 4)
-"""Readings ever, restarts, last angle as read (rad); then what `clear` forgets: readings since the (re)start, and on to TAIL."""
+"""Total of readings, restarts, last angle as read (rad); from SEEN on `clear` resets: readings since the
+(re)start, and so on."""
 (
-    USED, LARGEST, REFERENCE, PER_REFERENCE, CENTER_X, CENTER_Y, POSITION, TRAVEL, LOW, HIGH, COVERED, WIDENINGS, PATH, MOVES,
-    DIRECTION, LAST_STEP, COARSE, BAD, IN_A_ROW, LAGGED, RATIO, QUANTUM, REPEATS, LATEST, GATE_FROM, DOUBT,
+    USED, LARGEST, REFERENCE, PER_REFERENCE, CENTER_X, CENTER_Y, POSITION, TRAVEL, LOW, HIGH, COVERED,
+    WIDENINGS, PATH, MOVES, DIRECTION, LAST_STEP, COARSE, BAD, IN_A_ROW, LAGGED, RATIO, QUANTUM, REPEATS,
+    LATEST, GATE_FROM, DOUBT,
 ) = range(SEEN + 1, SEEN + 27)  # fmt: skip
-"""Used of these, largest reading and the first (mm, with tip), the inverse of the first, latest centre (mm), unwrapped angle, way
-travelled, ends of what was seen and how much of it is covered (rad), steps that widened it, way and number of steps that moved,
-sense of rotation, last step (rad), even coarse steps in a row, readings refused in the ring and in a row, whether there is a row
-before, radius over the first reading, least step from reading to reading (mm; 0: none), readings equal to the one before, the
-latest (mm), the arc from which on wild ones are refused (rad), and whether those of less than a turn disagree."""
+"""Readings used, largest reading and the first (mm, with tip), inverse of the first, latest centre (mm),
+unwrapped angle, angle travelled, limits of the arc and its covered part (rad), steps that widened it, angle
+and number of moving steps, sense of rotation, last step (rad), coarse even steps in a row, refused readings
+in the ring buffer and in a row, flag of a previous row, radius over the first reading, least step between
+readings (mm; 0: none), repeated readings, the latest (mm), arc from which on outliers are refused (rad), flag
+of doubt within the first turn."""
 
 SUM = DOUBT + 1
 WEIGHT, SQUARES, LAG, BIAS = SUM, SUM + 1, SUM + 2, SUM + 12
-"""What is forgotten with the readings: sum of their weights, of squared residuals (mm^2), sums of products of differences of
-successive rows with their targets (upper triangle by rows), and what noise of variance 1 adds to the normal equations, (q, x, y)
-over the square of the ratio, (x, y) over the ratio."""
+"""Sums subject to forgetting: weights, squared residuals (mm^2), products of differences of successive rows
+with their targets (upper triangle by rows), and bias of the normal equations by noise of variance 1, (q, x,
+y) over the square of the ratio, (x, y) over the ratio."""
 SUMS = 17
-"""How many these are."""
+"""Number of these sums."""
 KEPT = SUM + SUMS
 KEPT_WAY, KEPT_COVERED, KEPT_SIZE = SUMS, SUMS + 1, SUMS + 2
-"""The same as they were when the two older triangles were kept, the younger first, each with the way and what was covered."""
+"""The same sums stored with the two older triangles, the younger first, each with angle travelled and arc
+covered."""
 LOOKS, SCATTER, WAITING = range(KEPT + 2 * KEPT_SIZE, KEPT + 2 * KEPT_SIZE + 3)
 LOOK_SIZE = 4
-"""Looks at a window whether the part has moved that are old enough to be compared with, the sum of what they found (mm^2), and
-what the latest two found; of the shorter window, then of the longer."""
+"""Looks for a move, for the shorter and then the longer window: number of those old enough for comparison,
+sum of their results (mm^2), results of the latest two."""
 
 PREVIOUS = LOOKS + 2 * LOOK_SIZE
-"""The row before, with its target (4)."""
+"""The previous row with its target (4)."""
 NEW_BIAS = PREVIOUS + 4
-"""What noise adds by the new row, as in BIAS: (q, x, y) over the row, then (x, y)."""
+"""Bias by the new row, as in BIAS: (q, x, y) over the row, then (x, y)."""
 
 _FORM = NEW_BIAS + 3
 (
     BLOCK_BEGIN, TURN_BEGIN, BLOCK_COUNT, TURN_COUNT, TURNS, LOW_SQUARES, FORM_SQUARES, TOLD_COUNT,
 ) = range(_FORM, _FORM + 8)  # fmt: skip
-"""Way by which the block and the turn of now began (rad), their readings, turns that told form from noise, their squares of the
-waves above form and of the differences from reading to reading that form makes (mm^2), readings of these turns."""
+"""Angle travelled at the begin of the present block and turn (rad), their readings, turns that separated form
+from noise, their squares of the waves above form and of the successive differences made by form (mm^2),
+readings of these turns."""
 BLOCK_SUM = TOLD_COUNT + 1
-"""Sum of the rows and targets of the block (4)."""
+"""Sum of rows and targets of the block (4)."""
 WAVES, ABOVE = 8, 8
-"""Waves fitted to a turn: four of form (2 to 5 upr) and four above; cosines and sines of the latter."""
+"""Waves fitted to a turn: four of form (2 to 5 upr) and four above; and number of cosines and sines of the
+latter."""
 CIRCLE_AND_FORM = 11
-"""Columns of circle and form; those of the waves above follow, then the target."""
+"""Columns of circle and form; then those of the waves above, and the target."""
 SIDE = 20
 """Columns of the normal equations of a turn."""
 TURN = BLOCK_SUM + 4
 TOTAL = TURN + SIDE * SIDE
-"""Normal equations of the turn of now and of those before (SIDE, SIDE); their upper triangles."""
+"""Normal equations of the present turn and of all before, upper triangles (SIDE, SIDE)."""
 
 VECTOR = TOTAL + SIDE * SIDE
-"""Room for one row of these."""
+"""Work space for one row of these."""
 
 _RESULT = VECTOR + SIDE
 (
-    RADIUS, FIT_X, FIT_Y, FIT_NOISE, FREEDOM, INFLATION, SPREAD, FORM_BOUND, REACH, BAND, TOLERANCE, SCALE, SCALE_FREEDOM, FREED,
+    RADIUS, FIT_X, FIT_Y, FIT_NOISE, FREEDOM, INFLATION, SPREAD, FORM_BOUND, REACH, BAND, TOLERANCE, SCALE,
+    SCALE_FREEDOM, FREED,
 ) = range(_RESULT, _RESULT + 14)  # fmt: skip
-"""Of the latest fit: radius and centre (mm), sd of a reading (mm), degrees of freedom, inflation, sd of the centre in its worst
-direction for noise 1, bound on form (mm), quantile times noise (mm), band and tolerance (mm), the noise that made the band (mm),
-its degrees of freedom (0: known), and whether form was told from noise."""
+"""Latest fit: radius and centre (mm), sd of a reading (mm), degrees of freedom, inflation, sd of the centre
+in its worst direction for unit noise, form bound (mm), quantile times noise (mm), band and tolerance (mm),
+noise of the band (mm) and its degrees of freedom (0: known), flag of form separated from noise."""
 SHAPE = FREED + 1
-"""Covariance of (radius, x, y) for noise 1 (3, 3)."""
+"""Covariance of (radius, x, y) for unit noise (3, 3)."""
 VALUE, INFORMATION = SHAPE + 9, SHAPE + 12
-"""Room for the values (q, x, y) and their covariance for noise 1 (3, 3)."""
+"""Work space for the values (q, x, y) and their covariance for unit noise (3, 3)."""
 STUDENT = INFORMATION + 9
-"""Quantiles of Student's law."""
+"""Student quantiles (TABLE)."""
 WAVES_AT = STUDENT + TABLE
-"""Undulations per revolution of the waves that are fitted to a turn (WAVES)."""
+"""Undulations per revolution of the waves fitted to a turn (WAVES)."""
 RING_AT = WAVES_AT + WAVES
-"""The latest readings: rows of angle (rad), reading (mm), whether refused, way travelled (rad), number (RING, 5)."""
+"""Ring buffer (RING, CELL): angle (rad), reading (mm), flag of refusal, angle travelled (rad), number."""
 CELL = 5
-"""Columns of the ring."""
+"""Columns of the ring buffer."""
 TAIL = RING_AT + RING * CELL
-"""Then the assumed lobes (upr; amplitude, mm), the known harmonics (upr, cosine, sine, mm), and the arrays of `width` columns:
-the triangle (3), two older ones (3 each), room to work (6), a row (1)."""
+"""Begin of the assumed lobes (upr; amplitude, mm), the known harmonics (upr, cosine, sine, mm), and the
+arrays of `width` columns: the triangle (3 rows), two stored ones (3 each), work space (6), a row (1)."""
 ARRAYS = 16
 """Rows of `width` columns at the end."""
 
@@ -104,5 +115,5 @@ def lobes_at(known: int, forms: int) -> tuple[int, int, int]:
 
 
 def width(forms: int) -> int:
-    """Columns of the triangle: three values, the target, a cosine and a sine of every assumed lobe."""
+    """Columns of the triangle: three values, the target, cosine and sine of every assumed lobe."""
     return 4 + 2 * forms

@@ -1,4 +1,4 @@
-"""The first 30 readings of a streaming estimator: screened together, about a circle that most of them agree on. Compiled."""
+"""Screening of the first 30 readings together, about a circle that most of them agree with."""
 
 import numpy as np
 
@@ -18,28 +18,28 @@ from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
-_CLOSER = 1.5  # times nearer that the readings must lie to a circle through neighbours
-_CORE = 2.5  # standard deviations about the screened start within which readings are taken first
-_SHORT = 720.0  # fourth power of an arc (rad) over which noise s in the rows tells as much of R as they do, over (s/R)^2
-_LONG = 0.5  # rad: arc over which it does not in any case
+_CLOSER = 1.5  # chosen: factor by which a circle through neighbours must fit better than one through thirds
+_CORE = 2.5  # chosen: standard deviations about the agreed circle within which readings are taken first
+_SHORT = 720.0  # derived: arc^4 over (s/R)^2, rad^4, where noise s in the rows informs on R as they do
+_LONG = 0.5  # chosen: rad; over this arc outliers are refused at any noise
 
 
 @compiled(error_model="numpy")
 def _ring(state):
-    """The latest readings: angle, reading, whether refused, way travelled, number."""
+    """Ring buffer as rows: angle, reading, flag of refusal, angle travelled, number."""
     return state[at.RING_AT : at.RING_AT + at.RING * at.CELL].reshape((at.RING, at.CELL))
 
 
 @compiled(error_model="numpy")
 def _zero(array, begin, end):
-    """Set to 0 what is between two places."""
+    """Set the entries from `begin` to before `end` to 0."""
     for i in range(begin, end):
         array[i] = 0.0
 
 
 @compiled(error_model="numpy")
 def clear(state):
-    """Forget every reading but not what is known beforehand."""
+    """Forget every reading; keep settings and prior knowledge."""
     _zero(state, at.SEEN, at.RADIUS)
     _zero(state, at.RING_AT, at.TAIL)
     rows = _arrays(state)
@@ -51,7 +51,7 @@ def clear(state):
 
 @compiled(error_model="numpy")
 def _empty(array):
-    """A triangle of no readings."""
+    """Write the triangle of no readings."""
     for i in range(3):
         _zero(array[i], 0, array.shape[1])
         array[i, i] = PIVOT
@@ -59,7 +59,7 @@ def _empty(array):
 
 @compiled(error_model="numpy")
 def _clear_fit(state):
-    """Forget the rows, not where the spindle is."""
+    """Forget the rows; keep the position of the spindle."""
     state[at.USED] = state[at.LAGGED] = state[at.CENTER_X] = state[at.CENTER_Y] = 0.0
     state[at.RATIO] = 1.0
     _zero(state, at.SUM, at.SUM + at.SUMS)
@@ -69,13 +69,13 @@ def _clear_fit(state):
 
 @compiled(error_model="numpy")
 def _replay(state, core):
-    """Fit anew the readings of a ring that begins at its first cell, those that are not refused, in their order.
+    """Fit the accepted readings of a ring buffer that begins at its first cell, in order.
 
-    With `core` those marked by it first; the others follow if they do not lie too far from them.
+    Readings marked in `core` go first; the others follow unless they are outliers.
     """
     x, y = state[at.CENTER_X], state[at.CENTER_Y]
     _clear_fit(state)
-    state[at.CENTER_X], state[at.CENTER_Y] = x, y  # the fit before weighs the first few
+    state[at.CENTER_X], state[at.CENTER_Y] = x, y  # weigh the first rows by the previous fit
     cells = _ring(state)
     for late in range(2):
         for i in range(int(state[at.SEEN])):
@@ -90,7 +90,7 @@ def _replay(state, core):
 
 @compiled(error_model="numpy")
 def _fold(state, cell):
-    """Take the row of a reading in the ring."""
+    """Take the row of a reading in the ring buffer."""
     rows = _arrays(state)
     array, row = rows[:3], rows[15]
     _write_row(state, cell[0], cell[1], row)
@@ -105,7 +105,7 @@ def _fold(state, cell):
 
 @compiled(error_model="numpy")
 def _is_far(state, cell):
-    """Whether a reading in the ring lies too far from what the triangle predicts; it is not taken."""
+    """Whether a reading in the ring buffer is an outlier of the triangle; it is not taken."""
     rows = _arrays(state)
     _write_row(state, cell[0], cell[1], rows[15])
     _copy(rows, rows[9:12])
@@ -114,9 +114,9 @@ def _is_far(state, cell):
 
 @compiled(error_model="numpy")
 def end_start(state):
-    """Screen the start, if it is turned so far that the rows tell more than the noise of the readings in them.
+    """Screen the first readings once the arc is long enough that the rows inform more than their own noise.
 
-    The rows of a spindle that stands explain any reading: none can be refused before the arc GATE_FROM.
+    The rows of a spindle at rest explain any reading: outliers are refused only from the arc GATE_FROM on.
     """
     state = borrowed(state)
     cells, room = _ring(state), np.empty(at.RING)
@@ -132,7 +132,7 @@ def end_start(state):
 
 @compiled(error_model="numpy")
 def _median(values, size):
-    """Median of the first values, which are put in order."""
+    """Median of the first values, which are sorted in place."""
     for i in range(1, size):
         value, j = values[i], i
         while j > 0 and values[j - 1] > value:
@@ -144,12 +144,12 @@ def _median(values, size):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _screen(state, room):
-    """At the end of the start: refuse its wild readings, about a circle that most of them agree on."""
+    """Refuse the outliers of the first readings, about a circle that most of them agree with."""
     error, core = np.empty(at.RING), np.empty(at.RING)
     middle = _agreed_errors(state, error, room)
     least = _least_noise(state) / state[at.RATIO]
     scale = max(1.4826 * (1.0 + 5.0 / (at.RING - 3)) * middle, least)
-    for again in range(2):  # one call, which is compiled once
+    for again in range(2):  # a loop, as two calls would be compiled twice
         for i in range(at.RING):
             core[i] = 1.0 if again == 1 or error[i] <= _CORE * scale + state[at.FORM_GATE] else 0.0
         _replay(state, core)
@@ -157,7 +157,7 @@ def _screen(state, room):
 
 @compiled(error_model="numpy")
 def _triple(n):
-    """Places in the ring of three readings: one of each third, or neighbours."""
+    """Places in the ring buffer of three readings: one of each third, or neighbours."""
     if n < 60:
         first, turn = n % 10, n // 10
         return first, 10 + (3 * first + turn) % 10, 20 + (7 * first + 2 * turn) % 10
@@ -167,10 +167,11 @@ def _triple(n):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _agreed_errors(state, best, room):
-    """Write the errors (mm) of the readings about that circle through three of them whose median error is least; return that.
+    """Write the errors (mm) of the readings about the circle through three of them of least median error;
+    return that.
 
-    Of 60 triples each reading is of another third; those of 60 more are 3 to 15 readings apart, so that some miss any 14
-    neighbours that are dusty. These are believed if they agree much better: form would else be told from a circle by them.
+    60 triples take one reading of each third; 60 more lie 3 to 15 readings apart, so that some miss any 14
+    dusty neighbours. Those must fit much better: over a short arc form looks like a circle.
     """
     least, middle, error, value = np.inf, 0.0, np.empty(at.RING), np.empty(3)
     places = _places(state)
@@ -194,7 +195,7 @@ def _agreed_errors(state, best, room):
 
 @compiled(error_model="numpy")
 def _places(state):
-    """Cosine and sine of the angle of each reading in the ring, and the reading."""
+    """Cosine and sine of each angle in the ring buffer, and the reading, (30, 3)."""
     cells, out = _ring(state), np.empty((at.RING, 3))
     for i in range(at.RING):
         out[i, 0], out[i, 1], out[i, 2] = np.cos(cells[i, 0]), np.sin(cells[i, 0]), cells[i, 1]
@@ -203,9 +204,10 @@ def _places(state):
 
 @compiled(error_model="numpy")
 def _write_errors(state, places, three, value, error, least):
-    """Write the circle through three readings of the ring, and the errors (mm) of all about it.
+    """Write the circle through three readings and the errors (mm) of all; return whether their median may be
+    below `least`.
 
-    Returns whether their median may be less than `least`. Once half of them and one are not, it is not: no more are written.
+    It stops once more than half of the errors are at least `least`.
     """
     rows, far = _arrays(state), 0
     array, row = rows[:3], rows[15]

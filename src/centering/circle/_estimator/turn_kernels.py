@@ -1,11 +1,12 @@
-"""What a whole turn tells of form and noise apart: lobes of few undulations go to form, the next ones show the noise. Compiled.
+"""Separation of form from noise over whole turns: low undulations are form, the next ones show the noise.
 
-Lobes of 2 and more undulations do not move the centre over whole turns, yet they look like noise that is correlated. So each turn
-is fitted with the circle, the lobes of 2 to 5 upr and four pairs of waves more, from 6 upr on; form that was named is left out of
-these. Their squares are the noise at some 7 upr; no form of the first kind is in them. The centre is moved by noise at 1 upr.
-That is more by a factor K^2 if noise is correlated: of AR(1), spectrum 1/(x + w^2), with x from what differences of successive
-readings say of it; at most, where noise walks at random, some 100. The factor is reckoned from 5 times the noise at 7 upr, as its
-8 squares a turn may be few by chance. Rows are summed over blocks of some degrees and only these go into the normal equations.
+Lobes of 2 or more upr do not move the centre over whole turns, yet they look like correlated noise. Each turn
+is fitted with the circle, lobes of 2 to 5 upr and four more pairs of waves from 6 upr on (without the named
+form). The squares of these four give the noise at about 7 upr; the centre is moved by noise at 1 upr. For
+AR(1) noise of spectrum 1/(x + w^2) the latter is larger by a factor, with x from the differences of
+successive readings; at most about 100, for a random walk. The factor uses `_MARGIN` times the noise at 7 upr,
+as its 8 squares a turn may be small by chance. Rows are averaged over blocks of a few degrees before they
+enter the normal equations.
 """
 
 import numpy as np
@@ -14,29 +15,29 @@ from centering.circle._estimator import slots as at
 from centering.circle._fit.solve_kernels import _back, _triangle
 from sdpgrind.base.compiled import compiled
 
-_BLOCK = np.pi / 30  # rad: six degrees hold less than a sixth of an undulation of 9 upr
+_BLOCK = np.pi / 30  # chosen: rad; six degrees are less than a sixth of an undulation of 9 upr
 _TURN = 2.0 * np.pi * (1.0 - 1e-6)
-_FLAT = 1.02  # as waves at the middle of a block are more than their mean over it, up to 5 upr
-_MARGIN = 10.0
-_MIDDLE = 7.4  # upr: inverse root of the mean of 1/n^2 over 6 to 9
-_WALK = 2.0  # noise that walks at random has so much more at 1 upr than 1/n^2 says: begin and end of the turn differ
+_FLAT = 1.02  # derived: wave at the middle of a block over its mean in the block, up to 5 upr
+_MARGIN = 10.0  # chosen: factor on the noise at 7 upr, whose few squares may be small by chance
+_MIDDLE = 7.4  # derived: upr; inverse root of the mean of 1/n^2 over 6 to 9
+_WALK = 2.0  # derived: excess of a random walk at 1 upr over 1/n^2, as begin and end of the turn differ
 
 
 @compiled(error_model="numpy")
 def _square(state, begin):
-    """One of the arrays of normal equations."""
+    """View of one of the arrays of normal equations."""
     return state[begin : begin + at.SIDE * at.SIDE].reshape((at.SIDE, at.SIDE))
 
 
 @compiled(error_model="numpy")
 def _in_first_turn(state):
-    """Whether no whole turn has been seen; of readings so coarse that none tells form from noise, what they cover counts."""
+    """Whether no whole turn has been seen; for readings too coarse to separate form, by the arc covered."""
     return state[at.TURNS] == 0.0 and state[at.COVERED] < _TURN
 
 
 @compiled(error_model="numpy")
 def _gather(state, h0, h1, h2, target, way):
-    """Add a row, not yet weighed, to its block; `way` is what had been travelled by then."""
+    """Add an unweighted row to its block; `way` is the angle travelled."""
     if state[at.BLOCK_COUNT] > 0.0 and way - state[at.BLOCK_BEGIN] >= _BLOCK:
         _end_block(state)
     if way - state[at.TURN_BEGIN] >= _TURN:
@@ -55,7 +56,7 @@ def _gather(state, h0, h1, h2, target, way):
 
 @compiled(error_model="numpy")
 def _end_block(state):
-    """Take the block into the normal equations of its turn."""
+    """Add the block to the normal equations of its turn."""
     _add_block(state, _square(state, at.TURN))
     state[at.TURN_COUNT] += state[at.BLOCK_COUNT]
     state[at.BLOCK_COUNT] = 0.0
@@ -64,7 +65,7 @@ def _end_block(state):
 
 @compiled(error_model="numpy")
 def _add_block(state, array):
-    """Add the block of now to normal equations: its mean row, and waves at its middle, by the root of its readings."""
+    """Add the present block to normal equations: mean row and waves at its middle, times root count."""
     total, vector = state[at.BLOCK_SUM : at.BLOCK_SUM + 4], state[at.VECTOR : at.VECTOR + at.SIDE]
     weight = 1.0 / np.sqrt(state[at.BLOCK_COUNT])
     for i in range(3):
@@ -76,13 +77,13 @@ def _add_block(state, array):
     _write_waves(state, x, y, vector)
     for i in range(at.SIDE):
         first = vector[i]
-        for j in range(i // 4 * 4, at.SIDE):  # from the diagonal on, in fours: whole registers
+        for j in range(i // 4 * 4, at.SIDE):  # from the diagonal on, in fours: full vector registers
             array[i, j] += first * vector[j]
 
 
 @compiled(error_model="numpy")
 def _write_waves(state, x, y, vector):
-    """Cosines and sines of 2 to 5 upr and of the four after these, in the direction (x, y), times the first of the vector."""
+    """Write cosines and sines of the fitted waves in direction (x, y), times the vector's first entry."""
     away = np.sqrt(x * x + y * y)
     c, s = x / away, y / away
     cosine, sine, upr, column = c * vector[0], s * vector[0], 1, 3
@@ -96,7 +97,7 @@ def _write_waves(state, x, y, vector):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _end_turn(state):
-    """Keep what a turn says of form and noise, if its readings lie all around."""
+    """Store the result of a turn on form and noise, if its readings lie all around."""
     if state[at.BLOCK_COUNT] > 0.0:
         _end_block(state)
     turn, total, last = _square(state, at.TURN), _square(state, at.TOTAL), at.SIDE - 1
@@ -120,7 +121,7 @@ def _end_turn(state):
 
 @compiled(error_model="numpy")
 def _long_noise(state, differences):
-    """Sd of the noise that moves the centre, as of independent readings; `differences` is half their mean square."""
+    """Noise that moves the centre (sd); `differences` is half the mean square of differences."""
     low = state[at.LOW_SQUARES] / (at.ABOVE * state[at.TURNS])
     each = state[at.PATH] / state[at.MOVES]
     quick = max(differences - 0.5 * state[at.FORM_SQUARES] / state[at.TOLD_COUNT], 0.0)
@@ -132,7 +133,7 @@ def _long_noise(state, differences):
 
 @compiled(error_model="numpy")
 def _moved_by_form(state):
-    """How far lobes of 2 to 5 upr, as large as they are found, move the centre of all readings, over the ratio, mm."""
+    """Shift of the centre by lobes of 2 to 5 upr at fitted amplitudes, over the ratio, mm."""
     array, size, last = np.empty((at.SIDE, at.SIDE)), at.CIRCLE_AND_FORM, at.SIDE - 1
     for n in range(at.SIDE * at.SIDE):
         array[n // at.SIDE, n % at.SIDE] = state[at.TOTAL + n] + state[at.TURN + n]

@@ -1,4 +1,4 @@
-"""What keeps an estimate from being as sure as was asked, how that is said, and the fields that tell it."""
+"""Limiting cause of an estimate, its sentence, and the fields of the estimate that hold the evidence."""
 
 from math import degrees, exp, expm1, inf, isfinite, log, pi
 from typing import Any
@@ -14,11 +14,11 @@ from centering.circle._fit.form import gain_of_two
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Status
 
-_FULL = 0.97 * 2 * pi  # rad: as good as a turn
+_FULL = 0.97 * 2 * pi  # chosen: rad; a larger arc counts as a turn
 
 
 def limited_by(state: Floats) -> str:
-    """What limits a judged state: "samples", "arc", "form", "correlation", "noise", "outliers", "move", or nothing."""
+    """Limiting cause of a judged state, one of the estimate's `limited_by`."""
     if in_doubt(state):
         return "outliers"
     if state[at.FREEDOM] < 1:
@@ -43,7 +43,7 @@ def limited_by(state: Floats) -> str:
 
 
 def sentence(state: Floats, limit: str, arc: float) -> str:
-    """Say how sure a judged state is, what limits it and what would help."""
+    """Sentence on a judged state: band, limiting cause, remedy."""
     if limit == "samples":
         return f"{int(state[at.USED])} readings are too few to tell" + _further(state, arc)
     band, tolerance = _um(state[at.BAND]), _um(state[at.TOLERANCE])
@@ -60,7 +60,8 @@ def sentence(state: Floats, limit: str, arc: float) -> str:
         return f"{head}; readings disagree within the turn: a move (then reset) or form; {after}"
     if not limit:
         return head + _form_warning(state)
-    return f"{head}; limited by {_REASONS[limit].format(**_numbers(state))}{_further(state, arc)}{_form_warning(state)}"
+    reason = _REASONS[limit].format(**_numbers(state))
+    return f"{head}; limited by {reason}{_further(state, arc)}{_form_warning(state)}"
 
 
 _REASONS = {
@@ -89,7 +90,7 @@ def _further(state: Floats, arc: float) -> str:
 
 
 def _form_warning(state: Floats) -> str:
-    """A warning where form is not accounted for and less than a turn has been seen."""
+    """Warning where no form is given and less than a turn has been seen; else ""."""
     if state[at.FORMS] or state[at.KNOWN] or state[at.COVERED] >= _FULL or state[at.COVERED] <= 0:
         return ""
     gain = gain_of_two(float(state[at.COVERED]))
@@ -101,7 +102,7 @@ def _um(value: float) -> str:
 
 
 def scale_of(state: Floats) -> tuple[float, float]:
-    """Sd of a reading, not below the noise that was given, and the degrees of freedom with which it makes the band."""
+    """Standard deviation of a reading, at least the given one, and degrees of freedom of the same band."""
     sd, freedom, least = float(state[at.SCALE]), float(state[at.SCALE_FREEDOM]) or inf, float(state[at.NOISE])
     if sd >= least or not np.isfinite(sd):
         return sd, freedom
@@ -112,7 +113,7 @@ def scale_of(state: Floats) -> tuple[float, float]:
 
 
 def told_by(state: Floats, limit: str, arc: float) -> dict[str, Any]:
-    """Fields of an estimate that say what it rests on."""
+    """Fields of an estimate that hold its evidence."""
     measured = np.isfinite(state[at.FIT_NOISE]) and state[at.FREEDOM] > 0
     return {
         "samples": int(state[at.USED]),
@@ -126,6 +127,6 @@ def told_by(state: Floats, limit: str, arc: float) -> dict[str, Any]:
 
 
 def unknown(value: Any, message: str, fields: dict[str, Any]) -> CircleEstimate:
-    """An estimate that knows nothing."""
+    """Estimate without information."""
     told: dict[str, Any] = {"limited_by": "samples", "arc_needed": inf} | fields
     return CircleEstimate(np.asarray(value), np.diag([inf] * 3), Status.UNDETERMINED, message, **told)

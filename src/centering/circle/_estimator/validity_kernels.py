@@ -1,7 +1,7 @@
-"""How sure a fit is: the triangle of all readings with what is known beforehand, its covariance, band and tolerance. Compiled.
+"""Uncertainty of a fit: triangle of all readings with prior knowledge, covariance, band and tolerance.
 
-The values of the triangle are (q, x, y): the centre, and q = (R^2 - d^2 - r0^2)/(2 r0), r0 the first reading (all with the tip),
-in which the exact curve is linear; for the limacon q = R - r0.
+The values of the triangle are (q, x, y): the centre, and q = (R^2 - d^2 - r0^2)/(2 r0), r0 the first reading
+(all with the tip), in which the exact curve is linear; for the limacon q = R - r0.
 """
 
 import numpy as np
@@ -21,21 +21,22 @@ from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
-_FAR = 100.0  # largest readings within which a centre is believed to be before the first reading; never forgotten
-_NOTHING = 1e-6  # of the least pivot: what its square changes is rounding
-_QUIET = 1e-10  # least noise that this belief is weighed with, in largest readings
+_FAR = 100.0  # chosen: prior standard deviation of the centre, in largest readings; it bounds the covariance
+_NOTHING = 1e-6  # chosen: weight of this prior, relative to the least pivot, whose square is rounding
+_QUIET = 1e-10  # chosen: least noise in the weight of a prior, relative to the largest reading
 LEAST_RATIO, MOST_RATIO = 0.5, 20.0
-"""Radius over the first reading: offsets up to 0.95 radii. The triangle's noise is that of a reading times this ratio."""
-_STEPS = 12  # Gauss-Newton, where the radius is known
-_ENOUGH = 8.0  # readings from which on the bias by noise is taken off
-_REPEATED = 0.25  # share of readings that repeat the one before from which on their rounding matters
-_CLOSE = 1e-14  # of the largest reading
+"""Radius over the first reading; the noise of the triangle is that of a reading times this. Derived: offsets
+up to 0.95 radii."""
+_STEPS = 12  # chosen: Gauss-Newton steps with a radius prior, at most
+_ENOUGH = 8.0  # chosen: readings from which on the bias is corrected; earlier the noise is too uncertain
+_REPEATED = 0.25  # chosen: share of repeated readings from which on rounding counts as noise
+_CLOSE = 1e-14  # chosen: step relative to the largest reading that is rounding
 _TURN = 2.0 * np.pi
 
 
 @compiled(error_model="numpy")
 def _weighing_noise(state, ratio):
-    """The noise that what is known beforehand is weighed with: of this fit and those before together, not below the least."""
+    """Noise that weighs prior knowledge: pooled with the fits before, at least the least noise."""
     freedom, before = max(state[at.WEIGHT] - 3.0, 0.0), state[at.PRIOR_FREEDOM]
     total = freedom + before
     pooled = (
@@ -48,7 +49,7 @@ def _weighing_noise(state, ratio):
 
 @compiled(error_model="numpy")
 def _with_center(state, array, value, weighing):
-    """Take in that the centre is not endlessly far, unless so much is known that it says nothing: it bounds any covariance."""
+    """Add a wide prior of the centre, unless its weight is rounding; it bounds any covariance."""
     row, weight = _arrays(state)[15], weighing / (_FAR * state[at.LARGEST])
     if weight <= _NOTHING * min(array[0, 0], array[1, 1], array[2, 2]):
         return
@@ -71,7 +72,7 @@ def _radius(state, value):
 
 @compiled(error_model="numpy")
 def _ratio_of(state, value):
-    """The triangle's noise over that of a reading."""
+    """Noise of the triangle over that of a reading."""
     if state[at.LIMACON] != 0.0:
         return 1.0
     radius = state[at.PRIOR_RADIUS] if state[at.PRIOR_SD] > 0.0 else _radius(state, value)
@@ -80,7 +81,7 @@ def _ratio_of(state, value):
 
 @compiled(error_model="numpy")
 def _radius_row(state, value, row):
-    """Derivatives of the radius by (q, x, y)."""
+    """Write the derivatives of the radius by (q, x, y)."""
     if state[at.LIMACON] != 0.0:
         row[0], row[1], row[2] = 1.0, 0.0, 0.0
         return
@@ -90,12 +91,10 @@ def _radius_row(state, value, row):
 
 @compiled(error_model="numpy")
 def _with_radius(state, array, value, weighing, room):
-    """Take in what is known of the radius: one row that is not linear, by Gauss-Newton steps."""
+    """Add the prior of the radius, one nonlinear row, by Gauss-Newton steps."""
     weight = weighing / state[at.PRIOR_SD]
     row, start = _arrays(state)[15], state[at.REFERENCE]
-    if (
-        state[at.LIMACON] == 0.0
-    ):  # begin where the radius is right: of two circles through a short arc the known one
+    if state[at.LIMACON] == 0.0:  # start at the known radius: two circles may fit a short arc
         value[0] = (state[at.PRIOR_RADIUS] ** 2 - start**2) / (2.0 * start)
         value[1] = value[2] = 0.0
     for _ in range(_STEPS):
@@ -117,7 +116,7 @@ def _with_radius(state, array, value, weighing, room):
 
 @compiled(error_model="numpy")
 def _conclude(state, array, room, value, information):
-    """Values (q, x, y) and their inverse information from a triangle of readings, which is changed, and all that is known."""
+    """Write values (q, x, y) and covariance from a triangle, changed in place, and prior knowledge."""
     _back(array, 3, value)
     weighing = _weighing_noise(state, _ratio_of(state, value))
     _with_center(state, array, value, weighing)
@@ -130,7 +129,7 @@ def _conclude(state, array, room, value, information):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _without_bias(state, value, information):
-    """Take off what the square of the noise adds to the values: rows hold the reading, noise and all."""
+    """Subtract the bias of the values by squared noise: rows contain the readings with their noise."""
     ratio = _ratio_of(state, value)
     scale = state[at.SQUARES] / (state[at.WEIGHT] - 3.0) / ratio
     first = scale * state[at.BIAS] / ratio
@@ -149,7 +148,7 @@ def _worst(a, b, c):
 
 @compiled(error_model="numpy")
 def _form_bound(state, array):
-    """Greatest error of the centre from the assumed lobes, each in its worst phase, over the ratio, mm."""
+    """Greatest error of the centre by the assumed lobes, each in its worst phase, over the ratio, mm."""
     if state[at.FORMS] == 0.0:
         return 0.0
     value, other, total = np.empty(3), np.empty(3), 0.0
@@ -165,9 +164,10 @@ def _form_bound(state, array):
 
 @compiled(error_model="numpy")
 def judge(state, least):
-    """Fit all readings with what is known, write value, covariance and band into the state; whether it is sure enough.
+    """Fit all readings with prior knowledge, write value, covariance and band; return whether the estimate is
+    valid.
 
-    Over an arc of less than `least` (rad) nothing is done: it is not.
+    With less than `least` (rad) covered nothing is written and the estimate is not valid.
     """
     if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:
         return False
@@ -188,7 +188,7 @@ def judge(state, least):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _write_fit(state, value, information, ratio):
-    """Write radius, centre and their covariance for noise 1."""
+    """Write radius, centre and their covariance for unit noise."""
     state[at.RADIUS] = _radius(state, value) - state[at.TIP]
     state[at.FIT_X], state[at.FIT_Y] = value[1], value[2]
     row, square = _arrays(state)[15], ratio * ratio
@@ -206,7 +206,7 @@ def _write_fit(state, value, information, ratio):
 
 @compiled(error_model="numpy")
 def holds_axis(state):
-    """Whether the fitted circle holds the spindle axis; a limacon may be about a radius of 0."""
+    """Whether the fitted circle contains the spindle axis; a limacon may have radius 0."""
     return (
         state[at.LIMACON] != 0.0
         or np.hypot(state[at.FIT_X], state[at.FIT_Y]) < state[at.RADIUS] + state[at.TIP]
@@ -215,15 +215,16 @@ def holds_axis(state):
 
 @compiled(error_model="numpy")
 def never_changed(state):
-    """Whether all readings are one and the same, so that nothing is known of their noise."""
+    """Whether all readings are equal, so that their noise is unknown."""
     return state[at.NOISE] == 0.0 and state[at.QUANTUM] == 0.0 and state[at.REPEATS] > 0.0
 
 
 @compiled(error_model="numpy")
 def _write_rounding(state):
-    """Where many readings repeat the one before, make noise that of their rounding q at least, and inflate it.
+    """Raise noise and inflation to those of rounding to steps q where many readings are repeated.
 
-    Without noise the errors of rounding hang together all over a turn; with noise s, q exp(-2 pi^2 s^2/q^2) of them does.
+    Rounding errors without noise correlate over the whole turn; with noise s a part q exp(-2 pi^2 s^2/q^2) of
+    them does.
     """
     step = state[at.QUANTUM]
     if step <= 0.0 or state[at.REPEATS] < _REPEATED * state[at.SEEN]:
@@ -239,19 +240,19 @@ def _write_rounding(state):
 
 @compiled(error_model="numpy")
 def in_doubt(state):
-    """Whether the latest readings disagree: one that fits where the old circle and the new one cross does not settle it."""
+    """Whether the latest readings disagree; a single reading on both old and new circle changes nothing."""
     return state[at.IN_A_ROW] >= 1.0 or state[at.BAD] > at.DOUBTFUL
 
 
 @compiled(error_model="numpy")
 def may_have_moved(state):
-    """Whether readings of less than a turn disagree, as after a move or by form; after a turn that is taken for form."""
+    """Whether readings within the first turn disagree, by a move or by form."""
     return state[at.DOUBT] != 0.0 and _in_first_turn(state)
 
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _write_band(state):
-    """Write the band, its tolerance and the noise that made it; whether one is within the other over enough of an arc."""
+    """Write band, tolerance and the noise of the band; return whether the estimate is valid."""
     _write_rounding(state)
     seen, least = (
         _quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE],
@@ -268,7 +269,7 @@ def _write_band(state):
     state[at.TOLERANCE] = max(state[at.REL_TOL] * offset, state[at.ABS_TOL])
     if in_doubt(state) or may_have_moved(state) or never_changed(state) or not holds_axis(state):
         return False
-    # t of a fit needs a degree of freedom, whatever noise is known: else a wrong reading would pass unseen.
+    # at least one degree of freedom, even with known noise: else a wrong reading would remain unnoticed
     return (
         state[at.COVERED] >= state[at.ARC_MIN]
         and state[at.FREEDOM] >= 1.0
