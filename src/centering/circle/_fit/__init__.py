@@ -1,1 +1,1 @@
-"""Where a ring lies, from a batch of readings: fits of the exact curve, plain, robust and with correlated noise; the limaçon."""
+"""Fits of a circle to a batch of readings: exact curve or limacon, plain or robust, with correlated noise."""

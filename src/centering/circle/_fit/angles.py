@@ -1,4 +1,4 @@
-"""Angles in degrees that were taken for rad."""
+"""Detection of angles in degrees that were taken for rad."""
 
 from math import pi
 
@@ -9,16 +9,20 @@ from sdpgrind.base import units
 from sdpgrind.base.checks import Floats
 
 COARSE = 0.75
-"""Mean step, rad, from which on several turns are not believed without being told; as the streaming estimator has it."""
+"""Mean step, rad, from which several turns are refused unless given; chosen: that of the streaming
+estimator."""
 DOUBTFUL = 0.08
-"""Mean step, rad, from which on readings of several turns are tried as of degrees."""
+"""Mean step, rad, from which readings of several turns are tried as degrees; chosen: a finer step is
+plausible."""
 BETTER = 0.25
-"""Squares left as of degrees over those left as of rad, up to which they are of degrees."""
+"""Residual squares as degrees over those as rad, up to which the angles are degrees; chosen: a clear
+difference."""
 SMALL = 1e-9
+"""Residual relative to the largest reading that is rounding; chosen."""
 
 
 def smell_of_degrees(angle: Floats, reading: Floats) -> str:
-    """What speaks for degrees; empty if nothing does."""
+    """Return the evidence for degrees in words; "" if there is none."""
     span = float(angle.max() - angle.min())
     step = span / (angle.size - 1)
     if span <= 4 * pi or step <= DOUBTFUL:
@@ -33,6 +37,6 @@ def smell_of_degrees(angle: Floats, reading: Floats) -> str:
 
 
 def _left(angle: Floats, reading: Floats) -> float:
-    """Squares that a limacon leaves."""
+    """Sum of squared residuals of a limacon."""
     columns = limacon_columns(angle)
     return float(np.sum((reading - columns @ np.linalg.lstsq(columns, reading, rcond=None)[0]) ** 2))

@@ -1,4 +1,4 @@
-"""What a probe on a fixed line reads of a circle that turns about a point off its centre: exact, Mears (4.11) with a tip."""
+"""Reading of an offset circle by a probe on a fixed line: the exact curve, Mears (4.11) with a tip."""
 
 import numpy as np
 import numpy.typing as npt
@@ -8,22 +8,22 @@ from sdpgrind.base.checks import Floats
 
 
 def radial_position(slide: npt.ArrayLike, probe: npt.ArrayLike, calibration: float) -> Floats:
-    """Return where the probe's contact lies on the fixed line, mm from the spindle's axis.
+    """Return the position of the probe's contact on the fixed line, mm from the spindle axis.
 
-    Slide and probe both count positive away from the spindle, so that moving the slide along a still part changes
-    nothing. The source's signs, Mears (4.1), would count twice the slide's motion.
+    Slide and probe both count positive away from the spindle: moving the slide along a still part changes
+    nothing. The source's signs, Mears (4.1), would count the motion of the slide twice.
 
     Parameters
     ----------
     slide, probe : array_like
         Positions of the slide and of the probe on it, mm, positive away from the spindle.
     calibration : float
-        What is added so that a master of known radius reads that radius, mm.
+        Constant that makes a master of known radius read that radius, mm.
 
     Raises
     ------
     ValueError, TypeError
-        For what is not finite, and arrays of different shapes.
+        For values that are not finite, and arrays of different shapes.
 
     Examples
     --------
@@ -39,9 +39,11 @@ def radial_position(slide: npt.ArrayLike, probe: npt.ArrayLike, calibration: flo
 def circle_reading(
     angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float = 0.0
 ) -> Floats:
-    """Return the reading of an offset circle, mm, Mears (4.11): d cos psi + sqrt((R + rho)^2 - d^2 sin^2 psi) - rho.
+    """Return the reading of an offset circle, mm, Mears (4.11): d cos psi + sqrt((R + rho)^2 - d^2 sin^2 psi)
+    - rho.
 
-    psi = angle - offset_angle. A round tip sees the circle as one of radius R + rho; no other correction is needed.
+    psi = angle - offset_angle. A round tip reads the circle as one of radius R + rho, without further
+    correction.
 
     Parameters
     ----------
@@ -50,7 +52,7 @@ def circle_reading(
     radius : float
         Radius R of the part, mm, > 0.
     offset : float
-        Distance d of its centre from the spindle's axis, mm, in [0, R).
+        Distance d of its centre from the spindle axis, mm, in [0, R).
     offset_angle : float
         Direction of its centre, rad.
     tip_radius : float
@@ -59,7 +61,7 @@ def circle_reading(
     Returns
     -------
     array, of the shape of `angle`
-        mm.
+        Readings, mm.
 
     Raises
     ------
@@ -84,17 +86,13 @@ def circle_derivatives(
     ----------
     angle : array_like, shape (m,)
         Spindle angle, rad.
-    radius, offset : float
-        Radius and offset of the part, mm.
-    offset_angle : float
-        Direction of its centre, rad.
-    tip_radius : float
-        Radius of the probe's tip, mm, >= 0.
+    radius, offset, offset_angle, tip_radius : float
+        As for `circle_reading`, mm and rad.
 
     Returns
     -------
     array, shape (m, 3)
-        The columns are by radius, offset and offset_angle.
+        Columns: by radius, offset and offset_angle.
 
     Raises
     ------
@@ -115,7 +113,7 @@ def circle_derivatives(
 def _checked(
     angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float
 ) -> tuple[Floats, float]:
-    """The angle from the part's direction, and the radius at which the tip's centre runs."""
+    """Angle from the part's direction (rad), and radius of the path of the tip's centre (mm), checked."""
     turned = checks.finite_array("angle", angle, "rad") - checks.number("offset_angle", offset_angle, "rad")
     checks.positive("radius", radius, "mm")
     if checks.nonnegative("offset", offset, "mm") >= radius:
@@ -126,6 +124,6 @@ def _checked(
 
 
 def _side(psi: Floats, effective: float, offset: float) -> Floats:
-    """sqrt((R + rho)^2 - d^2 sin^2 psi): from the foot of the part's centre on the fixed line to the tip's centre."""
+    """sqrt((R + rho)^2 - d^2 sin^2 psi), mm: part of the fixed line up to the tip's centre."""
     across = offset * np.sin(psi)
     return np.asarray(np.sqrt((effective - across) * (effective + across)))

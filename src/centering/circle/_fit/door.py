@@ -1,4 +1,4 @@
-"""Arguments of fits and estimators, checked where a user hands them over."""
+"""Checks of arguments of fits and estimators."""
 
 import numpy as np
 import numpy.typing as npt
@@ -8,7 +8,7 @@ from sdpgrind.base.checks import Floats
 
 
 def radius_and_sd(prior: tuple[float, float], tip_radius: float) -> tuple[float, float]:
-    """Radius with the tip, and its sd, mm."""
+    """Radius with the tip, and its standard deviation, mm."""
     if not isinstance(prior, tuple | list) or len(prior) != 2:
         raise TypeError(
             f"radius_prior must be a pair: radius and its standard deviation (mm); got {checks.shown(prior)}"
@@ -19,17 +19,16 @@ def radius_and_sd(prior: tuple[float, float], tip_radius: float) -> tuple[float,
 
 
 def pairs(angle: npt.ArrayLike, reading: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """Float arrays of one length; what is in them the kernels check."""
+    """Float arrays of one length; the kernels check the values."""
     angles, readings = _floats("angle", angle, "rad"), _floats("reading", reading, "mm")
     if angles.ndim != 1 or angles.shape != readings.shape:
-        raise ValueError(
-            f"angle and reading must be one-dimensional of one length; got {angles.shape} and {readings.shape}"
-        )
+        shapes = f"{angles.shape} and {readings.shape}"
+        raise ValueError(f"angle and reading must be one-dimensional of one length; got {shapes}")
     return angles, readings
 
 
 def _floats(name: str, values: npt.ArrayLike, unit: str) -> Floats:
-    """A float array, which may hold NaN."""
+    """Float array, which may hold NaN."""
     try:
         return np.ascontiguousarray(values, dtype=float)
     except (TypeError, ValueError):

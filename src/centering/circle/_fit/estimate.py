@@ -1,4 +1,4 @@
-"""The estimate of a circle: radius and centre with their covariance, what they rest on and what limits them."""
+"""The estimate of a circle: radius and centre with covariance, evidence and limiting cause."""
 
 import dataclasses
 from math import atan2, cos, expm1, hypot, inf, isfinite, log1p, sin, sqrt
@@ -20,52 +20,56 @@ NAMES = ("radius", "center_x", "center_y")
 MODELS = ("exact", "limacon", "printed")
 LIMITS = ("", "samples", "arc", "noise", "correlation", "form", "outliers", "move")
 KNOWN = 2.0
-"""Offsets below that many standard deviations of the centre have no direction."""
+"""Least offset with a direction, in standard deviations of the centre; chosen: a direction within about 0.5
+rad."""
 
 
 @stored("centering.circle")
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class CircleEstimate(Estimate, ByValue):
-    """A circle about which a part turns off-centre: radius and centre, how sure they are, what limits that.
+    """Offset circle: radius and centre with their covariance, the evidence and the limiting cause.
 
     Parameters
     ----------
     value : array, shape (3,)
         Radius and centre (x, y), mm.
     covariance : array, shape (3, 3)
-        Their covariance, mm^2, inflated where noise is correlated; infinite where the data do not determine them.
+        Covariance of the value, mm^2, inflated for correlated noise; infinite where the data do not determine
+        it.
     status : Status
-        How it ended.
+        Outcome of the estimation.
     message : str
-        A sentence on the data; by default that of the status.
+        Sentence on the data. Default: that of the status.
     freedom : float
-        Degrees of freedom that the covariance rests on, unit 1; inf where the noise was known.
+        Degrees of freedom of the covariance, unit 1; inf: the noise is known.
     names : tuple of str
-        The three names, always the same.
+        Names of the three values, always the same.
     units : tuple of str
-        Their units.
+        Units of the three values.
     samples : int
-        Readings used, unit 1.
+        Number of readings used, unit 1.
     down_weighted : int
-        Readings of these that count for less than the others, as a robust fit found them to lie far off, unit 1.
+        Number of these that a robust fit weighs by less than half as outliers, unit 1.
     swept : float
-        Angle that the readings cover, gaps not counted, rad; more than 2 pi for several turns.
+        Angle covered by the readings without gaps, rad; more than 2 pi for several turns.
     noise_sd : float
-        Standard deviation of one reading about the fitted curve, mm; of noise only, where whole turns told form from it.
+        Standard deviation of one reading about the fitted curve, mm; without form where whole turns separate
+        it.
     inflation : float
-        What correlation of the noise from reading to reading makes of standard deviations, unit 1; told only, as they hold it.
+        Factor on standard deviations by correlated noise, unit 1; the covariance includes it.
     form_bound : float
-        Greatest error of the centre from form that the part may have, mm; `uncertainty` adds it, no standard deviation holds it.
+        Greatest error of the centre by form of the part, mm; added in `uncertainty`, not in standard
+        deviations.
     tip_radius : float
-        Radius of the probe's tip, mm; less than 0 where a bore was read from within.
+        Radius of the probe's tip, mm; < 0 for a bore read from within.
     model : {"exact", "limacon", "printed"}
-        The curve that was fitted; "printed" is the limacon with the radius corrected by Mears (4.22).
+        Fitted curve; "printed" is the limacon with the radius corrected by Mears (4.22).
     limited_by : {"", "samples", "arc", "noise", "correlation", "form", "outliers", "move"}
-        What keeps the estimate from being as sure as was asked; empty when nothing does; "outliers": the latest
-        readings disagree, by dust or because the part has moved; "move": those of less than a turn do, because it
-        has moved by little or by form.
+        Limiting cause of the uncertainty; empty when it is as small as asked. "outliers": the latest readings
+        disagree, by dust or because the part has moved; "move": readings within the first turn disagree, by a
+        small move or by form.
     arc_needed : float
-        Angle still to be turned until it is as sure as was asked, rad; inf when no angle will do.
+        Angle still to be turned for the uncertainty asked, rad; inf when no angle is enough.
 
     Raises
     ------
@@ -108,22 +112,22 @@ class CircleEstimate(Estimate, ByValue):
 
     @property
     def center_x(self) -> float:
-        """Centre of the part from the spindle's axis along angle 0, mm."""
+        """Centre of the part along angle 0, mm from the spindle axis."""
         return float(self.value[1])
 
     @property
     def center_y(self) -> float:
-        """Centre of the part from the spindle's axis along angle pi/2, mm."""
+        """Centre of the part along angle pi/2, mm from the spindle axis."""
         return float(self.value[2])
 
     @property
     def offset(self) -> float:
-        """Distance of the part's centre from the spindle's axis, mm, Mears (4.8)."""
+        """Distance of the part's centre from the spindle axis, mm, Mears (4.8)."""
         return hypot(self.value[1], self.value[2])
 
     @property
     def offset_angle(self) -> float:
-        """Direction of the part's centre, in (-pi, pi], rad; Mears (4.9) with the half plane kept."""
+        """Direction of the part's centre, in (-pi, pi], rad; Mears (4.9) with the quadrant kept."""
         return atan2(self.value[2], self.value[1])
 
     @property
@@ -133,7 +137,7 @@ class CircleEstimate(Estimate, ByValue):
 
     @property
     def offset_squared(self) -> float:
-        """Square of the offset without its bias by noise, mm^2; may be negative where the offset drowns in noise."""
+        """Square of the offset, corrected for its bias by noise, mm^2; may be negative for a small offset."""
         return float(self.offset**2 - self.covariance[1, 1] - self.covariance[2, 2])
 
     @property
@@ -161,7 +165,7 @@ class CircleEstimate(Estimate, ByValue):
         return across / self.offset if self.offset > 0 else inf
 
     def _sd_along(self, direction: float) -> float:
-        """Standard deviation of the centre in a direction."""
+        """Standard deviation of the centre in a direction, mm."""
         u, v = cos(direction), sin(direction)
         a, b, c = self.covariance[1, 1], self.covariance[1, 2], self.covariance[2, 2]
         if not (isfinite(a) and isfinite(c)):
@@ -170,20 +174,21 @@ class CircleEstimate(Estimate, ByValue):
 
     @property
     def angle_known(self) -> bool:
-        """Whether the offset has a direction: it is at least twice the standard deviation of the centre (mm)."""
+        """Whether the offset has a direction: at least twice the standard deviation of the centre (mm)."""
         return self.offset > 0 and self.offset >= KNOWN * self.center_sd
 
     def uncertainty(self, confidence: float = 0.95, joint: bool = False) -> float:
-        """Return how far the true centre may lie from the estimate, mm.
+        """Return the distance from the estimate that holds the true centre, mm.
 
-        Student's t times the standard deviation of the centre in its worst direction, and the bound on the part's form.
+        Student's t times the standard deviation of the centre in its worst direction, plus the bound on the
+        part's form.
 
         Parameters
         ----------
         confidence : float
             Probability in (0, 1) that the true centre lies within, unit 1.
         joint : bool
-            Of both coordinates at once, by Fisher's F; else of the centre in any one direction.
+            Whether it holds for both coordinates at once, by Fisher's F; else for any one direction.
 
         Raises
         ------
@@ -194,7 +199,7 @@ class CircleEstimate(Estimate, ByValue):
         return reach(share, self.freedom, joint) * self.center_sd + self.form_bound
 
     def reading(self, angle: npt.ArrayLike) -> Floats:
-        """Return what the model predicts that the probe reads, mm, of the shape of `angle`.
+        """Return the predicted reading of the probe, mm, of the shape of `angle`.
 
         Parameters
         ----------
@@ -203,13 +208,11 @@ class CircleEstimate(Estimate, ByValue):
         """
         if self.model == "limacon":
             return limacon_reading(angle, self.radius, self.offset, self.offset_angle)
-        tip = (
-            self.tip_radius
-        )  # its centre runs on a circle that is larger by it; in a bore, where it is less than 0, smaller
+        tip = self.tip_radius  # the path of the tip's centre is larger by it, in a bore (< 0) smaller
         return np.asarray(circle_reading(angle, self.radius + tip, self.offset, self.offset_angle) - tip)
 
     def plot(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> Any:
-        """Draw readings, the model and what it leaves (µm) over the spindle angle; return the figure.
+        """Draw readings, model and residuals (µm) over the spindle angle; return the figure.
 
         Parameters
         ----------
@@ -221,16 +224,15 @@ class CircleEstimate(Estimate, ByValue):
         Raises
         ------
         ValueError, TypeError
-            For unequal lengths, none, or what is not finite.
+            For unequal lengths, empty arrays, or values that are not finite.
         """
         turned, line = (
             checks.finite_array("angle", angle, "rad"),
             checks.finite_array("reading", reading, "mm"),
         )
         if turned.ndim != 1 or line.shape != turned.shape or not turned.size:
-            raise ValueError(
-                f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}"
-            )
+            shapes = f"{turned.shape} and {line.shape}"
+            raise ValueError(f"angle and reading must be one-dimensional of one length; got shapes {shapes}")
         return pictures.drawn("centering.circle._fit.picture:plot_fit", self, turned, line)
 
     def __repr__(self) -> str:
@@ -238,13 +240,14 @@ class CircleEstimate(Estimate, ByValue):
             f"{self.offset_angle:.6g} ± {self.offset_angle_sd:.2g} rad" if self.angle_known else "not known"
         )
         return (
-            f"CircleEstimate(radius = {self.radius:.7g} ± {self.radius_sd:.2g} mm, offset = {self.offset:.6g} ±"
-            f" {self.offset_sd:.2g} mm, offset_angle = {angle}, from {self.samples} readings; {self.message})"
+            f"CircleEstimate(radius = {self.radius:.7g} ± {self.radius_sd:.2g} mm,"
+            f" offset = {self.offset:.6g} ± {self.offset_sd:.2g} mm, offset_angle = {angle},"
+            f" from {self.samples} readings; {self.message})"
         )
 
 
 def reach(share: float, freedom: float, joint: bool) -> float:
-    """Standard deviations within which a share of the errors lies: Student's t, or sqrt(2 F) with 2 and `freedom`."""
+    """Quantile of the centre in standard deviations: Student's t, or sqrt(2 F) with 2 and `freedom`."""
     if joint:
         beyond = -log1p(-share)
         return sqrt(freedom * expm1(2 * beyond / freedom)) if isfinite(freedom) else sqrt(2 * beyond)

@@ -18,16 +18,16 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Status
 
-CONDITION = 1e8
+CONDITION = 1e8  # chosen: widening of an sd by the other quantities, about 1/sqrt(rounding unit)
 LOSSES = {"linear": 0, "huber": HUBER, "soft_l1": SOFT_L1}
-ROBUST = 6
-"""Fewest readings of a robust fit: chosen."""
+ROBUST = 6  # chosen: fewest readings of a robust fit
 TRIPLES = 50
-"""Of each kind. Three readings are good with probability 0.34 where 30 % are off: all 50 fail once in 1e9."""
-ROUNDS = 10
-"""Fits in which the part's known form is laid about the centre found."""
+"""Triples of each kind. Derived: with 30 % outliers a triple is good with probability 0.34; all 50 fail once
+in 1e9."""
+ROUNDS = 10  # chosen: fits, at most, that update the place of a known form
 WEIGHINGS, ALIKE = 4, 1e-3
-"""Fits in which a radius prior is weighed with noise as it shows, and how near the last two noises come."""
+"""Fits, at most, that update the noise in the weight of a radius prior, and relative change that ends them;
+chosen."""
 
 
 def fit_circle(
@@ -44,8 +44,9 @@ def fit_circle(
 ) -> CircleEstimate:
     """Fit the exact curve of an offset circle, Mears (4.11), to readings over the spindle angle.
 
-    A linear form of the curve, exact without noise, gives the start; Gauss-Newton steps make it the estimate of maximum
-    likelihood for independent noise of the readings. Angles may repeat, lie in any order, leave gaps, and span several turns.
+    A linear form of the curve, exact without noise, gives the start; Gauss-Newton steps lead to the
+    maximum-likelihood estimate for independent noise. Angles may repeat, lie in any order, leave gaps, and
+    span several turns.
 
     Parameters
     ----------
@@ -56,38 +57,38 @@ def fit_circle(
     tip_radius : float
         Radius of the probe's tip, mm, >= 0.
     loss : {"linear", "huber", "soft_l1"}
-        Squares; or beyond 1.345 scales the absolute value, for readings of which up to 30 % are far off. The start is that of
-        100 circles through three readings, always the same, which has half of the readings nearest. Then readings beyond 6
-        scales are left out, as dust only adds; the scale is that of the median absolute residual of the others.
+        "linear": squares; the others grow linearly beyond 1.345 scales, for up to 30 % of outliers. Their
+        start is that of 100 circles through three readings (always the same) with the least median residual;
+        readings beyond 6 scales, from the median absolute residual, are left out.
     radius_prior : (mean, sd), optional
-        Radius and its standard deviation, mm, both > 0, where they are known.
+        Known radius and its standard deviation, mm, both > 0.
     noise_sd : float, optional
-        Least standard deviation of one reading, mm, > 0: the covariance is never made of less. By default what the fit leaves,
-        and that of the probe's steps (step/sqrt(12)) where many readings share few values; a probe whose steps hide the noise
-        wholly wants it told.
+        Least standard deviation of one reading assumed in the covariance, mm, > 0. Default: that of the
+        residuals or, where many readings share few values, of the probe's steps (step/sqrt(12)). Give it
+        where the steps hide the noise completely.
     harmonics : Spectrum or mapping, optional
-        The part's known form, which adds to its radius: an object with arrays upr, amplitude (mm) and phase (rad), or a mapping
-        upr -> (amplitude, phase); amplitude cos(upr beta - phase) at the polar angle beta about the part's centre. Whole upr from
-        2 on.
+        Known form added to the radius: an object with arrays upr, amplitude (mm) and phase (rad), or a
+        mapping upr -> (amplitude, phase); amplitude cos(upr beta - phase) at the polar angle beta about the
+        part's centre. Whole upr >= 2.
     turns : float, optional
-        Turns that the readings span at most, unit 1; guards against angles in degrees.
+        Greatest number of turns of the readings, unit 1; guards against angles in degrees.
     throw : bool
         Raise when the data do not determine the circle; else the status says so.
 
     Returns
     -------
     CircleEstimate
-        Radius and centre, mm, with the covariance s^2 (J'J)^-1, s inflated where noise is correlated; of a robust fit that of
-        Huber, which counts what the weights cost. Its `down_weighted` readings count for less than half. `freedom` is inf where
-        the noise is that which was given. One turn hardly tells noise that is correlated by 0.95 and more from reading to
-        reading (1 degree apart): of joint bands for 0.99 then 2 to 4 % miss the centre.
+        Radius and centre, mm, with the covariance s^2 (J'J)^-1, s inflated for correlated noise; of a robust
+        fit Huber's covariance. `freedom` is inf where the given noise applies. One turn hardly shows noise
+        correlated by 0.95 or more between successive readings (1 degree apart): joint bands for 0.99 then
+        miss the centre in 2 to 4 %.
 
     Raises
     ------
     ValueError, TypeError
-        For unequal lengths, what is not finite, readings <= 0, too few different angles (3, or 4 where the noise is not known;
-        one less with a prior), angles that smell of degrees; with `throw` when the axis lies outside of the circle, or the
-        data do not tell the quantities apart.
+        For unequal lengths, values that are not finite, readings <= 0, too few different angles (3, or 4 with
+        unknown noise; one less with a prior), angles that suggest degrees; with `throw` when the axis lies
+        outside of the circle, or the data do not determine it.
 
     Examples
     --------
@@ -119,7 +120,7 @@ def fit_circle(
 def _weighed(
     data: tuple[Floats, Floats], known: Any, robust: Any, form: Floats
 ) -> tuple[int, Floats, tuple[Seen, float]]:
-    """How the fit ended, its slots, the noise and the angle covered; a radius prior is weighed with all of the noise."""
+    """Outcome, slots, noise and covered angle of a fit; noise and weight of the prior are iterated."""
     mean, sd, noise_sd = known
     travel, step = travel_of(data[0]), step_noise(data[1])
     told = sd
@@ -139,7 +140,7 @@ def _weighed(
 def _fitted(
     data: tuple[Floats, Floats], options: tuple[Any, ...], form: Floats
 ) -> tuple[int, Floats, Floats]:
-    """How the fit ended, its slots, and residuals; the known form is laid about the centre found until that stays."""
+    """Outcome, slots and residuals of a fit; centre and place of a known form are iterated."""
     angle, reading = data
     result, added, left = np.zeros(at.RESULT), np.zeros(angle.size), np.zeros(angle.size + 1)
     fit = at.fit_exact if len(options) == 3 else fit_robust
@@ -154,7 +155,7 @@ def _fitted(
 
 
 def formed(angle: Floats, reading: Floats, circle: Floats, form: Floats) -> Floats:
-    """What the part's form adds to its radius where it was read (private to this package)."""
+    """Contribution of the known form to the radius at each reading, mm."""
     part_angle = np.arctan2(reading * np.sin(angle) - circle[2], reading * np.cos(angle) - circle[1])
     upr, cosine, sine = form.T
     turned = np.outer(upr, part_angle)
@@ -162,7 +163,7 @@ def formed(angle: Floats, reading: Floats, circle: Floats, form: Floats) -> Floa
 
 
 def _estimate(ended: int, result: Floats, found: tuple[Seen, float], **told: Any) -> CircleEstimate:
-    """The estimate in words and numbers."""
+    """Estimate from the slots of a fit."""
     status, message = _judged(ended, result)
     seen, covered = found
     covariance, freedom = seen.scale**2 * result[at.INVERSE :].reshape(3, 3), seen.freedom
@@ -184,12 +185,13 @@ def _estimate(ended: int, result: Floats, found: tuple[Seen, float], **told: Any
 
 
 def _judged(ended: int, result: Floats) -> tuple[Status, str]:
-    """Status, and what stands against the circle."""
+    """Status, and the sentence of a fit that is not OK."""
     offset = float(np.hypot(result[at.X], result[at.Y]))
     if ended == at.OUTSIDE or (ended == at.FITTED and offset >= result[at.RADIUS]):
         return Status.IMPOSSIBLE, (
-            f"offset must be < radius (mm), as the spindle's axis lies in the part; the readings lead to {offset:.6g} and"
-            f" {result[at.RADIUS]:.6g}: turn the part further, or look for bad readings or a wrong unit"
+            "offset must be < radius (mm), as the spindle's axis lies in the part; the readings lead to"
+            f" {offset:.6g} and {result[at.RADIUS]:.6g}: turn the part further, or look for bad readings or a"
+            " wrong unit"
         )
     if ended == at.SINGULAR or result[at.CONDITION] > CONDITION:
         told = (
@@ -210,22 +212,22 @@ def _judged(ended: int, result: Floats) -> tuple[Status, str]:
 def readings(
     angle: npt.ArrayLike, reading: npt.ArrayLike, turns: float | None = None
 ) -> tuple[Floats, Floats]:
-    """Return angles (rad) and readings (mm) as arrays of one length, checked (private to this package)."""
-    # Copies: compiled code would be compiled anew for arrays that are read-only or strided.
+    """Return angles (rad) and readings (mm) as checked arrays of one length."""
+    # copies: read-only or strided arrays would need a compilation of their own
     turned, line = (
         _real(name, given, unit)
         for name, given, unit in (("angle", angle, "rad"), ("reading", reading, "mm"))
     )
     if turned.ndim != 1 or line.shape != turned.shape:
-        raise ValueError(
-            f"angle and reading must be one-dimensional of one length; got shapes {turned.shape} and {line.shape}"
-        )
+        shapes = f"{turned.shape} and {line.shape}"
+        raise ValueError(f"angle and reading must be one-dimensional of one length; got shapes {shapes}")
     if turned.size < 3:
         raise checks.refuse("angle", "at least 3 angles", turned.size)
     span = float(turned.max() - turned.min())
     if turns is not None and span > 2 * pi * checks.positive("turns", turns, "1") * (1 + 1e-9):
         raise ValueError(
-            f"angle must span at most {turns:g} turns, {2 * pi * turns:.6g} rad; got {span:.6g}: is it in degrees?"
+            f"angle must span at most {turns:g} turns, {2 * pi * turns:.6g} rad; got {span:.6g}:"
+            " is it in degrees?"
         )
     smell = "" if turns is not None else smell_of_degrees(turned, line)
     if smell:
@@ -236,26 +238,26 @@ def readings(
 
 
 def _real(name: str, given: npt.ArrayLike, unit: str) -> Floats:
-    """A new array of finite real numbers."""
+    """New array of finite real numbers."""
     if np.iscomplexobj(given):
         raise TypeError(f"{name} must be real numbers ({unit}); got complex ones")
     return checks.finite_array(name, given, unit).copy()
 
 
 def enough_angles(angle: Floats, wanted: int) -> None:
-    """Refuse fewer different angles than `wanted` (private to this package)."""
+    """Refuse fewer than `wanted` different angles."""
     found = at.distinct(angle, wanted)
     if found < wanted:
         raise checks.refuse("angle", f"at least {wanted} different angles, with their readings", found)
 
 
 def noise_of(noise_sd: float | None) -> float:
-    """Checked least noise, mm; 0 where it is not known (private to this package)."""
+    """Checked least noise, mm; 0: unknown."""
     return 0.0 if noise_sd is None else checks.positive("noise_sd", noise_sd, "mm")
 
 
 def form_of(harmonics: Any, least: float) -> Floats:
-    """Rows of upr, cosine and sine (mm) of a known form, less than the least reading (private to this package)."""
+    """Rows of upr, cosine and sine (mm) of a known form, checked to be less than the least reading (mm)."""
     form = known_harmonics(harmonics)
     largest = float(np.hypot(form[:, 1], form[:, 2]).max(initial=0.0))
     if largest >= least:
@@ -264,14 +266,14 @@ def form_of(harmonics: Any, least: float) -> Floats:
 
 
 def triples(angle: Floats) -> Any:
-    """Rows of three readings each: half of them from one third of the sorted directions each, half anywhere; always the same."""
+    """Rows of three places each, always the same: half from three thirds of the directions, half anywhere."""
     order = np.argsort(angle % (2 * np.pi), kind="stable")
     return order[_places(angle.size)]
 
 
 @lru_cache(maxsize=64)
 def _places(size: int) -> Any:
-    """Places in a sorted list of that size."""
+    """Rows of three places in a sorted list of `size` entries."""
     rng = np.random.default_rng(20060501)
     apart = np.floor((np.arange(3) + rng.random((TRIPLES, 3))) * size / 3).astype(np.int64)
     anywhere = np.array([rng.choice(size, 3, replace=False) for _ in range(TRIPLES)])

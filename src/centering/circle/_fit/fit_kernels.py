@@ -1,39 +1,27 @@
-"""The exact curve fitted to readings: a linear start, then Gauss-Newton steps by orthogonal columns.
+"""Kernels of the exact curve's fit: a linear start, then Gauss-Newton steps by orthogonal columns.
 
-Lengths are mm, angles rad. All is about the circle that the tip's centre runs on: radius and reading hold the tip's radius.
-A circle is (radius, x, y). Data are rows (4, m): cosine and sine of the angle, reading, and what the part's known form adds
-to its radius there. A last row beside the readings is that of the radius prior; its weight is 0 without one.
+Lengths are in mm, angles in rad. Radius and reading include the tip's radius. A circle is (radius, x, y).
+Data are rows (4, m): cosine and sine of the angle, reading, and the known form at that place. The last row
+after the readings is the radius prior, of weight 0 without one.
 """
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-STEPS, HALVINGS = 60, 25
-SETTLED = 1e-8  # square of a step over that of a standard deviation
-ROUNDING = 4e-15  # of a residual, over the radius
-SAME = 1e-6  # rad: readings of several turns at one place
-GAP = 10.0  # median steps between neighbours from which on nothing is covered
+STEPS, HALVINGS = 60, 25  # chosen: limits of the Gauss-Newton steps and of the halvings of one step
+SETTLED = 1e-8  # chosen: squared step over the squared standard deviation that ends the steps
+ROUNDING = 4e-15  # chosen: rounding of a residual relative to the radius, some 20 units in the last place
+SAME = 1e-6  # chosen: rad; closer readings are at one place
+GAP = 10.0  # chosen: a larger step, in median steps, is a gap: its arc is not covered
 FITTED, SINGULAR, OUTSIDE, ENDLESS = 0, 1, 2, 3
-"""How a fit ends: well; readings that do not tell three quantities; the axis outside of the circle; not settled."""
-RADIUS, X, Y, NOISE, SEEN, UNIT, FREEDOM, CONDITION, WORST, TAKEN, AWAY, INVERSE, RESULT = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-    11,
-    20,
-)
-"""Slots of a result: circle, sd of a reading, the sd that scales the covariance, the same not below the least that was given,
-degrees of freedom, how many times the others widen the sd of a quantity at worst, of which, steps taken, readings that count for
-less than half, and (J'J)^-1 by rows."""
+"""Outcome of a fit: settled; readings do not determine three quantities; axis outside of the circle; not
+settled."""
+RADIUS, X, Y, NOISE, SEEN, UNIT, FREEDOM, CONDITION, WORST, TAKEN, AWAY, INVERSE = range(12)
+RESULT = INVERSE + 9
+"""Slots of a result: circle, sd of a reading, sd that scales the covariance, the same but at least the given
+noise, degrees of freedom, largest factor of the other quantities on an sd, its quantity, steps taken, number
+of readings weighed by less than half, and (J'J)^-1 by rows; RESULT is their count."""
 
 
 @compiled(error_model="numpy")
@@ -52,7 +40,7 @@ def _prepared(angle, reading, form):
 
 @compiled(error_model="numpy")
 def _dot(a, b):
-    """Sum of products, in four sums at a time."""
+    """Dot product, in four sums at a time."""
     one, two, three, four = 0.0, 0.0, 0.0, 0.0
     whole = a.size - a.size % 4
     for i in range(0, whole, 4):
@@ -76,7 +64,7 @@ def _mean(values):
 
 @compiled(error_model="numpy")
 def _triangle(rows, upper):
-    """Make the first three rows (4, n) orthonormal and take them out of the last, in place; their triangle to `upper` (3, 4)."""
+    """Orthonormalize the first three rows (4, n), project the last, in place; write their triangle (3, 4)."""
     for i in range(3):
         upper[i, i] = np.sqrt(_dot(rows[i], rows[i]))
         if upper[i, i] > 0.0:
@@ -90,7 +78,7 @@ def _triangle(rows, upper):
 
 @compiled(error_model="numpy")
 def _solved(upper, out):
-    """Solve a triangle (3, 4) for `out` (3,); whether it can be."""
+    """Solve a triangle (3, 4) for `out` (3,); return whether it is regular."""
     for i in range(2, -1, -1):
         if upper[i, i] <= 0.0:
             return False
@@ -103,7 +91,7 @@ def _solved(upper, out):
 
 @compiled(error_model="numpy")
 def _spread(upper, result):
-    """Write the inverse of R'R, the worst widening of a standard deviation by the other quantities, and of which it is."""
+    """Write (R'R)^-1, the largest factor of the other quantities on an sd, and its quantity."""
     back = np.zeros((3, 3))
     back[0, 0], back[1, 1], back[2, 2] = 1.0 / upper[0, 0], 1.0 / upper[1, 1], 1.0 / upper[2, 2]
     back[0, 1], back[1, 2] = -upper[0, 1] * back[0, 0] * back[1, 1], -upper[1, 2] * back[1, 1] * back[2, 2]
@@ -122,13 +110,13 @@ def _spread(upper, result):
 
 @compiled(error_model="numpy")
 def _holds_axis(circle):
-    """Whether the spindle's axis lies in a circle."""
+    """Whether the spindle axis lies in a circle."""
     return circle[1] * circle[1] + circle[2] * circle[2] < circle[0] * circle[0] and circle[0] > 0.0
 
 
 @compiled(error_model="numpy")
 def _residuals(data, circle, out):
-    """Write reading less the exact curve of a circle to `out`; whether the curve exists."""
+    """Write the readings minus the exact curve; return whether the curve exists."""
     if not _holds_axis(circle):
         return False
     for i in range(data.shape[1]):
@@ -142,7 +130,7 @@ def _residuals(data, circle, out):
 
 @compiled(error_model="numpy")
 def _slopes(data, circle, weight, rows):
-    """Write the weighted derivatives of the exact curve by radius, x and y to `rows` (3, m)."""
+    """Write the weighted derivatives of the exact curve by radius, x and y, (3, m)."""
     for i in range(data.shape[1]):
         c, s = data[0, i], data[1, i]
         across, effective = circle[2] * c - circle[1] * s, circle[0] + data[3, i]
@@ -154,7 +142,7 @@ def _slopes(data, circle, weight, rows):
 
 @compiled(error_model="numpy")
 def _write_linear(data, limacon, rows):
-    """Write the rows of r^2 = 2 x r cos + 2 y r sin + c, or those of the limacon."""
+    """Write the rows of r^2 = 2 x r cos + 2 y r sin + c, or of the limacon."""
     m = data.shape[1]
     for k in range(4):
         rows[k, m] = 0.0
@@ -167,7 +155,7 @@ def _write_linear(data, limacon, rows):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _started(data, rows, circle):
-    """Find a circle by its linear form, else by the limacon, else about the axis; return how that ended."""
+    """Write a first circle by the linear form, else the limacon, else about the axis; return the outcome."""
     upper = np.empty((3, 4))
     for limacon in range(2):
         _write_linear(data, limacon == 1, rows)
@@ -185,7 +173,7 @@ def _started(data, rows, circle):
 
 @compiled(error_model="numpy")
 def _direction(data, circle, weight, left, prior_weight, rows, step, result):
-    """Write the Gauss-Newton step and its inverse information; return what it takes off the sum of squares, < 0: singular."""
+    """Write the Gauss-Newton step and its covariance; return the predicted gain of squares, < 0: singular."""
     m, upper = data.shape[1], np.empty((3, 4))
     _slopes(data, circle, weight, rows)
     rows[0, m], rows[1, m], rows[2, m] = prior_weight, 0.0, 0.0
@@ -201,7 +189,7 @@ def _direction(data, circle, weight, left, prior_weight, rows, step, result):
 
 @compiled(error_model="numpy")
 def _moved(data, circle, step, prior_mean, prior_weight, left):
-    """Go along a step, halved until it does not raise the sum of squares; the share gone, 0: none."""
+    """Apply a step, halved until it does not raise the sum of squares; return its share, 0 for none."""
     m, trial, share = data.shape[1], np.empty(3), 1.0
     cost = _dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
     for _ in range(HALVINGS):
@@ -222,7 +210,7 @@ def _moved(data, circle, step, prior_mean, prior_weight, left):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
-    """Go one Gauss-Newton step from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
+    """Take one Gauss-Newton step; return `FITTED` when settled, `ENDLESS` when another step is needed."""
     m, step, before = data.shape[1], np.empty(3), result[UNIT]
     square = _dot(left[:m], left[:m])
     result[UNIT] = max(np.sqrt(square / max(result[FREEDOM], 1.0)), noise_sd)
@@ -242,9 +230,9 @@ def _improved(data, even, prior_mean, prior_sd, noise_sd, rows, left, result):
 
 @compiled(error_model="numpy")
 def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, left, result):
-    """Fit the exact curve by least squares; write residuals (m + 1) and the slots of `result`, return how it ended.
+    """Fit the exact curve by least squares; write residuals (m + 1) and slots, return the outcome.
 
-    A radius prior of an infinite sd is none; the noise is that which the fit leaves, at least `noise_sd`.
+    A prior of infinite sd has no effect; the noise is that of the residuals, at least `noise_sd`.
     """
     m, data = angle.size, _prepared(angle, reading, form)
     rows, even = np.empty((4, m + 1)), np.empty(m)
@@ -271,7 +259,7 @@ def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, left, result
 
 @compiled(error_model="numpy")
 def distinct(angle, enough):
-    """How many different directions there are, counted up to `enough`."""
+    """Number of different directions, counted up to `enough`."""
     known, found = np.empty(enough), 0
     for i in range(angle.size):
         turned, new = angle[i] % (2.0 * np.pi), True
@@ -288,7 +276,7 @@ def distinct(angle, enough):
 
 @compiled(error_model="numpy")
 def _ranked(values, wanted):
-    """The value at a place of the sorted list, by partition; the values are put in another order."""
+    """Value at a rank of the sorted list, by partition; reorders the values."""
     low, high = 0, values.size - 1
     while low < high:
         pivot, i, j = values[(low + high) // 2], low, high
@@ -311,7 +299,7 @@ def _ranked(values, wanted):
 
 @compiled(error_model="numpy")
 def swept(line):
-    """Angle that sorted angles cover, without gaps: steps between neighbours that are more than 10 times the median step."""
+    """Angle covered by sorted angles without gaps, rad."""
     steps, count, total = np.empty(line.size), 0, 0.0
     for i in range(1, line.size):
         if line[i] > line[i - 1] + SAME:

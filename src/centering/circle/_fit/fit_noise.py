@@ -1,4 +1,4 @@
-"""What makes the covariance of a fit: the noise that its residuals show, correlated or not, and what is known of it."""
+"""Noise that scales the covariance of a fit, from residuals (correlated or not) and prior knowledge."""
 
 from math import inf, pi, sqrt
 from typing import NamedTuple
@@ -10,13 +10,14 @@ from centering.circle._fit.fit_kernels import swept
 from sdpgrind.base.checks import Floats
 
 SHARED = 0.5
-"""Different values, over readings, up to which these are taken for those of a probe that counts in steps."""
-ON_STEPS = 1e-3
+"""Largest share of different values among readings of a probe with steps; chosen: a fine probe repeats few
+values."""
+ON_STEPS = 1e-3  # chosen: relative deviation from whole steps up to which readings lie on a grid
 TURN = 2 * pi
 
 
 class Travel(NamedTuple):
-    """Places of the readings along the travel in order, angle covered (rad), turns covered (0: less than one)."""
+    """Order of the readings along the travel, angle covered (rad), turns covered (0: less than one)."""
 
     order: np.ndarray[tuple[int], np.dtype[np.intp]]
     swept: float
@@ -24,7 +25,7 @@ class Travel(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """Sd that scales the covariance and of a reading (mm), factor of correlation, freedom, what form does to the centre (mm)."""
+    """Standard deviations (mm) of the covariance and of a reading, inflation, freedom, shift by form (mm)."""
 
     scale: float
     noise_sd: float
@@ -34,7 +35,7 @@ class Seen(NamedTuple):
 
 
 def travel_of(angle: Floats) -> Travel:
-    """How the spindle went."""
+    """Order of travel and coverage of spindle angles (rad)."""
     place = told_at.travelled(angle)
     order = np.argsort(place, kind="stable")
     line = place[order]
@@ -54,9 +55,9 @@ def seen_noise(
     known: float,
     step: float,
 ) -> Seen:
-    """Noise from the residuals, none less than is known or than steps of the probe make.
+    """Noise of a fit, at least the known noise (mm) and that of the probe's steps (mm).
 
-    `data` are angle and reading, `shown` the sd that the residuals show for the covariance and for a reading, and its freedom.
+    `data` are angle and reading; `shown` are the sd of the covariance, the sd of a reading, and its freedom.
     """
     told = np.empty(4)
     told_at.noise(*data, circle, left, travel.order, travel.turns, told)
@@ -73,7 +74,7 @@ def seen_noise(
 
 
 def step_noise(reading: Floats) -> float:
-    """Sd that the steps of a probe make, mm, where many readings share few values on a grid; else 0."""
+    """Noise (sd) of a probe with steps, mm, where many readings share few values on a grid; else 0."""
     steps = np.diff(np.sort(reading))
     steps = steps[steps > 1e-12 * abs(reading).max()]
     if not steps.size or steps.size >= SHARED * reading.size:

@@ -1,9 +1,9 @@
-"""What the residuals of a fit say of noise: whether each resembles the last, what that costs, and what of it is form. Compiled.
+"""Correlation of the residuals of a fit, its effect on the centre, and its separation from form.
 
-Residuals stand in the order of the angle travelled. Noise that fades by rho from reading to reading (AR(1)) moves the centre by
-`factor(rho)` more than independent noise. Lobes of few undulations look like such noise; from a whole turn on they are told from
-it: 2 to 5 upr are fitted along with the circle, and noise is what is left. What these 11 columns take of the noise is reckoned
-with its spectrum f(w) = (1 - rho^2)/(1 - 2 rho cos w + rho^2) at 0 to 5 upr.
+Residuals are in the order of the angle travelled. AR(1) noise of correlation rho moves the centre by
+`factor(rho)` more than independent noise. Low undulations look like such noise; from a whole turn on 2 to 5
+upr are fitted along with the circle, and the rest is noise. The loss of noise to these 11 columns follows
+from its spectrum f(w) = (1 - rho^2)/(1 - 2 rho cos w + rho^2) at 0 to 5 upr.
 """
 
 import numpy as np
@@ -12,26 +12,26 @@ from centering.circle._fit.solve_kernels import _back, _triangle
 from sdpgrind.base.compiled import compiled
 
 TURN = 2.0 * np.pi
-FOLLOWS = 0.8  # share of the steps of one sense from which on readings are in the order of the travel
-SAME = 1e-6  # rad
-SIGNIFICANT = 2.33  # standard deviations from which on a correlation is believed: of independent noise 1 % is
-MOST = 0.9999
+FOLLOWS = 0.8  # chosen: share of steps of one sense from which readings are in the order of travel
+SAME = 1e-6  # chosen: rad; smaller steps are none
+SIGNIFICANT = 2.33  # derived: standard deviations of a correlation that 1 % of independent noise exceeds
+MOST = 0.9999  # chosen: largest correlation; 1 would make the inflation infinite
 LOBES, COLUMNS = 5, 11
-SLOW = 4.0  # degrees of freedom a turn of the slowest waves above form
+SLOW = 4.0  # chosen: degrees of freedom a turn of the slowest waves above form
 RATIO, INFLATION, FREEDOM, SHIFT = 0, 1, 2, 3
-"""What is told: sd of a reading over the root of squares/(m - 3), factor on it, degrees of freedom, way that form moves the
-centre."""
+"""Slots of a result: sd of a reading over sqrt(squares/(m - 3)), factor on it, degrees of freedom, shift of
+the centre by form (mm)."""
 
 
 @compiled(error_model="numpy")
 def factor(rho):
-    """Sd of a mean of noise that fades by rho from reading to reading, over that of independent noise."""
+    """Sd of a mean of AR(1) noise of correlation rho over that of independent noise."""
     return np.sqrt((1.0 + rho) / (1.0 - rho))
 
 
 @compiled(error_model="numpy")
 def travelled(angle):
-    """Angles with whole turns counted, where readings are in the order of the travel; else as they are."""
+    """Angles (rad) with whole turns counted if the readings are in the order of travel; else unchanged."""
     out, sense, moves = np.empty(angle.size), 0.0, 0
     for i in range(angle.size):
         out[i] = angle[i]
@@ -54,7 +54,7 @@ def travelled(angle):
 
 @compiled(error_model="numpy")
 def _resemblance(line):
-    """Sum of squares, and that of differences of successive values over it."""
+    """Sum of squares, and sum of squared successive differences over it."""
     squares, lagged = 0.0, 0.0
     for i in range(line.size):
         squares += line[i] * line[i]
@@ -65,7 +65,7 @@ def _resemblance(line):
 
 @compiled(error_model="numpy")
 def _write_columns(angle, reading, circle, left, out):
-    """Radius, centre and lobes of 2 to 5 upr where a reading was taken, in the reading; and what is left of it."""
+    """Write derivatives of a reading by radius, centre and lobes of 2 to 5 upr, then its residual."""
     c, s = np.cos(angle), np.sin(angle)
     across, side = circle[2] * c - circle[1] * s, reading - circle[1] * c - circle[2] * s
     effective = np.sqrt(side * side + across * across)
@@ -79,7 +79,7 @@ def _write_columns(angle, reading, circle, left, out):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _freed(angle, reading, kept, circle, line):
-    """Take lobes of 2 to 5 upr out of the residuals, in place; how far they move the centre, less than 0: not told."""
+    """Remove lobes of 2 to 5 upr from the residuals, in place; return the centre's shift, -1: singular."""
     array, row, found = np.zeros((COLUMNS, COLUMNS + 1)), np.empty(COLUMNS + 1), np.empty(COLUMNS)
     for k in range(line.size):
         _write_columns(angle[kept[k]], reading[kept[k]], circle, line[k], row)
@@ -98,7 +98,7 @@ def _freed(angle, reading, kept, circle, line):
 
 @compiled(error_model="numpy")
 def _expected(rho, count, step):
-    """Squares of noise of sd 1, and of its differences, that are left beside the columns of a circle and its lobes."""
+    """Expected squares of unit noise, and of its differences, outside the columns of circle and lobes."""
     end = rho**count
     squares = count * (1.0 + end) / (1.0 - end)
     differences = 2.0 * (squares - count * (rho + rho ** (count - 1)) / (1.0 - end))
@@ -112,7 +112,7 @@ def _expected(rho, count, step):
 
 @compiled(error_model="numpy")
 def _fading(differences, count, step):
-    """The rho whose noise leaves such differences over its squares, where the columns of circle and lobes are taken out."""
+    """Correlation rho whose noise leaves this ratio of squared differences to squares."""
     low, high = 0.0, MOST
     for _ in range(40):
         rho = 0.5 * (low + high)
@@ -126,13 +126,13 @@ def _fading(differences, count, step):
 
 @compiled(error_model="numpy")
 def _once(rho, count, step):
-    """Square of the noise of sd 1 at 1 upr, which moves the centre; twice that of its spectrum where it walks at random."""
+    """Power of unit noise at 1 upr, which moves the centre; doubled for a random walk."""
     return (1.0 - rho * rho) / (1.0 - 2.0 * rho * np.cos(step) + rho * rho) * (1.0 + rho**count)
 
 
 @compiled(error_model="numpy")
 def _certain(rho, count, step):
-    """Degrees of freedom of the noise that moves the centre: 2 over the variance of the logarithm of its square, by Whittle."""
+    """Degrees of freedom of the noise that moves the centre: 2 over the log-power's variance (Whittle)."""
     a, b, c, h = 0.5 * count, 0.0, count / (1.0 - rho * rho), 0.0
     for n in range(LOBES + 1):
         cosine, half = np.cos(n * step), 0.5 if n == 0 else 1.0
@@ -144,7 +144,7 @@ def _certain(rho, count, step):
 
 @compiled(error_model="numpy")
 def noise(angle, reading, circle, left, order, whole, told):
-    """Write what the residuals tell, NaN for readings that do not count; `whole` is how many turns they cover, 0: not one."""
+    """Write the noise of residuals (NaN: left out); `whole` is the number of turns covered, 0 below one."""
     kept, line = np.empty(order.size, dtype=np.int64), np.empty(order.size)
     count = 0
     for k in order:
@@ -167,7 +167,7 @@ def noise(angle, reading, circle, left, order, whole, told):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _noise_beside_form(moved, line, before, whole, told):
-    """Write what is told of noise that lobes have been taken out of; less than 0: they could not."""
+    """Write the noise of residuals without lobes; `moved` < 0: the lobes could not be removed."""
     count, step = line.size, TURN * whole / line.size
     squares, differences = _resemblance(line)
     rho = _fading(differences, count, step)
@@ -177,5 +177,5 @@ def _noise_beside_form(moved, line, before, whole, told):
     told[RATIO] = np.sqrt(squares / (count - COLUMNS) / before * (count - 3.0))
     told[INFLATION] = np.sqrt((count - COLUMNS) / _expected(rho, count, step)[0] * _once(rho, count, step))
     told[FREEDOM], told[SHIFT] = count - COLUMNS, moved
-    if rho > 0.0:  # what walks at random is known by the few slow waves only that are left
+    if rho > 0.0:  # of a random walk only the few remaining slow waves inform
         told[FREEDOM] = max(min(_certain(rho, count, step), SLOW * whole / rho**count), 1.0)

@@ -1,4 +1,4 @@
-"""What the form of a part does to its centre: lobes look like an offset as long as less than a turn has been seen."""
+"""Effect of a part's form on its fitted centre: over less than a turn, lobes look like an offset."""
 
 from collections.abc import Mapping
 from math import pi, sin
@@ -14,9 +14,8 @@ from sdpgrind.base.checks import Floats
 def form_gain(angle: npt.ArrayLike, upr: int) -> float:
     """Return the greatest error of the centre per amplitude of a lobe, mm/mm, over all phases of the lobe.
 
-    A part with `upr` undulations per revolution of amplitude a, sampled at these angles only and fitted by least squares, has
-    its centre wrong by up to that gain times a, without any noise. Part form, not the probe's noise, limits an estimate from
-    less than a turn.
+    Form of `upr` undulations and amplitude a shifts a least-squares centre by up to this gain times a,
+    without any noise. Over less than a turn form limits an estimate, not the noise of the probe.
 
     Parameters
     ----------
@@ -53,7 +52,7 @@ def form_gain(angle: npt.ArrayLike, upr: int) -> float:
 
 
 def gain_of_two(arc: float) -> float:
-    """Gain of 2 upr over an arc that is evenly read, in closed form; at least 0.1 rad (4 in the limit of none)."""
+    """Gain of 2 upr over an evenly read arc of at least 0.1 rad, in closed form (its limit at 0 is 4)."""
     h = max(arc, 0.1) / 2
     one, two, three = sin(h), sin(2 * h), sin(3 * h) / 3
     even = 2 * (h * (one + three) - one * two) / (2 * h * (h + two / 2) - 4 * one**2) if h < pi else 0.0
@@ -62,12 +61,13 @@ def gain_of_two(arc: float) -> float:
 
 
 def assumed_lobes(form: Mapping[int, float] | None) -> Floats:
-    """Undulations per revolution and amplitudes (mm) of the form that is assumed, shape (k, 2)."""
+    """Undulations per revolution and amplitudes (mm) of an assumed form, shape (k, 2)."""
     if form is None:
         return np.zeros((0, 2))
     if not isinstance(form, Mapping):
+        shown = checks.shown(form)
         raise TypeError(
-            f"form must be a mapping of undulations per revolution to amplitudes (mm); got {checks.shown(form)}"
+            f"form must be a mapping of undulations per revolution to amplitudes (mm); got {shown}"
         )
     rows = [
         (checks.count("upr of form", n, 2), checks.nonnegative(f"form[{n}]", a, "mm"))
@@ -77,7 +77,7 @@ def assumed_lobes(form: Mapping[int, float] | None) -> Floats:
 
 
 def known_harmonics(harmonics: Any) -> Floats:
-    """Undulations per revolution, cosine and sine (mm) of a known form, shape (k, 3); those of amplitude 0 are left out."""
+    """Undulations per revolution, cosine and sine (mm) of a known form, shape (k, 3), without zeros."""
     if harmonics is None:
         return np.zeros((0, 3))
     upr, amplitude, phase = _pairs(harmonics) if isinstance(harmonics, Mapping) else _arrays(harmonics)
@@ -106,8 +106,8 @@ def _arrays(harmonics: Any) -> tuple[Floats, ...]:
     names = {"upr": "1", "amplitude": "mm", "phase": "rad"}
     if not all(hasattr(harmonics, name) for name in names):
         raise TypeError(
-            f"harmonics must be a spectrum with upr, amplitude (mm) and phase (rad), or upr -> (amplitude, phase); got"
-            f" {checks.shown(harmonics)}"
+            "harmonics must be a spectrum with upr, amplitude (mm) and phase (rad),"
+            f" or upr -> (amplitude, phase); got {checks.shown(harmonics)}"
         )
     arrays = tuple(
         checks.finite_array(f"harmonics.{k}", getattr(harmonics, k), unit) for k, unit in names.items()

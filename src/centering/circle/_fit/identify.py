@@ -1,4 +1,4 @@
-"""From readings back to the circle: the exact curve, or the limacon and its correction as the source has them."""
+"""Circle from measured data, by the exact curve or by the source's limacon and its correction."""
 
 import warnings
 from collections.abc import Mapping
@@ -17,8 +17,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.identify import Status
 
 METHODS = ("exact", "limacon", "printed")
-NEAR = 0.01
-"""Offset over radius up to which a limacon is near enough over an arc."""
+NEAR = 0.01  # chosen: offset over radius above which the bias of a limacon over an arc is worth a warning
 _UNITS = {"angle": "rad", "reading": "mm"}
 
 
@@ -35,39 +34,38 @@ def identify_circle(
     part: int | None = None,
     throw: bool = True,
 ) -> CircleEstimate:
-    """Estimate radius and centre of an offset circle from what was measured.
+    """Estimate radius and centre of an offset circle from measured data.
 
-    ========== ================================================================================================================
-    `method`   what is fitted
-    ========== ================================================================================================================
-    "exact"    the curve of an offset circle, Mears (4.11), with a tip: see `fit_circle`. Right at any offset and over any arc
-    "limacon"  R + d cos(angle - phi), (4.4). Over whole even turns the centre is right and the radius too small by about
-               d^2/(4 R); over an arc all are off, which is warned of from d/R = 0.01 on
-    "printed"  the limacon with the radius corrected by (4.22), as the source has it: whole even turns only
-    ========== ================================================================================================================
+    ========== ===============================================================================================
+    `method`   fitted curve
+    ========== ===============================================================================================
+    "exact"    offset circle with a tip, Mears (4.11), see `fit_circle`: valid at any offset and over any arc
+    "limacon"  R + d cos(angle - phi), (4.4). Over whole even turns the centre is unbiased and the radius too
+               small by about d^2/(4 R); over an arc all are biased, with a warning from d/R = 0.01 on
+    "printed"  the limacon with the radius corrected by (4.22), as in the source: whole even turns only
+    ========== ===============================================================================================
 
     Parameters
     ----------
     data : pair of arrays, mapping of arrays, scan, or log
-        Spindle angle (rad) and reading (mm): (angle, reading), or by these names (also attributes, as of a scan), or a log whose
-        table "probe" has them. Of scans and logs rows without a reading are left out.
+        Spindle angle (rad) and reading (mm): (angle, reading), or by these names (also attributes, as of a
+        scan), or a log with a table "probe". Rows of scans and logs without a reading are left out.
     tip_radius : float
         Radius of the probe's tip, mm, >= 0.
     loss : {"linear", "huber", "soft_l1"}
-        See `fit_circle`; the limacon takes "linear" only.
+        See `fit_circle`; only "linear" for the limacon.
     method : {"exact", "limacon", "printed"}
-        See above.
+        Fitted curve.
     noise_sd : float, optional
-        Least standard deviation of one reading, mm: the covariance is never made of less. By default what the fit leaves; see
-        `fit_circle`.
+        Least standard deviation of one reading assumed in the covariance, mm. Default: see `fit_circle`.
     radius_prior : (mean, sd), optional
-        Radius and its standard deviation, mm, where they are known; for the exact curve only.
+        Known radius and its standard deviation, mm; exact curve only.
     harmonics : Spectrum or mapping, optional
-        Known form of the part, see `fit_circle`; for the exact curve only.
+        Known form of the part, see `fit_circle`; exact curve only.
     turns : float, optional
-        Turns that the readings span at most, unit 1; guards against angles in degrees.
+        Greatest number of turns of the readings, unit 1; guards against angles in degrees.
     part : int, optional
-        Which part of a log, unit 1; needed where there are several.
+        Number of the part in a log, unit 1; needed where there are several.
     throw : bool
         Raise when the data do not determine the circle; else the status says so.
 
@@ -79,13 +77,14 @@ def identify_circle(
     Raises
     ------
     ValueError, TypeError
-        For missing or bad data, too little of it, or an option that the method does not take; for the correction (4.22) where
-        the readings are not even over whole turns.
+        For missing, bad or too few data, or an option that the method does not take; for "printed" without
+        even whole turns.
 
     Warns
     -----
     UserWarning
-        When a limacon is fitted to less than whole even turns of a circle offset by more than 0.01 radius: with the bias, mm.
+        When a limacon is fitted to less than whole even turns of a circle offset by more than 0.01 radius:
+        with the bias, mm.
 
     Examples
     --------
@@ -125,29 +124,26 @@ def identify_circle(
 
 
 def _pair(data: Any, part: int | None) -> tuple[Any, Any]:
-    """Angle and reading of what was handed over."""
+    """Angle and reading from any of the accepted data."""
     if isinstance(data, tuple | list | np.ndarray):
         if len(data) != 2:
             raise ValueError(f"data must be the pair (angle, reading) (rad, mm); got {len(data)} entries")
         return data[0], data[1]
     if isinstance(data, Mapping) and "angle" in data:
-        wanted = {
-            name: data[name] for name in _UNITS if name in data
-        }  # not a column "probe" for a table of that name
+        wanted = {name: data[name] for name in _UNITS if name in data}  # no column "probe" as a table
         table = idf.readings(wanted, _UNITS, tier="probe", each="readings")
         return table["angle"], table["reading"]
     if hasattr(data, "angle") and hasattr(data, "reading"):
         return _read(data.angle, data.reading)
     of_parts = idf.series(data, _UNITS, tier="probe", part=part)
     if len(of_parts) != 1:
-        raise ValueError(
-            f"part must say which part (unit 1); data hold {', '.join(one.label for one in of_parts) or 'none'}"
-        )
+        held = ", ".join(one.label for one in of_parts) or "none"
+        raise ValueError(f"part must say which part (unit 1); data hold {held}")
     return _read(of_parts[0]["angle"], of_parts[0]["reading"])
 
 
 def _read(angle: Any, reading: Any) -> tuple[Any, Any]:
-    """The rows with a reading."""
+    """Rows with a reading."""
     kept = np.isfinite(angle) & np.isfinite(reading)
     return angle[kept], reading[kept]
 
@@ -174,18 +170,18 @@ def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) ->
     left = reading - limacon_columns(angle) @ value
     seen = _noise(travel, angle, left, known, step_noise(reading))
     status, message = Status.OK, ""
-    if not hypot(value[1], value[2]) <= pi / 2 * value[0]:
+    if not (offset := hypot(value[1], value[2])) <= pi / 2 * value[0]:
         status = Status.IMPOSSIBLE
         message = (
-            f"offset must be <= pi/2 radius (mm), as the spindle's axis lies in the part; got {hypot(value[1], value[2]):.6g}"
-            f" and {value[0]:.6g}"
+            "offset must be <= pi/2 radius (mm), as the spindle's axis lies in the part;"
+            f" got {offset:.6g} and {value[0]:.6g}"
         )
     told |= {"noise_sd": seen.noise_sd, "inflation": seen.inflation, "form_bound": seen.form_bound}
     return CircleEstimate(value, seen.scale**2 * back @ back.T, status, message, freedom=seen.freedom, **told)
 
 
 def _noise(travel: Travel, angle: Floats, left: Floats, known: float, step: float) -> Seen:
-    """The noise of a limacon: its columns are those of a circle about the axis."""
+    """Noise of a limacon, whose columns are those of a circle about the axis."""
     freedom = float(angle.size - 3)
     sd = float(np.sqrt(left @ left / max(freedom, 1.0)))
     return seen_noise(
@@ -194,11 +190,12 @@ def _noise(travel: Travel, angle: Floats, left: Floats, known: float, step: floa
 
 
 def _corrected(fitted: CircleEstimate, angle: Floats) -> CircleEstimate:
-    """The same with the radius corrected by (4.22), and the covariance carried along."""
+    """The limacon with radius and covariance corrected by (4.22)."""
     if not whole_turns(angle):
         raise ValueError(
-            "method 'printed' must have readings even over whole turns (rad), as its correction of the radius holds for these"
-            f" only; got {fitted.samples} readings over {fitted.swept:.4g} rad: use method 'exact'"
+            "method 'printed' must have readings even over whole turns (rad), as its correction of the radius"
+            f" holds for these only; got {fitted.samples} readings over {fitted.swept:.4g} rad:"
+            " use method 'exact'"
         )
     if not fitted.ok:
         return fitted
@@ -211,7 +208,7 @@ def _corrected(fitted: CircleEstimate, angle: Floats) -> CircleEstimate:
 
 
 def _warn_of_bias(fitted: CircleEstimate, angle: Floats, reading: Floats) -> None:
-    """Say how far off a limacon is over an arc, at the offset that the exact curve has there."""
+    """Warn of the bias of a limacon over an arc, at the offset of the exact curve."""
     if fitted.offset_ratio <= NEAR or whole_turns(angle):
         return
     size = "of unknown size"
@@ -223,7 +220,8 @@ def _warn_of_bias(fitted: CircleEstimate, angle: Floats, reading: Floats) -> Non
 
 
 def _bias(circle: CircleEstimate, angle: Floats) -> str:
-    """Size of the bias of a limacon at the offset that the exact curve has."""
+    """Sentence on the bias of a limacon, at the offset of the exact curve."""
     error = limacon_bias(angle, circle.radius + circle.tip_radius, circle.offset, circle.offset_angle)
     centre = hypot(error[1], error[2])
-    return f"of {centre:.3g} mm in the centre and {error[0]:.3g} mm in the radius, at an offset of {circle.offset:.4g} mm"
+    bias = f"of {centre:.3g} mm in the centre and {error[0]:.3g} mm in the radius"
+    return f"{bias}, at an offset of {circle.offset:.4g} mm"

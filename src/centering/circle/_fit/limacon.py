@@ -1,4 +1,4 @@
-"""The limacon r = R + d cos psi, Mears (4.4): what its fit to a circle gives, exactly, and how to undo that."""
+"""The limacon r = R + d cos psi, Mears (4.4): exact result of its fit to a circle, and the correction."""
 
 from math import nextafter, pi
 
@@ -12,17 +12,18 @@ from sdpgrind.base.checks import Floats
 
 METHODS = ("exact", "mears")
 MEARS = 0.2346
-"""Mears (4.21), a fit to the exact relation over all offsets; 0.25 for small ones."""
+"""Source: Mears (4.21), a fit to the exact relation over all offsets; 0.25 for small ones."""
 EVEN = 0.005
-"""Mean of exp(i n angle), n = 1, 2, 3, up to which readings are even over whole turns: 2 degrees of a turn missing give it."""
-NEWTON_STEPS = 6
+"""Largest |mean of exp(i n angle)|, n = 1, 2, 3, of even whole turns; derived: a turn that lacks 2
+degrees."""
+NEWTON_STEPS = 6  # chosen: steps at most; they converge quadratically
 
 
 def limacon_reading(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float) -> Floats:
     """Return the reading of a limacon, mm, Mears (4.4): R + d cos(angle - offset_angle).
 
-    Against the exact curve it lacks d^2 sin^2 psi/(2 R): the mean is too great by d^2/(4 R), and an undulation of 2 per
-    revolution and that amplitude is missing, so that form must not be read from what a limacon leaves.
+    It lacks d^2 sin^2 psi/(2 R) of the exact curve: the mean is too large by d^2/(4 R), and an undulation of
+    2 upr of this amplitude is missing. Residuals of a limacon are therefore no measure of form.
 
     Parameters
     ----------
@@ -31,17 +32,17 @@ def limacon_reading(angle: npt.ArrayLike, radius: float, offset: float, offset_a
     radius, offset : float
         Mean radius and amplitude, mm.
     offset_angle : float
-        Where the reading is largest, rad.
+        Direction of the largest reading, rad.
 
     Returns
     -------
     array, of the shape of `angle`
-        mm.
+        Readings, mm.
 
     Raises
     ------
     ValueError, TypeError
-        For a radius that is not > 0, a negative offset, or what is not finite.
+        For a radius that is not > 0, a negative offset, or values that are not finite.
 
     Examples
     --------
@@ -54,17 +55,18 @@ def limacon_reading(angle: npt.ArrayLike, radius: float, offset: float, offset_a
 
 
 def limacon_radius(radius: float, offset: float) -> float:
-    """Return the radius (mm) that a limacon fitted to an offset circle shows, over whole evenly sampled turns.
+    """Return the radius (mm) of a limacon fitted to an offset circle over whole evenly sampled turns.
 
-    (2 R/pi) E(d^2/R^2), E the complete elliptic integral of the second kind: the mean of the exact curve (4.11), of which the
-    source says, after (4.18), that there is no closed form. The amplitude d and the direction are without bias at any offset.
+    (2 R/pi) E(d^2/R^2), E the complete elliptic integral of the second kind: the mean of the exact curve
+    (4.11), for which the source gives no closed form (after (4.18)). Amplitude d and direction are unbiased
+    at any offset.
 
     Parameters
     ----------
     radius : float
         Radius R of the part, mm, > 0.
     offset : float
-        Distance d of its centre from the spindle's axis, mm, in [0, R].
+        Distance d of its centre from the spindle axis, mm, in [0, R].
 
     Raises
     ------
@@ -81,27 +83,27 @@ def limacon_radius(radius: float, offset: float) -> float:
 
 
 def _size_and_share(radius: float, offset: float) -> tuple[float, float]:
-    """Radius, and the square of the offset over it, of a part that holds the spindle's axis."""
+    """Radius (mm) and squared relative offset, checked."""
     size = checks.positive("radius", radius, "mm")
     return size, (checks.within("offset", offset, 0.0, size, "mm") / size) ** 2
 
 
 def corrected_radius(fitted_radius: float, fitted_offset: float, method: str = "exact") -> float:
-    """Return the radius of a part (mm) from the limacon fitted to it, over whole evenly sampled turns only.
+    """Return the radius of a part (mm) from the limacon fitted to it over whole evenly sampled turns.
 
     Parameters
     ----------
     fitted_radius : float
         Constant part of the limacon, mm, > 0.
     fitted_offset : float
-        Its amplitude, mm, in [0, pi/2 fitted_radius].
+        Amplitude of the limacon, mm, in [0, pi/2 fitted_radius].
     method : {"exact", "mears"}
-        The inverse of `limacon_radius`, by Newton's method with d(R E)/dR = K; or Mears (4.22), up to 0.6 % off.
+        Inverse of `limacon_radius` by Newton's method, or Mears (4.22), with errors up to 0.6 %.
 
     Raises
     ------
     ValueError, TypeError
-        For a value out of its range: beyond pi/2 no circle holds the spindle's axis.
+        For a value out of its range: beyond pi/2 no circle contains the spindle axis.
 
     Examples
     --------
@@ -120,7 +122,7 @@ def corrected_radius(fitted_radius: float, fitted_offset: float, method: str = "
 
 
 def _inverse(fitted: float, offset: float, guess: float) -> float:
-    """R with (2 R/pi) E((d/R)^2) = fitted; R E is rising and concave in R, so that Newton's steps stay below after the first."""
+    """R with (2 R/pi) E((d/R)^2) = fitted, by Newton's method: d(R E)/dR = K; R E rises and is concave."""
     least = max(offset, nextafter(0.0, 1.0))
     radius = max(guess, least * (1 + 1e-12))
     for _ in range(NEWTON_STEPS):
@@ -133,17 +135,18 @@ def _inverse(fitted: float, offset: float, guess: float) -> float:
 
 
 def limacon_wave(radius: float, offset: float) -> float:
-    """Return the amplitude (mm) of the false undulation, 2 per revolution, that a limacon leaves of an offset circle.
+    """Return the amplitude (mm) of the false undulation, 2 upr, in the residuals of a limacon fitted to a
+    circle.
 
-    About d^2/(4 R); exactly R (k^2/4) 2F1(1/2, 3/2; 3; k^2) with k = d/R. Roundness must not be read from such residuals unless
-    this lies below what is to be resolved.
+    About d^2/(4 R); exactly R (k^2/4) 2F1(1/2, 3/2; 3; k^2) with k = d/R. Read no roundness from such
+    residuals unless this is below the wanted resolution.
 
     Parameters
     ----------
     radius : float
         Radius R of the part, mm, > 0.
     offset : float
-        Distance d of its centre from the spindle's axis, mm, in [0, R].
+        Distance d of its centre from the spindle axis, mm, in [0, R].
 
     Raises
     ------
@@ -160,10 +163,11 @@ def limacon_wave(radius: float, offset: float) -> float:
 
 
 def limacon_bias(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float) -> Floats:
-    """Return the errors of radius and centre (x, y), mm, of a limacon fitted to the exact curve at some angles, without noise.
+    """Return the errors of radius and centre (x, y), mm, of a limacon fitted to the exact curve without
+    noise.
 
-    Over whole even turns the centre is without bias and `corrected_radius` mends the radius; over an arc all three are biased
-    together, and correcting the radius does not help.
+    Over whole even turns the centre is unbiased and `corrected_radius` corrects the radius; over an arc all
+    three are biased, and correcting the radius does not help.
 
     Parameters
     ----------
@@ -177,7 +181,7 @@ def limacon_bias(angle: npt.ArrayLike, radius: float, offset: float, offset_angl
     Returns
     -------
     array, shape (3,)
-        Fitted less true radius, centre_x and centre_y, mm.
+        Fitted minus true radius, centre_x and centre_y, mm.
 
     Raises
     ------
@@ -201,20 +205,21 @@ def limacon_bias(angle: npt.ArrayLike, radius: float, offset: float, offset_angl
 
 
 def limacon_columns(angle: Floats) -> Floats:
-    """Columns 1, cos, sin of the limacon, (m, 3), Mears (4.5) (private to this package)."""
+    """Columns 1, cos, sin of the limacon, (m, 3), Mears (4.5)."""
     return np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def whole_turns(angle: Floats) -> bool:
-    """Whether readings lie evenly over whole turns, as the closed forms want (private to this package)."""
+    """Whether readings are even over whole turns, as the closed forms require."""
     unevenness = [abs(np.exp(1j * n * angle).mean()) for n in (1, 2, 3)]
     return bool(max(unevenness) <= EVEN)
 
 
 def linear_gauge_offset(reading: npt.ArrayLike) -> float:
-    """Return the offset (mm) as a dial gauge shows it, half of the greatest less the least reading, Mears (4.48).
+    """Return the offset (mm) shown by a dial gauge, half the range of the readings, Mears (4.48).
 
-    For display only: noise widens it, always upwards. At an offset of 1 and a noise of 0.5, 360 readings give about 2.2.
+    For display only: noise always raises it. An offset of 1 with noise of 0.5 gives about 2.2 from 360
+    readings.
 
     Parameters
     ----------
@@ -224,7 +229,7 @@ def linear_gauge_offset(reading: npt.ArrayLike) -> float:
     Raises
     ------
     ValueError, TypeError
-        For no reading, or what is not finite.
+        For no reading, or values that are not finite.
 
     Examples
     --------

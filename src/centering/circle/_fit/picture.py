@@ -1,4 +1,4 @@
-"""Pictures of the geometry: readings with their model and what it leaves; where the centre has been, on a log-polar chart."""
+"""Pictures: readings with model and residuals; the path of the centre on a log-polar chart."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -14,15 +14,14 @@ if TYPE_CHECKING:
     from centering.circle._fit.estimate import CircleEstimate
 
 BLUE, RED, GREEN, GREY = pictures.ACTUAL, pictures.LIMIT, "#3f8f5f", "0.45"
-_ROOM = 0.06  # of the greatest height: for a number
-_STEPS = 33  # between two centres, to see what their path crosses
-FINE = 721
-SPARE = 0.5
-"""Decades below the least of tolerance and centres, at the middle of the chart."""
+_ROOM = 0.06  # chosen: room of a number, relative to the chart's radius
+_STEPS = 33  # chosen: points between two centres, to find crossings of their path
+FINE = 721  # chosen: points of a drawn turn
+SPARE = 0.5  # chosen: decades between the middle of the chart and the smallest of tolerance and offsets
 
 
 def plot_fit(circle: "CircleEstimate", angle: Floats, reading: Floats) -> Any:
-    """Draw readings, the model over at least a turn, and what it leaves in µm; return the figure (private to this package)."""
+    """Draw readings, the model over at least a turn, and residuals in µm; return the figure."""
     figure = pictures.figure(7.5, 5.2)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     above.plot(angle / units.deg(1.0), reading, ".", color=BLUE, ms=4, label=f"{angle.size} readings")
@@ -34,17 +33,18 @@ def plot_fit(circle: "CircleEstimate", angle: Floats, reading: Floats) -> Any:
 
 
 def _told(circle: "CircleEstimate") -> str:
-    """The estimate in one line."""
+    """Estimate in one line."""
     direction = (
         f" at {circle.offset_angle / units.deg(1.0):.2f} deg"
         if circle.angle_known
         else ", direction not known"
     )
-    return f"radius {circle.radius:.4f} mm, offset {circle.offset:.4f} mm{direction}; centre ± {told_length(circle.center_sd)}"
+    centre = f"centre ± {told_length(circle.center_sd)}"
+    return f"radius {circle.radius:.4f} mm, offset {circle.offset:.4f} mm{direction}; {centre}"
 
 
 def _draw_model(axis: Any, circle: "CircleEstimate", angle: Floats) -> None:
-    """The model where there are readings; thin over the rest of a turn."""
+    """Draw the model over the readings, dashed over the rest of a turn."""
     low, high = float(angle.min()), float(angle.max())
     turn = np.linspace(low, max(high, low + 2 * np.pi), FINE)
     axis.plot(turn / units.deg(1.0), circle.reading(turn), color=GREY, lw=0.8, ls="--")
@@ -55,7 +55,7 @@ def _draw_model(axis: Any, circle: "CircleEstimate", angle: Floats) -> None:
 
 
 def _draw_residuals(axis: Any, circle: "CircleEstimate", angle: Floats, reading: Floats) -> None:
-    """What the model leaves, with two standard deviations of a reading."""
+    """Draw the residuals with two standard deviations of a reading."""
     left = (reading - circle.reading(angle)) / units.um(1.0)
     band = 2 * circle.noise_sd / units.um(1.0)
     axis.axhspan(-band, band, color=RED, alpha=0.1, lw=0, label="two standard deviations of a reading")
@@ -72,25 +72,26 @@ def plot_centers(
     shown: int | None = None,
     ax: Any = None,
 ) -> Any:
-    """Draw where the centre has been, push by push, on a log-polar chart with the circle of tolerance; return the figure.
+    """Draw the centres, push by push, on a log-polar chart with the circle of tolerance; return the figure.
 
-    The distance from the middle is the logarithm of the offset, so that millimetres and micrometres are seen at once.
+    The radial coordinate is the logarithm of the offset: millimetres and micrometres show at once.
 
     Parameters
     ----------
     centers : sequence of CircleEstimate, or array_like, shape (n, 2)
-        Centres in their order; an array holds x and y, mm. Estimates are drawn with their standard deviations.
+        Centres in their order; an array holds x and y, mm. Estimates are drawn with their standard
+        deviations.
     tolerance : float
-        Offset within which a part is centred, mm, > 0.
+        Offset of a centred part, mm, > 0.
     shown : int, optional
-        Draw only the first so many, on the scale of all: the charts of a film have one scale.
+        Number of centres to draw, on the scale of all, as for the frames of a film.
     ax : matplotlib axes, optional
         Polar axes to draw into.
 
     Raises
     ------
     ValueError, TypeError
-        For no centre, or what is not finite.
+        For no centre, or values that are not finite.
 
     Examples
     --------
@@ -115,7 +116,7 @@ def plot_centers(
 
 
 def _draw_paper(axis: Any, middle: float, top: float, places: Complex) -> None:
-    """Rings at decades, named where the path leaves room."""
+    """Draw rings at decades, labelled in a direction without path."""
     decades = np.arange(np.ceil(middle), middle + top)
     axis.set_rlim(0.0, top)
     legible = {"fontsize": 8, "bbox": {"facecolor": "w", "edgecolor": "none", "alpha": 0.7, "pad": 0.5}}
@@ -124,7 +125,7 @@ def _draw_paper(axis: Any, middle: float, top: float, places: Complex) -> None:
 
 
 def _freest(places: Complex, rings: Floats, top: float) -> float:
-    """Direction (deg, between the lines of the paper) in which the crossings with the rings are farthest from the path."""
+    """Direction (deg) between the chart's lines where the rings are crossed farthest from the path."""
     directions = np.arange(22.5, 360.0, 45.0)
     crossings = np.multiply.outer(np.exp(1j * np.radians(directions)), rings)
     path = (
@@ -137,7 +138,7 @@ def _freest(places: Complex, rings: Floats, top: float) -> float:
 
 
 def _centers(centers: Any) -> tuple[Floats, Floats]:
-    """Centres (n, 2) and their standard deviations (n,), 0 where not known."""
+    """Centres (n, 2) and their standard deviations (n,), 0 where unknown."""
     if not isinstance(centers, np.ndarray) and all(hasattr(each, "center_sd") for each in centers):
         line = np.array([[each.center_x, each.center_y] for each in centers]).reshape(-1, 2)
         widths = np.array([each.center_sd for each in centers])
@@ -150,14 +151,14 @@ def _centers(centers: Any) -> tuple[Floats, Floats]:
 
 
 def _draw_tolerance(axis: Any, wanted: float, height: float) -> None:
-    """The circle within which a part is centred, filled."""
+    """Draw the filled circle of tolerance."""
     turn = np.linspace(0.0, 2 * np.pi, FINE)
     axis.fill_between(turn, 0.0, height, color=GREEN, alpha=0.15, lw=0)
     axis.plot(turn, np.full(FINE, height), color=GREEN, lw=1.2, label=f"tolerance {told_length(wanted)}")
 
 
 def _draw_path(axis: Any, line: Floats, widths: Floats, middle: float) -> None:
-    """Centres in their order, numbered where there is room, with their standard deviations as far as they show."""
+    """Draw the centres in order with standard deviations, numbered where there is room."""
     angle, offset = np.arctan2(line[:, 1], line[:, 0]), np.hypot(line[:, 0], line[:, 1])
     height = _height(offset, middle)
     axis.plot(angle, height, color=BLUE, lw=0.8, alpha=0.7)
@@ -171,7 +172,7 @@ def _draw_path(axis: Any, line: Floats, widths: Floats, middle: float) -> None:
 
 
 def _apart(places: Complex, room: float) -> list[int]:
-    """The last of some places, the first, and whichever is not nearer than `room` to one that was taken already."""
+    """Last and first place, and each that is at least `room` from all places taken before."""
     taken = [len(places) - 1]
     for k in range(len(places) - 1):
         if np.abs(places[taken] - places[k]).min() >= room:
@@ -185,5 +186,5 @@ def _height(offset: Floats, middle: float) -> Floats:
 
 
 def told_length(value: float) -> str:
-    """A length (mm) in words."""
+    """Text of a length (mm)."""
     return f"{value:.4g} mm" if value >= 0.1 else f"{value / units.um(1.0):.3g} µm"

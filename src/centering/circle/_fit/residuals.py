@@ -1,4 +1,4 @@
-"""What a fit leaves: is it normal, and is it independent? The estimates rest on the second."""
+"""Checks of the residuals of a fit: normality and independence."""
 
 import dataclasses
 
@@ -13,35 +13,35 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
 LIMIT = 0.752
-"""Of A2* with mean and sd estimated: a normal sample exceeds it with probability 0.05."""
-LEAST = 8
-SHARE = 0.05
+"""Source: A2* with estimated mean and sd, exceeded by normal samples with probability 0.05."""
+LEAST = 8  # chosen: fewer residuals make the tests meaningless
+SHARE = 0.05  # chosen: probability to reject independence wrongly
 
 
 @stored("centering.circle.residual_checks")
 @dataclasses.dataclass(frozen=True)
 class ResidualChecks(Frozen):
-    """Normality and independence of what a fit leaves.
+    """Normality and independence of the residuals of a fit.
 
-    The estimates and their standard deviations rest on independence, not on normality: form of the part passes for normal noise
-    while each residual resembles the last. So never judge by `anderson_darling` alone.
+    Estimates and standard deviations rest on independence, not on normality: form of the part passes as
+    normal noise though each residual resembles the last. Never judge by `anderson_darling` alone.
 
     Parameters
     ----------
     samples : int
-        How many residuals, unit 1.
+        Number of residuals, unit 1.
     anderson_darling : float
-        A2* = A2 (1 + 0.75/m + 2.25/m^2), unit 1; mean and sd are those of the residuals.
+        A2* = A2 (1 + 0.75/m + 2.25/m^2), unit 1, with mean and sd of the residuals.
     anderson_darling_limit : float
-        What a normal sample exceeds with probability 0.05, unit 1.
+        Limit that a normal sample exceeds with probability 0.05, unit 1.
     lag_1 : float
-        Correlation of each residual with the one before, unit 1.
+        Correlation of successive residuals, unit 1.
     ljung_box : float
         Ljung and Box's Q of `lags` correlations, unit 1.
     lags : int
-        How many correlations, unit 1.
+        Number of correlations, unit 1.
     probability : float
-        Probability that independent residuals give so great a Q, unit 1.
+        Probability of a larger Q for independent residuals, unit 1.
 
     Examples
     --------
@@ -60,39 +60,40 @@ class ResidualChecks(Frozen):
 
     @property
     def normal(self) -> bool:
-        """Whether normality stands, at a probability of 0.05 to reject it wrongly."""
+        """Whether normality is accepted, at a probability of 0.05 to reject it wrongly."""
         return self.anderson_darling <= self.anderson_darling_limit
 
     @property
     def independent(self) -> bool:
-        """Whether independence stands, at a probability of 0.05 to reject it wrongly."""
+        """Whether independence is accepted, at a probability of 0.05 to reject it wrongly."""
         return self.probability >= SHARE
 
     @property
     def inflation(self) -> float:
-        """Factor on standard deviations if the correlation fades by `lag_1` from reading to reading, unit 1, >= 1."""
+        """Factor on standard deviations for AR(1) noise of correlation `lag_1`, unit 1, >= 1."""
         return float(factor(min(max(self.lag_1, 0.0), 1.0 - 1.0 / self.samples)))
 
 
 def residual_checks(residual: npt.ArrayLike, *, lags: int | None = None) -> ResidualChecks:
-    """Check what a fit leaves, in the order in which it was read, for normality and independence.
+    """Check residuals, in the order of the readings, for normality and independence.
 
     Parameters
     ----------
     residual : array_like, shape (m,)
-        Reading less model, mm (any unit: the checks are free of it), at least 8, not all the same.
+        Reading minus model, mm (any unit: the checks are scale-free), at least 8, not all equal.
     lags : int, optional
-        Correlations in Ljung and Box's Q, unit 1; by default the lesser of 10 and m/5.
+        Number of correlations in Ljung and Box's Q, unit 1. Default: the lesser of 10 and m/5.
 
     Returns
     -------
     ResidualChecks
-        Figures, with what they are to be held against.
+        Statistics and their limits.
 
     Raises
     ------
     ValueError, TypeError
-        For too few residuals, residuals without scatter, what is not finite, or as many lags as residuals.
+        For too few residuals, residuals without scatter, values that are not finite, or as many lags as
+        residuals.
 
     Examples
     --------
@@ -125,12 +126,12 @@ def residual_checks(residual: npt.ArrayLike, *, lags: int | None = None) -> Resi
 
 
 def _autocorrelation(away: Floats, count: int) -> Floats:
-    """Correlation with itself, 1 to `count` readings later."""
+    """Autocorrelation at lags 1 to `count`."""
     return np.array([away[lag:] @ away[:-lag] for lag in range(1, count + 1)]) / (away @ away)
 
 
 def _anderson_darling(away: Floats) -> float:
-    """A2* of values less their mean: the squared distance of the empirical law from the normal one, the tails weighted most."""
+    """A2* of centred values: squared distance of their distribution from the normal, tails weighted."""
     m = away.size
     z = np.sort(away) / away.std(ddof=1)
     weights = 2 * np.arange(m) + 1

@@ -1,5 +1,5 @@
-"""The exact curve fitted to readings of which some are far off: least median of three-point circles, what lies far from it left
-out, the rest weighted by residual.
+"""Kernels of the robust fit: least-median circle through three readings, far readings left out, the rest
+weighted.
 
 Conventions as in the kernels of the plain fit.
 """
@@ -10,16 +10,16 @@ from centering.circle._fit import fit_kernels as fit
 from sdpgrind.base.compiled import compiled
 
 HUBER, SOFT_L1 = 1, 2
-BEND = 1.345  # residual over the scale from which on it counts for less: 95 % efficient on normal noise
-NORMAL = 1.4826022185056018  # sd of a normal quantity over the median of its absolute values
-FAR = 6.0  # scales from which on a reading is left out: dust only adds, and would push the radius
-FEW = 20  # readings up to which none is left out: a circle through three of them would have the others taken for dust
-LEAST, CHANGING = 4, 15  # steps taken at least; in which the scale and what is left out may still change
+BEND = 1.345  # source: Huber; residual over scale from which weights fall, 95 % efficient for normal noise
+NORMAL = 1.4826022185056018  # derived: normal sd over the median absolute value
+FAR = 6.0  # chosen: scales beyond which a reading is left out; dust only adds, and would bias the radius
+FEW = 20  # chosen: below it none is left out: the circle through three would make the others outliers
+LEAST, CHANGING = 4, 15  # chosen: least steps; steps in which scale and selection may change
 
 
 @compiled(error_model="numpy")
 def _through(data, triple, circle):
-    """Write the circle through three readings; whether there is one that holds the axis."""
+    """Write the circle through three readings; return whether it exists and contains the axis."""
     a, b, c = triple[0], triple[1], triple[2]
     ax, ay = data[2, a] * data[0, a], data[2, a] * data[1, a]
     bx, by = data[2, b] * data[0, b] - ax, data[2, b] * data[1, b] - ay
@@ -35,9 +35,9 @@ def _through(data, triple, circle):
 
 @compiled(error_model="numpy")
 def _least_median(data, triples, circle):
-    """Write the circle, of those through triples, that has half of the readings nearest; return how near, infinite without one.
+    """Write the circle through one of the triples with the least median residual; return that, inf for none.
 
-    Three readings lie on the circle itself: two more than half are counted.
+    Three readings lie on the circle itself: the rank counts two more than half.
     """
     m, best = data.shape[1], np.inf
     trial, left = np.empty(3), np.empty(m)
@@ -57,7 +57,7 @@ def _least_median(data, triples, circle):
 
 @compiled(error_model="numpy")
 def _sifted(left, scale, kept):
-    """Mark the readings that are not far off; return the sd that the median of theirs tells. Of few readings all are kept."""
+    """Mark the readings within `FAR` scales, or all if few; return the sd from their median residual."""
     m, near, count = kept.size, np.empty(kept.size), 0
     for i in range(m):
         kept[i] = m < FEW or abs(left[i]) <= FAR * scale
@@ -72,9 +72,7 @@ def _sifted(left, scale, kept):
 
 @compiled(error_model="numpy")
 def _weigh(left, scale, loss, kept, weight, result):
-    """Write root weights, the sd of a reading that a plain fit would need for this covariance, and degrees of freedom; return
-    the sum of the slopes of the score.
-    """
+    """Write root weights, covariance sd and degrees of freedom; return the mean slope of the score."""
     slope, square, count, away = 0.0, 0.0, 0, 0
     for i in range(kept.size):
         z, share, own = abs(left[i]) / scale, 0.0, 0.0
@@ -89,9 +87,7 @@ def _weigh(left, scale, loss, kept, weight, result):
         away += share < 0.5
         weight[i] = np.sqrt(share)
     mean = max(slope / count, 1e-3)
-    more = (
-        1.0 + 3.0 / count * (1.0 - mean) / mean
-    )  # Huber's correction of small samples, for a slope that is 0 or 1
+    more = 1.0 + 3.0 / count * (1.0 - mean) / mean  # Huber's small-sample correction, for slopes 0 or 1
     result[fit.SEEN] = more * scale * np.sqrt(square / max(count - 3.0, 1.0)) / mean
     result[fit.FREEDOM], result[fit.AWAY] = max(slope - 3.0, 1.0), away
     return mean
@@ -99,7 +95,7 @@ def _weigh(left, scale, loss, kept, weight, result):
 
 @compiled(error_model="numpy")
 def _advanced(data, circle, step, left):
-    """Go along a step, halved until the curve exists; whether it does."""
+    """Apply a step, halved until the curve exists; return whether it does."""
     trial, share = np.empty(3), 1.0
     for _ in range(fit.HALVINGS):
         trial[0], trial[1], trial[2] = (
@@ -116,7 +112,7 @@ def _advanced(data, circle, step, left):
 
 @compiled(error_model="numpy")
 def _reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, left, weight, result):
-    """Go one step of the weighted problem from the circle of the result; `FITTED`: no more is needed, `ENDLESS`: it is."""
+    """Take one step of the weighted problem; return `FITTED` when settled, `ENDLESS` otherwise."""
     m, step = data.shape[1], np.empty(3)
     mean = _weigh(left, scale, loss, kept, weight, result)
     result[fit.UNIT] = max(result[fit.SEEN], noise_sd)
@@ -133,11 +129,10 @@ def _reweighted(data, scale, loss, kept, prior_mean, prior_sd, noise_sd, rows, l
 
 @compiled(error_model="numpy")
 def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, triples, left, result):
-    """Fit the exact curve with a loss that grows slower than the square; write the slots of `result`, return how it ended.
+    """Fit the exact curve with a loss that grows slower than the square; write slots, return the outcome.
 
-    What the residuals (m + 1) count for is written to `left`; NaN where they are left out.
-
-    The covariance is Huber's: scale^2 times mean of the squared score over the squared mean of its slope, times (J'J)^-1.
+    `left` receives the weighted residuals (m + 1), NaN for readings left out. The covariance is Huber's:
+    scale^2 times mean squared score over squared mean slope of the score, times (J'J)^-1.
     """
     m, data = angle.size, fit._prepared(angle, reading, form)
     rows, weight, kept = np.empty((4, m + 1)), np.empty(m), np.empty(m, dtype=np.bool_)
@@ -145,7 +140,7 @@ def fit_robust(angle, reading, form, prior_mean, prior_sd, noise_sd, loss, tripl
     if near == np.inf and fit._started(data, rows, result) != fit.FITTED:
         return fit.SINGULAR
     fit._residuals(data, result, left)
-    width = NORMAL * (1.0 + 5.0 / (m - 3.0)) * near  # where infinite, nothing is far off
+    width = NORMAL * (1.0 + 5.0 / (m - 3.0)) * near  # if infinite, no reading is left out
     ended, result[fit.TAKEN] = fit.ENDLESS, 0.0
     while result[fit.TAKEN] < LEAST or (ended == fit.ENDLESS and result[fit.TAKEN] < fit.STEPS):
         result[fit.TAKEN] += 1.0

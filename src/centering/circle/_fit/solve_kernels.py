@@ -1,4 +1,4 @@
-"""Small linear problems of circle fits: Cholesky's triangle, substitution through one. Compiled.
+"""Cholesky factor and back substitution of small linear problems.
 
 `sdpgrind.identify.kernels.solve` is `_back` of the column that follows the triangle.
 """
@@ -7,12 +7,13 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-_TELLS = 0.05  # chosen: least share of a column that those before must leave of it
+_TELLS = 0.05  # chosen: least independent share of a column; less makes the solution uncertain
 
 
 @compiled(error_model="numpy")
 def _triangle(array, size):
-    """Write Cholesky's triangle of the first columns and of the last in place; return whether each column is told.
+    """Write the Cholesky factor of the first columns and the last, in place; return whether all are
+    independent.
 
     Only the upper triangle is read.
     """
