@@ -1,4 +1,4 @@
-"""How round a ring is: profiles, four reference circles, spectrum, runout."""
+"""Roundness of a ring: measured profiles, four reference circles, spectrum, runout of the probe's roller."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""Search of all centres within reach, by halving squares, where the contacts alone do not prove the optimum."""
+"""Branch and bound over all centres within reach, where the contacts alone do not prove the optimum."""
 
 import numpy as np
 
@@ -9,32 +9,26 @@ from centering.roundness._mzc_kernels import zone as zone_exchange
 from centering.roundness._proof_kernels import _cell_bound, _height, ball, steepness
 from sdpgrind.base.compiled import compiled
 
-_LEVELS = 44
-"""How often a square is cut, at most: from the radius to its rounding."""
+_LEVELS = 44  # derived: halvings of a square from the radius to its rounding
 _ROOT_2 = np.sqrt(2.0)
-_BALLS = 64
-"""Optima whose balls are kept."""
-_FREE = 30
-"""Cuts after which an empty circle that no exchange has come to hold is one that nothing holds."""
-_LOOSE = 1e-6
-"""Of the radius, by which a held circle must be larger than one that can leave."""
-ALIKE = 1e-7
-"""Of the radius, within which optima count as equally good: 3 nm of 30 mm."""
-_CELL = 20
-"""Points that are looked at in the time that a square takes by itself."""
+_BALLS = 64  # chosen: proved neighbourhoods kept; more cost time at every square
+_FREE = 30  # chosen: halvings after which an empty circle without three contacts counts as free
+_LOOSE = 1e-6  # chosen: relative margin of a held circle over a free one, above rounding
+ALIKE = 1e-7  # chosen: relative difference of equally good optima, 3 nm of 30 mm
+_CELL = 20  # chosen: fixed cost of a square, in points
 
 
 @compiled
 def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
-    """Best centre within reach (mm) of a start (x, y, height, held, size of the circle).
+    """Best centre within `reach` (mm) of a start (x, y, height, held, size of the circle).
 
-    Returns x, y and height of the best, a bound below, the least height not held, whether the best is held, and the box (least
-    and largest x, least and largest y) of the optima found that are as good.
+    Returns x, y and height of the best, a lower bound, the least height of a free circle, whether the best is
+    held, and the box (least and largest x, least and largest y) of all optima equal to `ALIKE`.
 
-    Squares are given up when no centre in them is better by more than `slack` (mm), or when they lie within the balls of optima;
-    points that can be neither farthest nor nearest in a square are left out in its quarters, of which the best
-    goes first. It ends after `work` points looked at. With a slack of more than what is as good, no optima are looked for.
-    Centres outside the `hull` (m, 3), of normals and offsets (mm), are left out.
+    A square is dropped when its bound is not better by `slack` (mm) or it lies within the neighbourhood of an
+    optimum; its quarters omit points that are neither farthest nor nearest in it. The search ends after
+    `work` evaluated points. With a slack above `ALIKE` no optima are located. Centres outside the `hull` (m,
+    3), of normals and offsets (mm), are left out.
     """
     found = np.array(
         [start[0], start[1], start[2], start[2], np.inf, start[3], start[0], start[0], start[1], start[1]]
@@ -95,7 +89,7 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
 
 @compiled
 def _push(stack, depth, cx, cy, half, level, below):
-    """Put a square on the stack: its centre, half its side (mm), how often it was cut, and the least height in it."""
+    """Push a square: centre, half side (mm), number of halvings, lower bound of the height (mm)."""
     stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3], stack[depth, 4] = (
         cx,
         cy,
@@ -107,7 +101,7 @@ def _push(stack, depth, cx, cy, half, level, below):
 
 @compiled
 def _part(values, here, size):
-    """Those of the points that are listed."""
+    """Listed points only."""
     part = np.empty(size)
     for k in range(size):
         part[k] = values[here[k]]
@@ -116,7 +110,7 @@ def _part(values, here, size):
 
 @compiled
 def _quarter(x, y, here, size, zone, stack, depth, found, basis):
-    """Put the quarters of the square that was on top of the stack in its place, the best on top; note what is better."""
+    """Replace the square on top of the stack by its quarters, the best on top; record a better zone."""
     cx, cy, half, level = stack[depth, 0], stack[depth, 1], 0.5 * stack[depth, 2], stack[depth, 3] + 1.0
     xs, ys, px, py = _part(x, here, size), _part(y, here, size), _part(x, basis, 4), _part(y, basis, 4)
     values, belows = np.empty(4), np.empty(4)
@@ -142,7 +136,7 @@ def _quarter(x, y, here, size, zone, stack, depth, found, basis):
 
 @compiled
 def _note(x, y, cx, cy, found):
-    """Note a centre of a zone, no optimum, that beats the best."""
+    """Record a centre of a zone that is better than the best, though no optimum."""
     value = _height(x, y, cx, cy, True)
     if value < found[2]:
         found[0], found[1], found[2], found[5] = cx, cy, value, 0.0
@@ -151,7 +145,7 @@ def _note(x, y, cx, cy, found):
 
 @compiled
 def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, alike, found, basis, balls, known):
-    """Exchange from a centre on the points that matter near it; note a better optimum, and the ball of one that is not better."""
+    """Exchange from a centre on the listed points; record a better optimum, or the ball proved by another."""
     trial, xs, ys = np.zeros(4, dtype=np.int64), _part(x, here, size), _part(y, here, size)
     if zone:
         cx, cy, value, held = zone_exchange(xs, ys, cx, cy, tolerance, trial)
@@ -180,7 +174,7 @@ def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, alike, found, basis
 
 @compiled
 def _box(cx, cy, value, alike, found):
-    """Widen the box of the optima that are as good as the best by one, or begin it anew with one that is better than they."""
+    """Extend the box of equally good optima by one, or restart it from a better one."""
     if value < found[2] - alike:
         found[6], found[7], found[8], found[9] = cx, cx, cy, cy
     elif value <= found[2] + alike:
@@ -199,7 +193,7 @@ def _covered(cx, cy, around, balls, known):
 
 @compiled
 def _off_hull(hull, cx, cy):
-    """How far a centre lies outside of the worst edge of a hull, mm; negative inside."""
+    """Distance of a centre outside the worst edge of a hull, mm; negative inside."""
     off = -np.inf
     for k in range(hull.shape[0]):
         off = max(off, hull[k, 0] * cx + hull[k, 1] * cy + hull[k, 2])
@@ -208,7 +202,7 @@ def _off_hull(hull, cx, cy):
 
 @compiled
 def _keep(x, y, here, size, cx, cy, around, zone, kept):
-    """Put into `kept` those of the listed points that can be nearest, or for a zone farthest, in a circle; how many."""
+    """Write the listed points that may be nearest or, for a zone, farthest in a circle; return the count."""
     xs, ys = _part(x, here, size), _part(y, here, size)
     _, most, _, least = extremes(xs, ys, cx, cy)
     left = 0

@@ -1,4 +1,4 @@
-"""How sure the harmonics of a form are, and the form itself from place to place: noise, and what is not known of a runout."""
+"""Standard deviations of harmonics and of the form, from noise and from the uncertainty of the runout."""
 
 import numpy as np
 
@@ -14,18 +14,18 @@ from centering.roundness._runout import Runout
 from centering.roundness._sampling import even_turn
 from sdpgrind.base.checks import Complex, Floats
 
-_PLACES = 16  # for each undulation at the highest harmonic that passes: between them the sd hardly changes
+_PLACES = 16  # chosen: places for each wave of the highest passed harmonic; the sd varies little between
 
 
 def leaks_of(fit: HarmonicFit, runout: Runout | None, part_angle: Floats) -> Complex:
-    """What each value of a runout that is taken off wrongly adds to the harmonics, (3, n + 1); (0, n + 1) without runout."""
+    """Derivatives of the harmonics by each value of a removed runout, (3, n + 1); (0, n + 1) without one."""
     columns = runout.derivatives(part_angle).T if runout is not None else np.zeros((0, part_angle.size))
     leaks = [fit_harmonics(part_angle, column, fit.coef.size - 1).coef for column in columns]
     return np.array(leaks, dtype=complex).reshape(len(columns), fit.coef.size)
 
 
 def amplitude_sd(fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runout | None) -> Floats:
-    """Sd of the amplitudes, mm: in the direction of their phases."""
+    """Standard deviation of the amplitudes, mm, in the direction of their phases."""
     along = 2 * (leaks * np.exp(-1j * np.angle(fit.coef))).real
     along[:, 0] /= 2
     return np.asarray(np.hypot(noise_sd * fit.amplitude_spread, _spread(along, runout)))
@@ -34,7 +34,7 @@ def amplitude_sd(fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runo
 def deviation_sd(
     fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runout | None, passed: Floats, size: int
 ) -> Floats:
-    """Sd of the form at the points of an even turn, mm, where so much of each harmonic passes; the circle takes the first two."""
+    """Standard deviation of the form on an even turn, mm, with the transmission of each harmonic."""
     passed = np.where(np.arange(passed.size) < 2, 0.0, passed)
     count = np.flatnonzero(passed > 1e-3).max(initial=1) + 1
     turn = even_turn(min(size, _PLACES * int(count)))
@@ -45,14 +45,14 @@ def deviation_sd(
 
 
 def averaged_sd(sd: Floats, passed: Floats, noise_sd: float, before: float) -> Floats:
-    """Sd of a form that is filtered once more: as uneven as what goes in, smoothed, at the level of its harmonics."""
+    """Standard deviation of a form that is filtered again: smoothed, at the level of its harmonics."""
     coef = even_harmonics(sd)
     smooth = np.maximum(even_values(coef * np.pad(passed, (0, coef.size))[: coef.size], sd.size), 0.0)
     return np.asarray(smooth * (noise_sd / before if before > 0 else 1.0))
 
 
 def _spread(along: Floats, runout: Runout | None) -> Floats:
-    """Sd of what a runout adds, from its covariance; infinite where that is not known."""
+    """Standard deviation by the covariance of a runout; infinite where that is unknown."""
     if runout is None:
         return np.zeros(along.shape[1])
     if not np.all(np.isfinite(runout.covariance)):

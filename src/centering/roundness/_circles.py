@@ -1,4 +1,4 @@
-"""The four reference circles of a profile (ISO 12181-1): exact, each with what proves it."""
+"""The four reference circles of a profile (ISO 12181-1), exact and with a certificate."""
 
 import numpy as np
 import numpy.typing as npt
@@ -25,43 +25,42 @@ def reference_circle(
     noise_upr: npt.ArrayLike = (),
     filter: str = "",
 ) -> Roundness:
-    """Give a reference circle of a profile, and the roundness about it.
+    """Return a reference circle of a profile, with the roundness about it.
 
-    Each is exact: the centre is that of the points which fix the circle, found by exchange on true distances, not on a limacon.
-    That no other centre is better is proved, from the contacts alone or by a search, and told in the `certificate`. Points may
-    come in any order, at any distance from the origin, in several turns, with gaps. Of minimum zones those are compared whose
-    centre is no further from that of the result than half the inner radius; of inscribed circles those with their centre in the
-    hull of the points. Where many of these are all but as good, as between flats, the certificate says so and how much better
-    one could still be. Half a turn is 180 deg, less what form and noise put its centre off (at most 1 deg): where there is no
-    form, nothing is let pass.
+    The centre is exact for the points that fix the circle, found by exchange on true distances. Contacts
+    alone or a search prove that no other centre is better; the `certificate` says how. Points may come in any
+    order, at any distance from the origin, in several turns, with gaps. Minimum zones are compared up to half
+    the inner radius from the centre, inscribed circles with a centre in the hull of the points. Between flats
+    many centres are nearly as good; the certificate then gives the largest possible improvement. The points
+    may lack up to 1 deg of half a turn where form and noise shift their centre by as much.
 
     Parameters
     ----------
     points : array, (n, 2)
-        Points of the profile, mm, on half a turn at least. Where a round tip has felt it, those of the tip's centre,
-        (reading + tip_radius) (cos angle, sin angle): its distance from a circle is exact.
+        Points of the profile, mm, on at least half a turn. For a round tip the points of its centre, (reading
+        + tip_radius) (cos angle, sin angle): their distance from a circle is exact.
     kind : {"LSC", "MCC", "MIC", "MZC"}
         Least squares, minimum circumscribed, maximum inscribed or minimum zone circle.
     tip_radius : float
-        Radius of the tip, mm; it is taken off the radius. For an internal surface give it with a minus sign.
+        Radius of the tip, mm, subtracted from the radius; negative for an internal surface.
     noise_sd : float or array, (n,), optional
-        Standard deviation of one reading, or of each, mm; then `Roundness.value_sd` and `Roundness.value_bias` are given.
+        Standard deviation of one reading, or of each, mm, for `Roundness.value_sd` and
+        `Roundness.value_bias`.
     noise_upr : array, (m,), optional
-        Of points that have been through a filter: amplitudes of the undulations 0 to m - 1 of what noise it has left, to scale.
-        By default the noise of a point is its own.
+        Relative amplitudes of filtered noise at 0 to m - 1 upr. Default: independent noise of each point.
     filter : str
-        What the points have been through; passed on.
+        Filter of the points, passed on to the result.
 
     Returns
     -------
     Roundness
-        The circle (mm), the roundness about it (mm), contacts, and what is proved.
+        Circle (mm), roundness about it (mm), contacts and certificate.
 
     Raises
     ------
     ValueError
-        When `points` are fewer than 3 (MZC: 4), lie on a line or cover less than 180 deg; when points on one side leave an
-        inscribed circle free to move away; when the tip is larger than the circle.
+        When `points` are fewer than 3 (MZC: 4), lie on a line or cover less than 180 deg; when an inscribed
+        circle is free to leave on one side; when the tip is larger than the circle.
 
     Examples
     --------
@@ -93,7 +92,7 @@ def reference_circle(
 
 
 def _points(points: npt.ArrayLike, least: int) -> Floats:
-    """Refuse what is no profile."""
+    """Points of a profile, checked."""
     xy = checks.finite_array("points", points, "mm")
     if xy.ndim != 2 or xy.shape[1] != 2:
         raise ValueError(f"points must be of shape (n, 2) (mm); got {xy.shape}")
@@ -103,7 +102,7 @@ def _points(points: npt.ArrayLike, least: int) -> Floats:
 
 
 def _noise(noise_sd: npt.ArrayLike | None, size: int) -> Floats:
-    """Noise of all points or of each; of none where it is not known."""
+    """Noise of all points or of each, checked; empty if unknown."""
     if noise_sd is None:
         return np.empty(0)
     sd = np.atleast_1d(checks.finite_array("noise_sd", noise_sd, "mm"))

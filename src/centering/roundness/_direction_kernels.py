@@ -1,18 +1,17 @@
-"""Directions of points about a centre in bins, without sorting: gaps, and points spread over them to start exchanges from."""
+"""Directions of points about a centre in bins, without sorting: gaps, and first contacts of an exchange."""
 
 import numpy as np
 
 from centering.roundness._distance_kernels import _distance
 from sdpgrind.base.compiled import compiled
 
-_BINS = 512
-_FEW = 64
-"""Points up to which they are sorted instead."""
+_BINS = 512  # chosen: bins of a turn; gaps below 1.4 deg are not resolved
+_FEW = 64  # chosen: points up to which sorting is fast and bins are too few
 
 
 @compiled
 def _diamond(dx, dy):
-    """Place of a direction on the square abs(x) + abs(y) = 1, in [0, 4): rises with the angle, and costs no arc tangent."""
+    """Place of a direction on the square |x| + |y| = 1, in [0, 4), which rises with the angle."""
     total = abs(dx) + abs(dy)
     if total == 0.0:
         return 0.0
@@ -30,16 +29,16 @@ def _angle(place):
 
 @compiled
 def gaps(x, y, cx, cy):
-    """Largest gap between neighbouring directions, the next largest, rad, and the direction (rad) of the middle of the largest.
+    """Largest and second largest gap between neighbouring directions, rad, and middle of the largest, rad.
 
-    What is less than a bin is given as a bin: never too little.
+    A gap of less than a bin is returned as one bin, never too small.
     """
     low, high = np.full(_BINS, 9.0), np.full(_BINS, -1.0)
     for k in range(x.size):
         place = _diamond(x[k] - cx, y[k] - cy)
         b = min(int(place * (_BINS / 4)), _BINS - 1)
         low[b], high[b] = min(low[b], place), max(high[b], place)
-    least = 4 * np.pi / _BINS  # a place is worth 1 to 2 rad
+    least = 4 * np.pi / _BINS  # a unit of place is 1 to 2 rad
     first = -1.0
     last = 0.0
     largest, second, middle = least, least, 0.0
@@ -62,7 +61,7 @@ def gaps(x, y, cx, cy):
 
 @compiled
 def _four_about(x, y, cx, cy, basis):
-    """Put two far and two near points into `basis` (4,) that alternate about a centre: the extremes of four sectors."""
+    """Write two far and two near points that alternate about a centre, the extremes of four sectors."""
     sector = np.zeros(x.size, dtype=np.int8)
     if x.size <= _FEW or not _by_bins(x, y, cx, cy, sector):
         _by_order(x, y, cx, cy, sector)
@@ -77,7 +76,7 @@ def _four_about(x, y, cx, cy, basis):
 
 @compiled
 def _by_bins(x, y, cx, cy, sector):
-    """Give each point one of four sectors that hold as many bins with points each; whether there are four bins."""
+    """Assign points to four sectors of equally many filled bins; return whether at least four are filled."""
     rank = np.zeros(_BINS, dtype=np.int64)
     for k in range(x.size):
         rank[min(int(_diamond(x[k] - cx, y[k] - cy) * (_BINS / 4)), _BINS - 1)] = 1
@@ -92,7 +91,7 @@ def _by_bins(x, y, cx, cy, sector):
 
 @compiled
 def _ranked(values):
-    """Indices from the smallest value to the largest: Shell's sort, which compiles in a fraction of the time of numpy's."""
+    """Indices in ascending order of values: Shell's sort, which compiles in a fraction of numpy's time."""
     order = np.arange(values.size)
     step = values.size // 2
     while step > 0:
@@ -108,7 +107,7 @@ def _ranked(values):
 
 @compiled
 def _by_order(x, y, cx, cy, sector):
-    """Give each point one of four sectors that hold as many points each."""
+    """Assign each point to one of four sectors of equally many points."""
     place = np.empty(x.size)
     for k in range(x.size):
         place[k] = _diamond(x[k] - cx, y[k] - cy)

@@ -1,20 +1,17 @@
-"""What the exchanges share: the farthest and nearest point of a centre, crossings of bisectors, triangles about a centre."""
+"""Geometry of the exchanges: farthest and nearest point, crossing bisectors, contacts about a centre."""
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-_PARALLEL = 1e-14
-"""Sine of the angle between two chords below which their bisectors do not cross."""
-_NEAREST = 1e-300
-"""Distance, mm, to divide by where a point lies on a centre."""
-_EVEN = 1e-15
-"""Of an area between directions that is nothing but rounding."""
+_PARALLEL = 1e-14  # chosen: sine of the angle between two chords with parallel bisectors, rounding
+_NEAREST = 1e-300  # chosen: mm; least distance, avoids a division by 0
+_EVEN = 1e-15  # chosen: area between unit vectors that is rounding
 
 
 @compiled
 def extremes(x, y, cx, cy):
-    """Farthest and nearest point of a centre: index and distance (mm) of the one, then of the other."""
+    """Index and distance (mm) of the point farthest from a centre, then of the nearest."""
     far, near, most, least = 0, 0, -1.0, np.inf
     for k in range(x.size):
         square = (x[k] - cx) * (x[k] - cx) + (y[k] - cy) * (y[k] - cy)
@@ -27,13 +24,13 @@ def extremes(x, y, cx, cy):
 
 @compiled
 def _distance(x, y, cx, cy, k):
-    """Of a point from a centre, mm."""
+    """Distance of point k from a centre, mm."""
     return np.sqrt((x[k] - cx) * (x[k] - cx) + (y[k] - cy) * (y[k] - cy))
 
 
 @compiled
 def _towards(x, y, cx, cy, k):
-    """Unit vector from a centre to a point; none where that lies on it."""
+    """Unit vector from a centre to point k; 0 for a point on the centre."""
     dx, dy = x[k] - cx, y[k] - cy
     length = max(np.sqrt(dx * dx + dy * dy), _NEAREST)
     return dx / length, dy / length
@@ -41,22 +38,19 @@ def _towards(x, y, cx, cy, k):
 
 @compiled
 def _crossing(x, y, i, j, k, m):
-    """Centre (mm) as far from point i as from j, and from k as from m; infinite where the bisectors are parallel."""
+    """Centre (mm) as far from point i as from j, and from k as from m; infinite for parallel bisectors."""
     ax, ay, bx, by = x[j] - x[i], y[j] - y[i], x[m] - x[k], y[m] - y[k]
     det = ax * by - ay * bx
     if abs(det) <= _PARALLEL * (np.hypot(ax, ay) * np.hypot(bx, by)):
         return np.inf, np.inf
-    midx, midy = (
-        0.5 * (x[i] + x[j]),
-        0.5 * (y[i] + y[j]),
-    )  # about the middle of a chord, where no digits are lost
+    midx, midy = 0.5 * (x[i] + x[j]), 0.5 * (y[i] + y[j])  # about a chord's middle no digits are lost
     b = bx * (0.5 * (x[k] + x[m]) - midx) + by * (0.5 * (y[k] + y[m]) - midy)
     return midx - ay * b / det, midy + ax * b / det
 
 
 @compiled
 def _standing(x, y, cx, cy, i, j, k):
-    """How far a centre lies inside the triangle of the directions of three points: negative outside, 0 up to rounding."""
+    """Depth of a centre in the triangle of the directions of three points; < 0 outside, 0 up to rounding."""
     px, py = _towards(x, y, cx, cy, i)
     qx, qy = _towards(x, y, cx, cy, j)
     rx, ry = _towards(x, y, cx, cy, k)
@@ -67,7 +61,7 @@ def _standing(x, y, cx, cy, i, j, k):
 
 @compiled
 def _parting(x, y, cx, cy, p, q, i, j):
-    """How far points i and j part p from q in direction as a centre sees them: negative where they do not, 0 up to rounding."""
+    """Degree to which points i and j separate p from q in direction; < 0 if not, 0 up to rounding."""
     ux, uy = _towards(x, y, cx, cy, i)
     vx, vy = _towards(x, y, cx, cy, j)
     px, py = _towards(x, y, cx, cy, p)

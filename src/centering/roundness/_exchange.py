@@ -1,4 +1,4 @@
-"""From points to circles with their proofs: the exchange, what its contacts prove, and a search where that is not enough."""
+"""Reference circles with certificates: exchange, proof by contacts, search where these prove too little."""
 
 from typing import NamedTuple
 
@@ -19,23 +19,20 @@ from sdpgrind.base.checks import Bools, Floats
 Indices = npt.NDArray[np.int64]
 
 ROUNDING = 16 * float(np.finfo(float).eps)
-"""Of a distance, relative to the size of the profile."""
-SLACK = 1e-12
-"""By which no centre is better, relative to the radius, where a search has proved it."""
-COARSE = 1e-5
-"""The same of a second search, where ties make the first one too long."""
+"""Rounding of a distance, relative to the size of the profile; chosen: some operations of half a unit
+each."""
+SLACK = 1e-12  # chosen: improvement, relative to the radius, that a search excludes
+COARSE = 1e-5  # chosen: the same of a second search, where ties make the first one too long
 WORK, ZONE_WORK, COARSE_WORK = 100_000, 1_000_000, 600_000
-"""Points that a search looks at, at most: some 20 to 100 ms."""
+"""Largest number of points evaluated in a search; measured: some 20 to 100 ms."""
 LET_PASS = np.radians(1.0)
-"""By which, rad, half a turn of points may seem less, at most: form and noise put its centre off."""
-FORM = 6.0
-"""The same in widths of the profile about its centre over the radius: where there is no form, nothing is let pass."""
-_APART = 1e-3
-"""Of the radius, from which on optima as good as each other are told."""
+"""Arc, rad, that may be missing from half a turn, as form and noise shift the centre; chosen."""
+FORM = 6.0  # chosen: the same, in widths of the profile over its radius; without form nothing may be missing
+_APART = 1e-3  # chosen: distance of equally good optima, over the radius, that the certificate mentions
 
 
 class ExchangeFound(NamedTuple):
-    """A circle, about the mean of the points (mm), and what is proved of it."""
+    """Circle about the mean of the points (mm), bound (mm), certificate, contacts, flags of outer ones."""
 
     center: tuple[float, float]
     radius: float
@@ -51,7 +48,7 @@ def rounding(x: Floats, y: Floats) -> float:
 
 
 def start_centre(x: Floats, y: Floats) -> tuple[float, float]:
-    """Centre (mm) to begin from; refuse points on a line and those of less than half a turn about it."""
+    """First centre (mm); raises for points on a line or on less than half a turn about it."""
     cx, cy = algebraic_centre(x, y)
     if np.isinf(cx):
         raise ValueError("points must go around a circle; they lie on a line")
@@ -67,7 +64,7 @@ def start_centre(x: Floats, y: Floats) -> tuple[float, float]:
 
 
 def least_squares(x: Floats, y: Floats) -> ExchangeFound:
-    """LSC: the sum of squared deviations is least."""
+    """LSC: least sum of squared deviations."""
     cx, cy, radius, bends = least_squares_circle(x, y, *start_centre(x, y))
     across, up = x - cx, y - cy
     rms = float(np.sqrt(np.mean((np.sqrt(across * across + up * up) - radius) ** 2)))
@@ -78,7 +75,7 @@ def least_squares(x: Floats, y: Floats) -> ExchangeFound:
 
 
 def circumscribed(x: Floats, y: Floats) -> ExchangeFound:
-    """MCC: the smallest circle that holds all points."""
+    """MCC: smallest circle that contains all points."""
     start_centre(x, y)
     basis = np.zeros(3, dtype=np.int64)
     cx, cy, radius, bound, size = smallest_circle(x, y, rounding(x, y), basis)
@@ -88,7 +85,7 @@ def circumscribed(x: Floats, y: Floats) -> ExchangeFound:
 
 
 def inscribed(x: Floats, y: Floats) -> ExchangeFound:
-    """MIC: the largest circle with no point inside, its centre among the points."""
+    """MIC: largest circle without a point inside, its centre among the points."""
     tolerance, basis = rounding(x, y), np.zeros(4, dtype=np.int64)
     cx, cy, radius, held = empty_circle(x, y, *start_centre(x, y), tolerance, basis)
     outer = extremes(x, y, cx, cy)[1]
@@ -105,15 +102,15 @@ def inscribed(x: Floats, y: Floats) -> ExchangeFound:
         (cx, cy), radius, bound = best.center, -best.height, -best.below
         if not best.held or best.free < best.height - SLACK * outer:
             freed = max(radius, -best.free)
-            raise ValueError(
-                f"points must hold the inscribed circle from all sides; one of {freed:.6g} mm can leave by a gap"
-            )
-        told = f"all centres within {reach:.3g} mm were searched: {best.told}; beyond all among the points are worse"
+            hold = "points must hold the inscribed circle from all sides"
+            raise ValueError(f"{hold}; one of {freed:.6g} mm can leave by a gap")
+        searched = f"all centres within {reach:.3g} mm were searched"
+        told = f"{searched}: {best.told}; beyond all among the points are worse"
     return ExchangeFound((cx, cy), radius, bound, told, basis[:3], np.full(3, False))
 
 
 def minimum_zone(x: Floats, y: Floats) -> ExchangeFound:
-    """MZC: the two concentric circles, closest together, that hold all points between them."""
+    """MZC: two concentric circles, closest together, with all points between them."""
     tolerance, basis = rounding(x, y), np.zeros(4, dtype=np.int64)
     cx, cy, width, held = zone(x, y, *start_centre(x, y), tolerance, basis)
     inner = extremes(x, y, cx, cy)[3]
@@ -134,7 +131,7 @@ def minimum_zone(x: Floats, y: Floats) -> ExchangeFound:
 
 
 class _Best(NamedTuple):
-    """What a search has found: the best centre (mm), its height and what is proved of it, the least height not held, words."""
+    """Best centre (mm) of a search: height, lower bound, least height of a free circle, held, sentence."""
 
     center: tuple[float, float]
     height: float
@@ -147,7 +144,7 @@ class _Best(NamedTuple):
 def _search(
     x: Floats, y: Floats, zone: bool, start: Floats, reach: float, basis: Indices, hull: Floats
 ) -> _Best:
-    """Search all centres within reach, and once more coarsely where ties make that too long."""
+    """Search all centres within reach, and again coarsely where ties make that too long."""
     tolerance, size = rounding(x, y), start[4]
     found = search(
         x, y, zone, start, reach, tolerance, SLACK * size, ZONE_WORK if zone else WORK, basis, hull
@@ -163,5 +160,6 @@ def _search(
     below = max(below, 0.0 if zone else -size)
     told = f"none is better by more than {height - below:.2g} mm"
     if apart > _APART * size:
-        told = f"{told}; others up to {apart:.3g} mm apart are as good to {ALIKE * size:.1g} mm, so that nothing fixes the centre"
+        alike = f"others up to {apart:.3g} mm apart are as good to {ALIKE * size:.1g} mm"
+        told = f"{told}; {alike}, so that nothing fixes the centre"
     return _Best((cx, cy), height, below, free, bool(held), told)

@@ -1,4 +1,4 @@
-"""The form of a profile as harmonics about a centre that comes out of the same fit."""
+"""The form of a profile as harmonics about a centre from the same fit."""
 
 import dataclasses
 from math import ceil, inf, pi
@@ -14,19 +14,17 @@ from centering.roundness._sampling import even_turn, supported, widest_gap
 from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.parallel import one_blas_thread
 
-ENOUGH = 10
-"""Degrees of freedom: with fewer, what a fit leaves does not tell the noise."""
-
-_ROUNDS = 10
-_STILL = 1e-7  # of the radius: the angles that a fit has used are right to as much; the centre itself is to its square
-_FIRST = 8  # harmonics
-_FEWER = (2.0, 1.75, 1.5, 1.25, 1.0)  # of the cut-off: harmonics that are tried where samples are missing
-_BRIDGED = 10.0  # condition: what samples leave unexplained, noise or form, grows in a gap by as much
+ENOUGH = 10  # chosen: degrees of freedom; fewer give no reliable noise
+_ROUNDS = 10  # chosen: refits about a moved centre, at most
+_STILL = 1e-7  # chosen: move over radius that ends them; the error of the centre is its square
+_FIRST = 8  # chosen: harmonics of the first fit, which brings the centre near at low cost
+_FEWER = (2.0, 1.75, 1.5, 1.25, 1.0)  # chosen: harmonics over the cut-off, tried across a gap
+_BRIDGED = 10.0  # chosen: largest condition across a gap, in which noise and other form grow by as much
 
 
 @dataclasses.dataclass(frozen=True)
 class Form:
-    """Harmonics of samples about a centre: coefficients (mm) without the first two, sd of the amplitudes, what it comes from."""
+    """Harmonics about a centre: coefficients (mm) without the first two, sd of amplitudes (mm), origin."""
 
     coef: Complex
     sd: Floats
@@ -38,16 +36,14 @@ class Form:
     runout: Runout | None
 
     def deviation_sd(self, passed: Floats, size: int) -> Floats:
-        """Sd of the form at the points of an even turn, mm, where so much of each harmonic passes."""
+        """Standard deviation of the form on an even turn, mm, with the transmission of each harmonic."""
         return deviation_sd(self.fit, self.noise_sd, self.leaks, self.runout, passed, size)
 
 
 def form_of(samples: Samples, degree: int, asked: str = "upr_max", limit: float = TOO_BAD) -> Form:
-    """Harmonics 2..degree about the centre and radius that leave no harmonics 0 and 1; `asked` is what asks for so many."""
+    """Harmonics 2..degree about the circle without harmonics 0 and 1; `asked`: argument named in errors."""
     with one_blas_thread():
-        circle = _settled(samples, min(degree, _FIRST), samples.circle, 1)[
-            2
-        ]  # few harmonics bring the centre near at low cost
+        circle = _settled(samples, min(degree, _FIRST), samples.circle, 1)[2]
         fit, part_angle, circle = _settled(samples, degree, circle, _ROUNDS)
         _refuse_ill(asked, fit.condition, limit, degree, part_angle)
         noise = fit.noise_sd if fit.freedom >= ENOUGH else samples.noise_sd or inf
@@ -61,7 +57,7 @@ def form_of(samples: Samples, degree: int, asked: str = "upr_max", limit: float 
 def _settled(
     samples: Samples, degree: int, circle: Floats, rounds: int
 ) -> tuple[HarmonicFit, Floats, Floats]:
-    """The fit about a circle that stays, with the part angles that it has used."""
+    """Fit about a settled circle, the part angles used, and the circle."""
     for _ in range(rounds):
         part_angle, deviation = samples.about(circle, samples.tip_radius)
         fit = fit_harmonics(part_angle, deviation, degree)
@@ -78,13 +74,13 @@ def _refuse_ill(asked: str, condition: float, limit: float, degree: int, part_an
     if condition > limit:
         gap = widest_gap(part_angle)
         raise ValueError(
-            f"{asked} must leave the samples a condition <= {limit:g}; got {condition:.3g} for {degree} upr with a gap of"
-            f" {np.degrees(gap):.3g} degrees: {supported(gap)} upr are sure"
+            f"{asked} must leave the samples a condition <= {limit:g}; got {condition:.3g} for {degree} upr"
+            f" with a gap of {np.degrees(gap):.3g} degrees: {supported(gap)} upr are sure"
         )
 
 
 def broad_form(samples: Samples, cut_off: float, most: int) -> Form:
-    """The form up to five cut-offs or `most`; where samples are missing, as few harmonics as the cut-off needs at least."""
+    """Form up to five cut-offs or `most`; across a gap up to as few harmonics as the cut-off requires."""
     sure = min(supported(widest_gap(samples.part_angle)), most)
     if sure >= min(2 * cut_off, most):
         return form_of(samples, max(min(PASSED * ceil(cut_off), sure), 1), "upr")
@@ -93,7 +89,7 @@ def broad_form(samples: Samples, cut_off: float, most: int) -> Form:
 
 
 def _allowed(part_angle: Floats, degrees: list[int]) -> int:
-    """The first of falling degrees whose harmonics do not grow in a gap, or the last."""
+    """First of falling degrees whose harmonics do not grow in a gap, or the last."""
     for degree in degrees[:-1]:
         if fit_harmonics(part_angle, np.zeros_like(part_angle), degree).condition <= _BRIDGED:
             return degree
@@ -101,19 +97,19 @@ def _allowed(part_angle: Floats, degrees: list[int]) -> int:
 
 
 def largest_between(coef: Complex, circle: Floats, tip_radius: float, about: Floats) -> float:
-    """Largest distance of a form from an axis, less the tip's radius, between samples too, mm."""
+    """Largest distance of a form from an axis minus the tip's radius, between samples too, mm."""
     return extreme_between(coef, circle, tip_radius, about, 1)[1]
 
 
 def extreme_between(
     coef: Complex, circle: Floats, tip_radius: float, about: Floats, side: int
 ) -> tuple[float, float]:
-    """Part angle (rad) and distance (mm) of the point of a form that is farthest from an axis; nearest to it for side -1."""
+    """Part angle (rad) and distance (mm) of the point of a form farthest from an axis; side -1: nearest."""
     size = 16 * max(coef.size, 8)
     part_angle = even_turn(size)
     best = float(part_angle[_highest(side * _distance(coef, circle, tip_radius, about, part_angle))])
     step = 2 * pi / size
-    for _ in range(4):  # each finds the best of 33 points between the neighbours of the last
+    for _ in range(4):  # each round refines the step 16 times
         near = np.asarray(best + step * np.linspace(-1, 1, 33), dtype=float)
         best, step = (
             float(near[np.argmax(side * _distance(coef, circle, tip_radius, about, near))]),
@@ -123,7 +119,7 @@ def extreme_between(
 
 
 def _highest(values: Floats) -> int:
-    """Where on an even turn the highest peak is: of parabolas, as a lower one may have a point nearer to its top."""
+    """Index of the highest peak on an even turn, by parabolas: the true top may lie between points."""
     left, right = np.roll(values, 1), np.roll(values, -1)
     bend = 2 * values - left - right
     top = values + np.where(bend > 0, (right - left) ** 2 / (8 * np.where(bend > 0, bend, 1.0)), 0.0)
@@ -131,6 +127,7 @@ def _highest(values: Floats) -> int:
 
 
 def _distance(coef: Complex, circle: Floats, tip_radius: float, about: Floats, part_angle: Floats) -> Floats:
+    """Distance of the tip's centre from an axis, mm, on a form at these part angles."""
     far = circle[0] + tip_radius + values_at(coef, part_angle)
     x, y = circle[1:] - about
     return np.asarray(np.hypot(x + far * np.cos(part_angle), y + far * np.sin(part_angle)))

@@ -1,8 +1,8 @@
-"""Harmonics of values at any angles by least squares: Toeplitz normal equations, conjugate gradients, no interpolation.
+"""Harmonics of values at any angles by least squares: Toeplitz normal equations, conjugate gradients.
 
-With the basis exp(i k angle), k = -n..n, the normal matrix T[j, k] = sum exp(i (k - j) angle) depends on k - j alone, so that a
-product with it is a product of two functions of the angle: two real FFTs. On an even grid T is a multiple of one and a single
-step is exact.
+With the basis exp(i k angle), k = -n..n, the normal matrix T[j, k] = sum exp(i (k - j) angle) depends on k -
+j alone: a product with it is a product of two functions of the angle, by two real FFTs. On an even grid T is
+a multiple of the identity and a single step is exact.
 """
 
 import dataclasses
@@ -16,11 +16,11 @@ from scipy.linalg import eigvalsh_tridiagonal
 
 from sdpgrind.base.checks import Complex, Floats
 
-_STEPS = 2000  # of conjugate gradients: many more than any condition that is accepted needs
-_RESIDUAL = 1e-14
-_PIECE = 512  # samples
-_BLOCK = 1 << 18  # numbers: what is turned at once
-_FLAT = 1e-11  # of the number of samples: an eigenvalue of T that is nothing but rounding
+_STEPS = 2000  # chosen: conjugate-gradient steps, many more than any accepted condition needs
+_RESIDUAL = 1e-14  # chosen: relative residual that ends them, above rounding
+_PIECE = 512  # chosen: samples of a piece that fits the cache
+_BLOCK = 1 << 18  # chosen: numbers transformed at once, a limit on memory
+_FLAT = 1e-11  # chosen: eigenvalue of T over the number of samples that is rounding
 
 
 def sums(angle: Floats, values: Floats, degree: int) -> tuple[Complex, Complex]:
@@ -35,7 +35,7 @@ def sums(angle: Floats, values: Floats, degree: int) -> tuple[Complex, Complex]:
 
 
 def values_at(coef: Complex, angle: Floats) -> Floats:
-    """Real values of sum coef[k] exp(i k angle) over k = -n..n, of which k >= 0 are given."""
+    """Real values of sum coef[k] exp(i k angle) over k = -n..n, given for k >= 0."""
     fine = isqrt(coef.size) + 1
     padded = np.zeros(((coef.size - 1) // fine + 1, fine), dtype=complex)
     padded.flat[: coef.size] = np.concatenate([coef[:1], 2 * coef[1:]]).conj()
@@ -46,7 +46,7 @@ def values_at(coef: Complex, angle: Floats) -> Floats:
 
 
 def _pieces(angle: Floats, fine: int, coarse: int) -> Iterator[tuple[slice, Complex, Complex]]:
-    """exp(-i k angle) as products of fine powers k = 0..fine-1 and coarse ones, for so many samples as the cache holds."""
+    """Fine powers 0..fine-1 and coarse powers of exp(-i k angle), in pieces that fit the cache."""
     for first in range(0, angle.size, _PIECE):
         piece = slice(first, first + _PIECE)
         turned = angle[piece]
@@ -54,7 +54,7 @@ def _pieces(angle: Floats, fine: int, coarse: int) -> Iterator[tuple[slice, Comp
 
 
 def powers(base: Complex, count: int) -> Complex:
-    """Powers 0..count-1 of numbers on the unit circle, (count, n); few enough to multiply up without loss."""
+    """Powers 0..count-1 of numbers on the unit circle, (count, n), by repeated products."""
     powers = np.empty((count, base.size), dtype=complex)
     powers[0] = 1.0
     for k in range(1, count):
@@ -64,7 +64,7 @@ def powers(base: Complex, count: int) -> Complex:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class HarmonicFit:
-    """Coefficients 0..n of exp(i k angle), condition of the basis, what is left; sums that make T, and its inverse on cos n."""
+    """Coefficients 0..n of exp(i k angle), condition, residuals, the sums that make T, T^-1 on cos n."""
 
     coef: Complex
     condition: float
@@ -74,17 +74,17 @@ class HarmonicFit:
 
     @property
     def freedom(self) -> int:
-        """Values less coefficients."""
+        """Number of values minus coefficients."""
         return int(self.residual.size - 2 * self.coef.size + 1)
 
     @property
     def noise_sd(self) -> float:
-        """Sd of one value, from what is left; infinite where nothing can be left."""
+        """Standard deviation of one value, from the residuals; infinite without degrees of freedom."""
         return float(np.linalg.norm(self.residual) / sqrt(self.freedom)) if self.freedom > 0 else inf
 
     @cached_property
     def amplitude_spread(self) -> Floats:
-        """Sd of amplitude k, and of the mean (k = 0), for values of sd 1: in the direction of its phase."""
+        """Standard deviation of the mean (k = 0) and of amplitude k along its phase, for unit noise."""
         variance, pseudo = _inverse(self.density, self.cosine)
         towards = np.exp(-2j * np.angle(self.coef))
         spread = 2 * (variance + (pseudo * towards).real)
@@ -93,17 +93,15 @@ class HarmonicFit:
 
 
 def fit_harmonics(angle: Floats, values: Floats, degree: int) -> HarmonicFit:
-    """Least squares of harmonics 0..degree; the condition is infinite where the angles cannot tell them apart."""
+    """Least squares of harmonics 0..degree; infinite condition where the angles do not separate them."""
     density, target = sums(angle, values, degree)
     coef, condition = _solved(density, target)
-    cosine, worst = _solved(
-        density, _edge(degree)
-    )  # the highest harmonic is told worst: data without it would not show that
+    cosine, worst = _solved(density, _edge(degree))  # the highest harmonic has the worst condition
     return HarmonicFit(coef, max(condition, worst), values - values_at(coef, angle), density, cosine)
 
 
 def _edge(degree: int) -> Complex:
-    """The highest harmonic alone: of a cosine; times i, of a sine."""
+    """Highest harmonic alone, a cosine; times i, a sine."""
     edge = np.zeros(degree + 1, dtype=complex)
     edge[-1] = 1.0
     return edge
@@ -115,12 +113,12 @@ def even_harmonics(values: Floats) -> Complex:
 
 
 def even_values(coef: Complex, size: int) -> Floats:
-    """Values on an even grid of `size` points: `values_at`, by FFT; needs size > 2 (coef.size - 1)."""
+    """Values on an even grid of `size` points: `values_at` by FFT; needs size > 2 (coef.size - 1)."""
     return np.asarray(np.fft.irfft(coef * size, size))
 
 
 def _solved(density: Complex, target: Complex) -> tuple[Complex, float]:
-    """Solve T c = target by conjugate gradients; with it the square root of T's condition, from the same steps."""
+    """Solve T c = target by conjugate gradients; return c and the root of T's condition from the steps."""
     field = _field(density)
     coef, left = np.zeros_like(target), target.copy()
     towards, square = left, _inner(left, left)
@@ -140,23 +138,23 @@ def _solved(density: Complex, target: Complex) -> tuple[Complex, float]:
 
 
 def _field(density: Complex) -> Floats:
-    """The sums as a function of the angle, on a grid fine enough for its product with any harmonics of the fit."""
+    """The sums as a function of the angle, on a grid fine enough for products with harmonics of the fit."""
     size = next_fast_len(2 * density.size, real=True)
     return even_values(density, size)
 
 
 def _product(field: Floats, coef: Complex) -> Complex:
-    """T times coefficients: the product of two functions of the angle."""
+    """T times coefficients, as a product of two functions of the angle."""
     return np.asarray(even_harmonics(field * even_values(coef, field.size))[: coef.size])
 
 
 def _inner(one: Complex, other: Complex) -> float:
-    """Inner product over k = -n..n, of which k >= 0 are given."""
+    """Inner product over k = -n..n, given for k >= 0."""
     return float(2 * np.vdot(one, other).real - (one[0].conjugate() * other[0]).real)
 
 
 def _condition(steps: list[tuple[float, float]]) -> float:
-    """Square root of the condition of T from lengths and ratios of the steps: Lanczos' matrix has its outermost eigenvalues."""
+    """Root of T's condition from the steps, by the outer eigenvalues of their Lanczos matrix."""
     if not steps:
         return 1.0
     length, ratio = np.array(steps).T
@@ -167,7 +165,7 @@ def _condition(steps: list[tuple[float, float]]) -> float:
 
 
 def _inverse(density: Complex, cosine: Complex) -> tuple[Floats, Complex]:
-    """Elements (k, k) and (k, -k) of the inverse of T, k = 0..n."""
+    """Elements (k, k) and (k, -k) of T^-1, k = 0..n."""
     n = density.size // 2
     first, mirrored = _generators(density, cosine)
     diagonal = np.cumsum(np.abs(first) ** 2 - np.abs(mirrored) ** 2)[n:]
@@ -176,10 +174,10 @@ def _inverse(density: Complex, cosine: Complex) -> tuple[Floats, Complex]:
 
 
 def _generators(density: Complex, cosine: Complex) -> tuple[Complex, Complex]:
-    """First columns of triangular Toeplitz L and M: the inverse of T is L L' - M M' (Gohberg and Semencul).
+    """First columns of triangular Toeplitz matrices L and M with T^-1 = L L' - M M' (Gohberg and Semencul).
 
-    They are the inverse's own first column for k = -n..n, which is put together of what it makes of a cosine (given) and of a
-    sine, over the root of its first element, and that column backwards.
+    They are the first column of T^-1 (k = -n..n, from T^-1 on a cosine, given, and on a sine) over the root
+    of its first element, and that column reversed.
     """
     n = density.size // 2
     sine = 1j * _solved(density, 1j * _edge(n))[0]
@@ -191,7 +189,7 @@ def _generators(density: Complex, cosine: Complex) -> tuple[Complex, Complex]:
 
 
 def value_spread(fit: HarmonicFit, passed: Floats, angle: Floats) -> Floats:
-    """Sd at any angles of the sum of the fit's harmonics, of each of which so much passes, for values of sd 1."""
+    """Standard deviation of the transmitted sum of the fit's harmonics at any angles, for unit noise."""
     first, mirrored = _generators(fit.density, fit.cosine)
     share = np.concatenate([passed[:0:-1], passed])
     size = next_fast_len(2 * share.size)
@@ -207,4 +205,5 @@ def value_spread(fit: HarmonicFit, passed: Floats, angle: Floats) -> Floats:
 
 
 def _lagged(column: Complex, n: int, k: int) -> complex:
+    """Product of a column with itself, shifted by 2 k."""
     return complex(np.vdot(column[: n - k + 1], column[2 * k : n + k + 1]))

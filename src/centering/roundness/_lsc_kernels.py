@@ -1,16 +1,15 @@
-"""Least squares circle on distances, by Newton."""
+"""Least squares circle on true distances, by Newton's method."""
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-_STEPS = 50
-"""At most; four do for a form error of a hundredth of the radius."""
+_STEPS = 50  # chosen: steps at most; four suffice for a form error of a hundredth of the radius
 
 
 @compiled
 def algebraic_centre(x, y):
-    """Centre (mm) of the circle that fits the squares of the distances; infinite where points lie on a line."""
+    """Centre (mm) of the circle fitted to squared distances; infinite for points on a line."""
     mx, my = np.mean(x), np.mean(y)
     uu = uv = vv = pu = pv = 0.0
     for k in range(x.size):
@@ -25,7 +24,7 @@ def algebraic_centre(x, y):
 
 @compiled
 def least_squares_circle(x, y, cx, cy):
-    """Centre, mean distance (mm) and whether the sum of squared deviations bends upwards there, from a start nearby."""
+    """Centre and mean distance (mm) from a start nearby, and whether the sum of squares is convex there."""
     for _ in range(_STEPS):
         step_x, step_y, radius, _ = _newton_step(x, y, cx, cy)
         cx, cy = cx + step_x, cy + step_y
@@ -37,7 +36,7 @@ def least_squares_circle(x, y, cx, cy):
 
 @compiled
 def _newton_step(x, y, cx, cy):
-    """Step of the centre, mean distance, and whether the Hessian is definite; where not, the step is that of Gauss and Newton."""
+    """Newton step of the centre, mean distance, convexity; the Gauss-Newton step where not convex."""
     n = x.size
     radius = su = sv = uu = uv = vv = 0.0
     pu = pv = wuu = wuv = wvv = 0.0

@@ -1,19 +1,18 @@
-"""Smallest circle about all points, by exchange: the circle of two or three points grows until none lies outside."""
+"""Smallest circle about all points, by exchange: a circle of two or three points grows to hold all."""
 
 import numpy as np
 
 from centering.roundness._distance_kernels import _crossing, _distance, extremes
 from sdpgrind.base.compiled import compiled
 
-_STEPS = 300
-"""Exchanges, at most; about ten do for thousands of points, and no circle comes twice, as each is larger than the last."""
+_STEPS = 300  # chosen: exchanges at most; about ten suffice for thousands of points, and each circle grows
 
 
 @compiled
 def smallest_circle(x, y, tolerance, basis):
-    """Centre, radius that holds all points and that of the contacts alone (mm), and how many these are; they go into `basis`.
+    """Centre, radius about all points and radius of the contacts (mm), number of contacts; writes `basis`.
 
-    Two contacts are ends of a diameter. A point counts as outside when it is by more than `tolerance` (mm).
+    Two contacts are ends of a diameter. A point counts as outside by more than `tolerance` (mm).
     """
     basis[0] = extremes(x, y, x[0], y[0])[0]
     basis[1] = extremes(x, y, x[basis[0]], y[basis[0]])[0]
@@ -37,15 +36,13 @@ def _two(x, y, i, j):
 
 @compiled
 def _grow(x, y, new, size, basis, tolerance):
-    """Smallest circle about the basis and a point outside its circle; the basis is changed to the new contacts."""
+    """Smallest circle about the basis and a point outside its circle; writes the new contacts."""
     best, bx, by, first, second = np.inf, 0.0, 0.0, 0, -1
     for a in range(size):
         cx, cy, radius = _two(x, y, new, basis[a])
         if radius < best and _cover(x, y, cx, cy, basis, size) <= radius + tolerance:
             best, bx, by, first = radius, cx, cy, a
-    if (
-        best == np.inf
-    ):  # three contacts only where no diameter does: else its centre would be at the mercy of rounding
+    if best == np.inf:  # three contacts only if no diameter fits: else rounding would decide the centre
         for a in range(size):
             for b in range(a + 1, size):
                 cx, cy = _crossing(x, y, new, basis[a], new, basis[b])

@@ -1,17 +1,17 @@
-"""Largest circle with no point inside, by exchange: a circle held by three points shrinks until it is empty."""
+"""Largest circle with no point inside, by exchange: a circle held by three points shrinks to be empty."""
 
 import numpy as np
 
 from centering.roundness._distance_kernels import _crossing, _distance, _standing, _towards, extremes
 from sdpgrind.base.compiled import compiled
 
-_STEPS = 300
+_STEPS = 300  # chosen: exchanges at most
 _HALF_ROOT_3 = 0.5 * np.sqrt(3.0)
 
 
 @compiled
 def empty_circle(x, y, cx, cy, tolerance, basis):
-    """Exchange from a centre on: the centre found, its radius (mm), whether three contacts hold it; they go into `basis`."""
+    """Exchange from a centre; return centre, radius (mm), whether three contacts hold it; writes `basis`."""
     if not _three_about(x, y, cx, cy, basis):
         return cx, cy, 0.0, False
     ox, oy = cx, cy
@@ -35,9 +35,9 @@ def empty_circle(x, y, cx, cy, tolerance, basis):
 
 @compiled
 def _three_about(x, y, cx, cy, basis):
-    """Put three points into `basis` whose triangle holds a centre; whether there are such.
+    """Write three points whose triangle contains a centre; return whether they exist.
 
-    The nearest one, one a third of a turn on or, where that does not do, the one most across, and one against both.
+    The nearest point, one a third of a turn on or opposite, and one against both.
     """
     basis[0] = extremes(x, y, cx, cy)[2]
     dx, dy = x[basis[0]] - cx, y[basis[0]] - cy
@@ -48,12 +48,12 @@ def _three_about(x, y, cx, cy, basis):
 
 @compiled
 def _against(x, y, cx, cy, ex, ey, basis):
-    """Take the point most along a direction as the second and one against both as the third; whether they hold the centre."""
+    """Write the second point, most along a direction, and a third against both; return whether they hold."""
     basis[1] = _most_along(x, y, cx, cy, ex, ey)
     ax, ay = _towards(x, y, cx, cy, basis[0])
     bx, by = _towards(x, y, cx, cy, basis[1])
     sx, sy = ax + bx, ay + by
-    if np.hypot(sx, sy) < 1e-9:  # opposite each other: any third does
+    if np.hypot(sx, sy) < 1e-9:  # opposite points: any third holds
         sx, sy = ay, -ax
     basis[2] = _most_along(x, y, cx, cy, -sx, -sy)
     return _standing(x, y, cx, cy, basis[0], basis[1], basis[2]) >= 0.0
@@ -61,7 +61,7 @@ def _against(x, y, cx, cy, ex, ey, basis):
 
 @compiled
 def _most_along(x, y, cx, cy, ex, ey):
-    """Point that lies most in a direction of a centre."""
+    """Point that lies farthest along a direction from a centre."""
     best, most = 0, -np.inf
     for k in range(x.size):
         dx, dy = _towards(x, y, cx, cy, k)
@@ -73,7 +73,7 @@ def _most_along(x, y, cx, cy, ex, ey):
 
 @compiled
 def _shrink(x, y, old_x, old_y, new, basis):
-    """Take a point inside the circle in for one that then lies outside, so that three stand about the old centre; the new one."""
+    """Exchange a contact for a point inside the circle, with three about the old centre; return the new."""
     best, least, bx, by, out = -np.inf, -np.inf, np.inf, np.inf, 0
     for k in range(3):
         i, j, drop = basis[(k + 1) % 3], basis[(k + 2) % 3], basis[k]

@@ -1,4 +1,4 @@
-"""Two concentric circles, closest together, that hold all points between them: exchange of two outer and two inner contacts."""
+"""Minimum zone of two concentric circles, by exchange of two outer and two inner contacts."""
 
 import numpy as np
 
@@ -6,15 +6,15 @@ from centering.roundness._direction_kernels import _four_about
 from centering.roundness._distance_kernels import _crossing, _distance, _parting, extremes
 from sdpgrind.base.compiled import compiled
 
-_STEPS = 300
+_STEPS = 300  # chosen: exchanges at most
 
 
 @compiled
 def zone(x, y, cx, cy, tolerance, basis):
-    """Exchange from a centre on: the best centre found, its width (mm), and whether its four contacts are an optimum.
+    """Exchange from a centre; return the best centre, its width (mm), and whether its contacts are optimal.
 
-    Every centre is the exact one of its four contacts, where two bisectors cross: nothing is linearised. `basis` (4,) is given
-    two outer contacts and two inner ones.
+    Every centre is exact for its four contacts, where two bisectors cross. Writes two outer and two inner
+    contacts to `basis` (4,).
     """
     _four_about(x, y, cx, cy, basis)
     _, most, _, least = extremes(x, y, cx, cy)
@@ -39,7 +39,7 @@ def zone(x, y, cx, cy, tolerance, basis):
 
 @compiled
 def _enter(x, y, old_x, old_y, new, basis, side):
-    """Take a point in for a contact on its side, so that contacts alternate and the one left out lies within; the new centre."""
+    """Exchange a contact on one side for a new point so that contacts alternate; return the new centre."""
     sign = 1.0 if side == 0 else -1.0
     i, j = basis[2 - side], basis[3 - side]
     best, least, bx, by, out = -np.inf, -np.inf, np.inf, np.inf, 0

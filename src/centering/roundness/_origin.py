@@ -1,4 +1,4 @@
-"""How a profile came about, so that every step can build on the last and a file can tell."""
+"""The origin of a profile: the steps that made it and their results, kept in files."""
 
 import dataclasses
 
@@ -15,7 +15,7 @@ from sdpgrind.base.stored import stored
 @stored("centering.profile_origin")
 @dataclasses.dataclass(frozen=True)
 class Origin:
-    """What steps have found: sentences, runout, filter, sd of the harmonics from 0 on (mm), noise (mm), Nyquist's limit (upr)."""
+    """Steps (sentences), runout, filter, sd of harmonics from 0 on (mm), noise (mm), Nyquist limit (upr)."""
 
     steps: tuple[str, ...] = ()
     runout: Runout | None = None
@@ -27,12 +27,12 @@ class Origin:
 
 MEASURED = Origin()
 
-_UNEVEN = 2.0  # times the usual sd: a gap that is told
+_UNEVEN = 2.0  # chosen: sd in a gap over the median sd from which a step mentions the gap
 
 
 @dataclasses.dataclass(frozen=True)
 class Made:
-    """What a step makes: samples of the same ring, how, what is left of each that went in; a bore? sd of each deviation."""
+    """Result of a step: samples of the same ring, origin, residuals, flag of a bore, sd of samples (mm)."""
 
     angle: Floats
     reading: Floats
@@ -45,36 +45,39 @@ class Made:
 
 
 def told_runout(runout: Runout) -> str:
-    """The sentence on a runout."""
+    """Sentence on a runout."""
+    amplitude = f"{1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} µm"
+    size = f"roller runout of {amplitude} at {runout.ratio:.6g} upr"
     if not runout.seen:
         return (
-            f"roller runout of {1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} µm at {runout.ratio:.6g} upr is not"
-            f" told from noise: the readings are left as they are (condition {runout.condition:.3g})"
+            f"{size} is not told from noise: the readings are left as they are"
+            f" (condition {runout.condition:.3g})"
         )
     slipped = f"; the roller slipped by {runout.slip:.2g} mm" if runout.slipped else ""
     return (
-        f"roller runout of {1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} µm at {runout.ratio:.6g} upr removed,"
-        f" fitted with {runout.upr_max} harmonics over {runout.turns:.3g} turns, condition {runout.condition:.3g}{slipped}"
+        f"{size} removed, fitted with {runout.upr_max} harmonics over {runout.turns:.3g} turns,"
+        f" condition {runout.condition:.3g}{slipped}"
     )
 
 
 def told_form(form: Form) -> str:
-    """How the harmonics of a filter came about."""
+    """Sentence on the harmonics of a filter."""
     fit = form.fit
-    return f"{form.coef.size - 1} harmonics by least squares of {fit.residual.size} samples, condition {fit.condition:.3g}"
+    samples = f"{fit.residual.size} samples, condition {fit.condition:.3g}"
+    return f"{form.coef.size - 1} harmonics by least squares of {samples}"
 
 
 def told_gap(sd: Floats, part_angle: Floats) -> str:
-    """What a filter makes of a gap, where it is less sure there than elsewhere; else nothing."""
+    """Sentence on a gap where the filtered form is less certain than elsewhere; else ""."""
     usual, worst = float(np.median(sd)), float(sd.max())
     if not worst > _UNEVEN * usual:
         return ""
     return (
-        f"a gap of {np.degrees(widest_gap(part_angle)):.3g} degrees is bridged, not measured: the form there is known to"
-        f" ± {1e3 * worst:.2g} µm (sd), elsewhere to ± {1e3 * usual:.2g} µm"
+        f"a gap of {np.degrees(widest_gap(part_angle)):.3g} degrees is bridged, not measured:"
+        f" the form there is known to ± {1e3 * worst:.2g} µm (sd), elsewhere to ± {1e3 * usual:.2g} µm"
     )
 
 
 def scattered(sd: Floats) -> float:
-    """Sd of one deviation from those of its harmonics, mm."""
+    """Standard deviation of one deviation from those of its harmonics, mm."""
     return float(np.sqrt(np.sum(sd**2)))

@@ -1,6 +1,7 @@
-"""From the spindle to the part: where the tip's centre is about the part's centre, exactly, at any offset; and back.
+"""Exact transformation of the tip's centre from the spindle frame to the part frame and back.
 
-A tip radius is less than 0 where a bore is read from within: the tip's centre then lies nearer to the axis than the surface.
+The tip radius is negative for a bore read from within: the tip's centre is then nearer to the axis than the
+surface.
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ from sdpgrind.base.checks import Floats
 
 
 def circle_of(angle: Floats, reading: Floats, tip_radius: float) -> CircleEstimate:
-    """The part's circle: in a bore the tip's centre runs on one that is smaller by the tip's radius."""
+    """The part's circle; in a bore the path of the tip's centre is smaller by the tip's radius."""
     if tip_radius >= 0:
         return fit_circle(angle, reading, tip_radius=tip_radius)
     if reading.min() <= -tip_radius:
@@ -37,12 +38,12 @@ def into_part(angle: Floats, reading: Floats, tip_radius: float, center: Floats)
 def from_part(
     part_angle: Floats, distance: Floats, tip_radius: float, center: Floats
 ) -> tuple[Floats, Floats]:
-    """Angle of the spindle (rad, turns kept) and reading (mm) at which the tip's centre lies there; undoes `into_part`."""
+    """Spindle angle (rad, turns kept) and reading (mm) of a tip's centre; inverse of `into_part`."""
     x = center[0] + distance * np.cos(part_angle)
     y = center[1] + distance * np.sin(part_angle)
     return _near(np.arctan2(y, x), part_angle), np.hypot(x, y) - tip_radius
 
 
 def _near(direction: Floats, angle: Floats) -> Floats:
-    """The direction, by whole turns as near to the angle as can be: the two differ by less than a quarter turn."""
+    """The direction plus the whole turns that bring it nearest to the angle."""
     return np.asarray(angle + np.remainder(direction - angle + np.pi, 2 * np.pi) - np.pi)

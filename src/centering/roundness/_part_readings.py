@@ -1,4 +1,4 @@
-"""Readings of a ring over the spindle angle, and what they say in the part's frame: where the surface is, how far it reaches."""
+"""Readings of a ring over the spindle angle, and their surface in the part frame."""
 
 import dataclasses
 from functools import cached_property
@@ -20,7 +20,7 @@ from sdpgrind.base.checks import Floats
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class PartReadings(ByValue):
-    """What a profile is before anything is done to it; `Profile` says what its fields are (mm, rad)."""
+    """A profile before any step; `Profile` describes the fields (mm, rad)."""
 
     angle: Floats
     reading: Floats
@@ -40,22 +40,23 @@ class PartReadings(ByValue):
 
     @property
     def _tip(self) -> float:
-        """How much farther than the surface the tip's centre lies from the axis, mm: less than 0 in a bore."""
+        """Distance of the tip's centre beyond the surface, mm; negative in a bore."""
         return copysign(self.tip_radius, -1.0 if self.internal else 1.0)
 
     @cached_property
     def _part_frame(self) -> tuple[Floats, Floats]:
+        """Part angle (rad) and distance of the surface from the part's centre (mm)."""
         part_angle, distance = into_part(self.angle, self.reading, self._tip, self.circle.value[1:])
         return lasting(part_angle), lasting(distance - self._tip)
 
     @property
     def part_angle(self) -> Floats:
-        """Angle of the tip's centre about the part's centre, going on over the turns, (n,), rad."""
+        """Angle of the tip's centre about the part's centre, continuous over the turns, (n,), rad."""
         return self._part_frame[0]
 
     @property
     def radii(self) -> Floats:
-        """Distance of the surface from the part's centre, (n,), mm: that of the tip's centre less (in a bore plus) its radius."""
+        """Distance of the surface from the part's centre, (n,), mm: that of the tip -/+ its radius."""
         return self._part_frame[1]
 
     @cached_property
@@ -65,12 +66,12 @@ class PartReadings(ByValue):
 
     @cached_property
     def points(self) -> Floats:
-        """Centres of the tip about the spindle's axis, (n, 2), mm."""
+        """Centres of the tip about the spindle axis, (n, 2), mm."""
         return lasting(tip_centers(self.angle, self.reading, self._tip))
 
     @cached_property
     def turns(self) -> float:
-        """Turns that the angles cover, unit 1; the last step is counted."""
+        """Turns covered by the angles, including the last step, unit 1."""
         return turns_of(self.part_angle if self._origin.filter else self.angle)
 
     @property
@@ -80,26 +81,26 @@ class PartReadings(ByValue):
 
     @property
     def nyquist(self) -> float:
-        """Half of the points of one turn as measured, upr (unit 1): faster waves look like others."""
+        """Half of the measured points of one turn, upr (unit 1): faster waves alias."""
         return self._origin.nyquist or self.points_per_turn / 2
 
     def largest_radius(self, about: tuple[float, float] = (0.0, 0.0), *, upr: float | None = None) -> float:
-        """Give the largest radius of the part about an axis, mm: of the spindle, or another's.
+        """Return the largest radius of the part about an axis, mm.
 
-        Of a filtered profile the largest between samples too, as its harmonics say what is there. Of readings as measured the
-        largest sample: nothing bounds what lies between, unless `upr` says how fast the form can change.
+        For a filtered profile the largest between samples too, from its harmonics; else the largest sample,
+        plus the possible rise between samples if `upr` is given.
 
         Parameters
         ----------
         about : (float, float)
-            The axis from that of the spindle, mm.
+            Position of the axis relative to the spindle axis, mm.
         upr : float, optional
-            Highest undulation that the form holds, upr; then what it may rise to between samples is added.
+            Highest undulation of the form, upr. None: no rise between samples.
 
         Raises
         ------
         ValueError
-            When samples lie too far apart to bound what is between them.
+            When the samples are too far apart to bound the form between them.
         """
         axis = checks.finite_array("about", about, "mm")
         if axis.shape != (2,):
@@ -115,19 +116,21 @@ class PartReadings(ByValue):
         return largest + higher + eccentricity * (1 - cos(min(widest_gap(self.part_angle) / 2, np.pi)))
 
     def rise_between_samples(self, upr: float) -> float:
-        """Give how many times its largest sampled height a form can reach between samples, unit 1: sec(upr gap/2).
+        """Return the largest height of a form between samples over its largest sampled height, unit 1:
+        sec(upr gap/2).
 
-        For N points on an even turn that is sec(pi upr/N); the widest gap counts. It holds for heights about any level.
+        For N points on an even turn it is sec(pi upr/N); the widest gap counts. It holds for heights about
+        any level.
 
         Parameters
         ----------
         upr : float
-            Highest undulation that the form holds, upr.
+            Highest undulation of the form, upr.
 
         Raises
         ------
         ValueError
-            When samples lie too far apart: a wave of that degree could be of any height between them.
+            When the samples are too far apart: a wave of this degree is unbounded between them.
         """
         degree, gap = checks.nonnegative("upr", upr, "upr"), widest_gap(self.part_angle)
         if rise(degree, gap) == inf:

@@ -1,4 +1,4 @@
-"""Polar pictures as roundness instruments draw them: the deviation magnified about a circle, a scale in µm per division."""
+"""Polar pictures as on roundness instruments: magnified deviation, scale in µm per division."""
 
 from typing import Any, NamedTuple
 
@@ -7,25 +7,23 @@ import numpy as np
 from sdpgrind.base import pictures, units
 from sdpgrind.base.checks import Floats
 
-_DIVISIONS = 6
-"""About as many for the height of the profile; as much again lies below it, to the middle."""
-_BREAK = 8.0
-"""Mean steps between neighbours beyond which no line is drawn across: nothing was measured there."""
+_DIVISIONS = 6  # chosen: divisions of the profile's height, and again from its lowest point to the middle
+_BREAK = 8.0  # chosen: step over the median step that is a gap in the drawn line
 
 
 class Scale(NamedTuple):
-    """How deviations are drawn: from the middle to the circle, and from one ring of the paper to the next, both µm."""
+    """Scale of deviations: radius of the circle and distance of two rings, both µm."""
 
     base: float
     division: float
 
     def height(self, deviation: Any) -> Any:
-        """Distance from the middle of the picture, µm, at which a deviation (mm) is drawn."""
+        """Distance from the middle of the picture, µm, of a deviation (mm)."""
         return self.base + np.asarray(deviation) / units.um(1.0)
 
 
 def polar_scale(deviation: Floats) -> Scale:
-    """Give a scale for deviations (mm): a division of 1, 2 or 5 times a power of ten, the lowest point well off the middle."""
+    """Scale for deviations (mm): division of 1, 2 or 5 times a power of ten, lowest point off the middle."""
     low, high = (float(end) / units.um(1.0) for end in (deviation.min(), deviation.max()))
     least = max((high - low) / _DIVISIONS, 1e-6)  # µm: flatter than a picometre is rounding
     ten = 10.0 ** np.floor(np.log10(least))
@@ -34,7 +32,7 @@ def polar_scale(deviation: Floats) -> Scale:
 
 
 def polar_axes(scale: Scale, deviation: Floats, ax: Any = None) -> Any:
-    """Give polar axes with rings of a scale that hold deviations (mm): `ax`, or those of a new figure."""
+    """Polar axes with the rings of a scale that contain deviations (mm): `ax`, or those of a new figure."""
     if ax is None:
         ax = pictures.figure(5.6, 5.6).add_subplot(projection="polar")
     top = scale.division * np.ceil(float(np.max(scale.height(deviation))) / scale.division + 0.5)
@@ -42,26 +40,24 @@ def polar_axes(scale: Scale, deviation: Floats, ax: Any = None) -> Any:
     ax.set_rticks(np.arange(scale.division, top, scale.division), labels=[])
     ax.set_thetagrids(np.arange(0, 360, 30))
     ax.grid(linewidth=0.4, alpha=0.6)
-    ax.text(
-        1.0, -0.04, f"{scale.division:g} µm/div", transform=ax.transAxes, ha="right", va="top"
-    )  # below all directions
+    ax.text(1.0, -0.04, f"{scale.division:g} µm/div", transform=ax.transAxes, ha="right", va="top")
     return ax
 
 
 def draw_profile(ax: Any, scale: Scale, angle: Floats, deviation: Floats, **style: Any) -> Any:
-    """Draw deviations (mm) over their directions (rad) as a closed line, broken where nothing was measured."""
+    """Draw deviations (mm) over their directions (rad) as a closed line, interrupted at gaps."""
     across, up = _line(np.asarray(angle, dtype=float), np.asarray(deviation, dtype=float))
     return ax.plot(across, scale.height(up), **{"linewidth": 0.8} | style)
 
 
 def draw_circle(ax: Any, scale: Scale, deviation: float = 0.0, **style: Any) -> Any:
-    """Draw a circle about the same centre, so much (mm) outside that which deviations are measured from."""
+    """Draw a concentric circle at a deviation (mm)."""
     turn = np.linspace(0.0, 2 * np.pi, 361)
     return ax.plot(turn, np.full(turn.size, scale.height(deviation)), **{"linewidth": 1.0} | style)
 
 
 def _line(angle: Floats, deviation: Floats) -> tuple[Floats, Floats]:
-    """Closed line through the points as they come, with a hole in it where neighbours are far apart."""
+    """Closed line through the points in order, with NaN at gaps."""
     step = np.mod(np.diff(angle, append=angle[0]) + np.pi, 2 * np.pi) - np.pi
     far = np.abs(step) > max(_BREAK * float(np.median(np.abs(step))), 1e-9)
     places = np.flatnonzero(far) + 1

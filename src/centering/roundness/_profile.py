@@ -1,4 +1,4 @@
-"""A measured profile of a ring, and what is done to it: runout taken off, filters, spectrum, reference circles, a file."""
+"""A measured profile of a ring and its steps: removed runout, filters, spectrum, reference circles, file."""
 
 import dataclasses
 from functools import cached_property
@@ -28,9 +28,10 @@ from sdpgrind.base.plans import Plan
 class Profile(PartReadings, Plan):
     """Readings of a ring over the spindle angle; immutable.
 
-    All is exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle's axis (in a bore at
-    reading - tip_radius), the part's angle and the deviation are taken about the part's own centre. Angles may repeat, lie in
-    any order, leave gaps and span several turns; such of an encoder that starts again at each turn are put on end.
+    Exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle axis (in a
+    bore at reading - tip_radius); part angle and deviation refer to the part's own centre. Angles may repeat,
+    lie in any order, leave gaps and span several turns; those of an encoder that restarts at each turn are
+    unwrapped.
 
     Parameters
     ----------
@@ -41,23 +42,26 @@ class Profile(PartReadings, Plan):
     tip_radius : float
         Radius of the probe's tip or roller, mm, >= 0.
     internal : bool
-        Whether a bore is read, from within. Its readings count away from the axis as well; peaks are where it is wide.
+        Whether a bore is read, from within. Readings count away from the axis as well; peaks are at wide
+        places.
 
     Attributes
     ----------
     circle : CircleEstimate
-        The part's circle about the spindle, mm: by least squares of the exact curve, or as a later step has found it.
+        The part's circle about the spindle, mm: least squares of the exact curve, or the result of a later
+        step.
 
     Raises
     ------
     ValueError, TypeError
-        For unequal lengths, what is not finite, readings <= 0, fewer than 4 different angles, angles that smell of degrees,
-        a tip radius < 0 or too large for the bore; when the readings do not determine a circle about the spindle's axis.
+        For unequal lengths, values that are not finite, readings <= 0, fewer than 4 different angles, angles
+        that suggest degrees, a tip radius < 0 or too large for the bore; when the readings determine no
+        circle about the spindle axis.
 
     Examples
     --------
     >>> angle = np.arange(4 * 360) * 2 * np.pi / 360
-    >>> tip_center = 65.69 + 2e-4 * np.cos(3 * angle) + 1.5e-3 * np.cos(61.94 / 3.75 * angle - 1.0)  # a centred ring
+    >>> tip_center = 65.69 + 2e-4 * np.cos(3 * angle) + 1.5e-3 * np.cos(61.94 / 3.75 * angle - 1.0)  # centred
     >>> profile = Profile(angle, tip_center - 3.75, tip_radius=3.75)
     >>> clean = profile.remove_runout().filter("gaussian", upr=50)
     >>> clean.spectrum(upr_max=60).largest(1)[0][0], round(clean.runout.amplitude, 6)
@@ -70,29 +74,26 @@ class Profile(PartReadings, Plan):
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """What was done to the profile, a sentence each (lengths in µm or mm)."""
+        """Sentences on the steps so far (lengths in µm or mm)."""
         return self._origin.steps
 
     @property
     def runout(self) -> Runout | None:
-        """Runout of the roller (mm, rad) that was taken off, or not `seen`; None before `remove_runout`."""
+        """Runout of the roller (mm, rad), removed if `seen`; None before `remove_runout`."""
         return self._origin.runout
 
     @cached_property
     def residuals(self) -> Floats:
-        """What the last step left of each reading that went into it, mm: what form and runout, or the filter, do not explain.
-
-        Of readings as measured: what the circle leaves of each.
-        """
+        """Residuals of the last step for each of its readings, mm; before any step, of the circle."""
         return lasting(self.reading - self.circle.reading(self.angle)) if self._left is None else self._left
 
     @cached_property
     def noise_sd(self) -> float:
-        """Standard deviation of one deviation that is not form, mm; infinite where too few samples are left to tell.
+        """Standard deviation of one deviation without form, mm; infinite with too few samples.
 
-        As measured, over several turns: about all harmonics that the samples tell surely. Over one turn, of which those leave
-        nothing: from the median of the faster half of them, which a few lobes do not move. A gap, or form that is faster than
-        the points of a turn tell, makes it an upper bound. Filtered: what the filter leaves.
+        Over several turns: about all harmonics that the samples determine. Over one turn: from the median of
+        their upper half, insensitive to a few lobes. A gap, or form above Nyquist's limit, makes it an upper
+        bound. Filtered: that of the filtered noise.
         """
         if self._origin.noise_sd is not None:
             return self._origin.noise_sd
@@ -100,7 +101,7 @@ class Profile(PartReadings, Plan):
 
     @property
     def deviation_sd(self) -> Floats:
-        """Standard deviation of each deviation, (n,), mm: `noise_sd` as measured; filtered, more where samples are missing."""
+        """Standard deviation of each deviation, (n,), mm: `noise_sd`; larger in gaps once filtered."""
         return np.full(self.angle.size, self.noise_sd) if self._sd is None else self._sd
 
     @property
@@ -117,38 +118,40 @@ class Profile(PartReadings, Plan):
         refine: bool = True,
         near_integer: bool = False,
     ) -> "Profile":
-        """Take the runout of the probe's roller off each reading, Mears (6.19), (6.20); the samples stay what they are.
+        """Remove the runout of the probe's roller, Mears (6.19), (6.20), from each reading.
 
-        A roller that does not slip turns R/tip_radius times as fast as the part and follows the arc along it, so that an
-        offset modulates its phase. Runout and the part's harmonics come out of one least-squares fit over all turns, with the
-        centre and, unless told otherwise, the roller's radius within 0.5 %: where no ratio is given, that becomes the
-        `tip_radius` of the profile. A runout of which noise, one turn or a whole number nearby does not let the ratio be told
-        is taken off at the ratio as it is; one that is not told from noise at all is left in the readings, and `steps` say so.
-        A steady slip cannot be told from another radius. Several calls take off several waves, as of an oval roller.
+        A roller without slip turns R/tip_radius times as fast as the part and follows the arc along it: an
+        offset modulates its phase. Runout and the part's harmonics come from one least-squares fit over all
+        turns, with the centre and, unless disabled, the roller's radius within 0.5 %, which becomes the
+        `tip_radius` of the profile where no ratio is given. Where noise, a single turn or a near whole number
+        do not determine the ratio, the given one is used. A runout below the noise stays in the readings, and
+        `steps` say so. A steady slip is indistinguishable from another radius. Several calls remove several
+        waves, as of an oval roller.
 
         Parameters
         ----------
         ratio : float, optional
-            Turns of the roller for one of the part, unit 1; by default radius over tip radius.
+            Turns of the roller for one of the part, unit 1. Default: radius over tip radius.
         upr_max : int, optional
-            Highest harmonic of the part in the fit, upr. By default over several turns all that samples tell surely, to 200;
-            else 50, more where the ratio is above 40, and no more than the points of a turn allow.
+            Highest harmonic of the part in the fit, upr. Default: over several turns all that the samples
+            determine, up to 200; else 50 (more for a ratio above 40), within the limit of the points of a
+            turn.
         refine : bool
-            Whether the ratio is looked for within 0.5 %.
+            Whether the ratio is fitted within 0.5 %.
         near_integer : bool
-            Whether a ratio within 0.02 of a whole number is tried.
+            Whether a ratio within 0.02 of a whole number is allowed.
 
         Returns
         -------
         Profile
-            The same samples without runout; `runout` says what it was and whether the roller slipped.
+            The same samples without runout; `runout` holds it, and whether the roller slipped.
 
         Raises
         ------
         ValueError
-            Without tip radius and ratio, or of an offset ring without tip radius; for a ratio near a whole number; for more
-            harmonics than samples allow; where the turns do not tell runout and form apart (the message says how many more
-            do); for a filtered profile.
+            Without tip radius and ratio, or for an offset ring without tip radius; for a ratio near a whole
+            number; for more harmonics than samples allow; when the turns do not separate runout from form
+            (the message says how many more do); for a filtered profile.
         """
         if self._origin.filter:
             raise ValueError(
@@ -158,43 +161,43 @@ class Profile(PartReadings, Plan):
         return _profile(steps_of.without_runout(self, task))
 
     def filter(self, kind: str = "gaussian", *, upr: float = 50) -> "Profile":
-        """Low-pass the form with the Gaussian filter for closed profiles, ISO 16610-21: one half passes at the cut-off.
+        """Low-pass the form with the Gaussian filter for closed profiles, ISO 16610-21 (transmission 0.5 at
+        the cut-off).
 
-        A turn on an even grid is filtered by FFT. Other samples (several turns, gaps, an offset ring) give their harmonics by
-        least squares, without interpolation, up to five cut-offs, over a gap to two or as few as one; several turns are
-        averaged. The eccentricity is taken out exactly before.
+        A turn on an even grid is filtered by FFT. Other samples (several turns, gaps, an offset ring) give
+        harmonics by least squares up to five cut-offs, across a gap two to one; several turns are averaged.
+        The eccentricity is removed exactly before.
 
         Parameters
         ----------
         kind : {"gaussian"}
-            Which filter.
+            Filter.
         upr : float
             Cut-off, upr (unit 1); usual are 15, 50, 150, 500 and 1500.
 
         Returns
         -------
         Profile
-            One turn on an even grid of the part's angle, with as many points as a turn has now, at the same offset.
+            One turn on an even grid of the part angle, with the points of a turn so far, at the same offset.
 
         Raises
         ------
         ValueError
-            For a cut-off beyond half of the points of a turn, fewer than 2 upr + 1 samples, or gaps in which noise and form
-            would grow (a condition above 10).
+            For a cut-off above half of the points of a turn, fewer than 2 upr + 1 samples, or gaps in which
+            noise and form would grow (a condition above 10).
 
         Warns
         -----
         UserWarning
-            Where a turn has fewer than 7 points for each undulation at the cut-off; where a gap is bridged in which the form
-            is known less well than by two readings' sd.
+            Where a turn has fewer than 7 points for each undulation at the cut-off; where the standard
+            deviation of the form in a gap is above twice that of a reading.
         """
         checks.one_of("kind", kind, ("gaussian",))
         cut_off = checks.positive("upr", upr, "upr")
         least = int(2 * cut_off) + 1
         if self.angle.size < least:
-            raise ValueError(
-                f"reading must have at least {least} samples for a cut-off at {cut_off:g} upr; got {self.angle.size}"
-            )
+            needed = f"at least {least} samples for a cut-off at {cut_off:g} upr"
+            raise ValueError(f"reading must have {needed}; got {self.angle.size}")
         if cut_off > self.nyquist * (1 + 1e-9):
             raise checks.refuse(
                 "upr", f"<= {self.nyquist:.6g}, half of the points of one turn", cut_off, "upr"
@@ -204,30 +207,33 @@ class Profile(PartReadings, Plan):
         return _profile(how(self, cut_off))
 
     def spectrum(self, upr_max: int | None = None) -> Spectrum:
-        """Give amplitude and phase of each undulation, by least squares over all turns about the centre that leaves no 1 upr.
+        """Return amplitude and phase of each undulation, by least squares over all turns about the centre
+        without 1 upr.
 
-        What turns once is the offset: `circle` tells it.
+        The offset, of 1 upr, is in `circle`.
 
         Parameters
         ----------
         upr_max : int, optional
-            Highest harmonic, upr; by default as far as the samples tell surely, or a filter has let through.
+            Highest harmonic, upr. Default: all that the samples determine or a filter has passed.
 
         Returns
         -------
         Spectrum
-            Amplitudes and their sd in mm, phases in the part's angle in rad.
+            Amplitudes and their sd in mm, phases in the part angle in rad.
 
         Raises
         ------
         ValueError
-            For more than half of the points of a turn, fewer than 2 upr_max + 1 samples, or gaps that leave the harmonics
-            undetermined (a condition above 1000); where `upr_max` is not given and not even 2 upr are sure.
+            For more than half of the points of a turn, fewer than 2 upr_max + 1 samples, or gaps that leave
+            the harmonics undetermined (a condition above 1000); by default also where not even 2 upr are
+            determined.
 
         Warns
         -----
         UserWarning
-            Where `upr_max` is not given and a gap leaves less than half as many harmonics sure as the points of a turn would.
+            Where, by default, a gap leaves less than half of the harmonics that the points of a turn would
+            determine.
         """
         degree = None if upr_max is None else checked_degree("upr_max", upr_max, 2 * self.nyquist)
         if degree is not None and self.angle.size < 2 * degree + 1:
@@ -237,7 +243,7 @@ class Profile(PartReadings, Plan):
         return steps_of.spectrum(self, degree)
 
     def roundness(self, kind: str = "LSC") -> Roundness:
-        """Give a reference circle of the profile and the roundness about it, ISO 12181-1.
+        """Return a reference circle of the profile and the roundness about it, ISO 12181-1.
 
         Parameters
         ----------
@@ -247,7 +253,7 @@ class Profile(PartReadings, Plan):
         Returns
         -------
         Roundness
-            The circle about the spindle's axis and the roundness, mm, with contacts and what is proved.
+            Circle about the spindle axis and roundness, mm, with contacts and certificate.
 
         Raises
         ------
@@ -257,12 +263,12 @@ class Profile(PartReadings, Plan):
         return steps_of.roundness(self, kind)
 
     def plot(self) -> Any:
-        """Draw the profile about its circle, magnified (µm), beside its spectrum (µm over upr); return the figure."""
+        """Draw the profile magnified about its circle (µm) and its spectrum (µm); return the figure."""
         return pictures.drawn("centering.roundness._profile_picture:plot", self)
 
     @property
     def dataset(self) -> xr.Dataset:
-        """Samples as labelled arrays: angles in rad, lengths in mm; steps and what they found as attributes."""
+        """Samples as labelled arrays: angles in rad, lengths in mm; steps and their results as attributes."""
         return profile_record.dataset_of(self, self._left, self._sd)
 
     @classmethod
@@ -279,7 +285,7 @@ class Profile(PartReadings, Plan):
 
 
 def _profile(made: Made) -> Profile:
-    """The profile that a step makes."""
+    """The profile made by a step."""
     profile = Profile.__new__(Profile)
     fields = {"angle": lasting(made.angle), "reading": lasting(made.reading), "tip_radius": made.tip_radius}
     left, sd = (None if each is None else lasting(each) for each in (made.left, made.sd))

@@ -1,4 +1,4 @@
-"""Picture of a profile: magnified about its circle, beside its spectrum."""
+"""Picture of a profile magnified about its circle, and of its spectrum."""
 
 import warnings
 from typing import TYPE_CHECKING, Any
@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from centering.roundness._profile import Profile
 
 
-_LEAST = 0.005
-"""Of the largest amplitude: beyond the last of these nothing would be seen."""
+_LEAST = 0.005  # chosen: amplitude over the largest that is still visible; it ends the axis
 
 
 def plot(profile: "Profile") -> Any:
@@ -23,9 +22,7 @@ def plot(profile: "Profile") -> Any:
     grid = figure.add_gridspec(1, 2, width_ratios=(1, 1.25))
     _draw_form(figure.add_subplot(grid[0], projection="polar"), profile)
     _draw_spectrum(figure.add_subplot(grid[1]), profile)
-    figure.get_layout_engine().set(
-        rect=(0.0, 0.0, 1.0, 0.95)
-    )  # labels of a polar picture reach beyond what is laid out
+    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 0.95))  # room for the labels of the polar picture
     circle = profile.circle
     height = f"{_height(profile)}, {profile._origin.filter or 'not filtered'}"
     figure.suptitle(
@@ -35,7 +32,7 @@ def plot(profile: "Profile") -> Any:
 
 
 def _height(profile: "Profile") -> str:
-    """The roundness about the least-squares circle of the points, or what there is where they cover too little for one."""
+    """Roundness about the least-squares circle, or peak to valley where an arc is too short for one."""
     try:
         return f"RONt (LSC) {1e3 * profile.roundness('LSC').value:.3g} µm"
     except ValueError:
@@ -43,7 +40,7 @@ def _height(profile: "Profile") -> str:
 
 
 def _draw_form(axis: Any, profile: "Profile") -> None:
-    """Deviation about the least-squares circle, which is drawn with it."""
+    """Draw the deviation and the least-squares circle."""
     deviation = profile.deviation
     scale = polar_scale(deviation)
     polar_axes(scale, deviation, axis)
@@ -52,10 +49,11 @@ def _draw_form(axis: Any, profile: "Profile") -> None:
 
 
 def _draw_spectrum(axis: Any, profile: "Profile") -> None:
+    """Draw the spectrum, its limits as a title, and the removed runout."""
     told = limits(profile)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what is warned of is written into the picture
+            warnings.simplefilter("ignore")  # the title holds the warning
             found = profile.spectrum()
             found.plot(axis)
             axis.set_xlim(

@@ -1,4 +1,4 @@
-"""What the steps of a profile ask of it; a step knows no `Profile`, which makes one of what each step gives."""
+"""Interface of a profile for its steps, which do not import `Profile`."""
 
 from typing import Protocol
 
@@ -10,7 +10,7 @@ from sdpgrind.base.checks import Floats
 
 
 class Measured(Protocol):
-    """A profile as `Profile` documents it: angles in rad, lengths in mm."""
+    """A profile as described by `Profile`: angles in rad, lengths in mm."""
 
     @property
     def angle(self) -> Floats: ...

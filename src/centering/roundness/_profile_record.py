@@ -1,4 +1,4 @@
-"""A profile as labelled arrays, and back."""
+"""Conversion of a profile to labelled arrays and back."""
 
 import xarray as xr
 
@@ -16,7 +16,7 @@ _COLUMNS = {
 
 
 def dataset_of(profile: PartReadings, left: Floats | None, sd: Floats | None) -> xr.Dataset:
-    """Samples and what is left of them, with units; circle and origin as JSON."""
+    """Samples and residuals with units; circle and origin as JSON."""
     columns = {name: ("sample", getattr(profile, name), _label(*told)) for name, told in _COLUMNS.items()}
     if left is not None:
         columns["residuals"] = ("measured", left, _label("mm", "what the last step left of each reading"))
@@ -30,7 +30,7 @@ def dataset_of(profile: PartReadings, left: Floats | None, sd: Floats | None) ->
 
 
 def made_from(data: xr.Dataset) -> Made:
-    """What a profile is made from again."""
+    """Samples and origin of a stored profile."""
     circle, origin = (stored.decode(data.attrs[name]) for name in ("circle", "origin"))
     left, sd = (data[name].values if name in data else None for name in ("residuals", "deviation_sd"))
     tip_radius, internal = float(data.attrs["tip_radius"]), bool(data.attrs.get("internal", 0))

@@ -1,4 +1,4 @@
-"""What can be done to a profile: runout taken off, a filter; each makes samples of the same ring at the same offset."""
+"""Steps of a profile, runout removal and filters; each makes samples of the same ring at the same offset."""
 
 import dataclasses
 import warnings
@@ -23,13 +23,13 @@ from centering.roundness._spectrum import Spectrum
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
-_LEAST = 2  # upr: 1 upr is the offset
-_LEFT = 0.25  # of the samples: with that many degrees of freedom what a fit leaves is noise
-_BRIDGE = 2.0  # sd of one reading: a form that is less sure than that in a gap is warned of
+_LEAST = 2  # derived: upr; 1 upr is the offset
+_LEFT = 0.25  # chosen: degrees of freedom over samples from which residuals are noise
+_BRIDGE = 2.0  # chosen: sd of the form in a gap, over that of a reading, above which a warning is given
 
 
 def without_runout(profile: Measured, task: SeparationTask) -> Made:
-    """The same samples without the roller's runout; as they are where that is not told from noise."""
+    """The samples without the roller's runout, or unchanged if that is below the noise."""
     with one_blas_thread():
         found = separate(task)
     runout, center = found.runout, found.circle[1:]
@@ -68,7 +68,7 @@ def filtered_evenly(profile: Measured, cut_off: float) -> Made:
 
 
 def filtered(profile: Measured, cut_off: float) -> Made:
-    """Samples as they lie: harmonics by least squares, then an even grid with as many points as a turn had."""
+    """Filtered harmonics by least squares, on an even grid of as many points as a turn had."""
     most = _most(profile)
     form = broad_form(_samples(profile, most), cut_off, most)
     passed = transmission(np.arange(form.coef.size), cut_off)
@@ -90,13 +90,13 @@ def _named(cut_off: float) -> str:
 
 
 def _samples(profile: Measured, degree: int) -> Samples:
-    """The samples, with the noise where so many harmonics may leave too few to tell it."""
+    """The samples, with a known noise where many harmonics leave few degrees of freedom."""
     few = profile.angle.size - 2 * degree - 1 < ENOUGH
     return dataclasses.replace(profile._samples, noise_sd=profile.noise_sd) if few else profile._samples
 
 
 def _thinned(sd: Floats, passed: Floats) -> Floats:
-    """Sd of what passes; unknown stays unknown."""
+    """Standard deviation after transmission; unknown stays unknown."""
     with np.errstate(invalid="ignore"):
         return np.where(np.isfinite(sd), sd * passed, inf)
 
@@ -104,7 +104,7 @@ def _thinned(sd: Floats, passed: Floats) -> Floats:
 def _even(
     profile: Measured, circle: Floats, deviation: Floats, sd: Floats, name: str, how: str, left: Floats
 ) -> Made:
-    """A turn on an even grid of the part's angle with these deviations."""
+    """One turn on an even grid of the part angle with these deviations (mm)."""
     part_angle = even_turn(deviation.size)
     angle, reading = from_part(part_angle, circle[0] + profile._tip + deviation, profile._tip, circle[1:])
     origin = Origin(
@@ -127,7 +127,7 @@ def _even(
 
 
 def _even_sd(profile: Measured, count: int) -> Floats:
-    """Sd of the amplitudes 0..count-1 of a turn on an even grid, mm: those that it was made with, or of its noise."""
+    """Standard deviation of amplitudes 0..count-1 of an even turn, mm: recorded, or from its noise."""
     if profile._origin.sd:
         return np.pad(np.array(profile._origin.sd), (0, count))[:count]
     sd = np.full(count, profile.noise_sd * sqrt(2 / profile.angle.size))
@@ -136,17 +136,17 @@ def _even_sd(profile: Measured, count: int) -> Floats:
 
 
 def _most(profile: Measured) -> int:
-    """Highest harmonic that the points of a turn, and all samples together, may tell."""
+    """Highest harmonic below the limits of the points of a turn and of all samples."""
     return min(highest_degree(profile.points_per_turn), (profile.angle.size - 1) // 2)
 
 
 def _sure(profile: Measured) -> int:
-    """Highest harmonic that the widest gap leaves sure, up to the highest usual cut-off."""
+    """Highest harmonic that the widest gap determines, up to the highest usual cut-off."""
     return min(_most(profile), supported(widest_gap(profile.part_angle)), CUT_OFFS[-1])
 
 
 def limits(profile: Measured) -> str:
-    """What a gap keeps out of a spectrum that goes as far as is sure; nothing where the points of a turn are the limit."""
+    """Sentence on a gap that limits a spectrum; "" where the points of a turn are the limit."""
     sure, most = _sure(profile), min(_most(profile), CUT_OFFS[-1])
     if 2 * sure >= most:
         return ""
@@ -155,13 +155,13 @@ def limits(profile: Measured) -> str:
 
 
 def _sure_told(profile: Measured) -> int:
-    """The highest harmonic of a spectrum where none is asked for: refused where there is none, and told where few are."""
+    """Highest harmonic of a default spectrum; raises where there is none, warns where there are few."""
     sure, told = _sure(profile), limits(profile)
     if sure < _LEAST:
         gap = np.degrees(widest_gap(profile.part_angle))
         raise ValueError(
-            f"angle must leave no gap above 90 degrees for a spectrum, so that {_LEAST} upr are sure; got {gap:.3g} degrees"
-            " without a sample (upr_max asks for harmonics all the same)"
+            f"angle must leave no gap above 90 degrees for a spectrum, so that {_LEAST} upr are sure;"
+            f" got {gap:.3g} degrees without a sample (upr_max asks for harmonics all the same)"
         )
     if told:
         warnings.warn(told, stacklevel=4)
@@ -169,7 +169,7 @@ def _sure_told(profile: Measured) -> int:
 
 
 def noise_sd(profile: Measured) -> float:
-    """What all sure harmonics leave; of hardly more than one turn, which leaves nothing, what most of the upper half have."""
+    """Noise beyond all determined harmonics, mm; over one turn, noise in most of their upper half."""
     degree = _sure(profile)
     form = form_of(profile._samples, degree) if degree else None
     if form is None:
@@ -178,7 +178,7 @@ def noise_sd(profile: Measured) -> float:
 
 
 def _floor(fit: HarmonicFit) -> float:
-    """Noise from the median of the upper half of the harmonics: a few high lobes do not move it. Infinite for too few."""
+    """Noise from the median of the upper half of the harmonics, mm; infinite for too few."""
     upper = slice(fit.coef.size // 2 + 1, None)
     power = (2 * np.abs(fit.coef[upper]) / fit.amplitude_spread[upper]) ** 2
     return sqrt(float(np.median(power)) / (2 * log(2))) if 2 * power.size >= ENOUGH else inf
@@ -198,7 +198,7 @@ def spectrum(profile: Measured, degree: int | None) -> Spectrum:
 
 
 def roundness(profile: Measured, kind: str) -> Roundness:
-    """A reference circle, told how sure each deviation is and which undulations its noise has."""
+    """Reference circle, with noise and its undulations."""
     sd, upr, name = profile.deviation_sd, np.array(profile._origin.sd), profile._origin.filter
     noise = sd if np.all(np.isfinite(sd)) and np.any(sd > 0) else None
     upr = np.where(np.isfinite(upr), upr, 0.0)

@@ -1,8 +1,9 @@
-"""Why no other centre is better: how steeply contacts rise about an optimum, and how far from it a better one can lie.
+"""Proof that no other centre is better: steepness of the height about an optimum, and bounds away from it.
 
-The height of a centre c is max |P - c| - min |P - c| for the minimum zone, -min |P - c| for the inscribed circle. With u the
-directions of inner contacts and a those of outer ones, ``|P - c - v| <= |P - c| - u.v + v.v / (2 (|P - c| - |v|))`` and
-``|Q - c - v| >= |Q - c| - a.v``, so that the height rises by at least the steepness times ``|v|`` less the last term.
+The height of a centre c is max |P - c| - min |P - c| for the minimum zone, -min |P - c| for the inscribed
+circle. With u the directions of inner contacts and a those of outer ones, ``|P - c - v| <= |P - c| - u.v +
+v.v / (2 (|P - c| - |v|))`` and ``|Q - c - v| >= |Q - c| - a.v``: the height rises by at least the steepness
+times ``|v|`` minus the last term.
 """
 
 import numpy as np
@@ -10,22 +11,23 @@ import numpy as np
 from centering.roundness._distance_kernels import _towards, extremes
 from sdpgrind.base.compiled import compiled
 
-_HALF_TURN = np.pi + 0.02
-"""Gap, rad, that hides a direction and its opposite only where both are all but next to a point."""
+_HALF_TURN = np.pi + 0.02  # chosen: rad; a larger gap may hide a direction and its opposite
 
 
 @compiled
 def _height(x, y, cx, cy, zone):
-    """What is to be made least at a centre, mm: the width between two circles, or else the negative radius of the empty one."""
+    """Height at a centre, mm, to be minimized: width of the zone, or negative radius of the empty circle."""
     _, most, _, least = extremes(x, y, cx, cy)
     return most - least if zone else -least
 
 
 @compiled
 def steepness(x, y, cx, cy, basis, zone):
-    """Least rise of the height per mm off a centre, to first order, over all directions; negative where contacts do not hold it.
+    """Least first-order rise of the height per mm off a centre over all directions; < 0: not held by
+    contacts.
 
-    It is the distance of the origin from the border of the polygon of the differences u - a (of u itself without outer contacts).
+    It is the distance of the origin from the border of the polygon of the differences u - a (of u without
+    outer contacts).
     """
     px, py = np.empty(4), np.empty(4)
     size = 4 if zone else 3
@@ -49,15 +51,16 @@ def steepness(x, y, cx, cy, basis, zone):
 
 @compiled
 def ball(steep, radius):
-    """Distance (mm) from an optimum of that steepness, with contacts at a radius, within which no centre is better."""
+    """Distance (mm) from an optimum of this steepness and contact radius within which no centre is better."""
     return 2.0 * max(steep, 0.0) * radius / (1.0 + 2.0 * max(steep, 0.0))
 
 
 @compiled
 def zone_reach(width, inner, gap, second):
-    """Distance (mm) from a centre of a width, up to half the inner radius, beyond which every centre is worse.
+    """Distance (mm) from a zone's centre, up to half the inner radius, beyond which every centre is worse.
 
-    Along any direction there is a point within half a gap, and one within half the other gap the other way.
+    Along any direction there is a point within half a gap, and one within half the other gap the opposite
+    way.
     """
     slope, bend = np.cos(0.5 * gap) + np.cos(0.5 * second), np.sin(0.5 * gap) ** 2
     a, b, c = 2.0 * slope + bend, slope * inner + 2.0 * width, 4.0 * width * inner
@@ -69,9 +72,9 @@ def zone_reach(width, inner, gap, second):
 
 @compiled
 def empty_reach(radius, outer, gap):
-    """Distance (mm) from the centre of an empty circle beyond which no centre within the hull of the points has a larger one.
+    """Distance (mm) from an empty circle's centre beyond which no centre in the hull has a larger circle.
 
-    Along any direction there is a point within half a gap, no further than `outer`; the hull ends before it is passed.
+    Along any direction there is a point within half a gap, at most at `outer`; the hull ends before it.
     """
     along, across = outer * np.cos(0.5 * gap), outer * np.sin(0.5 * gap)
     if along <= 0.0 or across >= radius:
@@ -81,11 +84,12 @@ def empty_reach(radius, outer, gap):
 
 @compiled
 def _cell_bound(x, y, cx, cy, around, zone, px, py):
-    """Height at a centre, and what it is at least within a distance `around` (mm) of it.
+    """Height at a centre, and its lower bound within a distance `around` (mm).
 
-    Bounds come from the farthest and the nearest point and from known contacts `px`, `py` (4,), of a zone two outer, two inner:
-    from differences of distances of one outer and one inner point each, and from weighted means of two of those. Without a zone
-    the nearest point across is taken in too: between two flats it and the nearest hold a circle, wherever along them it lies.
+    Bounds come from the farthest and nearest point and known contacts `px`, `py` (4,), for a zone two outer
+    and two inner: from differences of distances of an outer and an inner point, and weighted means of two of
+    them. For an empty circle the nearest opposite point is added: between two flats it holds the circle
+    together with the nearest.
     """
     far, most, near, least = extremes(x, y, cx, cy)
     high = most - least if zone else -least
@@ -111,7 +115,7 @@ def _cell_bound(x, y, cx, cy, around, zone, px, py):
 
 @compiled
 def _across(x, y, cx, cy, near):
-    """Nearest of the points that a centre sees more than 120 deg off a given one; that one itself where there are none."""
+    """Nearest point more than 120 deg from a given one, seen from a centre; the given one if none."""
     dx, dy = x[near] - cx, y[near] - cy
     square, best, least = dx * dx + dy * dy, near, np.inf
     for k in range(x.size):
@@ -124,7 +128,7 @@ def _across(x, y, cx, cy, near):
 
 @compiled
 def _rise(px, py, cx, cy, sign):
-    """Distance of a point from a centre, mm, and its gradient by the centre, all with a sign."""
+    """Signed distance of a point from a centre, mm, and its gradient by the centre."""
     dx, dy = px - cx, py - cy
     away = np.sqrt(dx * dx + dy * dy)
     return sign * away, -sign * dx / away, -sign * dy / away
@@ -132,7 +136,7 @@ def _rise(px, py, cx, cy, sign):
 
 @compiled
 def _mean_bound(rise, gx, gy, around):
-    """Least value, within a distance, of the greatest of linear functions: by means of two whose gradients cancel best."""
+    """Lower bound of the maximum of linear functions within a distance, by pairs of opposed gradients."""
     below = -np.inf
     for i in range(rise.size):
         for j in range(i + 1):
@@ -146,10 +150,10 @@ def _mean_bound(rise, gx, gy, around):
 
 @compiled
 def _pair_bound(fx, fy, nx, ny, cx, cy, around):
-    """Least difference of the distances of two points that lie one way, within a distance `around` of a centre.
+    """Lower bound of the difference of distances of two points in one direction, within `around` of a centre.
 
-    It hardly turns: its gradient is 2 sin(angle / 2) of the angle between them, and the sine of that is their distance times that
-    of the line through them over the product of theirs.
+    Its gradient is 2 sin(angle / 2), with the angle between them; the sine of that is their distance times
+    that of the line through them over the product of theirs.
     """
     ax, ay, ux, uy = fx - cx, fy - cy, nx - cx, ny - cy
     a, u = np.sqrt(ax * ax + ay * ay), np.sqrt(ux * ux + uy * uy)

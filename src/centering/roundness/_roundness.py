@@ -1,4 +1,4 @@
-"""A reference circle, the roundness about it, and what proves it."""
+"""A reference circle, the roundness about it, and its certificate."""
 
 from functools import cached_property
 from typing import Any
@@ -23,36 +23,36 @@ KINDS = {
 
 @described("centering.roundness")
 class Roundness(Described, ByValue):
-    """A reference circle and the roundness about it, as `reference_circle` gives them.
+    """Reference circle with the roundness about it, the result of `reference_circle`.
 
     Parameters
     ----------
     kind : {"LSC", "MCC", "MIC", "MZC"}
-        Which circle.
+        Kind of circle.
     center : array, (2,)
         Centre of the circle, mm, in the frame of the points.
     radius : float
-        Radius of the part's circle, mm; that of the tip is taken off. For MZC the mean of the two.
+        Radius of the part's circle, mm, without the tip; for MZC the mean of the two.
     contacts : array of int, (m,)
-        Which points fix the circle; none for LSC.
+        Indices of the points that fix the circle; none for LSC.
     outer : array of bool, (m,)
-        Whether a contact lies on the outer circle: all of MCC, none of MIC, two of the four of MZC.
+        Whether a contact is on the outer circle: all of MCC, none of MIC, two of the four of MZC.
     bound : float
-        What is proved of the length that the circle makes extreme, mm. From below: no centre has a smaller `ron_q` (LSC, nearby),
-        `radius` (MCC) or, within half the inner radius, `value` (MZC). From above: none among the points has a larger `radius`
+        Proved bound of the extreme length, mm. Lower: of `ron_q` (LSC, nearby), `radius` (MCC) or, within
+        half the inner radius, `value` (MZC). Upper: of the `radius` of circles centred among the points
         (MIC).
     points : array, (n, 2)
-        Points of the profile, mm; those of the tip's centre where there is a tip.
+        Points of the profile, mm; those of the tip's centre if there is a tip.
     tip_radius : float
-        Radius of the tip, mm; less than 0 where a bore was read from within.
+        Radius of the tip, mm; negative for a bore read from within.
     noise_sd : array, (1,) or (n,)
-        Standard deviation of the readings, mm, of all or each; empty where it was not given.
+        Standard deviation of the readings, mm, of all or each; empty if unknown.
     noise_upr : array, (m,)
-        Amplitudes of the undulations 0 to m - 1 of noise that has been through a filter, to scale; empty for that of readings.
+        Relative amplitudes of filtered noise at 0 to m - 1 upr; empty for that of readings.
     filter : str
-        What the points have been through.
+        Filter of the points.
     certificate : str
-        What is proved, and by what.
+        Sentence on the proof.
 
     Examples
     --------
@@ -90,7 +90,7 @@ class Roundness(Described, ByValue):
 
     @property
     def value(self) -> float:
-        """Roundness RONt, mm: from the highest peak to the deepest valley."""
+        """Roundness RONt, mm: highest peak to deepest valley."""
         return self.ron_p + self.ron_v
 
     @cached_property
@@ -110,29 +110,28 @@ class Roundness(Described, ByValue):
 
     @property
     def value_sd(self) -> float | None:
-        """Standard deviation of `value`, mm, that the noise of the readings makes; None where that was not given.
+        """Standard deviation of `value` by the noise of the readings, mm; None if that is unknown.
 
-        By simulation from a fixed seed, as contacts that noise swaps do not follow a linear law: 128 profiles with noise on top,
-        each with its own circle; it takes as long as these when it is first asked for. Of round, oval, lobed and rough rings it
-        is on average within 0.8 to 1.3 times what a Monte-Carlo study of the true form shows. Infinite where most of the
-        profiles hold no inscribed circle.
+        By simulation of 128 profiles with added noise from a fixed seed, each with its own circle, at the
+        first call. For round, oval, lobed and rough rings it is on average 0.8 to 1.3 times the result of a
+        Monte-Carlo study. Infinite where most of the profiles hold no inscribed circle.
         """
         return None if self._noise_effect is None else self._noise_effect.sd
 
     @property
     def value_bias(self) -> float | None:
-        """By how much noise has widened `value`, about, mm; None where noise was not given. It is not taken off.
+        """Increase of `value` by noise, about, mm, not subtracted from it; None if the noise is unknown.
 
-        Noise lifts the highest of many points and lowers the lowest: of n readings of a perfect circle with noise of sd s,
-        `value` is about 2 s sqrt(2 ln n). How much the noise on top of `value_sd` adds tells what the first has added, as if that
-        grew with s: so it does without form; of lobes it is told up to 1.4 times too large, of rough profiles up to 2 s. One
-        estimate of it is as unsure as `value` is.
+        Noise raises the highest of many points and lowers the lowest: n readings of a perfect circle with
+        noise of sd s have a `value` of about 2 s sqrt(2 ln n). The bias follows from the increase by the
+        added noise of `value_sd`, as if proportional to s: true without form; up to 1.4 times too large for
+        lobes, up to 2 s for rough profiles.
         """
         return None if self._noise_effect is None else self._noise_effect.bias
 
     @cached_property
     def _noise_effect(self) -> NoiseEffect | None:
-        """What noise does to the value."""
+        """Effect of noise on the value."""
         if not self.noise_sd.size:
             return None
         return noise_effect(self.kind, self.points - self.center, self.noise_sd, self.noise_upr)
@@ -149,15 +148,15 @@ class Roundness(Described, ByValue):
         return self.angle[self.contacts]
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the profile about the circle's centre, magnified, with the circles and their contacts; return the figure.
+        """Draw the profile magnified about the circle's centre, with circles and contacts; return the figure.
 
-        One ring of the paper is a division of the scale, in µm; inner circles are dashed, contacts dots. The peak and the
-        valley of LSC are marked by triangles.
+        A ring of the paper is a division of the scale, in µm; inner circles are dashed, contacts dots, peak
+        and valley of LSC triangles.
 
         Parameters
         ----------
         ax : matplotlib polar axes, optional
-            Where; by default in a new figure.
+            Axes to draw into. Default: a new figure.
         """
         scale, angle = polar_scale(self.deviation), self.angle
         ax = polar_axes(scale, self.deviation, ax)
@@ -174,7 +173,7 @@ class Roundness(Described, ByValue):
         return ax.figure
 
     def _mark(self, ax: Any, scale: Any, angle: Floats) -> None:
-        """Mark contacts, or the highest and lowest point where there are none."""
+        """Mark the contacts, or the highest and lowest point of LSC."""
         marked = zip(self.contacts, self.outer, strict=True)
         pairs = list(marked) or [
             (int(np.argmax(self.deviation)), True),
@@ -196,4 +195,5 @@ class Roundness(Described, ByValue):
         told = f"; {self.contacts.size} contacts" if self.contacts.size else ""
         filtered = f"; {self.filter}" if self.filter else ""
         value = f"{self.value / units.um(1.0):.4g}{spread} µm"
-        return f"Roundness({self.kind}: RONt {value} about ({x:.6g}, {y:.6g}) mm, radius {self.radius:.8g} mm{told}{filtered})"
+        place = f"about ({x:.6g}, {y:.6g}) mm, radius {self.radius:.8g} mm"
+        return f"Roundness({self.kind}: RONt {value} {place}{told}{filtered})"

@@ -1,4 +1,4 @@
-"""The runout of the probe's roller: what it was, how sure that is, and whether the roller slipped."""
+"""The runout of the probe's roller: amplitude, phase and ratio with their uncertainty, and slip."""
 
 from math import hypot, sqrt
 
@@ -10,39 +10,40 @@ from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, custom, described
 
-SURE = 1e-3
-"""A roller that does not slip seems to slip once in a thousand profiles."""
-SEEN = 2.448
-"""Standard deviations of an amplitude, sqrt(2 ln 20): those of noise follow Rayleigh's law."""
+SURE = 1e-3  # chosen: probability of a false slip
+SEEN = 2.448  # derived: sqrt(2 ln 20), standard deviations that 5 % of Rayleigh amplitudes of noise exceed
 
 
 @described("centering.runout")
 class Runout(Described, ByValue):
-    """Runout of the roller as the part's angle sees it: ``cosine cos(ratio part_angle) + sine sin(ratio part_angle)``.
+    """Runout of the roller over the part angle: ``cosine cos(ratio part_angle) + sine sin(ratio
+    part_angle)``.
 
-    A roller of radius rho that rolls on a part of radius R turns R/rho times as fast, Mears (6.19): its phase follows the
-    arc along the part, at any offset.
+    A roller of radius rho on a part of radius R turns R/rho times as fast, Mears (6.19): its phase follows
+    the arc along the part, at any offset.
 
     Parameters
     ----------
     value : array, shape (3,)
         Cosine and sine parts in mm, and the ratio, unit 1.
     covariance : array, shape (3, 3)
-        Their covariance, in products of these units; 0 in the row of a ratio that was given.
+        Covariance of the value, in products of these units; 0 in the row of a given ratio.
     tip_radius : float
-        Radius on which the roller rolls, mm: the part's radius over the ratio.
+        Rolling radius of the roller, mm: the part's radius over the ratio.
     condition : float
-        Of the least-squares problem that told runout and form apart, unit 1; errors of the readings may grow by as much.
+        Condition of the least-squares separation of runout and form, unit 1: largest growth of reading
+        errors.
     turns : float
-        Turns that the readings cover, unit 1.
+        Turns covered by the readings, unit 1.
     upr_max : int
-        Highest harmonic of the part in that problem, upr.
+        Highest harmonic of the part in the fit, upr.
     noise_sd : float
         Standard deviation of one reading about form and runout, mm.
     slip : float
-        How far the roller slipped along the part, mm: the spread of its phase from one piece of a turn to the next.
+        Slip of the roller along the part, mm: spread of its phase over pieces of a turn.
     slip_probability : float
-        Probability that noise alone spreads the phase as much, unit 1; uniform without slip. 1 where the turns do not tell.
+        Probability of as much spread by noise alone, unit 1; uniform without slip, 1 where the turns do not
+        show it.
 
     Examples
     --------
@@ -68,7 +69,7 @@ class Runout(Described, ByValue):
 
     @property
     def ratio_sd(self) -> float:
-        """Standard deviation of the ratio, unit 1; 0 where it was given."""
+        """Standard deviation of the ratio, unit 1; 0 for a given ratio."""
         return sqrt(self.covariance[2, 2])
 
     @property
@@ -83,7 +84,7 @@ class Runout(Described, ByValue):
 
     @property
     def seen(self) -> bool:
-        """Whether noise alone would make the amplitude (mm) as large in less than one profile of twenty; else it is left."""
+        """Whether the amplitude (mm) is significant: noise exceeds it in less than one profile of 20."""
         return self.amplitude > SEEN * self.amplitude_sd
 
     @property
@@ -98,18 +99,19 @@ class Runout(Described, ByValue):
         return across / self.amplitude if self.amplitude > 0 else np.inf
 
     def _sd(self, direction: Floats) -> float:
+        """Standard deviation of the amplitude vector in a direction, mm."""
         with np.errstate(invalid="ignore"):
             variance = float(direction @ self.covariance[:2, :2] @ direction)
         return sqrt(max(variance, 0.0)) if np.isfinite(variance) else np.inf
 
     @property
     def tip_radius_sd(self) -> float:
-        """Standard deviation of the radius on which the roller rolls, mm; 0 where the ratio was given."""
+        """Standard deviation of the rolling radius, mm; 0 for a given ratio."""
         return self.tip_radius * self.ratio_sd / self.ratio
 
     @property
     def slipped(self) -> bool:
-        """Whether the phase spreads more than noise would make it in one profile of a thousand (rad)."""
+        """Whether the phase (rad) spreads more than by noise in one profile of a thousand."""
         return self.slip_probability < SURE
 
     def deviation(self, part_angle: npt.ArrayLike) -> Floats:
@@ -118,13 +120,13 @@ class Runout(Described, ByValue):
         Parameters
         ----------
         part_angle : array_like
-            Angle about the part's centre, going on over the turns, rad.
+            Angle about the part's centre, continuous over the turns, rad.
         """
         turned = self.ratio * checks.finite_array("part_angle", part_angle, "rad")
         return np.asarray(self.value[0] * np.cos(turned) + self.value[1] * np.sin(turned))
 
     def derivatives(self, part_angle: Floats) -> Floats:
-        """Return derivatives of the runout by its three values, shape (n, 3): 1, 1 and mm.
+        """Return the derivatives of the runout by its three values, shape (n, 3): 1, 1 and mm.
 
         Parameters
         ----------
@@ -138,6 +140,8 @@ class Runout(Described, ByValue):
     def __repr__(self) -> str:
         slipped = f", SLIPPED by {self.slip:.2g} mm" if self.slipped else ""
         return (
-            f"Runout({1e3 * self.amplitude:.4g} ± {1e3 * self.amplitude_sd:.2g} µm at {self.ratio:.7g} ± {self.ratio_sd:.2g} upr,"
-            f" tip radius {self.tip_radius:.6g} ± {self.tip_radius_sd:.2g} mm; condition {self.condition:.3g}{slipped})"
+            f"Runout({1e3 * self.amplitude:.4g} ± {1e3 * self.amplitude_sd:.2g} µm"
+            f" at {self.ratio:.7g} ± {self.ratio_sd:.2g} upr,"
+            f" tip radius {self.tip_radius:.6g} ± {self.tip_radius_sd:.2g} mm;"
+            f" condition {self.condition:.3g}{slipped})"
         )

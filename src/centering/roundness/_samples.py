@@ -1,4 +1,4 @@
-"""Samples as the steps of a profile take them."""
+"""Samples of a profile with prior knowledge, the input of its steps."""
 
 import dataclasses
 from functools import cached_property
@@ -8,16 +8,12 @@ from centering.roundness._runout import Runout
 from centering.roundness._sampling import turns_of
 from sdpgrind.base.checks import Floats
 
-TOO_BAD = 1e3
-"""Condition beyond which a fit is refused."""
+TOO_BAD = 1e3  # chosen: condition above which a fit is refused: errors may grow by as much
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Samples:
-    """Samples with what is known of them: the circle (radius, x, y; mm) to begin with, runout taken off, noise where known.
-
-    In a bore the tip's radius is less than 0.
-    """
+    """Samples, first circle (radius, x, y; mm), removed runout, known noise; tip radius < 0 in a bore."""
 
     angle: Floats
     reading: Floats
@@ -28,12 +24,12 @@ class Samples:
 
     @cached_property
     def turns(self) -> float:
-        """Turns that the angles cover."""
+        """Turns covered by the angles."""
         return turns_of(self.angle)
 
     @cached_property
     def part_angle(self) -> Floats:
-        """Part angles about the circle to begin with, rad."""
+        """Part angles about the first circle, rad."""
         return self.about(self.circle, self.tip_radius)[0]
 
     def about(self, circle: Floats, tip_radius: float) -> tuple[Floats, Floats]:

@@ -1,4 +1,4 @@
-"""How the samples of a profile lie: turns, points of a turn, the widest gap, and what harmonics they can tell."""
+"""Sampling of a profile: turns, points of a turn, widest gap, determined harmonics."""
 
 from math import ceil, cos, inf, pi
 
@@ -7,12 +7,12 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_EVEN = 1e-9  # of a step
-_WRAPPED = 2.02 * pi  # that angles span which start again at each turn, rad
-_ROUND = 3 * pi  # a turn and a half: readings of one turn that are put on end cannot go so far
-_SMALL = pi / 4  # steps of readings in order; of shuffled ones half are larger
-_NET = 0.5  # of the way: shuffled readings go to and fro
-_ROUNDING = 1e-6  # of the points of a turn, which samples that a step has moved tell no better
+_EVEN = 1e-9  # chosen: largest deviation from an even grid, in steps
+_WRAPPED = 2.02 * pi  # chosen: rad; largest span of angles that restart at each turn
+_ROUND = 3 * pi  # derived: rad; unwrapped readings of a single turn span less
+_SMALL = pi / 4  # derived: rad; steps in order are smaller, half of shuffled ones larger
+_NET = 0.5  # chosen: net over total rotation; shuffled readings go to and fro
+_ROUNDING = 1e-6  # chosen: relative accuracy of the points of a turn of moved samples
 
 
 def even_turn(size: int) -> Floats:
@@ -21,7 +21,7 @@ def even_turn(size: int) -> Floats:
 
 
 def going_on(angle: Floats) -> Floats:
-    """Angles put on end where they start again at each turn while the spindle turns one way; else as they are."""
+    """Angles unwrapped where they restart at each turn of a spindle in one sense; else unchanged."""
     unwrapped = np.unwrap(angle)
     if _one_way(angle):
         return angle
@@ -33,36 +33,37 @@ def going_on(angle: Floats) -> Floats:
 
 
 def _one_way(angle: Floats) -> bool:
+    """Whether all steps have one sense."""
     step = np.diff(angle)
     return bool(np.all(step >= 0) or np.all(step <= 0))
 
 
 def _mostly_one_way(angle: Floats) -> bool:
-    """Whether small steps, some of them backwards as of an encoder that trembles, go round more than once."""
+    """Whether small steps, some backwards as of a trembling encoder, go round more than once."""
     step = np.diff(angle)
     small = np.median(np.abs(step)) < _SMALL
     return bool(small and np.abs(step.sum()) > max(_ROUND, _NET * np.abs(step).sum()))
 
 
 def turns_of(angle: Floats) -> float:
-    """Turns that angles cover, the last step included."""
+    """Turns covered by angles, including the last step."""
     step = np.diff(np.sort(angle))
     return float((np.sum(step) + np.median(step)) / (2 * pi))
 
 
 def widest_gap(part_angle: Floats) -> float:
-    """Widest angle without a sample, of all turns together, rad."""
+    """Widest angle without a sample, over all turns together, rad."""
     place = np.sort(np.mod(part_angle, 2 * pi))
     return float(max(np.diff(place).max(initial=0.0), place[0] + 2 * pi - place[-1]))
 
 
 def supported(gap: float) -> int:
-    """Highest harmonic that samples with that widest gap tell surely: less than one half for each gap."""
+    """Highest harmonic determined by samples with this widest gap: less than half a wave in it."""
     return max(ceil(pi / gap * (1 - 1e-9)) - 1, 0)
 
 
 def rise(upr: float, gap: float) -> float:
-    """How much larger than at the samples a wave of that degree can be between them: it is a cosine at least near its peak."""
+    """Largest value of a wave between samples over that at samples: at its peak it is at least a cosine."""
     half = upr * gap / 2
     return 1 / cos(half) if half < pi / 2 * (1 - 1e-12) else inf
 
@@ -79,7 +80,7 @@ def highest_degree(points: float) -> int:
 
 
 def checked_degree(name: str, upr_max: object, points: float) -> int:
-    """A harmonic that was asked for, which the points of a turn must allow."""
+    """A requested harmonic, checked against the points of a turn."""
     degree = checks.count(name, upr_max)
     if degree > points / 2 * (1 + _ROUNDING):
         raise checks.refuse(

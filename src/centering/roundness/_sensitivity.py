@@ -1,6 +1,7 @@
-"""What noise of the readings does to a roundness: profiles with as much noise once more are given their circles by the exchanges.
+"""Effect of noise on a roundness: exchanges on profiles with added noise.
 
-A linear law of the contacts does not do: noise makes other points contacts, and slides the circle of an oval along its flat.
+A linear law of the contacts fails: noise changes the contacts, and moves the circle of an oval along its
+flat.
 """
 
 from collections.abc import Iterator
@@ -17,27 +18,26 @@ from centering.roundness._mic_kernels import empty_circle
 from centering.roundness._mzc_kernels import zone
 from sdpgrind.base.checks import Floats
 
-PAIRS = 64
-"""Noises that are drawn; each is added and taken off, so that what is linear in it leaves no bias."""
+PAIRS = 64  # chosen: draws of noise, each added and subtracted to cancel linear bias; more cost time
 SEED = 12181
 ADDED = np.sqrt(2.0)
-"""Noise that is added, in sd of that which a profile holds already: with as much it would be told too large where there is little
-form, as what is there has chosen the highest point; with twice as much too small for rough profiles, whose contacts it swaps."""
+"""Added noise over that of the profile; chosen: 1 overestimates the sd with little form, 2 underestimates it
+for rough profiles."""
 RISEN = 1 / (np.sqrt(1 + ADDED**2) - 1)
-"""By how much noise has lifted a value over what that added lifts it further, where it is in proportion to the sd of both."""
-_FINE = 16
-"""Places of drawn noise for each undulation of its fastest."""
+"""Increase of a value by its noise over the increase by the added noise; derived for increases proportional
+to the sd."""
+_FINE = 16  # chosen: places of drawn noise for each of its fastest undulations
 
 
 class NoiseEffect(NamedTuple):
-    """Standard deviation of a value, and by how much noise has lifted it, mm."""
+    """Standard deviation and bias of a value by noise, mm."""
 
     sd: float
     bias: float
 
 
 def noise_effect(kind: str, from_center: Floats, noise_sd: Floats, noise_upr: Floats) -> NoiseEffect:
-    """Effect of noise (sd mm, of all points or each) on RONt of points (n, 2) about the centre of their circle, mm."""
+    """Effect of noise (sd mm, of all points or each) on RONt of points (n, 2) about a centre, mm."""
     x, y = np.ascontiguousarray(from_center.T)
     tolerance = rounding(x, y)
     distance = np.hypot(x, y)
@@ -55,14 +55,13 @@ def noise_effect(kind: str, from_center: Floats, noise_sd: Floats, noise_upr: Fl
 
 
 def _draws(angle: Floats, upr: Floats) -> Iterator[Floats]:
-    """Noises of sd 1: of each point by itself, or of undulations with such amplitudes (to scale)."""
+    """Unit noise, independent at each point, or of undulations with these relative amplitudes."""
     if not np.any(upr[2:]):
         yield from _normals(angle.size)
         return
     size = _FINE * upr.size
-    share = np.where(np.arange(upr.size) < 2, 0.0, upr) / np.sqrt(
-        np.sum(upr[2:] ** 2)
-    )  # the circle takes the first two
+    passed = np.where(np.arange(upr.size) < 2, 0.0, upr)  # the circle takes the first two
+    share = passed / np.sqrt(np.sum(upr[2:] ** 2))
     place = np.mod(angle / (2 * np.pi), 1.0) * size
     low = np.minimum(place.astype(int), size - 1)
     for cosine, sine in (np.split(normals, 2) for normals in _normals(2 * upr.size)):
@@ -71,7 +70,7 @@ def _draws(angle: Floats, upr: Floats) -> Iterator[Floats]:
 
 
 def _normals(size: int) -> Iterator[Floats]:
-    """Normal numbers, scaled so that those of each place have a mean square of 1: what one point does is then no chance."""
+    """Normal numbers, scaled to a mean square of 1 at each place, which reduces the scatter of the result."""
     square = np.zeros(size)
     rng = np.random.default_rng(SEED)
     for _ in range(PAIRS):
@@ -82,7 +81,7 @@ def _normals(size: int) -> Iterator[Floats]:
 
 
 def _value(kind: str, x: Floats, y: Floats, tolerance: float) -> float:
-    """RONt about the circle that is found from the origin on; NaN where nothing holds an inscribed one."""
+    """RONt about the circle found from the origin; NaN where no inscribed circle is held."""
     basis = np.zeros(4, dtype=np.int64)
     if kind == "LSC":
         center = least_squares_circle(x, y, 0.0, 0.0)[:2]
@@ -90,7 +89,7 @@ def _value(kind: str, x: Floats, y: Floats, tolerance: float) -> float:
         center = smallest_circle(x, y, tolerance, basis)[:2]
     elif kind == "MZC":
         center = zone(x, y, 0.0, 0.0, tolerance, basis)[:2]
-    else:  # of two lobes the best one may lie at either end of the trough
+    else:  # with two lobes the best circle may lie at either end of the trough
         starts = ((0.0, 0.0), (float(x.mean()), float(y.mean())))
         found = max((empty_circle(x, y, *start, tolerance, basis) for start in starts), key=itemgetter(2))
         center = found[:2] if found[3] else (np.nan, np.nan)

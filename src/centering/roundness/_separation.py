@@ -1,7 +1,7 @@
-"""Form of the part and runout of the roller told apart by one least-squares fit, about a centre that comes out of it.
+"""Separation of the part's form from the roller's runout, by one least-squares fit with the centre.
 
-Rows are 1, cosines and sines of the harmonics in the part's angle, the runout's cosine and sine, and its derivative by the
-ratio. Part angles depend on the centre and on the tip's radius, which depend on the fit: each Gauss-Newton step moves them all.
+Rows are 1, cosines and sines of the harmonics in the part angle, those of the runout, and its derivative by
+the ratio. Part angles depend on the fitted centre and tip radius: each Gauss-Newton step updates them.
 """
 
 import dataclasses
@@ -16,16 +16,16 @@ from centering.roundness._separation_start import REACH, SEEN, SeparationState, 
 from centering.roundness._separation_task import SeparationTask, refuse_integer
 from sdpgrind.base.checks import Floats
 
-_STEPS = 20
-_STILL = 1e-9  # of the radius, and of the ratio: then one more step changes nothing
-_PIECES = 4  # of a turn, in which the roller's phase is looked at
-_KEPT = 0.01  # of the variance of a phase: where the fit leaves less, the readings tell no slip
-_ROUNDING = 1e-12  # of the radius: what is left without any noise
+_STEPS = 20  # chosen: Gauss-Newton steps, at most
+_STILL = 1e-9  # chosen: relative move of circle and ratio that ends them
+_PIECES = 4  # chosen: pieces of a turn in which the roller's phase is compared
+_KEPT = 0.01  # chosen: least share of a phase's variance left by the fit to show slip
+_ROUNDING = 1e-12  # chosen: residual over the radius without any noise
 
 
 @dataclasses.dataclass(frozen=True)
 class Separation:
-    """Circle (radius, x, y; mm) with its covariance, tip radius, runout, and what is left of each reading."""
+    """Circle (radius, x, y; mm) with covariance, tip radius, runout, residual of each reading."""
 
     circle: Floats
     covariance: Floats
@@ -36,7 +36,7 @@ class Separation:
 
 @dataclasses.dataclass(frozen=True)
 class _Fit:
-    """A linear fit: solution by rows, normal matrix, residual."""
+    """Linear fit: solution by rows, normal matrix, residual."""
 
     solution: Floats
     gram: Floats
@@ -44,11 +44,12 @@ class _Fit:
 
     @property
     def noise_sd(self) -> float:
+        """Standard deviation of one value; infinite without degrees of freedom."""
         freedom = self.residual.size - self.solution.size
         return float(np.linalg.norm(self.residual)) / sqrt(freedom) if freedom > 0 else inf
 
     def covariance(self, *values: slice) -> list[Floats]:
-        """Of some values; infinite where no reading is left to tell the noise by."""
+        """Covariances of some values; infinite without degrees of freedom."""
         spread = np.linalg.inv(self.gram)
         parts = [np.asarray(spread[some, some], dtype=float) for some in values]
         return [
@@ -57,7 +58,7 @@ class _Fit:
 
 
 def separate(task: SeparationTask) -> Separation:
-    """Tell form and runout apart."""
+    """Separate form and runout."""
     samples = task.samples
     nominal = task.ratio or float(samples.circle[0]) / abs(samples.tip_radius)
     state, refine = start(task, nominal)
@@ -74,7 +75,7 @@ def separate(task: SeparationTask) -> Separation:
 
 
 def _fitted(basis: Basis, further: Floats, target: Floats) -> _Fit:
-    """Least squares by the normal equations: conditions that are accepted leave them ten digits."""
+    """Least squares by the normal equations; accepted conditions leave ten digits."""
     gram, first = basis.bordered(further), len(basis.rows)
     solution = np.asarray(
         np.linalg.solve(gram, np.concatenate([basis.rows @ target, further @ target])), dtype=float
@@ -85,7 +86,7 @@ def _fitted(basis: Basis, further: Floats, target: Floats) -> _Fit:
 def _moved(
     task: SeparationTask, state: SeparationState, fit: _Fit, nominal: float, refine: bool
 ) -> SeparationState:
-    """The state after a step; the tip's radius goes with the ratio unless that was given."""
+    """State after a step; the tip's radius follows the ratio unless that is given."""
     first = 2 * task.upr_max + 1
     circle, ratio, rho = state.circle + fit.solution[:3], state.ratio, state.tip_radius
     if refine:
@@ -95,6 +96,7 @@ def _moved(
 
 
 def _still(before: SeparationState, after: SeparationState) -> bool:
+    """Whether a step has moved nothing."""
     moved = np.abs(after.circle - before.circle).max() / after.circle[0]
     return bool(max(moved, abs(after.ratio / before.ratio - 1)) < _STILL)
 
@@ -102,6 +104,7 @@ def _still(before: SeparationState, after: SeparationState) -> bool:
 def _separation(
     task: SeparationTask, state: SeparationState, fit: _Fit, part_angle: Floats, basis: Basis, further: Floats
 ) -> Separation:
+    """Circle, runout and slip of a settled fit."""
     first, size = len(basis.rows), len(further)
     of_circle, of_runout = fit.covariance(slice(0, 3), slice(first, first + size))
     covariance = np.zeros((3, 3))
@@ -122,10 +125,11 @@ def _separation(
 
 
 def _slip(state: SeparationState, part_angle: Floats, rows: Floats, fit: _Fit) -> tuple[float, float]:
-    """Spread of the roller's phase over pieces of a turn as a way along the part, mm; probability of as much by noise.
+    """Spread of the roller's phase over pieces of a turn, as a length along the part, mm, and its
+    probability.
 
-    What the fit has taken off the residual is taken off the covariance of the phases, too: of the pieces that were read once it
-    leaves next to nothing.
+    The covariance of the phases excludes the part absorbed by the fit, nearly all for pieces that were read
+    once.
     """
     waves = np.exp(-1j * state.ratio * part_angle) / complex(state.tone[0], -state.tone[1])
     piece = ((part_angle - part_angle.min()) * (_PIECES / (2 * np.pi))).astype(int)
@@ -147,7 +151,7 @@ def _slip(state: SeparationState, part_angle: Floats, rows: Floats, fit: _Fit) -
 
 
 def _ratio(squares: float, variance: float, count: int, fit: _Fit) -> float:
-    """Mean square of the phases over that of the residual without them: Fisher's ratio."""
+    """Fisher's ratio: mean square of the phases over that of the residual without them."""
     whole = variance * (fit.residual.size - fit.solution.size)
     others = max(whole - squares, 1e-12 * whole) / (fit.residual.size - fit.solution.size - count)
     return squares / count / others
@@ -156,6 +160,6 @@ def _ratio(squares: float, variance: float, count: int, fit: _Fit) -> float:
 def _refuse_edge(ratio: float, nominal: float, origin: str) -> None:
     if abs(ratio / nominal - 1) > REACH * (1 - 1e-6):
         raise ValueError(
-            f"ratio must be within {100 * REACH:g} % of that of the roller; got {nominal:.6g}{origin}, and the runout is"
-            f" strongest at the edge, {ratio:.6g}: another tip_radius, or give the ratio"
+            f"ratio must be within {100 * REACH:g} % of that of the roller; got {nominal:.6g}{origin},"
+            f" and the runout is strongest at the edge, {ratio:.6g}: another tip_radius, or give the ratio"
         )

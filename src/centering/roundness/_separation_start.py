@@ -1,4 +1,4 @@
-"""What a separation begins with: whether the turns tell runout and form apart, and whether the runout has a ratio of its own."""
+"""Start of a separation: whether the turns separate runout from form and determine its ratio."""
 
 import dataclasses
 from math import ceil, sqrt
@@ -13,24 +13,35 @@ from centering.roundness._separation_rows import Basis, condition, harmonic_rows
 from centering.roundness._separation_task import SeparationTask
 from sdpgrind.base.checks import Floats
 
-REACH = 5e-3
-"""Share of the ratio within which it is refined."""
-SEEN = 5.0
-"""Standard deviations of the amplitude: a smaller runout has no frequency of its own."""
-
-_TELLING = 0.3  # of the reach: a ratio is refined if its sd is less
-_UNSURE, _INFLATED = (
-    0.1,
-    4.0,
-)  # of the amplitude, and times its sd at the ratio as it is: then the ratio is kept
-_APART = 0.25  # of the ratio times the turns: tried ratios; a peak is 2 wide
-_SINGULAR = 1e-14  # of the squares of a row: what is left where harmonics make up for it
-_LATER = (0, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
+REACH = 5e-3  # chosen: relative range of a refined ratio; beyond it the tip radius is wrong
+SEEN = 5.0  # chosen: amplitude in standard deviations below which a runout has no measurable ratio
+_TELLING = 0.3  # chosen: largest sd of a refined ratio, over the reach
+_UNSURE, _INFLATED = 0.1, 4.0
+"""The ratio is kept where the amplitude's sd is above this share of it, and this multiple of that at the
+given ratio; chosen."""
+_APART = 0.25  # chosen: step of tried ratios times the turns; a peak is 2 wide
+_SINGULAR = 1e-14  # chosen: squares left over those of a row where harmonics replace it, rounding
+_LATER = (
+    0,
+    0.5,
+    1,
+    1.5,
+    2,
+    3,
+    4,
+    6,
+    8,
+    12,
+    16,
+    24,
+    32,
+    48,
+)  # chosen: additional turns that an error proposes
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class SeparationState:
-    """What a step moves: circle, tip radius, ratio, runout's cosine and sine."""
+    """Circle, tip radius, ratio, and cosine and sine of the runout: the values moved by a step."""
 
     circle: Floats
     tip_radius: float
@@ -38,13 +49,13 @@ class SeparationState:
     tone: Floats
 
     def runout_rows(self, part_angle: Floats, refine: bool) -> Floats:
-        """The runout's two rows and, where the ratio is refined, the derivative by it."""
+        """Two rows of the runout and, for a refined ratio, the derivative by it."""
         rows = Runout(np.array([*self.tone, self.ratio]), np.zeros((3, 3))).derivatives(part_angle).T
         return rows if refine else rows[:2]
 
 
 def start(task: SeparationTask, nominal: float) -> tuple[SeparationState, bool]:
-    """What the steps begin with, and whether there is a runout whose ratio can be refined."""
+    """First state, and whether the ratio can be refined."""
     samples = task.samples
     state = SeparationState(samples.circle, samples.tip_radius, nominal, np.zeros(2))
     part_angle, deviation = samples.about(state.circle, state.tip_radius)
@@ -61,10 +72,10 @@ def start(task: SeparationTask, nominal: float) -> tuple[SeparationState, bool]:
 
 
 def _told(basis: Basis, state: SeparationState, left: Floats, part_angle: Floats, nominal: float) -> bool:
-    """Whether the samples tell the ratio better than its reach does: hardly so over one turn, where harmonics make up for it.
+    """Whether the samples determine the ratio better than its reach, and refining keeps the amplitude
+    certain.
 
-    Nor is it looked for where that would make the amplitude unsure which is known at the ratio as it is: near a whole number
-    the two grow together.
+    Over one turn the harmonics replace the runout; near a whole number ratio and amplitude are correlated.
     """
     rows = state.runout_rows(part_angle, True)
     own = basis.beyond(rows)
@@ -80,7 +91,7 @@ def _told(basis: Basis, state: SeparationState, left: Floats, part_angle: Floats
 
 
 def _unsettled(gram: Floats, tone: Floats, noise_sd: float) -> bool:
-    """Whether an amplitude becomes unsure, and much less sure, where the ratio is looked for, whose row is the last."""
+    """Whether refining the ratio, the last row, makes the amplitude uncertain."""
     amplitude = float(np.hypot(*tone))
     spreads = np.linalg.inv(gram[:2, :2]), np.linalg.inv(gram)[:2, :2]
     sure, unsure = (noise_sd * sqrt(max(float(tone @ spread @ tone), 0.0)) / amplitude for spread in spreads)
@@ -90,7 +101,7 @@ def _unsettled(gram: Floats, tone: Floats, noise_sd: float) -> bool:
 def _first_runout(
     task: SeparationTask, basis: Basis, left: Floats, part_angle: Floats, nominal: float
 ) -> tuple[float, Floats] | None:
-    """Of ratios within reach that whose runout explains most of what harmonics leave; None where that is no more than noise."""
+    """Ratio within reach and runout that explain most of the residuals of the harmonics; None below noise."""
     count = 2 * ceil(REACH * nominal * task.samples.turns / _APART) + 3
     ratios = nominal * (1 + np.linspace(-REACH, REACH, count))
     gains, tones = zip(*(_explained(basis, left, part_angle, ratio) for ratio in ratios), strict=True)
@@ -101,7 +112,7 @@ def _first_runout(
 
 
 def _explained(basis: Basis, left: Floats, part_angle: Floats, ratio: float) -> tuple[float, Floats]:
-    """Sum of squares that a runout of that ratio explains beyond the harmonics, and the runout."""
+    """Sum of squares explained beyond the harmonics by a runout of this ratio, and the runout."""
     tone = np.stack([np.cos(ratio * part_angle), np.sin(ratio * part_angle)])
     shared = basis.rows @ tone.T
     gram = tone @ tone.T - shared.T @ cho_solve(basis.factor, shared)
@@ -113,22 +124,24 @@ def _refuse_ill(task: SeparationTask, found: float, ratio: float) -> None:
     if found <= TOO_BAD:
         return
     raise ValueError(
-        f"angle must cover enough turns to tell runout at {ratio:.6g} upr from {task.upr_max} harmonics: the condition must be"
-        f" <= {TOO_BAD:g}; got {found:.3g} with {task.samples.turns:.3g} turns; {_advice(task, ratio)}"
+        f"angle must cover enough turns to tell runout at {ratio:.6g} upr from {task.upr_max} harmonics:"
+        f" the condition must be <= {TOO_BAD:g}; got {found:.3g} with {task.samples.turns:.3g} turns;"
+        f" {_advice(task, ratio)}"
     )
 
 
 def _advice(task: SeparationTask, ratio: float) -> str:
-    """What would make the condition good: turns, on an even grid, or samples where there are none."""
+    """Sentence on a remedy: more turns, on an even grid, or samples in a gap."""
     more = _more_turns(ratio, task.upr_max, task.samples.turns)
     if more == 0:
         gap = widest_gap(task.samples.angle)
-        return f"a gap of {np.degrees(gap):.3g} degrees or the offset leaves part of the turn bare: upr_max must be lower"
+        bare = f"a gap of {np.degrees(gap):.3g} degrees or the offset leaves part of the turn bare"
+        return f"{bare}: upr_max must be lower"
     return "no number of turns will do" if more is None else f"about {more:g} turns more are needed"
 
 
 def _more_turns(ratio: float, upr_max: int, turns: float) -> float | None:
-    """Turns to be added until the two can be told apart, on an even grid."""
+    """Additional turns that separate the two, on an even grid; None if none does."""
     for more in _LATER:
         part_angle = (
             2

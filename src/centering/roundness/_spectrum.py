@@ -1,4 +1,4 @@
-"""The form of a part as undulations per revolution: amplitude, phase, how sure they are."""
+"""Spectrum of a part's form: amplitude and phase of undulations per revolution, with their uncertainty."""
 
 from math import sqrt
 from typing import Any
@@ -23,13 +23,13 @@ class Spectrum(Described, ByValue):
     upr : array, shape (n,)
         Undulations per revolution, unit 1.
     amplitude : array, shape (n,)
-        Half of the height from valley to peak of each, mm.
+        Half of the height of each from valley to peak, mm.
     phase : array, shape (n,)
         Phase in the angle about the part's centre, rad.
     sd : array, shape (n,), optional
-        Standard deviation of the amplitudes, mm; 0 where not given, infinite where the samples are as few as the harmonics.
+        Standard deviation of the amplitudes, mm; infinite where samples are as few as harmonics. Default: 0.
     nyquist : float, optional
-        Half of the points of one turn, upr: what cannot be told beyond; the highest `upr` where not given.
+        Half of the points of one turn, upr: the limit of the spectrum. Default: the highest `upr`.
 
     Raises
     ------
@@ -72,7 +72,7 @@ class Spectrum(Described, ByValue):
 
     @property
     def bound(self) -> float:
-        """Greatest height from valley to peak that these amplitudes could add up to, with any phases, mm."""
+        """Greatest height from valley to peak of these amplitudes with any phases, mm."""
         return 2 * float(self.amplitude.sum())
 
     def deviation(self, part_angle: npt.ArrayLike) -> Floats:
@@ -93,12 +93,12 @@ class Spectrum(Described, ByValue):
         return values_at(coef, angle.ravel()).reshape(angle.shape)
 
     def largest(self, count: int = 10) -> list[tuple[float, float]]:
-        """Return the largest undulations, falling: pairs of upr and amplitude in mm, as Mears, Table 6.5.
+        """Return the largest undulations, falling: pairs of upr and amplitude in mm, as in Mears, Table 6.5.
 
         Parameters
         ----------
         count : int
-            How many at most.
+            Largest number of pairs.
         """
         order = np.argsort(-self.amplitude, kind="stable")[: checks.count("count", count)]
         return [(float(self.upr[k]), float(self.amplitude[k])) for k in order]
@@ -106,12 +106,12 @@ class Spectrum(Described, ByValue):
     def plot(self, ax: Any = None) -> Any:
         """Draw the amplitudes (µm) over upr, into the axes `ax` or a new figure; return the figure.
 
-        Grey is what noise alone exceeds in one of 20 undulations: bars within it say nothing.
+        The grey range is the amplitude that noise alone exceeds in one of 20 undulations.
 
         Parameters
         ----------
         ax : matplotlib axes, optional
-            Where.
+            Axes to draw into.
         """
         if ax is None:
             ax = pictures.axes_of(7, 3.5)
