@@ -1,4 +1,4 @@
-"""What a first program does with a ring: `sdpgrind.warm` compiles what it needs."""
+"""A first program with a ring, which `sdpgrind.warm` compiles."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What measured data say of a part: where its circle lies, how it slides."""
+"""Identification of a part from measured data: its circle, its friction."""
 
 from collections.abc import Callable
 from typing import Any, Literal, overload
@@ -17,33 +17,34 @@ def identify(data: Any, what: Literal["circle"] = "circle", **options: Any) -> C
 @overload
 def identify(data: Any, what: Literal["friction"], **options: Any) -> Estimate: ...
 def identify(data: Any, what: str = "circle", **options: Any) -> Estimate:
-    """Estimate from what was measured.
+    """Estimate from measured data.
 
-    ========== ======================================================== ==================================================
-    `what`     data                                                     gives
-    ========== ======================================================== ==================================================
-    "circle"   spindle angle (rad) and reading (mm), or a scan or log   radius and centre (mm), see `identify_circle`
-    "friction" pushes: traces, or what was read of each                 both coefficients (unit 1), see `identify_friction`
-    ========== ======================================================== ==================================================
+    ========== ===================================================== =========================================
+    `what`     data                                                  result
+    ========== ===================================================== =========================================
+    "circle"   spindle angle (rad) and reading (mm), a scan or a log radius and centre (mm): `identify_circle`
+    "friction" pushes: traces, or readings of each                   coefficients (unit 1):
+    `identify_friction`
+    ========== ===================================================== =========================================
 
     Parameters
     ----------
     data : object
-        As the table says.
+        Measured data, see above.
     what : {"circle", "friction"}
-        What is wanted.
+        Quantity to estimate.
     **options
-        Those of `identify_circle` (tip_radius, loss, method, ...) or `identify_friction` (problem, ...).
+        Options of `identify_circle` (tip_radius, loss, method, ...) or `identify_friction` (problem, ...).
 
     Returns
     -------
     Estimate
-        With its covariance and a status.
+        Estimate with covariance and status.
 
     Raises
     ------
     ValueError, TypeError
-        For another `what`, "friction" without a problem, or what the function of that name refuses.
+        For another `what`, "friction" without a problem, or data that the named function refuses.
 
     Examples
     --------

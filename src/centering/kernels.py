@@ -1,8 +1,8 @@
 """Compiled physics of the simulated centering machine and of the probe, for the plants of other packages.
 
-`machine` steps table, tip and ring, `slide` the carriage and the spindle, `ring` holds the laws of a ring that sticks,
-slides or is thrown, `gauges` what is measured, `probe` the readings of a measuring head; each is a module of kernels on
-plain arrays, in place, serial.
+`machine` steps table, tip and ring, `slide` carriage and spindle; `ring` holds the laws of a ring that
+sticks, slides or is thrown, `gauges` the measurements, `probe` the readings of a measuring head. Kernels are
+serial and work on plain arrays, in place.
 """
 
 from centering._plant import kernels as machine

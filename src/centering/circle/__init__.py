@@ -1,4 +1,4 @@
-"""Where a ring lies: fits of a circle, streaming estimators, how sure they are (Mears 2006, chapters 3 and 4)."""
+"""Circle of an offset ring: fits, streaming estimators, their uncertainty (Mears 2006, chapters 3 and 4)."""
 
 from sdpgrind.base import faces
 

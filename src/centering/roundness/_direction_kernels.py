@@ -29,10 +29,7 @@ def _angle(place):
 
 @compiled
 def gaps(x, y, cx, cy):
-    """Largest and second largest gap between neighbouring directions, rad, and middle of the largest, rad.
-
-    A gap of less than a bin is returned as one bin, never too small.
-    """
+    """Largest and second gap of directions, rad, at least a bin; middle of the largest, rad."""
     low, high = np.full(_BINS, 9.0), np.full(_BINS, -1.0)
     for k in range(x.size):
         place = _diamond(x[k] - cx, y[k] - cy)

@@ -12,7 +12,7 @@ _STEPS = 300  # chosen: exchanges at most; about ten suffice for thousands of po
 def smallest_circle(x, y, tolerance, basis):
     """Centre, radius about all points and radius of the contacts (mm), number of contacts; writes `basis`.
 
-    Two contacts are ends of a diameter. A point counts as outside by more than `tolerance` (mm).
+    Two contacts are ends of a diameter.
     """
     basis[0] = extremes(x, y, x[0], y[0])[0]
     basis[1] = extremes(x, y, x[basis[0]], y[basis[0]])[0]

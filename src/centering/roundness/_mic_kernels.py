@@ -35,10 +35,7 @@ def empty_circle(x, y, cx, cy, tolerance, basis):
 
 @compiled
 def _three_about(x, y, cx, cy, basis):
-    """Write three points whose triangle contains a centre; return whether they exist.
-
-    The nearest point, one a third of a turn on or opposite, and one against both.
-    """
+    """Write three points whose triangle contains a centre; return whether they exist."""
     basis[0] = extremes(x, y, cx, cy)[2]
     dx, dy = x[basis[0]] - cx, y[basis[0]] - cy
     return _against(

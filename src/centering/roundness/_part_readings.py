@@ -93,7 +93,7 @@ class PartReadings(ByValue):
         Parameters
         ----------
         about : (float, float)
-            Position of the axis relative to the spindle axis, mm.
+            Axis relative to the spindle axis, mm.
         upr : float, optional
             Highest undulation of the form, upr. None: no rise between samples.
 

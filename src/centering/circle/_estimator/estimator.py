@@ -54,10 +54,8 @@ class GeometryEstimator:
         Where many readings repeat the one before, rounding to the smallest step seen counts as noise too.
     confidence : float
         Probability in (0, 1) that the true centre lies within the band, unit 1.
-    rel_tol : float
-        Allowed error of the centre, relative to the offset, unit 1.
-    abs_tol : float
-        Error of the centre that is always allowed, mm.
+    rel_tol, abs_tol : float
+        Allowed error of the centre, the larger of two: relative to the offset (unit 1) and in mm.
     model : {"exact", "limacon"}
         Curve of an offset circle, or R + d cos(angle - phi) (Mears (4.4)), for which readings may have any
         sign.
@@ -177,10 +175,8 @@ class GeometryEstimator:
 
         Parameters
         ----------
-        angle : array_like, shape (m,)
-            Spindle angles, rad.
-        reading : array_like, shape (m,)
-            Readings, mm.
+        angle, reading : array_like, shape (m,)
+            Spindle angles (rad) and readings (mm).
 
         Raises
         ------

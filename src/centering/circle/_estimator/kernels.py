@@ -203,10 +203,9 @@ def _least_noise(state):
 
 @compiled(error_model="numpy")
 def _rotate_if_tame(state, array, row):
-    """Rotate a row in unless the reading is an outlier; return the rotated residual, inf for an outlier.
+    """Rotate a row in unless it is an outlier; return the rotated residual, inf for an outlier.
 
-    The rotated residual is the prediction error over its standard deviation for unit noise. The triangle is
-    written only after the test; the row is only read.
+    The rotated residual is the prediction error over its standard deviation for unit noise.
     """
     p0, c0, s0 = _rotation(array[0, 0], row[0])
     a01, r1 = c0 * array[0, 1] + s0 * row[1], c0 * row[1] - s0 * array[0, 1]

@@ -124,14 +124,10 @@ def _noise(state):
 
 @compiled(error_model="numpy")
 def _write_noise(state, ratio, form):
-    """Write noise, freedom, inflation and form bound (both over the ratio) that make the smallest band.
-
-    With significant correlation and whole turns these are noise freed of form and the effect of form on the
-    centre; the inflation may then be below 1.
-    """
+    """Write noise, freedom, inflation and form bound (both over the ratio) that make the smallest band."""
     sd, freedom, inflation, lagged = _noise(state)
     state[at.FREED] = 0.0
-    if inflation > 1.0 and state[at.TURNS] > 0.0:
+    if inflation > 1.0 and state[at.TURNS] > 0.0:  # noise freed of form, and the shift by form
         long, free = _long_noise(state, 0.5 * lagged / state[at.WEIGHT]), at.ABOVE * state[at.TURNS]
         if _quantile(state, free) * long < _quantile(state, freedom) * sd * inflation:
             state[at.FREED] = 1.0

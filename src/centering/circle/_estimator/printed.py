@@ -174,10 +174,8 @@ class PrintedEstimator:
 
         Parameters
         ----------
-        angle : array_like, shape (m,)
-            Spindle angles, rad.
-        reading : array_like, shape (m,) or (runs, m)
-            Readings of one part or of many, each from its own start, mm.
+        angle, reading : array_like, shapes (m,) and (m,) or (runs, m)
+            Spindle angles (rad), and readings of one part or of many, each from its own start, mm.
 
         Returns
         -------

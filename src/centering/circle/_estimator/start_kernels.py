@@ -69,10 +69,7 @@ def _clear_fit(state):
 
 @compiled(error_model="numpy")
 def _replay(state, core):
-    """Fit the accepted readings of a ring buffer that begins at its first cell, in order.
-
-    Readings marked in `core` go first; the others follow unless they are outliers.
-    """
+    """Fit the accepted readings of the ring buffer, those in `core` first; the others unless outliers."""
     x, y = state[at.CENTER_X], state[at.CENTER_Y]
     _clear_fit(state)
     state[at.CENTER_X], state[at.CENTER_Y] = x, y  # weigh the first rows by the previous fit
@@ -114,10 +111,7 @@ def _is_far(state, cell):
 
 @compiled(error_model="numpy")
 def end_start(state):
-    """Screen the first readings once the arc is long enough that the rows inform more than their own noise.
-
-    The rows of a spindle at rest explain any reading: outliers are refused only from the arc GATE_FROM on.
-    """
+    """Screen the first readings once the arc exceeds GATE_FROM: rows of a spindle at rest fit any reading."""
     state = borrowed(state)
     cells, room = _ring(state), np.empty(at.RING)
     state[at.GATE_FROM] = 0.0
@@ -204,11 +198,7 @@ def _places(state):
 
 @compiled(error_model="numpy")
 def _write_errors(state, places, three, value, error, least):
-    """Write the circle through three readings and the errors (mm) of all; return whether their median may be
-    below `least`.
-
-    It stops once more than half of the errors are at least `least`.
-    """
+    """Write the circle through three readings and the errors (mm); return whether the median is < `least`."""
     rows, far = _arrays(state), 0
     array, row = rows[:3], rows[15]
     _empty(array)
@@ -221,6 +211,6 @@ def _write_errors(state, places, three, value, error, least):
         _write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
         error[i] = abs(row[3] - row[0] * value[0] - row[1] * value[1] - row[2] * value[2]) / state[at.RATIO]
         far += error[i] >= least
-        if 2 * far > at.RING:
+        if 2 * far > at.RING:  # the median is not
             return False
     return True

@@ -164,11 +164,7 @@ def _form_bound(state, array):
 
 @compiled(error_model="numpy")
 def judge(state, least):
-    """Fit all readings with prior knowledge, write value, covariance and band; return whether the estimate is
-    valid.
-
-    With less than `least` (rad) covered nothing is written and the estimate is not valid.
-    """
+    """Fit with prior knowledge and write the result; return whether it is valid over at least `least` (rad)."""
     if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:
         return False
     state = borrowed(state)

@@ -49,10 +49,8 @@ def circle_reading(
     ----------
     angle : array_like
         Spindle angle, rad.
-    radius : float
-        Radius R of the part, mm, > 0.
-    offset : float
-        Distance d of its centre from the spindle axis, mm, in [0, R).
+    radius, offset : float
+        Radius R of the part and distance d of its centre from the spindle axis, mm; 0 <= d < R.
     offset_angle : float
         Direction of its centre, rad.
     tip_radius : float

@@ -42,10 +42,8 @@ class CircleEstimate(Estimate, ByValue):
         Sentence on the data. Default: that of the status.
     freedom : float
         Degrees of freedom of the covariance, unit 1; inf: the noise is known.
-    names : tuple of str
-        Names of the three values, always the same.
-    units : tuple of str
-        Units of the three values.
+    names, units : tuple of str
+        Names and units of the three values, always the same.
     samples : int
         Number of readings used, unit 1.
     down_weighted : int
@@ -216,10 +214,8 @@ class CircleEstimate(Estimate, ByValue):
 
         Parameters
         ----------
-        angle : array_like, shape (m,)
-            Spindle angle, rad.
-        reading : array_like, shape (m,)
-            Radial position of the probe, mm.
+        angle, reading : array_like, shape (m,)
+            Spindle angle, rad, and radial position of the probe, mm.
 
         Raises
         ------

@@ -50,24 +50,14 @@ def identify_circle(
     data : pair of arrays, mapping of arrays, scan, or log
         Spindle angle (rad) and reading (mm): (angle, reading), or by these names (also attributes, as of a
         scan), or a log with a table "probe". Rows of scans and logs without a reading are left out.
-    tip_radius : float
-        Radius of the probe's tip, mm, >= 0.
-    loss : {"linear", "huber", "soft_l1"}
-        See `fit_circle`; only "linear" for the limacon.
     method : {"exact", "limacon", "printed"}
         Fitted curve.
-    noise_sd : float, optional
-        Least standard deviation of one reading assumed in the covariance, mm. Default: see `fit_circle`.
-    radius_prior : (mean, sd), optional
-        Known radius and its standard deviation, mm; exact curve only.
-    harmonics : Spectrum or mapping, optional
-        Known form of the part, see `fit_circle`; exact curve only.
-    turns : float, optional
-        Greatest number of turns of the readings, unit 1; guards against angles in degrees.
     part : int, optional
         Number of the part in a log, unit 1; needed where there are several.
-    throw : bool
-        Raise when the data do not determine the circle; else the status says so.
+    tip_radius, noise_sd, turns, throw : optional
+        See `fit_circle`, mm and unit 1.
+    loss, radius_prior, harmonics : optional
+        See `fit_circle`; for the exact curve only.
 
     Returns
     -------

@@ -63,10 +63,8 @@ def limacon_radius(radius: float, offset: float) -> float:
 
     Parameters
     ----------
-    radius : float
-        Radius R of the part, mm, > 0.
-    offset : float
-        Distance d of its centre from the spindle axis, mm, in [0, R].
+    radius, offset : float
+        Radius R > 0 of the part and distance d of its centre from the spindle axis in [0, R], mm.
 
     Raises
     ------
@@ -143,10 +141,8 @@ def limacon_wave(radius: float, offset: float) -> float:
 
     Parameters
     ----------
-    radius : float
-        Radius R of the part, mm, > 0.
-    offset : float
-        Distance d of its centre from the spindle axis, mm, in [0, R].
+    radius, offset : float
+        Radius R > 0 of the part and distance d of its centre from the spindle axis in [0, R], mm.
 
     Raises
     ------
@@ -173,10 +169,8 @@ def limacon_bias(angle: npt.ArrayLike, radius: float, offset: float, offset_angl
     ----------
     angle : array_like, shape (m,)
         Spindle angles of the readings, rad.
-    radius, offset : float
-        Radius and offset of the part, mm.
-    offset_angle : float
-        Direction of its centre, rad.
+    radius, offset, offset_angle : float
+        Circle as for `circle_reading`, mm and rad.
 
     Returns
     -------

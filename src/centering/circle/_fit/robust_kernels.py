@@ -1,8 +1,4 @@
-"""Kernels of the robust fit: least-median circle through three readings, far readings left out, the rest
-weighted.
-
-Conventions as in the kernels of the plain fit.
-"""
+"""Kernels of the robust fit: least-median circle through three readings, outliers removed, rest weighted."""
 
 import numpy as np
 
@@ -35,13 +31,10 @@ def _through(data, triple, circle):
 
 @compiled(error_model="numpy")
 def _least_median(data, triples, circle):
-    """Write the circle through one of the triples with the least median residual; return that, inf for none.
-
-    Three readings lie on the circle itself: the rank counts two more than half.
-    """
+    """Write the circle through one of the triples of least median residual; return that, inf for none."""
     m, best = data.shape[1], np.inf
     trial, left = np.empty(3), np.empty(m)
-    half = min(m // 2 + 1, m - 1)
+    half = min(m // 2 + 1, m - 1)  # three readings lie on the circle itself
     for k in range(triples.shape[0]):
         if not (_through(data, triples[k], trial) and fit._residuals(data, trial, left)):
             continue

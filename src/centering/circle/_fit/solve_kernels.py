@@ -12,11 +12,7 @@ _TELLS = 0.05  # chosen: least independent share of a column; less makes the sol
 
 @compiled(error_model="numpy")
 def _triangle(array, size):
-    """Write the Cholesky factor of the first columns and the last, in place; return whether all are
-    independent.
-
-    Only the upper triangle is read.
-    """
+    """Write the Cholesky factor of the first columns and the last, in place; return whether it is regular."""
     last = array.shape[1] - 1
     for i in range(size):
         whole = array[i, i]
