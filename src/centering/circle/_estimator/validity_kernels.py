@@ -164,7 +164,7 @@ def _form_bound(state, array):
 
 @compiled(error_model="numpy")
 def judge(state, least):
-    """Fit with prior knowledge and write the result; return whether it is valid over at least `least` (rad)."""
+    """Fit with prior knowledge and write the result; return whether it is valid over at least this arc."""
     if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:
         return False
     state = borrowed(state)
