@@ -3,7 +3,7 @@ bounds.
 """
 
 from centering.circle._estimator import slots
-from centering.circle._estimator.look_kernels import _has_moved
+from centering.circle._estimator.move_kernels import _has_moved
 from centering.circle._fit import fit_kernels, fit_noise_kernels, limacon, robust_kernels
 from centering.circle._fit.fit import formed, triples
 from centering.circle._fit.fit_noise import step_noise, travel_of
@@ -39,7 +39,7 @@ from centering.roundness._proof_kernels import (
     steepness,
     zone_reach,
 )
-from centering.roundness._sampling import going_on, supported, turns_of, widest_gap
+from centering.roundness._sampling import supported, turns_of, unwrapped_turns, widest_gap
 from centering.roundness._separation_rows import Basis, harmonic_rows
 from centering.setup._allowance import told_chance
 
@@ -77,7 +77,6 @@ __all__ = [
     "formed",
     "from_part",
     "gaps",
-    "going_on",
     "harmonic_rows",
     "into_part",
     "learned_widening",
@@ -99,6 +98,7 @@ __all__ = [
     "travel_of",
     "triples",
     "turns_of",
+    "unwrapped_turns",
     "values_at",
     "widest_gap",
     "zone_reach",

@@ -3,7 +3,7 @@ import pickle
 
 import numpy as np
 import pytest
-from circle_inside import from_part, going_on, into_part, supported, turns_of, widest_gap
+from circle_inside import from_part, into_part, supported, turns_of, unwrapped_turns, widest_gap
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_rings import RADIUS, TIP, form, measured, phases, turn
@@ -75,15 +75,15 @@ def test_turns_points_and_gaps():
 
 def test_angles_that_start_again():
     angle = turn(3, 100)
-    assert going_on(np.mod(angle, 2 * np.pi)) == pytest.approx(angle)
-    assert going_on(-np.mod(angle, 2 * np.pi)) == pytest.approx(-angle)
+    assert unwrapped_turns(np.mod(angle, 2 * np.pi)) == pytest.approx(angle)
+    assert unwrapped_turns(-np.mod(angle, 2 * np.pi)) == pytest.approx(-angle)
     for kept in (
         angle,
         np.random.default_rng(0).permutation(angle),
         np.array([0.0, 3.5, 7.0, 10.5]),
         np.array([0.1, 0.1, 4.0]),
     ):
-        assert going_on(kept) is kept
+        assert unwrapped_turns(kept) is kept
 
 
 @pytest.mark.parametrize("way", [1, -1])
@@ -103,9 +103,9 @@ def test_shuffled_readings_stay_as_they_are():
     for seed in range(50):
         rng = np.random.default_rng(seed)
         angle = rng.uniform(0, 2 * np.pi, rng.integers(8, 400))
-        assert np.ptp(going_on(angle)) < 2 * np.pi
+        assert np.ptp(unwrapped_turns(angle)) < 2 * np.pi
     tremble = turn(1, 90) + 0.1 * np.random.default_rng(0).normal(size=90)
-    assert going_on(tremble) is tremble
+    assert unwrapped_turns(tremble) is tremble
 
 
 def test_turns_of_what_steps_have_made(profiles):

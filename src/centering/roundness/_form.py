@@ -9,7 +9,7 @@ from centering.roundness._certainty import amplitude_sd, deviation_sd, leaks_of
 from centering.roundness._filters import PASSED
 from centering.roundness._harmonics import HarmonicFit, fit_harmonics, values_at
 from centering.roundness._runout import Runout
-from centering.roundness._samples import TOO_BAD, Samples
+from centering.roundness._samples import CONDITION_MAX, Samples
 from centering.roundness._sampling import even_turn, supported, widest_gap
 from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.parallel import one_blas_thread
@@ -40,7 +40,7 @@ class Form:
         return deviation_sd(self.fit, self.noise_sd, self.leaks, self.runout, passed, size)
 
 
-def form_of(samples: Samples, degree: int, asked: str = "upr_max", limit: float = TOO_BAD) -> Form:
+def form_of(samples: Samples, degree: int, asked: str = "upr_max", limit: float = CONDITION_MAX) -> Form:
     """Harmonics 2..degree about the circle without harmonics 0 and 1; `asked`: argument named in errors."""
     with one_blas_thread():
         circle = _settled(samples, min(degree, _FIRST), samples.circle, 1)[2]
@@ -61,7 +61,7 @@ def _settled(
     for _ in range(rounds):
         part_angle, deviation = samples.about(circle, samples.tip_radius)
         fit = fit_harmonics(part_angle, deviation, degree)
-        if fit.condition > TOO_BAD:
+        if fit.condition > CONDITION_MAX:
             break
         moved = np.array([fit.coef[0].real, 2 * fit.coef[1].real, -2 * fit.coef[1].imag])
         circle = circle + moved

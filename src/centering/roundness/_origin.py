@@ -44,7 +44,7 @@ class Made:
     sd: Floats | None = None
 
 
-def told_runout(runout: Runout) -> str:
+def runout_sentence(runout: Runout) -> str:
     """Sentence on a runout."""
     amplitude = f"{1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} µm"
     size = f"roller runout of {amplitude} at {runout.ratio:.6g} upr"
@@ -60,14 +60,14 @@ def told_runout(runout: Runout) -> str:
     )
 
 
-def told_form(form: Form) -> str:
+def form_sentence(form: Form) -> str:
     """Sentence on the harmonics of a filter."""
     fit = form.fit
     samples = f"{fit.residual.size} samples, condition {fit.condition:.3g}"
     return f"{form.coef.size - 1} harmonics by least squares of {samples}"
 
 
-def told_gap(sd: Floats, part_angle: Floats) -> str:
+def gap_sentence(sd: Floats, part_angle: Floats) -> str:
     """Sentence on a gap where the filtered form is less certain than elsewhere; else ""."""
     usual, worst = float(np.median(sd)), float(sd.max())
     if not worst > _UNEVEN * usual:
@@ -78,6 +78,6 @@ def told_gap(sd: Floats, part_angle: Floats) -> str:
     )
 
 
-def scattered(sd: Floats) -> float:
+def sd_of_harmonics(sd: Floats) -> float:
     """Standard deviation of one deviation from those of its harmonics, mm."""
     return float(np.sqrt(np.sum(sd**2)))

@@ -12,7 +12,7 @@ from centering.roundness._form import largest_between
 from centering.roundness._harmonics import even_harmonics
 from centering.roundness._origin import MEASURED, Origin
 from centering.roundness._part_frame import circle_of, into_part, tip_centers
-from centering.roundness._sampling import going_on, rise, turns_of, widest_gap
+from centering.roundness._sampling import rise, turns_of, unwrapped_turns, widest_gap
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
@@ -32,7 +32,7 @@ class PartReadings(ByValue):
 
     def __post_init__(self) -> None:
         angle, reading = readings(self.angle, self.reading)
-        object.__setattr__(self, "angle", lasting(going_on(angle)))
+        object.__setattr__(self, "angle", lasting(unwrapped_turns(angle)))
         object.__setattr__(self, "reading", lasting(reading))
         object.__setattr__(self, "tip_radius", checks.nonnegative("tip_radius", self.tip_radius, "mm"))
         checks.kind("internal", self.internal, bool)

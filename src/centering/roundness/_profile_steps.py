@@ -11,7 +11,14 @@ from centering.roundness._circles import reference_circle
 from centering.roundness._filters import CUT_OFFS, filter_even, transmission
 from centering.roundness._form import ENOUGH, broad_form, form_of
 from centering.roundness._harmonics import HarmonicFit, even_harmonics, even_values, values_at
-from centering.roundness._origin import Made, Origin, scattered, told_form, told_gap, told_runout
+from centering.roundness._origin import (
+    Made,
+    Origin,
+    form_sentence,
+    gap_sentence,
+    runout_sentence,
+    sd_of_harmonics,
+)
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._profile_protocol import Measured
 from centering.roundness._roundness import Roundness
@@ -33,7 +40,7 @@ def without_runout(profile: Measured, task: SeparationTask) -> Made:
     with one_blas_thread():
         found = separate(task)
     runout, center = found.runout, found.circle[1:]
-    steps = (*profile.steps, told_runout(runout))
+    steps = (*profile.steps, runout_sentence(runout))
     origin = dataclasses.replace(profile._origin, steps=steps, runout=runout, noise_sd=runout.noise_sd)
     if not runout.seen:
         circle = profile.circle
@@ -63,7 +70,7 @@ def filtered_evenly(profile: Measured, cut_off: float) -> Made:
         profile, profile.circle.value, deviation, sd, _named(cut_off), "by FFT", profile.deviation - deviation
     )
     return dataclasses.replace(
-        made, sd=averaged_sd(profile.deviation_sd, passed, scattered(sd[2:]), profile.noise_sd)
+        made, sd=averaged_sd(profile.deviation_sd, passed, sd_of_harmonics(sd[2:]), profile.noise_sd)
     )
 
 
@@ -77,8 +84,8 @@ def filtered(profile: Measured, cut_off: float) -> Made:
     with one_blas_thread():
         left = form.fit.residual + values_at(form.coef - coef, form.part_angle)
         each = form.deviation_sd(passed, deviation.size)
-    gap = told_gap(each, form.part_angle)
-    how = "; ".join(filter(None, (told_form(form), gap)))
+    gap = gap_sentence(each, form.part_angle)
+    how = "; ".join(filter(None, (form_sentence(form), gap)))
     if gap and float(each.max()) > _BRIDGE * form.noise_sd:
         warnings.warn(f"{_named(cut_off)}: {gap}", stacklevel=3)
     made = _even(profile, form.circle, deviation, _thinned(form.sd, passed), _named(cut_off), how, left)
@@ -112,7 +119,7 @@ def _even(
         runout=profile.runout,
         filter=f"{profile._origin.filter}; {name}".lstrip("; "),
         sd=tuple(sd.tolist()),
-        noise_sd=scattered(sd[2:]),
+        noise_sd=sd_of_harmonics(sd[2:]),
         nyquist=profile.nyquist,
     )
     return Made(
@@ -154,7 +161,7 @@ def limits(profile: Measured) -> str:
     return f"a gap of {gap:.3g} degrees leaves {sure} upr sure: faster form is taken for noise, or for these"
 
 
-def _sure_told(profile: Measured) -> int:
+def _default_degree(profile: Measured) -> int:
     """Highest harmonic of a default spectrum; raises where there is none, warns where there are few."""
     sure, told = _sure(profile), limits(profile)
     if sure < _LEAST:
@@ -190,7 +197,7 @@ def spectrum(profile: Measured, degree: int | None) -> Spectrum:
         coef = even_harmonics(profile.deviation)[: (degree or len(profile._origin.sd) - 1) + 1]
         sd = _even_sd(profile, coef.size)
     else:
-        wanted = degree or _sure_told(profile)
+        wanted = degree or _default_degree(profile)
         form = form_of(_samples(profile, wanted), wanted)
         coef, sd = form.coef, form.sd
     upr = np.arange(1.0, coef.size)

@@ -8,7 +8,7 @@ from centering.roundness._runout import Runout
 from centering.roundness._sampling import turns_of
 from sdpgrind.base.checks import Floats
 
-TOO_BAD = 1e3  # chosen: condition above which a fit is refused: errors may grow by as much
+CONDITION_MAX = 1e3  # chosen: condition above which a fit is refused: errors may grow by as much
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ def even_turn(size: int) -> Floats:
     return np.asarray(np.linspace(0.0, 2 * pi, size, endpoint=False), dtype=float)
 
 
-def going_on(angle: Floats) -> Floats:
+def unwrapped_turns(angle: Floats) -> Floats:
     """Angles unwrapped where they restart at each turn of a spindle in one sense; else unchanged."""
     unwrapped = np.unwrap(angle)
     if _one_way(angle):

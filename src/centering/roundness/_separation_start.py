@@ -7,7 +7,7 @@ import numpy as np
 from scipy.linalg import cho_solve
 
 from centering.roundness._runout import Runout
-from centering.roundness._samples import TOO_BAD
+from centering.roundness._samples import CONDITION_MAX
 from centering.roundness._sampling import widest_gap
 from centering.roundness._separation_rows import Basis, condition, harmonic_rows
 from centering.roundness._separation_task import SeparationTask
@@ -68,10 +68,12 @@ def start(task: SeparationTask, nominal: float) -> tuple[SeparationState, bool]:
     if found is None:
         return state, False
     better = dataclasses.replace(state, ratio=found[0], tone=found[1])
-    return (better, True) if _told(basis, better, left, part_angle, nominal) else (state, False)
+    return (better, True) if _ratio_determined(basis, better, left, part_angle, nominal) else (state, False)
 
 
-def _told(basis: Basis, state: SeparationState, left: Floats, part_angle: Floats, nominal: float) -> bool:
+def _ratio_determined(
+    basis: Basis, state: SeparationState, left: Floats, part_angle: Floats, nominal: float
+) -> bool:
     """Whether the samples determine the ratio better than its reach, and refining keeps the amplitude
     certain.
 
@@ -121,11 +123,11 @@ def _explained(basis: Basis, left: Floats, part_angle: Floats, ratio: float) -> 
 
 
 def _refuse_ill(task: SeparationTask, found: float, ratio: float) -> None:
-    if found <= TOO_BAD:
+    if found <= CONDITION_MAX:
         return
     raise ValueError(
         f"angle must cover enough turns to tell runout at {ratio:.6g} upr from {task.upr_max} harmonics:"
-        f" the condition must be <= {TOO_BAD:g}; got {found:.3g} with {task.samples.turns:.3g} turns;"
+        f" the condition must be <= {CONDITION_MAX:g}; got {found:.3g} with {task.samples.turns:.3g} turns;"
         f" {_advice(task, ratio)}"
     )
 
@@ -152,6 +154,6 @@ def _more_turns(ratio: float, upr_max: int, turns: float) -> float | None:
         rows = np.vstack(
             [harmonic_rows(part_angle, upr_max), np.cos(ratio * part_angle), np.sin(ratio * part_angle)]
         )
-        if condition(rows @ rows.T) <= TOO_BAD:
+        if condition(rows @ rows.T) <= CONDITION_MAX:
             return more
     return None

@@ -13,7 +13,7 @@ from centering.circle._estimator.kernels import COMPLETE, MOVED, SHIFTED, run, t
 from centering.circle._estimator.restart_kernels import carry_radius, restart
 from centering.circle._estimator.settings import empty_state, refusal, write_quantiles
 from centering.circle._estimator.start_kernels import clear, end_start
-from centering.circle._estimator.validity import limited_by, scale_of, sentence, told_by, unknown
+from centering.circle._estimator.validity import evidence_of, limited_by, scale_of, sentence, unknown
 from centering.circle._estimator.validity_kernels import holds_axis, judge
 from centering.circle._fit.door import flag, pairs, radius_and_sd
 from centering.circle._fit.estimate import CircleEstimate
@@ -212,7 +212,7 @@ class GeometryEstimator:
         valid = bool(judge(state, 0.0))
         arc = 0.0 if valid else float(arc_needed(state))
         limit = limited_by(state)
-        common |= told_by(state, limit, arc)
+        common |= evidence_of(state, limit, arc)
         value, message = state[[at.RADIUS, at.FIT_X, at.FIT_Y]], sentence(state, limit, arc)
         if not np.isfinite(state[at.SCALE]):
             return unknown(value, message, common)

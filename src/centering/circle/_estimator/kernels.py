@@ -11,10 +11,10 @@ ratio R/r0.
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.borrowed import borrowed
-from centering.circle._estimator.look_kernels import _has_moved, _keep
+from centering.circle._estimator.form_kernels import _gather
+from centering.circle._estimator.move_kernels import _has_moved, _keep
 from centering.circle._estimator.noise_kernels import _arrays
-from centering.circle._estimator.turn_kernels import _gather
+from centering.circle._estimator.uncounted import uncounted
 from centering.circle._estimator.validity_kernels import LEAST_RATIO, MOST_RATIO, judge
 from sdpgrind.base.compiled import compiled
 
@@ -32,7 +32,7 @@ _SMALL_GAP = np.pi / 36  # chosen: rad; steps up to 5 deg are never gaps
 _COARSE = 0.75  # chosen: rad; larger even steps suggest degrees taken for rad
 _MANY_COARSE = 12  # chosen: coarse even steps in a row before a reading is invalid
 _STEEPEST = 0.25  # chosen: least cosine between probe and surface normal; offsets up to 0.97 radii
-_WILD = 5.0  # chosen: standard deviations; refuses one good Gaussian reading in 1.7 million
+_OUTLIER_SD = 5.0  # chosen: standard deviations; refuses one good Gaussian reading in 1.7 million
 _QUIET = 1e-11  # chosen: least noise of the outlier test over the largest reading, above rounding
 _SAME = 1e-12  # chosen: relative to the largest reading; smaller differences are rounding of sums
 _FEW = 8  # chosen: readings before the fitted centre weighs the rows; earlier it is too uncertain
@@ -69,7 +69,7 @@ def _travel(state, array, angle):
         step = angle - state[at.LAST_ANGLE]
         state[at.COARSE] = state[at.COARSE] + 1.0 if _is_coarse(state, step) else 0.0
         state[at.LAST_STEP] = step
-        step = _way_of(state, step)
+        step = _signed_step(state, step)
         _cover(state, step)
         if state[at.LOG_FORGETTING] != 0.0 and step != 0.0:
             _forget(state, array, np.exp(state[at.LOG_FORGETTING] * abs(step)))
@@ -77,7 +77,7 @@ def _travel(state, array, angle):
 
 
 @compiled(error_model="numpy")
-def _way_of(state, step):
+def _signed_step(state, step):
     """Signed angle of a step, rad; a step of more than half a turn continues the rotation."""
     if abs(step) <= 0.5 * _TURN:
         return step
@@ -202,7 +202,7 @@ def _least_noise(state):
 
 
 @compiled(error_model="numpy")
-def _rotate_if_tame(state, array, row):
+def _rotate_unless_outlier(state, array, row):
     """Rotate a row in unless it is an outlier; return the rotated residual, inf for an outlier.
 
     The rotated residual is the prediction error over its standard deviation for unit noise.
@@ -216,7 +216,7 @@ def _rotate_if_tame(state, array, row):
     a13, r3 = c1 * array[1, 3] + s1 * r3, c1 * r3 - s1 * array[1, 3]
     p2, c2, s2 = _rotation(array[2, 2], r2)
     a23, r3 = c2 * array[2, 3] + s2 * r3, c2 * r3 - s2 * array[2, 3]
-    if _is_wild(state, abs(r3), c0 * c1 * c2):
+    if _is_outlier(state, abs(r3), c0 * c1 * c2):
         return np.inf
     array[0, 0], array[0, 1], array[0, 2], array[0, 3] = p0, a01, a02, a03
     array[1, 1], array[1, 2], array[1, 3], array[2, 2], array[2, 3] = p1, a12, a13, p2, a23
@@ -236,23 +236,23 @@ def _rotation(pivot, entry):
 
 
 @compiled(error_model="numpy")
-def _is_wild(state, left, cosine):
+def _is_outlier(state, left, cosine):
     """Whether a rotated residual is an outlier; `cosine` is the product of the three rotations' cosines."""
     freedom, least = state[at.WEIGHT] - 3.0, _least_noise(state)
-    if left * left * freedom <= _WILD * _WILD * state[at.SQUARES] or left <= _WILD * least:
+    if left * left * freedom <= _OUTLIER_SD * _OUTLIER_SD * state[at.SQUARES] or left <= _OUTLIER_SD * least:
         return False
     if state[at.COVERED] < state[at.GATE_FROM] or freedom < 1.0:
         return False
     left = max(left - state[at.FORM_GATE] * state[at.RATIO] * abs(cosine), 0.0)
-    return left * left > _wild(freedom) ** 2 * max(state[at.SQUARES] / freedom, least * least)
+    return left * left > _outlier_quantile(freedom) ** 2 * max(state[at.SQUARES] / freedom, least * least)
 
 
 @compiled(error_model="numpy")
-def _wild(freedom):
+def _outlier_quantile(freedom):
     """Student quantile as rare as 5 standard deviations (Wallace); 5 above 200 degrees of freedom."""
     if freedom > 200.0:
-        return _WILD
-    z = _WILD * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0)
+        return _OUTLIER_SD
+    z = _OUTLIER_SD * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0)
     return np.sqrt(freedom * np.expm1(z * z / freedom))
 
 
@@ -335,7 +335,7 @@ def _take(state, array, row, angle, reading):
     _write_row(state, angle, reading, row)
     state[at.INDEX] += 1.0
     state[at.SEEN] += 1.0
-    left = _rotate_if_tame(state, array, row)
+    left = _rotate_unless_outlier(state, array, row)
     if left == np.inf:
         state[cell + 2] = 1.0
         state[at.BAD] += 1.0
@@ -352,7 +352,7 @@ def _take(state, array, row, angle, reading):
 @compiled(error_model="numpy")
 def take(state, angle, reading):
     """Take one reading; return its outcome."""
-    state = borrowed(state)
+    state = uncounted(state)
     rows = _arrays(state)
     return _take(state, rows[:3], rows[15], angle, reading)
 
@@ -363,7 +363,7 @@ def run(state, angle, reading, start, until_valid):
 
     Returns the index after the last reading, its outcome, and whether it made the estimate valid.
     """
-    state = borrowed(state)
+    state = uncounted(state)
     rows = _arrays(state)
     array, row = rows[:3], rows[15]
     for i in range(start, angle.shape[0]):

@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.turn_kernels import _long_noise, _moved_by_form
+from centering.circle._estimator.form_kernels import _long_noise, _moved_by_form
 from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 

@@ -244,7 +244,7 @@ class PrintedEstimator:
 
         The radius is the constant part of the fit, not corrected by (4.22).
         """
-        state, told = self._state, self._told
+        state, told = self._state, self._has_band
         free = float(state[kernels.COUNT]) - 2
         noise = sqrt(state[kernels.SQUARES] / free) if told else 0.0
         spread = noise**2 / state[kernels.COUNT] if told else inf
@@ -263,7 +263,7 @@ class PrintedEstimator:
         )
 
     @property
-    def _told(self) -> bool:
+    def _has_band(self) -> bool:
         """Whether the readings determine a band."""
         return self._algorithm != "kalman" and bool(self._state[kernels.COUNT] > 2)
 
@@ -277,7 +277,7 @@ class PrintedEstimator:
         """Limiting cause and the angle still to be turned, rad: the band narrows as 1/sqrt(m)."""
         if self.valid:
             return "", 0.0
-        if not self._told:
+        if not self._has_band:
             return "samples", inf
         if self._swept < self._arc_min - _ROUNDING:
             return "arc", self._arc_min - self._swept

@@ -3,8 +3,8 @@
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.kernels import _cover, _remember, _way_of, _write_row
-from centering.circle._estimator.look_kernels import _move_by
+from centering.circle._estimator.kernels import _cover, _remember, _signed_step, _write_row
+from centering.circle._estimator.move_kernels import _move_by
 from centering.circle._estimator.noise_kernels import _arrays, _copy, _known_quantile
 from centering.circle._estimator.start_kernels import _replay, _ring, clear, end_start
 from centering.circle._estimator.validity_kernels import holds_axis, judge
@@ -44,7 +44,7 @@ def restart(state, shifted):
 @compiled(error_model="numpy")
 def _again(state, cell, before):
     """Replay a reading of the ring buffer: arc covered and place in the buffer."""
-    _cover(state, _way_of(state, cell[0] - before[0]))
+    _cover(state, _signed_step(state, cell[0] - before[0]))
     state[at.TRAVEL] = cell[3]
     _remember(state, cell[0], cell[1])
     state[at.SEEN] += 1.0

@@ -3,17 +3,17 @@
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.borrowed import borrowed
 from centering.circle._estimator.kernels import (
     PIVOT,
     _count,
     _least_noise,
     _note,
-    _rotate_if_tame,
+    _rotate_unless_outlier,
     _write_row,
     _write_row_at,
 )
 from centering.circle._estimator.noise_kernels import _arrays, _copy
+from centering.circle._estimator.uncounted import uncounted
 from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
@@ -106,13 +106,13 @@ def _is_far(state, cell):
     rows = _arrays(state)
     _write_row(state, cell[0], cell[1], rows[15])
     _copy(rows, rows[9:12])
-    return _rotate_if_tame(state, rows[9:12], rows[15]) == np.inf
+    return _rotate_unless_outlier(state, rows[9:12], rows[15]) == np.inf
 
 
 @compiled(error_model="numpy")
 def end_start(state):
     """Screen the first readings once the arc exceeds GATE_FROM: rows of a spindle at rest fit any reading."""
-    state = borrowed(state)
+    state = uncounted(state)
     cells, room = _ring(state), np.empty(at.RING)
     state[at.GATE_FROM] = 0.0
     if state[at.LIMACON] == 0.0:

@@ -112,7 +112,7 @@ def scale_of(state: Floats) -> tuple[float, float]:
     return least, exp(brentq(lambda n: reach(share, exp(n), joint) - wanted, 0.0, log(1e9), xtol=1e-12))
 
 
-def told_by(state: Floats, limit: str, arc: float) -> dict[str, Any]:
+def evidence_of(state: Floats, limit: str, arc: float) -> dict[str, Any]:
     """Fields of an estimate that hold its evidence."""
     measured = np.isfinite(state[at.FIT_NOISE]) and state[at.FREEDOM] > 0
     return {

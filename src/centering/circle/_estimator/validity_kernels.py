@@ -7,7 +7,7 @@ The values of the triangle are (q, x, y): the centre, and q = (R^2 - d^2 - r0^2)
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._estimator.borrowed import borrowed
+from centering.circle._estimator.form_kernels import _in_first_turn
 from centering.circle._estimator.noise_kernels import (
     _arrays,
     _copy,
@@ -16,7 +16,7 @@ from centering.circle._estimator.noise_kernels import (
     _write_covariance,
     _write_noise,
 )
-from centering.circle._estimator.turn_kernels import _in_first_turn
+from centering.circle._estimator.uncounted import uncounted
 from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 from sdpgrind.identify.kernels import rotate
@@ -167,7 +167,7 @@ def judge(state, least):
     """Fit with prior knowledge and write the result; return whether it is valid over at least this arc."""
     if state[at.WEIGHT] <= 0.0 or state[at.COVERED] < least:
         return False
-    state = borrowed(state)
+    state = uncounted(state)
     rows = _arrays(state)
     array, room = rows[9:12], rows[12:15]
     _copy(rows, array)

@@ -21,7 +21,7 @@ SMALL = 1e-9
 """Residual relative to the largest reading that is rounding; chosen."""
 
 
-def smell_of_degrees(angle: Floats, reading: Floats) -> str:
+def evidence_of_degrees(angle: Floats, reading: Floats) -> str:
     """Return the evidence for degrees in words; "" if there is none."""
     span = float(angle.max() - angle.min())
     step = span / (angle.size - 1)

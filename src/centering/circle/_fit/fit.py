@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from centering.circle._fit import fit_kernels as at
-from centering.circle._fit.angles import smell_of_degrees
+from centering.circle._fit.angles import evidence_of_degrees
 from centering.circle._fit.door import radius_and_sd
 from centering.circle._fit.estimate import NAMES, CircleEstimate
 from centering.circle._fit.fit_noise import Seen, seen_noise, step_noise, travel_of
@@ -229,7 +229,7 @@ def readings(
             f"angle must span at most {turns:g} turns, {2 * pi * turns:.6g} rad; got {span:.6g}:"
             " is it in degrees?"
         )
-    smell = "" if turns is not None else smell_of_degrees(turned, line)
+    smell = "" if turns is not None else evidence_of_degrees(turned, line)
     if smell:
         raise ValueError(
             f"angle must be in rad; {smell} smells of degrees: give units.deg(angle), or say how many turns"

@@ -26,13 +26,13 @@ def plot_fit(circle: "CircleEstimate", angle: Floats, reading: Floats) -> Any:
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     above.plot(angle / units.deg(1.0), reading, ".", color=BLUE, ms=4, label=f"{angle.size} readings")
     _draw_model(above, circle, angle)
-    above.set(ylabel="reading [mm]", title=_told(circle))
+    above.set(ylabel="reading [mm]", title=_title(circle))
     pictures.legend(above)
     _draw_residuals(below, circle, angle, reading)
     return figure
 
 
-def _told(circle: "CircleEstimate") -> str:
+def _title(circle: "CircleEstimate") -> str:
     """Estimate in one line."""
     direction = (
         f" at {circle.offset_angle / units.deg(1.0):.2f} deg"

@@ -6,7 +6,7 @@ from numba.extending import intrinsic
 
 
 @intrinsic
-def borrowed(typing_context: Any, array: Any) -> Any:
+def uncounted(typing_context: Any, array: Any) -> Any:
     """Return a view of an array that holds no reference to the memory; it must not outlive the caller's
     array.
 

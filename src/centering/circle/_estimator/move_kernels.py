@@ -12,8 +12,8 @@ makes the readings doubtful until the next look or the whole turn.
 import numpy as np
 
 from centering.circle._estimator import slots as at
+from centering.circle._estimator.form_kernels import _in_first_turn
 from centering.circle._estimator.noise_kernels import _arrays, _copy, _differences, _freedom_of, _inflation_of
-from centering.circle._estimator.turn_kernels import _in_first_turn
 from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
 
@@ -117,7 +117,7 @@ def _move(a, b, c, x, y, largest):
 
 
 @compiled(error_model="numpy")
-def _find(state, array, value, window):
+def _explained_by_move(state, array, value, window):
     """Sum of squares explained by a move within a window; -1 where too little was seen before the window."""
     triangle, kept, left = _older(state, window)
     if state[kept + at.KEPT_COVERED] < max(state[at.GATE_FROM], _ARC) or state[kept] <= 3.0:
@@ -131,9 +131,9 @@ def _is_move(state, found, window, lagged, rounding):
     _, kept, left = _older(state, window)
     looks, size = at.LOOKS + at.LOOK_SIZE * window, max(state[at.WEIGHT] - left * state[kept], 0.0)
     if state[looks] >= _MANY_LOOKS and state[kept + at.KEPT_COVERED] >= _TURN:
-        variance, freedom = _as_before(state, looks, found)
+        variance, freedom = _noise_of_looks(state, looks, found)
     else:
-        variance, freedom = _as_told(state, found, lagged, rounding)
+        variance, freedom = _noise_of_residuals(state, found, lagged, rounding)
     root = max(np.sqrt(found) - state[at.FORM_GATE] * state[at.RATIO] * np.sqrt(size), 0.0)
     return _is_rare(root * root, variance, freedom, _RARE)
 
@@ -159,7 +159,7 @@ def _variance(state, squares, freedom):
 
 
 @compiled(error_model="numpy")
-def _as_before(state, looks, found):
+def _noise_of_looks(state, looks, found):
     """Variance and degrees of freedom of a look without a move, from the looks before."""
     freedom = state[at.WEIGHT] - 5.0
     variance = _variance(state, state[at.SQUARES] - found, freedom)
@@ -175,7 +175,7 @@ def _form_is_given(state):
 
 
 @compiled(error_model="numpy")
-def _as_told(state, found, lagged, rounding):
+def _noise_of_residuals(state, found, lagged, rounding):
     """Variance and degrees of freedom before a turn, from correlated residuals; 0, 0 without a given form."""
     if not _form_is_given(state):
         return 0.0, 0.0
@@ -202,7 +202,7 @@ def _has_moved(state, array):
     doubt, state[at.DOUBT] = not _form_is_given(state) and _in_first_turn(state), 0.0
     both = int(state[at.SEEN]) // at.RING % 2 == 0
     for window in range(2 if both or doubt else 1):
-        found = _find(state, array, value, window)
+        found = _explained_by_move(state, array, value, window)
         if found < 0.0:
             continue
         if doubt:
