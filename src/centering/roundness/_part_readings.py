@@ -6,8 +6,8 @@ from math import copysign, cos, inf
 
 import numpy as np
 
+from centering.circle._fit.arguments import readings
 from centering.circle._fit.estimate import CircleEstimate
-from centering.circle._fit.fit import readings
 from centering.roundness._form import largest_between
 from centering.roundness._harmonics import even_harmonics
 from centering.roundness._origin import MEASURED, Origin

@@ -68,10 +68,10 @@ def start(task: SeparationTask, nominal: float) -> tuple[SeparationState, bool]:
     if found is None:
         return state, False
     better = dataclasses.replace(state, ratio=found[0], tone=found[1])
-    return (better, True) if _ratio_determined(basis, better, left, part_angle, nominal) else (state, False)
+    return (better, True) if _determines_ratio(basis, better, left, part_angle, nominal) else (state, False)
 
 
-def _ratio_determined(
+def _determines_ratio(
     basis: Basis, state: SeparationState, left: Floats, part_angle: Floats, nominal: float
 ) -> bool:
     """Whether the samples determine the ratio better than its reach, and refining keeps the amplitude

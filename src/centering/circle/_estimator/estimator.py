@@ -15,7 +15,7 @@ from centering.circle._estimator.settings import empty_state, refusal, write_qua
 from centering.circle._estimator.start_kernels import clear, end_start
 from centering.circle._estimator.validity import evidence_of, limited_by, scale_of, sentence, unknown
 from centering.circle._estimator.validity_kernels import holds_axis, judge
-from centering.circle._fit.door import flag, pairs, radius_and_sd
+from centering.circle._fit.arguments import flag, pairs, radius_and_sd
 from centering.circle._fit.estimate import CircleEstimate
 from centering.circle._fit.form import assumed_lobes, known_harmonics
 from sdpgrind.base import checks, units

@@ -1,18 +1,16 @@
 """A circle fitted to a batch of readings: the exact curve, by least squares or robustly."""
 
 from functools import lru_cache
-from math import inf, isfinite, pi
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from centering.circle._fit import fit_kernels as at
-from centering.circle._fit.angles import evidence_of_degrees
-from centering.circle._fit.door import radius_and_sd
+from centering.circle._fit.arguments import enough_angles, form_of, noise_of, radius_and_sd, readings
 from centering.circle._fit.estimate import NAMES, CircleEstimate
 from centering.circle._fit.fit_noise import Seen, seen_noise, step_noise, travel_of
-from centering.circle._fit.form import known_harmonics
 from centering.circle._fit.robust_kernels import HUBER, SOFT_L1, fit_robust
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -207,62 +205,6 @@ def _judged(ended: int, result: Floats) -> tuple[Status, str]:
     if ended == at.ENDLESS:
         return Status.UNDETERMINED, "the fit does not settle: turn the part further, or look for bad readings"
     return Status.OK, ""
-
-
-def readings(
-    angle: npt.ArrayLike, reading: npt.ArrayLike, turns: float | None = None
-) -> tuple[Floats, Floats]:
-    """Return angles (rad) and readings (mm) as checked arrays of one length."""
-    # copies: read-only or strided arrays would need a compilation of their own
-    turned, line = (
-        _real(name, given, unit)
-        for name, given, unit in (("angle", angle, "rad"), ("reading", reading, "mm"))
-    )
-    if turned.ndim != 1 or line.shape != turned.shape:
-        shapes = f"{turned.shape} and {line.shape}"
-        raise ValueError(f"angle and reading must be one-dimensional of one length; got shapes {shapes}")
-    if turned.size < 3:
-        raise checks.refuse("angle", "at least 3 angles", turned.size)
-    span = float(turned.max() - turned.min())
-    if turns is not None and span > 2 * pi * checks.positive("turns", turns, "1") * (1 + 1e-9):
-        raise ValueError(
-            f"angle must span at most {turns:g} turns, {2 * pi * turns:.6g} rad; got {span:.6g}:"
-            " is it in degrees?"
-        )
-    smell = "" if turns is not None else evidence_of_degrees(turned, line)
-    if smell:
-        raise ValueError(
-            f"angle must be in rad; {smell} smells of degrees: give units.deg(angle), or say how many turns"
-        )
-    return turned, line
-
-
-def _real(name: str, given: npt.ArrayLike, unit: str) -> Floats:
-    """New array of finite real numbers."""
-    if np.iscomplexobj(given):
-        raise TypeError(f"{name} must be real numbers ({unit}); got complex ones")
-    return checks.finite_array(name, given, unit).copy()
-
-
-def enough_angles(angle: Floats, wanted: int) -> None:
-    """Refuse fewer than `wanted` different angles."""
-    found = at.distinct(angle, wanted)
-    if found < wanted:
-        raise checks.refuse("angle", f"at least {wanted} different angles, with their readings", found)
-
-
-def noise_of(noise_sd: float | None) -> float:
-    """Checked least noise, mm; 0: unknown."""
-    return 0.0 if noise_sd is None else checks.positive("noise_sd", noise_sd, "mm")
-
-
-def form_of(harmonics: Any, least: float) -> Floats:
-    """Rows of upr, cosine and sine (mm) of a known form, checked to be less than the least reading (mm)."""
-    form = known_harmonics(harmonics)
-    largest = float(np.hypot(form[:, 1], form[:, 2]).max(initial=0.0))
-    if largest >= least:
-        raise checks.refuse("harmonics amplitude", f"< {least:.6g}, the least reading", largest, "mm")
-    return form
 
 
 def triples(angle: Floats) -> Any:

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from centering.circle._fit import fit as fits
+from centering.circle._fit.arguments import enough_angles, noise_of, readings
 from centering.circle._fit.estimate import NAMES, CircleEstimate
+from centering.circle._fit.fit import CONDITION, fit_circle
 from centering.circle._fit.fit_noise import Seen, Travel, seen_noise, step_noise, travel_of
 from centering.circle._fit.limacon import MEARS, corrected_radius, limacon_bias, limacon_columns, whole_turns
 from sdpgrind import identify as idf
@@ -90,9 +91,7 @@ def identify_circle(
     angle, reading = _pair(data, part)
     if checks.one_of("method", method, METHODS) == "exact":
         known: dict[str, Any] = {"radius_prior": radius_prior, "noise_sd": noise_sd, "harmonics": harmonics}
-        return fits.fit_circle(
-            angle, reading, tip_radius=tip_radius, loss=loss, turns=turns, throw=throw, **known
-        )
+        return fit_circle(angle, reading, tip_radius=tip_radius, loss=loss, turns=turns, throw=throw, **known)
     for name, given, taken in (
         ("loss", loss, "linear"),
         ("radius_prior", radius_prior, None),
@@ -100,10 +99,8 @@ def identify_circle(
     ):
         if given is not taken and given != taken:
             raise ValueError(f"{name} must be {taken!r} for method {method!r}; got {checks.shown(given)}")
-    turned, line = fits.readings(angle, reading, turns)
-    fitted = _limacon(
-        turned, line, checks.nonnegative("tip_radius", tip_radius, "mm"), fits.noise_of(noise_sd)
-    )
+    turned, line = readings(angle, reading, turns)
+    fitted = _limacon(turned, line, checks.nonnegative("tip_radius", tip_radius, "mm"), noise_of(noise_sd))
     if method == "printed":
         fitted = _corrected(fitted, turned)
     elif fitted.ok:
@@ -140,7 +137,7 @@ def _read(angle: Any, reading: Any) -> tuple[Any, Any]:
 
 def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) -> CircleEstimate:
     """Least squares on [1, cos, sin], Mears (4.5)-(4.7) in this order."""
-    fits.enough_angles(angle, 4 - (known > 0))
+    enough_angles(angle, 4 - (known > 0))
     travel = travel_of(angle)
     q, upper = np.linalg.qr(limacon_columns(angle))
     length = np.sqrt(np.sum(upper**2, axis=0))
@@ -150,7 +147,7 @@ def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) ->
         "tip_radius": tip_radius,
         "model": "limacon",
     }
-    if np.abs(np.diag(upper)).min() * fits.CONDITION <= length.max():
+    if np.abs(np.diag(upper)).min() * CONDITION <= length.max():
         name = NAMES[int(np.argmin(np.abs(np.diag(upper))))]
         message = f"the readings do not tell {name} from the others: turn the part further"
         value = np.array([reading.mean(), 0.0, 0.0])
@@ -203,7 +200,7 @@ def _warn_of_bias(fitted: CircleEstimate, angle: Floats, reading: Floats) -> Non
         return
     size = "of unknown size"
     if reading.min() > 0:
-        circle = fits.fit_circle(angle, reading, tip_radius=fitted.tip_radius, throw=False)
+        circle = fit_circle(angle, reading, tip_radius=fitted.tip_radius, throw=False)
         size = _bias(circle, angle) if circle.ok else size
     text = f"a limacon fitted to less than whole even turns has a bias {size}: method 'exact' has none"
     warnings.warn(text, UserWarning, stacklevel=4)
