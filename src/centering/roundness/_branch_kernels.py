@@ -43,20 +43,12 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
     _push(stack, 0, start[0], start[1], reach, 0, -np.inf)
     while depth > 0:
         depth -= 1
-        cx, cy, half, level, below = (
-            stack[depth, 0],
-            stack[depth, 1],
-            stack[depth, 2],
-            int(stack[depth, 3]),
-            stack[depth, 4],
-        )
-        around = half * _ROOT_2
-        if np.hypot(cx - start[0], cy - start[1]) - around > reach or _covered(
-            cx, cy, around, balls, min(known, _BALLS)
-        ):
+        cx, cy, half = stack[depth, 0], stack[depth, 1], stack[depth, 2]
+        level, below, around = int(stack[depth, 3]), stack[depth, 4], half * _ROOT_2
+        beyond = np.hypot(cx - start[0], cy - start[1]) - around > reach
+        if beyond or _covered(cx, cy, around, balls, min(known, _BALLS)):
             continue
-        least = found[2] - slack if found[2] <= found[4] else found[4] - _LOOSE * start[4]
-        if below >= least or done >= work or level == _LEVELS:
+        if below >= _wanted(found, slack, start[4]) or done >= work or level == _LEVELS:
             found[3] = min(found[3], below)
             continue
         if _off_hull(hull, cx, cy) > around:
@@ -64,55 +56,42 @@ def search(x, y, zone, start, reach, tolerance, slack, work, basis, hull):
         if not zone and level == _FREE:  # no exchange has come to hold a circle here
             found[3], found[4] = min(found[3], below), min(found[4], _height(x, y, cx, cy, zone))
             continue
-        done += sizes[level] + _CELL
+        here = lists[level, : sizes[level]]
+        done += here.size + _CELL
         if level % 3 == 0 and slack < alike:
-            known = _climb(
-                x,
-                y,
-                lists[level],
-                sizes[level],
-                zone,
-                cx,
-                cy,
-                tolerance,
-                slack,
-                alike,
-                found,
-                basis,
-                balls,
-                known,
-            )
-        sizes[level + 1] = _keep(x, y, lists[level], sizes[level], cx, cy, around, zone, lists[level + 1])
-        depth = _quarter(x, y, lists[level + 1], sizes[level + 1], zone, stack, depth, found, basis)
+            known = _climb(x, y, here, zone, cx, cy, tolerance, slack, alike, found, basis, balls, known)
+        sizes[level + 1] = _keep(x, y, here, cx, cy, around, zone, lists[level + 1])
+        depth = _quarter(x, y, lists[level + 1, : sizes[level + 1]], zone, stack, depth, found, basis)
     return found
+
+
+@compiled
+def _wanted(found, slack, size):
+    """Height below which a centre is better than the best, held or free."""
+    return found[2] - slack if found[2] <= found[4] else found[4] - _LOOSE * size
 
 
 @compiled
 def _push(stack, depth, cx, cy, half, level, below):
     """Push a square: centre, half side (mm), number of halvings, lower bound of the height (mm)."""
-    stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3], stack[depth, 4] = (
-        cx,
-        cy,
-        half,
-        level,
-        below,
-    )
+    stack[depth, 0], stack[depth, 1], stack[depth, 2] = cx, cy, half
+    stack[depth, 3], stack[depth, 4] = level, below
 
 
 @compiled
-def _part(values, here, size):
-    """Listed points only."""
-    part = np.empty(size)
-    for k in range(size):
+def _part(values, here):
+    """Values of the listed points."""
+    part = np.empty(here.size)
+    for k in range(here.size):
         part[k] = values[here[k]]
     return part
 
 
 @compiled
-def _quarter(x, y, here, size, zone, stack, depth, found, basis):
+def _quarter(x, y, here, zone, stack, depth, found, basis):
     """Replace the square on top of the stack by its quarters, the best on top; record a better zone."""
     cx, cy, half, level = stack[depth, 0], stack[depth, 1], 0.5 * stack[depth, 2], stack[depth, 3] + 1.0
-    xs, ys, px, py = _part(x, here, size), _part(y, here, size), _part(x, basis, 4), _part(y, basis, 4)
+    xs, ys, px, py = _part(x, here), _part(y, here), _part(x, basis), _part(y, basis)
     values, belows = np.empty(4), np.empty(4)
     for k in range(4):
         kx, ky = cx + half * (2 * (k % 2) - 1), cy + half * (2 * (k // 2) - 1)
@@ -121,15 +100,8 @@ def _quarter(x, y, here, size, zone, stack, depth, found, basis):
         if zone and value < found[2]:
             _note(x, y, kx, ky, found)
     for k in _ranked(values):
-        _push(
-            stack,
-            depth,
-            cx + half * (2 * (k % 2) - 1),
-            cy + half * (2 * (k // 2) - 1),
-            half,
-            level,
-            belows[k],
-        )
+        kx, ky = cx + half * (2 * (k % 2) - 1), cy + half * (2 * (k // 2) - 1)
+        _push(stack, depth, kx, ky, half, level, belows[k])
         depth += 1
     return depth
 
@@ -144,9 +116,9 @@ def _note(x, y, cx, cy, found):
 
 
 @compiled
-def _climb(x, y, here, size, zone, cx, cy, tolerance, slack, alike, found, basis, balls, known):
+def _climb(x, y, here, zone, cx, cy, tolerance, slack, alike, found, basis, balls, known):
     """Exchange from a centre on the listed points; record a better optimum, or the ball proved by another."""
-    trial, xs, ys = np.zeros(4, dtype=np.int64), _part(x, here, size), _part(y, here, size)
+    trial, xs, ys = np.zeros(4, dtype=np.int64), _part(x, here), _part(y, here)
     if zone:
         cx, cy, value, held = zone_exchange(xs, ys, cx, cy, tolerance, trial)
     else:
@@ -201,12 +173,12 @@ def _off_hull(hull, cx, cy):
 
 
 @compiled
-def _keep(x, y, here, size, cx, cy, around, zone, kept):
+def _keep(x, y, here, cx, cy, around, zone, kept):
     """Write the listed points that may be nearest or, for a zone, farthest in a circle; return the count."""
-    xs, ys = _part(x, here, size), _part(y, here, size)
+    xs, ys = _part(x, here), _part(y, here)
     _, most, _, least = extremes(xs, ys, cx, cy)
     left = 0
-    for k in range(size):
+    for k in range(here.size):
         away = _distance(xs, ys, cx, cy, k)
         if away <= least + 2.0 * around or (zone and away >= most - 2.0 * around):
             kept[left] = here[k]
