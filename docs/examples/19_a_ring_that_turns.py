@@ -42,6 +42,11 @@ used = slice(circle.samples)
 circle.plot(scan.angle[used], scan.reading[used])
 
 # %%
+# A real machine reads two scales, of the slide and of the probe on it; a master ring gives the constant.
+# Moving the slide by 2 mm along a part that stands still changes nothing:
+print(centering.circle.radial_position(slide=[10.0, 12.0], probe=[1.5, -0.5], calibration=50.0), "mm")
+
+# %%
 # What the estimator said on its way. It knows how long it will still take: that is worth something to whoever
 # moves the pusher.
 turned = np.rad2deg(scan.angle[used] - scan.angle[0])

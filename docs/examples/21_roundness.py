@@ -40,6 +40,8 @@ profile = centering.Profile(scan.angle, scan.reading, tip_radius=3.75)
 print(profile)
 print(f"truly {1e3 * ring.roundness:.3f} µm from peak to valley")
 
+print(f"a cosine would leave {1e3 * centering.circle.limacon_wave(61.94, 3.6):.0f} µm of two undulations")
+
 # %%
 # A cosine of that offset has an error of its own, 52 µm of two undulations; the exact curve has none. What is
 # left are 4 µm, most

@@ -49,7 +49,7 @@ KEPT = SUM + SUMS
 KEPT_WAY, KEPT_COVERED, KEPT_SIZE = SUMS, SUMS + 1, SUMS + 2
 """The same sums stored with the two older triangles, the younger first, each with angle travelled and arc
 covered."""
-LOOKS, SCATTER, WAITING = range(KEPT + 2 * KEPT_SIZE, KEPT + 2 * KEPT_SIZE + 3)
+LOOKS = KEPT + 2 * KEPT_SIZE
 LOOK_SIZE = 4
 """Looks for a move, for the shorter and then the longer window: number of those old enough for comparison,
 sum of their results (mm^2), results of the latest two."""
