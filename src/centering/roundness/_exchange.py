@@ -68,10 +68,10 @@ def least_squares(x: Floats, y: Floats) -> ExchangeFound:
     cx, cy, radius, bends = least_squares_circle(x, y, *start_centre(x, y))
     across, up = x - cx, y - cy
     rms = float(np.sqrt(np.mean((np.sqrt(across * across + up * up) - radius) ** 2)))
-    told = "the sum of squares is level at this centre" + (
+    sentence = "the sum of squares is level at this centre" + (
         ", and bends upwards in every direction" if bends else ""
     )
-    return ExchangeFound((cx, cy), radius, rms, told)
+    return ExchangeFound((cx, cy), radius, rms, sentence)
 
 
 def circumscribed(x: Floats, y: Floats) -> ExchangeFound:
@@ -80,8 +80,8 @@ def circumscribed(x: Floats, y: Floats) -> ExchangeFound:
     basis = np.zeros(3, dtype=np.int64)
     cx, cy, radius, bound, size = smallest_circle(x, y, rounding(x, y), basis)
     held = "two contacts are ends of a diameter" if size == 2 else "three contacts stand about the centre"
-    told = f"no point lies outside, and {held}: no smaller circle holds these alone"
-    return ExchangeFound((cx, cy), radius, bound, told, basis[:size], np.full(size, True))
+    sentence = f"no point lies outside, and {held}: no smaller circle holds these alone"
+    return ExchangeFound((cx, cy), radius, bound, sentence, basis[:size], np.full(size, True))
 
 
 def inscribed(x: Floats, y: Floats) -> ExchangeFound:
@@ -91,7 +91,7 @@ def inscribed(x: Floats, y: Floats) -> ExchangeFound:
     outer = extremes(x, y, cx, cy)[1]
     reach = empty_reach(radius, outer, gaps(x, y, cx, cy)[0])
     proved = ball(steepness(x, y, cx, cy, basis, False), radius) if held else 0.0
-    told = (
+    sentence = (
         f"three contacts stand about the centre: no centre within {proved:.3g} mm is better;"
         f" beyond {reach:.3g} mm all among the points are worse"
     )
@@ -105,8 +105,8 @@ def inscribed(x: Floats, y: Floats) -> ExchangeFound:
             hold = "points must hold the inscribed circle from all sides"
             raise ValueError(f"{hold}; one of {freed:.6g} mm can leave by a gap")
         searched = f"all centres within {reach:.3g} mm were searched"
-        told = f"{searched}: {best.told}; beyond all among the points are worse"
-    return ExchangeFound((cx, cy), radius, bound, told, basis[:3], np.full(3, False))
+        sentence = f"{searched}: {best.sentence}; beyond all among the points are worse"
+    return ExchangeFound((cx, cy), radius, bound, sentence, basis[:3], np.full(3, False))
 
 
 def minimum_zone(x: Floats, y: Floats) -> ExchangeFound:
@@ -118,16 +118,16 @@ def minimum_zone(x: Floats, y: Floats) -> ExchangeFound:
     reach = zone_reach(width, inner, largest, second)
     proved = ball(steepness(x, y, cx, cy, basis, True), inner) if held else 0.0
     within = f"{0.5 * inner:.3g} mm, half the inner radius"
-    told = f"contacts alternate, two outer and two inner: no centre within {within}, is better"
+    sentence = f"contacts alternate, two outer and two inner: no centre within {within}, is better"
     bound = width
     if reach > proved:
         best = _search(x, y, True, np.array([cx, cy, width, held, inner]), reach, basis, np.empty((0, 3)))
         (cx, cy), width, bound, held = best.center, best.height, best.below, best.held
-        told = f"all centres within {within}, were searched or are worse: {best.told}"
+        sentence = f"all centres within {within}, were searched or are worse: {best.sentence}"
     far, most, near, least = extremes(x, y, cx, cy)
     contacts = basis if held else np.array([far, near])
     outer = np.array([True, True, False, False] if held else [True, False])
-    return ExchangeFound((cx, cy), 0.5 * (most + least), bound, told, contacts, outer)
+    return ExchangeFound((cx, cy), 0.5 * (most + least), bound, sentence, contacts, outer)
 
 
 class _Best(NamedTuple):
@@ -138,7 +138,7 @@ class _Best(NamedTuple):
     below: float
     free: float
     held: bool
-    told: str
+    sentence: str
 
 
 def _search(
@@ -158,8 +158,8 @@ def _search(
         found = once_more
     cx, cy, height, below, free, held = found[:6].tolist()
     below = max(below, 0.0 if zone else -size)
-    told = f"none is better by more than {height - below:.2g} mm"
+    sentence = f"none is better by more than {height - below:.2g} mm"
     if apart > _APART * size:
         alike = f"others up to {apart:.3g} mm apart are as good to {ALIKE * size:.1g} mm"
-        told = f"{told}; {alike}, so that nothing fixes the centre"
-    return _Best((cx, cy), height, below, free, bool(held), told)
+        sentence = f"{sentence}; {alike}, so that nothing fixes the centre"
+    return _Best((cx, cy), height, below, free, bool(held), sentence)

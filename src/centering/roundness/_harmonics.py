@@ -199,8 +199,8 @@ def value_spread(fit: HarmonicFit, passed: Floats, angle: Floats) -> Floats:
     for begin in range(0, angle.size, step):
         piece = slice(begin, begin + step)
         waves = np.fft.fft(share * np.exp(-1j * np.outer(angle[piece], np.arange(share.size))), size)
-        told, lost = (np.fft.ifft(waves * side)[:, : share.size] for side in (left, right))
-        variance[piece] = np.sum(np.abs(told) ** 2, axis=1) - np.sum(np.abs(lost) ** 2, axis=1)
+        gained, lost = (np.fft.ifft(waves * side)[:, : share.size] for side in (left, right))
+        variance[piece] = np.sum(np.abs(gained) ** 2, axis=1) - np.sum(np.abs(lost) ** 2, axis=1)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 

@@ -50,7 +50,7 @@ def _draw_form(axis: Any, profile: "Profile") -> None:
 
 def _draw_spectrum(axis: Any, profile: "Profile") -> None:
     """Draw the spectrum, its limits as a title, and the removed runout."""
-    told = limits(profile)
+    limit = limits(profile)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the title holds the warning
@@ -63,12 +63,19 @@ def _draw_spectrum(axis: Any, profile: "Profile") -> None:
             )
     except ValueError:
         axis.set_axis_off()
-        told = told.replace("0 upr", "no upr").partition(":")[0]
-    axis.set_title(told, fontsize=8)
+        limit = limit.replace("0 upr", "no upr").partition(":")[0]
+    axis.set_title(limit, fontsize=8)
     lost = profile.runout
     if lost is not None and lost.seen:
         axis.axvline(lost.ratio, color=pictures.LIMIT, linewidth=0.8, linestyle=":")
-        told = f"roller runout removed: {1e3 * lost.amplitude:.3g} µm at {lost.ratio:.4g} upr"
+        removed = f"roller runout removed: {1e3 * lost.amplitude:.3g} µm at {lost.ratio:.4g} upr"
         axis.text(
-            0.99, 0.97, told, transform=axis.transAxes, ha="right", va="top", fontsize=8, color=pictures.LIMIT
+            0.99,
+            0.97,
+            removed,
+            transform=axis.transAxes,
+            ha="right",
+            va="top",
+            fontsize=8,
+            color=pictures.LIMIT,
         )

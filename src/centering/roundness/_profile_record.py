@@ -17,15 +17,15 @@ _COLUMNS = {
 
 def dataset_of(profile: PartReadings, left: Floats | None, sd: Floats | None) -> xr.Dataset:
     """Samples and residuals with units; circle and origin as JSON."""
-    columns = {name: ("sample", getattr(profile, name), _label(*told)) for name, told in _COLUMNS.items()}
+    columns = {name: ("sample", getattr(profile, name), _label(*label)) for name, label in _COLUMNS.items()}
     if left is not None:
         columns["residuals"] = ("measured", left, _label("mm", "what the last step left of each reading"))
     if sd is not None:
         columns["deviation_sd"] = ("sample", sd, _label("mm", "sd of the deviation"))
-    told = {"tip_radius": profile.tip_radius, "tip_radius_unit": "mm", "internal": int(profile.internal)}
+    scalars = {"tip_radius": profile.tip_radius, "tip_radius_unit": "mm", "internal": int(profile.internal)}
     return xr.Dataset(
         columns,
-        attrs=told | {"circle": stored.encode(profile.circle), "origin": stored.encode(profile._origin)},
+        attrs=scalars | {"circle": stored.encode(profile.circle), "origin": stored.encode(profile._origin)},
     )
 
 

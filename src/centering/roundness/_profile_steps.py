@@ -163,15 +163,15 @@ def limits(profile: Measured) -> str:
 
 def _default_degree(profile: Measured) -> int:
     """Highest harmonic of a default spectrum; raises where there is none, warns where there are few."""
-    sure, told = _sure(profile), limits(profile)
+    sure, limited = _sure(profile), limits(profile)
     if sure < _LEAST:
         gap = np.degrees(widest_gap(profile.part_angle))
         raise ValueError(
             f"angle must leave no gap above 90 degrees for a spectrum, so that {_LEAST} upr are sure;"
             f" got {gap:.3g} degrees without a sample (upr_max asks for harmonics all the same)"
         )
-    if told:
-        warnings.warn(told, stacklevel=4)
+    if limited:
+        warnings.warn(limited, stacklevel=4)
     return sure
 
 

@@ -192,8 +192,8 @@ class Roundness(Described, ByValue):
     def __repr__(self) -> str:
         x, y = (np.round(self.center, 9) + 0.0).tolist()
         spread = "" if self.value_sd is None else f" ± {self.value_sd / units.um(1.0):.2g}"
-        told = f"; {self.contacts.size} contacts" if self.contacts.size else ""
+        contacts = f"; {self.contacts.size} contacts" if self.contacts.size else ""
         filtered = f"; {self.filter}" if self.filter else ""
         value = f"{self.value / units.um(1.0):.4g}{spread} µm"
         place = f"about ({x:.6g}, {y:.6g}) mm, radius {self.radius:.8g} mm"
-        return f"Roundness({self.kind}: RONt {value} {place}{told}{filtered})"
+        return f"Roundness({self.kind}: RONt {value} {place}{contacts}{filtered})"

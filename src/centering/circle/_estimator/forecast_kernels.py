@@ -44,11 +44,8 @@ def _forecast(state):
     count = each / usual * state[at.USED] / state[at.SEEN]
     width = _arrays(state).shape[1]
     ahead, before, row = np.zeros((3, width)), np.zeros((3, width)), np.empty(width)
-    back_to_edge = (
-        state[at.HIGH] - state[at.POSITION]
-        if state[at.DIRECTION] > 0.0
-        else state[at.POSITION] - state[at.LOW]
-    )
+    forward = state[at.DIRECTION] > 0.0
+    back_to_edge = state[at.HIGH] - state[at.POSITION] if forward else state[at.POSITION] - state[at.LOW]
     covered, stride, n = state[at.COVERED] - back_to_edge, _STRIDE, 0
     while n < _STEPS:
         for k in range(n + 1, n + stride + 1):

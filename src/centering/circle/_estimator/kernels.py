@@ -107,10 +107,8 @@ def _cover(state, step):
     else:
         state[at.COVERED] += wider
     state[at.WIDENINGS] += 1.0
-    state[at.LOW], state[at.HIGH] = (
-        min(state[at.LOW], state[at.POSITION]),
-        max(state[at.HIGH], state[at.POSITION]),
-    )
+    state[at.LOW] = min(state[at.LOW], state[at.POSITION])
+    state[at.HIGH] = max(state[at.HIGH], state[at.POSITION])
 
 
 @compiled(error_model="numpy")
@@ -143,11 +141,8 @@ def _write_row_at(state, c, s, reading, row):
         return
     r, x, y = reading + state[at.TIP], state[at.CENTER_X], state[at.CENTER_Y]
     part_x, part_y, along = r * c - x, r * s - y, r - (x * c + y * s)
-    distance, start, per_start = (
-        np.sqrt(part_x * part_x + part_y * part_y),
-        state[at.REFERENCE],
-        state[at.PER_REFERENCE],
-    )
+    distance = np.sqrt(part_x * part_x + part_y * part_y)
+    start, per_start = state[at.REFERENCE], state[at.PER_REFERENCE]
     if along > _STEEPEST * distance:
         cosine, steep = along / distance, distance / along
     else:

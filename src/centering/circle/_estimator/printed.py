@@ -165,9 +165,8 @@ class PrintedEstimator:
         """
         at, seen = _pairs(angle, reading)
         for one in seen:
-            kernels.printed_extend(
-                self._state, self._kind, self._settings, at, one, np.empty((at.size, kernels.TOLD))
-            )
+            outputs = np.empty((at.size, kernels.OUTPUTS))
+            kernels.printed_extend(self._state, self._kind, self._settings, at, one, outputs)
 
     def history(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> PrintedHistory:
         """Return the results after each reading from an empty start; the estimator itself does not change.
@@ -195,9 +194,9 @@ class PrintedEstimator:
         -0.9
         """
         at, seen = _pairs(angle, reading)
-        told = np.empty((*seen.shape, kernels.TOLD))
-        kernels.printed_histories(self._kind, self._settings, at, seen, told)
-        return self._judged(told.reshape(*np.shape(reading), kernels.TOLD))
+        outputs = np.empty((*seen.shape, kernels.OUTPUTS))
+        kernels.printed_histories(self._kind, self._settings, at, seen, outputs)
+        return self._judged(outputs.reshape(*np.shape(reading), kernels.OUTPUTS))
 
     def first_valid(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> int | None:
         """Return the index of the first reading at which the rule holds, from an empty start; None: it never
@@ -216,26 +215,26 @@ class PrintedEstimator:
         found = np.flatnonzero(self.history(angle, np.ravel(reading)).valid)
         return int(found[0]) if found.size else None
 
-    def _judged(self, told: Floats) -> PrintedHistory:
+    def _judged(self, outputs: Floats) -> PrintedHistory:
         """Apply (4.8), (4.9) and the rule to the outputs of the kernels."""
-        count, x, y = (told[..., k] for k in (kernels.COUNT, kernels.CENTER_X, kernels.CENTER_Y))
+        count, x, y = (outputs[..., k] for k in (kernels.COUNT, kernels.CENTER_X, kernels.CENTER_Y))
         free = np.where(count > 2, count - 2, np.nan)
-        mean_variance = told[..., kernels.SQUARES] / (np.maximum(count, 1.0) * free)
+        mean_variance = outputs[..., kernels.SQUARES] / (np.maximum(count, 1.0) * free)
         band = np.where(np.isnan(mean_variance), inf, 2 * self._quantile * np.sqrt(mean_variance))
         offset = np.hypot(x, y)
-        turned = told[..., kernels.HIGH] - told[..., kernels.LOW] >= self._arc_min - _ROUNDING
+        turned = outputs[..., kernels.HIGH] - outputs[..., kernels.LOW] >= self._arc_min - _ROUNDING
         valid = turned & (band <= np.maximum(self._rel_tol * offset, self._abs_tol))
-        return PrintedHistory(told[..., kernels.RADIUS], offset, np.arctan2(y, x), band, valid)
+        return PrintedHistory(outputs[..., kernels.RADIUS], offset, np.arctan2(y, x), band, valid)
 
     @property
     def valid(self) -> bool:
         """Whether the rule "mears" accepts the estimate (unit 1)."""
-        return bool(self._judged(self._state[: kernels.TOLD]).valid)
+        return bool(self._judged(self._state[: kernels.OUTPUTS]).valid)
 
     @property
     def band(self) -> float:
         """Full width ``2 z sqrt(SSE/(m (m - 2)))``, mm; inf before three readings and for "kalman"."""
-        return float(self._judged(self._state[: kernels.TOLD]).band)
+        return float(self._judged(self._state[: kernels.OUTPUTS]).band)
 
     @property
     def estimate(self) -> CircleEstimate:
@@ -244,15 +243,15 @@ class PrintedEstimator:
 
         The radius is the constant part of the fit, not corrected by (4.22).
         """
-        state, told = self._state, self._has_band
+        state, known = self._state, self._has_band
         free = float(state[kernels.COUNT]) - 2
-        noise = sqrt(state[kernels.SQUARES] / free) if told else 0.0
-        spread = noise**2 / state[kernels.COUNT] if told else inf
+        noise = sqrt(state[kernels.SQUARES] / free) if known else 0.0
+        spread = noise**2 / state[kernels.COUNT] if known else inf
         limit, needed = self._lack
         return CircleEstimate(
             value=state[: kernels.CENTER_Y + 1],
             covariance=np.diag([0.0 if self._algorithm == "rls" else spread, spread, spread]),
-            status=Status.OK if not limit else Status.UNSURE if told else Status.UNDETERMINED,
+            status=Status.OK if not limit else Status.UNSURE if known else Status.UNDETERMINED,
             freedom=max(free, 1.0),
             samples=int(state[kernels.COUNT]),
             swept=self._swept,
@@ -281,8 +280,8 @@ class PrintedEstimator:
             return "samples", inf
         if self._swept < self._arc_min - _ROUNDING:
             return "arc", self._arc_min - self._swept
-        told = self._judged(self._state[: kernels.TOLD])
-        times = (float(told.band) / max(self._rel_tol * float(told.offset), self._abs_tol)) ** 2
+        now = self._judged(self._state[: kernels.OUTPUTS])
+        times = (float(now.band) / max(self._rel_tol * float(now.offset), self._abs_tol)) ** 2
         return "noise", self._swept * (times - 1)
 
 

@@ -1,7 +1,7 @@
 """The source's own estimators, reading by reading, on one flat state for each part: single steps and batches
 are bit-equal.
 
-A state begins with the outputs after each reading (the first `TOLD` slots), followed by the internal values:
+A state begins with the outputs after each reading (`OUTPUTS` slots), then the internal values:
 
 ========== ===============================================================================================
 "rls"      two values [cos, sin] and their inverse information, Mears (4.40)-(4.44)
@@ -20,7 +20,7 @@ from sdpgrind.identify.kernels import covariance_step, measure, rotate, solve
 
 RLS, PRLS, KALMAN = 0, 1, 2
 RADIUS, CENTER_X, CENTER_Y, SQUARES, COUNT, LOW, HIGH = range(7)
-TOLD = 7
+OUTPUTS = 7
 """Outputs: radius, centre (2), sum of squared residuals, number of readings, least and greatest angle."""
 _VALUE, _MATRIX, _WORK, _COST = 7, 9, 13, 17  # rls
 _ARRAY, _ROW, _SEEN, _MEAN, _TIMES, _DISTINCT, _LEFT, _WITHIN = 7, 19, 23, 27, 29, 31, 32, 33  # prls
@@ -137,18 +137,18 @@ def _kalman(state, settings, angle, reading):
 
 
 @compiled
-def printed_extend(state, kind, settings, angle, reading, told):
-    """Take many readings into a state; write the outputs after each to `told`, shape (m, `TOLD`)."""
+def printed_extend(state, kind, settings, angle, reading, outputs):
+    """Take many readings into a state; write the outputs after each to `outputs`, shape (m, `OUTPUTS`)."""
     for i in range(angle.shape[0]):
         printed_step(state, kind, settings, angle[i], reading[i])
-        for k in range(TOLD):
-            told[i, k] = state[k]
+        for k in range(OUTPUTS):
+            outputs[i, k] = state[k]
 
 
 @compiled
-def printed_histories(kind, settings, angle, readings, told):
-    """Run many series of readings (runs, m), each from an empty state; `told` has shape (runs, m, `TOLD`)."""
+def printed_histories(kind, settings, angle, readings, outputs):
+    """Run series of readings (runs, m), each from an empty state; `outputs`: shape (runs, m, `OUTPUTS`)."""
     state = np.empty(STATES)
     for run in range(readings.shape[0]):
         printed_start(state, kind, settings)
-        printed_extend(state, kind, settings, angle, readings[run], told[run])
+        printed_extend(state, kind, settings, angle, readings[run], outputs[run])

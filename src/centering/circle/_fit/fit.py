@@ -121,16 +121,14 @@ def _weighed(
     """Outcome, slots, noise and covered angle of a fit; noise and weight of the prior are iterated."""
     mean, sd, noise_sd = known
     travel, step = travel_of(data[0]), step_noise(data[1])
-    told = sd
+    weighing_sd = sd
     for _ in range(1 if sd == inf else WEIGHINGS):
-        ended, result, left = _fitted(data, (mean, told, noise_sd, *robust), form)
+        ended, result, left = _fitted(data, (mean, weighing_sd, noise_sd, *robust), form)
         shown = float(result[at.SEEN]), float(result[at.NOISE]), float(result[at.FREEDOM])
         seen = seen_noise(travel, data, result[:3], left, shown, noise_sd, step)
-        before, told = (
-            told,
-            sd * float(result[at.UNIT]) / seen.scale if seen.scale > 0 and result[at.UNIT] > 0 else sd,
-        )
-        if ended != at.FITTED or abs(told - before) <= ALIKE * before:
+        unit, before = float(result[at.UNIT]), weighing_sd
+        weighing_sd = sd * unit / seen.scale if seen.scale > 0 and unit > 0 else sd
+        if ended != at.FITTED or abs(weighing_sd - before) <= ALIKE * before:
             break
     return ended, result, (seen, travel.swept)
 
@@ -160,7 +158,7 @@ def formed(angle: Floats, reading: Floats, circle: Floats, form: Floats) -> Floa
     return np.asarray(cosine @ np.cos(turned) + sine @ np.sin(turned))
 
 
-def _estimate(ended: int, result: Floats, found: tuple[Seen, float], **told: Any) -> CircleEstimate:
+def _estimate(ended: int, result: Floats, found: tuple[Seen, float], **fields: Any) -> CircleEstimate:
     """Estimate from the slots of a fit."""
     status, message = _judged(ended, result)
     seen, covered = found
@@ -178,7 +176,7 @@ def _estimate(ended: int, result: Floats, found: tuple[Seen, float], **told: Any
         form_bound=seen.form_bound,
         down_weighted=int(result[at.AWAY]),
         swept=covered,
-        **told,
+        **fields,
     )
 
 
@@ -192,7 +190,7 @@ def _judged(ended: int, result: Floats) -> tuple[Status, str]:
             " wrong unit"
         )
     if ended == at.SINGULAR or result[at.CONDITION] > CONDITION:
-        told = (
+        widened = (
             f"; the others widen its standard deviation {result[at.CONDITION]:.3g} times"
             if result[at.CONDITION] > 0
             else ""
@@ -200,7 +198,7 @@ def _judged(ended: int, result: Floats) -> tuple[Status, str]:
         name = NAMES[int(result[at.WORST])]
         return (
             Status.UNDETERMINED,
-            f"the readings do not tell {name} from the others: turn the part further{told}",
+            f"the readings do not tell {name} from the others: turn the part further{widened}",
         )
     if ended == at.ENDLESS:
         return Status.UNDETERMINED, "the fit does not settle: turn the part further, or look for bad readings"

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from centering.circle._fit import fit_noise_kernels as told_at
+from centering.circle._fit import fit_noise_kernels as kernels
 from centering.circle._fit.fit_kernels import swept
 from sdpgrind.base.checks import Floats
 
@@ -36,7 +36,7 @@ class Seen(NamedTuple):
 
 def travel_of(angle: Floats) -> Travel:
     """Order of travel and coverage of spindle angles (rad)."""
-    place = told_at.travelled(angle)
+    place = kernels.travelled(angle)
     order = np.argsort(place, kind="stable")
     line = place[order]
     covered = float(swept(line))
@@ -59,9 +59,9 @@ def seen_noise(
 
     `data` are angle and reading; `shown` are the sd of the covariance, the sd of a reading, and its freedom.
     """
-    told = np.empty(4)
-    told_at.noise(*data, circle, left, travel.order, travel.turns, told)
-    ratio, inflation, freedom, shift = told.tolist()
+    result = np.empty(4)
+    kernels.noise(*data, circle, left, travel.order, travel.turns, result)
+    ratio, inflation, freedom, shift = result.tolist()
     scale, noise_sd = max(shown[0] * ratio, step), max(shown[1] * ratio, step)
     if scale * inflation <= known:
         return Seen(known, noise_sd, 1.0, inf, shift)

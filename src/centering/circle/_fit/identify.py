@@ -141,7 +141,7 @@ def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) ->
     travel = travel_of(angle)
     q, upper = np.linalg.qr(limacon_columns(angle))
     length = np.sqrt(np.sum(upper**2, axis=0))
-    told: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "samples": angle.size,
         "swept": travel.swept,
         "tip_radius": tip_radius,
@@ -151,7 +151,7 @@ def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) ->
         name = NAMES[int(np.argmin(np.abs(np.diag(upper))))]
         message = f"the readings do not tell {name} from the others: turn the part further"
         value = np.array([reading.mean(), 0.0, 0.0])
-        return CircleEstimate(value, np.diag([inf] * 3), Status.UNDETERMINED, message, freedom=1.0, **told)
+        return CircleEstimate(value, np.diag([inf] * 3), Status.UNDETERMINED, message, freedom=1.0, **fields)
     back = np.linalg.inv(upper)
     value = back @ (q.T @ reading)
     left = reading - limacon_columns(angle) @ value
@@ -163,8 +163,10 @@ def _limacon(angle: Floats, reading: Floats, tip_radius: float, known: float) ->
             "offset must be <= pi/2 radius (mm), as the spindle's axis lies in the part;"
             f" got {offset:.6g} and {value[0]:.6g}"
         )
-    told |= {"noise_sd": seen.noise_sd, "inflation": seen.inflation, "form_bound": seen.form_bound}
-    return CircleEstimate(value, seen.scale**2 * back @ back.T, status, message, freedom=seen.freedom, **told)
+    fields |= {"noise_sd": seen.noise_sd, "inflation": seen.inflation, "form_bound": seen.form_bound}
+    return CircleEstimate(
+        value, seen.scale**2 * back @ back.T, status, message, freedom=seen.freedom, **fields
+    )
 
 
 def _noise(travel: Travel, angle: Floats, left: Floats, known: float, step: float) -> Seen:

@@ -91,11 +91,8 @@ def _advanced(data, circle, step, left):
     """Apply a step, halved until the curve exists; return whether it does."""
     trial, share = np.empty(3), 1.0
     for _ in range(fit.HALVINGS):
-        trial[0], trial[1], trial[2] = (
-            circle[0] + share * step[0],
-            circle[1] + share * step[1],
-            circle[2] + share * step[2],
-        )
+        for k in range(3):
+            trial[k] = circle[k] + share * step[k]
         if fit._residuals(data, trial, left):
             circle[0], circle[1], circle[2] = trial[0], trial[1], trial[2]
             return True
