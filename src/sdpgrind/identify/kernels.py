@@ -51,9 +51,15 @@ def solve(array, out):
 
     A value whose pivot is 0 (the rows do not determine all values) is given 0.
     """
-    size = array.shape[0]
+    back_substitute(array, array.shape[0], out)
+
+
+@compiled(error_model="numpy")
+def back_substitute(array, column, out):
+    """Write the solution of the triangle for any of its columns into `out`; a value whose pivot is 0 is 0."""
+    size = out.shape[0]
     for i in range(size - 1, -1, -1):
-        rest = array[i, size]
+        rest = array[i, column]
         for j in range(i + 1, size):
             rest -= array[i, j] * out[j]
         out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0

@@ -12,8 +12,9 @@ enter the normal equations.
 import numpy as np
 
 from centering.circle._estimator import slots as at
-from centering.circle._fit.solve_kernels import _back, _triangle
+from centering.circle._fit.cholesky_kernels import _cholesky
 from sdpgrind.base.compiled import compiled
+from sdpgrind.identify.kernels import back_substitute
 
 _BLOCK = np.pi / 30  # chosen: rad; six degrees are less than a sixth of an undulation of 9 upr
 _TURN = 2.0 * np.pi * (1.0 - 1e-6)
@@ -105,7 +106,7 @@ def _end_turn(state):
     for i in range(at.SIDE):
         for j in range(at.SIDE):
             total[i, j] = total[i, j] * left + turn[i, j]
-    if _triangle(turn, last):
+    if _cholesky(turn, last):
         step, low, waves = state[at.PATH] / state[at.MOVES], 0.0, 0.0
         for i in range(at.CIRCLE_AND_FORM, last):
             low += turn[i, last] ** 2
@@ -139,9 +140,9 @@ def _moved_by_form(state):
         array[n // at.SIDE, n % at.SIDE] = state[at.TOTAL + n] + state[at.TURN + n]
     if state[at.BLOCK_COUNT] > 0.0:
         _add_block(state, array)
-    if not _triangle(array, size):
+    if not _cholesky(array, size):
         return np.inf
     with_form, without = np.empty(size), np.empty(3)
-    _back(array, last, with_form)
-    _back(array, last, without)
+    back_substitute(array, last, with_form)
+    back_substitute(array, last, without)
     return _FLAT * np.hypot(with_form[1] - without[1], with_form[2] - without[2])

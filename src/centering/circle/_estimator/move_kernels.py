@@ -14,8 +14,8 @@ import numpy as np
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.form_kernels import _in_first_turn
 from centering.circle._estimator.noise_kernels import _arrays, _copy, _differences, _freedom_of, _inflation_of
-from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
+from sdpgrind.identify.kernels import back_substitute
 
 _RARE = 13.815510557964274  # chosen: -log(1e-6), false alarms of a look without a move
 _DOUBTFUL = 4.605170185988092  # chosen: -log(0.01); a doubt costs little, as the next look may end it
@@ -197,7 +197,7 @@ def _remember(state, looks, found):
 def _has_moved(state, array):
     """Whether the part moved within the latest 30 or, at every other call, 60 readings; writes DOUBT."""
     value = np.empty(3)
-    _back(array, 3, value)
+    back_substitute(array, 3, value)
     lagged, rounding = _differences(state, value)
     doubt, state[at.DOUBT] = not _form_is_given(state) and _in_first_turn(state), 0.0
     both = int(state[at.SEEN]) // at.RING % 2 == 0
@@ -219,7 +219,7 @@ def _move_by(state, value):
     """Move (x, y) within the latest 60 readings (30 where no more exist); write the value before it."""
     triangle, _, left = _older(state, 1 if state[at.KEPT + at.KEPT_SIZE] > 3.0 else 0)
     array, now = _arrays(state)[:3], np.empty(3)
-    _back(array, 3, now)
-    _back(triangle, 3, value)
+    back_substitute(array, 3, now)
+    back_substitute(triangle, 3, value)
     x, y, _ = _found_move(state, array, now, triangle, left)
     return x, y

@@ -6,8 +6,8 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.form_kernels import _long_noise, _moved_by_form
-from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
+from sdpgrind.identify.kernels import back_substitute
 
 _TELLING = 0.1  # chosen: least noise of residuals, over the given noise, to estimate a correlation from
 _ROUNDING = 2.3e-16  # derived: relative rounding of a number; about sqrt(n) times this for a sum of n
@@ -113,7 +113,7 @@ def _noise(state):
     """Noise of the triangle (sd), its degrees of freedom, inflation, squared differences of residuals."""
     rows = _arrays(state)
     value = rows[15, :3]
-    _back(rows, 3, value)
+    back_substitute(rows, 3, value)
     lagged, rounding = _differences(state, value)
     weight = state[at.WEIGHT]
     inflation = _inflation_of(state, state[at.SQUARES], weight, lagged, rounding)

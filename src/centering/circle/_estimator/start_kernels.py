@@ -14,9 +14,8 @@ from centering.circle._estimator.kernels import (
 )
 from centering.circle._estimator.noise_kernels import _arrays, _copy
 from centering.circle._estimator.uncounted import uncounted
-from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
-from sdpgrind.identify.kernels import rotate
+from sdpgrind.identify.kernels import back_substitute, rotate
 
 _CLOSER = 1.5  # chosen: factor by which a circle through neighbours must fit better than one through thirds
 _CORE = 2.5  # chosen: standard deviations about the agreed circle within which readings are taken first
@@ -205,7 +204,7 @@ def _write_errors(state, places, three, value, error, least):
     for i in three:
         _write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)
         rotate(array, row)
-    _back(array, 3, value)
+    back_substitute(array, 3, value)
     state[at.CENTER_X], state[at.CENTER_Y] = value[1], value[2]
     for i in range(at.RING):
         _write_row_at(state, places[i, 0], places[i, 1], places[i, 2], row)

@@ -17,9 +17,8 @@ from centering.circle._estimator.noise_kernels import (
     _write_noise,
 )
 from centering.circle._estimator.uncounted import uncounted
-from centering.circle._fit.solve_kernels import _back
 from sdpgrind.base.compiled import compiled
-from sdpgrind.identify.kernels import rotate
+from sdpgrind.identify.kernels import back_substitute, rotate
 
 _FAR = 100.0  # chosen: prior standard deviation of the centre, in largest readings; it bounds the covariance
 _NOTHING = 1e-6  # chosen: weight of this prior, relative to the least pivot, whose square is rounding
@@ -39,11 +38,8 @@ def _weighing_noise(state, ratio):
     """Noise that weighs prior knowledge: pooled with the fits before, at least the least noise."""
     freedom, before = max(state[at.WEIGHT] - 3.0, 0.0), state[at.PRIOR_FREEDOM]
     total = freedom + before
-    pooled = (
-        np.sqrt((state[at.SQUARES] + before * (ratio * state[at.PRIOR_NOISE]) ** 2) / total)
-        if total > 0.0
-        else 0.0
-    )
+    squares = state[at.SQUARES] + before * (ratio * state[at.PRIOR_NOISE]) ** 2
+    pooled = np.sqrt(squares / total) if total > 0.0 else 0.0
     return max(pooled, ratio * state[at.NOISE], ratio * _QUIET * state[at.LARGEST])
 
 
@@ -57,7 +53,7 @@ def _with_center(state, array, value, weighing):
         row[:] = 0.0
         row[i] = weight
         rotate(array, row)
-    _back(array, 3, value)
+    back_substitute(array, 3, value)
 
 
 @compiled(error_model="numpy")
@@ -108,7 +104,7 @@ def _with_radius(state, array, value, weighing, room):
             row[k] *= weight
         rotate(room, row)
         before_x, before_y = value[1], value[2]
-        _back(room, 3, value)
+        back_substitute(room, 3, value)
         if abs(value[1] - before_x) + abs(value[2] - before_y) <= _CLOSE * state[at.LARGEST]:
             break
     _copy(room, array)
@@ -117,7 +113,7 @@ def _with_radius(state, array, value, weighing, room):
 @compiled(error_model="numpy")
 def _conclude(state, array, room, value, information):
     """Write values (q, x, y) and covariance from a triangle, changed in place, and prior knowledge."""
-    _back(array, 3, value)
+    back_substitute(array, 3, value)
     weighing = _weighing_noise(state, _ratio_of(state, value))
     _with_center(state, array, value, weighing)
     if state[at.PRIOR_SD] > 0.0:
@@ -153,8 +149,8 @@ def _form_bound(state, array):
         return 0.0
     value, other, total = np.empty(3), np.empty(3), 0.0
     for n in range(int(state[at.FORMS])):
-        _back(array, 4 + 2 * n, value)
-        _back(array, 5 + 2 * n, other)
+        back_substitute(array, 4 + 2 * n, value)
+        back_substitute(array, 5 + 2 * n, other)
         a = value[1] ** 2 + other[1] ** 2
         b = value[1] * value[2] + other[1] * other[2]
         c = value[2] ** 2 + other[2] ** 2
@@ -171,10 +167,8 @@ def judge(state, least):
     rows = _arrays(state)
     array, room = rows[9:12], rows[12:15]
     _copy(rows, array)
-    value, information = (
-        state[at.VALUE : at.VALUE + 3],
-        state[at.INFORMATION : at.INFORMATION + 9].reshape((3, 3)),
-    )
+    value = state[at.VALUE : at.VALUE + 3]
+    information = state[at.INFORMATION : at.INFORMATION + 9].reshape((3, 3))
     _conclude(state, array, room, value, information)
     ratio = _ratio_of(state, value)
     _write_fit(state, value, information, ratio)
@@ -250,10 +244,8 @@ def may_have_moved(state):
 def _write_band(state):
     """Write band, tolerance and the noise of the band; return whether the estimate is valid."""
     _write_rounding(state)
-    seen, least = (
-        _quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE],
-        _known_quantile(state) * state[at.NOISE],
-    )
+    seen = _quantile(state, state[at.FREEDOM]) * state[at.FIT_NOISE]
+    least = _known_quantile(state) * state[at.NOISE]
     if state[at.FREED] != 0.0 and seen * state[at.INFLATION] < least:
         state[at.INFLATION], seen = 1.0, 0.0
     measured = seen >= least

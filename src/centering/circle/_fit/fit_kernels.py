@@ -29,12 +29,8 @@ def _prepared(angle, reading, form):
     """Rows of data (4, m)."""
     data = np.empty((4, angle.size))
     for i in range(angle.size):
-        data[0, i], data[1, i], data[2, i], data[3, i] = (
-            np.cos(angle[i]),
-            np.sin(angle[i]),
-            reading[i],
-            form[i],
-        )
+        data[0, i], data[1, i] = np.cos(angle[i]), np.sin(angle[i])
+        data[2, i], data[3, i] = reading[i], form[i]
     return data
 
 
@@ -63,7 +59,7 @@ def _mean(values):
 
 
 @compiled(error_model="numpy")
-def _triangle(rows, upper):
+def _orthonormalize(rows, upper):
     """Orthonormalize the first three rows (4, n), project the last, in place; write their triangle (3, 4)."""
     for i in range(3):
         upper[i, i] = np.sqrt(_dot(rows[i], rows[i]))
@@ -159,7 +155,7 @@ def _started(data, rows, circle):
     upper = np.empty((3, 4))
     for limacon in range(2):
         _write_linear(data, limacon == 1, rows)
-        _triangle(rows, upper)
+        _orthonormalize(rows, upper)
         solved = _solved(upper, circle)
         if limacon == 0:
             if not solved:
@@ -180,7 +176,7 @@ def _direction(data, circle, weight, left, prior_weight, rows, step, result):
     for i in range(m):
         rows[3, i] = weight[i] * left[i]
     rows[3, m] = prior_weight * left[m]
-    _triangle(rows, upper)
+    _orthonormalize(rows, upper)
     if not _solved(upper, step):
         return -1.0
     _spread(upper, result)
@@ -193,11 +189,8 @@ def _moved(data, circle, step, prior_mean, prior_weight, left):
     m, trial, share = data.shape[1], np.empty(3), 1.0
     cost = _dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
     for _ in range(HALVINGS):
-        trial[0], trial[1], trial[2] = (
-            circle[0] + share * step[0],
-            circle[1] + share * step[1],
-            circle[2] + share * step[2],
-        )
+        for k in range(3):
+            trial[k] = circle[k] + share * step[k]
         if _residuals(data, trial, left):
             left[m] = prior_mean - trial[0]
             now = _dot(left[:m], left[:m]) + (prior_weight * left[m]) ** 2
@@ -241,13 +234,8 @@ def fit_exact(angle, reading, form, prior_mean, prior_sd, noise_sd, left, result
     ended = _started(data, rows, result)
     if ended != FITTED or not _residuals(data, result, left):
         return max(ended, SINGULAR)
-    left[m], result[FREEDOM], result[UNIT], result[AWAY], result[TAKEN] = (
-        prior_mean - result[0],
-        m - 3.0,
-        0.0,
-        0.0,
-        0.0,
-    )
+    left[m], result[FREEDOM] = prior_mean - result[0], m - 3.0
+    result[UNIT] = result[AWAY] = result[TAKEN] = 0.0
     ended = ENDLESS
     while ended == ENDLESS and result[TAKEN] < STEPS:
         result[TAKEN] += 1.0

@@ -8,8 +8,9 @@ from its spectrum f(w) = (1 - rho^2)/(1 - 2 rho cos w + rho^2) at 0 to 5 upr.
 
 import numpy as np
 
-from centering.circle._fit.solve_kernels import _back, _triangle
+from centering.circle._fit.cholesky_kernels import _cholesky
 from sdpgrind.base.compiled import compiled
+from sdpgrind.identify.kernels import back_substitute
 
 TURN = 2.0 * np.pi
 FOLLOWS = 0.8  # chosen: share of steps of one sense from which readings are in the order of travel
@@ -86,9 +87,9 @@ def _freed(angle, reading, kept, circle, line):
         for i in range(COLUMNS):
             for j in range(i, COLUMNS + 1):
                 array[i, j] += row[i] * row[j]
-    if not _triangle(array, COLUMNS):
+    if not _cholesky(array, COLUMNS):
         return -1.0
-    _back(array, COLUMNS, found)
+    back_substitute(array, COLUMNS, found)
     for k in range(line.size):
         _write_columns(angle[kept[k]], reading[kept[k]], circle, line[k], row)
         for i in range(COLUMNS):
@@ -143,7 +144,7 @@ def _certain(rho, count, step):
 
 
 @compiled(error_model="numpy")
-def noise(angle, reading, circle, left, order, whole, told):
+def noise(angle, reading, circle, left, order, whole, result):
     """Write the noise of residuals (NaN: left out); `whole` is the number of turns covered, 0 below one."""
     kept, line = np.empty(order.size, dtype=np.int64), np.empty(order.size)
     count = 0
@@ -152,21 +153,21 @@ def noise(angle, reading, circle, left, order, whole, told):
             kept[count], line[count] = k, left[k]
             count += 1
     kept, line = kept[:count], line[:count]
-    told[RATIO], told[INFLATION], told[FREEDOM], told[SHIFT] = 1.0, 1.0, count - 3.0, 0.0
+    result[RATIO], result[INFLATION], result[FREEDOM], result[SHIFT] = 1.0, 1.0, count - 3.0, 0.0
     before, differences = _resemblance(line)
     plain = 1.0 - 0.5 * differences
     rho = min(plain + (2.0 + 5.0 * plain) / count, MOST)
     if count < 5 or rho <= SIGNIFICANT / np.sqrt(count):
         return
     longer = factor(rho) ** 2
-    told[RATIO] = np.sqrt((count - 3.0) / (count - 3.0 * min(longer, (count - 4.0) / 8.0)))
-    told[INFLATION], told[FREEDOM] = factor(rho), max(count / (1.0 + 2.0 * longer) - 3.0, 1.0)
+    result[RATIO] = np.sqrt((count - 3.0) / (count - 3.0 * min(longer, (count - 4.0) / 8.0)))
+    result[INFLATION], result[FREEDOM] = factor(rho), max(count / (1.0 + 2.0 * longer) - 3.0, 1.0)
     if whole and count > 2 * COLUMNS:
-        _noise_beside_form(_freed(angle, reading, kept, circle, line), line, before, whole, told)
+        _noise_beside_form(_freed(angle, reading, kept, circle, line), line, before, whole, result)
 
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
-def _noise_beside_form(moved, line, before, whole, told):
+def _noise_beside_form(moved, line, before, whole, result):
     """Write the noise of residuals without lobes; `moved` < 0: the lobes could not be removed."""
     count, step = line.size, TURN * whole / line.size
     squares, differences = _resemblance(line)
@@ -174,8 +175,8 @@ def _noise_beside_form(moved, line, before, whole, told):
     if moved < 0.0:
         return
     rho = rho if rho > SIGNIFICANT / np.sqrt(count) else 0.0
-    told[RATIO] = np.sqrt(squares / (count - COLUMNS) / before * (count - 3.0))
-    told[INFLATION] = np.sqrt((count - COLUMNS) / _expected(rho, count, step)[0] * _once(rho, count, step))
-    told[FREEDOM], told[SHIFT] = count - COLUMNS, moved
+    result[RATIO] = np.sqrt(squares / (count - COLUMNS) / before * (count - 3.0))
+    result[INFLATION] = np.sqrt((count - COLUMNS) / _expected(rho, count, step)[0] * _once(rho, count, step))
+    result[FREEDOM], result[SHIFT] = count - COLUMNS, moved
     if rho > 0.0:  # of a random walk only the few remaining slow waves inform
-        told[FREEDOM] = max(min(_certain(rho, count, step), SLOW * whole / rho**count), 1.0)
+        result[FREEDOM] = max(min(_certain(rho, count, step), SLOW * whole / rho**count), 1.0)

@@ -1,7 +1,4 @@
-"""Cholesky factor and back substitution of small linear problems.
-
-`sdpgrind.identify.kernels.solve` is `_back` of the column that follows the triangle.
-"""
+"""Cholesky factor of normal equations."""
 
 import numpy as np
 
@@ -11,7 +8,7 @@ _TELLS = 0.05  # chosen: least independent share of a column; less makes the sol
 
 
 @compiled(error_model="numpy")
-def _triangle(array, size):
+def _cholesky(array, size):
     """Write the Cholesky factor of the first columns and the last, in place; return whether it is regular."""
     last = array.shape[1] - 1
     for i in range(size):
@@ -27,14 +24,3 @@ def _triangle(array, size):
                 array[i, column] -= array[k, i] * array[k, column]
             array[i, column] /= array[i, i]
     return True
-
-
-@compiled(error_model="numpy")
-def _back(array, column, out):
-    """Write the solution of a triangle for a column; a value whose pivot is 0 is 0."""
-    size = out.shape[0]
-    for i in range(size - 1, -1, -1):
-        rest = array[i, column]
-        for j in range(i + 1, size):
-            rest -= array[i, j] * out[j]
-        out[i] = rest / array[i, i] if array[i, i] != 0.0 else 0.0
