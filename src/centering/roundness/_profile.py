@@ -35,10 +35,8 @@ class Profile(PartReadings, Plan):
 
     Parameters
     ----------
-    angle : array_like, shape (n,)
-        Spindle angle, rad.
-    reading : array_like, shape (n,)
-        Radial position of the probe's contact, mm, > 0.
+    angle, reading : array_like, shape (n,)
+        Spindle angle, rad, and radial position of the probe's contact, mm, > 0.
     tip_radius : float
         Radius of the probe's tip or roller, mm, >= 0.
     internal : bool

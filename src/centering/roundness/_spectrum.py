@@ -20,12 +20,9 @@ class Spectrum(Described, ByValue):
 
     Parameters
     ----------
-    upr : array, shape (n,)
-        Undulations per revolution, unit 1.
-    amplitude : array, shape (n,)
-        Half of the height of each from valley to peak, mm.
-    phase : array, shape (n,)
-        Phase in the angle about the part's centre, rad.
+    upr, amplitude, phase : array, shape (n,)
+        Undulations per revolution, unit 1, half their height from valley to peak, mm, and phase in the angle
+        about the part's centre, rad.
     sd : array, shape (n,), optional
         Standard deviation of the amplitudes, mm; infinite where samples are as few as harmonics. Default: 0.
     nyquist : float, optional

@@ -149,11 +149,9 @@ class GeometryEstimator:
 
         Parameters
         ----------
-        angle : float
-            Spindle angle, rad; in the order of time, with or without whole turns counted, in either sense of
-            rotation.
-        reading : float
-            Radial position of the probe, mm.
+        angle, reading : float
+            Spindle angle, rad, in the order of time, with or without whole turns counted, in either sense of
+            rotation; radial position of the probe, mm.
 
         Raises
         ------

@@ -26,10 +26,8 @@ class PrintedHistory(NamedTuple):
     ----------
     radius : array
         Constant part of the fit, mm.
-    offset : array
-        Amplitude, Mears (4.8), mm.
-    offset_angle : array
-        Direction in (-pi, pi], (4.9), rad.
+    offset, offset_angle : array
+        Amplitude, Mears (4.8), mm, and direction in (-pi, pi], (4.9), rad.
     band : array
         Full width of the source's confidence band, mm.
     valid : array
@@ -70,10 +68,8 @@ class PrintedEstimator:
         Running estimate.
     confidence : float
         Probability J in (0, 1).
-    rel_tol : float
-        Allowed width relative to the offset (epsilon) >= 0, unit 1.
-    abs_tol : float
-        Width that is always allowed (floor) > 0, mm.
+    rel_tol, abs_tol : float
+        Allowed width, the larger of two: relative to the offset (epsilon) >= 0, unit 1, and floor > 0, mm.
     arc_min : float
         Least arc, >= 0, rad.
     radius : float
@@ -137,10 +133,8 @@ class PrintedEstimator:
 
         Parameters
         ----------
-        angle : float
-            Spindle angle, rad.
-        reading : float
-            Radial position, mm.
+        angle, reading : float
+            Spindle angle, rad, and radial position, mm.
 
         Raises
         ------

@@ -176,7 +176,7 @@ class CircleEstimate(Estimate, ByValue):
         return self.offset > 0 and self.offset >= KNOWN * self.center_sd
 
     def uncertainty(self, confidence: float = 0.95, joint: bool = False) -> float:
-        """Return the distance from the estimate that holds the true centre, mm.
+        """Return the largest distance of the true centre from the estimate, mm.
 
         Student's t times the standard deviation of the centre in its worst direction, plus the bound on the
         part's form.

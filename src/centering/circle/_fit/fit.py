@@ -48,10 +48,8 @@ def fit_circle(
 
     Parameters
     ----------
-    angle : array_like, shape (m,)
-        Spindle angle, rad.
-    reading : array_like, shape (m,)
-        Radial position of the probe's contact, mm, > 0.
+    angle, reading : array_like, shape (m,)
+        Spindle angle, rad, and radial position of the probe's contact, mm, > 0.
     tip_radius : float
         Radius of the probe's tip, mm, >= 0.
     loss : {"linear", "huber", "soft_l1"}

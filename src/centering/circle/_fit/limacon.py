@@ -91,10 +91,8 @@ def corrected_radius(fitted_radius: float, fitted_offset: float, method: str = "
 
     Parameters
     ----------
-    fitted_radius : float
-        Constant part of the limacon, mm, > 0.
-    fitted_offset : float
-        Amplitude of the limacon, mm, in [0, pi/2 fitted_radius].
+    fitted_radius, fitted_offset : float
+        Constant part > 0 of the limacon and its amplitude in [0, pi/2 fitted_radius], mm.
     method : {"exact", "mears"}
         Inverse of `limacon_radius` by Newton's method, or Mears (4.22), with errors up to 0.6 %.
 

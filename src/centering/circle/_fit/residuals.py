@@ -28,20 +28,15 @@ class ResidualChecks(Frozen):
 
     Parameters
     ----------
-    samples : int
-        Number of residuals, unit 1.
-    anderson_darling : float
-        A2* = A2 (1 + 0.75/m + 2.25/m^2), unit 1, with mean and sd of the residuals.
-    anderson_darling_limit : float
-        Limit that a normal sample exceeds with probability 0.05, unit 1.
+    samples, lags : int
+        Number of residuals and of correlations, unit 1.
+    anderson_darling, anderson_darling_limit : float
+        A2* = A2 (1 + 0.75/m + 2.25/m^2) with mean and sd of the residuals, unit 1, and the limit that a
+        normal sample exceeds with probability 0.05.
     lag_1 : float
         Correlation of successive residuals, unit 1.
-    ljung_box : float
-        Ljung and Box's Q of `lags` correlations, unit 1.
-    lags : int
-        Number of correlations, unit 1.
-    probability : float
-        Probability of a larger Q for independent residuals, unit 1.
+    ljung_box, probability : float
+        Ljung and Box's Q of `lags` correlations, unit 1, and probability of a larger one if independent.
 
     Examples
     --------
