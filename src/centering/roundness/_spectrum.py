@@ -132,7 +132,7 @@ class Spectrum(Described, ByValue):
         return f"Spectrum({shown}; rms {1e3 * self.rms:.3g} µm)"
 
 
-_NAMED = 5
+_NAMED = 5  # chosen: labelled waves; more would overlap
 _NUMBER: dict[str, Any] = {
     "textcoords": "offset points",
     "ha": "center",

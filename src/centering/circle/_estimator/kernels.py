@@ -23,9 +23,7 @@ TAKEN, REFUSED, COMPLETE, MOVED, SHIFTED = range(5)
 readings or by a shift of the latest ones as a whole."""
 NOT_FINITE, TOO_FAR, COARSE_STEPS, NOT_POSITIVE = -1, -2, -3, -4
 """Why a reading is invalid."""
-PIVOT = 1e-13
-"""Least diagonal of the triangle; chosen: far below the entries of one row, about 1, and above their
-rounding."""
+PIVOT = 1e-13  # chosen: least diagonal of the triangle, far below an entry of a row (1), above rounding
 _TURN = 2.0 * np.pi
 _GAP = 4.0  # chosen: a larger step, in mean steps, is a gap: its arc is not covered
 _SMALL_GAP = np.pi / 36  # chosen: rad; steps up to 5 deg are never gaps
@@ -36,8 +34,8 @@ _OUTLIER_SD = 5.0  # chosen: standard deviations; refuses one good Gaussian read
 _QUIET = 1e-11  # chosen: least noise of the outlier test over the largest reading, above rounding
 _SAME = 1e-12  # chosen: relative to the largest reading; smaller differences are rounding of sums
 _FEW = 8  # chosen: readings before the fitted centre weighs the rows; earlier it is too uncertain
-_MANY = 64  # chosen: readings from which on the centre is updated only every `_EACH` readings, to save time
-_EACH = 8
+_MANY = 64  # chosen: readings from which on the centre is updated less often, to save time
+_EACH = 8  # chosen: readings between these updates
 
 
 @compiled(error_model="numpy")

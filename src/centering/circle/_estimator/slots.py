@@ -1,14 +1,9 @@
 """Slots of the state array of a streaming estimator."""
 
+# chosen: size of the ring buffer; the first readings are screened together, a move shows in the last
 RING = 30
-"""Readings in the ring buffer; chosen: the first ones are screened together, a move shows in the latest
-ones."""
-DOUBTFUL = 7
-"""Refused readings among the latest 30 that may be dust; with more, or while the newest is refused, the
-estimate is in doubt. Derived: fewer than 1 % of windows with 10 % of dust have more."""
-TABLE = 64
-"""Tabulated Student quantiles, for 1, 2, ... degrees of freedom; chosen: the expansion beyond them is exact
-to 1e-8."""
+DOUBTFUL = 7  # derived: refused readings of 30; fewer than 1 % of windows with 10 % of dust have more
+TABLE = 64  # chosen: tabulated Student quantiles, 1, 2, ...; the expansion beyond is exact to 1e-8
 
 (
     LIMACON, TIP, NOISE, REL_TOL, ABS_TOL, ARC_MIN, LOG_FORGETTING, JOINT, BEYOND, NORMAL, FORM_GATE, FORMS,
@@ -43,14 +38,13 @@ WEIGHT, SQUARES, LAG, BIAS = SUM, SUM + 1, SUM + 2, SUM + 12
 """Sums subject to forgetting: weights, squared residuals (mm^2), products of differences of successive rows
 with their targets (upper triangle by rows), and bias of the normal equations by noise of variance 1, (q, x,
 y) over the square of the ratio, (x, y) over the ratio."""
-SUMS = 17
-"""Number of these sums."""
+SUMS = 17  # derived: number of these sums
 KEPT = SUM + SUMS
 KEPT_WAY, KEPT_COVERED, KEPT_SIZE = SUMS, SUMS + 1, SUMS + 2
 """The same sums stored with the two older triangles, the younger first, each with angle travelled and arc
 covered."""
 LOOKS = KEPT + 2 * KEPT_SIZE
-LOOK_SIZE = 4
+LOOK_SIZE = 4  # derived: slots of a window, as follows
 """Looks for a move, for the shorter and then the longer window: number of those old enough for comparison,
 sum of their results (mm^2), results of the latest two."""
 
@@ -71,10 +65,8 @@ BLOCK_SUM = TOLD_COUNT + 1
 WAVES, ABOVE = 8, 8
 """Waves fitted to a turn: four of form (2 to 5 upr) and four above; and number of cosines and sines of the
 latter."""
-CIRCLE_AND_FORM = 11
-"""Columns of circle and form; then those of the waves above, and the target."""
-SIDE = 20
-"""Columns of the normal equations of a turn."""
+CIRCLE_AND_FORM = 11  # derived: columns, 3 of the circle, 2 of each wave of form
+SIDE = 20  # derived: columns of circle, form and waves above, and the target
 TURN = BLOCK_SUM + 4
 TOTAL = TURN + SIDE * SIDE
 """Normal equations of the present turn and of all before, upper triangles (SIDE, SIDE)."""
@@ -100,13 +92,11 @@ WAVES_AT = STUDENT + TABLE
 """Undulations per revolution of the waves fitted to a turn (WAVES)."""
 RING_AT = WAVES_AT + WAVES
 """Ring buffer (RING, CELL): angle (rad), reading (mm), flag of refusal, angle travelled (rad), number."""
-CELL = 5
-"""Columns of the ring buffer."""
+CELL = 5  # derived: columns of the ring buffer
 TAIL = RING_AT + RING * CELL
 """Begin of the assumed lobes (upr; amplitude, mm), the known harmonics (upr, cosine, sine, mm), and the
 arrays of `width` columns: the triangle (3 rows), two stored ones (3 each), work space (6), a row (1)."""
-ARRAYS = 16
-"""Rows of `width` columns at the end."""
+ARRAYS = 16  # derived: rows of `width` columns at the end
 
 
 def lobes_at(known: int, forms: int) -> tuple[int, int, int]:

@@ -12,17 +12,10 @@ from centering.circle._fit.limacon import limacon_columns
 from sdpgrind.base import checks, units
 from sdpgrind.base.checks import Floats
 
-COARSE = 0.75
-"""Mean step, rad, from which several turns are refused unless given; chosen: that of the streaming
-estimator."""
-DOUBTFUL = 0.08
-"""Mean step, rad, from which readings of several turns are tried as degrees; chosen: a finer step is
-plausible."""
-BETTER = 0.25
-"""Residual squares as degrees over those as rad, up to which the angles are degrees; chosen: a clear
-difference."""
-SMALL = 1e-9
-"""Residual relative to the largest reading that is rounding; chosen."""
+COARSE = 0.75  # chosen: rad; mean step of several turns that is refused, as in the streaming estimator
+DOUBTFUL = 0.08  # chosen: rad; mean step from which several turns are tried as degrees; finer is plausible
+BETTER = 0.25  # chosen: largest residual squares as degrees, over those as rad, of angles in degrees
+SMALL = 1e-9  # chosen: residual over the largest reading that is rounding
 
 
 def readings(

@@ -19,9 +19,7 @@ from sdpgrind.identify import Estimate
 NAMES = ("radius", "center_x", "center_y")
 MODELS = ("exact", "limacon", "printed")
 LIMITS = ("", "samples", "arc", "noise", "correlation", "form", "outliers", "move")
-KNOWN = 2.0
-"""Least offset with a direction, in standard deviations of the centre; chosen: a direction within about 0.5
-rad."""
+KNOWN = 2.0  # chosen: least offset with a direction, in standard deviations of the centre
 
 
 @stored("centering.circle")

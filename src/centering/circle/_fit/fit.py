@@ -19,9 +19,7 @@ from sdpgrind.identify import Status
 CONDITION = 1e8  # chosen: widening of an sd by the other quantities, about 1/sqrt(rounding unit)
 LOSSES = {"linear": 0, "huber": HUBER, "soft_l1": SOFT_L1}
 ROBUST = 6  # chosen: fewest readings of a robust fit
-TRIPLES = 50
-"""Triples of each kind. Derived: with 30 % outliers a triple is good with probability 0.34; all 50 fail once
-in 1e9."""
+TRIPLES = 50  # derived: of each kind; with 30 % outliers all 50 triples are bad once in 1e9
 ROUNDS = 10  # chosen: fits, at most, that update the place of a known form
 WEIGHINGS, ALIKE = 4, 1e-3
 """Fits, at most, that update the noise in the weight of a radius prior, and relative change that ends them;

@@ -9,9 +9,7 @@ from centering.circle._fit import fit_noise_kernels as kernels
 from centering.circle._fit.fit_kernels import swept
 from sdpgrind.base.checks import Floats
 
-SHARED = 0.5
-"""Largest share of different values among readings of a probe with steps; chosen: a fine probe repeats few
-values."""
+SHARED = 0.5  # chosen: largest share of different values among readings of a probe with steps
 ON_STEPS = 1e-3  # chosen: relative deviation from whole steps up to which readings lie on a grid
 TURN = 2 * pi
 

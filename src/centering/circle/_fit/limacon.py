@@ -11,11 +11,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 METHODS = ("exact", "mears")
-MEARS = 0.2346
-"""Source: Mears (4.21), a fit to the exact relation over all offsets; 0.25 for small ones."""
-EVEN = 0.005
-"""Largest |mean of exp(i n angle)|, n = 1, 2, 3, of even whole turns; derived: a turn that lacks 2
-degrees."""
+MEARS = 0.2346  # source: Mears (4.21), a fit over all offsets; 0.25 for small ones
+EVEN = 0.005  # derived: |mean of exp(i n angle)|, n = 1, 2, 3, of a turn that lacks 2 degrees
 NEWTON_STEPS = 6  # chosen: steps at most; they converge quadratically
 
 

@@ -12,8 +12,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
-LIMIT = 0.752
-"""Source: A2* with estimated mean and sd, exceeded by normal samples with probability 0.05."""
+LIMIT = 0.752  # source: Stephens; normal samples exceed this A2* with probability 0.05
 LEAST = 8  # chosen: fewer residuals make the tests meaningless
 SHARE = 0.05  # chosen: probability to reject independence wrongly
 
