@@ -442,7 +442,7 @@ def test_triangle_is_a_qr():
     rng = np.random.default_rng(0)
     rows, upper, out, result = rng.normal(size=(4, 30)), np.zeros((3, 4)), np.zeros(3), np.zeros(at.RESULT)
     matrix, goal = rows[:3].T.copy(), rows[3].copy()
-    opened(at._triangle)(rows, upper)
+    opened(at._orthonormalize)(rows, upper)
     assert opened(at._solved)(upper, out)
     assert out == pytest.approx(np.linalg.lstsq(matrix, goal, rcond=None)[0])
     assert rows[3] == pytest.approx(goal - matrix @ out)
@@ -456,7 +456,7 @@ def test_triangle_is_a_qr():
 def test_a_triangle_without_rank_is_not_solved():
     rows, upper = np.zeros((4, 5)), np.zeros((3, 4))
     rows[0] = 1.0
-    opened(at._triangle)(rows, upper)
+    opened(at._orthonormalize)(rows, upper)
     assert not opened(at._solved)(upper, np.zeros(3))
 
 
