@@ -128,5 +128,5 @@ def evidence_of(state: Floats, limit: str, arc: float) -> dict[str, Any]:
 
 def unknown(value: Any, message: str, fields: dict[str, Any]) -> CircleEstimate:
     """Estimate without information."""
-    fields = {"limited_by": "samples", "arc_needed": inf} | fields
-    return CircleEstimate(np.asarray(value), np.diag([inf] * 3), Status.UNDETERMINED, message, **fields)
+    every: dict[str, Any] = {"limited_by": "samples", "arc_needed": inf} | fields
+    return CircleEstimate(np.asarray(value), np.diag([inf] * 3), Status.UNDETERMINED, message, **every)
