@@ -1,4 +1,4 @@
-"""Hardware simulation: plants, the loop between a controller and a plant, logs that survive, a command line.
+"""Hardware simulation: plants, the loop between controller and plant, durable logs, a command line.
 
 Examples
 --------

@@ -24,14 +24,14 @@ REFUSED, INTERRUPTED = 2, 130  # exit status; source: argparse, and 128 + SIGINT
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status.
+    """Run a command and return its exit status.
 
-    0; 1 where every part was broken off; 2 for bad input, said in one line; 130 when interrupted.
+    0: done; 1: every part was broken off; 2: wrong input, with one line of text; 130: interrupted.
 
     Parameters
     ----------
     argv : sequence of str, optional
-        Arguments; those of the process by default.
+        Arguments. None: those of the process.
 
     Examples
     --------
@@ -41,10 +41,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         arguments = _parser().parse_args(argv)
-    except SystemExit:  # --help, --version, or a line that is wrong
+    except SystemExit:  # --help, --version, or wrong arguments
         _finish_output()
         raise
-    except BrokenPipeError:  # of --help; later versions of argparse say nothing of it either
+    except BrokenPipeError:  # of --help; later versions of argparse ignore it too
         _forget_output()
         return 0
     try:
@@ -65,12 +65,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _warn(message: Warning | str, *where: Any, **more: Any) -> None:
-    """Say a warning in one line; where in the source it was raised is of no use to who typed a command."""
+    """Print a warning in one line, without its place in the source."""
     print(f"hwsim: warning: {' '.join(str(message).split())}", file=sys.stderr)
 
 
 def _finish_output() -> None:
-    """Write what is left to write; the reader of ``hwsim weldbead ... | head`` may be gone by now."""
+    """Flush the output; the reader of ``hwsim weldbead ... | head`` may have closed it."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:
@@ -78,12 +78,12 @@ def _finish_output() -> None:
 
 
 def _forget_output() -> None:
-    """Let nothing more be written to a pipe that nobody reads, at the end of the interpreter neither."""
+    """Redirect the output to the null device, so that the interpreter does not fail at its end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, as all of ``hwsim`` does; argparse would print the usage first."""
+    """Reports an error in one line; argparse would print the usage first."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(REFUSED, f"{self.prog}: {message}; {self.prog} --help says more\n")

@@ -1,6 +1,6 @@
-"""Sensors and actuators between a controller and the physics of a plant: noise, steps, delays.
+"""Sensors and actuators between a controller and the physics of a plant: noise, quantization.
 
-Each is an immutable description; what it remembers, and the random source, are handed in.
+They are immutable descriptions; state and random numbers are arguments.
 """
 
 import numpy as np
@@ -14,16 +14,16 @@ __all__ = ["Gauge", "Scanner"]
 
 @described()
 class Gauge(Described):
-    """A reading with white noise, in whole steps.
+    """A reading with white noise, rounded to steps.
 
     Parameters
     ----------
     noise_sd : float
-        Standard deviation of the noise, in the unit of the reading.
+        Standard deviation of the noise, unit of the reading.
     relative_sd : float
-        Standard deviation of the noise that is proportional to the value, relative.
+        Standard deviation of the noise proportional to the value, relative.
     quantum : float
-        Step of the reading, in its unit; 0: none.
+        Step of the reading, in its unit. 0: none.
 
     Raises
     ------
@@ -36,19 +36,19 @@ class Gauge(Described):
     1.25
     """
 
-    noise_sd: float = custom(checks.nonnegative, default=0.0)  # in the unit of what is read, which differs
+    noise_sd: float = custom(checks.nonnegative, default=0.0)  # custom: the unit is that of the reading
     relative_sd: float = quantity("1", at_least=0, default=0)
     quantum: float = custom(checks.nonnegative, default=0.0)
 
     def read(self, value: float, normal: float) -> float:
-        """Return what is shown (unit of the value).
+        """Return the reading (unit of the value).
 
         Parameters
         ----------
         value : float
             True value.
         normal : float
-            Standard normal number that makes the noise, dimensionless.
+            Standard normal random number, dimensionless.
 
         Examples
         --------
@@ -61,14 +61,14 @@ class Gauge(Described):
 
 @described()
 class Scanner(Described):
-    """Scans a profile on an even grid, along several tracks, and gives their mean.
+    """Scans a profile on an even grid along several tracks and returns their mean.
 
     Parameters
     ----------
     spacing : float
         Distance between two readings, mm.
     tracks : int
-        Number of tracks that are averaged.
+        Number of averaged tracks.
     noise_sd : float
         Standard deviation of one reading, mm.
 
@@ -90,7 +90,7 @@ class Scanner(Described):
     noise_sd: float = quantity("mm", at_least=0, default=0.01)
 
     def grid(self, first: float, last: float) -> Floats:
-        """Return where is read, from `first` to `last`, both included.
+        """Return the positions of the readings, both ends included.
 
         Parameters
         ----------
@@ -105,14 +105,14 @@ class Scanner(Described):
         return np.linspace(first, last, max(2, 1 + round((last - first) / self.spacing)))
 
     def scan(self, x: Floats, z: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
-        """Return where was read and the mean of the tracks.
+        """Return the positions of the readings and the mean of the tracks there.
 
         Parameters
         ----------
         x, z : array
             The profile, mm.
         rng : numpy.random.Generator
-            Source of the noise.
+            Random source of the noise.
 
         Examples
         --------

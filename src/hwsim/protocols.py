@@ -1,47 +1,42 @@
-"""Protocols of controllers, plants, machines and adaptations; nobody has to import or inherit these.
+"""Protocols of controllers, plants, machines and adaptations; classes need not import or inherit them.
 
 **Order of one tick**: measure; step the controllers that are due, by priority; commands take effect; the
-plant advances; log. Time is counted in whole ticks from the start of a part; nothing here reads the wall
-clock.
+plant advances; log. Time is counted in whole ticks from the start of a part, independently of the wall clock.
 
-**Set-points**: of several controllers (``tiers``), one may command what the plant does not accept and a
-controller below it reads. That controller gets it by name in the same tick, and then until it is changed (NaN
-before); numbers or arrays. Units on both sides are compared before the first tick. It is logged where it was
-commanded, as ``<name>_command``, and where it is a number also where it was read. The table of one of several
-controllers holds what it ``reads``. Of an array of two dimensions that is commanded (a motion) the table
-holds the number of its rows and, in ``<name>_digest_command``, a number that tells whether its entries were
-the same; the rows themselves, where they are at most 64, stand in a table ``<tier>:<name>``.
+**Set-points**: with several controllers (``tiers``) a controller may command what the plant does not accept
+and a controller below it reads. That controller gets it by name in the same tick, and until it is changed
+(NaN before); numbers or arrays. Units on both sides are compared before the first tick. The log has it as
+``<name>_command`` where it was commanded, and, if a number, also where it was read. The table of one of
+several controllers has the measurements that it ``reads``. For a commanded array of two dimensions (a motion)
+the table has the number of rows and, in ``<name>_digest_command``, a hash of the entries; motions of at most
+64 rows are in a table ``<tier>:<name>``.
 
-Beside what the protocols demand, `hwsim` uses what it finds:
+Optional attributes:
 
 ========== =================== ===============================================================================
 of         name                meaning
 ========== =================== ===============================================================================
-controller ``report()``        mapping of what it predicts or decided, logged as ``<name>_planned`` beside its
-                               command; the first report of a controller without a period is in the outcome,
-                               too
-controller ``verdict()``       mapping of what it says of a part that is done: name -> number, names as in
-                               ``reports``; in the outcome, where the plant has none of that name
+controller ``report()``        mapping of predictions or decisions, logged as ``<name>_planned`` with each
+                               command; the first report of a controller without a period is also in the
+                               outcome
+controller ``verdict()``       mapping name -> number about a finished part, names as in ``reports``; in the
+                               outcome, unless the plant has that name
 controller ``tier``            name of its table in the log (default ``"controller"``)
 controller ``tiers``           mapping name -> controller: several controllers of one part, the first has
                                priority; each is stepped at its own period
 controller ``reads``           mapping name -> unit of the measurements that it needs
-controller ``commands``        mapping name -> unit of what it commands
-controller ``reports``         mapping name -> unit of what it reports
-both       ``job``             mapping of what tells the part and the machine from others: name -> (value,
-                               unit), or a plain value without unit; names of both must be equal, or nothing
-                               is run
-both       ``description``     mapping of plain values (start, limits, what is played) that the log keeps
-                               among its attributes
+controller ``commands``        mapping name -> unit of its commands
+controller ``reports``         mapping name -> unit of its reports
+both       ``job``             mapping that identifies part and machine: name -> (value, unit), or a value
+                               without unit; where names of both differ in value, the run is refused
+both       ``description``     mapping of plain values (start, limits) for the attributes of the log
 plant      ``outcomes``        mapping name -> unit of the outcome, or (unit, dimension) of an array
-plant      ``with_tick(tick)`` gives the same plant with another tick (s), for plants that can advance by any
-                               time
-plant      ``after(outcome)``  gives the plant that the next part of a series finds, from the outcome of the
-                               part before: a part may leave something (a duller wheel); parts then follow
-                               each other
-machine    ``whole(...)``      given the controller, the tables of the whole part at once where both have
-                               compiled cores, to the bits that the loop would give, and is done then; None:
-                               it cannot
+plant      ``with_tick(tick)`` returns the same plant with another tick (s), for plants that can advance by
+                               any time
+plant      ``after(outcome)``  returns the plant of the next part of a series, from the outcome of the last
+                               part (a duller wheel); parts then run one after the other
+machine    ``whole(...)``      given the controller, returns the tables of the whole part at once where both
+                               have compiled cores, bit-equal to the loop, and is done; None otherwise
 ========== =================== ===============================================================================
 """
 
@@ -56,12 +51,12 @@ if TYPE_CHECKING:
 __all__ = ["FOREVER", "Adaptation", "Controller", "Machine", "PartLog", "Plant"]
 
 FOREVER: Final = 2**62
-"""Number of ticks that means "until your next event"; chosen: a time plus it still fits a word."""
+"""Number of ticks that means "until the next event"; chosen: time + FOREVER fits 64 bits."""
 
 
 @runtime_checkable
 class Controller(Protocol):
-    """Decides: measurements in, commands out; a state of its own, no clock, no input or output.
+    """Decides: measurements in, commands out; it keeps a state, and has no clock, input or output.
 
     Examples
     --------
@@ -77,28 +72,28 @@ class Controller(Protocol):
 
     @property
     def period(self) -> float | None:
-        """Time between two steps (s); None: one step at each event of the plant (a pass, a part)."""
+        """Time between two steps, s. None: one step at each event of the plant (a pass, a part)."""
 
     def reset(self) -> None:
-        """Forget the part before; called once before each part."""
+        """Forget the last part; called once before each part."""
 
     # The loop passes names only; ``*nothing`` lets a step that names its measurements fit this protocol.
     def step(self, *nothing: Any, **measurement: Any) -> Mapping[str, Any]:
-        """Return commands to the plant by names that it accepts, in their units; an empty mapping: go on.
+        """Return commands to the plant by names that it accepts, in their units; an empty mapping: no change.
 
         Parameters
         ----------
         *nothing
-            Nothing: measurements come by name.
+            Unused: measurements are passed by name.
         **measurement
-            Everything that the plant measures, in its units: floats, or arrays (a scanned profile). NaN is a
-            missing reading.
+            Everything that the plant measures, in its units: floats, or arrays (a scanned profile). NaN: no
+            reading.
         """
 
 
 @runtime_checkable
 class Machine(Protocol):
-    """One live part on a plant: holds all that changes, the hidden truth included; can be copied at any tick.
+    """One live part on a plant, with all that changes, hidden truth included; it can be copied at any tick.
 
     Examples
     --------
@@ -109,37 +104,35 @@ class Machine(Protocol):
 
     @property
     def time(self) -> int:
-        """Ticks since the part was started."""
+        """Ticks since the start of the part."""
 
     @property
     def done(self) -> bool:
-        """Whether the part is finished; nothing is stepped any more."""
+        """Whether the part is finished; it is not stepped any more."""
 
     @property
     def event(self) -> bool:
-        """Whether the last step ended at an event (a pass is over): controllers without period are due."""
+        """Whether the last step ended at an event (end of a pass): controllers without period are due."""
 
     def step(self, command: Mapping[str, Any], ticks: int) -> Mapping[str, Any]:
-        """Take `command`, advance, and return a fresh mapping of what is measured then.
+        """Apply `command`, advance, and return a new mapping of measurements.
 
         Parameters
         ----------
         command : mapping
-            What changes, by names that the plant accepts and in their units; what was commanded before is
-            held.
+            Changed commands, by names that the plant accepts and in their units; others are held.
         ticks : int
-            Advance by so many ticks (of the plant's ``tick``, s), or by fewer when an event or the end comes
-            first. 0: only measure. `FOREVER`: until the next event; a machine with nothing under way does not
-            move then.
+            Number of ticks (of the plant's ``tick``, s) to advance; an event or the end stops earlier. 0:
+            only measure. `FOREVER`: until the next event; a machine with nothing under way does not move.
         """
 
     def outcome(self) -> Mapping[str, Any]:
-        """Return what the part became: floats, or arrays, in the units of the plant's ``outcomes``."""
+        """Return the result of the part: floats or arrays, in the units of the plant's ``outcomes``."""
 
 
 @runtime_checkable
 class Plant(Protocol):
-    """A machine tool as it is described: simulated, recorded or real. Never changes; `start` makes what does.
+    """Description of a machine tool, simulated, recorded or real; immutable: `start` makes a live part.
 
     Examples
     --------
@@ -152,18 +145,18 @@ class Plant(Protocol):
 
     @property
     def measures(self) -> Mapping[str, str]:
-        """Name -> unit of everything measured."""
+        """Name -> unit of every measurement."""
 
     @property
     def accepts(self) -> Mapping[str, str]:
-        """Name -> unit of everything that can be commanded."""
+        """Name -> unit of every command."""
 
     @property
     def tick(self) -> float:
-        """Smallest time by which a machine advances (s); periods of controllers are whole numbers of it."""
+        """Smallest time step of a machine, s; periods of controllers are multiples of it."""
 
     def start(self, rng: np.random.Generator) -> Machine:
-        """Draw the hidden truth of the next part from `rng` and return the part, ready, at time 0."""
+        """Draw the hidden truth of the next part from `rng` and return the part at time 0."""
 
 
 @runtime_checkable
@@ -196,7 +189,7 @@ class PartLog(Protocol):
         """Return the table of a tier."""
 
     def column(self, tier: str, name: str) -> Any:
-        """Return the values of a column of a table, in its unit, without labels.
+        """Return a column of a table as an array, in its unit.
 
         Parameters
         ----------
@@ -205,12 +198,12 @@ class PartLog(Protocol):
         """
 
     def figure(self, name: str) -> Any:
-        """Return a figure of the outcome, in its unit, part by part, without labels.
+        """Return an outcome of each part as an array, in its unit.
 
         Parameters
         ----------
         name : str
-            Which.
+            Name of the outcome.
         """
 
     def __len__(self) -> int:
@@ -221,7 +214,7 @@ class PartLog(Protocol):
 class Adaptation(Protocol):
     """Learns between parts: re-estimates, shifts a margin, plans anew.
 
-    It must depend on nothing but its own start and what it was shown, so that a killed series can be replayed
+    It may depend only on its initial state and the logs passed to it, so that a killed series can be replayed
     from its journal.
 
     Examples
@@ -235,4 +228,4 @@ class Adaptation(Protocol):
     """
 
     def next(self, controller: Controller, part_log: PartLog) -> Controller:
-        """Return the next controller from that of the last part (as it began) and its `part_log`."""
+        """Return the next controller from the last one (in its initial state) and its `part_log`."""

@@ -1,1 +1,1 @@
-"""Two computers, one run: links that lose and repeat messages, a courier, a watchdog."""
+"""A machine and its host on two computers: links that lose messages, a courier, a watchdog."""

@@ -1,12 +1,8 @@
 """Records over a link that may lose messages and break: acknowledged, in order, none twice.
 
-Messages are numbered as they are sent, records as they are to be received. Each message says who sends it,
-how many records of whom on the other side have arrived in order and which of the 64 behind those, and the
-number of the last message that arrived; and, unless it is a mere sign of life, it holds one record. As a link
-keeps messages in order, a record that went with an earlier message than the last that arrived, and has not
-arrived itself, is lost: it is sent again at once, and no other is (selective repeat). No time is guessed: the
-next sign of life tells.
-"""
+Selective repeat: a header acknowledges the records that arrived, in order and among the 64 behind those, and
+names the last message that arrived. A link keeps messages in order; a record that went with an earlier
+message and did not arrive is therefore lost, and is sent again at once. No timer is needed."""
 
 import struct
 import tempfile
@@ -20,37 +16,35 @@ from hwsim._link.links import Link
 from hwsim._processor.tasks import NANOSECONDS
 from sdpgrind.base import checks
 
-# kind, who sends; of whom, records in order, records behind them, last message; number of this message,
-# oldest record, this one
+# kind, sender; acknowledged: courier, records in order, bits of records behind them, last message; number of
+# this message, oldest record, this record
 _HEADER = struct.Struct("!B8Q")
 _SIGN, _RECORD = 3, 4
 _WINDOW = 64  # derived: records under way at once are the bits of one word of the header
-_LENGTH = struct.Struct("!Q")  # of a record in the file of a backlog
+_LENGTH = struct.Struct("!Q")  # length of a record in the file of a backlog
 NEAR = 4096  # records in memory; chosen: 40 s of a controller of 100 Hz
 
 
 class Courier:
-    """One side of an exchange of records between a machine and its host.
+    """One side of a reliable exchange of records between a machine and its host.
 
-    A `Link` that loses nothing: `send` keeps a record until the other side's courier has acknowledged it,
-    whatever becomes of the link below. `advance`, called again and again, moves records and is a sign of
-    life; after the link broke, `attach` a new one and nothing is lost or doubled.
+    `send` keeps a record until the courier on the other side has acknowledged it. `advance`, called
+    repeatedly, sends and receives records or a sign of life. After a break, `attach` another link: no record
+    is lost or doubled.
 
-    A courier that is new knows nothing of what an older one sent or took, and the other side notices: it goes
-    on with what the older one had not acknowledged. A copy is the same courier, so that a controller that is
-    copied talks on.
+    A new courier replaces an older one on the same side: the other side sends it what the older one had not
+    acknowledged. A copy is the same courier.
 
     Parameters
     ----------
     link : Link, optional
-        To begin with; None: records wait until one is attached.
+        First link. None: records wait until one is attached.
 
     Notes
     -----
-    Up to 64 records are under way at once; over a link of 20 ms that loses every second message 100 records a
-    second get through. Of those that wait the first 4096 are in memory, the others in a temporary file: it
-    grows with the silence of the host, and ends with the process, as everything here does. What must outlast
-    that is in the journal of the run.
+    At most 64 records are under way: 100 records a second pass a link with a latency of 20 ms that loses every
+    second message. Of the waiting records 4096 are in memory, the others in a temporary file that ends with the
+    process; the journal of the run is what lasts.
 
     Examples
     --------
@@ -76,15 +70,15 @@ class Courier:
         self._name = uuid.uuid4().int >> 64
         self._link: Link | None = None
         self._kept = Backlog()
-        self._oldest = 0  # number of the first that is kept
-        self._under_way: dict[int, int] = {}  # record -> message with which it went last, over this link
-        self._behind: set[int] = set()  # records that have arrived before the oldest
+        self._oldest = 0  # number of the first record kept
+        self._under_way: dict[int, int] = {}  # record -> last message that carried it over this link
+        self._behind: set[int] = set()  # records newer than the oldest that have arrived
         self._messages = count(1)
-        self._reached = 0  # of them, the last that arrived
-        self._other = 0  # who is on the other side
-        self._last = 0  # message that came from there
-        self._taken = 0  # records taken from there
-        self._early: dict[int, bytes] = {}  # those that came before one that was lost
+        self._reached = 0  # number of our last message that arrived
+        self._other = 0  # courier on the other side
+        self._last = 0  # number of its last message
+        self._taken = 0  # number of its records delivered in order
+        self._early: dict[int, bytes] = {}  # its records that arrived out of order
         self._received: list[bytes] = []
         self._time = self._heard = 0.0
         if link is not None:
@@ -92,13 +86,13 @@ class Courier:
 
     @property
     def time(self) -> float:
-        """Time that was told last, s."""
+        """Time of the last `advance`, s."""
         return self._time
 
     @property
     def silence(self) -> float:
-        """Time since the other side was heard, s; counted from time 0 before it was ever heard."""
-        # rounded, so that 20 steps of 0.01 s are 0.2 s
+        """Time since the other side was last heard, s; before it was ever heard, since time 0."""
+        # rounded to 1 ns: 20 steps of 0.01 s are 0.2 s
         return round((self._time - self._heard) * NANOSECONDS) / NANOSECONDS
 
     @property
@@ -108,21 +102,21 @@ class Courier:
 
     @property
     def unsent(self) -> int:
-        """Bytes that the link below has not taken yet."""
+        """Bytes that the link has not sent yet."""
         return 0 if self._link is None else self._link.unsent
 
     @property
     def closed(self) -> bool:
-        """Whether there is no link, or it is closed, until one is attached."""
+        """Whether no link is attached, or it is closed."""
         return self._link is None or self._link.closed
 
     def attach(self, link: Link) -> None:
-        """Go on over another link, from the oldest record that is not acknowledged.
+        """Continue over another link, from the oldest record that is not acknowledged.
 
         Parameters
         ----------
         link : Link
-            An open one.
+            An open link.
 
         Examples
         --------
@@ -148,7 +142,7 @@ class Courier:
         self._kept.append(record)
 
     def receive(self) -> list[bytes]:
-        """Return the records (bytes) that are new since the last call, in the order of sending, each once."""
+        """Return the records (bytes) that arrived since the last call, in the order of sending."""
         received, self._received = self._received, []
         return received
 
@@ -158,12 +152,12 @@ class Courier:
             self._link.close()
 
     def advance(self, time: float) -> None:
-        """Hear what has arrived and send what is to be sent, at least a sign of life.
+        """Receive what has arrived; send what is due, at least a sign of life.
 
         Parameters
         ----------
         time : float
-            Now, s: of the simulation, or of a clock that never goes back.
+            Time of the simulation or of a clock that never goes back, s.
 
         Raises
         ------
@@ -185,20 +179,20 @@ class Courier:
         self._link.advance(self._time)
         for message in self._link.receive():
             self._hear(message)
-        if not (self._link.closed or self._link.unsent):  # what cannot be taken must not pile up
+        if not (self._link.closed or self._link.unsent):  # nothing piles up in a blocked link
             self._tell(self._link)
 
     def _hear(self, message: bytes) -> None:
-        """Take what a message says: at most one record is in it."""
+        """Receive a message, with at most one record in it."""
         if len(message) < _HEADER.size or message[0] not in (_SIGN, _RECORD):
             self.close()
             return
         kind, other, whose, arrived, behind, reached, number, oldest, record = _HEADER.unpack_from(message)
         ours = whose == self._name
         if ours and arrived + behind.bit_length() + (behind > 0) > self._oldest + len(self._kept):
-            self.close()  # who has more than there is talks nonsense
+            self.close()  # more is acknowledged than was sent: no courier is there
             return
-        # a new courier, or one that has given records to another in between
+        # a new courier, or one whose records were acknowledged by another courier in between
         if other != self._other or oldest > self._taken:
             self._other, self._taken = other, oldest
             self._early.clear()
@@ -210,7 +204,7 @@ class Courier:
             self._take()
 
     def _let_go(self, arrived: int, behind: int, reached: int) -> None:
-        """Let go of what has arrived, and note what is behind it."""
+        """Drop the records that have arrived, and note those behind them that have."""
         while self._oldest < arrived:
             self._kept.popleft()
             self._under_way.pop(self._oldest, None)
@@ -219,13 +213,13 @@ class Courier:
         self._reached = reached
 
     def _take(self) -> None:
-        """Give out what is next in order."""
+        """Deliver the records that are next in order."""
         while self._taken in self._early:
             self._received.append(self._early.pop(self._taken))
             self._taken += 1
 
     def _tell(self, link: Link) -> None:
-        """Send what is due, or a sign of life."""
+        """Send the records that are due, or a sign of life."""
         due: list[int | None] = [*self._due()]
         for number in due or [None]:
             if link.closed:
@@ -233,7 +227,7 @@ class Courier:
             link.send(self._message(number))
 
     def _due(self) -> list[int]:
-        """Records that were not sent over this link, or lost there."""
+        """Records in the window that were not sent over this link, or were lost there."""
         window = range(self._oldest, self._oldest + min(_WINDOW, len(self._kept)))
         return [
             each
@@ -258,12 +252,12 @@ class Courier:
 
 
 class Backlog:
-    """A queue of records: the first in memory, the others in a temporary file that ends with the process."""
+    """Queue of records: the first in memory, the others in a temporary file that ends with the process."""
 
     def __init__(self) -> None:
         self._near: deque[bytes] = deque()
         self._far: IO[bytes] | None = None
-        self._read = self._behind = 0  # where in the file the next begins, how many are there
+        self._read = self._behind = 0  # position of the next record in the file, bytes; records there
 
     def __len__(self) -> int:
         return len(self._near) + self._behind
@@ -272,7 +266,7 @@ class Backlog:
         return self._near[place]
 
     def append(self, record: bytes) -> None:
-        """Put a record behind all others."""
+        """Append a record."""
         if len(self._near) < NEAR and not self._behind:
             self._near.append(record)
             return
@@ -284,14 +278,14 @@ class Backlog:
         self._behind += 1
 
     def popleft(self) -> bytes:
-        """Take the first record away."""
+        """Remove and return the first record."""
         record = self._near.popleft()
         if self._far is not None and self._behind:
             self._near.append(self._fetched(self._far))
         return record
 
     def _fetched(self, far: IO[bytes]) -> bytes:
-        """The next record of the file; an emptied file begins anew."""
+        """Read the next record from the file; truncate the file once it is empty."""
         far.seek(self._read)
         (length,) = _LENGTH.unpack(far.read(_LENGTH.size))
         record = far.read(length)

@@ -1,4 +1,4 @@
-"""A link between a machine and its host: its protocol, and one in memory on the clock of the simulation."""
+"""Protocol of a link between a machine and its host, and a link in memory on the simulated clock."""
 
 from collections import deque
 from typing import Protocol, runtime_checkable
@@ -13,7 +13,7 @@ from sdpgrind.base.rng import Seed, children
 
 @runtime_checkable
 class Link(Protocol):
-    """One end of a link that carries messages (bytes) in order; it may lose some, and it may break.
+    """One end of a link that carries messages (bytes) in order; it may lose messages and break.
 
     Examples
     --------
@@ -28,43 +28,43 @@ class Link(Protocol):
 
     @property
     def unsent(self) -> int:
-        """Bytes that wait for the network; what is sent meanwhile follows them."""
+        """Bytes that wait for the network; later messages follow them."""
 
     def advance(self, time: float) -> None:
-        """Say what time it is.
+        """Set the time.
 
         Parameters
         ----------
         time : float
-            Of the simulation, s; a link to the real world has its own time.
+            Time of the simulation, s; a real link ignores it.
         """
 
     def send(self, message: bytes) -> None:
-        """Hand a message over; returns at once.
+        """Send a message without blocking.
 
         Parameters
         ----------
         message : bytes
-            Anything.
+            Content.
         """
 
     def receive(self) -> list[bytes]:
-        """Return the messages (bytes) that have arrived since the last call; returns at once."""
+        """Return the messages (bytes) that arrived since the last call, without blocking."""
 
     def close(self) -> None:
-        """Break the link; what is under way is lost."""
+        """Close the link; messages under way are lost."""
 
 
 @described()
 class QueueLink(Described):
-    """A link in memory: messages arrive late, some never; always in order.
+    """A link in memory with latency and loss; messages stay in order.
 
     Parameters
     ----------
     latency : float
-        From sending to arriving, s.
+        Transmission time, s.
     jitter : float
-        A message takes longer by a uniform draw between 0 and this, s; none overtakes another.
+        Upper limit of a uniform additional delay, s; no message overtakes another.
     loss : float
         Probability that a message is lost, in [0, 1].
 
@@ -90,12 +90,12 @@ class QueueLink(Described):
     loss: float = quantity("1", at_least=0, at_most=1, default=0)
 
     def start(self, rng: Seed = 0) -> tuple["QueueEnd", "QueueEnd"]:
-        """Return both ends of a fresh link, at time 0 s.
+        """Return both ends of a new link, at time 0 s.
 
         Parameters
         ----------
         rng : int, Generator or SeedSequence
-            Random source; each direction draws from a child of its own.
+            Random source; each direction draws from its own child.
 
         Examples
         --------
@@ -118,27 +118,27 @@ class _Lane:
         self.under_way: deque[tuple[int, bytes]] = deque()
 
     def put(self, message: bytes, now: int) -> None:
-        """Send a message; lost or not it draws as much, so that a larger loss only adds to what is lost."""
+        """Send a message; a lost one draws as much, so that a larger loss only adds losses."""
         lost, late = self.rng.random(2)
         if lost >= self.link.loss:
             arrival = now + round((self.link.latency + late * self.link.jitter) * NANOSECONDS)
             self.under_way.append((arrival, message))
 
     def take(self, now: int) -> list[bytes]:
-        """Messages that have arrived; one that is late holds up those behind it."""
+        """Messages that have arrived; a late one holds up those behind it."""
         arrived = []
         while self.under_way and self.under_way[0][0] <= now:
             arrived.append(self.under_way.popleft()[1])
         return arrived
 
     def close(self) -> None:
-        """Lose what is under way."""
+        """Drop the messages under way."""
         self.closed = True
         self.under_way.clear()
 
 
 class QueueEnd:
-    """One end of a `QueueLink`, a `Link`. Each end is told the time (s) by whoever owns it.
+    """One end of a `QueueLink`, a `Link`; its owner sets the time (s).
 
     Examples
     --------
@@ -154,26 +154,26 @@ class QueueEnd:
 
     @property
     def closed(self) -> bool:
-        """Whether one of the two ends closed the link."""
+        """Whether either end closed the link."""
         return self._outgoing.closed
 
     @property
     def unsent(self) -> int:
-        """None, 0 bytes: a queue takes all."""
+        """Always 0 bytes: the queue is unlimited."""
         return 0
 
     def advance(self, time: float) -> None:
-        """Say what time it is.
+        """Set the time.
 
         Parameters
         ----------
         time : float
-            Time of the simulation, s; it never goes back.
+            Time of the simulation, s.
 
         Raises
         ------
         ValueError
-            When it goes back.
+            When the time goes back.
         """
         now = round(checks.number("time", time, "s") * NANOSECONDS)
         if now < self._now:
@@ -186,7 +186,7 @@ class QueueEnd:
         Parameters
         ----------
         message : bytes
-            Anything.
+            Content.
 
         Raises
         ------
@@ -200,10 +200,10 @@ class QueueEnd:
         self._outgoing.put(message, self._now)
 
     def receive(self) -> list[bytes]:
-        """Return the messages (bytes) that have arrived by now, the oldest first."""
+        """Return the messages (bytes) that have arrived, the oldest first."""
         return self._incoming.take(self._now)
 
     def close(self) -> None:
-        """Break the link at both ends; what is under way is lost."""
+        """Close both ends; messages under way are lost."""
         self._outgoing.close()
         self._incoming.close()

@@ -1,7 +1,6 @@
-"""A link over TCP, between processes or computers; only `TcpLink.wait` and `TcpListener.accept` block.
+"""A link over TCP between processes or computers; only `TcpLink.wait` and `TcpListener.accept` block.
 
-In the stream two bytes of mark and four of length (big-endian) precede each message, which undoes any split
-by the network.
+A mark (two bytes) and the length (four bytes, big-endian) precede each message in the stream.
 """
 
 import select
@@ -13,26 +12,25 @@ from typing import Self
 from sdpgrind.base import checks
 
 Address = tuple[str, int]
-LARGEST = 16 * 2**20  # bytes of one message; chosen: a scanned profile has some 10 kB
+LARGEST = 16 * 2**20  # largest message, bytes; chosen: a scanned profile has some 10 kB
 _MARK = 0xC35A  # chosen: begins no text, so that a peer of another protocol fails at once
 _PREFIX = struct.Struct("!HI")
 _CHUNK = 2**16  # bytes read at once; chosen: the usual buffer of a socket
-_CHUNKS = 64  # read in one call at most; chosen: a flood of messages does not hold up the receiver
+_CHUNKS = 64  # most chunks in one call; chosen: a flood of messages does not hold up the receiver
 
 
 class TcpLink:
-    """One end of a TCP connection, a `Link`: messages with a prefix, however the network cuts them.
+    """One end of a TCP connection, a `Link` whose messages arrive whole.
 
-    A peer that closes or vanishes, a prefix that is broken and a message that is too large close the link;
-    `reason` says why. A peer that falls silent without a word is not seen here: that is what a `Watchdog` is
-    for.
+    A peer that closes or vanishes, a wrong prefix and a message that is too large close the link; `reason`
+    says why. A peer that is silent does not: a `Watchdog` notices it.
 
     Parameters
     ----------
     connection : socket.socket
-        A connected stream; it belongs to the link from now on.
+        A connected stream, owned by the link from now on.
     largest : int
-        Most bytes of one message, either way.
+        Largest message in either direction, bytes.
 
     Examples
     --------
@@ -65,9 +63,9 @@ class TcpLink:
         address : tuple
             Host and port.
         timeout : float
-            How long to try, s.
+            Time limit, s.
         largest : int
-            Most bytes of one message, either way.
+            Largest message in either direction, bytes.
 
         Raises
         ------
@@ -91,7 +89,7 @@ class TcpLink:
 
     @property
     def reason(self) -> str:
-        """Why the link is closed, in words; empty while it is open."""
+        """Why the link is closed; empty while it is open."""
         return self._reason
 
     @property
@@ -100,7 +98,7 @@ class TcpLink:
         return len(self._outgoing)
 
     def advance(self, time: float) -> None:
-        """Do nothing: this link lives in the real world's time.
+        """Do nothing: this link follows real time.
 
         Parameters
         ----------
@@ -109,12 +107,12 @@ class TcpLink:
         """
 
     def send(self, message: bytes) -> None:
-        """Hand a message to the network; what it does not take at once follows with the next calls.
+        """Send a message without blocking; later calls send what the network does not take at once.
 
         Parameters
         ----------
         message : bytes
-            Anything.
+            Content.
 
         Raises
         ------
@@ -129,7 +127,7 @@ class TcpLink:
         self._flush()
 
     def receive(self) -> list[bytes]:
-        """Return the messages (bytes) that have arrived since the last call, without waiting."""
+        """Return the messages (bytes) that arrived since the last call, without blocking."""
         if not self.closed:
             self._flush()
             self._read()
@@ -137,12 +135,12 @@ class TcpLink:
         return arrived
 
     def wait(self, timeout: float) -> bool:
-        """Send what is left and wait for a message or the end of the link; return whether either came.
+        """Send what is left and wait; return whether a message arrived or the link closed.
 
         Parameters
         ----------
         timeout : float
-            How long at most, s.
+            Time limit, s.
         """
         deadline = time.monotonic() + checks.nonnegative("timeout", timeout, "s")
         while not (self._arrived or self.closed):
@@ -157,7 +155,7 @@ class TcpLink:
         return True
 
     def close(self) -> None:
-        """Close the link; what the network has not taken yet is lost."""
+        """Close the link; unsent bytes are lost."""
         self._close("it was closed here")
 
     def _read(self) -> None:
@@ -185,7 +183,7 @@ class TcpLink:
             except BlockingIOError:
                 return
             except OSError as error:
-                self._read()  # what came before is not lost
+                self._read()  # keeps what had arrived
                 self._close(f"the peer vanished ({error})")
                 return
             del self._outgoing[:sent]
@@ -206,16 +204,16 @@ class TcpLink:
 
 
 class TcpListener:
-    """Waits for peers of `TcpLink` on this computer.
+    """Accepts connections of `TcpLink` on this computer.
 
     Parameters
     ----------
     port : int
-        Where; 0: a free one.
+        TCP port. 0: a free one.
     host : str
-        Of this computer, the address on which it listens.
+        Address of this computer to listen on.
     largest : int
-        Most bytes of one message, either way; a whole number.
+        Largest message in either direction, bytes; a whole number.
 
     Examples
     --------
@@ -240,7 +238,7 @@ class TcpListener:
         Parameters
         ----------
         timeout : float
-            How long at most, s.
+            Time limit, s.
 
         Raises
         ------
@@ -259,7 +257,7 @@ class TcpListener:
         return TcpLink(self._socket.accept()[0], largest=self._largest)
 
     def close(self) -> None:
-        """Listen no more; links that were made stay."""
+        """Stop listening; links that were made stay open."""
         self._socket.close()
 
     def __enter__(self) -> Self:
@@ -280,7 +278,7 @@ def packed(message: bytes, largest: int = LARGEST) -> bytes:
 
 
 class Unpacker:
-    """Finds the messages in a stream that comes in any pieces."""
+    """Finds the messages in a stream cut into arbitrary pieces."""
 
     def __init__(self, largest: int = LARGEST) -> None:
         self._largest = largest
@@ -288,11 +286,11 @@ class Unpacker:
 
     @property
     def partial(self) -> bool:
-        """Whether the stream stands in the middle of a message."""
+        """Whether a message is incomplete."""
         return bool(self._rest)
 
     def feed(self, piece: bytes) -> list[bytes]:
-        """Take a piece of the stream and return the messages that are whole now."""
+        """Return the messages that a piece of the stream completes."""
         self._rest += piece
         messages, at = [], 0
         while (end := self._end(at)) is not None and end <= len(self._rest):
@@ -302,7 +300,7 @@ class Unpacker:
         return messages
 
     def fault(self) -> str:
-        """Say what is wrong with the prefix that comes next; nothing, where nothing is."""
+        """Say what is wrong with the next prefix; empty when it is valid or incomplete."""
         if len(self._rest) < _PREFIX.size:
             return ""
         mark, size = _PREFIX.unpack_from(self._rest)
@@ -315,7 +313,7 @@ class Unpacker:
         )
 
     def _end(self, at: int) -> int | None:
-        """End of the message whose prefix begins at `at`; None: not known yet, or refused."""
+        """End of the message whose prefix begins at `at`; None: the prefix is incomplete or wrong."""
         if len(self._rest) - at < _PREFIX.size:
             return None
         mark, size = _PREFIX.unpack_from(self._rest, at)

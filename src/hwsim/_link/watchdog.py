@@ -1,4 +1,6 @@
-"""A guard around any controller: its steps go to the host, whose silence makes the machine safe."""
+"""A guard around any controller: it reports each step to a host, and makes the machine safe when the host is
+silent.
+"""
 
 import json
 from collections.abc import Mapping
@@ -15,21 +17,22 @@ from sdpgrind.base import checks
 
 
 class _Pulse:
-    """Shared by the tiers of one guarded controller: the courier, and whether the host fell silent."""
+    """State shared by the tiers of a guarded controller: the courier, and whether the host fell silent."""
 
     def __init__(self, courier: Courier, timeout: float, safe_command: Mapping[str, Any]) -> None:
         self.courier, self.timeout, self.safe_command = courier, timeout, safe_command
         self.tripped = False
-        self.steps = 0  # of the tier that leads, in this part
-        # s, of the courier at the first step of the part; between parts no time passes
-        self._origin: float | None = None
+        self.steps = 0  # steps of the fastest tier in this part
+        self._origin: float | None = (
+            None  # courier's time at the start of the part, s; none passes between parts
+        )
 
     def reset(self) -> None:
-        """A new part."""
+        """Begin a new part."""
         self.tripped, self._origin, self.steps = False, None, 0
 
     def beat(self, time: float) -> None:
-        """Exchange records, so many seconds into the part; a silence that is too long lasts until its end."""
+        """Exchange records at a time of the part, s; trip when the host was silent for too long."""
         courier = self.courier
         if self._origin is None:
             self._origin = courier.time - time
@@ -39,7 +42,7 @@ class _Pulse:
 
 
 class _Guard:
-    """One controller, guarded; all that is not said here is the controller's own."""
+    """One guarded controller; other attributes are the controller's own."""
 
     def __init__(self, controller: Controller, pulse: _Pulse, name: str, *, leads: bool) -> None:
         self._controller, self._pulse, self._name, self._leads = controller, pulse, name, leads
@@ -51,7 +54,7 @@ class _Guard:
 
     @property
     def period(self) -> float | None:
-        """Between two steps, s: the controller's."""
+        """Period of the controller, s."""
         return self._controller.period
 
     @property
@@ -66,7 +69,7 @@ class _Guard:
 
     @property
     def reports(self) -> Mapping[str, str]:
-        """Name -> unit of what the controller reports, and ``link_lost``."""
+        """Name -> unit of the controller's reports, and ``link_lost``."""
         return {**getattr(self._controller, "reports", {}), "link_lost": ""}
 
     def reset(self) -> None:
@@ -98,25 +101,23 @@ class _Guard:
 
 
 class Watchdog(_Guard):
-    """Any controller with a host behind it: when the host falls silent, the machine is made safe.
+    """Any controller, supervised by a host: when the host falls silent, the machine is made safe.
 
-    Each step of each tier is sent to the host as a record, JSON of ``tier``, ``time`` (s), ``read`` and
-    ``command``; the courier keeps it until the host has it. When nothing was heard from the host for longer
-    than the timeout, the controller is stepped no more and the safe command is given instead, at every step
-    until the end of the part, also when the host is heard again.
+    The host receives each step of each tier as a JSON record of ``tier``, ``time`` (s), ``read`` and
+    ``command``. Once the host has been silent for longer than the timeout, the safe command replaces the
+    controller until the end of the part, even when the host is heard again.
 
-    Time is counted in periods of the fastest tier (s), never read from a clock; where no tier has a period,
-    ``time`` must be measured. The log has a column ``link_lost_planned``.
+    Time is counted in periods of the fastest tier (s); where no tier has a period, ``time`` must be measured.
+    The log has a column ``link_lost_planned``.
 
     Parameters
     ----------
     controller : Controller
-        The one that is guarded, with tiers or without.
+        Guarded controller, with or without tiers.
     courier : Courier
-        To the host, whose own courier must be advanced more often than the timeout; what the host sends is
-        there.
+        Courier to the host. The host's courier must advance more often than the timeout.
     timeout : float
-        Longest silence, s; more than the period.
+        Longest silence allowed, s; greater than the period.
     safe_command : mapping
         Command once the host is silent, in names and units that the plant accepts:
         {"velocity": 0.0, "retract": 1.0}.
@@ -124,7 +125,7 @@ class Watchdog(_Guard):
     Raises
     ------
     ValueError
-        When the timeout is not longer than the period, or the safe command is none.
+        When the timeout is not longer than the period, or no tier has a command of `safe_command`.
 
     Examples
     --------
@@ -181,7 +182,7 @@ def _checked(safe_command: Mapping[str, float], named: Mapping[str, Controller])
 
 
 def _record(tier: str, time: float, read: Mapping[str, Any], command: Mapping[str, Any]) -> bytes:
-    """One step as JSON; NaN: a missing reading."""
+    """One step as JSON; NaN: no reading."""
     return json.dumps(
         {"tier": tier, "time": time, "read": dict(read), "command": command}, default=_plain
     ).encode()

@@ -1,1 +1,1 @@
-"""What was measured and commanded: the log, its journal on disk that survives a kill, labels and units."""
+"""Logs of runs: labelled tables, a journal on disk that survives a kill, names and units."""

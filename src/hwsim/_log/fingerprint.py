@@ -1,4 +1,4 @@
-"""A fingerprint of plain objects: equal for equal plants and controllers in any process."""
+"""Fingerprints of objects: equal for equal plants and controllers in any process."""
 
 import dataclasses
 import functools
@@ -13,7 +13,7 @@ _PLAIN = (type(None), bool, int, str, bytes, complex)
 
 
 def fingerprint(thing: Any) -> str:
-    """Return 64 hexadecimal digits that tell `thing` from everything else."""
+    """Return a SHA-256 digest of the content of `thing`, 64 hexadecimal digits."""
     digest = hashlib.sha256()
     _feed(digest.update, thing, ())
     return digest.hexdigest()
@@ -39,7 +39,7 @@ def _feed(take: Any, thing: Any, above: tuple[int, ...]) -> None:
 
 def _pieces(thing: Any) -> list[Any]:
     """Pieces of an object."""
-    # a labelled table is a mapping, too
+    # before Mapping: a labelled table is one
     if hasattr(thing, "data_vars") and not isinstance(thing, type):
         named = sorted((str(name), variable) for name, variable in thing.variables.items())
         return [(name, variable.dims, _values(variable)) for name, variable in named]
@@ -57,13 +57,13 @@ def _pieces(thing: Any) -> list[Any]:
 
 
 def _values(variable: Any) -> Any:
-    """Values of a labelled array; names, which files keep as objects and arrays may not, as a list."""
+    """Values of a labelled array; texts (objects in some files, arrays in others) as a list."""
     values = np.asarray(variable.values)
     return values.tolist() if values.dtype.kind in "OU" else values
 
 
 def _code(thing: Any) -> list[Any]:
-    """Pieces of a function: its code and constants, not its place in memory."""
+    """Pieces of a function: its code and constants, not its address."""
     if isinstance(thing, types.MethodType):
         return [thing.__self__, thing.__func__]
     named = [getattr(thing, "__module__", ""), thing.__qualname__]
@@ -79,7 +79,7 @@ def _constants(code: types.CodeType) -> list[Any]:
 
 
 def _object(thing: Any) -> list[Any]:
-    """Other objects: what they say of themselves, else their fields, else what they would be pickled as."""
+    """Pieces of any other object: its ``identity``, else its fields, else what pickle would store."""
     if hasattr(thing, "identity"):
         return [thing.identity]
     if isinstance(thing, np.random.Generator):

@@ -1,4 +1,4 @@
-"""From the plain arrays of parts to labelled tables (xarray), to one dataset for a file, and back."""
+"""Parts as labelled tables (xarray), as one dataset for a file, and back."""
 
 import json
 from collections.abc import Hashable, Mapping, Sequence
@@ -66,7 +66,7 @@ def _outcome(parts: Sequence[LivePart], labels: Labels) -> "xr.Dataset":
 
 
 def repeated(series: Sequence[Sequence[LivePart]], labels: Labels) -> "xr.Dataset":
-    """Label the outcomes of many series of equally many parts."""
+    """Label the outcomes of several series of equally many parts."""
     import xarray as xr
 
     flat = _outcome([part for parts in series for part in parts], labels)
@@ -80,7 +80,7 @@ def repeated(series: Sequence[Sequence[LivePart]], labels: Labels) -> "xr.Datase
 
 
 def _joined(blocks: Sequence[Column]) -> Column:
-    """Put blocks of rows below each other; where one has arrays for rows, the others are padded with NaN."""
+    """Concatenate blocks of rows; where rows are arrays, pad the shorter ones with NaN."""
     if all(block.ndim == 1 for block in blocks):
         return np.concatenate(blocks)
     return stacked([block[:, np.newaxis] if block.ndim == 1 else block for block in blocks])
@@ -109,7 +109,7 @@ def _rows(tables: Mapping[str, "xr.Dataset"]) -> "xr.Dataset":
 
 
 def _widened(datasets: Sequence["xr.Dataset"], rows: str) -> list["xr.Dataset"]:
-    """Pad all dimensions but that of the rows to the longest with NaN."""
+    """Pad every dimension except `rows` to its longest with NaN."""
     widths: dict[Hashable, int] = {}
     for dataset in datasets:
         widths |= {dim: max(size, widths.get(dim, 0)) for dim, size in dataset.sizes.items() if dim != rows}
@@ -118,7 +118,7 @@ def _widened(datasets: Sequence["xr.Dataset"], rows: str) -> list["xr.Dataset"]:
 
 
 def to_dataset(frames: Frames) -> "xr.Dataset":
-    """One dataset with every table in it: variables and dimensions get the name of their table in front."""
+    """Merge all tables into one dataset; names of variables and dimensions begin with the table's name."""
     import xarray as xr
 
     tables = {_OUTCOME: frames.outcome} | {f"table.{tier}": table for tier, table in frames.tables.items()}
@@ -126,7 +126,7 @@ def to_dataset(frames: Frames) -> "xr.Dataset":
     attrs = {_ATTRS: json.dumps({name: table.attrs for name, table in tables.items()})}
     dataset = xr.merge(prefixed, combine_attrs="override").assign_attrs(attrs)
     for variable in dataset.variables.values():
-        variable.encoding["_FillValue"] = None  # NaN is a value of ours; no attribute that comes back
+        variable.encoding["_FillValue"] = None  # else a file adds an attribute to NaN
     return dataset
 
 
@@ -136,7 +136,7 @@ def _prefixed(prefix: str, table: "xr.Dataset") -> "xr.Dataset":
 
 
 def from_dataset(dataset: "xr.Dataset") -> Frames:
-    """Give back what `to_dataset` was given."""
+    """Split the dataset of `to_dataset` into its tables."""
     attrs = json.loads(dataset.attrs[_ATTRS])
     dataset = dataset.drop_attrs(deep=False)
     tables = {prefix: _unprefixed(prefix, dataset.assign_attrs(kept)) for prefix, kept in attrs.items()}

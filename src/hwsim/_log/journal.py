@@ -1,9 +1,7 @@
-"""The journal of a run: one SQLite file, one transaction a part, readable by anybody at every moment.
+"""The journal of a run: one SQLite file, one transaction a part, readable at any time.
 
-SQLite's rollback journal is used, not its write-ahead log: between two parts everything stands in the one
-file, so that it can be copied, moved or killed at. A process killed inside a transaction loses that part
-alone; the next reader rolls it back.
-"""
+It uses SQLite's rollback journal, not its write-ahead log: between two parts the one file is complete and can
+be copied. A process killed inside a transaction loses that part only; the next reader rolls it back."""
 
 import contextlib
 import json
@@ -25,15 +23,15 @@ CREATE TABLE run (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE part (number INTEGER PRIMARY KEY, outcome TEXT NOT NULL, names TEXT NOT NULL, arrays BLOB NOT NULL);
 """
 _VERSION = "1"
-_PATIENCE = 60.0  # s to wait for a process that writes; chosen: longer than any part takes to write
+_PATIENCE = 60.0  # longest wait for a writing process, s; chosen: no part takes as long to write
 
 
 class Journal:
     """Finished parts of a run, on disk.
 
-    Written by ``run(..., journal=path)``; open it to read, also while the run goes on or after it was killed.
-    The table ``part`` has the outcome of each part as JSON, so that ``sqlite3 run.db "SELECT number, outcome
-    FROM part"`` works.
+    ``run(..., journal=path)`` writes it; it can be read while the run goes on and after it was killed. The
+    table ``part`` has the outcome of each part as JSON: ``sqlite3 run.db "SELECT number, outcome FROM
+    part"``.
 
     Parameters
     ----------
@@ -97,7 +95,9 @@ class Journal:
 
     @classmethod
     def create(cls, path: str | os.PathLike[str], fingerprints: Mapping[str, str], labels: Labels) -> Self:
-        """Make an empty journal and open it (private to this package); it appears complete or not at all."""
+        """Make an empty journal and open it (private to this package); the file appears complete or not at
+        all.
+        """
         from sdpgrind.base.records import whole_file
 
         rows = {
@@ -120,21 +120,21 @@ class Journal:
         return int(self._database.execute("SELECT count(*) FROM part").fetchone()[0])
 
     def log(self) -> Log:
-        """Log of the finished parts; an empty journal has none and raises ValueError."""
+        """Log of the finished parts; ValueError when there is none."""
         parts = list(self.read())
         if not parts:
             raise ValueError(f"{str(self.path)!r} holds no finished part yet")
         return Log.of(parts, Labels.from_json(self._run["labels"]))
 
     def refuse_other(self, fingerprints: Mapping[str, str]) -> None:
-        """Refuse ingredients other than those that the journal was begun with (private to this package)."""
+        """Refuse a run whose fingerprints differ from those in the journal (private to this package)."""
         written = json.loads(self._run["fingerprints"])
         if other := [name for name, value in fingerprints.items() if written.get(name) != value]:
             begun = f"{str(self.path)!r} was begun with another {' and '.join(other)}"
             raise ValueError(f"journal must be of this run; {begun}")
 
     def read(self, limit: int = -1) -> Iterator[LivePart]:
-        """Give the first `limit` finished parts (private to this package)."""
+        """Give the first `limit` finished parts; -1: all (private to this package)."""
         rows = self._database.execute(
             "SELECT number, names, arrays FROM part ORDER BY number LIMIT ?", (limit,)
         ).fetchall()
@@ -144,7 +144,7 @@ class Journal:
             yield _unpacked(names, arrays)
 
     def add(self, number: int, part: LivePart) -> None:
-        """Write one finished part, durably, in one transaction (private to this package)."""
+        """Write a finished part durably, in one transaction (private to this package)."""
         outcome = {name: _as_json(value) for name, value in part.outcome.items()}
         try:
             row = (number, json.dumps(outcome), *_packed(part))
@@ -169,7 +169,7 @@ class Journal:
 
 
 def _as_json(value: Column) -> Any:
-    """For people and SQL; JSON knows neither NaN nor infinity."""
+    """A column for JSON, with None for NaN and infinity, which JSON lacks."""
     plain = value.astype(object)
     if value.dtype.kind == "f":
         plain[~np.isfinite(value)] = None

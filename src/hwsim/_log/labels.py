@@ -1,4 +1,4 @@
-"""Names and units of everything in a log: plain values, read without the code that ran."""
+"""Names and units of everything in a log, as plain values that need no code of the run."""
 
 import json
 from collections.abc import Mapping
@@ -20,11 +20,11 @@ class Labels:
     reports: Mapping[str, str]
     outcomes: Mapping[str, tuple[str, str]]  # name -> (unit, dimension of arrays)
     description: Mapping[str, float | str]
-    set_points: Mapping[str, str] = field(default_factory=dict)  # commands of one tier that another one reads
+    set_points: Mapping[str, str] = field(default_factory=dict)  # commands that another tier reads
 
     @classmethod
     def of(cls, plant: Plant, controller: Controller) -> "Labels":
-        """Ask a plant and a controller."""
+        """Collect the labels of a plant and a controller."""
         reports: dict[str, str] = {}
         for each in controllers(controller).values():
             reports |= getattr(each, "reports", {})
@@ -39,12 +39,12 @@ class Labels:
         return cls(*names, dict(plant.measures), dict(plant.accepts), reports, outcomes, described, between)
 
     def to_json(self) -> str:
-        """Text that `from_json` reads; nothing of xarray is needed, so that `hwsim` is imported quickly."""
+        """Return JSON that `from_json` reads."""
         return json.dumps(asdict(self))
 
     @classmethod
     def from_json(cls, text: str) -> "Labels":
-        """Read what `to_json` wrote."""
+        """Read the JSON of `to_json`."""
         return cls(**json.loads(text))
 
     def column(self, name: str) -> dict[str, str]:
@@ -58,7 +58,7 @@ class Labels:
         return self._planned(name)
 
     def outcome(self, name: str) -> tuple[str, dict[str, str]]:
-        """Dimension (where the value is an array) and attributes of an outcome."""
+        """Dimension (of an array) and attributes of an outcome."""
         if name in self.outcomes:
             unit, dimension = self.outcomes[name]
             return dimension, _attributes(name, unit)

@@ -1,4 +1,4 @@
-"""The log of a run: tables by tier, the outcome of each part, pictures, a file."""
+"""The log of a run: tables by tier, outcomes of parts, a picture, a file."""
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
@@ -27,9 +27,9 @@ class Log(Record):
     ``controller``. Columns, with ``units`` in their attributes: ``<name>`` measured before the step,
     ``<name>_command`` commanded, ``<name>_planned`` reported by the controller. NaN: no reading, no command.
 
-    Of a motion (a table that is commanded) the column holds the number of rows; the rows are in
-    ``log["<tier>:<name>"]``, one below the other, ``time`` (s) being that of the step. Where a motion has
-    more than 64 rows they are not kept, but a digest is.
+    The column of a motion (a commanded table) holds its number of rows. The rows of all motions are
+    concatenated in ``log["<tier>:<name>"]``, with the ``time`` of the step (s); of motions of more than 64
+    rows only a digest is kept.
 
     Examples
     --------
@@ -63,7 +63,7 @@ class Log(Record):
 
     @classmethod
     def of(cls, parts: Sequence[LivePart], labels: Labels) -> Self:
-        """Label the parts of a run when they are first looked at (private to this package)."""
+        """Log of the parts of a run, labelled when first used (private to this package)."""
         return cls(lambda: _frames.from_parts(parts, labels), parts)
 
     @classmethod
@@ -78,14 +78,13 @@ class Log(Record):
     def outcome(self) -> "xr.Dataset":
         """Outcome of each part (dimension ``part``; of `compare` also ``controller``), with units.
 
-        Beside the plant's own figures: ``<name>_planned``, what a controller without a period reported at its
-        first step.
+        ``<name>_planned`` is the first report of a controller without a period.
         """
         return self._frames.outcome
 
     @property
     def tiers(self) -> tuple[str, ...]:
-        """Names of the tables, but those that hold the rows of motions."""
+        """Names of the tables, without those of rows of motions."""
         return tuple(name for name in self._frames.tables if not is_of_rows(name))
 
     def __getitem__(self, tier: str) -> "xr.Dataset":
@@ -95,7 +94,7 @@ class Log(Record):
             raise KeyError(f"tier must be one of {', '.join(self._frames.tables)}; got {tier!r}") from None
 
     def column(self, tier: str, name: str) -> Column:
-        """Return the values of a column of a table, without labels: quickly, for what learns between parts.
+        """Return the values of a column of a table as an array, without making labels.
 
         Parameters
         ----------
@@ -118,12 +117,12 @@ class Log(Record):
         return np.asarray(self[tier][name].values)
 
     def figure(self, name: str) -> Column:
-        """Return a figure of the outcome, part by part, without labels.
+        """Return an outcome of each part as an array, without making labels.
 
         Parameters
         ----------
         name : str
-            Its name; its unit is in ``log.outcome[name].units``.
+            Name of the outcome; its unit is in ``log.outcome[name].units``.
 
         Examples
         --------
@@ -149,7 +148,7 @@ class Log(Record):
         return _frames.to_dataset(self._frames)
 
     def plot(self) -> "Figure":
-        """Draw the run: the picture of its plant where there is one, else all that was measured against time.
+        """Draw the run: the picture of its plant, or every measured quantity against time.
 
         Returns
         -------
@@ -176,12 +175,12 @@ class Log(Record):
 
 
 def rows(log: Log, tier: str, name: str) -> "xr.Dataset | None":
-    """Rows of the motions that a tier commanded under a name; None where the log holds none."""
+    """Rows of the motions that a tier commanded under a name; None: the log has none."""
     return log._frames.tables.get(rows_of(tier, name))
 
 
 def same(one: Log, other: Log) -> bool:
-    """Whether two logs hold the same, bit for bit, NaN included."""
+    """Whether two logs are equal bit for bit, NaN included."""
     if one._frames.tables.keys() != other._frames.tables.keys():
         return False
     tables: list[Any] = [(table, other[name]) for name, table in one._frames.tables.items()]

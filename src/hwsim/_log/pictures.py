@@ -1,4 +1,4 @@
-"""Pictures of logs: each plant may bring one; any other log gets a panel for each measured quantity."""
+"""Pictures of logs: that of the plant, or a panel for each measured quantity."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -14,8 +14,7 @@ from sdpgrind.base import pictures
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Plant -> module with a function ``picture(log)``. A table, never a name out of a file: files cannot choose
-# code.
+# Plant -> module with a function ``picture(log)``; a table, since a file must not name code to import
 _PICTURES = {
     "AdaptiveGrinder": "hwsim.plants._adaptive.picture",
     "CenteringMachine": "hwsim.plants._centering.picture",
@@ -25,10 +24,10 @@ _PICTURES = {
     "Probe": "hwsim.plants._probe.picture",
     "WeldBeadStand": "hwsim.plants._weldbead.picture",
 }
-_MOST_LETTERS = 36  # chosen: longer names of controllers overlap
-_LINE = 48  # letters below a panel; chosen: they fit
-_TITLE = 40  # letters above a panel; chosen: they fit
-_SMALL = 0.02  # mm, s; chosen: below it labels are in the finer unit
+_MOST_LETTERS = 36  # in all names of controllers; chosen: more overlap
+_LINE = 48  # letters in a line below a panel; chosen: more exceed its width
+_TITLE = 40  # letters in a line above a panel; chosen: more exceed its width
+_SMALL = 0.02  # mm, s; chosen: tick labels of smaller values have too many zeros
 _FINER = {"mm": "µm", "s": "ms"}
 _MOST_PARTS = 50  # chosen: more lines cannot be told apart
 
@@ -43,7 +42,7 @@ def draw(log: PartLog) -> "Figure":
 
 
 def label(variable: Any, name: str, more: str = "") -> str:
-    """Axis label of a labelled array: its long name, what is more to be said of it, and unit."""
+    """Axis label of a labelled array: long name, `more`, unit."""
     unit = variable.attrs.get("units", "1")
     text = variable.attrs.get("long_name", name)
     escaped = unit.replace("$", r"\$")
@@ -51,7 +50,7 @@ def label(variable: Any, name: str, more: str = "") -> str:
 
 
 def _legible(variable: Any) -> Any:
-    """Small lengths in µm and short times in ms, as people read them; anything else as it is."""
+    """Small lengths in µm and short times in ms; others unchanged."""
     largest = float(np.nanmax(np.abs(variable.values), initial=0.0))
     finer = _FINER.get(variable.attrs.get("units", ""))
     if finer is None or not 0 < largest < _SMALL:
@@ -60,9 +59,9 @@ def _legible(variable: Any) -> Any:
 
 
 def compared(log: PartLog) -> "Figure":
-    """Draw every scalar outcome: each controller less the first on the same part, mean and 95 % interval.
+    """Draw each scalar outcome: controllers minus the first, part by part, with mean and 95 % interval.
 
-    The means themselves are written below each panel.
+    The means themselves are below each panel.
     """
     outcome = log.outcome
     names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part") and _tells(v)]
@@ -83,13 +82,13 @@ def compared(log: PartLog) -> "Figure":
         axis.set_title(fill(label(variable, name, less), _TITLE), fontsize="medium")
         axis.yaxis.set_major_formatter("{x:g}")  # a power of ten above the axis would lie on the title
     for axis in axes[:-columns]:
-        axis.tick_params(labelbottom=False)  # the names stand below the last panel of each column
+        axis.tick_params(labelbottom=False)  # names below the last panel of each column only
     figure.suptitle(f"{outcome.attrs['plant']}: {outcome.sizes['part']} equal parts for each controller")
     return figure
 
 
 def _means(controllers: list[str], values: Any) -> str:
-    """Mean of each controller by itself, as text."""
+    """Text with the mean of each controller."""
     known = [row[np.isfinite(row)] for row in values]
     each = (
         f"{name} {row.mean() if row.size else nan:.3g}" for name, row in zip(controllers, known, strict=True)
@@ -98,7 +97,7 @@ def _means(controllers: list[str], values: Any) -> str:
 
 
 def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
-    """One column a controller: a point a part, the mean and its interval."""
+    """A column for each controller: a point for each part, the mean and its interval."""
     axis.axhline(0, color="0.15", lw=1)
     for k, row in enumerate(differences):
         known = row[np.isfinite(row)]
@@ -114,7 +113,7 @@ def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
 
 
 def paired(differences: Any) -> tuple[float, float]:
-    """Mean of differences on the same parts, and half its 95 % interval (Student); NaN: only one part."""
+    """Mean of paired differences and half its 95 % interval (Student); NaN for a single part."""
     from scipy.stats import t
 
     if differences.size == 0:
@@ -126,14 +125,14 @@ def paired(differences: Any) -> tuple[float, float]:
 
 
 def _tells(variable: Any) -> bool:
-    """Whether an outcome differs between controllers; of one controller, between parts."""
+    """Whether an outcome differs between controllers; for a single controller, between parts."""
     values = variable.values
     values = values[1:] - values[:1] if len(values) > 1 else values - values[:, :1]
     return bool(np.any(np.isfinite(values) & (values != 0)))
 
 
 def _all_measured(log: PartLog) -> "Figure":
-    """Every measured and commanded quantity of the first table against time, one line a part."""
+    """Every measured and commanded quantity of the first table against time, a line for each part."""
     table = log[log.tiers[0]]
     names = [str(n) for n, v in table.data_vars.items() if v.dims == ("row",) and np.isfinite(v.values).any()]
     figure, axes = _panels(len(names), columns=1)

@@ -1,1 +1,1 @@
-"""The loop between a controller and a plant: `run`, `compare`, `repeat`, and what `check` says is missing."""
+"""The loop between controller and plant: `run`, `compare`, `repeat`, `check`."""

@@ -1,4 +1,4 @@
-"""Do a plant and a controller fit? Everything that is wrong in one report, before the first tick."""
+"""Whether a plant and a controller fit: all faults in one report, before the first tick."""
 
 import copy
 from collections.abc import Iterator, Mapping
@@ -12,14 +12,14 @@ from hwsim._part.routes import Route, ambiguous, commands_of, controllers, reads
 from hwsim.protocols import Controller, Machine, Plant
 from sdpgrind.base.checks import shown
 
-# Problem -> the machine that was meant.
+# problem -> the machine that was meant
 _MACHINES = {
     "CycleProblem": "PlungeGrinder",
     "FinishingProblem": "FinishingCell",
     "PassProblem": "ForceTableStand",
     "Ring": "Probe",
 }
-# Plan -> what follows it: what a user may have meant who hands over the plan itself.
+# plan -> the controller that was meant
 _FOLLOWERS = {
     "CyclePlan": "plunge.CycleController(plan.problem) comes near it",
     "Locus": "locus.LocusController(curve, along=...) follows it",
@@ -56,19 +56,19 @@ class CheckReport:
 
 
 def check(plant: Plant, controller: Controller) -> CheckReport:
-    """Say what is missing for `run(plant, controller)`, and try the plant's first moments.
+    """Say what is missing for `run(plant, controller)`, and try a first measurement.
 
     Parameters
     ----------
     plant : Plant
-        The machine. It is started once (with seed 0) and measured; nothing is commanded.
+        The machine. It is started (with seed 0) and measured; nothing is commanded.
     controller : Controller
-        Not stepped.
+        The controller; it is not stepped.
 
     Returns
     -------
     Report
-        True when all is well; ``print(report)`` gives one line a fault.
+        True without faults; ``print(report)`` gives one line a fault.
 
     Examples
     --------
@@ -90,14 +90,14 @@ def check(plant: Plant, controller: Controller) -> CheckReport:
 
 
 def checked_clock(plant: Plant, controller: Controller, name: str = "") -> tuple[Plant, Clock]:
-    """Give plant and clock of a run, or refuse what cannot run; `name` is that of the controller."""
+    """Return plant and clock of a run; ValueError when plant and controller (called `name`) do not fit."""
     faults = tuple(_faults(plant, controller))
     if faults:
         report = str(CheckReport(type(plant).__name__, type(controller).__name__, faults))
         raise ValueError(f"controllers[{name!r}]: {report}" if name else report)
     clock = _clock(plant, controller)
     if clock.tick != exact("tick of the plant", plant.tick):
-        assert isinstance(plant, _Retimed)  # _rates saw to it
+        assert isinstance(plant, _Retimed)  # checked in _rates
         plant = plant.with_tick(float(clock.tick))
     return plant, clock
 
@@ -125,7 +125,7 @@ def _faults(plant: Any, controller: Any) -> Iterator[str]:
 
 
 def _strangers(plant: Any, controller: Any) -> list[str]:
-    """Arguments that are no plant or no controller at all: one line each, with the likely meaning."""
+    """One line for each argument that is no plant or no controller, with the likely meaning."""
     if (
         not _knows(plant, Plant)
         and not _knows(controller, Controller)
@@ -152,7 +152,7 @@ def _strangers(plant: Any, controller: Any) -> list[str]:
 
 
 def _knows(thing: Any, protocol: type) -> bool:
-    """Whether an object has anything of a protocol."""
+    """Whether an object has any attribute of a protocol."""
     names = [name for name in vars(protocol) if not name.startswith("_")]
     return not isinstance(thing, type) and any(hasattr(thing, name) for name in names)
 
@@ -163,7 +163,7 @@ def _lacks(role: str, thing: Any, protocol: type) -> list[str]:
 
 
 def _misread(plant: Plant, controller: Any, route: Route, who: str) -> Iterator[str]:
-    """Names and units of what a controller reads: from the plant, or set by a tier above."""
+    """Faults in names and units that a controller reads, from the plant or a tier above."""
     for name, wanted in reads_of(controller).items():
         given = {**route.takes, **plant.measures}.get(name)
         source = "the plant measures it" if name in plant.measures else "the tier above commands it"
@@ -174,7 +174,7 @@ def _misread(plant: Plant, controller: Any, route: Route, who: str) -> Iterator[
 
 
 def _misdirected(plant: Plant, controller: Any, route: Route, who: str) -> Iterator[str]:
-    """Names and units of what a controller commands: to the plant, or to a tier below."""
+    """Faults in names and units that a controller commands, to the plant or a tier below."""
     for name, unit in commands_of(controller).items():
         if name not in plant.accepts and name not in route.sends:
             yield f"{who} commands {name}, which the plant does not accept; it accepts {', '.join(plant.accepts)}"
@@ -187,7 +187,7 @@ def _unit(unit: str) -> str:
 
 
 def other_job(plant: Plant, controller: Controller) -> list[str]:
-    """Part and machine on both sides: a plan made for others is refused."""
+    """Differences between the parts or machines of plant and controller."""
     ours: Mapping[str, object] = getattr(plant, "job", {})
     faults: dict[str, None] = {}
     for each in (controller, *controllers(controller).values()):
@@ -209,7 +209,7 @@ def _same_value(one: object, other: object) -> bool:
 
 
 def _quantity(value: object) -> tuple[Any, str]:
-    """Value and unit; what is not such a pair has no unit."""
+    """Value and unit of a pair; the value itself and no unit otherwise."""
     return (
         value if isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str) else (value, "")
     )
@@ -221,7 +221,7 @@ def _shown(value: object) -> str:
 
 
 def _rates(plant: Plant, controller: Controller) -> Iterator[str]:
-    """Every period must be a whole number of the plant's ticks, or the plant able to change its tick."""
+    """Fault when a period is no whole number of ticks and the plant cannot change its tick."""
     try:
         tick = _clock(plant, controller).tick
     except (TypeError, ValueError) as error:
@@ -239,7 +239,7 @@ def _clock(plant: Plant, controller: Controller) -> Clock:
 
 
 def _first_moments(plant: Plant) -> list[str]:
-    """Start a part and measure it: names, repeatability, copies."""
+    """Faults of a part that is started and measured: names, repeatability, copies."""
     machine = plant.start(np.random.default_rng(0))
     missing = _lacks("machine", machine, Machine)
     return missing or list(_measured(plant, machine))

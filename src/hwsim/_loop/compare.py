@@ -1,4 +1,4 @@
-"""Runs side by side: several controllers on the same parts, and one series again and again."""
+"""Several controllers on the same parts, and one series repeated."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -32,7 +32,7 @@ def compare(
     executor: Executor | None = None,
     progress: Progress = silent,
 ) -> Log:
-    """Let several controllers work on the same parts.
+    """Run several controllers on the same parts.
 
     Parameters
     ----------
@@ -40,23 +40,22 @@ def compare(
         The machine.
     controllers : mapping
         Name -> controller. Part k of each draws from the same child of `rng`: the same hidden truth, paired
-        results. What a part leaves behind (``after``, see `hwsim.protocols`) is left to the next part of the
-        same controller.
+        results. A part changes the plant (``after``, see `hwsim.protocols`) for later parts of the same
+        controller only.
     parts : int
-        Number of parts for each, >= 1.
+        Number of parts for each controller, >= 1.
     rng : int, Generator or SeedSequence
         Random source.
     executor : concurrent.futures.Executor, optional
-        Runs parts in parallel, with results equal to serial ones bit for bit; not on a plant that parts leave
-        changed.
+        Runs parts in parallel, bit-equal to serial results; not on a plant that parts change.
     progress : callable
-        Told the share done (0..1) and a text.
+        Called with the completed share (0..1) and a text.
 
     Returns
     -------
     Log
-        As that of `run`, the outcome with a dimension ``controller``, the tables with a coordinate
-        ``controller``.
+        Log as of `run`, with a dimension ``controller`` in the outcome and a coordinate ``controller`` in the
+        tables.
 
     Raises
     ------
@@ -114,7 +113,7 @@ def repeat(
     executor: Executor | None = None,
     progress: Progress = silent,
 ) -> "xr.Dataset":
-    """Run the same series again and again, each with random numbers of its own: the worth of learning.
+    """Run a series several times with different random numbers, to measure what learning gains.
 
     Parameters
     ----------
@@ -125,14 +124,14 @@ def repeat(
     rng : int, Generator or SeedSequence
         Random source; series k is ``run`` with the k-th child.
     executor : concurrent.futures.Executor, optional
-        Runs series in parallel, with results equal to serial ones bit for bit.
+        Runs series in parallel, bit-equal to serial results.
     progress : callable
-        Told the share done (0..1) and a text.
+        Called with the completed share (0..1) and a text.
 
     Returns
     -------
     xarray.Dataset
-        The outcomes, dimensions ``series`` and ``part``, units in the attributes.
+        Outcomes, dimensions ``series`` and ``part``, units in the attributes.
 
     Raises
     ------
@@ -169,7 +168,7 @@ def _outcomes(
     adapt: Any,
     piece: Sequence[Numbered],
 ) -> list[list[LivePart]]:
-    """A few series; of each part the outcome alone travels back."""
+    """Run a few series and keep the outcomes of their parts only."""
     done = []
     for _, rng in piece:
         series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels)

@@ -1,4 +1,4 @@
-"""Runs: part after part through the loop, on one process or many, with a journal and learning."""
+"""Runs of several parts, in one or more processes, with a journal and learning."""
 
 import copy
 import os
@@ -26,8 +26,8 @@ from sdpgrind.base.progress import Progress, silent
 from sdpgrind.base.rng import Seed, children
 
 Numbered = tuple[int, np.random.Generator]
-BLOCK = 64  # parts between two journal entries of a parallel run, whatever its workers; chosen
-PIECE = 8  # parts in one piece of work; chosen: the controller is pickled once a piece
+BLOCK = 64  # parts handed to workers at once; chosen: an interruption loses at most as many
+PIECE = 8  # parts in one piece of work; chosen: smaller pieces pickle the controller more often
 
 
 def run(
@@ -41,33 +41,32 @@ def run(
     executor: Executor | None = None,
     progress: Progress = silent,
 ) -> Log:
-    """Let a controller work on a plant, part after part.
+    """Run a controller on a plant, part after part.
 
-    Each part gets its own child of `rng` and its own copy of the controller, so that part k is the same
-    whatever the number of parts, of workers, or of interruptions.
+    Each part gets its own child of `rng` and its own copy of the controller: part k does not depend on the
+    number of parts, workers or interruptions.
 
     Parameters
     ----------
     plant : Plant
         The machine, simulated, recorded or real; see `hwsim.protocols`.
     controller : Controller
-        Decides; it is reset at each part. Yours is left as it is.
+        The controller, reset at each part. The object itself does not change.
     parts : int
         Number of parts, >= 1.
     rng : int, Generator or SeedSequence
         Random source; part k draws from its k-th child.
     adapt : Adaptation, optional
-        Learns between parts: its ``next(controller, part_log)`` gives the controller of the next part.
+        Learns between parts: ``next(controller, part_log)`` returns the controller of the next part.
     journal : path, optional
-        SQLite file to which each finished part is written. Where the file exists the run resumes after the
-        last part in it, with the results that it would have had without the interruption; `parts` may have
-        grown. Adaptation is replayed from the parts in the journal.
+        SQLite file to which each finished part is written. With an existing file the run resumes after its
+        last part, with the results of an uninterrupted run; `parts` may be greater than before, and `adapt`
+        is replayed.
     executor : concurrent.futures.Executor, optional
-        Runs parts in parallel, with results equal to serial ones bit for bit. Not together with `adapt`, nor
-        on a plant that parts leave changed (``after``, see `hwsim.protocols`), where a part needs the one
-        before.
+        Runs parts in parallel, bit-equal to serial results. Not with `adapt`, nor on a plant that parts
+        change (``after``, see `hwsim.protocols`).
     progress : callable
-        Told the share done (0..1) and a text.
+        Called with the completed share (0..1) and a text.
 
     Returns
     -------
@@ -77,8 +76,8 @@ def run(
     Raises
     ------
     ValueError
-        Before the first tick: controller and plant do not fit (`check` says more), or the journal is of
-        another run. During it: an unknown or NaN command, or one that the machine refuses.
+        Before the first tick: controller and plant do not fit (see `check`), or the journal is of another
+        run. During the run: an unknown or NaN command, or one that the machine refuses.
 
     Examples
     --------
@@ -131,7 +130,7 @@ def check_helpers(executor: Executor | None, progress: Progress) -> None:
 
 
 def check_order(plant: Plant, executor: Executor | None) -> None:
-    """Refuse to run parts in parallel on a plant that each part leaves changed."""
+    """Refuse to run parts in parallel on a plant that each part changes."""
     if executor is not None and hasattr(plant, "after"):
         name = type(plant).__name__
         raise ValueError(
@@ -141,7 +140,7 @@ def check_order(plant: Plant, executor: Executor | None) -> None:
 
 @dataclass
 class RunSeries:
-    """Parts one after the other; between them the plant may change, and the controller may learn."""
+    """Consecutive parts; between them the plant may change and the controller may learn."""
 
     plant: Plant
     clock: Clock
@@ -150,7 +149,7 @@ class RunSeries:
     labels: Labels
 
     def learn(self, part: LivePart) -> None:
-        """Take the plant as the part left it, and the next controller, made from the last one as it began."""
+        """Update the plant by the finished part, and the controller by the adaptation."""
         after = getattr(self.plant, "after", None)
         if after is not None:
             self.plant = after({name: _own(value) for name, value in part.outcome.items()})
@@ -164,7 +163,7 @@ class RunSeries:
                 raise ValueError(f"next of the adaptation must return a controller that fits: {faults[0]}")
 
     def in_order(self, waiting: Sequence[Numbered], executor: Executor | None) -> Iterator[LivePart]:
-        """Run the parts that are waiting and give them in order, each as soon as it can be had."""
+        """Run the waiting parts and yield them in order, each as soon as it is finished."""
         if executor is not None:
             yield from self._parallel(waiting, executor)
             return
@@ -192,7 +191,7 @@ def _run_piece(
 
 
 def _run_one(plant: Plant, controller: Controller, clock: Clock, numbered: Numbered) -> LivePart:
-    """Run one part on a copy of the controller, so that nothing leaks into the next."""
+    """Run one part on a copy of the controller."""
     number, rng = numbered
     try:
         return run_part(plant, copy.deepcopy(controller), clock, rng)
@@ -205,7 +204,7 @@ def _run_one(plant: Plant, controller: Controller, clock: Clock, numbered: Numbe
 def _book(
     path: str | os.PathLike[str] | None, ingredients: Mapping[str, Any], labels: Labels
 ) -> Iterator[Journal | None]:
-    """Open or begin the journal; refuse one that was begun with other ingredients."""
+    """Open or create the journal; refuse one of another run."""
     if path is None:
         yield None
         return
@@ -216,5 +215,5 @@ def _book(
 
 
 def _own(value: Any) -> Any:
-    """A number, or a copy: what a plant does with it must not change the log."""
+    """A number or a copy, so that a plant cannot change the log."""
     return value.item() if np.ndim(value) == 0 else np.copy(value)

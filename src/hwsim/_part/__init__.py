@@ -1,1 +1,1 @@
-"""One part in the loop: ticks of its clock, routes of measurements and commands, motions that run on their own."""
+"""One part in the loop: clock ticks, routes of measurements and commands, commanded motions."""

@@ -1,4 +1,4 @@
-"""Integer ticks: one tick of which every rate of a run is an exact multiple, in rational arithmetic."""
+"""Integer ticks of which every rate of a run is an exact multiple, in rational arithmetic."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,19 +9,21 @@ import numpy as np
 
 from sdpgrind.base import checks
 
-SMALLEST_TICK = Fraction(1, 1_000_000)  # s; chosen: a finer rate is a matter of hardware
+SMALLEST_TICK = Fraction(1, 1_000_000)  # s; chosen: no controller in software is faster
 _SIMPLEST = 1_000_000  # largest denominator of a rate; chosen: a microsecond
 _ROUNDING = 1e-15  # relative; chosen: above the rounding of a float (1/60), below any chance agreement
 
 
 def simplest(value: float) -> Fraction:
-    """Return the simple fraction that the float `value` means (1/60), or its binary value without one."""
+    """Return the simple fraction nearest to the float `value` (1/60), or its binary value where none rounds
+    to it.
+    """
     fraction = Fraction(value).limit_denominator(_SIMPLEST)
     return fraction if abs(float(fraction) - value) <= _ROUNDING * abs(value) else Fraction(value)
 
 
 def exact(name: str, seconds: float) -> Fraction:
-    """Return the simple fraction (s) that a rate means; refuse a rate that has none."""
+    """Return the simple fraction (s) of a rate; ValueError where there is none."""
     fraction = simplest(checks.positive(name, seconds, "s"))
     if fraction.denominator > _SIMPLEST:
         raise checks.refuse(
@@ -42,19 +44,19 @@ def common_tick(rates: Mapping[str, float]) -> Fraction:
 
 @dataclass(frozen=True)
 class Clock:
-    """Turns ticks into seconds and periods into ticks."""
+    """Converts ticks to seconds and periods to ticks."""
 
     tick: Fraction
 
     def ticks(self, name: str, seconds: float) -> int:
-        """Whole number of ticks in `seconds`; refuse a remainder."""
+        """Number of ticks in `seconds`; ValueError for a remainder."""
         number = exact(name, seconds) / self.tick
         if number.denominator != 1:
             raise checks.refuse(name, f"a whole number of ticks of {self.tick} s", seconds, "s")
         return number.numerator
 
     def nearest(self, seconds: float) -> int:
-        """Nearest whole number of ticks to `seconds`."""
+        """Number of ticks nearest to `seconds`."""
         return round(Fraction(seconds) / self.tick)
 
     def seconds(self, ticks: int) -> float:
@@ -63,5 +65,5 @@ class Clock:
 
     def all_seconds(self, ticks: Sequence[int] | checks.Floats) -> checks.Floats:
         """Correctly rounded seconds of many `ticks`."""
-        # both sides of the division are whole numbers below 2^53, so that it is rounded once
+        # both operands are integers below 2^53: one rounding
         return np.array(ticks, dtype=np.int64) * self.tick.numerator / self.tick.denominator

@@ -1,8 +1,7 @@
-"""Tables that are commanded (motions): their number of rows, a digest, and the rows in a table apart.
+"""Commanded tables (motions): their number of rows, a digest, and their rows in a second table.
 
-The table of a tier has one row a step. A motion is commanded in few of them and has rows of its own, as many
-as it likes, so that they stand in a second table, motion after motion, each row with the time at which its
-motion was commanded.
+The table of a tier has one row a step; the rows of its motions are concatenated in a table of their own, with
+the time of the command.
 """
 
 from collections.abc import Sequence
@@ -14,11 +13,11 @@ import numpy.typing as npt
 
 Column = npt.NDArray[Any]
 ROWS_MAX = 64  # chosen: a robot path of 7000 rows is the same for each part, and its digest is enough
-_OF = ":"  # no name of a tier has it
+_OF = ":"  # refused in names of tiers
 
 
 def as_table(value: Any) -> Any:
-    """A motion as an array of rows, from an array, rows in a list, or anything with ``segments``."""
+    """A motion as an array of rows, from an array, a list of rows, or an object with ``segments``."""
     value = getattr(value, "segments", value)
     rows = isinstance(value, list | tuple) and all(
         isinstance(row, list | tuple | np.ndarray) for row in value
@@ -27,38 +26,40 @@ def as_table(value: Any) -> Any:
 
 
 def is_table(value: Any) -> bool:
-    """Whether a command is a motion, as `as_table` gives it."""
+    """Whether a command is a motion, as returned by `as_table`."""
     return isinstance(value, np.ndarray) and value.ndim == 2
 
 
 def digest(table: npt.NDArray[Any]) -> float:
-    """A number that is another one where an entry of a table is: 48 bits of a hash, which a float holds."""
+    """Hash of the entries of a table, 48 bits, exact as a float."""
     whole = np.ascontiguousarray(table, dtype=float) + 0.0  # 0.0: -0 is 0
     return float(int.from_bytes(blake2b(whole.tobytes(), digest_size=6).digest()))
 
 
 def digest_name(name: str) -> str:
-    """Name of the digest of a command; see `digest`."""
+    """Name of the digest of a command."""
     return f"{name.removesuffix('_command')}_digest"
 
 
 def command_column(name: str) -> str:
-    """Name of the column of a command; ``platform_command`` says already what it is."""
+    """Name of the column of a command: with ``_command`` at its end, once."""
     return name if name.endswith("_command") else f"{name}_command"
 
 
 def rows_of(tier: str, name: str) -> str:
-    """Key of the table that holds the rows of a command; `name` is that of the command or its column."""
+    """Key of the table with the rows of a command, from the name of the command or its column."""
     return f"{tier}{_OF}{name.removesuffix('_command')}"
 
 
 def is_of_rows(key: str) -> bool:
-    """Whether a table holds such rows, and is none of a tier."""
+    """Whether a table holds rows of motions."""
     return _OF in key
 
 
 def row_table(tier: str, name: str, time: Column, values: Sequence[Any]) -> dict[str, dict[str, Column]]:
-    """Rows of the motions that a tier commanded under a name, by time (s); none where all are too long."""
+    """Rows of the motions that a tier commanded under a name, with their time (s); empty where all are too
+    long.
+    """
     short = [k for k, value in enumerate(values) if is_table(value) and 0 < len(value) <= ROWS_MAX]
     if not short:
         return {}
@@ -70,7 +71,7 @@ def row_table(tier: str, name: str, time: Column, values: Sequence[Any]) -> dict
 
 
 def stacked(blocks: Sequence[Column]) -> Column:
-    """Blocks of rows below each other; narrower ones are padded with NaN."""
+    """Concatenate blocks of rows; narrower ones are padded with NaN."""
     width = max(1, *(block.shape[1] for block in blocks))  # NetCDF knows no empty dimension
     missing = [((0, 0), (0, width - block.shape[1])) for block in blocks]
     padded = (

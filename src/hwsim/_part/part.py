@@ -1,8 +1,8 @@
 """One part through the loop.
 
 Order of one tick: measure; step the controllers that are due, by priority; commands take effect; the plant
-advances; log. A set-point for a lower tier takes effect at once: it is there when that tier is stepped in the
-same tick. Everything is collected in plain lists; labelling comes after the run.
+advances; log. A lower tier reads the set-point of a higher tier in the same tick. Rows are collected in lists
+and labelled after the run.
 """
 
 from collections.abc import Callable, Container, Mapping
@@ -34,17 +34,17 @@ class LivePart:
 
 @dataclass
 class Tier:
-    """One controller in the loop, when it is due, what it may command and reads, and its rows so far."""
+    """One controller in the loop: schedule, names that it reads and commands, and its rows."""
 
     name: str
     controller: Controller
     period: int | None  # ticks
     report: Callable[[], Mapping[str, Any]] | None
     route: Route
-    logged: tuple[str, ...]  # measured, in its table
-    units: Mapping[str, str]  # of its commands
-    accepted: Container[str]  # what the plant takes; a recording takes any name
-    held: dict[str, Any]  # set-points from above
+    logged: tuple[str, ...]  # measurements in its table
+    units: Mapping[str, str]  # units of its commands
+    accepted: Container[str]  # names that the plant accepts; of a recording any
+    held: dict[str, Any]  # set-points from higher tiers
     due: int = 0
     rows: list[Row] = field(default_factory=list)
 
@@ -58,7 +58,7 @@ def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.
     tiers = _tiers(plant, controllers(controller), clock)
     measures = dict(plant.measures)
     reading = _whole(machine.step(_NOTHING, 0), measures)
-    event = True  # the start is one
+    event = True  # at the start
     while not machine.done:
         now = machine.time
         try:
@@ -76,7 +76,7 @@ def run_part(plant: Plant, controller: Controller, clock: Clock, rng: np.random.
 
 
 def _at_once(machine: Machine, controller: Controller) -> LivePart | None:
-    """The whole part at once, where machine and controller have compiled cores; None: step by step."""
+    """The whole part at once, where machine and controller have compiled cores; None otherwise."""
     whole = getattr(machine, "whole", None)
     tables = whole(controller) if whole else None
     if tables is None:
@@ -85,7 +85,7 @@ def _at_once(machine: Machine, controller: Controller) -> LivePart | None:
 
 
 def _whole(measured: Mapping[str, Any], measures: Mapping[str, str]) -> dict[str, Any]:
-    """A copy of what was measured; what is missing is NaN."""
+    """A copy of the measurements, with NaN for missing names."""
     if len(measured) == len(measures):
         return dict(measured)
     return dict.fromkeys(measures, nan) | dict(measured)
@@ -101,7 +101,7 @@ def _tiers(plant: Plant, named: Mapping[str, Controller], clock: Clock) -> list[
 def _tier(
     plant: Plant, name: str, controller: Controller, route: Route, clock: Clock, *, alone: bool
 ) -> Tier:
-    """One of several controllers has in its table what it says that it reads; one alone has everything."""
+    """One tier; its table has what it declares in ``reads``, a single controller's everything measured."""
     period = None if controller.period is None else clock.ticks(f"period of {name}", controller.period)
     everything = alone or not hasattr(controller, "reads")
     logged = tuple(each for each in plant.measures if everything or each in reads_of(controller))
@@ -113,7 +113,7 @@ def _tier(
 def _decide(
     tiers: list[Tier], now: int, event: bool, reading: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[tuple[Tier, Row]]]:
-    """Step the controllers that are due; the first that commands a name has it."""
+    """Step the controllers that are due; the first that commands a name wins."""
     command: dict[str, Any] = {}
     fresh: list[tuple[Tier, Row]] = []
     for k, tier in enumerate(tiers):
@@ -132,7 +132,7 @@ def _decide(
 
 
 def _passed_down(below: list[Tier], sends: Mapping[str, str], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Hold the set-points among the commands for the tiers that read them; the rest is for the plant."""
+    """Store set-points for the tiers below; return the commands to the plant."""
     for tier in below:
         for name in tier.held:
             if name in sends and name in given:
@@ -141,7 +141,7 @@ def _passed_down(below: list[Tier], sends: Mapping[str, str], given: Mapping[str
 
 
 def _check_command(tier: Tier, given: Any) -> None:
-    """Refuse what nobody knows; a NaN is no command."""
+    """Refuse unknown names and NaN."""
     if type(given) is not dict and not isinstance(given, Mapping):
         raise TypeError(f"step of {tier.name} must return a mapping of commands; got {given!r}")
     units = tier.units
@@ -164,7 +164,7 @@ def _wait(tiers: list[Tier], now: int) -> int:
 
 
 def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], clock: Clock) -> LivePart:
-    """Turn rows into columns; a last row without a command holds what was measured when the part was done."""
+    """Turn rows into columns; a last row without a command has the final measurements."""
     said: dict[str, Any] = {}
     for tier in tiers:
         first = tier.rows[0][3] if tier.rows and tier.period is None else _NOTHING
@@ -173,7 +173,7 @@ def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], c
         if not tier.rows or tier.rows[-1][0] < machine.time:
             tier.rows.append((machine.time, {**reading, **tier.held}, _NOTHING, _NOTHING))
     outcome = dict(machine.outcome())
-    outcome = outcome | said | outcome  # the machine has the last word on its own names
+    outcome = outcome | said | outcome  # order of the machine's names, and its values
     tables: dict[str, Mapping[str, Column]] = {}
     for tier in tiers:
         tables |= _tables(tier, clock)
@@ -181,7 +181,7 @@ def _finished(tiers: list[Tier], machine: Machine, reading: Mapping[str, Any], c
 
 
 def _tables(tier: Tier, clock: Clock) -> dict[str, dict[str, Column]]:
-    """The table of a tier, and those of the rows of motions that it commanded."""
+    """The table of a tier, and those of the rows of its motions."""
     ticks, read, commanded, reported = (list(entries) for entries in zip(*tier.rows, strict=True))
     table = {"time": clock.all_seconds(ticks)}
     of_rows: dict[str, dict[str, Column]] = {}
@@ -199,7 +199,7 @@ def _tables(tier: Tier, clock: Clock) -> dict[str, dict[str, Column]]:
 
 
 def _commanded(name: str, values: list[Any]) -> dict[str, Column]:
-    """Columns of a command; of whole tables (motions) their number of rows and a digest."""
+    """Columns of a command; of motions the number of rows and a digest."""
     tables = [is_table(value) for value in values]
     entries = [len(value) if table else value for value, table in zip(values, tables, strict=True)]
     columns = {command_column(name): column(entries)}
@@ -210,12 +210,12 @@ def _commanded(name: str, values: list[Any]) -> dict[str, Column]:
 
 
 def _scalars(names: Mapping[str, str], read: list[Mapping[str, Any]]) -> list[str]:
-    """Set-points that are numbers; an array stands once, in the table of the tier that commanded it."""
+    """Set-points that are numbers; arrays are logged with the tier that commanded them."""
     return [name for name in names if not any(np.ndim(row[name]) for row in read)]
 
 
 def _figure(value: Any) -> Column:
-    """A number or an array of numbers; anything else as text."""
+    """A number or an array of numbers; other values as text."""
     try:
         return np.asarray(value, dtype=float)
     except (TypeError, ValueError):
@@ -223,7 +223,7 @@ def _figure(value: Any) -> Column:
 
 
 def column(values: list[Any]) -> Column:
-    """Return numbers as an array, arrays of unequal length as rows padded with NaN, anything else as text."""
+    """Return numbers as an array, arrays of unequal length as rows padded with NaN, other values as text."""
     try:
         numbers = np.array(values, dtype=float)
         return numbers if numbers.ndim <= 2 else numbers.reshape(len(values), -1)

@@ -1,4 +1,4 @@
-"""Routes between several controllers: commands that the plant does not know are set-points below."""
+"""Routes between tiers: a command that the plant does not accept is a set-point of a lower tier."""
 
 import inspect
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,20 +11,20 @@ from hwsim.protocols import Controller, Plant
 
 @dataclass(frozen=True)
 class Route:
-    """Set-points (name -> unit) that one tier sends to tiers below, and that it takes from tiers above."""
+    """Set-points (name -> unit) that a tier sends to lower tiers, and takes from higher ones."""
 
     sends: Mapping[str, str]
     takes: Mapping[str, str]
 
 
 def controllers(controller: Controller) -> dict[str, Controller]:
-    """Name the controllers of one part, the first has priority."""
+    """Name -> controller of one part; the first has priority."""
     tiers = getattr(controller, "tiers", None)
     return dict(tiers) if tiers is not None else {getattr(controller, "tier", "controller"): controller}
 
 
 def reads_of(controller: Any) -> Mapping[str, str | None]:
-    """Measurements that a controller reads: name -> unit, None where it declares no unit."""
+    """Measurements that a controller reads: name -> unit, None: undeclared."""
     said: Mapping[str, str] = getattr(controller, "reads", {})
     return dict.fromkeys(_needed(controller)) | dict(said)
 
@@ -49,7 +49,7 @@ def set_points(plant: Plant, controller: Controller) -> dict[str, str]:
 
 
 def ambiguous(plant: Plant, tiers: Mapping[str, Controller]) -> Iterator[str]:
-    """Ambiguities: a set-point of two tiers, one that is measured too, a tier named like rows of motions."""
+    """Faults: a set-point of two tiers, one that is also measured, a colon in the name of a tier."""
     senders: dict[str, str] = {}
     for tier, route in routes(plant, tiers).items():
         if is_of_rows(tier):
@@ -79,7 +79,7 @@ def _taken(plant: Plant, tiers: Sequence[Controller], k: int) -> dict[str, str]:
 
 
 def _needed(controller: Any) -> list[str]:
-    """Arguments without which `step` cannot be called."""
+    """Required arguments of `step`."""
     step = getattr(controller, "step", None)
     parameters = inspect.signature(step).parameters.values() if callable(step) else ()
     named = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY

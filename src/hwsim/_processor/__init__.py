@@ -1,1 +1,1 @@
-"""A computer with more tasks than time: releases, priorities, overruns, and the schedule that results."""
+"""Real-time tasks on one processor: releases, priorities, overruns, and the resulting schedule."""

@@ -1,9 +1,8 @@
-"""One virtual processor on which tasks pre-empt each other: discrete events at whole nanoseconds.
+"""Event simulation of pre-emptive tasks on one processor, in whole nanoseconds.
 
-Order within one instant: what is complete ends; all releases, the most urgent first, then by their place
-among the tasks; the processor takes what is most urgent. A task whose job before is not complete at a release
-misses that release: it is an overrun and no job comes of it, so that the task keeps its phase and never runs
-on an old release.
+Order at one instant: the running job completes; releases, by priority, then by place among the tasks; the
+processor goes to the most urgent job. A release while the task's previous job is incomplete is an overrun: it
+creates no job, and the task keeps its phase.
 """
 
 from array import array
@@ -22,18 +21,18 @@ Told = Collection[tuple[str, Kind]]
 
 
 class TaskEvent(NamedTuple):
-    """Something that happened on the processor.
+    """An event on the processor.
 
     Parameters
     ----------
     time : int
-        When, ns (a whole number).
+        Time, ns (a whole number).
     kind : Kind
-        What.
+        Kind of event.
     task : str
-        Of which task.
+        Name of the task.
     job : int
-        Number of the release, from 0; missed ones count.
+        Number of the release, from 0; missed releases count.
 
     Examples
     --------
@@ -48,17 +47,17 @@ class TaskEvent(NamedTuple):
 
 
 class TaskJob(NamedTuple):
-    """A job that is complete.
+    """A completed job.
 
     Parameters
     ----------
     task : str
-        Of which task.
+        Name of the task.
     number : int
-        Number of its release, from 0; missed ones count.
+        Number of its release, from 0; missed releases count.
     release, start, completion : int
-        When it was released, began (inputs are sampled) and was complete (outputs take effect), ns (whole
-        numbers).
+        Times of its release, its start (inputs are sampled) and its completion (outputs take effect), ns
+        (whole numbers).
 
     Examples
     --------
@@ -75,23 +74,23 @@ class TaskJob(NamedTuple):
 
 
 class Processor:
-    """Tasks on one processor, running; made by `Scheduler.start`.
+    """Running tasks on one processor; made by `Scheduler.start`.
 
-    A machine that has a scheduler goes from event to event with `next_event`, samples at a ``START`` and lets
-    the command take effect at the ``COMPLETE`` of the same job. Where only the jobs matter, `advance` gives
-    those that became complete. Both say how the spindle turns from ``now`` on, for tasks that its angle
-    releases; how the time is cut changes nothing. Copies are independent of each other.
+    A machine with a scheduler goes from event to event with `next_event`, samples at a ``START`` and applies
+    the command at the ``COMPLETE`` of the same job. `advance` returns the completed jobs only. Both take the
+    motion of the spindle from ``now`` on, for tasks released by its angle; results do not depend on how time
+    is divided. Copies are independent.
 
     Parameters
     ----------
     tasks : sequence of Task
         The tasks.
     rngs : sequence of Generator
-        Random source of each.
+        Random source of each task.
     angle : float
-        Of the spindle at the start, rad.
+        Initial angle of the spindle, rad.
     told : collection, optional
-        Events that `next_event` tells, as pairs of a task's name and a `Kind`; None: all.
+        Events that `next_event` returns, as pairs of a task's name and a `Kind`. None: all.
 
     Examples
     --------
@@ -125,42 +124,42 @@ class Processor:
         self._releases: list[tuple[int, int, int]] = []  # heap of time (ns), priority, place
         self._ready: list[tuple[int, int, int]] = []  # heap of priority, release, place
         self._running: Released | None = None
-        self._ends = NEVER  # ns, the job that has the processor, if it keeps it
+        self._ends = NEVER  # completion of the running job without pre-emption, ns
         self._news: deque[tuple[TaskEvent, TaskJob | None]] = deque()
-        self._trace = array("q")  # four numbers an event
+        self._trace = array("q")  # four numbers for each event
         for own in self._own:
             own.next()
             self._expect(own)
 
     @property
     def now(self) -> int:
-        """Time that has been reached, ns (a whole number)."""
+        """Current time, ns (a whole number)."""
         return self._now
 
     @property
     def schedule(self) -> Schedule:
-        """All that happened until now (ns, whole numbers)."""
+        """All events until now (ns, whole numbers)."""
         trace = np.array(self._trace, dtype=np.int64).reshape(-1, 4)
         return Schedule(tuple(own.task for own in self._own), self._now, trace)
 
     def next_event(
         self, to: int, angle: float | None = None, speed: float = 0.0, acceleration: float = 0.0
     ) -> TaskEvent | None:
-        """Go on to the next event, at `to` at the latest, and return it; None: nothing more until then.
+        """Advance to the next event, until `to` at the latest, and return it; None: there is none.
 
         Parameters
         ----------
         to : int
-            Time, ns; an event at that very time is still told.
+            Time limit, ns, included.
         angle, speed, acceleration : float
-            Of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`. A task with
-            an angle step is released when a multiple of it is reached for the first time. No angle: it goes
-            on as it was told last.
+            Motion of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`. A
+            task with an angle step is released when a multiple of it is reached for the first time. Angle
+            None: the last motion continues.
 
         Raises
         ------
         ValueError
-            When `to` lies before ``now`` (ns).
+            When `to` is before ``now`` (ns).
 
         Examples
         --------
@@ -180,19 +179,19 @@ class Processor:
     def advance(
         self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0
     ) -> list[TaskJob]:
-        """Go on to a time and return the jobs that became complete on the way, that time included.
+        """Advance to a time, included, and return the jobs completed on the way.
 
         Parameters
         ----------
         to : int
             Time, ns.
         angle, speed, acceleration : float
-            Of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`.
+            Motion of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`.
 
         Raises
         ------
         ValueError
-            When `to` lies before ``now`` (ns).
+            When `to` is before ``now`` (ns).
 
         Examples
         --------
@@ -209,7 +208,7 @@ class Processor:
         return jobs
 
     def _turn(self, to: int, *motion: float) -> None:
-        """From now on the spindle turns like this; a multiple that was reached before stays reached."""
+        """Set the motion of the spindle from now on; a multiple once reached stays reached."""
         if checks.count("to", to, 0) < self._now:
             raise checks.refuse("to", f">= now, {self._now}", to, "ns")
         self._motion = TaskMotion(self._now, *motion)
@@ -221,7 +220,7 @@ class Processor:
                 self._expect(self._own[place])
 
     def _expect(self, own: Released) -> None:
-        """Put the next release of a task on the heap, if it is known when it comes."""
+        """Put the next release of a task on the heap, unless its time is unknown."""
         if own.period is None:
             own.nominal = own.crossing(self._motion)
         if own.nominal < NEVER:
@@ -238,7 +237,7 @@ class Processor:
         return self._news.popleft()
 
     def _happen(self, now: int) -> None:
-        """All that happens now, in its order."""
+        """Process all events at this instant, in order."""
         releases, ready = self._releases, self._ready
         if self._ends == now and self._running is not None:
             self._complete(self._running)
@@ -262,7 +261,7 @@ class Processor:
         self._expect(own)
 
     def _dispatch(self) -> None:
-        """Give the processor to the most urgent job; a job that loses it waits with its remaining time."""
+        """Start the most urgent job; an interrupted one keeps its remaining time."""
         before = self._running
         if before is not None:
             before.remaining = self._ends - self._now

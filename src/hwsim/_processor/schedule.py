@@ -1,4 +1,4 @@
-"""The trace of events on a virtual processor, and figures of each task from it."""
+"""Trace of events on a simulated processor, and figures of each task."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -22,12 +22,11 @@ Whole = npt.NDArray[np.int64]
 
 
 class Kind(IntEnum):
-    """Event of a job on a processor (integers, without unit), as the trace holds it.
+    """Event of a job on a processor (integers, without unit), as in the trace.
 
-    ``RELEASE``: it is asked for. ``OVERRUN``: it is asked for while the one before is not complete; no job
-    comes of it. ``START``: it begins, inputs are sampled. ``PREEMPT``: a more urgent one takes the processor.
-    ``RESUME``: it goes on. ``COMPLETE``: it ends, outputs take effect.
-    """
+    ``RELEASE``: requested. ``OVERRUN``: requested while the previous one is incomplete; no job is created.
+    ``START``: begins, inputs are sampled. ``PREEMPT``: interrupted by a more urgent job. ``RESUME``:
+    continues. ``COMPLETE``: ends, outputs take effect."""
 
     RELEASE = 0
     OVERRUN = 1
@@ -44,15 +43,15 @@ class TaskReport:
     Parameters
     ----------
     releases, overruns : int
-        Number of releases, and of those missed because the job before was not complete.
+        Number of releases, and of those missed because the previous job was incomplete.
     completed : int
-        Jobs that were complete.
+        Number of completed jobs.
     preemptions : int
-        Number of times that a more urgent job took the processor.
+        Number of interruptions by more urgent jobs.
     worst_response : float
-        Longest time from a release to the completion of its job, s; 0 where none was complete.
+        Longest time from release to completion, s; 0 where no job was completed.
     utilisation : float
-        Share of the time in which it had the processor, unit 1.
+        Share of time in which the task had the processor, unit 1.
 
     Examples
     --------
@@ -71,7 +70,7 @@ class TaskReport:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Schedule(ByValue, Plan):
-    """All events on a processor, in their order; made by `Scheduler.run`.
+    """All events on a processor, in order; made by `Scheduler.run`.
 
     Parameters
     ----------
@@ -80,7 +79,7 @@ class Schedule(ByValue, Plan):
     duration : int
         Length of the run, ns.
     trace : array, shape (n, 4)
-        One row an event: time (ns), kind (`Kind`), place of the task, number of its release.
+        Events: time (ns), kind (`Kind`), place of the task, number of its release.
 
     Examples
     --------
@@ -103,13 +102,13 @@ class Schedule(ByValue, Plan):
         object.__setattr__(self, "trace", lasting(self.trace, np.int64))
 
     def jobs(self, task: str) -> Whole:
-        """Return the jobs of a task that are complete, one a row: number, release, start and completion (the
-        last three in ns: whole numbers).
+        """Return the completed jobs of a task, shape (n, 4): number; release, start and completion (ns, whole
+        numbers).
 
         Parameters
         ----------
         task : str
-            Name.
+            Name of the task.
 
         Raises
         ------
@@ -129,14 +128,16 @@ class Schedule(ByValue, Plan):
         )
         mine = self.trace[self.trace[:, 2] == place]
         times = {kind: mine[mine[:, 1] == kind] for kind in (Kind.RELEASE, Kind.START, Kind.COMPLETE)}
-        # jobs of one task come one after the other: the first n of each kind belong together
+        # jobs of one task do not overlap: the first n events of each kind belong together
         number = times[Kind.COMPLETE][:, 3]
         return np.column_stack([number, *(each[: number.size, 0] for each in times.values())])
 
     @cached_property
     def slices(self) -> Whole:
-        """Uninterrupted stretches of work, one a row: place of the task, number, begin and end (ns)."""
-        # begins (START, RESUME) and ends (PREEMPT, COMPLETE) take turns
+        """Uninterrupted intervals of work, one a row: place of the task, number of the job, begin and end
+        (ns).
+        """
+        # begins (START, RESUME) and ends (PREEMPT, COMPLETE) alternate
         work = self.trace[self.trace[:, 1] >= Kind.START]
         begins, ends = work[0::2], work[1::2, 0]
         ends = np.append(ends, self.duration) if len(begins) > len(ends) else ends
@@ -179,12 +180,12 @@ class Schedule(ByValue, Plan):
         return cls(decode(dataset.attrs["tasks"]), int(dataset.attrs["duration"]), trace)
 
     def plot(self, first: float = 0.0, last: float | None = None) -> "Figure":
-        """Draw who had the processor when (Gantt).
+        """Draw the Gantt chart.
 
         Parameters
         ----------
         first, last : float
-            What is drawn of it, s; None: so much that single jobs can be seen.
+            Interval drawn, s. `last` None: the first 60 releases after `first`.
         """
         from hwsim._processor.schedule_picture import Row, picture
 

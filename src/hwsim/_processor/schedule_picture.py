@@ -1,4 +1,4 @@
-"""The picture of a schedule: one row a task, who has the processor, who waits, releases and overruns."""
+"""Gantt chart of a schedule: a row for each task, with work, waiting, releases and overruns."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,24 +12,24 @@ from sdpgrind.base import checks, pictures
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_JOBS = 60  # jobs in the picture by default; chosen: single ones can be seen
+_JOBS = 60  # releases drawn by default; chosen: of more, single jobs cannot be seen
 _MS = 1_000_000  # ns in a millisecond; derived
 _WORK, _WAIT, _RELEASE, _MISSED = "tab:blue", "0.82", "0.15", "tab:red"
-_BAR, _LINE = 0.5, 0.12  # height of a bar, of the line of those that wait
+_BAR, _LINE = 0.5, 0.12  # heights of working and waiting, rows
 
 
 class Row(NamedTuple):
-    """Row of one task in the picture, times in ns."""
+    """Row of one task, times in ns."""
 
     label: str
     waits: npt.NDArray[np.int64]  # (n, 2): release and completion
-    works: npt.NDArray[np.int64]  # (n, 2): begin and end of what was not interrupted
+    works: npt.NDArray[np.int64]  # (n, 2): begin and end of uninterrupted work
     releases: npt.NDArray[np.int64]
     overruns: npt.NDArray[np.int64]
 
 
 def picture(rows: Sequence[Row], duration: int, first: float, last: float | None) -> "Figure":
-    """Draw a part of a schedule of so many ns, from `first` to `last` (s)."""
+    """Draw a schedule of a duration (ns) from `first` to `last` (s)."""
     begin, end = _window(rows, duration, first, last)
     axis = pictures.axes_of(11.0, 1.9 + 0.62 * len(rows))
     for place, row in enumerate(rows):
@@ -40,7 +40,7 @@ def picture(rows: Sequence[Row], duration: int, first: float, last: float | None
 
 
 def _window(rows: Sequence[Row], duration: int, first: float, last: float | None) -> tuple[int, int]:
-    """Ends of what is drawn, ns."""
+    """Interval drawn, ns."""
     whole = duration / NANOSECONDS
     begin = round(checks.within("first", first, 0.0, whole, "s") * NANOSECONDS)
     if last is not None:
@@ -51,7 +51,7 @@ def _window(rows: Sequence[Row], duration: int, first: float, last: float | None
 
 
 def _draw(axis: Any, place: int, row: Row, window: tuple[int, int]) -> None:
-    """One task: a thin line from release to completion, bars where it works, marks above."""
+    """One task: a thin line from release to completion, bars of work, marks above."""
     _bars(axis, place, row.waits, window, height=_LINE, color=_WAIT, label="from release to completion")
     _bars(axis, place, row.works, window, height=_BAR, color=_WORK, label="has the processor")
     marks = (

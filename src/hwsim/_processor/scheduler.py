@@ -1,4 +1,4 @@
-"""Tasks on one virtual processor: deterministic, pre-emptive, multi-rate, with fixed priorities."""
+"""Deterministic, pre-emptive, multi-rate scheduling of tasks with fixed priorities on one processor."""
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY
@@ -14,7 +14,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, custom, described, quantity
 from sdpgrind.base.rng import Seed, children
 
-_ROUNDING = 1e-12  # of a sum of shares; chosen: ten shares of 0.1 are a whole processor
+_ROUNDING = 1e-12  # chosen: above the rounding of ten shares of 0.1, far below a real overload
 
 
 def _tasks(name: str, given: Any) -> tuple[Task, ...]:
@@ -28,22 +28,21 @@ def _tasks(name: str, given: Any) -> tuple[Task, ...]:
 
 @described()
 class Scheduler(Described):
-    """Tasks that share one virtual processor; the most urgent job runs, an interrupted one waits.
+    """Tasks that share one simulated processor; the most urgent job runs, an interrupted one waits.
 
-    Inputs of a job are sampled when it starts, its outputs take effect when it is complete. A release that
-    finds the job before not complete is an overrun: it is counted and missed.
+    A job samples its inputs at its start; its outputs take effect at its completion. A release while the
+    previous job of the task is incomplete is an overrun: it is counted and missed.
 
-    Time is counted in whole nanoseconds and nothing reads the wall clock: the same seed gives the same trace,
-    byte for byte. Each task draws from its own child of the seed, so that what one draws does not change the
-    others.
+    Time is counted in whole nanoseconds and is independent of the wall clock: equal seeds give equal traces,
+    byte for byte. Each task draws from its own child of the seed.
 
     Parameters
     ----------
     tasks : sequence of Task
         The tasks, with different names.
     spindle_speed_max : float, optional
-        Largest speed of the spindle, rad/s, at which tasks with an angle step are counted; needed where there
-        is one.
+        Spindle speed at which the load of tasks with an angle step is counted, rad/s; required with such
+        tasks.
 
     Raises
     ------
@@ -88,25 +87,25 @@ class Scheduler(Described):
 
     @property
     def utilisation(self) -> float:
-        """Share of the processor that the tasks need on average, unit 1."""
+        """Average share of the processor that the tasks need, unit 1."""
         return sum(task.share(self.spindle_speed_max or 0.0) for task in self.tasks)
 
     def start(self, rng: Seed = 0, *, angle: float = 0.0, told: Told | None = None) -> Processor:
-        """Return the tasks, ready to run, at time 0.
+        """Return the tasks on a processor at time 0.
 
         Parameters
         ----------
         rng : int, Generator or SeedSequence
             Random source.
         angle : float
-            Of the spindle, rad; an angle on a multiple of an angle step counts as reached.
+            Initial angle of the spindle, rad; a multiple of an angle step counts as reached.
         told : collection, optional
-            Events that `Processor.next_event` tells, as pairs of a task's name and a `Kind`; None: all.
+            Events that `Processor.next_event` returns, as pairs of a task's name and a `Kind`. None: all.
 
         Returns
         -------
         Processor
-            To be advanced.
+            Running tasks.
 
         Examples
         --------
@@ -126,24 +125,24 @@ class Scheduler(Described):
         spindle: npt.ArrayLike | None = None,
         start_angle: float = 0.0,
     ) -> Schedule:
-        """Run the tasks for some time, its end not included.
+        """Run the tasks for a duration, its end excluded.
 
         Parameters
         ----------
         duration : float
-            How long, s.
+            Length, s.
         rng : int, Generator or SeedSequence
             Random source.
         spindle : array_like, shape (n, 3), optional
-            How the spindle turns: duration (s), speed (rad/s) at the start and acceleration (rad/s^2) of each
-            segment; after the last it is at rest. None: it is at rest.
+            Segments of spindle motion: duration (s), initial speed (rad/s) and acceleration (rad/s^2); at
+            rest after the last. None: at rest.
         start_angle : float
-            Of the spindle at the start, rad.
+            Initial angle of the spindle, rad.
 
         Returns
         -------
         Schedule
-            All that happened.
+            All events.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Tasks of a real-time computer: their releases, priorities and execution times, and the job under way."""
+"""Tasks of a real-time computer: releases, priorities, execution times, and the job under way."""
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -15,7 +15,7 @@ from sdpgrind.base.stored import stored
 
 NANOSECONDS = 1_000_000_000  # in a second; derived
 NEVER = 2**62  # ns; chosen: 146 years, and sums still fit a word
-DRAWN = 64  # jobs whose random numbers are drawn together; chosen: one call of numpy for many
+DRAWN = 64  # jobs whose random numbers are drawn together; chosen: fewer cost a numpy call each
 
 
 class Draw(NamedTuple):
@@ -35,18 +35,15 @@ class Task(Frozen):
     name : str
         Name.
     period : float, optional
-        Between two releases, s: the k-th comes at k periods, rounded to a nanosecond, so that 60 Hz does not
-        drift.
+        Time between releases, s. Release k is at k periods, rounded to a nanosecond: 60 Hz does not drift.
     angle_step : float, optional
-        Between two releases, rad of the spindle; either this or `period`.
+        Spindle angle between releases, rad; either this or `period`.
     priority : int
-        Level, 1 is the most urgent; of equal levels the job released first runs first, and neither pre-empts
-        the other.
+        Level, 1 is the most urgent. Jobs of equal level run in the order of release, without pre-emption.
     execution_time : float or tuple
-        Time that a job takes on the processor alone, s; or its mean and standard deviation (gamma
-        distributed).
+        Processor time of a job, s; or its mean and standard deviation (gamma distributed).
     jitter : float
-        A release comes late by a uniform draw between 0 and this, s; less than the period.
+        Upper limit of a uniform delay of each release, s; less than the period.
 
     Raises
     ------
@@ -114,12 +111,12 @@ class Task(Frozen):
         return self.execution_time[1] if isinstance(self.execution_time, tuple | list) else 0.0
 
     def share(self, spindle_speed: float = 0.0) -> float:
-        """Return the share of the processor that the task needs on average, unit 1.
+        """Return the average share of the processor that the task needs, unit 1.
 
         Parameters
         ----------
         spindle_speed : float
-            At which a task released by the angle is counted, rad/s.
+            Spindle speed for a task released by the angle, rad/s.
 
         Examples
         --------
@@ -132,9 +129,9 @@ class Task(Frozen):
         return self.mean * spindle_speed / self.angle_step
 
     def draws(self, rng: np.random.Generator) -> list[Draw]:
-        """Draw how late the next `DRAWN` jobs are released and how long each runs (private to this package).
+        """Draw delays and execution times of the next `DRAWN` jobs (private to this package).
 
-        So many at once, whatever is asked of them: how the time is cut does not change what a job gets.
+        Always the same number of draws: how time is divided does not change the random numbers of a job.
         """
         late = rng.uniform(0.0, self.jitter, DRAWN) if self.jitter else np.zeros(DRAWN)
         seconds = (
@@ -150,7 +147,7 @@ class Task(Frozen):
 
 
 def release_time(period: Fraction, number: int) -> int:
-    """When the job of that number is due, ns: the nearest to so many periods, a half goes up."""
+    """Time of a release (ns): `number` periods, rounded to the nearest, half up."""
     numerator, denominator = period.numerator * NANOSECONDS * number, period.denominator
     return (2 * numerator + denominator) // (2 * denominator)
 
@@ -164,13 +161,13 @@ class TaskMotion(NamedTuple):
     acceleration: float
 
     def until(self, target: float) -> float:
-        """Time until an angle is reached for the first time, s; written so that nothing cancels."""
+        """Time until an angle is first reached, s, without cancellation."""
         way = target - self.angle
         if way <= 0.0:
             return 0.0
         square = self.speed * self.speed + 2.0 * self.acceleration * way
         if square < 0.0:
-            return inf  # it turns back before
+            return inf  # reverses before the angle
         if self.speed >= 0.0:
             total = self.speed + sqrt(square)
             return 2.0 * way / total if total > 0.0 else inf
@@ -184,36 +181,36 @@ class Released:
         self, task: Task, place: int, rng: np.random.Generator, angle: float, told: Sequence[bool]
     ) -> None:
         self.task, self.name, self.place, self.rng, self.priority = task, task.name, place, rng, task.priority
-        self.told = told  # of each kind of event
+        self.told = told  # whether each kind of event is returned
         period = None if task.period is None else simplest(task.period)
         self.period = None if period is None else (period.numerator * NANOSECONDS, period.denominator)  # ns
-        self.count = -1  # of the release to come
+        self.count = -1  # number of the next release
         self.multiple = 0 if task.angle_step is None else ceil(angle / task.angle_step) - 1
-        self.nominal = NEVER  # ns, when it comes without jitter
-        self.drawn: list[Draw] = []  # ns, for the releases after it, the last first
-        self.late = self.execution = 0  # ns, of the release to come
-        self.open = False  # whether a job is not complete
-        self.number = self.release = self.start = self.remaining = 0  # of that job; ns but the first
+        self.nominal = NEVER  # its time without jitter, ns
+        self.drawn: list[Draw] = []  # for the releases after it, the last first
+        self.late = self.execution = 0  # of the next release, ns
+        self.open = False  # whether a job is incomplete
+        self.number = self.release = self.start = self.remaining = 0  # of that job; times in ns
         self.begun = False
 
     def next(self) -> None:
-        """Go on to the next release; each draws, missed ones too, so that a number always has its draw."""
+        """Go on to the next release; missed releases draw too, so that each number has its own draw."""
         self.count += 1
         self.multiple += 1
         if not self.drawn:
             self.drawn = self.task.draws(self.rng)[::-1]
         self.late, self.execution = self.drawn.pop()
-        if self.period is not None:  # as release_time, the nearest
+        if self.period is not None:  # as release_time
             whole, parts = self.period
             self.nominal = (2 * whole * self.count + parts) // (2 * parts)
 
     def take(self, now: int) -> None:
-        """Make a job of a release."""
+        """Start a job from a release."""
         self.open, self.begun, self.number, self.release = True, False, self.count, now
         self.remaining = self.execution
 
     def crossing(self, motion: TaskMotion) -> int:
-        """When the spindle reaches the next multiple, ns."""
+        """Time when the spindle reaches the next multiple, ns."""
         assert self.task.angle_step is not None
         way = motion.until(self.multiple * self.task.angle_step) * NANOSECONDS
         return motion.time + round(way) if way < NEVER else NEVER
