@@ -80,7 +80,8 @@ class Scanner(Described):
     Examples
     --------
     >>> import numpy as np
-    >>> x, z = Scanner(noise_sd=0.0).scan(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.random.default_rng(0))
+    >>> rng = np.random.default_rng(0)
+    >>> x, z = Scanner(noise_sd=0.0).scan(np.array([0.0, 1.0]), np.array([0.0, 2.0]), rng)
     >>> z  # mm
     array([0. , 0.5, 1. , 1.5, 2. ])
     """

@@ -2,7 +2,8 @@
 
 Selective repeat: a header acknowledges the records that arrived, in order and among the 64 behind those, and
 names the last message that arrived. A link keeps messages in order; a record that went with an earlier
-message and did not arrive is therefore lost, and is sent again at once. No timer is needed."""
+message and did not arrive is therefore lost, and is sent again at once. No timer is needed.
+"""
 
 import struct
 import tempfile
@@ -42,9 +43,9 @@ class Courier:
 
     Notes
     -----
-    At most 64 records are under way: 100 records a second pass a link with a latency of 20 ms that loses every
-    second message. Of the waiting records 4096 are in memory, the others in a temporary file that ends with the
-    process; the journal of the run is what lasts.
+    At most 64 records are under way: 100 records a second pass a link with a latency of 20 ms that loses
+    every second message. Of the waiting records 4096 are in memory, the others in a temporary file that ends
+    with the process; the journal of the run is what lasts.
 
     Examples
     --------

@@ -1,7 +1,8 @@
 """The journal of a run: one SQLite file, one transaction a part, readable at any time.
 
 It uses SQLite's rollback journal, not its write-ahead log: between two parts the one file is complete and can
-be copied. A process killed inside a transaction loses that part only; the next reader rolls it back."""
+be copied. A process killed inside a transaction loses that part only; the next reader rolls it back.
+"""
 
 import contextlib
 import json
@@ -20,7 +21,8 @@ from sdpgrind.base import checks
 
 _SCHEMA = """
 CREATE TABLE run (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE part (number INTEGER PRIMARY KEY, outcome TEXT NOT NULL, names TEXT NOT NULL, arrays BLOB NOT NULL);
+CREATE TABLE part (number INTEGER PRIMARY KEY, outcome TEXT NOT NULL, names TEXT NOT NULL, \
+arrays BLOB NOT NULL);
 """
 _VERSION = "1"
 _PATIENCE = 60.0  # longest wait for a writing process, s; chosen: no part takes as long to write

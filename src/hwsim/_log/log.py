@@ -129,7 +129,8 @@ class Log(Record):
         >>> import hwsim
         >>> from sdpgrind import plunge
         >>> problem = plunge.preset("simulation")
-        >>> hwsim.run(hwsim.PlungeGrinder(problem, noise=None), plunge.CycleController(problem)).figure("time")  # s
+        >>> log = hwsim.run(hwsim.PlungeGrinder(problem, noise=None), plunge.CycleController(problem))
+        >>> log.figure("time")  # s
         array([12.08])
         """
         if self._parts is not None and all(name in part.outcome for part in self._parts):

@@ -24,7 +24,9 @@ _FOLLOWERS = {
     "CyclePlan": "plunge.CycleController(plan.problem) comes near it",
     "Locus": "locus.LocusController(curve, along=...) follows it",
     "Motion": "finishing.TorqueController(axis, motion, normal_force=1.11) follows it",
-    "SequencePolicy": "weldbead.SequenceController(policy) follows it, or weldbead.Hierarchy(policy, disc, loop)",
+    "SequencePolicy": (
+        "weldbead.SequenceController(policy) follows it, or weldbead.Hierarchy(policy, disc, loop)"
+    ),
     "PassPlan": "force.ForceController(plan, loop) follows it",
     "Policy": "write a class with period, reset and step, which looks up policy.action",
 }
@@ -177,7 +179,10 @@ def _misdirected(plant: Plant, controller: Any, route: Route, who: str) -> Itera
     """Faults in names and units that a controller commands, to the plant or a tier below."""
     for name, unit in commands_of(controller).items():
         if name not in plant.accepts and name not in route.sends:
-            yield f"{who} commands {name}, which the plant does not accept; it accepts {', '.join(plant.accepts)}"
+            yield (
+                f"{who} commands {name}, which the plant does not accept; it accepts "
+                f"{', '.join(plant.accepts)}"
+            )
         elif unit != (accepted := plant.accepts.get(name, unit)):
             yield f"{who} commands {name} in {_unit(unit)}, the plant accepts it in {_unit(accepted)}"
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 
-SMALLEST_TICK = Fraction(1, 1_000_000)  # s; chosen: no controller in software is faster
+SMALLEST_TICK = Fraction(1, 1_000_000)  # s; chosen: a finer rate needs hardware
 _SIMPLEST = 1_000_000  # largest denominator of a rate; chosen: a microsecond
 _ROUNDING = 1e-15  # relative; chosen: above the rounding of a float (1/60), below any chance agreement
 

@@ -26,7 +26,8 @@ class Kind(IntEnum):
 
     ``RELEASE``: requested. ``OVERRUN``: requested while the previous one is incomplete; no job is created.
     ``START``: begins, inputs are sampled. ``PREEMPT``: interrupted by a more urgent job. ``RESUME``:
-    continues. ``COMPLETE``: ends, outputs take effect."""
+    continues. ``COMPLETE``: ends, outputs take effect.
+    """
 
     RELEASE = 0
     OVERRUN = 1

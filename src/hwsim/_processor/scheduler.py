@@ -61,8 +61,8 @@ class Scheduler(Described):
     >>> scheduler = Scheduler([control, data, model, communication], spindle_speed_max=units.rpm(100.0))
     >>> round(scheduler.utilisation, 3)
     0.61
-    >>> scheduler.run(2.0, rng=0, spindle=[(2.0, units.rpm(100.0), 0.0)])
-    Schedule(2 s: control 200 releases, data 200 releases, model 240 releases, communication 20 releases; overruns: none)
+    >>> scheduler.run(2.0, rng=0, spindle=[(2.0, units.rpm(100.0), 0.0)]).report["model"].releases
+    240
     """
 
     tasks: Sequence[Task] = custom(_tasks)
@@ -151,7 +151,8 @@ class Scheduler(Described):
 
         Examples
         --------
-        >>> schedule = Scheduler([Task("model", angle_step=0.1)], spindle_speed_max=1.0).run(1.0, spindle=[(9.0, 1.0, 0.0)])
+        >>> scheduler = Scheduler([Task("model", angle_step=0.1)], spindle_speed_max=1.0)
+        >>> schedule = scheduler.run(1.0, spindle=[(9.0, 1.0, 0.0)])
         >>> schedule.jobs("model")[:3, 1]  # ns
         array([        0, 100000000, 200000000])
         """

@@ -55,7 +55,8 @@ class Task(Frozen):
     >>> from sdpgrind import units
     >>> Task("control", 0.01, execution_time=0.002).share()
     0.2
-    >>> round(Task("model", angle_step=units.deg(5.0), execution_time=(0.001, 0.0002)).share(units.rpm(100.0)), 12)
+    >>> model = Task("model", angle_step=units.deg(5.0), execution_time=(0.001, 0.0002))
+    >>> round(model.share(units.rpm(100.0)), 12)
     0.12
     """
 

@@ -1,1 +1,1 @@
-"""A log in the place of a plant: what was recorded is measured again, and the first command that differs is told."""
+"""A log as a plant: it replays the measurements and reports the first command that differs."""

@@ -7,11 +7,11 @@ import numpy as np
 
 from hwsim._part.motions import Column, is_table
 
-Difference = tuple[str, Any, Any]  # where in the value, what was recorded, what is commanded
+Difference = tuple[str, Any, Any]  # place in the value, recorded, commanded
 
 
 def difference(recorded: Any, commanded: Any) -> Difference | None:
-    """Place of the first difference of two values of a command, and the values there; None: equal."""
+    """First difference between two values of a command: its place and both values; None: equal."""
     if is_table(recorded) and is_table(commanded) and len(recorded) == len(commanded):
         return _in_rows(recorded, commanded)
     old, new = _logged(recorded), _logged(commanded)
@@ -21,13 +21,13 @@ def difference(recorded: Any, commanded: Any) -> Difference | None:
 
 
 def unpadded(row: Column) -> Column:
-    """An array as it was before it was logged beside longer ones."""
+    """An array without the NaN at its end, which the log adds next to longer arrays."""
     known = np.flatnonzero(~np.isnan(row))
     return row[: known[-1] + 1] if known.size else row[:0]
 
 
 def _in_rows(old: Column, new: Column) -> Difference | None:
-    """Motions of equally many rows; a column that one of them lacks is NaN there."""
+    """Compare motions of equally many rows; a missing column is NaN."""
     width = max(old.shape[1], new.shape[1])
     old, new = (
         np.pad(each, ((0, 0), (0, width - each.shape[1])), constant_values=nan) for each in (old, new)
@@ -51,7 +51,7 @@ def _unequal(old: Column, new: Column) -> Column:
 
 
 def _logged(value: Any) -> Any:
-    """A command as its row of the log holds it: of a motion the number of its rows."""
+    """A command as its row of the log has it: a motion as its number of rows."""
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""A plant that answers with what was recorded, and finds commands that differ from the recorded ones."""
+"""A plant that replays recorded measurements and finds commands that differ from the recorded ones."""
 
 from collections.abc import Iterator, Mapping
 from copy import copy
@@ -14,12 +14,14 @@ from hwsim._replay.replay import Instant, Replay
 from sdpgrind.base import checks
 
 _COMMAND, _PLANNED, _DIGEST = "_command", "_planned", "_digest"
-_COARSE = 1e-3  # s; chosen: tick of a recording whose times are on no grid
-_EVEN = 1e-9  # s; chosen: two steps of a period differ by rounding alone
+_COARSE = 1e-3  # tick of a recording without a grid, s; chosen: its steps go from sample to sample anyway
+_EVEN = 1e-9  # s; chosen: above the rounding of equal steps
 
 
 class _Accepted(dict[str, str]):
-    """Recorded commands and their units; other names are accepted and differ, but set-points of tiers."""
+    """Recorded commands and their units; every other name is accepted too (as a difference), except
+    set-points of tiers.
+    """
 
     def __init__(self, recorded: Mapping[str, str], set_points: frozenset[str]) -> None:
         super().__init__(recorded)
@@ -33,25 +35,24 @@ class _Accepted(dict[str, str]):
 
 
 class Recording:
-    """One part of a log as a plant: it measures what was recorded, and compares the commands.
+    """One part of a log as a plant: it replays the measurements and compares the commands.
 
-    Run the controller that made the log, or a changed one, on it: `hwsim.run(hwsim.Recording(log),
-    controller)`. So the code of a controller is tried on what a machine did, the real one included. The part
-    ends with the recording, or at the first command that differs. A table that is commanded (a motion) is
-    compared row by row: ``profile[2, 1]`` is the second entry of the third row, ``profile`` a difference in
-    the number of rows. Where the log does not hold the rows, as they are many or it is an old one, their
-    digest is compared: ``motion_digest`` says that an entry differs.
+    ``hwsim.run(hwsim.Recording(log), controller)`` tries the controller of the log, or a changed one, on the
+    record of a simulated or real machine. The part ends with the recording or at the first command that
+    differs. Motions are compared row by row: ``profile[2, 1]`` is the second entry of the third row,
+    ``profile`` a difference in the number of rows. Where the log lacks the rows (many rows, an old log),
+    digests are compared: ``motion_digest``.
 
-    Outcome: ``same`` (1: every command was the recorded one, to the last bit), ``steps`` that were compared,
-    and of the first difference ``difference_time`` (s), ``difference_name``, and the value ``recorded`` and
-    ``commanded`` (NaN: none). A command whose name was never recorded is a difference, too.
+    Outcome: ``same`` (1: every command equals the recorded one bit for bit), ``steps`` compared, and of the
+    first difference ``difference_time`` (s), ``difference_name`` and the values ``recorded`` and
+    ``commanded`` (NaN: none). A command under a name that was never recorded is a difference.
 
     Parameters
     ----------
     log : Log
-        Of `hwsim.run`, or loaded.
+        Log of `hwsim.run`, new or loaded.
     part : int
-        Which of its parts.
+        Number of the part.
 
     Raises
     ------
@@ -67,8 +68,9 @@ class Recording:
     >>> recording = hwsim.Recording(hwsim.run(hwsim.PlungeGrinder(problem), controller))
     >>> hwsim.run(recording, controller).outcome.same.values
     array([1.])
-    >>> bolder = hwsim.run(recording, plunge.CycleController(problem, safety_margin=0.004)).outcome.isel(part=0)
-    >>> bool(bolder.same), str(bolder.difference_name.values)
+    >>> bolder = plunge.CycleController(problem, safety_margin=0.004)
+    >>> outcome = hwsim.run(recording, bolder).outcome.isel(part=0)
+    >>> bool(outcome.same), str(outcome.difference_name.values)
     (False, 'command_rate')
     """
 
@@ -99,7 +101,7 @@ class Recording:
 
     @property
     def measures(self) -> Mapping[str, str]:
-        """Name -> unit of what was measured, and the ``time`` (s) of the sample."""
+        """Name -> unit of the recorded measurements, and ``time`` (s) of the sample."""
         names = (
             name
             for name in self._units
@@ -109,7 +111,7 @@ class Recording:
 
     @property
     def accepts(self) -> Mapping[str, str]:
-        """Name -> unit of what was commanded; other names are in it, too."""
+        """Name -> unit of the recorded commands; other names are accepted, too."""
         recorded = {
             n: unit
             for n, unit in self._units.items()
@@ -123,7 +125,7 @@ class Recording:
 
     @property
     def outcomes(self) -> Mapping[str, str]:
-        """Name -> unit of what the comparison gave."""
+        """Name -> unit of the result of the comparison."""
         return {
             "same": "",
             "steps": "",
@@ -135,12 +137,12 @@ class Recording:
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Name of the plant that was recorded (no unit), for the log."""
+        """Name of the recorded plant (no unit), for the log."""
         return {"recorded_plant": self._of}
 
     @property
     def tick(self) -> float:
-        """Of the times of the recording, s."""
+        """Common tick of the recorded times, s."""
         return self._tick
 
     def with_tick(self, tick: float) -> Self:
@@ -149,19 +151,19 @@ class Recording:
         Parameters
         ----------
         tick : float
-            In which time is counted, s.
+            Time step, s.
         """
         other = copy(self)
         other._tick = checks.positive("tick", tick, "s")
         return other
 
     def start(self, rng: np.random.Generator) -> Replay:
-        """Begin at the first sample.
+        """Start at the first sample.
 
         Parameters
         ----------
         rng : numpy.random.Generator
-            Not used: nothing is random here.
+            Not used.
 
         Returns
         -------
@@ -173,7 +175,7 @@ class Recording:
         )
 
     def _instants(self) -> Iterator[Instant]:
-        """Readings and commands of every tier, moment by moment."""
+        """Readings and commands of all tiers, in order of time."""
         rows = {
             tier: {float(time): row for row, time in enumerate(table["time"])}
             for tier, table in self._tables.items()
@@ -189,13 +191,15 @@ class Recording:
             yield Instant(time, reading, commands, bool(passes & here.keys()))
 
     def _motion(self, tier: str, name: str, time: float, value: Any) -> Any:
-        """The motion itself where the log has its rows; else its number of rows, as in the column."""
+        """The motion where the log has its rows; else its number of rows."""
         motion = self._motions.get((tier, name, time))
         # two motions at one time cannot be told apart
         return value if motion is None or len(motion) != value else motion
 
     def _sort(self, name: str, value: Any, reading: dict[str, Any], commands: dict[str, Any]) -> None:
-        """A column is a measurement, or a command to the plant that the first tier has given."""
+        """Put a column's value among the readings or, for the first tier that has it, the commands to the
+        plant.
+        """
         bare = name.removesuffix(_COMMAND)
         if bare in self._set_points or name.endswith(_PLANNED):
             return
@@ -206,14 +210,14 @@ class Recording:
 
 
 def _columns(table: Any, part: int) -> dict[str, tuple[Column, str]]:
-    """Values and unit of every column of a table, for one part."""
+    """Values and unit of each column of a table, for one part."""
     rows = np.flatnonzero(table["part"].values == part)
     named = {"time": table["time"], **{str(name): variable for name, variable in table.data_vars.items()}}
     return {name: (variable.values[rows], _unit(variable)) for name, variable in named.items()}
 
 
 def _motions(table: Any, part: int) -> Iterator[tuple[float, Column]]:
-    """Motions of one part with the time (s) of their command, from the table of rows; None: no rows."""
+    """Motions of one part with the time (s) of their command; empty for a table None."""
     if table is None:
         return
     here = table["part"].values == part
@@ -228,7 +232,7 @@ def _unit(variable: Any) -> str:
 
 
 def _set_points(tables: Mapping[str, Mapping[str, Column]]) -> Iterator[str]:
-    """Names that one tier commands another; rows of numbers are logged with the upper tier alone."""
+    """Names that one tier commands another; arrays are logged with the upper tier alone."""
     lowest = list(tables)[-1]
     for tier, table in tables.items():
         for name, values in table.items():
@@ -241,7 +245,7 @@ def _set_points(tables: Mapping[str, Mapping[str, Column]]) -> Iterator[str]:
 
 
 def _on_a_grid(times: list[float]) -> float | None:
-    """The largest tick (s) of which all times are multiples; None: there is none."""
+    """Largest tick (s) of which all times are multiples; None: there is none."""
     try:
         steps = {simplest(time) for time in times if time > 0}
         return (
@@ -254,7 +258,7 @@ def _on_a_grid(times: list[float]) -> float | None:
 
 
 def _with_events(tables: Mapping[str, Mapping[str, Column]]) -> set[str]:
-    """Tiers that are stepped at events: those without a period; where all have one, it does not matter."""
+    """Tiers stepped at events: those of uneven steps, else those with the fewest steps."""
     steps = {tier: np.diff(table["time"][:-1]) for tier, table in tables.items()}
     uneven = {tier for tier, step in steps.items() if step.size < 2 or np.ptp(step) > _EVEN}
     fewest = min(step.size for step in steps.values())
@@ -262,7 +266,7 @@ def _with_events(tables: Mapping[str, Mapping[str, Column]]) -> set[str]:
 
 
 def _entry(values: Column, row: int) -> Any:
-    """An entry of a column as it was before it was logged: a number, an unpadded array, or a text."""
+    """An entry of a column: a number, an unpadded array, or a text."""
     value = values[row]
     if np.ndim(value) == 0:
         return float(value) if isinstance(value, np.number) else str(value)

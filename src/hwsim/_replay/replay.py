@@ -1,4 +1,4 @@
-"""A recording under way: from instant to instant, until a command differs from the recorded one."""
+"""A recording under way: from instant to instant, until a command differs."""
 
 from collections.abc import Mapping, Sequence
 from math import nan
@@ -20,16 +20,16 @@ class Instant(NamedTuple):
 
 
 class Replay:
-    """See `hwsim.protocols.Machine`; without a clock every step goes to the next instant."""
+    """See `hwsim.protocols.Machine`; without a clock each step goes to the next instant."""
 
     def __init__(self, instants: Sequence[Instant], clock: Clock | None) -> None:
         self.time, self.done, self.event = 0, False, False
         self._instants, self._clock = instants, clock
-        self._at, self._here, self._steps = 0, True, 0  # which instant was the last, and whether it is now
+        self._at, self._here, self._steps = 0, True, 0  # last instant; whether it is now
         self._difference: tuple[float, str, Any, Any] | None = None
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, Any]:
-        """Compare a command with the recorded one, and go on to what was measured then."""
+        """Compare a command with the recorded one and go on to the next measurement."""
         if ticks and not self.done:
             self._compare(command)
             if not self.done:
@@ -58,7 +58,7 @@ class Replay:
         return self._clock.seconds(self.time)
 
     def _go_on(self, ticks: int) -> None:
-        """On to the next instant, or by so many ticks where it comes later."""
+        """Go on to the next instant, or by `ticks` where it comes later."""
         following = self._at + 1
         if self._clock is None:
             self.time += ticks if ticks < FOREVER else 1

@@ -1,1 +1,1 @@
-"""A designed experiment on the simulated finishing cell: bench, study, report."""
+"""Designed experiment on the simulated finishing cell: bench, study, report."""

@@ -1,4 +1,4 @@
-"""Specimens of a designed experiment: each setting with its cell, path, motion and controller."""
+"""Specimens of a designed experiment: cell, path, motion and controller of each setting."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Bench:
-    """Makes cell, motion and controller of a setting; paths and motions are kept."""
+    """Makes cell, motion and controller of a setting; caches paths and motions."""
 
     def __init__(
         self, cell: "FinishingCell", pitch: float | None, kind: str, method: str, folder: Path | None
@@ -31,12 +31,12 @@ class Bench:
             folder.mkdir(parents=True, exist_ok=True)
 
     def refuse_unknown(self, pattern: str) -> None:
-        """Refuse a path that the model of roughness does not know, before anything is run."""
+        """Refuse a path that the roughness model does not know."""
         model = self._cell.problem.model
         model.median(pattern, model.tool_diameter_range[0], model.normal_force_range[0])
 
     def finish(self, setting: Mapping[str, Any], parts: int, rng: Seed, name: str) -> Log:
-        """Finish some specimens at a setting."""
+        """Finish specimens at a setting."""
         from sdpgrind import finishing
 
         force = setting["normal_force"]
@@ -66,7 +66,7 @@ class Bench:
 
 
 def _path(problem: "finishing.FinishingProblem", pattern: str, pitch: float) -> Any:
-    """A path of a pattern on the surface of a problem."""
+    """Path of a pattern on the surface of a problem."""
     from sdpgrind import finishing
 
     if pattern == "zigzag":

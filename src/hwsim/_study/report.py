@@ -1,4 +1,6 @@
-"""Report of a designed experiment in the finishing cell: runs, analysis, confirmation, the next planner."""
+"""Report of a designed experiment in the finishing cell: runs, analysis, confirmation, plan of repeated
+passes.
+"""
 
 from collections.abc import Iterator
 from typing import Any
@@ -8,7 +10,7 @@ import numpy as np
 from sdpgrind.base.rng import Seed
 
 _UM = 1000.0  # in a millimetre; derived
-_PASSES, _PLACES = 3, 2001  # of the table of decisions; chosen
+_PASSES, _PLACES = 3, 2001  # passes and roughnesses tried; chosen: limits are exact to 1/2000 of the range
 _HEADS = (
     "run",
     "tool mm",
@@ -36,10 +38,13 @@ def report(found: Any, rng: Seed) -> str:
 
 
 def _runs(found: Any) -> Iterator[str]:
-    """Settings of each run and their outcome."""
+    """Settings and outcome of each run."""
     out, settings = found.outcome, found.study.settings
     hours = (out["time"].sum() + found.confirmation.outcome.time.values.sum()) / 3600
-    yield f"What the cell did: {out['time'].size + len(found.confirmation)} specimens, {hours:.2f} h of its time"
+    yield (
+        f"What the cell did: {out['time'].size + len(found.confirmation)} specimens, {hours:.2f} h "
+        "of its time"
+    )
     yield "  ".join(f"{head:>11}" for head in _HEADS)
     for k in range(found.study.runs):
         row = [settings[name][k] for name in ("tool_diameter", "pattern", "feed_rate", "normal_force")]
@@ -49,7 +54,10 @@ def _runs(found: Any) -> Iterator[str]:
         cells = (k + 1, *map(_shown, row), *made)
         yield "  ".join(f"{cell:>11}" for cell in cells)
     shares = out["feed"].mean(axis=1) / settings["feed_rate"]
-    yield f"Feed achieved: {100 * shares.min():.0f} to {100 * shares.max():.0f} % of what was commanded, mean over a path"
+    yield (
+        f"Feed achieved: {100 * shares.min():.0f} to {100 * shares.max():.0f} % of what was "
+        "commanded, mean over a path"
+    )
 
 
 def _shown(value: Any) -> str:
@@ -57,7 +65,7 @@ def _shown(value: Any) -> str:
 
 
 def _confirmation(found: Any) -> Iterator[str]:
-    """Result of the confirmation beside its prediction."""
+    """Result of the confirmation next to its prediction."""
     read = _UM * found.confirmation.outcome.roughness_ra.values
     force = found.confirmation.outcome.normal_force.values
     levels = ", ".join(f"{name} {_shown(value)}" for name, value in found.best.items())
@@ -77,7 +85,7 @@ def _confirmation(found: Any) -> Iterator[str]:
 
 
 def _handed_on(found: Any) -> Iterator[str]:
-    """Cost of the remaining scatter, with and without looking at each specimen."""
+    """Cost of the remaining scatter, with and without a reading of each specimen."""
     try:
         model = found.model
         policy = found.refinishing(passes=_PASSES)
@@ -85,12 +93,21 @@ def _handed_on(found: Any) -> Iterator[str]:
         yield f"Handed on to the planner of sequences: nothing, as {error}"
         return
     tolerance = _UM * float(found.prediction.response or 0.0)
-    yield f"Handed on to the planner of sequences: {100 * model.residual_sd:.1f} % of scatter that no setting takes away"
-    yield f"(10 $ for each µm above {tolerance:.2f} µm, 60 $ an hour; after each pass one may deliver or finish again)"
+    yield (
+        f"Handed on to the planner of sequences: {100 * model.residual_sd:.1f} % of scatter that no "
+        "setting takes away"
+    )
+    yield (
+        f"(10 $ for each µm above {tolerance:.2f} µm, 60 $ an hour; after each pass one may deliver "
+        "or finish again)"
+    )
     high = float(policy.grid.axes[0].high)
     places = np.linspace(0.0, high, _PLACES)
     for left in range(_PASSES - 1, 0, -1):
         delivered = places[policy.action(roughness=places, passes_left=left).stop]
         yield f"with time for {left} more: deliver below {_UM * delivered.max(initial=0.0):.2f} µm"
     once, often = (float(policy.value(roughness=high, passes_left=k)) for k in (1, _PASSES))
-    yield f"a specimen costs {once:.3f} $ finished once whatever comes, {often:.3f} $ with up to {_PASSES} passes"
+    yield (
+        f"a specimen costs {once:.3f} $ finished once whatever comes, {often:.3f} $ with up to "
+        f"{_PASSES} passes"
+    )

@@ -1,4 +1,4 @@
-"""A designed experiment in the finishing cell: run, analysed, confirmed, and handed to the planner."""
+"""Designed experiment in the finishing cell: runs, analysis, confirmation, plan of repeated passes."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sdpgrind.sdp import Policy
 
 UNITS = {"tool_diameter": "mm", "feed_rate": "mm/s", "normal_force": "N"}
-ARRAY, REFERENCE = "L18", 0.01  # mm at 0 dB, as the source has it
+ARRAY, REFERENCE = "L18", 0.01  # array; roughness at 0 dB, mm; source: Wang and Jan (2001)
 _TOLD = ("normal_force", "normal_force_sd", "lift_off", "feed", "path_deviation", "roughness_ra", "time")
 
 
@@ -35,15 +35,15 @@ class FinishingStudy:
     Attributes
     ----------
     study : finishing.Study
-        The analysis: its response is R_a in mm.
+        Analysis of R_a, mm.
     outcome : mapping of str to array, (runs, replicates)
-        Outcome of each run: force (N), feed (mm/s), roughness (mm), time (s); names as in `FinishingCell`.
+        Outcomes of the runs: force (N), feed (mm/s), roughness (mm), time (s); names as in `FinishingCell`.
     best : mapping of str to level
-        Setting that was confirmed, in its own units.
+        Setting of the confirmation, in its own units.
     prediction : finishing.study.Prediction
         Prediction at that setting, in dB and mm.
     confirmation : Log
-        The runs that confirm.
+        Confirmation runs.
     """
 
     study: "finishing.Study"
@@ -54,7 +54,7 @@ class FinishingStudy:
 
     @property
     def confirmed(self) -> float:
-        """Ratio of the runs that confirm, a mean, dB."""
+        """Mean signal-to-noise ratio of the confirmation runs, dB."""
         from sdpgrind import finishing
 
         study = self.study
@@ -63,18 +63,21 @@ class FinishingStudy:
 
     def __repr__(self) -> str:
         best = ", ".join(f"{name} {level}" for name, level in self.best.items())
-        told = f"{self.prediction.mean:.2f} dB expected, {self.confirmed:.2f} dB found in {self.prediction.confirm} runs"
+        told = (
+            f"{self.prediction.mean:.2f} dB expected, {self.confirmed:.2f} dB found in "
+            f"{self.prediction.confirm} runs"
+        )
         return f"FinishingStudy({best}: {told}{', within the interval' if self.held else ''})"
 
     @property
     def held(self) -> bool:
-        """Whether the ratio of the runs that confirm, in dB, is within the interval of the prediction."""
+        """Whether the ratio of the confirmation runs, in dB, is within the interval of the prediction."""
         width = self.prediction.ci_confirm
         return width is not None and abs(self.confirmed - self.prediction.mean) <= width
 
     @cached_property
     def model(self) -> "finishing.roughness.RoughnessModel":
-        """Model of roughness learned from the readings (mm) of the experiment, as planners take it."""
+        """Roughness model learned from the readings (mm) of the experiment."""
         from sdpgrind import finishing
 
         return finishing.roughness.RoughnessModel.published().updated(
@@ -89,31 +92,31 @@ class FinishingStudy:
         machine_charge: float = 60.0 / 3600.0,
         passes: int = 3,
     ) -> "Policy":
-        """Plan when to finish a specimen again, as settings cannot remove all scatter.
+        """Plan when to finish a specimen again, since settings cannot remove all scatter.
 
-        After each pass the roughness is read, and the specimen delivered or finished again with one of the
-        paths of the experiment, at the best tool and force. A pass costs the time that it took in the cell.
+        After each pass the roughness is read, and the specimen is delivered or finished again along a path of
+        the experiment, with the best tool and force. A pass costs its mean time in the cell.
 
         Parameters
         ----------
         tolerance : float, optional
-            Roughness that costs nothing, mm; what is expected at the best setting by default.
+            Roughness without charge, mm. Default: prediction at the best setting.
         roughness_charge : float
-            Of a specimen that is rougher, $/mm above the tolerance; 10 $ a micrometre.
+            Charge for roughness above the tolerance, $/mm. Default: 10 $ a micrometre.
         machine_charge : float
-            Of the cell, $/s; 60 $ an hour.
+            Charge for machine time, $/s. Default: 60 $ an hour.
         passes : int
-            For which there is time.
+            Number of passes for which there is time.
 
         Returns
         -------
         sdp.Policy
-            With ``action(roughness=, passes_left=)`` (mm).
+            Policy with ``action(roughness=, passes_left=)`` (mm).
 
         Raises
         ------
         ValueError
-            When the model of roughness does not know the paths of the experiment.
+            When the roughness model does not know the paths of the experiment.
         """
         from sdpgrind import finishing, sdp
 
@@ -134,19 +137,19 @@ class FinishingStudy:
         return sdp.plan(problem)
 
     def report(self, *, rng: Seed = 0) -> str:
-        """Return all of it as text, in µm, N, mm/s and dB.
+        """Return the report as text, in µm, N, mm/s and dB.
 
         Parameters
         ----------
         rng : int, Generator or SeedSequence
-            Random source for what a repetition would find.
+            Random source of simulated repetitions.
         """
         from hwsim._study.report import report
 
         return report(self, rng)
 
     def plot(self) -> Any:
-        """Draw the mean ratio (dB) over the levels of each factor; return the figure."""
+        """Draw the mean ratio (dB) for the levels of each factor; return the figure."""
         return self.study.plot()
 
 
@@ -166,23 +169,22 @@ def finishing_study(
     folder: str | os.PathLike[str] | None = None,
     progress: Progress = silent,
 ) -> FinishingStudy:
-    """Vary tool, path, feed and force in a simulated cell by an L18 (Wang and Jan, 2001), and confirm.
+    """Vary tool, path, feed and force in a simulated cell by an L18 array (Wang and Jan, 2001), and confirm.
 
     Parameters
     ----------
     cell : FinishingCell
-        The cell: surface, arm, axis, and how parts differ. Its own path is used by none of the runs.
+        Surface, arm, axis, and scatter of parts. Its own path is not used.
     tool_diameter : sequence of 2 floats
-        mm.
+        Tool diameters, mm.
     pattern : sequence of 3 names
-        "hilbert4", "hilbert5", "zigzag": those that the model of roughness knows. Pitches are as the surface
-        of the cell is wide.
+        Paths that the roughness model knows: "hilbert4", "hilbert5", "zigzag".
     feed_rate, normal_force : sequence of 3 floats
-        mm/s and N.
+        Feed rates, mm/s, and normal forces, N.
     pitch : float, optional
-        Of the zigzag, mm; that of the cell's own path when left out.
+        Pitch of the zigzag, mm. None: that of the cell's own path.
     kind : str
-        Of the torque controller.
+        Kind of torque controller.
     method : str
         Time law of the motions.
     replicates : int
@@ -192,10 +194,9 @@ def finishing_study(
     rng : int, Generator or SeedSequence
         Random source.
     folder : path, optional
-        Where each finished specimen is written, run by run; the same call goes on from there after an
-        interruption.
+        Folder of the journals of all runs; after an interruption the same call resumes from them.
     progress : callable
-        Told the share done (0..1) and a text.
+        Called with the completed share (0..1) and a text.
 
     Returns
     -------
@@ -205,7 +206,7 @@ def finishing_study(
     Raises
     ------
     ValueError
-        When a value is out of range, a motion cannot be planned, or a force is more than the motor can press.
+        When a value is out of range, a motion cannot be planned, or the motor cannot press a force.
 
     Examples
     --------
@@ -225,7 +226,7 @@ def finishing_study(
         "normal_force": tuple(normal_force),
     }
     bench = Bench(cell, pitch, kind, method, None if folder is None else Path(folder))
-    for name in pattern:  # refuse what the model of roughness does not know
+    for name in pattern:
         bench.refuse_unknown(name)
     *of_runs, of_confirmation = children(rng, len(_settings(factors)) + 1)
     logs = []

@@ -1,1 +1,1 @@
-"""The command line: what all commands share, and a folder for each area."""
+"""The command line: common modules, and a folder for each area."""

@@ -1,6 +1,6 @@
-"""Quantities as people write them: ``"150 mm"``, ``"7 in"``, ``"300 rpm"``, or a plain number.
+"""Quantities in users' files: ``"150 mm"``, ``"7 in"``, ``"300 rpm"``, or a plain number.
 
-Factors are exact fractions of SI units, so that ``"150 mm"`` is 150.0 to the last bit.
+Factors are exact fractions of SI units: ``"150 mm"`` is 150.0 to the last bit.
 """
 
 import math
@@ -14,7 +14,7 @@ Exponents = tuple[Fraction, ...]  # of length, time, mass, angle, money, current
 
 
 class Unit(NamedTuple):
-    """A factor to SI units and the exponents of a unit."""
+    """Factor to SI units and exponents of a unit."""
 
     factor: Fraction
     exponents: Exponents
@@ -67,7 +67,7 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*
 
 
 def quantity(name: str, value: Any, unit: str) -> float:
-    """Return `value`, a number in `unit` or a text with a unit of its own, as a float in `unit`."""
+    """Return `value`, a number in `unit` or a text with its own unit, as a float in `unit`."""
     if not isinstance(value, str):
         return checks.number(name, value, unit)
     split = _NUMBER.match(value)

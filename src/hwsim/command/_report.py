@@ -1,7 +1,6 @@
-"""Reports of the command line: the first parts one by one, and the plan's promise beside the outcome.
+"""Reports of the command line: the first parts, and the plan's prediction next to the outcome.
 
-Parts that were broken off are marked and counted, and left out of the means of what a finished part has: its
-time, its size.
+Parts that were broken off are marked and counted, and left out of means of time and size.
 """
 
 from collections import Counter
@@ -19,23 +18,22 @@ _SHOWN = 10  # parts printed one by one; chosen: the summary still fits a screen
 _ENDS = {"timed_out": "time was up", "slipped": "the table threw the part", "lost": "the part was lost"}
 _GAVE_UP = "the controller gave up"
 Finished = npt.NDArray[np.bool_]
-"""Of each part, whether it came to its end."""
+"""Whether each part was finished."""
 
 
 @dataclass(frozen=True)
 class CommandReport:
-    """Printed report of a run: a head, the first parts, the plan's promise beside what came of it.
+    """Printed report of a run: a head, the first parts, predicted and realised means.
 
-    `head` gives lines from title, plan and job; `summary` gives lines from log, plan, job and `Finished`. The
-    heading of the summary and the lines of parts that were broken off are added.
+    `head` gives lines from title, plan and job; `summary` gives lines from log, plan, job and `Finished`.
     """
 
-    columns: Sequence[tuple[str, str]]  # name and format of what the table has of each part
-    headings: Mapping[str, str]  # where the name is too long
+    columns: Sequence[tuple[str, str]]  # name and format of each column of the table
+    headings: Mapping[str, str]  # shorter headings of some columns
     head: Callable[[str, Any, Any], Iterator[str]]
     summary: Callable[["Log", Any, Any, Finished], Iterator[str]]
     part: str = "part"
-    otherwise: str = _GAVE_UP  # why a part was broken off of which no flag tells
+    otherwise: str = _GAVE_UP  # reason where no flag is set
 
     def __call__(self, title: str, log: "Log", plan: Any, job: Any = None) -> str:
         """Return the whole report as text."""
@@ -51,7 +49,7 @@ class CommandReport:
 
 
 def broken_off(outcome: Any, otherwise: str = _GAVE_UP) -> list[str]:
-    """Say of each part why it was broken off, by flags of the outcome; "" of one that came to its end."""
+    """Reason why each part was broken off, from flags of the outcome; "": it was finished."""
     told = {name: outcome[name].values != 0 for name in _ENDS if name in outcome}
     if "unfinished" in outcome:
         broken = outcome.unfinished.values != 0
@@ -72,7 +70,7 @@ def parts_table(
     short: Mapping[str, str],
     why: Sequence[str] = (),
 ) -> Iterator[str]:
-    """Lines of a table of the first parts, a column (name, format) each; `short`: headings of some.
+    """Lines of a table of the first parts, a column for each (name, format); `short`: headings of some.
 
     `why` ends the line of a part that was broken off.
     """
@@ -95,20 +93,20 @@ def _heading(outcome: Any, name: str, short: Mapping[str, str]) -> str:
 
 
 def summary_head(finished: int, parts: int, part: str) -> str:
-    """Heading of the lines that `summary_line` makes."""
+    """Heading for lines of `summary_line`."""
     count = f"{parts}" if finished == parts else f"{finished} of {parts}"
     return f"{f'mean of {count} {part}s':<24}{'planned':>12}{'realised':>12}{'std. error':>12}"
 
 
 def summary_line(name: str, values: Any, form: str, planned: float | None = None) -> str:
-    """Planned (the plan on its own model) and realised (the stand), with the standard error of the mean."""
+    """Line with the planned value, the realised mean and its standard error."""
     error = format(values.std(ddof=1) / np.sqrt(values.size), form) if values.size > 1 else "-"
     promise = "" if planned is None else format(planned, form)
     return f"{name:<24}{promise:>12}{format(values.mean(), form):>12}{error:>12}"
 
 
 def broken_lines(why: Sequence[str], part: str) -> Iterator[str]:
-    """Number of parts that were broken off, and the reasons; nothing where there are none."""
+    """Lines with number of parts broken off, and reasons; none when all were finished."""
     broken = Counter(filter(None, why))
     if not broken:
         return
@@ -117,4 +115,7 @@ def broken_lines(why: Sequence[str], part: str) -> Iterator[str]:
     if broken.total() == len(why):
         yield f"no {part} was finished: {reasons}"
     else:
-        yield f"{broken.total()} of {len(why)} {part}s were broken off, and are in no mean of times and sizes: {reasons}"
+        yield (
+            f"{broken.total()} of {len(why)} {part}s were broken off, and are in no mean of times "
+            f"and sizes: {reasons}"
+        )

@@ -1,4 +1,4 @@
-"""The folder of a run: plan, log, journal and pictures; that of another run is refused first."""
+"""Folder of a run: plan, log, journal and pictures; a folder of another run is refused."""
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
@@ -23,12 +23,12 @@ class RunFolder:
 
     @property
     def journal(self) -> Path:
-        """File to which finished parts are written."""
+        """Journal file."""
         return self.path / "run.db"
 
     @property
     def plan(self) -> Any:
-        """The plan that is kept here, or None."""
+        """Plan in this folder, or None."""
         return self._load(self._plan_file) if self._plan_file.exists() else None
 
     @property
@@ -37,7 +37,7 @@ class RunFolder:
 
     @property
     def finished(self) -> int:
-        """Number of parts in the journal: none of them is thrown away."""
+        """Number of parts in the journal."""
         from hwsim._log.journal import Journal
 
         if not self.journal.exists():
@@ -46,7 +46,7 @@ class RunFolder:
             return journal.parts
 
     def refuse_other_plan(self, problem: Any, given: Any) -> None:
-        """Refuse a folder with a plan of another problem, or with another plan than the given one."""
+        """Refuse a folder with a plan of another problem, or other than the given plan."""
         kept = self.plan
         if kept is None:
             return
@@ -59,7 +59,7 @@ class RunFolder:
             raise ValueError(f"--out {self} holds a run of another {self.word}: choose another folder")
 
     def refuse_other_run(self, **ingredients: Any) -> None:
-        """Refuse a folder whose journal is of another run before anything is written there."""
+        """Refuse a folder with the journal of another run."""
         from hwsim._log.journal import Journal
 
         if self.journal.exists():
@@ -67,31 +67,31 @@ class RunFolder:
                 journal.refuse_other({name: fingerprint(thing) for name, thing in ingredients.items()})
 
     def begin(self, plan: Any) -> None:
-        """Make the folder and write the plan, where that is not done."""
+        """Make the folder and write the plan, unless they exist."""
         self.path.mkdir(parents=True, exist_ok=True)
         if not self._plan_file.exists():
             plan.save(self._plan_file)
 
     def keep(self, log: "Log", pictures: Mapping[str, Any]) -> list[str]:
-        """Write log and pictures (file name -> what has ``plot``); name all files in the folder."""
+        """Write log and pictures (file name -> object with ``plot``); return the names of all files."""
         log.save(self.path / "run.nc")
         names = drawn(self.path, pictures) if pictures else []
         return [self._plan_file.name, "run.nc", "run.db", *names]
 
 
 def refuse_file(path: Path | None) -> None:
-    """Refuse a folder (None: there is none) that is a file."""
+    """Refuse a path that is a file (None: no path)."""
     if path is not None and path.exists() and not path.is_dir():
         raise ValueError(f"--out must be a folder; {path} is a file")
 
 
 def with_kept(text: str, folder: Path | RunFolder, names: Iterable[str]) -> str:
-    """Say below a text what is in the folder."""
+    """Add a line with the files in the folder to a text."""
     return f"{text}\n\nkept in {folder}: {', '.join(names)}"
 
 
 def drawn(folder: Path, things: Mapping[str, Any]) -> list[str]:
-    """Draw what can be drawn into a folder; without matplotlib the rest is still kept."""
+    """Draw `things` into a folder and return their names; without matplotlib, a text that says so."""
     from sdpgrind.base.extras import need
     from sdpgrind.base.records import whole_file
 

@@ -1,4 +1,4 @@
-"""Tables of a TOML file, read key by key: every fault, an unknown key too, is one line that names the key."""
+"""Tables of a TOML file, read key by key; every fault, also an unknown key, is a line that names the key."""
 
 import difflib
 import re
@@ -16,7 +16,7 @@ Made = TypeVar("Made")
 
 @dataclass
 class Table:
-    """A table of the file; what is not taken out of it in the end is a wrong key."""
+    """A table of the file that notes which keys were read."""
 
     name: str  # "" for the file itself
     entries: dict[str, Any]
@@ -59,7 +59,7 @@ class Table:
         return str(value)
 
     def maybe(self, key: str) -> "Table":
-        """A table that may be missing: then it is empty."""
+        """A table, empty where it is missing."""
         return self.table(key) if self.has(key) else Table(self.path(key), {})
 
     def table(self, key: str) -> "Table":
@@ -69,7 +69,7 @@ class Table:
         return Table(self.path(key), value)
 
     def made(self, make: Callable[..., Made], *values: Any, **options: Any) -> Made:
-        """Call `make` with values of this table; its refusal gets the name of the table."""
+        """Call `make`; add the table's name to its refusal."""
         try:
             return make(*values, **options)
         except (ValueError, TypeError) as error:
@@ -77,15 +77,15 @@ class Table:
             raise ValueError(f"{where}{error}") from None
 
     def one(self, cls: type[Made], *given: Any) -> Made:
-        """A described class from the values in this table, after those that are `given`."""
+        """Object of a described class from this table, after the arguments `given`."""
         values = self.values(cls, skip=tuple(specs(cls))[: len(given)])
         self.done()
         return self.made(cls, *given, **values)
 
     def values(self, cls: type, *, every: bool = True, skip: Iterable[str] = ()) -> dict[str, Any]:
-        """Values of a described class by its fields, but for `skip`; not `every`: as many as there are.
+        """Values of the fields of a described class, except `skip`; not `every`: only those in the table.
 
-        Arrays and what is declared as `custom` are left to the reader.
+        Arrays and ``custom`` fields are left to the caller.
         """
         readable = {
             name: spec for name, spec in specs(cls).items() if name not in skip and spec.kind in _READ
@@ -97,14 +97,14 @@ class Table:
         }
 
     def options(self, cls: type, skip: Iterable[str] = ()) -> dict[str, Any]:
-        """Values of a described class that are given, and nothing else: its defaults hold for the rest."""
+        """Values in the table for a described class; its defaults hold for the rest."""
         values = self.values(cls, every=False, skip=skip)
         self.done()
         return values
 
     def changed(self, known: Made, skip: Iterable[str] = ()) -> Made:
-        """A described thing with the values of this table in place of its own."""
-        thing: Any = known  # has ``replace``, which a type variable cannot promise
+        """A described object with the values of this table in place of its own."""
+        thing: Any = known  # a type variable cannot declare ``replace``
         changed: Made = self.made(thing.replace, **self.options(type(known), skip))
         return changed
 
@@ -116,12 +116,12 @@ class Table:
         return value
 
     def law(self, key: str, classes: Mapping[str, type]) -> Any:
-        """The class that `key` names, of the values in this same table."""
+        """Object of the class that `key` names, with values from this table."""
         cls = classes[self.text(key, classes)]
         return self.made(cls, **self.values(cls))
 
     def done(self) -> None:
-        """Refuse the first key that nobody asked for."""
+        """Refuse the first unread key."""
         for key in self.entries:
             if key not in self.known:
                 close = difflib.get_close_matches(key, self.known, 1)
@@ -133,8 +133,7 @@ class Table:
                 raise ValueError(f"{self.path(key)} is not a key; {meant}")
 
 
-# How a field is read, by the kind of its declaration. A pure number may be given in percent, in no other
-# unit.
+# Reader of a field by the kind of its declaration. A pure number may be in percent, in no other unit.
 _READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
     "number": lambda table, key, spec: table.number(key, "" if spec.unit in ("1", "relative") else spec.unit),
     "count": lambda table, key, spec: table.take(key),
@@ -147,7 +146,7 @@ _READ: Mapping[str, Callable[[Table, str, Spec], Any]] = {
 
 
 def read(path: Path, make: Callable[[Table], Made]) -> Made:
-    """Make something of the file at `path`; ValueError names the file and the key, an unknown one too."""
+    """Make an object from the file at `path`; ValueError names the file and the key."""
     entries = _entries(path)
     table = Table("", entries)
     try:
@@ -174,7 +173,7 @@ _NO_TOML = {
 
 
 def _misread(told: str, text: str) -> str:
-    """Fault of a file that is no TOML, with its line; tomllib names no key."""
+    """Fault of an invalid file, with its line; tomllib names no key."""
     place = re.search(r"(.*) \(at line (\d+), column \d+\)", told)
     if place is None:
         return told
@@ -183,7 +182,7 @@ def _misread(told: str, text: str) -> str:
 
 
 def _with_text(told: str, entries: Any) -> str:
-    """Add to a refused number the text in the file of which it was made."""
+    """Add the text in the file to the refusal of a number made from it."""
     named = re.match(r"(?:\[([\w.]+)\] )?([\w.]+) must be ", told)
     if named is None:
         return told

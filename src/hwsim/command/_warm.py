@@ -1,4 +1,4 @@
-"""``hwsim warm``: compile what the first use of an area needs, its simulated machine included."""
+"""``hwsim warm``: compile the kernels of an area's first use, its simulated machine included."""
 
 import argparse
 import sys
@@ -17,7 +17,7 @@ _EVERY = 2.0  # s between lines in a pipe; chosen: work says what it does within
 def add_warm(
     subparsers: Any, areas: dict[str, AreaCommand], arguments_of: Callable[[list[str]], argparse.Namespace]
 ) -> None:
-    """Add the command to the parser's subparsers; `arguments_of` reads the line of an area's own command."""
+    """Add the command to the subparsers; `arguments_of` parses the line of an area's own command."""
     about = "compile what the first use of an area needs, once on a machine, so that it need not wait"
     parser = subparsers.add_parser("warm", help=about, description=about.capitalize() + ".")
     parser.add_argument("area", nargs="?", choices=list(areas), help="all areas by default")
@@ -64,7 +64,7 @@ def _warmed(
 
 
 def _one_part(area: AreaCommand, arguments_of: Callable[[list[str]], argparse.Namespace]) -> None:
-    """Plan the area's first preset and work on one part of it."""
+    """Plan the area's first preset and run one part."""
     from hwsim._loop.loop import run
 
     name = area.presets.replace(",", " ").split()[0]
@@ -75,7 +75,7 @@ def _one_part(area: AreaCommand, arguments_of: Callable[[list[str]], argparse.Na
 
 
 class Teller:
-    """Tell how far work is, on standard error: a redrawn line on a terminal, lines in a pipe."""
+    """Show progress on standard error: a redrawn line on a terminal, repeated lines elsewhere."""
 
     def __init__(self) -> None:
         self._text = ""
@@ -89,7 +89,7 @@ class Teller:
         return self
 
     def __call__(self, share: float, text: str) -> None:
-        """Take note of a text."""
+        """Set the text."""
         self._text = text
         if self._terminal:
             sys.stderr.write(f"\r\x1b[K{text}")

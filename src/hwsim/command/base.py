@@ -1,4 +1,4 @@
-"""One area of the command line: take a job or a preset, plan it or load its plan, run it, report."""
+"""One area of the command line: read a job or a preset, plan or load the plan, run, report."""
 
 import argparse
 import sys
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from hwsim._log.log import Log
 
 
-_PARTS = 20  # by default; chosen: their means are known to a fifth of their scatter
-NOTHING_FINISHED = 1  # exit status of a run in which every part was broken off; chosen
+_PARTS = 20  # default; chosen: the standard error of a mean is below a quarter of the scatter
+NOTHING_FINISHED = 1  # exit status when every part was broken off; chosen: 2 is wrong input
 
 
 class Job(Protocol):
-    """A stand, the problem that is planned for it, and the controller that follows the plan."""
+    """A stand, its problem, and the controller that follows the plan."""
 
     @property
     def stand(self) -> Any:
@@ -29,7 +29,7 @@ class Job(Protocol):
 
     @property
     def problem(self) -> Any:
-        """The problem that is planned."""
+        """The planned problem."""
 
     def controller(self, plan: Any) -> Any:
         """The controller that follows a plan."""
@@ -40,42 +40,40 @@ Stand = TypeVar("Stand")
 
 @dataclass(frozen=True)
 class StandJob(Generic[Stand]):
-    """A stand and the settings of its controller; an area adds ``controller``, and how it plans."""
+    """A stand and settings of its controller; an area adds ``controller`` and its planner."""
 
     stand: Stand
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def problem(self) -> Any:
-        """The problem that is planned."""
-        stand: Any = self.stand  # a plant, which a type variable cannot promise
+        """The planned problem."""
+        stand: Any = self.stand  # a type variable cannot declare ``problem``
         return stand.problem
 
 
 class AreaCommand(ABC):
-    """Words and functions by which ``hwsim weldbead``, ``hwsim plunge``, ... differ.
+    """What differs between ``hwsim weldbead``, ``hwsim plunge``, ...
 
-    Presets and plans are those of its `library`; beside its module, ``toml`` has ``read(path)`` and
-    ``report`` a `hwsim.command._report.CommandReport` of that name. An area overrides what it does otherwise. Its
-    module imports nothing heavy at the top: ``hwsim --help`` asks every area.
+    Presets and plans come from its `library`; next to its module, ``toml`` has ``read(path)`` and ``report``
+    has a `hwsim.command._report.CommandReport` of that name. Its module has light imports only, since ``hwsim
+    --help`` imports each area.
     """
 
-    name: ClassVar[str]  # of the command
+    name: ClassVar[str]  # name of the command
     about: ClassVar[str]  # one line for --help
-    more: ClassVar[str] = ""  # what else --help says
+    more: ClassVar[str] = ""  # end of the text of --help
     library: ClassVar[str] = ""  # package with ``preset`` and ``plan``: "sdpgrind.plunge"
     plans: ClassVar[str] = ""  # class of its plans there: "CyclePlan"
     made_for: ClassVar[str]  # "a weld bead"
     part: ClassVar[str] = "part"
-    plan_word: ClassVar[str] = "plan"  # of its option and of its file
+    plan_word: ClassVar[str] = "plan"  # name of its option and its file
     presets: ClassVar[str]  # names, the first one an example: "P1 ... P5, C0"
-    units: ClassVar[str] = "mm, s, N, J, W"  # of the TOML file
-    error_unit: ClassVar[str] = "$"  # of the error of a plan
-    tolerance: ClassVar[str] = ""  # what --tolerance is of; without it there is no such option
-    # Options that no other area has, and their help: switches (a simpler stand, one without noise), and whole
-    # numbers >= 1.
-    switches: ClassVar[Mapping[str, str]] = {}
-    counts: ClassVar[Mapping[str, str]] = {}
+    units: ClassVar[str] = "mm, s, N, J, W"  # units of the TOML file
+    error_unit: ClassVar[str] = "$"  # unit of the error of a plan
+    tolerance: ClassVar[str] = ""  # help of --tolerance; "": no such option
+    switches: ClassVar[Mapping[str, str]] = {}  # own switches and their help
+    counts: ClassVar[Mapping[str, str]] = {}  # own options of whole numbers >= 1 and their help
 
     def read(self, path: Path, arguments: argparse.Namespace) -> Job:
         """Read the job in a TOML file (see `hwsim.command._toml.read`)."""
@@ -83,12 +81,12 @@ class AreaCommand(ABC):
         return job
 
     def preset(self, name: str) -> Any:
-        """Give a problem by its name."""
+        """Return a problem by its name."""
         return import_module(self.library).preset(name)
 
     @abstractmethod
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> Job:
-        """Put a problem on a stand of which nothing is said."""
+        """Put a problem on a default stand."""
 
     def plan_class(self) -> type:
         """Class of its plans: with ``problem``, ``error``, ``plot`` and ``save``."""
@@ -96,40 +94,40 @@ class AreaCommand(ABC):
         return plans
 
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
-        """Plan a job anew."""
+        """Plan a job."""
         return import_module(self.library).plan(job.problem)
 
     def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
-        """Give what learns between parts; None: nothing does."""
+        """Return the adaptation between parts; None: there is none."""
         return None
 
     def watched(self, controller: Any, job: Any, arguments: argparse.Namespace) -> Any:
-        """Give the controller itself, or one that does the same and shows it."""
+        """Return the controller, or an equivalent that shows its reports."""
         return controller
 
     def more_pictures(self, log: "Log") -> Mapping[str, Any]:
-        """Name what else of a log is drawn into the folder: file name -> what has ``plot``."""
+        """Return further pictures of a log: file name -> object with ``plot``."""
         return {}
 
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
-        """Do something else than a run where a switch asks for it, and return its report; None: run.
+        """Do something other than a run where a switch asks for it, and return its report; None: run.
 
-        An option that is not given (``arguments.parts``) is None here.
+        Options that are not given (``arguments.parts``) are None.
         """
         return None
 
     def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
-        """Say in a text what was planned and what came of it (see `hwsim.command._report`)."""
+        """Return the report as text."""
         text: str = self._beside("report").report(title, log, plan, job)
         return text
 
     def _beside(self, module: str) -> Any:
-        """Import a module of the folder in which the area's own module is."""
+        """Import a module from the folder of the area's module."""
         return import_module(f"{type(self).__module__.rpartition('.')[0]}.{module}")
 
 
 def add_to(subparsers: Any, area: AreaCommand) -> None:
-    """Add the command of an area to the parser's subparsers."""
+    """Add the command of an area to the subparsers."""
     word = area.plan_word
     parser = subparsers.add_parser(
         area.name, help=area.about, description=area.about.capitalize() + ".", epilog=area.more
@@ -159,7 +157,7 @@ def add_to(subparsers: Any, area: AreaCommand) -> None:
 
 
 def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
-    """Carry out the command line and return the exit status: 0, or 1 where every part was broken off."""
+    """Carry out the command and return the exit status: 0, or 1 where every part was broken off."""
     job, given = _job(area, arguments)
     _check_numbers(area, arguments)
     title = str(arguments.problem or arguments.preset or arguments.plan)
@@ -200,7 +198,7 @@ def _status(log: "Log") -> int:
 
 
 def announce(text: str) -> None:
-    """Say what begins now and may take long; on standard error, as it is no result."""
+    """Print what begins now on standard error."""
     print(f"hwsim: {text} ...", file=sys.stderr, flush=True)
 
 
@@ -216,7 +214,7 @@ def _check_numbers(area: AreaCommand, arguments: argparse.Namespace) -> None:
 
 
 def _job(area: AreaCommand, arguments: argparse.Namespace) -> tuple[Job, Any]:
-    """The stand with its controller, and the plan where one is given."""
+    """The stand with its controller, and the given plan or None."""
     word = area.plan_word
     if arguments.problem is not None and arguments.preset is not None:
         raise ValueError("either problem.toml or --preset must be given, not both")
@@ -249,7 +247,7 @@ def _loaded(area: AreaCommand, path: Path) -> Any:
 def _plan(
     area: AreaCommand, job: Job, given: Any, folder: RunFolder | None, arguments: argparse.Namespace
 ) -> Any:
-    """The plan that is given, that is kept in the folder, or a new one; no less exact than was asked for."""
+    """The given plan, that in the folder, or a new one; refuse an error above the tolerance."""
     from sdpgrind.base.progress import TerminalLine
 
     if given is not None:
@@ -272,7 +270,7 @@ def _plan(
 def _check_error(
     area: AreaCommand, plan: Any, arguments: argparse.Namespace, where: str, advice: str
 ) -> None:
-    """Refuse a plan that is not known to be as exact as was asked for."""
+    """Refuse a plan whose error is unknown or above the tolerance."""
     asked, unit, word = arguments.tolerance, area.error_unit, area.plan_word
     if asked is not None and (plan.error is None or plan.error > asked):
         known = "of unknown error" if plan.error is None else f"known to {plan.error:.2g} {unit}"

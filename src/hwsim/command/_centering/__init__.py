@@ -1,1 +1,1 @@
-"""`hwsim centering`: job from a file, work, lines, film of a cycle."""
+"""`hwsim centering`: reader, command, report, film and live view of a cycle."""

@@ -1,4 +1,4 @@
-"""The last part of a run as a film strip: the centre on a log-polar chart after each push, and what tip and rim did in it."""
+"""Film strip of the last part: centre on a log-polar chart, and motion of tip and rim, for each push."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +10,9 @@ from sdpgrind.base import pictures
 if TYPE_CHECKING:
     from hwsim._log.log import Log
 
-_MOST = 8  # pushes in a strip: of more, the first and the last ones
+_MOST = 8  # pushes in a strip, half of them the last ones; chosen: more are too small
 _RIM, _TIP = "0.45", "tab:blue"
-_AROUND = 0.06  # s before and after the profile
+_AROUND = 0.06  # time drawn before and after the profile, s; chosen: shows the approach of the tip
 
 
 class FilmStrip:
@@ -28,7 +28,9 @@ class FilmStrip:
         self._radius = float(log.outcome.attrs["radius"])
 
     def plot(self) -> Any:
-        """Draw above the centre before and after each push, below the distances of tip and rim (mm) over time (s)."""
+        """Draw the centre before and after each push above, distances of tip and rim (mm) over time (s)
+        below.
+        """
         shown = self._shown()
         wide = max(len(shown), 1)
         figure = pictures.figure(3.0 * wide + 0.6, 6.0)
@@ -40,7 +42,7 @@ class FilmStrip:
         return figure
 
     def _shown(self) -> list[tuple[int, int, int]]:
-        """Number of each push shown, and where in the table its profile begins and ends."""
+        """Number of each push shown, and the rows where its profile begins and ends."""
         running = np.concatenate([[0.0], self._table["pushing"] > 0.5, [0.0]])
         begins, ends = (np.flatnonzero(np.diff(running) == sign) for sign in (1, -1))
         count = min(begins.size, self._centers.shape[0] - 1)
@@ -48,7 +50,7 @@ class FilmStrip:
         return [(k, int(begins[k]), int(ends[k])) for k in numbers]
 
     def _chart(self, axis: Any, number: int) -> None:
-        """Where the centre was so far; all charts of one scale, whose rings are named once."""
+        """Path of the centre so far; all charts have one scale, labelled on the first."""
         plot_centers(self._centers, self._tolerance, shown=number + 2, ax=axis)
         axis.get_legend().remove()
         axis.set_xticklabels([])
@@ -58,7 +60,7 @@ class FilmStrip:
         axis.set_title(f"push {number + 1}\n{_length(before)} to {_length(after)}", fontsize=10)
 
     def _push(self, axis: Any, begin: int, end: int, *, first: bool) -> None:
-        """Tip and rim from the axis, less the radius."""
+        """Distances of tip and rim from the axis, minus the radius."""
         time = self._table["time"]
         seen = (time >= time[begin] - _AROUND) & (time <= time[min(end, time.size - 1)] + _AROUND)
         rim = self._table["slide"] + self._table["probe"] - self._radius

@@ -1,4 +1,4 @@
-"""A cycle while it runs: the centre on a log-polar chart of plain text, on a terminal; silent elsewhere."""
+"""Live view of a cycle: the centre on a log-polar chart of plain text, on a terminal only."""
 
 import copy
 import functools
@@ -11,17 +11,17 @@ from typing import Any, TextIO
 from centering import CenteringProblem
 from centering.cycle import CycleState
 
-_ROWS, _COLUMNS = 21, 43  # characters are about twice as high as wide
-_SPARE = 0.5  # decades below the tolerance, at the middle
-_DOTS = 240  # in a circle
-_FRAME = 0.1  # s of the machine between two frames
-_UM = 1000.0
+_ROWS, _COLUMNS = 21, 43  # chosen: a character is about twice as high as wide
+_SPARE = 0.5  # decades from the middle to the tolerance; chosen: a ring of a few characters
+_DOTS = 240  # in a circle; chosen: no gap at the edge of the chart
+_FRAME = 0.1  # machine time between frames, s; chosen: more frames flicker
+_UM = 1000.0  # µm in a millimetre; derived
 
 
 class Chart:
-    """Offsets of a part by direction, on a logarithmic scale: rings at decades, one of ``o`` at the tolerance.
+    """Centre of a part on a log-polar chart: rings of dots at decades, of ``o`` at the tolerance.
 
-    Digits are where the centre was before push 1, 2, ...; ``@`` is where it is.
+    Digits: the centre before push 1, 2, ...; ``@``: the current centre.
     """
 
     def __init__(self, tolerance: float, offset_max: float) -> None:
@@ -37,7 +37,7 @@ class Chart:
         self._mark(0.0, 0.0, "+")
 
     def drawn(self, places: list[tuple[float, float]]) -> list[str]:
-        """Lines of the chart with places (mm, rad), the last one now."""
+        """Lines of the chart with centres (mm, rad), the last one current."""
         paper = self._paper
         self._paper = [row.copy() for row in paper]
         for k, (offset, angle) in enumerate(places[:-1], 1):
@@ -60,16 +60,16 @@ class Chart:
 
 
 class LiveView:
-    """Show what a controller reports of a part, in the time of the machine; on a terminal only.
+    """Show the reports of a controller in the time of the machine, on a terminal only.
 
     Parameters
     ----------
     problem : CenteringProblem
         Tolerance (mm) and greatest offset (mm) of the chart.
     stream : file, optional
-        Where to write; standard error by default.
+        Output. Default: standard error.
     wait : callable, optional
-        Waits for so many s; ``time.sleep``.
+        Waits for a time, s. Default: ``time.sleep``.
     """
 
     def __init__(
@@ -85,12 +85,12 @@ class LiveView:
         self._begin()
 
     def _begin(self) -> None:
-        """A part begins."""
+        """Begin a part."""
         self._shown, self._start = -1.0, time.monotonic()
         self._pushes, self._places = 0, list[tuple[float, float]]()
 
     def __call__(self, now: float, report: Mapping[str, float]) -> None:
-        """Take note of a report at a time of the part (s)."""
+        """Show a report at a time of the part (s)."""
         if not self._stream.isatty():
             return
         if now < self._shown:
@@ -102,7 +102,7 @@ class LiveView:
             self._frame(now, state, report)
 
     def _note(self, report: Mapping[str, float]) -> None:
-        """Where the centre is, and whether it was pushed since."""
+        """Note the centre, and whether it was pushed."""
         offset, angle = report.get("offset", float("nan")), report.get("offset_angle", float("nan"))
         if not (isfinite(offset) and isfinite(angle)):
             return
@@ -113,7 +113,7 @@ class LiveView:
         self._places[-1] = offset, angle
 
     def _frame(self, now: float, state: CycleState, report: Mapping[str, float]) -> None:
-        """Redraw, no earlier than the machine would be there."""
+        """Redraw, not before the machine's time."""
         if (early := self._start + now - time.monotonic()) > 0.0:
             self._wait(early)
         offset = f"{_UM * self._places[-1][0]:10.2f} µm" if self._places else "not known yet"
@@ -126,7 +126,7 @@ class LiveView:
 
 
 def watched(controller: Any, view: LiveView) -> Any:
-    """Return the same controller, of which each report is shown; for logs and journals it is the one that it was."""
+    """Return the same controller with its reports shown; logs and journals see the original class."""
     kind = type(controller)
 
     @functools.wraps(kind.step)

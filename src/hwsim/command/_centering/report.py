@@ -1,4 +1,6 @@
-"""What ``hwsim centering`` prints: the first parts, the strategy's promise beside what came of it, or two controllers."""
+"""Report of ``hwsim centering``: the first parts, the strategy's prediction next to the outcome, or two
+controllers.
+"""
 
 import argparse
 from collections.abc import Iterator
@@ -16,16 +18,17 @@ if TYPE_CHECKING:
 
 _SHORT = {"peak_force": "force", "true_mu_kinetic": "mu_kinetic"}
 _COLUMNS = (
-    ("time", ".2f"), ("pushes", "d"), ("offset", ".2f"), ("finished", "d"), ("peak_force", ".0f"), ("true_mu_kinetic", ".4f"),
+    ("time", ".2f"), ("pushes", "d"), ("offset", ".2f"), ("finished", "d"), ("peak_force", ".0f"),
+    ("true_mu_kinetic", ".4f"),
 )  # fmt: skip
-_UM = 1000.0
-_PARTS = 20  # chosen: parts that both controllers centre, where nothing is asked
+_UM = 1000.0  # µm in a millimetre; derived
+_PARTS = 20  # default; chosen: the standard error of a mean is below a quarter of the scatter
 _GAVE_UP = "the controller gave up"
-_PREDICTED = 400  # parts that the strategy is followed for on its model
+_PREDICTED = 400  # simulated parts; chosen: means to 5 % of the scatter
 
 
 class _InMicrometres:
-    """A log whose offset is in µm, as those of the lines below."""
+    """A log with its offset in µm."""
 
     def __init__(self, log: "Log") -> None:
         offset = (_UM * log.outcome.offset).assign_attrs(units="µm")
@@ -44,7 +47,7 @@ def report(title: str, log: "Log", plan: Any) -> str:
 
 
 def _given_up(outcome: Any) -> list[str]:
-    """Say of each part why it was broken off: of one that the controller gave up, as what."""
+    """Reason why each part was broken off, with the state of the controller."""
     why = broken_off(outcome, _GAVE_UP)
     if "state" not in outcome:
         return why
@@ -55,7 +58,7 @@ def _given_up(outcome: Any) -> list[str]:
 
 
 def side_by_side(title: str, log: "Log", plan: Any) -> str:
-    """Return what became of the same parts with each controller, as text."""
+    """Return the outcomes of the same parts with each controller, as text."""
     outcome = log.outcome
     names = [str(name) for name in outcome.controller.values]
     count = f"{outcome.sizes['part']} parts"
@@ -66,7 +69,9 @@ def side_by_side(title: str, log: "Log", plan: Any) -> str:
 
 
 def _figures(outcome: Any) -> Iterator[tuple[str, Any, str]]:
-    """What is compared: name, a value for each controller, format; parts that were broken off have no time of a finished one."""
+    """Rows of the comparison: name, a value for each controller, format; unfinished parts are in no mean of
+    times.
+    """
     yield "finished (%)", 100 * outcome.finished.mean("part").values, ".1f"
     broken = outcome.said_finished == 0
     if broken.any():
@@ -129,7 +134,7 @@ def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
 
 
 def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> str:
-    """Run both, keep what came of it where a folder is given, and say it."""
+    """Run both controllers, write files where a folder is given, and return the report."""
     from hwsim._loop.compare import compare
     from hwsim.command.base import announce
     from sdpgrind.base.progress import TerminalLine
@@ -147,7 +152,7 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
 
 
 def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
-    """The strategy that is given (of this problem, as was looked at before), or a new one."""
+    """The given strategy (checked before to be of this problem), or a new one."""
     import sdpgrind
     from hwsim.command.base import announce
     from sdpgrind.base.progress import TerminalLine
@@ -159,7 +164,7 @@ def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
 
 
 def _folder(path: Path | None) -> Path | None:
-    """An empty or new folder: one of another run is not written into."""
+    """Refuse a folder that is not empty."""
     refuse_file(path)
     if path is not None and path.exists() and any(path.iterdir()):
         raise ValueError(f"--out must be a new or empty folder with --source; {path} holds something")

@@ -1,7 +1,7 @@
-"""A centering job as a TOML file: part, friction and limits, controller, and the machine on which it is tried.
+"""A centering job as a TOML file: part, friction and limits, controller, and the machine.
 
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, kg, rad) or texts with a unit. What is
-left out is that of the preset. Every fault is one line that names the key.
+Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, kg, rad) or texts
+with a unit. Missing values are those of the preset. A fault is one line that names the key.
 """
 
 import warnings
@@ -19,13 +19,13 @@ from hwsim.plants._probe.errors import ProbeErrors
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import specs, units_of
 
-_BY_HAND = ("problem", "truth", "ring", "scatter", "errors", "scheduler", "tick")  # of the machine
-_NOT_SET = ("tip_radius", "angle_sd")  # of the controller: they are those of the machine
+_BY_HAND = ("problem", "truth", "ring", "scatter", "errors", "scheduler", "tick")  # fields not read by kind
+_NOT_SET = ("tip_radius", "angle_sd")  # settings of the controller that follow from the machine
 
 
 @dataclass(frozen=True)
 class Job:
-    """A machine, the table speed of its strategy (rad/s, or that it is scheduled), and settings of its controller."""
+    """A machine, the table speed of its strategy (rad/s or "scheduled"), and settings of its controller."""
 
     stand: CenteringMachine
     spindle_speed: str | float = "scheduled"
@@ -33,11 +33,11 @@ class Job:
 
     @property
     def problem(self) -> centering.CenteringProblem:
-        """What is planned."""
+        """The planned problem."""
         return self.stand.problem
 
     def controller(self, plan: centering.Strategy) -> centering.CenteringController:
-        """The controller of every part."""
+        """Controller of every part."""
         return centering.CenteringController(plan, settings=self.settings)
 
     def source(self, plan: centering.Strategy) -> centering.PrintedController:
@@ -46,7 +46,7 @@ class Job:
 
 
 def planned(job: Job, progress: Any) -> centering.Strategy:
-    """The strategy of a job; that its tolerance is finer than what stick and slip allow is said in the report."""
+    """Strategy of a job; the report, not a warning, says that stick and slip limit the tolerance."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*stick and slip.*", category=UserWarning)
         return centering.plan(job.problem, spindle_speed=job.spindle_speed, progress=progress)
@@ -76,7 +76,7 @@ def _job(file: Table) -> Job:
 
 
 def _problem(file: Table) -> centering.CenteringProblem:
-    """A preset with what the file says of part, model, limits and scatter."""
+    """A preset changed by the file."""
     name = (
         file.text("preset", tuple(info.name for info in centering.presets()))
         if file.has("preset")
@@ -92,7 +92,7 @@ def _problem(file: Table) -> centering.CenteringProblem:
 
 
 def _changed(known: Any, table: Table, skip: Iterable[str] = ()) -> Any:
-    """Something known with the values of a table, but for what it holds inside."""
+    """A known object with values of a table; its inner objects are left as they are."""
     changed = table.made(
         known.replace, **table.values(type(known), every=False, skip=(*_inside(known), *skip))
     )
@@ -101,7 +101,7 @@ def _changed(known: Any, table: Table, skip: Iterable[str] = ()) -> Any:
 
 
 def _inside(known: Any) -> tuple[str, ...]:
-    """Fields that are objects: a table of the file holds each."""
+    """Fields that are objects, each in a table of its own."""
     return tuple(name for name, spec in specs(type(known)).items() if spec.kind == "part")
 
 
@@ -122,7 +122,7 @@ def _machine(problem: centering.CenteringProblem, table: Table) -> CenteringMach
 
 
 def _truth(model: PushModel, table: Table) -> PushModel:
-    """A model with the values of a table, which names those of its part, too."""
+    """A model with values of a table, in which values of its part are, too."""
     values = table.values(Part, every=False) | table.values(type(model), every=False, skip=("part",))
     truth = table.made(model.replace, **values)
     table.done()
@@ -139,7 +139,7 @@ def _errors(table: Table) -> ProbeErrors:
 
 
 def _offset(table: Table) -> Any:
-    """One offset, or the least and the greatest."""
+    """One offset, or the smallest and the largest."""
     unit = units_of(CenteringMachine)["start_offset"]
     if not isinstance(table.take("start_offset"), list):
         return table.number("start_offset", unit)

@@ -1,1 +1,1 @@
-"""`hwsim finishing`: job from a file, work, lines, study."""
+"""`hwsim finishing`: reader, command, report, study."""

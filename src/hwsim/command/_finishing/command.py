@@ -1,4 +1,6 @@
-"""``hwsim finishing``: plan a motion (or load it), finish specimens in a simulated cell, report; or a designed experiment."""
+"""``hwsim finishing``: plan a motion (or load it), finish specimens in a simulated cell, report; or an
+experiment.
+"""
 
 import argparse
 from collections.abc import Mapping
@@ -13,20 +15,19 @@ if TYPE_CHECKING:
 
 
 class Finishing(AreaCommand):
-    """Robot-assisted finishing: a motion over a surface, a torque axis that presses the tool."""
+    """Robot-assisted finishing: a motion over a surface, and a torque axis that presses the tool."""
 
     name = "finishing"
     about = "plan a robot's finishing motion and finish specimens with it in a simulated cell"
     more = """
-The motion is planned within the limits of the joints; the torque axis holds the normal force while it is played. What the cell
-really is (friction, torque constant, load torque, a surface that is not as planned) differs from part to part; with --nominal
-it does not (not with a problem.toml).
-
-With --study nothing is repeated, but varied: tool, path, feed and force by an orthogonal array L18, one run each; the analysis,
---confirm runs at the best settings, and what the remaining scatter costs who has to decide when to stop.
-
-With --out the motion, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after the last
-finished part, with the results that it would have had; a finished run is reported again.
+The motion is planned within the limits of the joints; the torque axis holds the normal force while it is
+played. What the cell really is (friction, torque constant, load torque, a surface that is not as planned)
+differs from part to part; with --nominal it does not (not with a problem.toml).
+With --study nothing is repeated, but varied: tool, path, feed and force by an orthogonal array L18, one run
+each; the analysis, --confirm runs at the best settings, and what the remaining scatter costs who has to
+decide when to stop.
+With --out the motion, the log, the journal and pictures are kept in a folder. Killed? The same command goes
+on after the last finished part, with the results that it would have had; a finished run is reported again.
 """
     library, plans = "sdpgrind.finishing", "Motion"
     made_for, plan_word = "a finishing job", "motion"
@@ -45,19 +46,19 @@ finished part, with the results that it would have had; a finished run is report
         return super().read(path, arguments)
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
-        """Put a problem in a cell of which nothing is said."""
+        """Put a problem in a default cell."""
         from hwsim.command._finishing.toml import scattered
 
         return scattered(problem, nominal=arguments.nominal)
 
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
-        """Plan a motion anew."""
+        """Plan a motion."""
         from sdpgrind import finishing
 
         return finishing.plan(job.problem, method=job.method, progress=progress)
 
     def instead(self, title: str, job: Any, arguments: argparse.Namespace) -> str | None:
-        """Vary and analyse, where that is asked for."""
+        """Run the designed experiment with --study."""
         if not arguments.study:
             if arguments.confirm is not None:
                 raise ValueError(f"--confirm must be left out without --study; got {arguments.confirm}")
@@ -66,7 +67,7 @@ finished part, with the results that it would have had; a finished run is report
 
 
 def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
-    """Make the experiment, keep it where a folder is given, and say what came of it."""
+    """Run the experiment, write its files where a folder is given, and return its report."""
     from hwsim._study.study import finishing_study
     from sdpgrind.base.progress import TerminalLine
 
@@ -75,7 +76,8 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
         raise ValueError("--motion must be left out with --study, which plans motions of its own")
     if arguments.parts is not None:
         raise ValueError(
-            f"--parts must be left out with --study (--confirm is of the runs that confirm); got {arguments.parts}"
+            "--parts must be left out with --study (--confirm is of the runs that confirm); got "
+            f"{arguments.parts}"
         )
     if arguments.confirm is not None:
         settings["confirm"] = arguments.confirm
@@ -88,7 +90,7 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
 
 
 def _keep(folder: Path, found: Any, text: str, arguments: argparse.Namespace) -> list[str]:
-    """Write report, log of the confirmation and picture; journals of all runs are there already."""
+    """Write report, confirmation log and pictures; the journals of all runs exist already."""
     from sdpgrind.base.records import whole_file
 
     with whole_file(folder / "study.txt") as temporary:

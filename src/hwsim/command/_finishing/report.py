@@ -1,4 +1,4 @@
-"""What ``hwsim finishing`` prints: the first parts, and the plan beside what came of it."""
+"""Report of ``hwsim finishing``: the first parts, and the plan next to the outcome."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -11,21 +11,27 @@ if TYPE_CHECKING:
     from hwsim._log.log import Log
 
 _SHORT = {
-    "normal_force": "force", "normal_force_sd": "force sd", "lift_off": "no contact", "path_deviation": "off path",
-    "roughness_ra": "Ra",
+    "normal_force": "force", "normal_force_sd": "force sd", "lift_off": "no contact",
+    "path_deviation": "off path", "roughness_ra": "Ra",
 }  # fmt: skip
 _COLUMNS = (
-    ("time", ".2f"), ("normal_force", ".4f"), ("normal_force_sd", ".4f"), ("lift_off", ".4f"), ("feed", ".2f"),
-    ("path_deviation", ".3f"), ("roughness_ra", ".5f"),
+    ("time", ".2f"), ("normal_force", ".4f"), ("normal_force_sd", ".4f"), ("lift_off", ".4f"),
+    ("feed", ".2f"), ("path_deviation", ".3f"), ("roughness_ra", ".5f"),
 )  # fmt: skip
-_UM = 1000.0
+_UM = 1000.0  # µm in a millimetre; derived
 
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     path, problem = plan.problem.path, plan.problem
-    yield f"{title}: {path.pattern}, {path.length:.0f} mm of path, pitch {path.pitch:.3g} mm, tool {problem.tool_diameter:g} mm"
+    yield (
+        f"{title}: {path.pattern}, {path.length:.0f} mm of path, pitch {path.pitch:.3g} mm, tool "
+        f"{problem.tool_diameter:g} mm"
+    )
     share = plan.mean_feed_rate / problem.feed_rate
-    feed = f"{plan.mean_feed_rate:.2f} mm/s on average, {100 * share:.0f} % of the {problem.feed_rate:g} mm/s commanded"
+    feed = (
+        f"{plan.mean_feed_rate:.2f} mm/s on average, {100 * share:.0f} % of the "
+        f"{problem.feed_rate:g} mm/s commanded"
+    )
     yield f"motion: {plan.duration:.2f} s, {feed}; {plan.status}"
     controller = job.controller(plan)
     slowest = (
@@ -58,7 +64,7 @@ def _means(outcome: Any, plan: Any, wanted: float) -> Iterator[str]:
 
 
 def _expected(problem: Any, force: float) -> float | None:
-    """Mean roughness (µm) that the model gives for the set force; None: beyond its range."""
+    """Mean roughness (µm) of the model at the target force; None: beyond its range."""
     settings = problem.path.pattern, problem.tool_diameter, force
     return _UM * float(problem.model.law(*settings).mean) if problem.model.covers(*settings) else None
 

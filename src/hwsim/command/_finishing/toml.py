@@ -1,7 +1,7 @@
-"""A finishing job as a TOML file: surface and path, robot and tool, controller, and the cell in which it is tried.
+"""A finishing job as a TOML file: surface and path, robot and tool, controller, and the cell.
 
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, N m, A, rad) or texts with a unit.
-Every fault is one line that names the key.
+Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, N m, A, rad) or
+texts with a unit. A fault is one line that names the key.
 """
 
 from collections.abc import Mapping
@@ -22,25 +22,25 @@ from sdpgrind.base.quantities import units_of
 from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField
 
 NORMAL_FORCE = 1.111
-"""Force where none is given, N; source: the middle of Wang's three."""
+"""Default force, N; source: the middle level of Wang and Jan (2001)."""
 KIND = "lqg"
-"""Controller where none is given; chosen."""
+"""Default controller."""
 
 _WAVE = {"amplitude": "mm", "wavelength": "mm", "phase": "rad"}
 _HIDDEN = ("inertia", "contact_angular_stiffness", "torque_constant")
-"""What may differ between the axis and what is believed of it."""
+"""Fields in which the true axis may differ from the believed one."""
 _METHODS = ("trapezoid", "toppra", "min_time")
 
 
 @dataclass(frozen=True)
 class Job(StandJob[FinishingCell]):
-    """A cell, what it is believed to be, how its motion is planned, how its controller is set, and what a study varies."""
+    """A cell, method of its motion, settings of its controller, and options of a study."""
 
     method: str = "trapezoid"
     study: Mapping[str, Any] = field(default_factory=dict)
 
     def controller(self, plan: finishing.Motion) -> finishing.TorqueController:
-        """The controller of every part."""
+        """Controller of every part."""
         return finishing.TorqueController(
             self.stand.torque_axis,
             plan,
@@ -49,7 +49,7 @@ class Job(StandJob[FinishingCell]):
 
 
 def scattered(problem: finishing.FinishingProblem, *, nominal: bool) -> Job:
-    """A problem in a cell of which nothing is said: parts that differ, or all as believed."""
+    """A problem in a default cell; nominal: without scatter."""
     scatter = None if nominal else CellScatter()
     return Job(FinishingCell(problem, scatter=scatter, target_force=NORMAL_FORCE))
 
@@ -75,7 +75,7 @@ def _job(file: Table) -> Job:
 
 
 def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis, force: float) -> None:
-    """What the motor cannot press the controller would refuse only after the planning."""
+    """Refuse a force that the motor cannot press, before planning."""
     places = problem.path.sample(per_leg=1)
     most = axis.torque_max / float(np.max(problem.torque_per_force(problem.feed_angles(places))))
     unit = units_of(finishing.TorqueController)["normal_force"]
@@ -89,7 +89,7 @@ def _check_force(problem: finishing.FinishingProblem, axis: finishing.TorqueAxis
 
 
 def _surface(table: Table) -> finishing.Surface:
-    """A ready surface, or control points of one's own."""
+    """A preset surface, a flat one, or one of given control points."""
     if table.has("control_points"):
         points = table.take("control_points")
         options: dict[str, Any] = {}
@@ -105,7 +105,7 @@ def _surface(table: Table) -> finishing.Surface:
 
 
 def _path(surface: finishing.Surface, table: Table) -> finishing.Path:
-    """A Hilbert curve of an order, or a zigzag of a pitch; corners rounded where a deviation is given."""
+    """A Hilbert curve of an order or a zigzag of a pitch; rounded corners where a deviation is given."""
     pattern = table.text("pattern", ("hilbert", "zigzag"))
     options = {key: table.take(key) for key in ("mapping", "along") if table.has(key)}
     if pattern == "hilbert":
@@ -154,7 +154,7 @@ def _settings(table: Table) -> dict[str, Any]:
 
 
 def _study(table: Table) -> dict[str, Any]:
-    """What a study varies, and how often; all of it may be left out."""
+    """Options of a study, all optional."""
     levels: dict[str, Any] = {
         key: tuple(table.list_of(key, unit)) for key, unit in UNITS.items() if table.has(key)
     }
@@ -173,11 +173,11 @@ def _cell(problem: finishing.FinishingProblem, options: dict[str, Any], table: T
 
 
 def _truth(nominal: CellTruth, table: Table) -> CellTruth:
-    """What the cell really is, where it is not what is believed."""
+    """Truth of the cell where it differs from the belief."""
     changes = table.values(CellTruth, every=False, skip=("axis", "height", "table"))
     if table.has("axis"):
         changes["axis"] = _true_axis(nominal.axis, table.table("axis"))
-    if table.has("table"):  # false: a table that is always where it shall be
+    if table.has("table"):  # false: a table without error
         changes["table"] = (
             None if table.take("table") is False else table.table("table").one(finishing.timing.TableLoop)
         )

@@ -1,1 +1,1 @@
-"""`hwsim locus`: job from a file, work, lines."""
+"""`hwsim locus`: reader, command, report."""

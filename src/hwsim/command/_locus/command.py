@@ -1,4 +1,4 @@
-"""``hwsim locus``: trace the curve of best points (or load it), grind parts along it on a simulated grinder, report."""
+"""``hwsim locus``: trace the optimal locus (or load it) and grind parts along it on a simulated grinder."""
 
 import argparse
 from collections.abc import Mapping
@@ -12,17 +12,16 @@ if TYPE_CHECKING:
 
 
 class LocusCommand(AreaCommand):
-    """Grinding along the curve of best points while the wheel dulls."""
+    """Grinding along the optimal locus while the wheel dulls."""
 
     name = "locus"
     about = "trace the curve of best points of a grinding process and walk along it on a simulated grinder"
     more = """
-The curve holds the fastest points that do not burn, one for each state of the wheel, which nobody can measure. The controller
-walks along it by the power alone; each part begins where the last one ended, unless --no-adapt says otherwise. The wheel dulls
-from part to part.
-
-With --out the curve, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after the last
-finished part, with the results that it would have had; a finished run is reported again.
+The curve holds the fastest points that do not burn, one for each state of the wheel, which nobody can
+measure. The controller walks along it by the power alone; each part begins where the last one ended, unless
+--no-adapt says otherwise. The wheel dulls from part to part.
+With --out the curve, the log, the journal and pictures are kept in a folder. Killed? The same command goes on
+after the last finished part, with the results that it would have had; a finished run is reported again.
 """
     library, plans = "sdpgrind.locus", "Locus"
     made_for, plan_word = "an optimal locus", "curve"
@@ -40,7 +39,7 @@ finished part, with the results that it would have had; a finished run is report
         return super().read(path, arguments)
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
-        """Put a problem on a grinder that is what it is believed to be."""
+        """Put a problem on a grinder equal to its model."""
         from hwsim.command._locus.toml import DESIGNED, PRINTED, Job
         from hwsim.plants._adaptive.plant import AdaptiveGrinder
         from sdpgrind import locus
@@ -48,12 +47,13 @@ finished part, with the results that it would have had; a finished run is report
         if not isinstance(problem.model, locus.processes.Grinding):
             kind = type(problem.model).__name__
             raise ValueError(
-                f"the problem must be one of grinding, as the preset grinding is: no other machine is here; got {kind}"
+                "the problem must be one of grinding, as the preset grinding is: no other machine is "
+                f"here; got {kind}"
             )
         return Job(AdaptiveGrinder(problem), PRINTED if arguments.printed else DESIGNED)
 
     def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
-        """Begin each part where the last one ended, unless told not to."""
+        """Begin each part at the end of the last one, except with --no-adapt."""
         from sdpgrind import locus
 
         return None if arguments.no_adapt else locus.LearnedStart()

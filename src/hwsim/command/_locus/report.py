@@ -1,4 +1,4 @@
-"""What ``hwsim locus`` prints: the first parts, and the best on the curve beside what came of it."""
+"""Report of ``hwsim locus``: the first parts, and the optimum on the locus next to the outcome."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ _COLUMNS = (
     ("time", ".2f"), ("convergence_time", ".1f"), ("slack", ".2f"), ("burned", "d"), ("removal_rate", ".2f"),
     ("true_wear_flat_area", ".5f"),
 )  # fmt: skip
-_UM = 1000.0
+_UM = 1000.0  # µm in a millimetre; derived
 
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
@@ -60,7 +60,7 @@ def _rates(log: "Log", plan: Any, job: Any, finished: Any) -> Iterator[str]:
 
 
 def best_rates(log: "Log", plan: Any, job: Any) -> Any:
-    """Infeed rates (mm/s) of the curve at the wear flat area in the middle of each part: nothing is faster."""
+    """Infeed rates (mm/s) of the locus at the wear flat area in the middle of each part."""
     outcome, stand = log.outcome, job.stand
     middles = outcome.true_wear_flat_area.values - 0.5 * stand.dulling * (
         stand.stock - outcome.remaining.values

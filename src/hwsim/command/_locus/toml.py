@@ -1,7 +1,7 @@
-"""A job of adaptive grinding as a TOML file: the process, its ranges, the controller, and the grinder on which it is tried.
+"""A job of adaptive grinding as a TOML file: the process, its ranges, the controller, and the grinder.
 
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad) or texts with a unit.
-Every fault is one line that names the key.
+Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad) or texts
+with a unit. A fault is one line that names the key.
 """
 
 from collections.abc import Mapping
@@ -23,28 +23,23 @@ PRINTED: Mapping[str, Any] = {
     "at": "command",
     "start": 1e-3,
     "floor": 8e-4,
-}  # Koren (36), in mm/(s W), s and mm/s; his gains alone are printed, the rest was calibrated to his 28 s and 4 s
+    # mm/(s W), s, mm/s; source: gains of Koren (1989), eq. (36); chosen: the others give his 28 s and 4 s
+}
 
-DESIGNED: Mapping[str, Any] = {
-    "margin": 2.0
-}  # W; what the lags and the dulling of the nominal machine take is 0.9
+DESIGNED: Mapping[str, Any] = {"margin": 2.0}  # W; chosen: lags and dulling of the nominal machine take 0.9 W
 
 
 @dataclass(frozen=True)
 class Job(StandJob[AdaptiveGrinder]):
-    """A grinder, what it is believed to be, and how the controller is set."""
+    """A grinder and settings of its controller."""
 
     def controller(self, plan: locus.Locus) -> locus.LocusController:
-        """The controller of the first part: of designed gain, where nothing is said."""
+        """Controller of the first part; with designed gain by default."""
         return locus.LocusController(plan, **{"along": "infeed_rate", **self.settings})
 
 
 _GAINS = {"margin": "W", "kd": "mm/(s W)", "kp": "mm/(s W)", "floor": "mm/s"}
-_WORDS_OR = {
-    "gain": "mm/(s W)",
-    "start": "mm/s",
-    "hold": "s",
-}  # a number with a unit, or one of the controller's words
+_WORDS_OR = {"gain": "mm/(s W)", "start": "mm/s", "hold": "s"}  # a quantity or a word of the controller
 _GAUGE = {"noise_sd": "W", "relative_sd": "", "quantum": "W"}
 
 

@@ -1,1 +1,1 @@
-"""`hwsim plunge`: job from a file, work, lines."""
+"""`hwsim plunge`: reader, command, report."""

@@ -11,16 +11,15 @@ if TYPE_CHECKING:
 
 
 class Plunge(AreaCommand):
-    """Cycles of plunge grinding: planned, ground with a controller that learns, and margins that are learned between parts."""
+    """Cycles of plunge grinding: planned, and ground by a controller that learns during and between parts."""
 
     name = "plunge"
     about = "plan the fastest plunge-grinding cycle and grind parts with it on a simulated grinder"
     more = """
-The plan is the bound: nothing is faster. The controller learns from size and power during a part, and between parts its
-margins shrink to what noise and scatter need; with --no-adapt they stay as they are.
-
-With --out the plan, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after the
-last finished part, with the results that it would have had; a finished run is reported again.
+The plan is the bound: nothing is faster. The controller learns from size and power during a part, and between
+parts its margins shrink to what noise and scatter need; with --no-adapt they stay as they are.
+With --out the plan, the log, the journal and pictures are kept in a folder. Killed? The same command goes on
+after the last finished part, with the results that it would have had; a finished run is reported again.
 """
     library, plans = "sdpgrind.plunge", "CyclePlan"
     made_for = "a plunge cycle"
@@ -29,20 +28,20 @@ last finished part, with the results that it would have had; a finished run is r
     switches: ClassVar[Mapping[str, str]] = {"--no-adapt": "the same margins for every part"}
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
-        """Put a problem on a grinder that is what it is believed to be, with noise."""
+        """Put a problem on a grinder equal to its model, with noise."""
         from hwsim.command._plunge.toml import Job
         from hwsim.plants._plunge.plant import PlungeGrinder
 
         return Job(PlungeGrinder(problem))
 
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
-        """Plan a job anew."""
+        """Plan a job."""
         from hwsim.command._plunge.toml import planned
 
         return planned(job.problem)
 
     def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
-        """Learn margins between parts, unless told not to."""
+        """Learn margins between parts, except with --no-adapt."""
         from sdpgrind import plunge
 
         return None if arguments.no_adapt else plunge.adaptation(job.problem)

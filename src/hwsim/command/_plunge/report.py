@@ -1,4 +1,4 @@
-"""What ``hwsim plunge`` prints: the first parts, and the bound beside what came of it."""
+"""Report of ``hwsim plunge``: the first parts, and the bound next to the outcome."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -14,8 +14,8 @@ _SHORT = {"part_slack": "slack", "out_of_round": "out of round"}
 _COLUMNS = (
     ("time", ".2f"), ("part_slack", ".4f"), ("burned", "d"), ("roundness", ".5f"), ("out_of_round", "d"),
 )  # fmt: skip
-_UM = 1000.0
-_GAVE_UP = "readings of size were missing, frozen or jumped"  # all that its controller breaks a part off for
+_UM = 1000.0  # µm in a millimetre; derived
+_GAVE_UP = "readings of size were missing, frozen or jumped"  # the only faults for which its controller stops
 
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:

@@ -1,7 +1,7 @@
-"""A plunge-grinding job as a TOML file: the cycle, the controller, and the grinder on which it is tried.
+"""A plunge-grinding job as a TOML file: the cycle, the controller, and the grinder.
 
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad) or texts with a unit.
-Every fault is one line that names the key.
+Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad) or texts
+with a unit. A fault is one line that names the key.
 """
 
 from dataclasses import dataclass
@@ -13,21 +13,21 @@ from hwsim.command.base import StandJob
 from hwsim.plants._plunge.plant import PlungeGrinder
 from sdpgrind import plunge
 
-_SHARE = 0.05  # of the stock: the margin of the first part, where nothing is said
+_SHARE = 0.05  # default margin of the first part over the stock; chosen: a safe first part
 
 
 @dataclass(frozen=True)
 class Job(StandJob[PlungeGrinder]):
-    """A grinder, what it is believed to be, and how the controller is set."""
+    """A grinder and settings of its controller."""
 
     def controller(self, plan: plunge.CyclePlan) -> plunge.CycleController:
-        """The controller of the first part."""
+        """Controller of the first part."""
         settings = {"safety_margin": _SHARE * plan.problem.stock} | dict(self.settings)
         return plunge.CycleController(plan.problem, **settings)
 
 
 def planned(problem: plunge.CycleProblem) -> plunge.CyclePlan:
-    """The fastest cycle, by the most exact method that there is for it."""
+    """The fastest cycle, by the most exact method for the problem's wear."""
     wear = problem.model.wear
     if wear is None or wear.growth == 0:
         return plunge.plan(problem)
@@ -44,7 +44,7 @@ def _job(file: Table) -> Job:
     table = file.maybe("controller")
     settings = table.values(plunge.CycleController, skip=("problem",))
     table.done()
-    table.made(plunge.CycleController, problem, **settings)  # what it refuses is told before the planning
+    table.made(plunge.CycleController, problem, **settings)  # refuses settings before planning
     return Job(_grinder(problem, file.maybe("grinder")), settings)
 
 

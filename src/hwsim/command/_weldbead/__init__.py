@@ -1,1 +1,1 @@
-"""`hwsim weldbead`: job from a file, work, lines."""
+"""`hwsim weldbead`: reader, command, report."""

@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 
 
 class WeldBeadCommand(AreaCommand):
-    """The sequence of passes over a weld bead, alone or over its two lower tiers."""
+    """The sequence of passes over a weld bead, alone or with its two lower tiers."""
 
     name = "weldbead"
     about = "plan a weld-bead grinding job and run it, pass by pass, on a simulated stand"
     more = """
-Three tiers run: the sequence asks for a depth, the pass planner turns it into heights and forces along the scanned bead,
-a force loop follows them 60 times a second. With --simple the sequence runs alone; what a pass takes off is drawn.
-
-With --out the policy, the log, the journal and pictures are kept in a folder. Killed? The same command goes on after
-the last finished bead, with the results that it would have had; a finished run is reported again.
+Three tiers run: the sequence asks for a depth, the pass planner turns it into heights and forces along the
+scanned bead, a force loop follows them 60 times a second. With --simple the sequence runs alone; what a pass
+takes off is drawn.
+With --out the policy, the log, the journal and pictures are kept in a folder. Killed? The same command goes
+on after the last finished bead, with the results that it would have had; a finished run is reported again.
 """
     library, plans = "sdpgrind.weldbead", "SequencePolicy"
     made_for, part, plan_word = "a weld bead", "bead", "policy"
@@ -38,13 +38,13 @@ the last finished bead, with the results that it would have had; a finished run 
         return read(path, simple=arguments.simple)
 
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
-        """Put a problem on a stand of which nothing is said."""
+        """Put a problem on a default stand."""
         from hwsim.command._weldbead.toml import job_of
 
         return job_of(problem, simple=arguments.simple)
 
     def plan(self, job: Any, arguments: argparse.Namespace, progress: Any) -> Any:
-        """Plan a job; how exact the policy is without a tolerance that was asked for, the report says."""
+        """Plan a job without warnings; the report says how exact the policy is."""
         from sdpgrind import weldbead
 
         with warnings.catch_warnings():
@@ -55,7 +55,7 @@ the last finished bead, with the results that it would have had; a finished run 
             return weldbead.plan(job.problem, tolerance=tolerance, progress=progress)
 
     def report(self, title: str, log: "Log", plan: Any, job: Any) -> str:
-        """Say what was planned and what came of it."""
+        """Return the report as text."""
         from hwsim.command._weldbead.report import report
 
         return report(title, log, plan, job.start)

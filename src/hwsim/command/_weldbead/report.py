@@ -1,4 +1,4 @@
-"""What ``hwsim weldbead`` prints: the first beads, and the plan's promise beside what came of it."""
+"""Report of ``hwsim weldbead``: the first beads, and the plan's prediction next to the outcome."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -15,8 +15,8 @@ _SHORT = {
     "penalty": "realised",
 }
 _COLUMNS = (
-    ("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("overground", ".4f"), ("overground_worst", ".3f"), ("lateness", ".1f"),
-    ("stalls", "d"), ("penalty_planned", ".4f"), ("penalty", ".4f"),
+    ("passes", "d"), ("time", ".1f"), ("height", ".3f"), ("overground", ".4f"), ("overground_worst", ".3f"),
+    ("lateness", ".1f"), ("stalls", "d"), ("penalty_planned", ".4f"), ("penalty", ".4f"),
 )  # fmt: skip
 
 
@@ -36,7 +36,7 @@ def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
 
 def _beads(log: "Log") -> Iterator[str]:
     outcome = log.outcome
-    level = "overground_worst" not in outcome  # then the height says how much is missing
+    level = "overground_worst" not in outcome  # level beads: the height says how much is missing
     columns = [
         (name, form) for name, form in _COLUMNS if name in outcome and not (level and name == "overground")
     ]

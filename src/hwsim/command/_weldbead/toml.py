@@ -1,8 +1,8 @@
-"""A weld-bead job as a TOML file: the planning problem, and the stand on which it is tried.
+"""A weld-bead job as a TOML file: the planning problem and its stand.
 
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad, $) or texts with a
-unit. Every fault is one line that names the key. All three tiers run on the force table, or the sequence alone on the stand
-of one draw a pass.
+Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad, $) or
+texts with a unit. A fault is one line that names the key. The stand is the force table with all three tiers,
+or that of one draw a pass with the sequence alone.
 """
 
 import math
@@ -27,16 +27,18 @@ from sdpgrind.weldbead.kernels import CoefficientScatter, Motor
 Problem: TypeAlias = weldbead.SequenceProblem
 Policy: TypeAlias = weldbead.SequencePolicy
 ANGLE, STIFFNESS, CROSSOVER = units.deg(20.0), 6e5, units.hz(3.0)
-"""Relaxed angle (rad) and rotational stiffness (N mm/rad) of the disc, crossover (rad/s) of the force loop: Brown (1988)."""
+"""Relaxed angle (rad) and rotational stiffness (N mm/rad) of the disc, crossover (rad/s) of the force loop:
+Brown (1988).
+"""
 WAVE, WAVE_LENGTH = 0.1, 40.0
-"""Waves of the bead, mm (chosen): no bead is level."""
+"""Amplitude and length of waves of the bead, mm; chosen: no bead is level."""
 _NODE = 0.1
-"""Distance of the nodes of a bead, mm (chosen)."""
+"""Distance between nodes of a bead, mm; chosen: 400 nodes a wave."""
 _MOTORS: dict[str, Callable[[], Motor | None]] = {"process": lambda: None, "air": Motor.air}
 
 
 class Job(Protocol):
-    """A stand, and the controller that it takes."""
+    """A stand and its controller."""
 
     @property
     def stand(self) -> Any:
@@ -44,7 +46,7 @@ class Job(Protocol):
 
     @property
     def problem(self) -> Problem:
-        """What the sequence is planned for."""
+        """Problem of the sequence."""
 
     @property
     def start(self) -> tuple[float, float]:
@@ -56,13 +58,13 @@ class Job(Protocol):
 
 @dataclass(frozen=True)
 class OneDraw:
-    """The sequence alone: a pass takes off what is drawn for it."""
+    """The sequence alone: the depth of each pass is drawn."""
 
     stand: WeldBeadStand
 
     @property
     def problem(self) -> Problem:
-        """What the sequence is planned for."""
+        """Problem of the sequence."""
         return self.stand.problem
 
     @property
@@ -95,7 +97,7 @@ class ThreeTiers:
 
 
 def job_of(problem: Problem, *, simple: bool) -> Job:
-    """Put a problem on a stand of which nothing is said."""
+    """Put a problem on a default stand."""
     plain = WeldBeadStand(problem)
     if simple:
         return OneDraw(plain)
@@ -113,7 +115,7 @@ def read(path: Path, *, simple: bool = False) -> Job:
 def _bead(
     problem: Problem, height: float, wave: float | None = None, wave_length: float = WAVE_LENGTH
 ) -> passes.Contour:
-    """A wavy bead of a mean height (mm), with metal everywhere."""
+    """A wavy bead of a mean height (mm), above the parent metal everywhere."""
     wave = checks.nonnegative("wave", min(WAVE, height / 2) if wave is None else wave, "mm")
     if wave_length < 10 * _NODE:
         raise checks.refuse("wave_length", f">= {10 * _NODE:g}", wave_length, "mm")
@@ -128,7 +130,7 @@ def _bead(
 
 
 def _one_pass(problem: Problem, disc: passes.TiltedDisc, contour: passes.Contour) -> passes.PassProblem:
-    """Disc and bead of a stand; what its first pass is asked for is the sequence's affair."""
+    """Disc and bead of a stand; the sequence sets the depth of each pass."""
     feed = problem.feed_rate(problem.durations[-1])
     return passes.PassProblem(disc, contour, mean_cut=0.0, feed_rate=feed, normal_force_max=problem.force_max)
 
@@ -169,7 +171,7 @@ def _height_charge(table: Table) -> sdp.Charge:
 
 
 def _one_sided(table: Table, unit: str) -> sdp.OneSided:
-    """One charge: ``linear = 2.0``, ``quadratic = ...`` or ``constant = ...``, and a tolerance."""
+    """A charge: ``linear = 2.0``, ``quadratic = ...`` or ``constant = ...``, and a tolerance."""
     kinds: dict[str, tuple[Callable[..., sdp.OneSided], str]] = {
         "linear": (sdp.Linear, f"$/{unit}"),
         "quadratic": (sdp.Quadratic, f"$/{unit}^2"),
@@ -200,7 +202,7 @@ def _burn_limit(table: Table) -> weldbead.sequence.BurnLimit:
 
 
 def _stands(problem: Problem, file: Table) -> tuple[OneDraw, ThreeTiers]:
-    """Read both stands, that of one draw a pass and the force table, so that a fault is found whichever is run."""
+    """Read both stands, so that faults in either are found."""
     disc = _disc(problem, file.maybe("disc"))
     loop = file.maybe("loop")
     crossover = loop.given({"crossover": "rad/s"}).get("crossover", CROSSOVER)
@@ -224,7 +226,7 @@ def _stands(problem: Problem, file: Table) -> tuple[OneDraw, ThreeTiers]:
 
 
 def _start(problem: Problem, table: Table) -> dict[str, float]:
-    """Height and time that the plan knows: what it does not, the machine would find only after the planning."""
+    """Initial height (mm) and time (s), refused where the plan does not cover them."""
     start = _given(table, WeldBeadStand, "height", "time")
     if "height" in start and not 0 < start["height"] <= problem.height_max:
         raise checks.refuse(
@@ -246,7 +248,7 @@ def _disc(problem: Problem, table: Table) -> passes.TiltedDisc:
 
 
 def _truth(problem: Problem, table: Table) -> tuple[weldbead.GrindingProcess, Problem | None]:
-    """What the process really is, and the same with the scatter of the stand of one draw."""
+    """The true process, and the problem with true process and scatter for the stand of one draw."""
     process = table.made(problem.model.replace, **table.values(weldbead.GrindingProcess, every=False))
     drawn = _scatter(table.table("scatter")) if table.has("scatter") else problem.scatter
     table.done()
@@ -279,5 +281,5 @@ def _force_table(
 
 
 def _given(table: Table, cls: type, *names: str) -> dict[str, float]:
-    """Numbers of some fields of a described class, where they are there."""
+    """Values in the table for numeric fields of a described class."""
     return table.given({name: units_of(cls)[name] for name in names})

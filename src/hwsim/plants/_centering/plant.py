@@ -1,4 +1,6 @@
-"""A centering machine: a ring on a turning table, a slide with a probe and a pusher that bring it to the axis."""
+"""A centering machine: a ring on a turning table, a slide with a probe and a pusher that bring it to the
+axis.
+"""
 
 import math
 from collections.abc import Callable, Mapping
@@ -26,65 +28,72 @@ _NEAREST = 0.1  # of the greatest offset: where parts begin, if nobody says
 
 @described()
 class CenteringMachine(Described):
-    """A ring off the axis of a turning table; a slide follows its rim with a probe and pushes it: Mears (2006), chapters 3 and 5.
+    """A ring off the axis of a turning table; a slide follows its rim with a probe and pushes it: Mears
+    (2006), chapters 3 and 5.
 
-    Measured, at each sample: ``time`` (s), ``angle`` of the spindle (rad, it goes on over turns; the rim stands out furthest
-    where it is that of the offset), ``slide`` (mm from the axis: where the tip of the pusher is), ``probe`` (mm from there out
-    to the rim: -follow_gap while following, 0 where the tip touches; NaN: beyond its stroke), ``force`` (N) and ``peak_force``
-    since the sample before, ``spindle_speed`` (rad/s), ``pushing`` (1 while a profile runs), ``refreshed`` (see `scheduler`).
-    Slide and probe together are the reading.
+    Measured, at each sample: ``time`` (s), ``angle`` of the spindle (rad, it goes on over turns; the rim
+    stands out furthest where it is that of the offset), ``slide`` (mm from the axis: where the tip of the
+    pusher is), ``probe`` (mm from there out to the rim: -follow_gap while following, 0 where the tip touches;
+    NaN: beyond its stroke), ``force`` (N) and ``peak_force`` since the sample before, ``spindle_speed``
+    (rad/s), ``pushing`` (1 while a profile runs), ``refreshed`` (see `scheduler`). Slide and probe together
+    are the reading.
 
-    Taken: ``velocity`` of the slide (mm/s, toward the axis; greater ones are cut), ``profile`` of its motion toward the axis
-    (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2, or a `centering.TipProfile`) that begins at
-    ``profile_angle`` (rad), inside a tick, or at once where none is given or it has passed; a profile that waits is replaced
-    by another, or taken back by one of no rows, and one that comes while another runs is dropped. A profile is one of speeds:
-    a slide that goes otherwise when it begins, or where its speed jumps, joins it at ``acceleration_max``, and the way that it
-    gains or loses meanwhile stays.
-    ``spindle_speed`` (rad/s) is reached at limited acceleration.
-    ``retract`` ends the part, given up unless ``finished`` is commanded; so does ``finished`` alone.
+    Taken: ``velocity`` of the slide (mm/s, toward the axis; greater ones are cut), ``profile`` of its motion
+    toward the axis (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2, or a
+    `centering.TipProfile`) that begins at ``profile_angle`` (rad), inside a tick, or at once where none is
+    given or it has passed; a profile that waits is replaced by another, or taken back by one of no rows, and
+    one that comes while another runs is dropped. A profile is one of speeds: a slide that goes otherwise when
+    it begins, or where its speed jumps, joins it at ``acceleration_max``, and the way that it gains or loses
+    meanwhile stays. ``spindle_speed`` (rad/s) is reached at limited acceleration. ``retract`` ends the part,
+    given up unless ``finished`` is commanded; so does ``finished`` alone.
 
-    Between ticks slide and spindle move in closed form and the ring by the laws of its contact and friction, on the turning
-    table, centrifugal and Coriolis forces included; it spins against a table that changes its speed while it slides, with the
-    friction of even pressure along a thin ring (the turn of its lobes by that is not followed). A tip that the rim runs into
-    without a push (a collision) pushes it, too.
+    Between ticks slide and spindle move in closed form and the ring by the laws of its contact and friction,
+    on the turning table, centrifugal and Coriolis forces included; it spins against a table that changes its
+    speed while it slides, with the friction of even pressure along a thin ring (the turn of its lobes by that
+    is not followed). A tip that the rim runs into without a push (a collision) pushes it, too.
 
-    Outcome of a part: ``time`` (s), ``pushes``, the hidden ``offset`` (mm) once the ring lies still, ``said_finished``,
-    ``finished`` (1: said so, and within tolerance), ``timed_out`` (1: cut off at ``time_max``), ``slipped`` (1: the table threw
-    the ring), ``lost`` (1: the axis came out of the part), ``collisions`` (contacts that begin while no profile runs),
-    ``peak_force`` (N), ``true_mu_static``, ``true_mu_kinetic`` of this part, ``overruns`` of tasks, ``worst_response`` (s) of the
-    controller's, and ``center_x``, ``center_y`` (mm, on the table) before each push and at the end. The controllers of
-    `centering` add ``state``: as what the cycle ended, the number of a `centering.cycle.CycleState` (6: centred; 7 and above:
-    why it was given up).
+    Outcome of a part: ``time`` (s), ``pushes``, the hidden ``offset`` (mm) once the ring lies still,
+    ``said_finished``, ``finished`` (1: said so, and within tolerance), ``timed_out`` (1: cut off at
+    ``time_max``), ``slipped`` (1: the table threw the ring), ``lost`` (1: the axis came out of the part),
+    ``collisions`` (contacts that begin while no profile runs), ``peak_force`` (N), ``true_mu_static``,
+    ``true_mu_kinetic`` of this part, ``overruns`` of tasks, ``worst_response`` (s) of the controller's, and
+    ``center_x``, ``center_y`` (mm, on the table) before each push and at the end. The controllers of
+    `centering` add ``state``: as what the cycle ended, the number of a `centering.cycle.CycleState` (6:
+    centred; 7 and above: why it was given up).
 
     Parameters
     ----------
     problem : CenteringProblem
         Part, friction, limits, scatter, tolerance.
     truth : PushModel or callable, optional
-        What part and friction really are, or a function of a Generator that draws it. None: the problem's own model.
+        What part and friction really are, or a function of a Generator that draws it. None: the problem's own
+        model.
     ring : Ring, optional
-        The ring as it lies at first, its form included, rather than a place by `start_offset`; its radius is that of the part,
-        and nowhere is its rim further than ``problem.offset_max`` from that of a round one at the axis.
+        The ring as it lies at first, its form included, rather than a place by `start_offset`; its radius is
+        that of the part, and nowhere is its rim further than ``problem.offset_max`` from that of a round one
+        at the axis.
     start_offset : tuple or float, optional
-        Offset at the start, mm: uniform between two, or always the same; at most ``problem.offset_max``. None: from a tenth of
-        that on. Its direction is uniform.
+        Offset at the start, mm: uniform between two, or always the same; at most ``problem.offset_max``.
+        None: from a tenth of that on. Its direction is uniform.
     scatter : PushScatter, optional
         How much parts and pushes differ; None: that of the problem.
     errors : ProbeErrors, optional
-        What the gauges do not tell truly, beside ``scatter.measuring_sd`` of each reading; None: nothing, not even steps of
-        encoders.
+        What the gauges do not tell truly, beside ``scatter.measuring_sd`` of each reading; None: nothing, not
+        even steps of encoders.
     scheduler : Scheduler, optional
-        Tasks of the computer: the controller samples when its task, ``control``, starts, and its command takes effect when that
-        is complete; ``refreshed`` is 1 where a task ``model`` was completed since the last sample. Default: the source's four
-        loops, with execution times that are chosen. None: both at once, at each tick.
+        Tasks of the computer: the controller samples when its task, ``control``, starts, and its command
+        takes effect when that is complete; ``refreshed`` is 1 where a task ``model`` was completed since the
+        last sample. Default: the source's four loops, with execution times that are chosen. None: both at
+        once, at each tick.
     tip_radius : float
         Of the probe's roller, mm.
     start_gap : float, optional
         From the tip of the pusher to the rim at the start, mm; None: the problem's follow_gap.
     gain_scheduling : bool
-        The gains of the drive go with the load, so that a slide that pushes follows without delay. False: it follows late, by a
-        time constant that is calibrated to the source's Table 3.2: 0.24 ms with 0.8 kg, 2.49 ms with 18.9 kg, linear in mass;
-        tell a controller: ``CycleSettings(following_lag=machine.following_lag)``.
+        The gains of the drive go with the load, so that a slide that pushes follows without delay. False: it
+        follows late, by a time constant that is calibrated to the source's Table 3.2: 0.24 ms with 0.8 kg,
+        2.49 ms with 18.9 kg, linear in mass; tell a controller:
+        ``CycleSettings(following_lag=machine.following_lag)``.
     tick : float
         In which time is counted, s.
     time_max : float
@@ -140,7 +149,8 @@ class CenteringMachine(Described):
         if self.ring is not None:
             if self.start_offset is not None:
                 raise ValueError(
-                    f"start_offset must be left out with a ring, which says where it lies; got {self.start_offset!r} (mm)"
+                    "start_offset must be left out with a ring, which says where it lies; got "
+                    f"{self.start_offset!r} (mm)"
                 )
             _check_ring(self.ring, radius, most)
 
@@ -205,12 +215,16 @@ class CenteringMachine(Described):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part (kg, mm), tolerance (mm) and limits (mm/s, rad/s) of the problem; `truth` may differ, as nobody knows it."""
+        """Part (kg, mm), tolerance (mm) and limits (mm/s, rad/s) of the problem; `truth` may differ, as
+        nobody knows it.
+        """
         return self.problem.job
 
     @property
     def following_lag(self) -> float:
-        """How late a slide that pushes the part of the problem follows, s, Mears, Table 3.2; 0 with gain_scheduling."""
+        """How late a slide that pushes the part of the problem follows, s, Mears, Table 3.2; 0 with
+        gain_scheduling.
+        """
         return 0.0 if self.gain_scheduling else lag_time(self.problem.model.part.mass)
 
     def with_tick(self, tick: float) -> Self:
@@ -276,7 +290,9 @@ class CenteringMachine(Described):
 
 
 def _check_ring(ring: object, radius: float, most: float) -> None:
-    """Refuse a ring of another part, or one that a slide which looks for a part within `most` (mm) would not find."""
+    """Refuse a ring of another part, or one that a slide which looks for a part within `most` (mm) would not
+    find.
+    """
     given = checks.kind("ring", ring, Ring, " or None")
     if given.radius != radius:
         raise checks.refuse("radius of ring", f"that of the part, {radius:g}", given.radius, "mm")

@@ -1,4 +1,6 @@
-"""What is played: a motion as places, normals and directions in the frame of the surface; the loop of the table."""
+"""What is played: a motion as places, normals and directions in the frame of the surface; the loop of the
+table.
+"""
 
 from typing import Any
 
@@ -17,7 +19,9 @@ _ROUNDING = 1e-6  # of a joint's range
 
 
 def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: float) -> Floats:
-    """Rows of a motion (m, 8) after a look at them; `weight` is the torque (N m) of what is out of balance, held level."""
+    """Rows of a motion (m, 8) after a look at them; `weight` is the torque (N m) of what is out of balance,
+    held level.
+    """
     rows = checks.finite_array("motion", motion, "s, rad, mm")
     if rows.ndim != 2 or rows.shape[1] != 8 or len(rows) < 2:
         raise ValueError(
@@ -39,7 +43,9 @@ def standing(problem: FinishingProblem, first: PathSamples, weight: float) -> Fl
 
 
 def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Floats, weight: float) -> Floats:
-    """Tip, normal and azimuth from poses of the tool in a frame with the surface's axes; `start` is where the path begins."""
+    """Tip, normal and azimuth from poses of the tool in a frame with the surface's axes; `start` is where the
+    path begins.
+    """
     side = 1.0 if problem.pushed else -1.0
     c, s = np.cos(problem.contact_angle), np.sin(problem.contact_angle)
     turn, tip = poses[:, :3, :3], poses[:, :3, 3] + problem.lever_arm * poses[:, :3, 2]
@@ -86,10 +92,13 @@ def _check_tip(course: Floats, tree: cKDTree) -> None:
     worst = int(np.argmax(away))
     if away[worst] > ASTRAY + spacing:
         raise ValueError(
-            f"motion must follow the path of the problem; at {course[worst, at.TIME]:g} s its tip is {away[worst]:.3g} mm away"
+            f"motion must follow the path of the problem; at {course[worst, at.TIME]:g} s its tip is "
+            f"{away[worst]:.3g} mm away"
         )
 
 
 def loop_of(table: TableLoop | None, tick: float) -> Floats:
-    """Exact steps of a table loop for commands that are straight lines in a tick; without a loop it is where it shall be."""
+    """Exact steps of a table loop for commands that are straight lines in a tick; without a loop it is where
+    it shall be.
+    """
     return np.empty(0) if table is None else table.sampled(tick).parameters

@@ -27,7 +27,9 @@ _LONGEST, _IDLE = (
 
 
 class FinishingSetup(NamedTuple):
-    """The cell, what it really is in this part, and what is drawn for the encoder (rad) and the roughness (1)."""
+    """The cell, what it really is in this part, and what is drawn for the encoder (rad) and the roughness
+    (1).
+    """
 
     cell: Any  # a FinishingCell, which stands above this module
     truth: CellTruth
@@ -123,7 +125,8 @@ class FinishingPart:
             return None
         if controller.motion is None:
             raise ValueError(
-                "controller must have a motion to be played in the cell: TorqueController(axis, motion, ...); got None"
+                "controller must have a motion to be played in the cell: TorqueController(axis, "
+                "motion, ...); got None"
             )
         if controller.kind == "pidff" and controller.setting.observer == "ideal":
             return None
@@ -197,7 +200,9 @@ class FinishingPart:
         return {**found, "force_error": math.hypot(found["normal_force"] - wanted, found["normal_force_sd"])}
 
     def _roughness(self) -> dict[str, float]:
-        """Roughness that the model gives for the mean force, with this part's own error; NaN where it knows nothing."""
+        """Roughness that the model gives for the mean force, with this part's own error; NaN where it knows
+        nothing.
+        """
         problem, force = self._setup.cell.problem, self._forces()["normal_force"]
         model, pattern = problem.model, problem.path.pattern
         tried = model.covers(pattern, model.tool_diameter_range[0], model.normal_force_range[0])
@@ -210,7 +215,9 @@ class FinishingPart:
 
 
 def _settings(setup: FinishingSetup) -> Floats:
-    """Numbers of a cell for the compiled core: those that are drawn are true, those of encoder and converter are the cell's."""
+    """Numbers of a cell for the compiled core: those that are drawn are true, those of encoder and converter
+    are the cell's.
+    """
     cell, truth, problem = setup.cell, setup.truth, setup.cell.problem
     settings = np.zeros(core.SETTINGS)
     settings[core.TICK], settings[core.LEVER] = cell.tick, problem.lever_arm

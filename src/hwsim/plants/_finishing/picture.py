@@ -1,4 +1,6 @@
-"""The picture of a run in the finishing cell: force, feed and height of the last part, where the force is what, all parts."""
+"""The picture of a run in the finishing cell: force, feed and height of the last part, where the force is
+what, all parts.
+"""
 
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +20,9 @@ _SAMPLES = ("sample_time", "true_normal_force", "true_feed", "height_error", "tr
 
 
 def picture(log: PartLog) -> "Figure":
-    """Draw a log of `FinishingCell`: the last part against time and seen from above, force and roughness of all parts."""
+    """Draw a log of `FinishingCell`: the last part against time and seen from above, force and roughness of
+    all parts.
+    """
     figure: Figure = pictures.figure(12.5, 7.2)
     halves = figure.add_gridspec(1, 2, width_ratios=(1.5, 1))
     last, wanted = _last(log), _set_force(log)
@@ -43,7 +47,10 @@ def _title(log: PartLog, wanted: float | None) -> str:
         float(out[name].values[played].mean()) for name in ("normal_force", "lift_off", "feed")
     )
     held = f"{force:.3f} N" + ("" if wanted is None else f" for {wanted:.3f} N")
-    return f"{parts}, {out.attrs['pattern']}: force {held}, {100 * off:.2g} % without contact, feed {feed:.1f} mm/s"
+    return (
+        f"{parts}, {out.attrs['pattern']}: force {held}, {100 * off:.2g} % without contact, feed "
+        f"{feed:.1f} mm/s"
+    )
 
 
 def _last(log: PartLog) -> dict[str, Floats]:

@@ -117,7 +117,10 @@ class WeldBead:
             "feed_rate", command.get("feed_rate", length / (duration - reset)), "mm/s"
         )
         if abs(length / feed_rate + reset - duration) > _AGREE * duration:
-            rule = f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} s, reset {reset:g} s"
+            rule = (
+                f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} "
+                f"s, reset {reset:g} s"
+            )
             raise checks.refuse("feed_rate", rule, feed_rate, "mm/s")
         return duration, feed_rate
 

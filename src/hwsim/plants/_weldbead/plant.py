@@ -19,36 +19,39 @@ _RESOLUTION = 1e-3  # s; passes last a whole number of milliseconds (or of a fin
 def _checked_truth(name: str, truth: Any) -> Any:
     if truth is not None and not isinstance(truth, GrindingProcess | SequenceProblem) and not callable(truth):
         raise TypeError(
-            f"{name} must be None, a GrindingProcess, a SequenceProblem or a function of rng; got {checks.shown(truth)}"
+            f"{name} must be None, a GrindingProcess, a SequenceProblem or a function of rng; got "
+            f"{checks.shown(truth)}"
         )
     return truth
 
 
 @described()
 class WeldBeadStand(Described):
-    """A weld bead under a grinder: each pass removes a random depth of the whole bead, as the sequence planner assumes.
+    """A weld bead under a grinder: each pass removes a random depth of the whole bead, as the sequence
+    planner assumes.
 
-    An event plant: a pass is one event, after which the bead is scanned. Time runs while a pass is ground and while the
-    grinder returns (``reset_time``), never while a controller thinks.
+    An event plant: a pass is one event, after which the bead is scanned. Time runs while a pass is ground and
+    while the grinder returns (``reset_time``), never while a controller thinks.
 
-    Measures ``height`` (mm, scanned), ``time_left`` (s, < 0: late), and of the last pass (NaN before the first)
-    ``grinding_power`` (W), ``normal_force`` and ``tangential_force`` (N), ``removal_rate`` (mm^3/s) and ``cut_depth``
-    (mm), both from the two scans, and ``feed_rate`` (mm/s). Accepts ``normal_force`` (N) with ``duration`` (s, reset
-    included), ``feed_rate`` (mm/s) or both, and ``stop``.
+    Measures ``height`` (mm, scanned), ``time_left`` (s, < 0: late), and of the last pass (NaN before the
+    first) ``grinding_power`` (W), ``normal_force`` and ``tangential_force`` (N), ``removal_rate`` (mm^3/s)
+    and ``cut_depth`` (mm), both from the two scans, and ``feed_rate`` (mm/s). Accepts ``normal_force`` (N)
+    with ``duration`` (s, reset included), ``feed_rate`` (mm/s) or both, and ``stop``.
 
-    Outcome of a bead: ``penalty`` ($: height, lateness, finish and pass charges), ``height`` left (mm), ``overground``
-    (mm), ``passes``, ``time`` (s), ``lateness`` (s), ``burned`` (passes beyond the burn limit), and the hidden truth of
-    each pass: ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3), ``true_idle_power`` (W) and
-    ``true_friction_ratio``; that is the process with which the static cut is what was removed.
+    Outcome of a bead: ``penalty`` ($: height, lateness, finish and pass charges), ``height`` left (mm),
+    ``overground`` (mm), ``passes``, ``time`` (s), ``lateness`` (s), ``burned`` (passes beyond the burn
+    limit), and the hidden truth of each pass: ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3),
+    ``true_idle_power`` (W) and ``true_friction_ratio``; that is the process with which the static cut is what
+    was removed.
 
     Parameters
     ----------
     problem : SequenceProblem
         Bead, limits and charges, and what the stand is unless `truth` says otherwise.
     truth : GrindingProcess, SequenceProblem or callable, optional
-        What the stand really is: another process, a problem of which process and scatter are taken, or a function of a
-        Generator that draws one of these for each bead. None: the problem's own process and scatter, so that its plan
-        is exactly right.
+        What the stand really is: another process, a problem of which process and scatter are taken, or a
+        function of a Generator that draws one of these for each bead. None: the problem's own process and
+        scatter, so that its plan is exactly right.
     height : float, optional
         Height of the bead at the start (mm); 0.75 ``height_max`` by default.
     time : float, optional
@@ -63,8 +66,8 @@ class WeldBeadStand(Described):
     Raises
     ------
     ValueError
-        When a value is out of range; when a command cannot be done (a force above ``force_max``, a pass that is not
-        over by a fixed deadline, a duration that does not fit the feed rate).
+        When a value is out of range; when a command cannot be done (a force above ``force_max``, a pass that
+        is not over by a fixed deadline, a duration that does not fit the feed rate).
 
     Examples
     --------
@@ -172,8 +175,8 @@ class WeldBeadStand(Described):
         Parameters
         ----------
         rng : numpy.random.Generator
-            Random source of this bead. The truth, the cuts and the noise draw from a child each, so that controllers
-            are compared on equal draws.
+            Random source of this bead. The truth, the cuts and the noise draw from a child each, so that
+            controllers are compared on equal draws.
 
         Returns
         -------
