@@ -1,1 +1,1 @@
-"""`AdaptiveGrinder`: a process whose limit drifts while it is kept at its best point."""
+"""`AdaptiveGrinder`: a process whose burn limit drifts while it is kept at its optimum."""

@@ -1,4 +1,4 @@
-"""One part under the wheel of an adaptive grinder: a slide that lags, a power monitor that lags, a wheel that dulls."""
+"""One part on the adaptive grinder: a slide with lag, a power monitor with lag, a wheel that dulls."""
 
 from collections.abc import Mapping
 from math import ceil, exp, inf, nan
@@ -13,17 +13,17 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.locus.kernels import Ranges, best_rates
 from sdpgrind.locus.processes import Grinding
 
-SETTLED = 0.05  # of the best rate: so near is converged
-SKIN = 1e-6  # W by which rounding may be below the limit
+SETTLED = 0.05  # converged: error over the best rate; chosen: the usual 5 % band
+SKIN = 1e-6  # slack that counts as 0, W; chosen: above rounding
 _LEGENDRE = np.polynomial.legendre.leggauss(16)
 _NODES, _WEIGHTS = (_LEGENDRE[0] + 1) / 2, _LEGENDRE[1] / 2
-_FORGOTTEN = 40.0  # lags after which nothing is left of a reading: e^-40
-_SHORT = 2.0  # lags in one piece of the quadrature
-_GONE = 1e-12  # of the stock: so little is left by rounding alone
+_FORGOTTEN = 40.0  # lags after which a reading is forgotten; derived: e^-40 is below rounding
+_SHORT = 2.0  # lags in one piece of the quadrature; chosen: 16 nodes resolve it
+_GONE = 1e-12  # rest over stock that counts as 0; chosen: above rounding
 
 
 class AdaptiveRig(NamedTuple):
-    """Machine and wheel at the start of a part; as the fields of `AdaptiveGrinder`."""
+    """Machine and wheel at the start of a part; fields as in `AdaptiveGrinder`."""
 
     wear_flat_area: float
     dulling: float
@@ -38,12 +38,12 @@ class AdaptiveRig(NamedTuple):
 
 
 class _Course(NamedTuple):
-    """An infeed that settles on a command: rate and depth (mm) at times from its start, in closed form."""
+    """Infeed that settles on a command: rate (mm/s) and depth (mm) over time, in closed form."""
 
     command: float
-    excess: float  # of the rate over the command at the start, mm/s
+    excess: float  # initial rate minus command, mm/s
     lag: float
-    removed: float  # at the start
+    removed: float  # initial depth, mm
 
     def rate(self, time: Any) -> Any:
         return self.command + (self.excess * np.exp(-time / self.lag) if self.lag else 0.0 * time)
@@ -62,7 +62,7 @@ class AdaptivePart:
         self._clock = Clock(exact("tick", rig.tick))
         self._most = ceil(rig.max_time / rig.tick * (1 - 1e-12))
         self._command, self._rotation = 0.0, nan
-        self._rate = self._removed = self._power = 0.0  # of the slide, of the work, in the monitor
+        self._rate = self._removed = self._power = 0.0  # slide, mm/s; work, mm; monitor, W
         self._slack = self._part_slack = inf
         self._samples = [
             (0.0, 0.0, float(rig.wear_flat_area), 0.0, 0.0)
@@ -70,7 +70,7 @@ class AdaptivePart:
         self._seen = self._read()
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
-        """Take a command, grind for some ticks or until the stock is gone, measure."""
+        """Take a command, grind for `ticks` or until the stock is gone, measure."""
         if command:
             self._take(command)
         if ticks and not self.done:
@@ -95,7 +95,7 @@ class AdaptivePart:
             raise ValueError("work_rotation must be commanded with the first infeed_rate; got none (rad/s)")
 
     def _grind(self, ticks: int) -> None:
-        """Advance with what is commanded; nothing moves for ever where nothing is fed."""
+        """Advance under the current command; without infeed, only for a limited time."""
         wheel = _Course(self._command, self._rate - self._command, self._rig.infeed_lag, self._removed)
         left = self._most - self.time
         fed = self._command > 0 or self._rate > 0
@@ -113,7 +113,7 @@ class AdaptivePart:
         self.done = self._removed >= self._rig.stock * (1 - _GONE) or self.time >= self._most
 
     def _until_gone(self, wheel: _Course, ticks: int) -> int:
-        """Ticks until the stock is gone, or all of them; depth never falls."""
+        """Number of ticks until the stock is gone, at most `ticks`."""
         stock = self._rig.stock * (1 - _GONE)
         if wheel.depth(self._clock.seconds(ticks)) < stock:
             return ticks
@@ -124,10 +124,10 @@ class AdaptivePart:
         return high
 
     def _feel(self, wheel: _Course, lasts: float) -> None:
-        """What the monitor makes of the power of the next seconds, and the least slack in them.
+        """Monitored power and least slack during the next seconds.
 
-        In every piece of time the nodes crowd at its start like squares: the power of a wheel that begins to cut rises like the
-        root of time, which is then no harder than a straight line.
+        Nodes are squared towards the start of each piece: the power of a wheel that begins to cut rises like
+        the square root of time.
         """
         cuts = _pieces(lasts, self._rig.infeed_lag, self._rig.power_lag)
         width = np.diff(cuts)[:, np.newaxis]
@@ -152,14 +152,14 @@ class AdaptivePart:
         return self._rig.wear_flat_area + self._rig.dulling * removed
 
     def _judge(self, times: Floats, slack: Floats) -> None:
-        """Keep the least slack; the touch-in is told apart."""
+        """Keep the least slack, with and without the touch-in."""
         self._part_slack = min(self._part_slack, float(slack.min()))
         judged = self._clock.seconds(self.time) + times >= self._rig.touch_in
         if judged.any():
             self._slack = min(self._slack, float(slack[judged].min()))
 
     def _sample(self) -> None:
-        """Remember what is true at this tick."""
+        """Store the truth at this tick."""
         area, power, burning = float(self._area(self._removed)), 0.0, 0.0
         if self._rate > 0:
             power = float(self._process.grinding_power(self._rate, self._rotation, area))
@@ -173,7 +173,7 @@ class AdaptivePart:
         return {"grinding_power": power, "infeed_rate": self._rate, "removed": self._removed}
 
     def outcome(self) -> dict[str, Any]:
-        """What the part became; see the plant."""
+        """Result of the part; see the plant."""
         time, rate, area, power, burning = (np.array(column) for column in zip(*self._samples, strict=True))
         best = best_rates(self._process, self._ranges, area)
         slack = self._slack if self._slack < inf else nan
@@ -198,7 +198,7 @@ class AdaptivePart:
 
 
 def _pieces(lasts: float, infeed_lag: float, power_lag: float) -> Floats:
-    """Cuts of 0..lasts between which an exponential of either lag is smooth: doubling from the start, even before the end."""
+    """Cuts of 0..lasts between which exponentials of both lags are smooth."""
     rises = infeed_lag * 2.0 ** np.arange(6) if infeed_lag else np.empty(0)
     fades = lasts - power_lag * np.arange(_SHORT, _FORGOTTEN + _SHORT, _SHORT) if power_lag else np.empty(0)
     inner = np.concatenate([rises, fades])
@@ -206,7 +206,7 @@ def _pieces(lasts: float, infeed_lag: float, power_lag: float) -> Floats:
 
 
 def _settled(time: Floats, near: Any) -> float:
-    """First sample from which on all are near; NaN: the last one is not."""
+    """Time of the first sample from which on all are `near`; NaN: the last one is not."""
     if not near[-1]:
         return nan
     away = np.flatnonzero(~near)

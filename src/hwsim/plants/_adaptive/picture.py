@@ -1,4 +1,4 @@
-"""The picture of a run on the adaptive grinder: the first parts against time, their way along the locus, what parts became."""
+"""Picture of a run on the adaptive grinder: the first parts in time and on the locus, all parts."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +12,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COMMAND, _TRUE, _BEST, _LIMIT, _BAD = "0.6", "tab:blue", "tab:green", "0.15", "tab:red"
-_SHOWN = 5  # parts against time; those that follow look like the last of them
+_SHOWN = 5  # parts drawn over time; chosen: later parts look like the last of them
 _UM = 1000.0
 _SAMPLES = ("sample_time", "true_infeed_rate", "best_infeed_rate", "true_grinding_power", "burning_power")
 
 
 def picture(log: PartLog) -> "Figure":
-    """Draw a log of `AdaptiveGrinder`: infeed and power of the first parts, their way on the locus, and all parts."""
+    """Draw a log of `AdaptiveGrinder`: infeed and power of the first parts, their path on the locus, and all
+    parts.
+    """
     figure: Figure = pictures.figure(12.5, 7.2)
     grid = figure.add_gridspec(6, 2, width_ratios=(1.6, 1))
     slack = figure.add_subplot(grid[4:, 0])
@@ -44,7 +46,7 @@ def _title(log: PartLog) -> str:
 
 
 def _samples(log: PartLog, part: int) -> dict[str, Floats]:
-    """What was true in a part, sample by sample; the first one is before contact."""
+    """Truth of a part by sample, without the first one, before contact."""
     out = log.outcome.isel(part=part)
     known = np.isfinite(out.sample_time.values)
     return {name: out[name].values[known] for name in _SAMPLES}
@@ -61,7 +63,7 @@ def _commands(log: PartLog, part: int) -> tuple[Floats, ...]:
 
 
 def _in_time(axes: list[Any], log: PartLog) -> None:
-    """Infeed, power and slack against the time of the series."""
+    """Infeed, power and slack over the time of the series."""
     rates, power, slack = axes
     begin, once = 0.0, True
     for part in range(min(len(log), _SHOWN)):
@@ -93,13 +95,13 @@ def _in_time(axes: list[Any], log: PartLog) -> None:
 
 
 def _near_zero(log: PartLog) -> tuple[float, float]:
-    """Slacks that are worth a look: the violations, and as much again and more above them."""
+    """Limits of the slack axis: violations, and some more above zero."""
     least = np.nanmin(log.outcome.slack.values[:_SHOWN], initial=0.0)
     return 1.3 * min(float(least), -5.0), 4.0 * max(-float(least), 10.0)
 
 
 def _powers(axes: list[Any], time: Floats, true: Floats, limit: Floats, label: Any) -> None:
-    """Grinding power under burning power, and what is between them; what is above the limit is shaded."""
+    """Grinding and burning power, and their difference; burning is shaded."""
     power, slack = axes
     power.plot(time, limit, color=_LIMIT, lw=1, ls="--", label=label("burning power"))
     power.plot(time, true, color=_TRUE, label=label("grinding power"))
@@ -110,7 +112,7 @@ def _powers(axes: list[Any], time: Floats, true: Floats, limit: Floats, label: A
 
 
 def _way(axis: Any, log: PartLog) -> None:
-    """Work speed over infeed: the locus, what was commanded, and where the slide was."""
+    """Work speed over infeed: the locus, commands, and positions of the slide."""
     attributes = log.outcome.attrs
     process = stored.decode(str(attributes["process"])) if "process" in attributes else None
     half = process.work_diameter / 2 if process else 1.0
@@ -156,7 +158,7 @@ def _locus(axis: Any, process: Any, rates: Floats, ranges: tuple[float, float]) 
 
 
 def _outcomes(axes: list[Any], log: PartLog) -> None:
-    """Convergence and slack of every part."""
+    """Convergence and slack of each part."""
     out, parts = log.outcome, np.arange(len(log))
     axes[0].plot(parts, out.convergence_time.values, "o-", color=_TRUE, ms=3.5, lw=0.8)
     axes[0].set(ylabel="converged [s]", ylim=(0, None))
@@ -168,8 +170,8 @@ def _outcomes(axes: list[Any], log: PartLog) -> None:
         axes[1].plot(parts[chosen], slack[chosen], "o", color=colour, ms=3.5)
     axes[1].axhline(0, color=_LIMIT, lw=1, ls="--")
     axes[1].set(ylabel="least slack [W]", xlabel="part")
-    axes[1].annotate("below: burns", (0.99, 0), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points",
-                     fontsize=8, ha="right")  # fmt: skip
+    small: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8, "ha": "right"}
+    axes[1].annotate("below: burns", (0.99, 0), (0, 3), xycoords=("axes fraction", "data"), **small)
     for axis in axes:
         axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
         axis.margins(y=0.2)

@@ -1,4 +1,4 @@
-"""A grinder under adaptive control: infeed and work speed are commanded, power is measured, the wheel dulls from part to part."""
+"""A grinder under adaptive control: commanded infeed and work speed, measured power, a wheel that dulls."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
@@ -15,12 +15,12 @@ from sdpgrind.locus.kernels import Ranges
 from sdpgrind.locus.processes import Grinding
 
 Truth: TypeAlias = Grinding | Callable[[np.random.Generator], Grinding] | None
-_SHORTEST = 1e-4  # s: lags below it are to be 0
+_SHORTEST = 1e-4  # shortest lag, s; chosen: shorter ones act like 0
 _CONTROLS = {"infeed_rate", "work_rotation"}
 
 
 def _ground(name: str, value: object) -> Problem:
-    """A problem of grinding with no limit but burning, with ranges that a machine can have."""
+    """A problem of grinding whose only limit is burning, with valid ranges."""
     problem = checks.kind(name, value, Problem, ' (see locus.preset("grinding"))')
     _check_process("problem.model", problem.model)
     if set(problem.controls) != _CONTROLS:
@@ -40,55 +40,57 @@ def _check_process(name: str, process: object) -> Grinding:
 
 @described()
 class AdaptiveGrinder(Described):
-    """Plunge grinding as fast as a dulling wheel allows without burning: the plant of Koren's (1989) controller (36).
+    """Plunge grinding as fast as a dulling wheel allows without burning: plant of the controller of Koren
+    (1989), eq. (36).
 
-    It takes ``infeed_rate`` (of the radius, mm/s) and ``work_rotation`` (rad/s) and holds them. The slide follows with a lag, the
-    work at once. It reads ``grinding_power`` (W, measured less idle power, with the lag of the monitor), ``infeed_rate`` (of the
-    slide, mm/s) and ``removed`` (mm of radius). Lags are solved in closed form, the monitor by quadrature; both are exact to 1e-9
-    of a reading.
+    It accepts ``infeed_rate`` (of the radius, mm/s) and ``work_rotation`` (rad/s) and holds them. The slide
+    follows with a lag, the work at once. It measures ``grinding_power`` (W, without idle power, with the lag
+    of the monitor), ``infeed_rate`` (of the slide, mm/s) and ``removed`` (mm of radius). Lags are solved in
+    closed form, the monitor by quadrature, both exact to 1e-9 relative.
 
-    A part begins with the slide at rest and ends when the stock is gone, to a tick. What it takes off dulls the wheel, which the
-    next part of the series finds so, unless it is dressed in between: parts go one after the other.
+    A part begins with the slide at rest and ends when the stock is gone, to a tick. The removed depth dulls
+    the wheel for the next part of the series, unless it is dressed in between: parts run one after the other.
 
-    Outcome of a part: ``time`` (s); ``slack`` (W, the least burning power less grinding power at the true infeed, after the
-    touch-in; the part is ``burned`` where it is negative) and ``part_slack`` (W, the same with the touch-in: a wheel that begins
-    to cut only ploughs, and the model has that burn, b F_pl V_s below the limit for a moment); ``convergence_time`` (s, the first
-    sample from which on the infeed is within 5 % of the best one; NaN: never); mean ``removal_rate`` (mm^3/s); the stock
-    ``remaining`` (mm) and ``timed_out``; the hidden ``true_wear_flat_area`` at the end. Sample by sample (s, mm/s, W):
-    ``sample_time``, ``true_infeed_rate``, ``best_infeed_rate`` (the moving optimum; NaN where every point burns),
-    ``true_grinding_power`` and ``burning_power``.
+    Outcome of a part: ``time`` (s); ``slack`` (W, least burning power minus grinding power after the
+    touch-in; negative: ``burned``) and ``part_slack`` (W, the same with the touch-in, when the wheel only
+    ploughs and in the model burns for a moment, at b F_pl V_s below the limit); ``convergence_time`` (s,
+    first sample from which on the infeed is within 5 % of the best one; NaN: never); mean ``removal_rate``
+    (mm^3/s); the stock ``remaining`` (mm); ``timed_out``; the hidden ``true_wear_flat_area`` at the end. By
+    sample (s, mm/s, W): ``sample_time``, ``true_infeed_rate``, ``best_infeed_rate`` (NaN where every point
+    burns), ``true_grinding_power`` and ``burning_power``.
 
     Parameters
     ----------
     problem : locus.Problem
-        Grinding as it is believed to be: its model is a `locus.processes.Grinding`, its ranges are those of the machine.
+        Problem with the believed `locus.processes.Grinding` and the ranges of the machine.
     truth : locus.processes.Grinding or callable, optional
-        What it really is, or a function of a Generator that draws it for each part. None: the problem's own model.
+        True process, or a function of a Generator that draws it for each part. None: the problem's model.
     wear_flat_area : float
-        Of the wheel before the first part, 0..1.
+        Wear flat area before the first part, 0..1.
     dulling : float
-        What is added to it for each mm of radius ground off, 1/mm.
+        Increase of the wear flat area for each mm of radius ground off, 1/mm.
     dress_at, dressed_area : float
-        A wheel that a part leaves with an area of `dress_at` or more is dressed, and has `dressed_area` then, 0..1. None: never.
+        Wear flat areas at which the wheel is dressed after a part, and after dressing, 0..1. None: never.
     stock : float
-        To be ground off a part, mm of radius.
+        Stock, mm of radius.
     infeed_lag, power_lag : float
-        Time constants of slide and power monitor, s; 0: none.
+        Time constants of slide and power monitor, s. 0: none.
     power_gauge : devices.Gauge
         Noise and step of the monitor, W.
     idle_error : float
-        What the monitor shows too much, as idle power is taken off wrongly, W.
+        Constant offset of the measured power, W.
     touch_in : float
-        Time at the start of a part that ``slack`` leaves out, s.
+        Initial time that ``slack`` leaves out, s.
     max_time : float
-        The part is broken off then, s.
+        Time limit for one part, s.
     tick : float
-        In which time is counted, s.
+        Time step, s.
 
     Raises
     ------
     ValueError
-        When a value is out of range, a command cannot be done, or the process has limits beside burning.
+        When a value is out of range, a command cannot be carried out, or the process has limits other than
+        burning.
     TypeError
         When the problem's model is no `locus.processes.Grinding`.
 
@@ -102,8 +104,10 @@ class AdaptiveGrinder(Described):
     ...     def step(self, *, grinding_power, **measured):
     ...         return {"infeed_rate": 0.015, "work_rotation": 10.4}
     >>> log = hwsim.run(hwsim.AdaptiveGrinder(locus.preset("grinding")), Steady(), parts=2)
-    >>> log.outcome.slack.values.round(1), log.outcome.true_wear_flat_area.values.round(6)  # W, 1: a wheel that dulls burns
-    (array([ -6.9, -15.3]), array([0.0061, 0.0062]))
+    >>> log.outcome.slack.values.round(1)  # W: a wheel that dulls burns
+    array([ -6.9, -15.3])
+    >>> log.outcome.true_wear_flat_area.values.round(6)
+    array([0.0061, 0.0062])
     """
 
     problem: Problem = custom(_ground)
@@ -133,17 +137,17 @@ class AdaptiveGrinder(Described):
 
     @property
     def measures(self) -> Mapping[str, str]:
-        """Name -> unit of what is measured."""
+        """Name -> unit of the measurements."""
         return {"grinding_power": "W", "infeed_rate": "mm/s", "removed": "mm"}
 
     @property
     def accepts(self) -> Mapping[str, str]:
-        """Name -> unit of what can be commanded."""
+        """Name -> unit of the commands."""
         return {"infeed_rate": "mm/s", "work_rotation": "rad/s"}
 
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
-        """Name -> unit of what a part became, and the dimension of what is told sample by sample."""
+        """Name -> unit of the outcomes, with the dimension of those by sample."""
         part = {
             "time": "s",
             "slack": "W",
@@ -159,7 +163,9 @@ class AdaptiveGrinder(Described):
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Stock (mm), touch-in (s), ranges (mm/s, rad/s), and the process where it can be written down, for the log."""
+        """Stock (mm), touch-in (s), ranges (mm/s, rad/s), and the process unless it is a user's own, for the
+        log.
+        """
         plain = {"stock": self.stock, "touch_in": self.touch_in, **self._ranges._asdict()}
         try:
             return {**plain, "process": stored.encode(self.problem.model)}
@@ -168,7 +174,7 @@ class AdaptiveGrinder(Described):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Wheel and work (mm, mm/s); `truth` may differ, as nobody knows it."""
+        """Wheel and work (mm, mm/s) of the problem; `truth` may differ."""
         return dict(self.problem.model.job)
 
     @property
@@ -182,29 +188,29 @@ class AdaptiveGrinder(Described):
         Parameters
         ----------
         tick : float
-            In which time is counted, s.
+            Time step, s.
         """
         return self.replace(tick=tick)
 
     def after(self, outcome: Mapping[str, Any]) -> Self:
-        """Return the plant as a part left it, with a wheel that is duller, or dressed.
+        """Return the plant after a part, with a duller or a dressed wheel.
 
         Parameters
         ----------
         outcome : mapping
-            What the part became, in its units; see the class.
+            Outcome of the part, in its units.
         """
         area = min(1.0, float(outcome["true_wear_flat_area"]))
         dressed = self.dress_at is not None and area >= self.dress_at
         return self.replace(wear_flat_area=self.dressed_area if dressed else area)
 
     def start(self, rng: np.random.Generator) -> AdaptivePart:
-        """Draw the truth of the next part and return it, at time 0.
+        """Draw the truth of the next part and return it at time 0.
 
         Parameters
         ----------
         rng : numpy.random.Generator
-            Random source of this part: truth and noise draw from a child each.
+            Random source of this part; truth and noise draw from a child each.
 
         Returns
         -------

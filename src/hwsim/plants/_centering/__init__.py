@@ -1,1 +1,1 @@
-"""`CenteringMachine`: turning table, pushing tip, ring, gauges, and the tasks of its computer."""
+"""`CenteringMachine`: table, pushing slide, ring, gauges, and the tasks of its computer."""

@@ -20,20 +20,20 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 _NOTHING = np.zeros((0, 3))
-_ROUNDING = 1e-9
-_AWAY = 2.0  # s: a ring lies still long before, once nothing pushes it
-_SHORT = 0.02  # s
-LEAST_FRICTION = 0.1  # of the mean: less is not drawn
+_ROUNDING = 1e-9  # relative; chosen: above rounding of limits
+_AWAY = 2.0  # longest time for the ring to stop, s; chosen: friction stops it long before
+_SHORT = 0.02  # time between two looks at the stopping ring, s; chosen: shorter ones cost time
+LEAST_FRICTION = 0.1  # smallest friction drawn over its mean; chosen: keeps it positive
 _PROFILE = "rows of duration (s, > 0), velocity (mm/s) and acceleration (mm/s^2)"
 
 
 class CenteringRig(NamedTuple):
-    """What does not change while a part is on the machine."""
+    """Constants of a part on the machine."""
 
     problem: CenteringProblem
     scatter: PushScatter
     model: PushModel
-    friction: float  # of this part over that of the model
+    friction: float  # friction of this part over that of the model
     radius: float
     shape: Floats
     lobes: Floats
@@ -42,7 +42,7 @@ class CenteringRig(NamedTuple):
     clock: Clock
     time_max: float
     scheduler: Scheduler | None
-    control_ticks: int  # between two releases of the controller's task
+    control_ticks: int  # ticks between releases of the controller's task
 
 
 class CenteringPart:
@@ -71,7 +71,7 @@ class CenteringPart:
         self._seen = self._read()
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
-        """Take a command, let everything move for some ticks, measure."""
+        """Take a command, advance by `ticks`, measure."""
         if command and not self.done:
             self._pending = dict(command)
             if self._tasks is None:
@@ -81,7 +81,7 @@ class CenteringPart:
         return dict(self._seen)
 
     def _advance(self, until: int) -> None:
-        """Move on to a tick, or to the sample that belongs to it."""
+        """Advance to a tick, or to the sample that belongs to it."""
         if self._tasks is None:
             self.move_to(self._rig.clock.seconds(until))
             self.time = until
@@ -93,7 +93,9 @@ class CenteringPart:
         self._seen = self._read()
 
     def _next_sample(self, tasks: Tasks, until: int) -> bool:
-        """Move on to the start of the controller's job that is released at a tick; where that one is missed, of the next."""
+        """Advance to the start of the controller's job released at a tick, or of the next job where that one
+        is missed.
+        """
         period = self._rig.control_ticks
         if until % period and until < self._most:
             rule = f"a whole number of those of the task control, {self._rig.clock.seconds(period):g}"
@@ -111,12 +113,12 @@ class CenteringPart:
         return not self.done
 
     def move_to(self, seconds: float) -> None:
-        """Let everything move until a time, s; a profile that waits begins inside."""
+        """Advance the physics to a time, s; a waiting profile begins on the way."""
         while kernels.advance(self._state, self._cell, self._profile, self._rig.lobes, seconds):
             self._begin_push()
 
     def spindle(self) -> tuple[float, float, float, float]:
-        """Angle (rad), speed (rad/s), acceleration (rad/s^2), and how long that acceleration lasts (s)."""
+        """Angle (rad), speed (rad/s), acceleration (rad/s^2) and its remaining time (s)."""
         angle, speed, wanted = (float(self._state[k]) for k in (slide.ANGLE, slide.SPEED, slide.SPEED_SET))
         rate = (
             math.copysign(float(self._cell[slide.SPINDLE_ACCELERATION]), wanted - speed)
@@ -126,7 +128,7 @@ class CenteringPart:
         return angle, speed, rate, abs((wanted - speed) / rate) if rate else math.inf
 
     def take_effect(self) -> bool:
-        """Let the command of the last sample take effect; return whether it changes how the spindle turns."""
+        """Apply the command of the last sample; return whether it changes the motion of the spindle."""
         command, self._pending = self._pending, {}
         before = self._state[slide.SPEED_SET]
         if command:
@@ -135,7 +137,7 @@ class CenteringPart:
 
     @property
     def _beyond(self) -> bool:
-        """Whether the axis is outside of the ring, which cannot be measured any more."""
+        """Whether the axis is outside the ring, where it cannot be measured."""
         reach = self._rig.radius - self._rig.shape[2]
         return bool(math.hypot(self._state[slide.X], self._state[slide.Y]) >= reach)
 
@@ -170,7 +172,7 @@ class CenteringPart:
         self._state[slide.SPEED_SET] = wanted
 
     def _load(self, profile: Any, angle: object) -> None:
-        """Have a profile wait for its angle, or begin; one that runs goes on and this one is dropped."""
+        """Store a profile until its angle, or begin it; drop it while another one runs."""
         rows = _checked(profile, self._cell)
         if self._state[slide.SEGMENT] >= 0:
             return
@@ -185,7 +187,7 @@ class CenteringPart:
             self._begin_push()
 
     def _begin_push(self) -> None:
-        """The profile that waits begins now; what scatters from push to push is drawn."""
+        """Begin the waiting profile and draw the scatter of this push."""
         state, cell, rig = self._state, self._cell, self._rig
         self._profile, self._waiting = self._waiting, _NOTHING
         slide.begin_segment(state, self._profile, 0)
@@ -198,7 +200,7 @@ class CenteringPart:
         cell[slide.AIM], cell[slide.STOP] = rig.scatter.direction_sd * aim, rig.scatter.stop_sd * stop
 
     def _end(self) -> None:
-        """The slide goes away as fast as it can, and the ring comes to rest or is lost; the part is done now."""
+        """Withdraw the slide at full speed until the ring lies still or is lost; end the part."""
         state = self._state
         self._ended = until = float(state[slide.TIME])
         state[slide.SEGMENT], state[slide.ARMED] = -1.0, 0.0
@@ -230,7 +232,7 @@ class CenteringPart:
         return dict(zip(gauges.NAMES, shown.tolist(), strict=True))
 
     def outcome(self) -> dict[str, Any]:
-        """What became of the part; see the plant."""
+        """Result of the part; see the plant."""
         state, rig = self._state, self._rig
         x, y = float(state[slide.X]), float(state[slide.Y])
         offset = math.hypot(x, y)
@@ -257,7 +259,7 @@ class CenteringPart:
 
 
 def _checked(profile: Any, cell: Floats) -> Floats:
-    """A profile that the slide can do, as rows; it may come as what has them as its ``segments``."""
+    """Rows of a profile that the slide can run, from an array or an object with ``segments``."""
     rows = checks.finite_array("profile", getattr(profile, "segments", profile), "s, mm/s, mm/s^2")
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise checks.refuse("profile", f"of shape (n, 3): {_PROFILE}", rows.shape)

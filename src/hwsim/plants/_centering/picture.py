@@ -1,4 +1,4 @@
-"""The picture of a run on a centering machine: where the centre went, what the machine did, what became of the parts."""
+"""Picture of a run on a centering machine: centre, motion and force of the last part, all parts."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _RIM, _TIP, _FORCE, _PUSH, _BAD = "0.45", "tab:blue", "tab:orange", "0.9", "tab:red"
-_UM = 1000.0
-_LEAST = 1e-6  # mm: smaller offsets are drawn as this
+_UM = 1000.0  # µm in a millimetre; derived
+_LEAST = 1e-6  # smallest offset drawn, mm; chosen: 0 has no logarithm
 
 
 def picture(log: PartLog) -> "Figure":
-    """Draw a log of `CenteringMachine`: the last part on a log-polar chart and against time, and all parts."""
+    """Draw a log of `CenteringMachine`: the last part on a log-polar chart and in time, and all parts."""
     figure: Figure = pictures.figure(12.0, 7.0)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.2, 1), height_ratios=(1.9, 1))
     pair = grid[0, 0].subgridspec(2, 1, hspace=0.0)  # of one axis of time: no room for labels between
@@ -46,14 +46,14 @@ def _last(log: PartLog) -> dict[str, Floats]:
 
 
 def _centers(log: PartLog) -> Floats:
-    """Where the centre of the last part was before each push and at the end, mm."""
+    """Centre of the last part before each push and at the end, mm."""
     x, y = (log.outcome[name].values[-1] for name in ("center_x", "center_y"))
     known = np.isfinite(x)
     return np.column_stack([x[known], y[known]])
 
 
 def _shade(axis: Any, last: dict[str, Floats]) -> None:
-    """Mark where the slide ran a profile."""
+    """Shade the times of profiles."""
     pushing = np.concatenate([[0.0], last["pushing"] > 0, [0.0]])
     begins, ends = (np.flatnonzero(np.diff(pushing) == sign) for sign in (1, -1))
     time = np.append(last["time"], last["time"][-1])
@@ -62,7 +62,7 @@ def _shade(axis: Any, last: dict[str, Floats]) -> None:
 
 
 def _motion(axis: Any, last: dict[str, Floats]) -> None:
-    """Rim and pusher on the probe line."""
+    """Positions of rim and pusher on the probe line."""
     _shade(axis, last)
     axis.plot(last["time"], last["slide"] + last["probe"], color=_RIM, lw=1, label="rim")
     axis.plot(last["time"], last["slide"], color=_TIP, lw=1, label="tip of the pusher")
@@ -73,7 +73,7 @@ def _motion(axis: Any, last: dict[str, Floats]) -> None:
 
 
 def _force(axis: Any, last: dict[str, Floats]) -> None:
-    """Greatest force between two samples."""
+    """Peak force of each sample."""
     _shade(axis, last)
     axis.plot(last["time"], last["peak_force"], color=_FORCE, lw=1, drawstyle="steps")
     axis.set(ylabel="peak force [N]", xlabel="time [s]")
@@ -81,7 +81,7 @@ def _force(axis: Any, last: dict[str, Floats]) -> None:
 
 
 def _parts(axis: Any, log: PartLog) -> None:
-    """Offset of every part push by push, and where it ended; those that were not finished in red."""
+    """Offset of each part by push and at the end; unfinished parts in red."""
     out = log.outcome
     offset = _UM * np.maximum(np.hypot(out.center_x.values, out.center_y.values), _LEAST)
     final = _UM * np.maximum(out.offset.values, _LEAST)
@@ -99,7 +99,7 @@ def _parts(axis: Any, log: PartLog) -> None:
 
 
 def _title(log: PartLog) -> str:
-    """What became of them, in one line."""
+    """Summary of the parts in one line."""
     out = log.outcome
     parts, done = len(log), int((out.finished.values > 0).sum())
     told = (

@@ -1,6 +1,4 @@
-"""A centering machine: a ring on a turning table, a slide with a probe and a pusher that bring it to the
-axis.
-"""
+"""A centering machine: a ring on a turning table, and a slide with probe and pusher that centres it."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -23,86 +21,79 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, custom, described, flag, part, quantity
 
 Truth: TypeAlias = PushModel | Callable[[np.random.Generator], PushModel] | None
-_NEAREST = 0.1  # of the greatest offset: where parts begin, if nobody says
+_NEAREST = 0.1  # default smallest offset over the greatest; chosen: a part that needs pushes
 
 
 @described()
 class CenteringMachine(Described):
     """A ring off the axis of a turning table; a slide follows its rim with a probe and pushes it: Mears
-    (2006), chapters 3 and 5.
+    (2006), ch. 3, 5.
 
-    Measured, at each sample: ``time`` (s), ``angle`` of the spindle (rad, it goes on over turns; the rim
-    stands out furthest where it is that of the offset), ``slide`` (mm from the axis: where the tip of the
-    pusher is), ``probe`` (mm from there out to the rim: -follow_gap while following, 0 where the tip touches;
-    NaN: beyond its stroke), ``force`` (N) and ``peak_force`` since the sample before, ``spindle_speed``
-    (rad/s), ``pushing`` (1 while a profile runs), ``refreshed`` (see `scheduler`). Slide and probe together
-    are the reading.
+    Measured at each sample: ``time`` (s), ``angle`` of the spindle (rad, continuous over turns; the rim is
+    farthest at the angle of the offset), ``slide`` (tip of the pusher, mm from the axis), ``probe`` (rim from
+    the tip outwards, mm: -follow_gap while following, 0 where the tip touches; NaN: beyond its stroke),
+    ``force`` (N), ``peak_force`` since the last sample, ``spindle_speed`` (rad/s), ``pushing`` (1 while a
+    profile runs), ``refreshed`` (see `scheduler`). Slide plus probe is the reading.
 
-    Taken: ``velocity`` of the slide (mm/s, toward the axis; greater ones are cut), ``profile`` of its motion
-    toward the axis (rows of duration in s, velocity in mm/s at its start, acceleration in mm/s^2, or a
-    `centering.TipProfile`) that begins at ``profile_angle`` (rad), inside a tick, or at once where none is
-    given or it has passed; a profile that waits is replaced by another, or taken back by one of no rows, and
-    one that comes while another runs is dropped. A profile is one of speeds: a slide that goes otherwise when
-    it begins, or where its speed jumps, joins it at ``acceleration_max``, and the way that it gains or loses
-    meanwhile stays. ``spindle_speed`` (rad/s) is reached at limited acceleration. ``retract`` ends the part,
-    given up unless ``finished`` is commanded; so does ``finished`` alone.
+    Accepted: ``velocity`` of the slide (mm/s, towards the axis, clipped); ``profile`` of its motion towards
+    the axis (rows of duration in s, initial velocity in mm/s, acceleration in mm/s^2, or a
+    `centering.TipProfile`), which begins at ``profile_angle`` (rad), inside a tick, or at once where the
+    angle is missing or passed. A new profile replaces a waiting one (no rows: cancels it) and is dropped
+    while another one runs. A slide at another speed joins the profile at ``acceleration_max``; the difference
+    in position stays. ``spindle_speed`` (rad/s) is reached at limited acceleration. ``retract`` ends the
+    part, given up unless ``finished`` is commanded; ``finished`` alone ends it, too.
 
-    Between ticks slide and spindle move in closed form and the ring by the laws of its contact and friction,
-    on the turning table, centrifugal and Coriolis forces included; it spins against a table that changes its
-    speed while it slides, with the friction of even pressure along a thin ring (the turn of its lobes by that
-    is not followed). A tip that the rim runs into without a push (a collision) pushes it, too.
+    Between ticks slide and spindle move in closed form, and the ring by the laws of contact and friction on
+    the turning table, with centrifugal and Coriolis forces. A table that changes its speed while the ring
+    slides spins it by the friction of a thin ring with even pressure (its lobes do not turn with it). A tip
+    that the rim hits without a push (a collision) pushes it, too.
 
-    Outcome of a part: ``time`` (s), ``pushes``, the hidden ``offset`` (mm) once the ring lies still,
-    ``said_finished``, ``finished`` (1: said so, and within tolerance), ``timed_out`` (1: cut off at
-    ``time_max``), ``slipped`` (1: the table threw the ring), ``lost`` (1: the axis came out of the part),
-    ``collisions`` (contacts that begin while no profile runs), ``peak_force`` (N), ``true_mu_static``,
-    ``true_mu_kinetic`` of this part, ``overruns`` of tasks, ``worst_response`` (s) of the controller's, and
-    ``center_x``, ``center_y`` (mm, on the table) before each push and at the end. The controllers of
-    `centering` add ``state``: as what the cycle ended, the number of a `centering.cycle.CycleState` (6:
-    centred; 7 and above: why it was given up).
+    Outcome of a part: ``time`` (s), ``pushes``, the hidden final ``offset`` (mm), ``said_finished``,
+    ``finished`` (1: said so, and within tolerance), ``timed_out`` (1: ended by ``time_max``), ``slipped`` (1:
+    the table threw the ring), ``lost`` (1: the axis left the ring), ``collisions`` (contacts that begin
+    without a profile), ``peak_force`` (N), ``true_mu_static``, ``true_mu_kinetic``, ``overruns`` of tasks,
+    ``worst_response`` of the controller's task (s), and ``center_x``, ``center_y`` (mm, on the table) before
+    each push and at the end. Controllers of `centering` add ``state``, the number of the final
+    `centering.cycle.CycleState` (6: centred; 7 and above: reason for giving up).
 
     Parameters
     ----------
     problem : CenteringProblem
         Part, friction, limits, scatter, tolerance.
     truth : PushModel or callable, optional
-        What part and friction really are, or a function of a Generator that draws it. None: the problem's own
-        model.
+        True part and friction, or a function of a Generator that draws them. None: the problem's model.
     ring : Ring, optional
-        The ring as it lies at first, its form included, rather than a place by `start_offset`; its radius is
-        that of the part, and nowhere is its rim further than ``problem.offset_max`` from that of a round one
-        at the axis.
+        Initial ring with its form and position, in place of `start_offset`. Its radius is that of the part;
+        its rim is within ``problem.offset_max`` of a centred circle.
     start_offset : tuple or float, optional
-        Offset at the start, mm: uniform between two, or always the same; at most ``problem.offset_max``.
-        None: from a tenth of that on. Its direction is uniform.
+        Initial offset, mm: range of a uniform draw, or one value; at most ``problem.offset_max``. Its
+        direction is uniform. None: a tenth of ``offset_max`` to ``offset_max``.
     scatter : PushScatter, optional
-        How much parts and pushes differ; None: that of the problem.
+        Scatter of parts and pushes. None: that of the problem.
     errors : ProbeErrors, optional
-        What the gauges do not tell truly, beside ``scatter.measuring_sd`` of each reading; None: nothing, not
-        even steps of encoders.
+        Errors of the gauges, in addition to ``scatter.measuring_sd``. None: none, not even steps of encoders.
     scheduler : Scheduler, optional
-        Tasks of the computer: the controller samples when its task, ``control``, starts, and its command
-        takes effect when that is complete; ``refreshed`` is 1 where a task ``model`` was completed since the
-        last sample. Default: the source's four loops, with execution times that are chosen. None: both at
-        once, at each tick.
+        Tasks of the computer: the controller samples when its task ``control`` starts, its command takes
+        effect when the task is complete; ``refreshed`` is 1 where a task ``model`` was completed since the
+        last sample. Default: the four loops of the source, with chosen execution times. None: both at once,
+        at each tick.
     tip_radius : float
-        Of the probe's roller, mm.
+        Radius of the probe's roller, mm.
     start_gap : float, optional
-        From the tip of the pusher to the rim at the start, mm; None: the problem's follow_gap.
+        Initial distance from the tip of the pusher to the rim, mm. None: the problem's follow_gap.
     gain_scheduling : bool
-        The gains of the drive go with the load, so that a slide that pushes follows without delay. False: it
-        follows late, by a time constant that is calibrated to the source's Table 3.2: 0.24 ms with 0.8 kg,
-        2.49 ms with 18.9 kg, linear in mass; tell a controller:
-        ``CycleSettings(following_lag=machine.following_lag)``.
+        Whether the drive's gains follow the load, so that a pushing slide has no lag. False: it has the lag
+        of Table 3.2 of the source, 0.24 ms with 0.8 kg, 2.49 ms with 18.9 kg, linear in mass. For a
+        controller: ``CycleSettings(following_lag=machine.following_lag)``.
     tick : float
-        In which time is counted, s.
+        Time step, s.
     time_max : float
-        The part is broken off then, s.
+        Time limit for one part, s.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or a command cannot be done.
+        When a value is out of range, or a command cannot be carried out.
 
     Examples
     --------
@@ -138,7 +129,7 @@ class CenteringMachine(Described):
         self._check_start()
 
     def _check_start(self) -> None:
-        """Where the ring lies at first: no further from the axis than a controller plans for."""
+        """Refuse an initial offset that a controller does not plan for."""
         radius, most = self.problem.model.part.radius, self.problem.offset_max
         for name, offset in zip(("start_offset[0]", "start_offset[1]"), self._offsets, strict=True):
             checks.nonnegative(name, offset, "mm")
@@ -166,7 +157,7 @@ class CenteringMachine(Described):
 
     @property
     def _control_ticks(self) -> int:
-        """Ticks between two releases of the controller's task; 1 where nothing schedules it."""
+        """Ticks between releases of the controller's task; 1 without scheduler."""
         clock = Clock(exact("tick", self.tick))
         return (
             1
@@ -176,7 +167,7 @@ class CenteringMachine(Described):
 
     @property
     def measures(self) -> Mapping[str, str]:
-        """Name -> unit of what is measured."""
+        """Name -> unit of the measurements."""
         lengths, forces = dict.fromkeys(("slide", "probe"), "mm"), dict.fromkeys(("force", "peak_force"), "N")
         return {
             "time": "s",
@@ -190,13 +181,13 @@ class CenteringMachine(Described):
 
     @property
     def accepts(self) -> Mapping[str, str]:
-        """Name -> unit of what can be commanded; of a profile see the class."""
+        """Name -> unit of the commands; for a profile see the class."""
         motion = {"velocity": "mm/s", "profile": "s, mm/s, mm/s^2", "profile_angle": "rad"}
         return {**motion, "retract": "", "spindle_speed": "rad/s", "finished": ""}
 
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
-        """Name -> unit of what became of a part, and the dimension of what is told push by push."""
+        """Name -> unit of the outcomes, with the dimension of those by push."""
         ends = dict.fromkeys(("said_finished", "finished", "timed_out", "slipped", "lost", "collisions"), "")
         true = {"true_mu_static": "", "true_mu_kinetic": "", "overruns": "", "worst_response": "s"}
         places: dict[str, str | tuple[str, str]] = dict.fromkeys(("center_x", "center_y"), ("mm", "push"))
@@ -215,16 +206,12 @@ class CenteringMachine(Described):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part (kg, mm), tolerance (mm) and limits (mm/s, rad/s) of the problem; `truth` may differ, as
-        nobody knows it.
-        """
+        """Part (kg, mm), tolerance (mm) and limits (mm/s, rad/s) of the problem; `truth` may differ."""
         return self.problem.job
 
     @property
     def following_lag(self) -> float:
-        """How late a slide that pushes the part of the problem follows, s, Mears, Table 3.2; 0 with
-        gain_scheduling.
-        """
+        """Lag of a slide that pushes the problem's part, s (Mears, Table 3.2); 0 with gain_scheduling."""
         return 0.0 if self.gain_scheduling else lag_time(self.problem.model.part.mass)
 
     def with_tick(self, tick: float) -> Self:
@@ -233,17 +220,17 @@ class CenteringMachine(Described):
         Parameters
         ----------
         tick : float
-            In which time is counted, s.
+            Time step, s.
         """
         return self.replace(tick=tick)
 
     def start(self, rng: np.random.Generator) -> CenteringPart:
-        """Draw the truth of the next part and return it, at time 0, the table at rest.
+        """Draw the truth of the next part and return it at time 0, the table at rest.
 
         Parameters
         ----------
         rng : numpy.random.Generator
-            Random source of this part: the truth, the pushes and the gauges draw from a child each.
+            Random source of this part; truth, pushes and gauges draw from a child each.
 
         Returns
         -------
@@ -283,16 +270,14 @@ class CenteringMachine(Described):
         return truth if isinstance(truth, PushModel) else checks.kind("truth(rng)", truth(rng), PushModel)
 
     def _ring(self, rng: np.random.Generator) -> Ring:
-        """The ring as it is put on the table."""
+        """The ring as put on the table."""
         low, high = self._offsets
         offset, angle = float(rng.uniform(low, high)), float(rng.uniform(-math.pi, math.pi))
         return Ring(self.problem.model.part.radius, offset, angle) if self.ring is None else self.ring
 
 
 def _check_ring(ring: object, radius: float, most: float) -> None:
-    """Refuse a ring of another part, or one that a slide which looks for a part within `most` (mm) would not
-    find.
-    """
+    """Refuse a ring of another part, or one that a slide searching within `most` (mm) does not find."""
     given = checks.kind("ring", ring, Ring, " or None")
     if given.radius != radius:
         raise checks.refuse("radius of ring", f"that of the part, {radius:g}", given.radius, "mm")

@@ -1,4 +1,4 @@
-"""What the compiled core of a centering machine is told: slide, spindle, contact, gauges."""
+"""Settings of the compiled core of a centering machine: slide, spindle, contact, gauges."""
 
 import math
 
@@ -10,19 +10,18 @@ from centering.push import PushModel
 from hwsim.plants._probe.errors import NO_ERRORS, ProbeErrors
 from sdpgrind.base.checks import Floats
 
-_BANDWIDTH = (
-    2 * math.pi * 825.0
-)  # rad/s, of the slide's velocity loop; with this damping it is its natural frequency, too
-_DAMPING = math.sqrt(0.5)
-_STROKE = 25.0  # mm, of the probe
-_FORCE_MAX = 446.0  # N
-_FORCE_QUANTUM = 2 * _FORCE_MAX / 4096  # N: 12 bits of the sensor's range
-_FINENESS = 0.08  # of the contact's own times sqrt(M/k) and M/b
-_LONGEST_STEP = 5e-4  # s
+# Velocity loop of the slide; with this damping the bandwidth is the natural frequency.
+_BANDWIDTH = 2 * math.pi * 825.0  # rad/s; source: Mears (2006)
+_DAMPING = math.sqrt(0.5)  # chosen: the source gives none
+_STROKE = 25.0  # stroke of the probe, mm; source: Mears (2006)
+_FORCE_MAX = 446.0  # range of the force sensor, N; source: Mears (2006)
+_FORCE_QUANTUM = 2 * _FORCE_MAX / 4096  # N; derived: 12 bits of the sensor's range
+_FINENESS = 0.08  # step over the contact's times sqrt(M/k) and M/b; chosen: larger ones lose accuracy
+_LONGEST_STEP = 5e-4  # s; chosen: as above, for soft contacts
 
 
 def core_settings(limits: CenteringLimits, model: PushModel, radius: float, lag_time: float) -> Floats:
-    """Slide, spindle, ring (its radius in mm) and contact; a loaded slide follows late by a time constant, s."""
+    """Settings of slide, spindle, ring (radius in mm) and contact; `lag_time` of the loaded slide in s."""
     cell = np.zeros(slide.SETTINGS)
     cell[slide.SPEED_MAX], cell[slide.ACCELERATION_MAX] = limits.slide_speed_max, limits.acceleration_max
     cell[slide.LOOP], cell[slide.DAMPING], cell[slide.LAG_TIME] = _BANDWIDTH, _DAMPING, lag_time
@@ -39,7 +38,7 @@ def core_settings(limits: CenteringLimits, model: PushModel, radius: float, lag_
 def gauge_settings(
     given: ProbeErrors | None, scatter: PushScatter, phase: float, radius: float, tip_radius: float
 ) -> Floats:
-    """Slide, probe, force and spindle as they are read; the roller's runout has this phase (rad) where the errors say none."""
+    """Settings of the gauges; `phase` (rad) of the roller's runout where the errors give none."""
     errors, gauge = NO_ERRORS if given is None else given, np.zeros(gauges.GAUGES)
     gauge[gauges.COUNTS], gauge[gauges.SKEW] = errors.counts, errors.skew
     gauge[gauges.SLIDE_QUANTUM], gauge[gauges.PROBE_QUANTUM] = errors.slide_quantum, errors.probe_quantum

@@ -1,4 +1,4 @@
-"""The tasks of a centering machine's computer: when the controller samples, and when its command takes effect."""
+"""Tasks of a centering machine's computer: when the controller samples, and when its command takes effect."""
 
 from typing import Protocol
 
@@ -18,7 +18,7 @@ _TOLD = {(CONTROL, Kind.START), (CONTROL, Kind.COMPLETE), (MODEL, Kind.COMPLETE)
 
 
 def source_tasks() -> Scheduler:
-    """The four loops of Mears (2006), section 3.2, on one processor; he gives rates and order, execution times are chosen."""
+    """The four loops of Mears (2006), section 3.2, with his rates and order and chosen execution times."""
     return Scheduler(
         (
             Task(CONTROL, 0.01, priority=1, execution_time=(5e-4, 5e-5), jitter=2e-5),
@@ -31,26 +31,28 @@ def source_tasks() -> Scheduler:
 
 
 class Moved(Protocol):
-    """What the tasks run on."""
+    """A machine driven by the tasks."""
 
     done: bool
 
     def move_to(self, seconds: float) -> None:
-        """Let everything move until a time, s."""
+        """Advance the physics to a time, s."""
 
     def spindle(self) -> tuple[float, float, float, float]:
-        """Angle (rad), speed (rad/s), acceleration (rad/s^2), and how long that acceleration lasts (s)."""
+        """Angle (rad), speed (rad/s), acceleration (rad/s^2) and its remaining time (s)."""
 
     def take_effect(self) -> bool:
-        """Let the command of the last sample take effect; return whether it changes how the spindle turns."""
+        """Apply the command of the last sample; return whether it changes the motion of the spindle."""
 
 
 class Tasks:
-    """Tasks, running; the controller samples at the start of its job, its command takes effect when the job is complete."""
+    """Running tasks; the controller samples at the start of its job, its command takes effect at the
+    completion.
+    """
 
     def __init__(self, scheduler: Scheduler, rng: np.random.Generator) -> None:
         self._core = scheduler.start(rng, told=_TOLD)
-        self._job = -1  # of the last sample
+        self._job = -1  # job of the last sample
         self._models = any(task.name == MODEL for task in scheduler.tasks)
         self._turned, self._until = (
             False,
@@ -59,9 +61,10 @@ class Tasks:
         self.refreshed = not self._models
 
     def sample(self, number: int, part: Moved, last: float) -> int | None:
-        """Go on to the start of that job of the controller, or of the first one after it that was not missed.
+        """Advance to the start of job `number` of the controller, or of the first later one that was not
+        missed.
 
-        Returns its number; None where the part is over before, or the time `last` (s) is.
+        Returns its number; None where the part or the time `last` (s) ends before.
         """
         limit = round(last * NANOSECONDS)
         self.refreshed = not self._models
@@ -80,7 +83,7 @@ class Tasks:
         return None
 
     def _next(self, part: Moved, limit: int) -> TaskEvent | None:
-        """The next event; None where there is none until the limit, or until the spindle turns otherwise."""
+        """The next event; None: none before the limit or before the spindle's motion changes."""
         if self._turned and self._core.now < self._until:
             return self._core.next_event(min(limit, self._until))
         part.move_to(self._core.now * _SECOND)
@@ -98,13 +101,13 @@ class Tasks:
         self.refreshed = self.refreshed or event.task == MODEL
 
     def report(self) -> tuple[float, float]:
-        """Releases that were missed, of all tasks, and the longest response of the controller's, s."""
+        """Number of missed releases of all tasks, and longest response of the controller's task, s."""
         reports = self._core.schedule.report
         return float(sum(each.overruns for each in reports.values())), reports[CONTROL].worst_response
 
 
 def control_period(scheduler: Scheduler) -> float:
-    """Period of the controller's task, s; refuse a scheduler without one."""
+    """Period of the controller's task, s; ValueError without one."""
     for task in scheduler.tasks:
         if task.name == CONTROL and task.period is not None:
             return task.period

@@ -1,1 +1,1 @@
-"""`FinishingCell`: a robot's torque axis that presses on a surface, table and gauges."""
+"""`FinishingCell`: a robot whose torque axis presses the tool on a surface, with table and gauges."""

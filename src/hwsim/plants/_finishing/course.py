@@ -1,6 +1,4 @@
-"""What is played: a motion as places, normals and directions in the frame of the surface; the loop of the
-table.
-"""
+"""Course of a motion: points, normals and directions in the frame of the surface; loop of the table."""
 
 from typing import Any
 
@@ -14,14 +12,12 @@ from sdpgrind.finishing.kernels import cell as at
 from sdpgrind.finishing.path import PathSamples
 from sdpgrind.finishing.timing import TableLoop
 
-ASTRAY = 1.0  # mm; a motion that is farther from the path is one for another part
-_ROUNDING = 1e-6  # of a joint's range
+ASTRAY = 1.0  # largest distance of a motion from the path, mm; chosen: beyond it is that of another part
+_ROUNDING = 1e-6  # relative to a joint's range; chosen: above rounding of plans
 
 
 def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: float) -> Floats:
-    """Rows of a motion (m, 8) after a look at them; `weight` is the torque (N m) of what is out of balance,
-    held level.
-    """
+    """Rows of the course of a motion (m, 8), checked; `weight` is the unbalanced torque held level, N m."""
     rows = checks.finite_array("motion", motion, "s, rad, mm")
     if rows.ndim != 2 or rows.shape[1] != 8 or len(rows) < 2:
         raise ValueError(
@@ -37,14 +33,14 @@ def course_of(problem: FinishingProblem, motion: Any, tree: cKDTree, weight: flo
 
 
 def standing(problem: FinishingProblem, first: PathSamples, weight: float) -> Floats:
-    """Two rows of a tool that stands at the begin of the path, `first`."""
+    """Two rows of a tool that stands at the beginning of the path, `first`."""
     poses = np.repeat(problem.tool_poses(first), 2, axis=0)
     return _course(problem, np.array([0.0, 1.0]), poses, first.point[0], weight)
 
 
 def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Floats, weight: float) -> Floats:
-    """Tip, normal and azimuth from poses of the tool in a frame with the surface's axes; `start` is where the
-    path begins.
+    """Tip, normal and azimuth from tool poses in a frame parallel to the surface's; `start` is the beginning
+    of the path.
     """
     side = 1.0 if problem.pushed else -1.0
     c, s = np.cos(problem.contact_angle), np.sin(problem.contact_angle)
@@ -60,7 +56,7 @@ def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Float
 
 
 def _directions(tip: Floats) -> Floats:
-    """Direction from each row to the next one; where nothing moves, that of the row before."""
+    """Direction from each row to the next; without motion, that of the row before."""
     steps = np.diff(tip, axis=0)
     long = np.linalg.norm(steps, axis=1)
     moving = np.maximum.accumulate(np.where(long > 0, np.arange(len(steps)), 0))
@@ -69,7 +65,7 @@ def _directions(tip: Floats) -> Floats:
 
 
 def _check_joints(problem: FinishingProblem, rows: Floats) -> None:
-    """Refuse a row that a joint cannot take."""
+    """Refuse a row beyond the range of a joint."""
     arm = problem.arm
     low, high = np.array(arm.position_min), np.array(arm.position_max)
     slack = _ROUNDING * (high - low)
@@ -86,7 +82,7 @@ def _check_joints(problem: FinishingProblem, rows: Floats) -> None:
 
 
 def _check_tip(course: Floats, tree: cKDTree) -> None:
-    """Refuse a motion that goes elsewhere than the path."""
+    """Refuse a motion away from the path."""
     away, _ = tree.query(course[:, at.TIP : at.TIP + 3])
     spacing = float(np.max(np.linalg.norm(np.diff(tree.data, axis=0), axis=1)))
     worst = int(np.argmax(away))
@@ -98,7 +94,5 @@ def _check_tip(course: Floats, tree: cKDTree) -> None:
 
 
 def loop_of(table: TableLoop | None, tick: float) -> Floats:
-    """Exact steps of a table loop for commands that are straight lines in a tick; without a loop it is where
-    it shall be.
-    """
+    """Exact step of a table loop for commands linear in a tick; empty without a loop: no error."""
     return np.empty(0) if table is None else table.sampled(tick).parameters

@@ -1,4 +1,4 @@
-"""One live part in the finishing cell: the compiled core, tick by tick or whole."""
+"""One part in the finishing cell: the compiled core, tick by tick or for the whole part."""
 
 import math
 from collections.abc import Mapping
@@ -18,20 +18,15 @@ from sdpgrind.finishing.kernels import CellTruth
 from sdpgrind.finishing.kernels import cell as core
 from sdpgrind.finishing.torque import gravity_torque
 
-_SAMPLES = 5000  # most rows of a trace
-_BLOCK = 8192  # ticks for which rows are made at once
-_LONGEST, _IDLE = (
-    2.0,
-    60.0,
-)  # times the duration of the motion, and s more; where nothing says when a part is broken off
+_SAMPLES = 5000  # most rows of a trace; chosen: more are not seen in a picture
+_BLOCK = 8192  # ticks in one block of rows; chosen: fewer cost a call each
+_LONGEST, _IDLE = 2.0, 60.0  # default time limit: times the duration of the motion, plus s; chosen
 
 
 class FinishingSetup(NamedTuple):
-    """The cell, what it really is in this part, and what is drawn for the encoder (rad) and the roughness
-    (1).
-    """
+    """The cell, its truth in this part, and draws for the encoder (rad) and the roughness (1)."""
 
-    cell: Any  # a FinishingCell, which stands above this module
+    cell: Any  # a FinishingCell, defined above this module
     truth: CellTruth
     offset: float
     normal: float
@@ -75,7 +70,7 @@ class FinishingPart:
         return math.ceil(longest / float(self._setup.cell.tick))
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
-        """Take a command, advance by some ticks, measure."""
+        """Take a command, advance by `ticks`, measure."""
         if command:
             self._take(command)
         if not self.done:
@@ -111,7 +106,7 @@ class FinishingPart:
             self._override = override
 
     def _begin(self, motion: Any) -> None:
-        """Take the motion that is to be played."""
+        """Start playing a motion."""
         if self._begun:
             raise ValueError("motion must be given once in a part, before it is played")
         cell = self._setup.cell
@@ -120,7 +115,7 @@ class FinishingPart:
         core.begin(self._course, self._waves, self._loop, self._cell, self._state)
 
     def whole(self, controller: Any) -> dict[str, dict[str, Floats]] | None:
-        """Finish the part under a controller with a compiled core: the bits of the loop, in one go."""
+        """Finish the part under a controller with a compiled core, bit-equal to the loop; None otherwise."""
         if type(controller) is not TorqueController or controller.period != self._setup.cell.tick:
             return None
         if controller.motion is None:
@@ -156,7 +151,7 @@ class FinishingPart:
         return {"time": self._clock.all_seconds(range(len(rows) + 1)), **columns, **commanded}
 
     def outcome(self) -> dict[str, Any]:
-        """What the part became; see the plant."""
+        """Result of the part; see the plant."""
         state, truth = self._state, self._setup.truth
         trace = self._trace[: int(state[core.SAMPLES])]
         return {
@@ -191,7 +186,8 @@ class FinishingPart:
         if count == 0:
             return dict.fromkeys(names if wanted is None else (*names, "force_error"), math.nan)
         values = (
-            state[core.FORCE_MEAN], math.sqrt(state[core.FORCE_SQUARES] / count), state[core.FORCE_MIN], state[core.FORCE_MAX],
+            state[core.FORCE_MEAN], math.sqrt(state[core.FORCE_SQUARES] / count),
+            state[core.FORCE_MIN], state[core.FORCE_MAX],
             state[core.LIFTED] / count, state[core.FEED_MEAN], math.sqrt(state[core.FEED_SQUARES] / count),
         )  # fmt: skip
         found = {name: float(value) for name, value in zip(names, values, strict=True)}
@@ -200,9 +196,7 @@ class FinishingPart:
         return {**found, "force_error": math.hypot(found["normal_force"] - wanted, found["normal_force_sd"])}
 
     def _roughness(self) -> dict[str, float]:
-        """Roughness that the model gives for the mean force, with this part's own error; NaN where it knows
-        nothing.
-        """
+        """Roughness of the model at the mean force, with this part's error; NaN for an unknown pattern."""
         problem, force = self._setup.cell.problem, self._forces()["normal_force"]
         model, pattern = problem.model, problem.path.pattern
         tried = model.covers(pattern, model.tool_diameter_range[0], model.normal_force_range[0])
@@ -215,9 +209,7 @@ class FinishingPart:
 
 
 def _settings(setup: FinishingSetup) -> Floats:
-    """Numbers of a cell for the compiled core: those that are drawn are true, those of encoder and converter
-    are the cell's.
-    """
+    """Settings of the compiled core: drawn values are true, encoder and converter are the cell's."""
     cell, truth, problem = setup.cell, setup.truth, setup.cell.problem
     settings = np.zeros(core.SETTINGS)
     settings[core.TICK], settings[core.LEVER] = cell.tick, problem.lever_arm

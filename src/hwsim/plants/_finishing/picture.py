@@ -1,6 +1,4 @@
-"""The picture of a run in the finishing cell: force, feed and height of the last part, where the force is
-what, all parts.
-"""
+"""Picture of a run in the finishing cell: the last part in time and from above, all parts."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -15,14 +13,12 @@ if TYPE_CHECKING:
 
 _TRUE, _SET, _GRAY, _BAD = "tab:blue", "0.15", "0.55", "tab:red"
 _LEGEND: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.97)}  # above its axes
-_UM = 1000.0
+_UM = 1000.0  # µm in a millimetre; derived
 _SAMPLES = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")
 
 
 def picture(log: PartLog) -> "Figure":
-    """Draw a log of `FinishingCell`: the last part against time and seen from above, force and roughness of
-    all parts.
-    """
+    """Draw a log of `FinishingCell`: the last part in time and from above, roughness of all parts."""
     figure: Figure = pictures.figure(12.5, 7.2)
     halves = figure.add_gridspec(1, 2, width_ratios=(1.5, 1))
     last, wanted = _last(log), _set_force(log)
@@ -54,20 +50,20 @@ def _title(log: PartLog, wanted: float | None) -> str:
 
 
 def _last(log: PartLog) -> dict[str, Floats]:
-    """What was true in the last part, sample by sample."""
+    """Truth of the last part by sample."""
     out = log.outcome.isel(part=-1)
     known = np.isfinite(out.sample_time.values)
     return {name: out[name].values[known] for name in _SAMPLES}
 
 
 def _set_force(log: PartLog) -> float | None:
-    """The normal force that is wanted (N), where that is known."""
+    """Target force (N), or None."""
     wanted = log.outcome.attrs.get("target_force")
     return None if wanted is None else float(wanted)
 
 
 def _in_time(axes: list[Any], last: dict[str, Floats], log: PartLog, wanted: float | None) -> None:
-    """Force, feed and height error of a part against time."""
+    """Force, feed and height error of a part over time."""
     force, feed, height = axes
     time, down = last["sample_time"], float(log.outcome.touch_down.values[-1])
     force.plot(time, last["true_normal_force"], color=_TRUE, lw=0.5, label="normal force")
@@ -93,7 +89,7 @@ def _in_time(axes: list[Any], last: dict[str, Floats], log: PartLog, wanted: flo
 
 
 def _from_above(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
-    """Force in colours on the way of the contact."""
+    """Force in colours along the path of the contact."""
     down = np.flatnonzero(last["sample_time"] >= np.nan_to_num(log.outcome.touch_down.values[-1]))
     moved = down[last["true_feed"][down] > 0]
     force = last["true_normal_force"][moved]
@@ -107,7 +103,7 @@ def _from_above(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
 
 
 def _parts(axis: Any, log: PartLog) -> None:
-    """Roughness of every part; those for which the model had to be stretched are hollow."""
+    """Roughness of each part; hollow beyond the model's range."""
     out, parts = log.outcome, np.arange(len(log))
     rough, stretched = _UM * out.roughness_ra.values, out.extrapolated.values != 0
     axis.plot(parts, rough, "-", color=_TRUE, lw=0.8, alpha=0.5)

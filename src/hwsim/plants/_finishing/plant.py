@@ -1,4 +1,4 @@
-"""A finishing cell: a robot plays a motion over a surface, a torque-controlled axis presses the tool on it."""
+"""A finishing cell: a robot moves a tool over a surface, a torque-controlled axis presses it."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
@@ -22,56 +22,61 @@ Truth: TypeAlias = CellTruth | Callable[[np.random.Generator], CellTruth] | None
 
 @described()
 class FinishingCell(Described):
-    """Robot-assisted finishing of one specimen: Wang and Jan (2001), section 5, with what they leave out.
+    """Robot-assisted finishing of one specimen: Wang and Jan (2001), section 5, with errors that they leave
+    out.
 
-    It accepts ``current`` of the torque axis (A; in whole steps of the converter, and clipped), a ``motion`` (array (m, 8): time
-    in s, seven joints in rad and mm; once, before it is played) and ``feed_override`` (0 ... 1 of the planned speed at which it
-    is played). It measures ``motor_angle`` (rad, in counts of the encoder) and ``path_time`` (s of the motion played).
+    It accepts ``current`` of the torque axis (A; in steps of the converter, clipped), a ``motion`` (array (m,
+    8): time in s, seven joints in rad and mm; once, before it is played) and ``feed_override`` (0 ... 1 of
+    the planned speed). It measures ``motor_angle`` (rad, in counts of the encoder) and ``path_time`` (time of
+    the motion played, s).
 
-    The arm follows its joints, the table follows with the error of its loop, so that the contact leaves the path; the surface is
-    higher than planned by a random field. Both move the angle at which the tool touches, theta_s = -(h - d.n)/(R cos theta_f) for
-    a height h, an error d of the table and a normal n. Curvature over d, at most d^2/2 times it, is left out: 1 µm for 0.2 mm on
-    a radius of 20 mm, 1.3 mN. The axis is advanced exactly over each tick (`sdpgrind.finishing.kernels`), with a contact that
-    only presses and that nothing damps but the controller. The normal force is F = T_f/(R (cos theta - s mu sin theta cos psi)),
-    at the angle theta of the real surface and the direction psi of the real feed; below 0.5 mm/s friction falls with the speed.
-    Between rows a motion is a straight line.
+    The arm follows its joints exactly; the table has the error of its loop, so that the contact leaves the
+    path; the surface is higher than planned by a random field. Both change the contact angle, theta_s = -(h -
+    d.n)/(R cos theta_f) for a height h, an error d of the table and a normal n. Curvature over d, at most
+    d^2/2 times it, is neglected: 1 µm for 0.2 mm on a radius of 20 mm, 1.3 mN. The axis advances exactly over
+    each tick (`sdpgrind.finishing.kernels`), with a contact that only presses and is damped by the controller
+    alone. The normal force is F = T_f/(R (cos theta - s mu sin theta cos psi)), at the angle theta of the
+    true surface and the direction psi of the true feed; below 0.5 mm/s friction falls with the speed. Between
+    rows a motion is linear.
 
-    The tool starts above the surface and is brought down by the controller: from that free motion the load torque can be told,
-    `sdpgrind.finishing.identify`, if the gap is some mm. A part ends when its motion is played.
+    The tool starts above the surface and the controller lowers it; if the gap is some mm,
+    `sdpgrind.finishing.identify` finds the load torque from this free motion. A part ends when its motion is
+    played.
 
-    Outcome of a part: ``time`` and ``touch_down`` (s); over the motion ``normal_force`` (N, mean) with its ``normal_force_sd``,
-    ``_min`` and ``_max``, ``force_error`` (N, rms off the target force, where there is one), the share of time without contact
-    ``lift_off``, ``feed`` and ``feed_sd`` (mm/s, of the contact, which runs a longer way than planned when the table overshoots);
-    the largest ``path_deviation`` (mm, in the surface, across the planned direction); ``roughness_ra`` (mm, drawn from the model
-    at the mean force), ``extrapolated`` (1: outside the model's range; NaN roughness: a pattern that it does not know),
-    ``timed_out``; the hidden ``true_torque_constant`` (N m/A), ``true_contact_angular_stiffness`` (N m/rad),
-    ``true_friction_ratio`` and ``true_load_torque`` (N m). At no more than 5000 ticks: ``sample_time`` (s), ``true_normal_force``
-    (N, mean of the tick), ``true_feed`` (mm/s), ``height_error`` (mm, what the tool must follow), ``true_x`` and ``true_y`` (mm,
-    of the contact).
+    Outcome of a part: ``time`` and ``touch_down`` (s); over the motion mean ``normal_force`` (N) with
+    ``normal_force_sd``, ``_min`` and ``_max``, ``force_error`` (N, rms from the target force, if any), the
+    share of time without contact ``lift_off``, ``feed`` and ``feed_sd`` of the contact (mm/s; longer than
+    planned when the table overshoots); largest ``path_deviation`` (mm, in the surface, across the planned
+    direction); ``roughness_ra`` (mm, drawn from the model at the mean force; NaN: unknown pattern),
+    ``extrapolated`` (1: outside the model's range), ``timed_out``; the hidden ``true_torque_constant`` (N
+    m/A), ``true_contact_angular_stiffness`` (N m/rad), ``true_friction_ratio`` and ``true_load_torque`` (N
+    m). At 5000 ticks or fewer: ``sample_time`` (s), ``true_normal_force`` (N, mean of the tick),
+    ``true_feed`` (mm/s), ``height_error`` (mm, to be followed by the tool), ``true_x`` and ``true_y`` of the
+    contact (mm).
 
     Parameters
     ----------
     problem : finishing.FinishingProblem
-        The job as it is believed to be.
+        The job as believed.
     truth : CellTruth or callable, optional
-        What the cell really is, or a function of a Generator that draws it for each part. None: `CellTruth.nominal`.
+        Truth of the cell, or a function of a Generator that draws it for each part. None:
+        `CellTruth.nominal`.
     scatter : CellScatter, optional
-        How parts differ from that; None: not at all, but for roughness and the phase of the encoder.
+        Scatter of parts. None: none, except in roughness and the phase of the encoder.
     axis : finishing.TorqueAxis, optional
-        The torque axis as it is believed to be; its sample time is the tick (s). None: `TorqueAxis` with the lever arm of the
-        problem.
+        The torque axis as believed; its sample time is the tick (s). None: `TorqueAxis` with the lever arm of
+        the problem.
     target_force : float, optional
-        Normal force with which specimens are to be pressed, N, as far as the cell knows it: from it ``force_error`` is measured,
-        and a controller that holds another one is refused. None: nobody has told it.
+        Wanted normal force, N, for ``force_error``; a controller of another force is refused. None: unknown.
     gap : float
-        Between tool and planned surface at the start, mm.
+        Initial distance between tool and planned surface, mm.
     max_time : float, optional
-        The part is broken off then, s; one minute more than twice the motion by default.
+        Time limit for one part, s. Default: twice the duration of the motion plus 60 s.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or a command cannot be done.
+        When a value is out of range, or a command cannot be carried out.
 
     Examples
     --------
@@ -101,17 +106,17 @@ class FinishingCell(Described):
 
     @property
     def measures(self) -> Mapping[str, str]:
-        """Name -> unit of what is measured."""
+        """Name -> unit of the measurements."""
         return {"motor_angle": "rad", "path_time": "s"}
 
     @property
     def accepts(self) -> Mapping[str, str]:
-        """Name -> unit of what can be commanded; a motion has columns in s, rad and mm."""
+        """Name -> unit of the commands; a motion has columns in s, rad and mm."""
         return {"current": "A", "feed_override": "", "motion": ""}
 
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
-        """Name -> unit of what a part became, and the dimension of what is told sample by sample."""
+        """Name -> unit of the outcomes, with the dimension of those by sample."""
         force = {f"normal_force{end}": "N" for end in ("", "_sd", "_min", "_max")}
         force |= {} if self.target_force is None else {"force_error": "N"}
         path = {"lift_off": "", "feed": "mm/s", "feed_sd": "mm/s", "path_deviation": "mm"}
@@ -142,13 +147,13 @@ class FinishingCell(Described):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine of the problem (mm, rad, mm/s), and the force (N); `truth` may differ, as nobody knows it."""
+        """Part and machine of the problem (mm, rad, mm/s), and the force (N); `truth` may differ."""
         force = {} if self.target_force is None else valued(self, ("target_force",))
         return {**self.problem.job, **force}
 
     @cached_property
     def torque_axis(self) -> TorqueAxis:
-        """The torque axis as it is believed to be: `axis`, or by default `TorqueAxis` with the lever arm (mm) of the problem."""
+        """The torque axis as believed: `axis`, or `TorqueAxis` with the lever arm (mm) of the problem."""
         return TorqueAxis(lever_arm=self.problem.lever_arm) if self.axis is None else self.axis
 
     @property
@@ -158,22 +163,22 @@ class FinishingCell(Described):
 
     @cached_property
     def tree(self) -> cKDTree:
-        """Points on the path, mm, near which the tip of a motion must be."""
+        """Points on the path, mm; the tip of a motion must stay near them."""
         return cKDTree(self.problem.path.sample().point)
 
     @cached_property
     def first(self) -> PathSamples:
-        """Where the path begins: point (mm), tangent and normal."""
+        """Beginning of the path: point (mm), tangent and normal."""
         return self.problem.path.at(0.0)
 
     def start(self, rng: np.random.Generator) -> FinishingPart:
-        """Draw the truth of the next part and return it, at time 0.
+        """Draw the truth of the next part and return it at time 0.
 
         Parameters
         ----------
         rng : numpy.random.Generator
-            Random source of this part: truth, scatter and what is left draw from a child each, so that controllers are compared
-            on equal draws (ticks in s are those of ``tick``).
+            Random source of this part; truth, scatter and the rest draw from a child each, so that
+            controllers are compared on equal draws (ticks in s are those of ``tick``).
         """
         of_truth, of_scatter, of_rest = rng.spawn(3)
         truth = CellTruth.nominal(self.problem, self.torque_axis) if self.truth is None else self.truth

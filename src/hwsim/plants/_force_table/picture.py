@@ -1,4 +1,4 @@
-"""The picture of a run on the force table: force against its demand, contours, what each pass removed, what it cost."""
+"""Picture of a run on the force table: force and demand, contours, removal of each pass, penalty."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ _REAL, _ASKED, _PLAN, _BAD = "tab:blue", "tab:orange", "0.15", "tab:red"
 
 
 def picture(log: PartLog) -> "Figure":
-    """Draw the first bead of a log of `ForceTableStand` pass by pass, and the outcome of all."""
+    """Draw the first bead of a log of `ForceTableStand` by pass, and the outcomes of all beads."""
     figure: Figure
     figure, axes = pictures.subplots(2, 2, (11, 7.5))
     _forces(axes[0, 0], log)
@@ -31,7 +31,7 @@ def picture(log: PartLog) -> "Figure":
 
 
 def _first(log: PartLog, name: str) -> Any:
-    """The table of the first bead that has a column, or nothing."""
+    """Table of the first bead that has a column, or None."""
     for tier in log.tiers:
         if name in log[tier]:
             table = log[tier]
@@ -40,22 +40,20 @@ def _first(log: PartLog, name: str) -> Any:
 
 
 def _forces(axis: Any, log: PartLog) -> None:
-    """Force as read, and what was asked for where the controller tells."""
+    """Measured force, and the demand where the controller reports it."""
     table = _first(log, "force")
     axis.set(xlabel="time [s]", ylabel="force [N]")
     axis.set_title("Force of the first bead", loc="left")
     if table is None:
         return
-    if (
-        "force_demand_planned" in table
-    ):  # below what was read: the demand repeats its noise where the force is re-planned
+    if "force_demand_planned" in table:  # drawn first: a re-planned demand repeats the noise of the reading
         axis.plot(table.time, table.force_demand_planned, color=_ASKED, lw=1.6, label="demanded")
     axis.plot(table.time, table.force, color=_REAL, lw=0.7, label="read")
     pictures.legend(axis)
 
 
 def _contours(axis: Any, log: PartLog) -> None:
-    """Scans of the first bead, and what was left of it."""
+    """Scans of the first bead, and its final contour."""
     table = _first(log, "profile")
     if table is not None and "profile_x" in table:
         scans = [k for k in range(table.sizes["row"]) if np.isfinite(table.profile.values[k]).any()]
@@ -73,7 +71,7 @@ def _contours(axis: Any, log: PartLog) -> None:
 
 
 def _cuts(axis: Any, log: PartLog) -> None:
-    """Mean depth of every pass against its force."""
+    """Mean depth of each pass over its force."""
     out = log.outcome
     axis.plot(
         out.true_force.values.ravel(), out.true_cut_depth.values.ravel(), "o", color=_REAL, ms=3, alpha=0.6
@@ -83,7 +81,7 @@ def _cuts(axis: Any, log: PartLog) -> None:
 
 
 def _outcomes(axis: Any, log: PartLog) -> None:
-    """Height left and the deepest place below the parent, bead by bead."""
+    """Final height and deepest overground point of each bead."""
     out = log.outcome
     axis.plot(out.part.values, out.height.values, "o", color=_REAL, ms=4, label="mean height left")
     axis.plot(

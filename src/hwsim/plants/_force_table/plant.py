@@ -1,4 +1,6 @@
-"""A stand that grinds a weld bead pass by pass under force control: a disc on a compliance, a table that moves the work."""
+"""A force-controlled stand that grinds a weld bead pass by pass: a disc on a compliance, a table that moves
+the work.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
@@ -44,50 +46,56 @@ def _checked_disc(disc: Any) -> TiltedDisc:
 
 
 def _checked_truth(name: str, truth: Any) -> Any:
-    """Return what the disc really is, or a function that draws it."""
+    """Return the truth of the disc, or a function that draws it."""
     return truth if truth is None or callable(truth) else _checked_disc(truth)
 
 
 @described()
 class ForceTableStand(Described):
-    """Pass by pass under force control: Brown (1988), chapters 6 and 7, with what they leave out.
+    """Passes over a weld bead under force control: Brown (1988), chapters 6 and 7, with errors that he leaves
+    out.
 
-    A tilted disc on a rotational compliance cuts the bead by volume balance; a motor-driven table with stiction and backlash
-    moves the work up and down; force sensors answer once in a sample. Each pass has its own coefficients.
+    A tilted disc on a rotational compliance cuts the bead by volume balance; a motor-driven table with
+    stiction and backlash moves the work up and down; force sensors are read once a sample. Each pass has its
+    own coefficients.
 
-    Accepts ``start`` (begin a pass) with ``feed_rate`` (mm/s) and, if wanted, ``start_x`` (mm, centre of the disc then);
-    ``platform_command`` (mm, up positive: the disc centre is at ``datum`` less the platform above the work); ``stop``.
-    A pass begins at the lead-in, with the platform drawn back, and ends when the tip has left the bead by the lead-out; then
-    the grinder returns (reset time), the bead is scanned, and that is the event. All of it takes time.
+    Accepts ``start`` (begin a pass) with ``feed_rate`` (mm/s) and optional ``start_x`` (centre of the disc,
+    mm); ``platform_command`` (mm, up positive: the disc centre is ``datum`` minus the platform above the
+    work); ``stop``. A pass begins at the lead-in, with the platform drawn back, and ends when the tip has
+    left the bead by the lead-out; then the grinder returns (reset time) and the bead is scanned: that is the
+    event. All of it takes time.
 
-    Measures every sample ``force`` and ``friction_force`` (N; NaN outside a pass), ``disk_speed`` (rad/s), ``center_x`` and
-    ``table_position`` (mm), ``pass_time`` (s from the start of the pass; NaN outside), ``time_left`` (s), ``phase`` (0 idle,
-    1 lead-in, 2 on the bead, 3 lead-out, 4 reset). Only at events (NaN otherwise) the scanned ``profile`` and ``profile_x``
-    (mm), its mean ``height`` (mm) above the parent, and of the last pass, from the sensors while in contact and both scans,
-    ``grinding_power`` (W), ``normal_force``, ``tangential_force`` (N), ``removal_rate`` (mm^3/s), ``feed_rate`` (mm/s) and
-    ``cut_depth`` (mm): what `sdpgrind.weldbead.identify` reads.
+    Measures each sample ``force`` and ``friction_force`` (N; NaN outside a pass), ``disk_speed`` (rad/s),
+    ``center_x`` and ``table_position`` (mm), ``pass_time`` (s from the start of the pass; NaN outside),
+    ``time_left`` (s), ``phase`` (0 idle, 1 lead-in, 2 on the bead, 3 lead-out, 4 reset). At events only (NaN
+    otherwise) the scanned ``profile`` and ``profile_x`` (mm), its mean ``height`` (mm) above the parent, and
+    of the last pass, from sensors in contact and both scans, ``grinding_power`` (W), ``normal_force``,
+    ``tangential_force`` (N), ``removal_rate`` (mm^3/s), ``feed_rate`` (mm/s) and ``cut_depth`` (mm), as
+    `sdpgrind.weldbead.identify` reads them.
 
-    Outcome of a bead: ``penalty`` ($), mean ``height`` (mm), ``overground`` (mm, mean over the bead of what is missing),
-    ``overground_worst`` (mm, deepest place), ``passes``, ``time``, ``lead_time``, ``lateness`` (s), ``stalls``, ``burned``
-    (passes in which the mean force of some sample was beyond the burn limit), ``burn_time`` (s, of such samples), the
-    ``contour`` left (mm), and of each pass ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3), ``true_idle_power``
-    (W), ``true_friction_ratio``, ``true_force`` (N, mean on the bead) and ``true_volume`` (mm^3).
+    Outcome of a bead: ``penalty`` ($), mean ``height`` (mm), ``overground`` (mm, mean depth below the
+    parent), ``overground_worst`` (mm, deepest point), ``passes``, ``time``, ``lead_time``, ``lateness`` (s),
+    ``stalls``, ``burned`` (passes with a sample of mean force beyond the burn limit), ``burn_time`` (s, of
+    such samples), the final ``contour`` (mm), and of each pass ``true_cut_depth`` (mm),
+    ``true_specific_energy`` (J/mm^3), ``true_idle_power`` (W), ``true_friction_ratio``, ``true_force`` (N,
+    mean on the bead) and ``true_volume`` (mm^3).
 
     Parameters
     ----------
     problem : PassProblem
         Disc and bead.
     truth : TiltedDisc or callable, optional
-        What the disc and its process really are on average, or a function of a Generator that draws it for each bead. None:
-        those of the problem.
+        True mean disc and process, or a function of a Generator that draws them for each bead. None: those of
+        the problem.
     pass_scatter, bead_scatter : CoefficientScatter
-        How the coefficients differ from pass to pass, and between beads, about that average, dimensionless.
+        Scatter of coefficients from pass to pass, and between beads, dimensionless.
     sequence : SequenceProblem, optional
-        Charges ($), reset time (s), burn limit; those of the preset P4 when left out.
+        Charges ($), reset time (s), burn limit. None: those of the preset P4.
     time : float, optional
-        Time until the deadline at the start (s); half the horizon of `sequence` by default, 60 s without one.
+        Time until the deadline at the start, s. Default: half the horizon of `sequence`, or 60 s without one.
     motor : Motor, optional
-        Motor of the disc; None: as the process says, which is electric where it has no droop. `Motor.air()` is the other.
+        Motor of the disc; `Motor.air()`: an air motor. None: that of the process, electric where it has no
+        droop.
     drive : TableDrive
         The table (mm).
     sensor : SensorChain
@@ -95,20 +103,21 @@ class ForceTableStand(Described):
     delay_samples : int
         Samples between a command and its effect, a whole number.
     speed_gauge, feed_gauge, table_gauge : Gauge
-        Tachometer (1 % noise), and the two gauges of position (mm).
+        Tachometer (1 % noise), and gauges of disc centre and table position (mm).
     scanner : Scanner
-        Scans the bead (mm).
+        Scanner of the bead (mm).
     runout : float
-        Amplitude of the wobble of the face, mm.
+        Amplitude of the axial runout of the disc, mm.
     grinder_inertia : float
-        Moment of inertia of the grinder about its pivot, N mm s^2; 0: massless, as Brown assumes. About 5.4 for 1.5 kg.
+        Moment of inertia of the grinder about its pivot, N mm s^2; about 5.4 for 1.5 kg. 0: massless, as in
+        Brown.
     spring_first : bool
-        Whether the compliance is between grinder and sensor, Brown's advice in 8.3.2: the sensor sees the spring alone.
-        Without inertia both are the same.
+        Whether the compliance is between grinder and sensor, which then measures the spring alone (Brown,
+        8.3.2). No difference without inertia.
     lead_in, lead_out : float
-        Way of the tip before and behind the bead, mm.
+        Travel of the tip before and behind the bead, mm.
     clearance : float
-        How far the disc is above the bead when the platform is drawn back, mm.
+        Height of the disc above the bead with the platform drawn back, mm.
     datum : float
         Height of the disc centre at platform position 0, mm.
     overload : float
@@ -117,7 +126,7 @@ class ForceTableStand(Described):
     Raises
     ------
     ValueError
-        When a value is out of range, or a command cannot be done.
+        When a value is out of range, or a command cannot be carried out.
 
     Examples
     --------
@@ -187,7 +196,7 @@ class ForceTableStand(Described):
 
     @property
     def start_x(self) -> float:
-        """Centre of the disc at the start of a pass when nothing else is commanded, mm: the tip at the lead-in."""
+        """Default centre of the disc at the start of a pass, mm: the tip at the lead-in."""
         return float(self.bead.x[0]) - self.lead_in + reach(self.problem.disc)
 
     @property
@@ -197,7 +206,7 @@ class ForceTableStand(Described):
 
     @property
     def measures(self) -> Mapping[str, str]:
-        """Name -> unit of what sensors, gauges and the scanner say."""
+        """Name -> unit of the measurements."""
         return {
             **{
                 "force": "N",
@@ -220,12 +229,12 @@ class ForceTableStand(Described):
 
     @property
     def accepts(self) -> Mapping[str, str]:
-        """Name -> unit of what begins a pass, moves the platform (mm), and stops."""
+        """Name -> unit of the commands: start of a pass, platform (mm), stop."""
         return {"start": "", "feed_rate": "mm/s", "start_x": "mm", "platform_command": "mm", "stop": ""}
 
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
-        """Name -> unit (and dimension of arrays) of what a bead became."""
+        """Name -> unit (and dimension of arrays) of the outcomes."""
         scalars = {
             "penalty": "$",
             "height": "mm",
@@ -260,7 +269,7 @@ class ForceTableStand(Described):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine (mm, s) that a plan must have been made for; `truth` may differ, as nobody knows it."""
+        """Part and machine (mm, s) that a plan must have been made for; `truth` may differ."""
         model = self.problem.disc.model
         own: dict[str, object] = {
             "bead_length": (self.bead.length, "mm"),
@@ -274,13 +283,13 @@ class ForceTableStand(Described):
         return own
 
     def start(self, rng: np.random.Generator) -> ForceTable:
-        """Draw the truth of the next bead and return it, at time 0.
+        """Draw the truth of the next bead and return it at time 0.
 
         Parameters
         ----------
         rng : numpy.random.Generator
-            Random source of this bead. The truth of the bead, that of each pass, and the noise draw from a child each, so
-            that controllers are compared on equal draws (ticks in s are those of ``tick``).
+            Random source of this bead; truth of the bead, truth of its passes and noise draw from a child
+            each, so that controllers are compared on equal draws (ticks in s are those of ``tick``).
         """
         of_truth, of_passes, of_noise = rng.spawn(3)
         disc = self.truth(of_truth) if callable(self.truth) else self.truth

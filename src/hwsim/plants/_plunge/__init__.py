@@ -1,1 +1,1 @@
-"""`PlungeGrinder`: a bore or shaft under the wheel, gauges, lag, quantum."""
+"""`PlungeGrinder`: a bore or shaft under the wheel, with gauges, lag, feed steps."""

@@ -1,4 +1,4 @@
-"""One part under the wheel of a plunge grinder: the compiled core with its random numbers, sample by sample or whole."""
+"""One part on a plunge grinder: the compiled core with its random numbers, by sample or all at once."""
 
 import math
 from collections.abc import Mapping
@@ -13,8 +13,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.plunge import CycleController, CycleProblem, PlungeModel, StagedController
 from sdpgrind.plunge import kernels as cycle
 
-_LEFT = 0.02  # of the stock: more than gauges err by; so much left is a part that was broken off
-_BLOCK = 512  # samples for which random numbers are drawn at once
+_LEFT = 0.02  # unfinished: rest over stock; chosen: above the errors of gauges
+_BLOCK = 512  # samples whose random numbers are drawn together; chosen: fewer cost a call each
 
 
 class PlungePart:
@@ -39,7 +39,7 @@ class PlungePart:
         return int(self._state[cycle.SAMPLES])
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
-        """Take a command, feed for some samples, measure."""
+        """Take a command, feed for `ticks` samples, measure."""
         if command:
             self._take(command)
         if ticks and not self.done:
@@ -77,7 +77,9 @@ class PlungePart:
         return {"size": float(size), "grinding_power": float(power), "power_saturated": float(saturated)}
 
     def whole(self, controller: Any) -> dict[str, dict[str, Floats]] | None:
-        """Grind the part from its start under a controller with a compiled core: the bits of the loop, in one go."""
+        """Grind the whole part under a controller with a compiled core, bit-equal to the loop; None
+        otherwise.
+        """
         if type(controller) not in (CycleController, StagedController):
             return None
         table, row, normals = np.empty((4 * _BLOCK, len(cycle.ROW))), 0, self._normals
@@ -105,7 +107,7 @@ class PlungePart:
         return table | {f"{name}_planned": columns[name] for name in cycle.PLANNED}
 
     def outcome(self) -> dict[str, float]:
-        """What the part became; see the plant."""
+        """Result of the part; see the plant."""
         state, model = self._state, self._model
         slack, part_slack = (
             float(state[k]) if np.isfinite(state[k]) else math.nan for k in (cycle.SLACK, cycle.PART_SLACK)

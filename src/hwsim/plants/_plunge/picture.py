@@ -1,4 +1,4 @@
-"""The picture of a run on the plunge grinder: the last part against time, and what the parts became."""
+"""Picture of a run on the plunge grinder: the last part in time, and the outcomes of all parts."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +12,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LEFT, _DAMAGE, _FEED, _BAD, _LIMIT = "0.35", "tab:red", "tab:blue", "tab:red", "0.15"
-_UM, _BEGINS = 1000.0, 2.0
+_UM = 1000.0  # µm in a millimetre; derived
+_BEGINS = 2.0  # least infeed with visible damage over the rate at burn onset; chosen: excludes ploughing
 
 
 def picture(log: PartLog) -> "Figure":
-    """Draw a log of `PlungeGrinder`: rates, stock and damage of the last part; time, slack and roundness of all parts."""
+    """Draw a log of `PlungeGrinder`: rates, stock and damage of the last part; outcomes of all parts."""
     figure: Figure = pictures.figure(11.5, 6.8)
     grid = figure.add_gridspec(6, 2, width_ratios=(1.25, 1))
     last = _last(log)
@@ -37,7 +38,7 @@ def _title(log: PartLog) -> str:
 
 
 def _last(log: PartLog) -> dict[str, Floats]:
-    """Columns of the last part; those that a controller of one's own does not report are NaN."""
+    """Columns of the last part; those that the controller does not report are NaN."""
     table = log[log.tiers[0]]
     rows = table.part.values == table.part.values[-1]
     names = (
@@ -54,9 +55,9 @@ def _last(log: PartLog) -> dict[str, Floats]:
 
 
 def _sections(axis: Any, last: dict[str, Floats]) -> None:
-    """A line where a section begins."""
+    """A line at the beginning of each section."""
     begins = np.flatnonzero(np.diff(last["section_planned"]) > 0) + 1
-    for begin in begins[:-1] if begins.size else begins:  # the last one is the end of the part
+    for begin in begins[:-1] if begins.size else begins:  # the last one ends the part
         axis.axvline(last["time"][begin], color="0.8", lw=1, zorder=0)
 
 
@@ -75,16 +76,14 @@ def _rates(axis: Any, last: dict[str, Floats]) -> None:
 
 
 def _stock(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
-    """What is left, by the gauge, and how deep the damage goes, by power where it is not clipped."""
+    """Remaining stock by the gauge, and burn depth by unclipped power."""
     attributes, time = log.outcome.attrs, last["time"]
     axis.plot(
         time, float(attributes["stock"]) - last["size"], color=_LEFT, label="remaining stock, by the gauge"
     )
     if "problem" in attributes:
         model = stored.decode(str(attributes["problem"])).model
-        cuts = (
-            last["infeed_rate_planned"] > _BEGINS * model.burn_onset[0]
-        )  # below, ploughing alone looks like damage
+        cuts = last["infeed_rate_planned"] > _BEGINS * model.burn_onset[0]
         used = cuts & (last["power_saturated"] == 0)
         damage = model.burn_depth(last["infeed_rate_planned"][used], last["grinding_power"][used])
         axis.plot(
@@ -97,7 +96,7 @@ def _stock(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
 
 
 def _outcomes(axes: list[Any], log: PartLog) -> None:
-    """Time, least stock over damage in the whole part (``part_slack``; no point: no damage) and roundness of every part."""
+    """Time, least stock minus burn depth (``part_slack``; no point: no damage) and roundness of each part."""
     out, limit = log.outcome, float(log.outcome.attrs["roundness_max"])
     parts = np.arange(len(log))
     _series(axes[0], parts, out.time.values, out.unfinished.values)
@@ -128,7 +127,7 @@ def _small(**options: Any) -> dict[str, Any]:
 
 
 def _series(axis: Any, parts: Any, values: Floats, bad: Floats) -> None:
-    """One value a part; those that are bad in red."""
+    """One value for each part; bad ones in red."""
     axis.plot(parts, values, "-", color=_FEED, lw=0.8, alpha=0.5)
     for chosen, colour in ((bad == 0, _FEED), (bad != 0, _BAD)):
         axis.plot(parts[chosen], values[chosen], "o", color=colour, ms=3.5)

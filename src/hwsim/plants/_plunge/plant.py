@@ -1,4 +1,4 @@
-"""A plunge grinder: a wheel that is fed into a turning work, a power monitor, a size gauge, a stepper."""
+"""A plunge grinder: a wheel fed into a turning work, a power monitor, a size gauge, a stepper."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -13,7 +13,7 @@ from sdpgrind.base.quantities import Described, choice, described, flag, part, q
 from sdpgrind.plunge import CycleProblem, PlungeModel, kernels
 
 Truth: TypeAlias = PlungeModel | Callable[[np.random.Generator], PlungeModel] | None
-_LONGEST = 10.0  # cycles at the final rate
+_LONGEST = 10.0  # default time limit in cycles at the final rate; chosen: longer than any useful cycle
 
 
 @described()
@@ -43,7 +43,7 @@ class GrinderNoise(Described):
 
 
 def _written(problem: CycleProblem) -> dict[str, str]:
-    """The problem as text; a sliding law of one's own may have none."""
+    """The problem as text; empty with a user's own sliding law."""
     try:
         return {"problem": stored.encode(problem)}
     except TypeError:
@@ -52,46 +52,45 @@ def _written(problem: CycleProblem) -> dict[str, str]:
 
 @described()
 class PlungeGrinder(Described):
-    """A bore or a shaft under a plunge grinder: Dong, Danai and Malkin (2004), section 4.
+    """A bore or a shaft on a plunge grinder: Dong, Danai and Malkin (2004), section 4.
 
-    Once in a sample it reads ``size`` (mm of radial stock that is gone), ``grinding_power`` (W) and ``power_saturated`` (1 where
-    the monitor is at its end), and takes ``command_rate`` (mm/s), ``balancing`` (1 where the controller balances damage and
-    stock: those samples make the ``slack``) and ``retract``.
+    Each sample it measures ``size`` (removed radial stock, mm), ``grinding_power`` (W) and
+    ``power_saturated`` (1: the monitor is at its end), and accepts ``command_rate`` (mm/s), ``balancing`` (1:
+    the controller balances damage and stock; these samples make the ``slack``) and ``retract``.
 
-    Outcome of a part: ``time`` (s); ``slack`` (mm, the least of remaining stock less damage while balancing; NaN: it did not
-    balance, or without damage), ``part_slack`` (mm, the same of all samples with damage; the part is ``burned`` where it is
-    negative, by a nanometre; NaN: no damage),
-    ``roundness`` (mm) and ``out_of_round`` (1: beyond the limit), the stock ``remaining`` (mm), ``unfinished``
-    (1: more than 2 % of it, as the part was broken off by the time or by a gauge that failed), ``timed_out``, and the hidden
+    Outcome of a part: ``time`` (s); ``slack`` (mm, least remaining stock minus burn depth while balancing;
+    NaN: no balancing or no damage), ``part_slack`` (mm, the same of all samples with damage; ``burned``:
+    below -1 nm; NaN: no damage), ``roundness`` (mm) and ``out_of_round`` (1: beyond the limit), the stock
+    ``remaining`` (mm), ``unfinished`` (1: more than 2 % of it remain), ``timed_out``, and the hidden
     ``true_wear_flat_area`` at the end and ``true_contact_zero`` (mm).
 
     Parameters
     ----------
     problem : CycleProblem
-        Part and machine, and what they are unless `truth` says otherwise.
+        Part and machine as believed.
     truth : PlungeModel or callable, optional
-        What they really are, or a function of a Generator that draws it for each part. None: the problem's own model.
+        True model, or a function of a Generator that draws it for each part. None: the problem's model.
     noise : GrinderNoise, optional
-        Noise of the gauges (mm, relative); None: none.
+        Noise of the gauges (mm, relative). None: none.
     dynamics : {"nonlinear", "first_order"}
-        The machine gives way by the force, or by the time constant of the problem times the infeed rate.
+        Deflection of the machine: by the force, or infeed rate times the time constant of the problem.
     contact_zero_sd : float
-        Standard deviation, from part to part, of where the wheel touches, mm.
+        Standard deviation of the contact position from part to part, mm.
     power_gain, power_max, power_lag : float
-        What the monitor shows of a power, unit 1; the greatest that it shows, W; its time constant, s.
+        Gain of the power monitor, unit 1; its range, W; its time constant, s.
     size_offset : float
-        What the gauge shows too much, mm.
+        Constant offset of the size gauge (reading minus true size), mm.
     size_delay : bool
-        The gauge is late by a sample.
+        Whether the size gauge is one sample late.
     command_quantum : float
-        Step of the feed, mm: what is left of a command over whole steps is fed later; 0: none.
+        Step of the feed, mm; rests are fed later. 0: none.
     max_time : float, optional
-        The part is broken off then, s; ten times what the stock takes at the final rate by default.
+        Time limit for one part, s. Default: 10 * stock / final_rate.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or a command cannot be done.
+        When a value is out of range, or a command cannot be carried out.
 
     Examples
     --------
@@ -119,17 +118,17 @@ class PlungeGrinder(Described):
 
     @property
     def measures(self) -> Mapping[str, str]:
-        """Name -> unit of what the gauges say."""
+        """Name -> unit of the measurements."""
         return {"size": "mm", "grinding_power": "W", "power_saturated": ""}
 
     @property
     def accepts(self) -> Mapping[str, str]:
-        """Name -> unit of what can be commanded."""
+        """Name -> unit of the commands."""
         return {"command_rate": "mm/s", "balancing": "", "retract": ""}
 
     @property
     def outcomes(self) -> Mapping[str, str]:
-        """Name -> unit of what a part became."""
+        """Name -> unit of the outcomes."""
         lengths = {
             "slack": "mm",
             "part_slack": "mm",
@@ -149,14 +148,14 @@ class PlungeGrinder(Described):
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Stock (mm), limits (mm, mm/s), and the whole problem where it can be written down, for the log."""
+        """Stock (mm), limits (mm, mm/s), and the problem unless it has a user's own law, for the log."""
         p = self.problem
         rates = {"command_rate_max": float(p.command_rate_max), "burn_rate": float(p.model.burn_rate)}
         return {"stock": float(p.stock), "roundness_max": float(p.roundness_max), **rates, **_written(p)}
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine (mm, mm/s, s) of the problem; `truth` may differ, as nobody knows it."""
+        """Part and machine (mm, mm/s, s) of the problem; `truth` may differ."""
         return self.problem.job
 
     @property
@@ -165,12 +164,12 @@ class PlungeGrinder(Described):
         return self.problem.sample_time
 
     def start(self, rng: np.random.Generator) -> PlungePart:
-        """Draw the truth of the next part and return it, at time 0.
+        """Draw the truth of the next part and return it at time 0.
 
         Parameters
         ----------
         rng : numpy.random.Generator
-            Random source of this part: truth and noise draw from a child each.
+            Random source of this part; truth and noise draw from a child each.
 
         Returns
         -------

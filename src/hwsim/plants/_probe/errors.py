@@ -1,4 +1,4 @@
-"""What a probe does not tell truly."""
+"""Errors of a probe."""
 
 from typing import Any
 
@@ -6,40 +6,40 @@ from sdpgrind.base.quantities import Described, count, described, quantity
 
 
 def _small(default: float) -> Any:
-    """Declare a length of at most 0.25 mm, chosen: beyond it micrometres are meant."""
+    """Declare a length of at most 0.25 mm; chosen: a larger number means micrometres."""
     return quantity("mm", at_least=0, at_most=0.25, hint="; units.um(...) for micrometres", default=default)
 
 
 @described()
 class ProbeErrors(Described):
-    """What a `Probe` does not tell truly.
+    """Errors of a `Probe`.
 
     Parameters
     ----------
     probe_quantum, slide_quantum : float
-        Steps of the encoders of probe and slide, mm; 0: none.
+        Steps of the encoders of probe and slide, mm. 0: none.
     counts : int
-        Steps of the spindle's encoder in a turn, a whole number; 0: none.
+        Steps of the spindle's encoder in a turn, a whole number. 0: none.
     noise_sd : float
         Standard deviation of the reading, mm.
     skew : float
-        How much later than probe and slide the spindle is read, s; it turns the part by speed times skew.
+        Delay of the spindle's reading after those of probe and slide, s.
     runout : float
-        Amplitude of the roller's runout, mm: ``runout*cos(R/tip_radius*(1 - slip)*beta - runout_phase)`` with the angle beta at
-        which the part is touched, so that it follows the length rolled.
+        Amplitude of the roller's runout, mm: ``runout*cos(R/tip_radius*(1 - slip)*beta - runout_phase)`` at
+        the polar angle beta of the contact on the part.
     runout_phase : float, optional
-        rad; None: drawn for each part.
+        Phase of the runout, rad. None: drawn for each part.
     slip : float
-        Share of the way that the roller slips, unit 1.
+        Slip of the roller over its rolled length, unit 1.
     dust : float
-        Probability that dust lies under a sample, unit 1; it only adds.
+        Probability of dust under a sample, unit 1; it only adds.
     dust_size : float
-        Mean height of dust, mm; uniform within half of it on either side.
+        Mean height of dust, mm; uniform within 50 % of it.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or a length smells of micrometres.
+        When a value is out of range, or a length seems to be in micrometres.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""One ring under the probe of a turning table: the compiled core with its random numbers, sample by sample or many at once."""
+"""One ring under the probe: the compiled core with its random numbers, by sample or many at once."""
 
 import math
 from collections.abc import Mapping
@@ -14,13 +14,13 @@ from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-_BLOCK = 512  # samples for which random numbers are drawn at once
-_FASTEST = 300.0  # rad/s: beyond it another unit is meant
-_FEWEST = 3  # samples in a turn
+_BLOCK = 512  # samples whose random numbers are drawn together; chosen: fewer cost a call each
+_FASTEST = 300.0  # rad/s; chosen: a larger number has another unit
+_FEWEST = 3  # samples in a turn; derived: a circle has three unknowns
 
 
 def checked_speed(speed: object, sample_time: float | None) -> float:
-    """A speed of the spindle (rad/s) that leaves samples in a turn; None: the angle triggers, they do not depend on it."""
+    """A spindle speed (rad/s) with enough samples in a turn; `sample_time` None: triggered by angle."""
     fastest = _FASTEST if sample_time is None else min(_FASTEST, 2 * math.pi / (_FEWEST * sample_time))
     checked = checks.positive("spindle_speed", speed, "rad/s")
     if checked > fastest:
@@ -32,7 +32,7 @@ def checked_speed(speed: object, sample_time: float | None) -> float:
 
 
 class ProbePart:
-    """A live part; see `hwsim.protocols.Machine`. Its compiled core has a `shape`, settings `cell`, and starts from `state`."""
+    """A live part; see `hwsim.protocols.Machine`. `shape`, `cell` and `state` are those of the compiled core."""
 
     def __init__(
         self,
@@ -53,7 +53,7 @@ class ProbePart:
         self._seen = self.rows(1)[0]
 
     def rows(self, number: int) -> Floats:
-        """Take the next samples, one a row, in the columns of the compiled core."""
+        """Measure the next samples, one a row, in the columns of the compiled core."""
         table = np.empty((number, len(kernels.COLUMNS)))
         self._draw(number)
         kernels.measure(
@@ -64,14 +64,14 @@ class ProbePart:
         return table
 
     def scan(self, number: int) -> ProbeScan:
-        """All of the first samples, of a part that has just been started."""
+        """The first `number` samples of a part that has just been started."""
         begun = self._seen[np.newaxis]
         table = np.concatenate([begun, self.rows(number - 1)]) if number > 1 else begun
         angle, reading, slide, probe, ticks = np.ascontiguousarray(table.T)
         return ProbeScan(angle, reading, slide, probe, self._clock.all_seconds(ticks), self._ring)
 
     def _draw(self, number: int) -> None:
-        """Have random numbers for so many samples at hand: in blocks, however many are asked for at once."""
+        """Draw random numbers in whole blocks until there are enough for `number` samples."""
         blocks = max(0, -(-(number - len(self._normals)) // _BLOCK))
         drawn = [(self._rng.standard_normal(_BLOCK), self._rng.random((_BLOCK, 2))) for _ in range(blocks)]
         if drawn:
@@ -79,7 +79,7 @@ class ProbePart:
             self._uniforms = np.concatenate([self._uniforms, *(uniforms for _, uniforms in drawn)])
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
-        """Take a command, turn on until the next sample or for some ticks, measure."""
+        """Take a command, turn until the next sample or for `ticks`, measure."""
         if command:
             self._take(command)
         if ticks and not self.done:
@@ -108,7 +108,7 @@ class ProbePart:
             state[kernels.SINCE], state[kernels.SPEED] = now, speed
 
     def outcome(self) -> dict[str, float]:
-        """What was measured, and what truly is; see the plant."""
+        """Result of the part; see the plant."""
         state, ring = self._state, self._ring
         x, y = float(state[kernels.CENTER_X]), float(state[kernels.CENTER_Y])
         return {

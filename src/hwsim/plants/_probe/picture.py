@@ -1,4 +1,4 @@
-"""The picture of a run on the probe: readings with their model, what that leaves, where the centre was thought to be."""
+"""Picture of a run on the probe: readings and their model, residuals, error of the estimated centre."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DATA, _MODEL, _ERROR, _BAND, _TRUE = "0.55", "tab:blue", "tab:blue", "tab:orange", "0.15"
-_UM = 1000.0
+_UM = 1000.0  # µm in a millimetre; derived
 _TURN = 2 * math.pi
-_TOP = 1e4  # µm: more is not worth a picture
-_LINE = 400  # points on the curve of the model
+_TOP = 1e4  # largest error drawn, µm; chosen: the first estimates are far off
+_LINE = 400  # points on the curve of the model; chosen: fewer show corners
 _NOTE: dict[str, Any] = {
     "textcoords": "offset points",
     "fontsize": 8,
@@ -26,7 +26,7 @@ _NOTE: dict[str, Any] = {
 
 
 def picture(log: PartLog) -> "Figure":
-    """Draw a log of `Probe`: the readings of the last part, how its centre came to be known, all parts."""
+    """Draw a log of `Probe`: readings of the last part, error of its centre by sample, all parts."""
     figure: Figure = pictures.figure(11.5, 6.8)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.15, 1))
     pair, panels = grid[0].subgridspec(2, 1, height_ratios=(2, 1), hspace=0.0), grid[1].subgridspec(2, 1)
@@ -48,7 +48,7 @@ def _title(log: PartLog) -> str:
 
 
 def _last(log: PartLog) -> dict[str, Floats]:
-    """Columns of the last part; those that a controller of one's own does not report are NaN."""
+    """Columns of the last part; those that the controller does not report are NaN."""
     return _columns(log, int(log[log.tiers[0]].part.values[-1]))
 
 
@@ -61,12 +61,12 @@ def _columns(log: PartLog, part: int) -> dict[str, Floats]:
 
 
 def _known(last: dict[str, Floats]) -> Any:
-    """Rows in which a centre was reported."""
+    """Rows with a reported centre."""
     return np.flatnonzero(np.isfinite(last["center_x_planned"]))
 
 
 def _model(last: dict[str, Floats], row: int, angle: Floats, tip_radius: float) -> Floats:
-    """What the estimate of a row predicts."""
+    """Readings predicted by the estimate of a row."""
     from centering.circle import circle_reading
 
     x, y = last["center_x_planned"][row], last["center_y_planned"][row]
@@ -96,7 +96,7 @@ def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float
 
 
 def _history(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
-    """How far the centre was off at each sample, and how far it was said that it might be."""
+    """Error of the centre at each sample, and the reported band."""
     known, out = _known(last), log.outcome
     axis.set_title("Centre of the last part", loc="left")
     axis.set(xlabel="angle of the spindle [turns]", ylabel="distance [µm]", yscale="log")
@@ -119,7 +119,7 @@ def _history(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
 
 
 def _parts(axis: Any, log: PartLog) -> None:
-    """Error of the centre at the end over the band then: beyond 1 the statement was wrong."""
+    """Final error of the centre over its band; above 1 the band was wrong."""
     parts = np.arange(len(log))
     ratio = np.array([_ratio(log, part) for part in range(len(log))])
     wrong = ratio > 1
@@ -134,7 +134,7 @@ def _parts(axis: Any, log: PartLog) -> None:
 
 
 def _ratio(log: PartLog, part: int) -> float:
-    """Error of the centre over the band at the end of a part; NaN where nothing was known."""
+    """Final error of the centre of a part over its band; NaN: no estimate."""
     columns, out = _columns(log, part), log.outcome
     known = _known(columns)
     if not known.size:

@@ -1,4 +1,4 @@
-"""A measuring head on a turning table: slide, probe and spindle, read together while a ring turns."""
+"""A measuring head on a turning table: slide, probe and spindle, read together."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -19,17 +19,17 @@ from sdpgrind.base.quantities import Described, count, custom, described, part, 
 from sdpgrind.base.rng import Seed, children
 
 Truth: TypeAlias = Ring | Callable[[np.random.Generator], Ring] | None
-_LATCH = 1e-6  # s: tick of a table that is triggered by its angle
-_UNEVEN = 1e-9  # of a sample: turns that were meant to be whole
+_LATCH = 1e-6  # tick with samples triggered by the angle, s; chosen: the smallest tick of the loop
+_UNEVEN = 1e-9  # samples; chosen: above the rounding of whole turns
 
 
 def _follow_time(name: str, value: Any) -> float:
-    """Time constant of a slide, s; inf: it stands."""
+    """Time constant of a slide, s; inf: it does not move."""
     return math.inf if value == math.inf else checks.positive(name, value, "s")
 
 
 def _moved(name: str, moved: Any) -> Any:
-    """Time (s) and way (mm) of a move."""
+    """Time (s) and displacement (mm) of a move."""
     if not isinstance(moved, tuple | list) or len(moved) != 3:
         raise TypeError(f"{name} must be (time in s, x in mm, y in mm) or None; got {checks.shown(moved)}")
     checks.nonnegative(f"{name}[0]", moved[0], "s")
@@ -40,52 +40,53 @@ def _moved(name: str, moved: Any) -> Any:
 
 @described()
 class Probe(Described):
-    """A ring turns on a table, a round tip on a slide follows its rim: Mears (2006), chapters 3 and 4.
+    """A ring turns on a table, and a round tip on a slide follows its rim: Mears (2006), chapters 3 and 4.
 
-    Each sample has the ``angle`` of the spindle (rad, it goes on over turns), what ``slide`` and ``probe`` show (mm, both
-    positive away from the axis) and their sum, the ``reading`` (mm). It takes another ``spindle_speed`` (rad/s, at once) and
-    ``stop``. Each sample is an event; there is one at the start.
+    Each sample is an event; the first one is at the start. It has the ``angle`` of the spindle (rad,
+    continuous over turns), the readings of ``slide`` and ``probe`` (mm, both positive away from the axis) and
+    their sum, the ``reading`` (mm). It accepts another ``spindle_speed`` (rad/s, at once) and ``stop``.
 
-    The tip touches where a circle of its radius touches the ring, exactly (`Ring.reading`). The slide goes after what it saw one
-    sample before. Where that leaves the probe beyond its stroke there is no reading (NaN).
+    The tip touches where a circle of its radius touches the ring, exactly (`Ring.reading`). The slide follows
+    the reading of the sample before; where this leaves the probe beyond its stroke the reading is NaN.
 
-    Outcome of a part: ``time`` (s), ``turns``, ``samples`` and how many of them were ``lost``, ``timed_out`` (1: nobody stopped
-    it), and the hidden ``true_radius``, ``true_center_x``, ``true_center_y``, ``true_offset`` and ``true_roundness`` (mm, peak to
-    valley) at the end.
+    Outcome of a part: ``time`` (s), ``turns``, ``samples``, number of readings ``lost``, ``timed_out`` (1:
+    not stopped), and the hidden final ``true_radius``, ``true_center_x``, ``true_center_y``, ``true_offset``
+    and ``true_roundness`` (mm, peak to valley).
 
     Parameters
     ----------
     ring : Ring
-        The ring, unless `truth` says otherwise.
+        The ring, unless `truth` is given.
     truth : Ring or callable, optional
-        The ring that it really is, or a function of a Generator that draws it for each part. None: `ring`.
+        True ring, or a function of a Generator that draws it for each part. None: `ring`.
     tip_radius : float
-        Of the tip or roller, mm; 0: a point, without runout.
+        Radius of tip or roller, mm. 0: a point, without runout.
     spindle_speed : float
-        At the start, rad/s: units.rpm(20); at least three samples in a turn.
+        Initial speed, rad/s: units.rpm(20); at least three samples in a turn.
     start_angle : float
-        Spindle angle of the first sample, rad, within a turn; a table triggered by its angle starts at the nearest edge of the
+        Spindle angle of the first sample, rad, within a turn; with `samples_per_turn` the nearest edge of the
         encoder.
     sample_time : float
-        Between two samples, s.
+        Time between two samples, s.
     samples_per_turn : int, optional
-        The angle triggers so many samples in each turn, at edges of the encoder, where it shows the angle without error; samples
-        are even in a turn if they divide its counts. None: the clock does, once in each sample time.
+        Samples in a turn triggered by edges of the encoder, at exact angles; evenly spaced if they divide its
+        counts. None: one sample each sample time.
     errors : ProbeErrors, optional
-        What is not told truly (mm, s, rad); None: nothing, not even steps of encoders.
+        Errors of the readings (mm, s, rad). None: none, not even steps of encoders.
     follow_time : float
-        Time constant with which the slide follows, s; inf: it stands.
+        Time constant of the slide, s. inf: it does not move.
     stroke : float
-        Of the probe, mm: half of it on either side of where the slide wants it.
+        Stroke of the probe, mm, half of it on either side of the slide's target.
     moved : tuple, optional
-        Time (s) at which the part is moved, and by how much along x and y of the table (mm); the axis stays within the part.
+        Time (s) at which the part is moved, and displacement along x and y of the table (mm); the axis stays
+        within the part.
     turns_max : float
-        The part is broken off after so many turns.
+        Limit for one part, turns.
 
     Raises
     ------
     ValueError
-        When a value is out of range or smells of another unit, or a command cannot be done.
+        When a value is out of range or seems to have another unit, or a command cannot be carried out.
 
     Examples
     --------
@@ -122,38 +123,38 @@ class Probe(Described):
 
     @property
     def measures(self) -> Mapping[str, str]:
-        """Name -> unit of what is read."""
+        """Name -> unit of the measurements."""
         return {"angle": "rad", "reading": "mm", "slide": "mm", "probe": "mm"}
 
     @property
     def accepts(self) -> Mapping[str, str]:
-        """Name -> unit of what can be commanded (rad/s)."""
+        """Name -> unit of the commands (rad/s)."""
         return {"spindle_speed": units_of(Probe)["spindle_speed"], "stop": ""}
 
     @property
     def outcomes(self) -> Mapping[str, str]:
-        """Name -> unit of what became of a part."""
+        """Name -> unit of the outcomes."""
         true = dict.fromkeys(("radius", "center_x", "center_y", "offset", "roundness"), "mm")
         told = {"time": "s", "turns": "", "samples": "", "lost": "", "timed_out": ""}
         return {**told, **{f"true_{name}": unit for name, unit in true.items()}}
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Radius of the tip (mm) and speed of the spindle (rad/s), for the log."""
+        """Radius of the tip (mm) and spindle speed (rad/s), for the log."""
         return {"tip_radius": float(self.tip_radius), "spindle_speed": float(self.spindle_speed)}
 
     @property
     def tick(self) -> float:
-        """Sample time, s; where the angle triggers a microsecond, as samples then come at any time."""
+        """Sample time, s; 1 µs where the angle triggers the samples."""
         return self.sample_time if self.samples_per_turn is None else _LATCH
 
     def start(self, rng: np.random.Generator) -> ProbePart:
-        """Draw the truth of the next part and return it, at time 0.
+        """Draw the truth of the next part and return it at time 0.
 
         Parameters
         ----------
         rng : numpy.random.Generator
-            Random source of this part: the truth, and what is read, draw from a child each.
+            Random source of this part; truth and readings draw from a child each.
 
         Returns
         -------
@@ -170,25 +171,26 @@ class Probe(Described):
         )
 
     def scan(self, turns: float = 1.0, *, rng: Seed = 0) -> ProbeScan:
-        """Measure at once: the samples of so many turns, the last one not included, that `hwsim.run` would give one by one.
+        """Return the samples of some turns, the last one excluded, bit-equal to those of `hwsim.run`.
 
         Parameters
         ----------
         turns : float
-            How far the table turns, unit 1.
+            Number of turns, unit 1.
         rng : int, Generator or SeedSequence
-            Random source; the scan is that of the first part of a run with it, to the same bits.
+            Random source; the scan is that of the first part of a run with it.
 
         Returns
         -------
         ProbeScan
-            Angle (rad), reading, slide, probe (mm), time (s), and the ring that it was.
+            Angle (rad), reading, slide, probe (mm), time (s), and the true ring.
 
         Examples
         --------
         >>> import centering, hwsim
         >>> scan = hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5), errors=None).scan()
-        >>> bool(abs(scan.reading - centering.circle.circle_reading(scan.angle, 61.94, 3.6, 0.5, 3.75)).max() < 1e-11)  # mm
+        >>> exact = centering.circle.circle_reading(scan.angle, 61.94, 3.6, 0.5, 3.75)
+        >>> bool(abs(scan.reading - exact).max() < 1e-11)  # mm
         True
         """
         per_turn = (
@@ -201,7 +203,7 @@ class Probe(Described):
         return part.scan(number)
 
     def _shape(self, ring: Ring) -> Floats:
-        """The ring under the tip, for the compiled core: as it lies, and as it lies once it is moved."""
+        """The ring under the tip for the compiled core, before and after a move."""
         shape = shape_of(ring, self.tip_radius)
         if self.moved is not None:
             there = shape_of(moved_by(ring, *self.moved[1:]), self.tip_radius)
@@ -232,7 +234,7 @@ class Probe(Described):
         return cell
 
     def _begun(self, ring: Ring, cell: Floats) -> Floats:
-        """State of the compiled core at the start."""
+        """Initial state of the compiled core."""
         state = np.zeros(kernels.STATES)
         state[kernels.SPEED] = self.spindle_speed
         state[kernels.ANGLE] = kernels.edge_angle(cell, 0.0) if self.samples_per_turn else self.start_angle

@@ -1,4 +1,4 @@
-"""What the probe feels: a ring with lobes, somewhere on the table, and where a round tip touches it."""
+"""A ring with lobes on the table, and its contact with a round tip."""
 
 import math
 from collections.abc import Mapping
@@ -13,16 +13,16 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described, quantity
 
-_PLACES = 256  # within an undulation: what is highest there is known to (pi/256)^2/2 = 8e-5 of it
-_FEWEST = 1024
-_STEEP = 0.5  # of the radius in a radian: 27 degrees between surface and circle
-_NEAR = 0.05  # of the radius: tips that nearly bridge are looked at as if they did
-_SIDE = 1.45  # rad off the line: further out the tip may touch another lobe from the side first
-_SEARCHED = 64  # places within an undulation where the surface is hollow, or not
+_PLACES = 256  # in an undulation; derived: its peak is exact to (pi/256)^2/2 = 8e-5 of the amplitude
+_FEWEST = 1024  # places in a turn; chosen: as above, with few lobes
+_STEEP = 0.5  # largest slope over radius; chosen: 27 degrees between surface and circle
+_NEAR = 0.05  # spread over radius; chosen: tips that nearly bridge are treated as bridging
+_SIDE = 1.45  # angle off the probe line, rad; chosen: beyond it the tip may touch another lobe first
+_SEARCHED = 64  # places in an undulation searched for hollows; chosen: fewer may miss one
 
 
 def within_a_turn(name: str, angle: object) -> float:
-    """An angle of at most a turn either way, rad."""
+    """An angle within a turn either way, rad."""
     checked = checks.number(name, angle, "rad")
     if abs(checked) > 2 * math.pi:
         raise checks.refuse(name, "within a turn; units.deg(90) for degrees", checked, "rad")
@@ -50,23 +50,24 @@ def _lobe(name: str, value: object) -> tuple[float, float]:
 
 @described()
 class Ring(Described):
-    """A ring on a turning table: what it truly is and where.
+    """A ring on a turning table: its true form and position.
 
-    Its surface is at ``radius + sum of amplitude*cos(upr*beta - phase)`` from its centre; the polar angle beta is fixed to the
-    part, and counted as the spindle's angle is. The centre is at ``offset*(cos(offset_angle), sin(offset_angle))`` of the table,
-    so that the reading of a ring without lobes is largest at the spindle angle `offset_angle`.
+    Its surface is at ``radius + sum of amplitude*cos(upr*beta - phase)`` from its centre; the polar angle
+    beta is fixed to the part and positive as the spindle's angle. The centre is at
+    ``offset*(cos(offset_angle), sin(offset_angle))`` of the table: the reading of a ring without lobes is
+    largest at the spindle angle `offset_angle`.
 
     Parameters
     ----------
     radius : float
         Mean radius, mm, > 0.
     offset : float
-        Distance of its centre from the spindle's axis, mm; with the lobes' amplitudes below the radius.
+        Distance of its centre from the spindle's axis, mm; less than the radius minus all amplitudes.
     offset_angle : float
         Direction of the centre, rad.
     lobes : mapping, optional
-        Undulations per revolution (whole, >= 2) -> (amplitude in mm, phase in rad). The sum of upr times amplitude must be at
-        most half the radius: steeper than that no probe can follow.
+        Undulations per revolution (whole, >= 2) -> (amplitude in mm, phase in rad). The sum of upr times
+        amplitude is at most half the radius: a probe cannot follow steeper ones.
 
     Raises
     ------
@@ -107,9 +108,9 @@ class Ring(Described):
 
     @cached_property
     def roundness(self) -> float:
-        """Peak to valley of the surface about its centre, mm; known to 1 part in 10000.
+        """Peak to valley of the surface about its centre, mm; exact to 1e-4 relative.
 
-        The centre is that of the least-squares circle but for second orders of the lobes over the radius.
+        The centre is that of the least-squares circle up to second order in lobes over radius.
         """
         if not self.lobes:
             return 0.0
@@ -137,18 +138,19 @@ class Ring(Described):
         )
 
     def reading(self, angle: npt.ArrayLike, tip_radius: float = 0.0) -> Floats:
-        """Return where a faultless probe finds the surface on its line, mm from the spindle's axis.
+        """Return the reading of a faultless probe: position of the surface on its line, mm from the spindle's
+        axis.
 
-        That is the centre of the tip less its radius. The tip's centre runs along the parallel curve of the surface, and is
-        solved for to rounding. Where the curve crosses itself, as a valley is narrower than the tip, the outermost branch
-        counts: there the tip lies on both flanks.
+        It is the centre of the tip minus its radius. The tip's centre is on the parallel curve of the
+        surface, solved to rounding; where a valley is narrower than the tip, the outermost branch counts: the
+        tip rests on both flanks.
 
         Parameters
         ----------
         angle : array
             Spindle angles, rad.
         tip_radius : float
-            Of the tip, mm; 0: a point.
+            Radius of the tip, mm. 0: a point.
 
         Raises
         ------
@@ -157,20 +159,20 @@ class Ring(Described):
 
         Examples
         --------
-        >>> Ring(61.94, 3.6).reading(1.5707963267948966, tip_radius=3.75).round(6)  # mm; 61.835295 with a point
+        >>> Ring(61.94, 3.6).reading(math.pi / 2, tip_radius=3.75).round(6)  # mm; 61.835295 with a point
         np.float64(61.841281)
         """
         return self._contacts(angle, tip_radius)[0]
 
     def part_angle(self, angle: npt.ArrayLike, tip_radius: float = 0.0) -> Floats:
-        """Return where on the part the probe touches: the polar angle about the part's centre, rad; it goes on over turns.
+        """Return the polar angle of the contact about the part's centre, rad, continuous over turns.
 
         Parameters
         ----------
         angle : array
             Spindle angles, rad.
         tip_radius : float
-            Of the tip, mm; 0: a point.
+            Radius of the tip, mm. 0: a point.
 
         Examples
         --------
@@ -190,7 +192,7 @@ class Ring(Described):
 
 
 def _about_the_axis(name: str, offset: float, ring: Ring) -> None:
-    """Refuse a ring whose centre is so far from the spindle's axis that the axis may be outside."""
+    """Refuse a ring so far from the spindle's axis that the axis may be outside."""
     nearest = ring.radius - sum(amplitude for amplitude, _ in ring.lobes.values())
     if offset >= nearest:
         rule = f"< radius less amplitudes of lobes, {nearest:g}: else there is no part at the axis"
@@ -198,7 +200,7 @@ def _about_the_axis(name: str, offset: float, ring: Ring) -> None:
 
 
 def moved_by(ring: Ring, x: float, y: float) -> Ring:
-    """The ring after it has been moved on the table, by mm."""
+    """The ring displaced on the table by x and y, mm."""
     x, y = ring.center_x + x, ring.center_y + y
     _about_the_axis("offset that the part is moved to", math.hypot(x, y), ring)
     return ring.replace(offset=math.hypot(x, y), offset_angle=math.atan2(y, x))
@@ -211,7 +213,7 @@ def lobes_of(ring: Ring) -> Floats:
 
 
 def shape_of(ring: Ring, tip_radius: float) -> Floats:
-    """A ring under a tip, for compiled code: can the tip touch at two places, or from the side?"""
+    """A ring under a tip for compiled code, with a flag whether the tip may touch twice or from the side."""
     lobes = lobes_of(ring)
     highest = max(ring.lobes, default=0)
     shape = np.zeros(kernels.SHAPE)

@@ -1,4 +1,4 @@
-"""What a probe reads of a ring in some turns, all at once."""
+"""Readings of a probe in some turns, all at once."""
 
 import numpy as np
 
@@ -10,20 +10,20 @@ from sdpgrind.base.quantities import Described, array, described, part
 
 @described()
 class ProbeScan(Described, ByValue):
-    """Samples of a ring on a turning table; `Probe.scan` makes it.
+    """Samples of a ring on a turning table; made by `Probe.scan`.
 
     Parameters
     ----------
     angle : array
-        Spindle angle, rad; it goes on over turns.
+        Spindle angle, rad, continuous over turns.
     reading : array
-        Position of the surface on the probe line, mm from the spindle's axis: slide and probe together; NaN: none.
+        Position of the surface on the probe line, mm from the spindle's axis: slide plus probe. NaN: none.
     slide, probe : array
-        What each of them shows, mm.
+        Readings of slide and probe, mm.
     time : array
-        When, s.
+        Time, s.
     ring : Ring
-        The ring that was measured, as it lay at the start.
+        The ring as it lay at the start.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""One live bead on the stand: passes, scans, the hidden truth of each pass."""
+"""One bead on the stand: passes, scans, the hidden truth of each pass."""
 
 from collections.abc import Mapping
 from math import nan
@@ -12,18 +12,18 @@ from sdpgrind.base import checks
 from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
 from sdpgrind.weldbead.kernels import PassCoefficients, blamed, grinding_power
 
-_AGREE = 1e-9  # relative; duration against feed rate, force against its limit
-_BURNS = 1e-6  # W or N beyond the burn limit, so that a pass planned on the limit does not count
+_AGREE = 1e-9  # relative; chosen: above the rounding of feed rates and forces
+_BURNS = 1e-6  # excess over the burn limit, W or N; chosen: a pass planned on the limit does not burn
 
 
 _OF_PASS = ("grinding_power", "normal_force", "tangential_force", "removal_rate", "feed_rate", "cut_depth")
 
 
 class WeldBeadSetup(NamedTuple):
-    """The bead before its first pass, and what there is to know of it, hidden truth included."""
+    """The bead before its first pass, with the truth of process and scatter."""
 
     problem: SequenceProblem
-    process: GrindingProcess  # as it really is
+    process: GrindingProcess  # true process
     scatter: Scatter
     height: float  # mm
     time: float  # s until the deadline
@@ -38,7 +38,7 @@ class Noise(NamedTuple):
 
 
 class Pass(NamedTuple):
-    """What was commanded."""
+    """A commanded pass."""
 
     ticks: int
     feed_rate: float  # mm/s
@@ -63,14 +63,14 @@ class WeldBead:
         self._height = float(setup.height)
         self._under_way: Pass | None = None
         self._ticks_left = 0
-        self._finish = 0.0  # $; what the last refinishing pass left
+        self._finish = 0.0  # finish charge of the last deep enough pass, $
         self._burned = 0
         self._truth: list[tuple[float, PassCoefficients]] = []
         self._scan = self._scanned()
         self._of_pass = dict.fromkeys(_OF_PASS, nan)
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
-        """Begin the commanded pass, go on for at most `ticks`, measure."""
+        """Begin the commanded pass, advance by at most `ticks`, measure."""
         if command:
             self._take(command)
         if ticks and not self.done:
@@ -147,7 +147,7 @@ class WeldBead:
         self._of_pass = self._sensed(done, truth, before - self._scan)
 
     def _charge(self, done: Pass) -> None:
-        """Finish of the bead and burn, both by the commanded pass."""
+        """Add finish charge and burn of the commanded pass."""
         problem = self._problem
         pass_ = done.normal_force, done.feed_rate
         if problem.finish_charge is not None:
@@ -161,7 +161,7 @@ class WeldBead:
         return self._height + self._sd.height * float(self._noise.standard_normal())
 
     def _sensed(self, done: Pass, truth: PassCoefficients, cut: float) -> dict[str, float]:
-        """What the sensors say of the last pass; `cut` is the difference of the scans."""
+        """Measurements of the last pass; `cut` is the difference of its scans, mm."""
         power, normal, tangential = self._noise.standard_normal(3).tolist()
         force_noise = self._sd.force
         true_power = grinding_power(self._process, truth, done.normal_force)
@@ -181,7 +181,7 @@ class WeldBead:
         return float(self._deadline - self._elapsed())
 
     def outcome(self) -> dict[str, Any]:
-        """What the bead became; see the stand."""
+        """Result of the bead; see the stand."""
         problem = self._problem
         lateness = max(0.0, -self._time_left())
         penalty = (

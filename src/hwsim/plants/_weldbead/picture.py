@@ -1,4 +1,4 @@
-"""The picture of a run on the weld-bead stand: every bead against time, what it cost, what the passes removed."""
+"""Picture of a run on the weld-bead stand: height of all beads in time, penalties, cuts, power."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _GOOD, _BAD, _PLAN, _REAL = "tab:blue", "tab:red", "0.15", "tab:orange"
-_MOST_BEADS = 100  # more lines than these cannot be told apart
+_MOST_BEADS = 100  # chosen: more lines cannot be distinguished
 
 
 def picture(log: PartLog) -> "Figure":
-    """Draw a log of `WeldBeadStand`: height against time, penalties, cuts, and power against removal rate."""
+    """Draw a log of `WeldBeadStand`: height in time, penalties, cuts, and power over removal rate."""
     figure: Figure
     figure, axes = pictures.subplots(2, 2, (11, 7.5))
     table = log[log.tiers[0]]
@@ -36,7 +36,7 @@ def _title(log: PartLog) -> str:
 
 
 def _heights(axis: Any, log: PartLog, table: Any) -> None:
-    """Scanned height of each bead; a pass is a slope, its reset a level."""
+    """Scanned height of each bead; a pass is a slope, its reset is level."""
     reset = float(log.outcome.attrs["reset_time"])
     over = log.outcome.overground.values > 0
     shown = min(len(log), _MOST_BEADS)
@@ -70,7 +70,7 @@ def _target_and_deadline(axis: Any, log: PartLog) -> None:
 
 
 def _penalties(axis: Any, log: PartLog) -> None:
-    """Realised penalties, their mean with its standard error, and what the policy had expected."""
+    """Realised penalties, their mean with standard error, and the expectation of the policy."""
     values = log.outcome.penalty.values
     most = float(np.quantile(values, 0.995)) if values.size >= 200 else float(values.max())
     axis.hist(values, bins=min(40, max(8, values.size // 5)), range=(0, most or 1.0), color=_GOOD, alpha=0.45)
@@ -91,12 +91,12 @@ def _penalties(axis: Any, log: PartLog) -> None:
 
 
 def _faint(points: int) -> float:
-    """Opacity of so many points."""
+    """Opacity for a number of points."""
     return float(np.clip(300 / max(points, 1), 0.15, 0.8))
 
 
 def _cuts(axis: Any, table: Any) -> None:
-    """Depth of each pass against what the policy expected of it."""
+    """Depth of each pass over the expectation of the policy."""
     same = table.part.values[1:] == table.part.values[:-1]
     measured = table.cut_depth.values[1:][same]
     if "mean_cut_planned" in table:
@@ -113,7 +113,7 @@ def _cuts(axis: Any, table: Any) -> None:
 
 
 def _powers(axis: Any, log: PartLog, table: Any) -> None:
-    """Measured power against removal rate: its slope is the specific energy, its intercept the idle power."""
+    """Measured power over removal rate: slope is the specific energy, intercept the idle power."""
     rate, power = table.removal_rate.values, table.grinding_power.values
     axis.plot(rate, power, ".", color=_GOOD, ms=3, alpha=_faint(rate.size), label="passes")
     if np.isfinite(rate).any():

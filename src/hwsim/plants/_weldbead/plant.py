@@ -1,4 +1,4 @@
-"""A stand that grinds a weld bead in whole passes: one draw of the removed depth a pass."""
+"""A stand that grinds a weld bead in whole passes, with one draw of the removed depth a pass."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
@@ -13,7 +13,9 @@ from sdpgrind.base.quantities import Described, custom, described, part, quantit
 from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
 
 Truth: TypeAlias = GrindingProcess | SequenceProblem | Callable[[np.random.Generator], Any] | None
-_RESOLUTION = 1e-3  # s; passes last a whole number of milliseconds (or of a finer tick that the stage needs)
+_RESOLUTION = (
+    1e-3  # s; chosen: passes last whole milliseconds, or whole ticks where the stage needs finer ones
+)
 
 
 def _checked_truth(name: str, truth: Any) -> Any:
@@ -30,44 +32,42 @@ class WeldBeadStand(Described):
     """A weld bead under a grinder: each pass removes a random depth of the whole bead, as the sequence
     planner assumes.
 
-    An event plant: a pass is one event, after which the bead is scanned. Time runs while a pass is ground and
-    while the grinder returns (``reset_time``), never while a controller thinks.
+    A pass is one event, after which the bead is scanned. Time runs while a pass is ground and the grinder
+    returns (``reset_time``), never while a controller thinks.
 
     Measures ``height`` (mm, scanned), ``time_left`` (s, < 0: late), and of the last pass (NaN before the
     first) ``grinding_power`` (W), ``normal_force`` and ``tangential_force`` (N), ``removal_rate`` (mm^3/s)
     and ``cut_depth`` (mm), both from the two scans, and ``feed_rate`` (mm/s). Accepts ``normal_force`` (N)
     with ``duration`` (s, reset included), ``feed_rate`` (mm/s) or both, and ``stop``.
 
-    Outcome of a bead: ``penalty`` ($: height, lateness, finish and pass charges), ``height`` left (mm),
+    Outcome of a bead: ``penalty`` ($: height, lateness, finish and pass charges), final ``height`` (mm),
     ``overground`` (mm), ``passes``, ``time`` (s), ``lateness`` (s), ``burned`` (passes beyond the burn
     limit), and the hidden truth of each pass: ``true_cut_depth`` (mm), ``true_specific_energy`` (J/mm^3),
-    ``true_idle_power`` (W) and ``true_friction_ratio``; that is the process with which the static cut is what
-    was removed.
+    ``true_idle_power`` (W) and ``true_friction_ratio`` of the process whose static cut is the removed depth.
 
     Parameters
     ----------
     problem : SequenceProblem
-        Bead, limits and charges, and what the stand is unless `truth` says otherwise.
+        Bead, limits and charges as believed.
     truth : GrindingProcess, SequenceProblem or callable, optional
-        What the stand really is: another process, a problem of which process and scatter are taken, or a
-        function of a Generator that draws one of these for each bead. None: the problem's own process and
-        scatter, so that its plan is exactly right.
+        True process, a problem with the true process and scatter, or a function of a Generator that draws one
+        of them for each bead. None: process and scatter of the problem, for which its plan is exact.
     height : float, optional
-        Height of the bead at the start (mm); 0.75 ``height_max`` by default.
+        Initial height of the bead, mm. Default: 0.75 ``height_max``.
     time : float, optional
-        Time until the deadline at the start (s); half the horizon by default.
+        Time until the deadline at the start, s. Default: half the horizon.
     height_noise : float
-        Standard deviation of a scan's mean height (mm).
+        Standard deviation of the scanned mean height, mm.
     power_noise : float
-        Standard deviation of the measured power (W).
+        Standard deviation of the measured power, W.
     force_noise : float
-        Standard deviation of the measured forces (N).
+        Standard deviation of the measured forces, N.
 
     Raises
     ------
     ValueError
-        When a value is out of range; when a command cannot be done (a force above ``force_max``, a pass that
-        is not over by a fixed deadline, a duration that does not fit the feed rate).
+        When a value is out of range, or a command cannot be carried out (a force above ``force_max``, a pass
+        beyond a fixed deadline, a duration that contradicts the feed rate).
 
     Examples
     --------
@@ -97,17 +97,17 @@ class WeldBeadStand(Described):
 
     @property
     def start_height(self) -> float:
-        """Height of the bead at the start (mm)."""
+        """Initial height of the bead, mm."""
         return 0.75 * self.problem.height_max if self.height is None else self.height
 
     @property
     def start_time(self) -> float:
-        """Time until the deadline at the start (s)."""
+        """Time until the deadline at the start, s."""
         return 0.5 * self.problem.horizon if self.time is None else self.time
 
     @property
     def measures(self) -> Mapping[str, str]:
-        """Name -> unit of what the scanner, the clock, and the sensors of the last pass say."""
+        """Name -> unit of the measurements."""
         return {
             "height": units_of(type(self))["height"],
             "time_left": "s",
@@ -121,12 +121,12 @@ class WeldBeadStand(Described):
 
     @property
     def accepts(self) -> Mapping[str, str]:
-        """Name -> unit of what makes up a pass, and ``stop``."""
+        """Name -> unit of the commands: a pass, and ``stop``."""
         return {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""}
 
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
-        """Name -> unit (and dimension of arrays) of what a bead became."""
+        """Name -> unit (and dimension of arrays) of the outcomes."""
         own = units_of(type(self))
         return {
             "penalty": "$",
@@ -157,12 +157,12 @@ class WeldBeadStand(Described):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine (mm, s, N) of the problem; `truth` may differ, as nobody knows it."""
+        """Part and machine (mm, s, N) of the problem; `truth` may differ."""
         return self.problem.job
 
     @property
     def tick(self) -> float:
-        """A millisecond, or a finer tick (s) that divides the problem's stage."""
+        """One millisecond, or a finer tick (s) that divides the problem's stage."""
         return float(self._clock.tick)
 
     @property
@@ -170,13 +170,13 @@ class WeldBeadStand(Described):
         return Clock(common_tick({"stage": self.problem.stage, "resolution": _RESOLUTION}))
 
     def start(self, rng: np.random.Generator) -> WeldBead:
-        """Draw the truth of the next bead and return it, at time 0.
+        """Draw the truth of the next bead and return it at time 0.
 
         Parameters
         ----------
         rng : numpy.random.Generator
-            Random source of this bead. The truth, the cuts and the noise draw from a child each, so that
-            controllers are compared on equal draws.
+            Random source of this bead; truth, cuts and noise draw from a child each, so that controllers are
+            compared on equal draws.
 
         Returns
         -------
