@@ -1,1 +1,1 @@
-"""Hidden physics of the simulated centering machine and probe: table, tip, ring, gauges; compiled."""
+"""Hidden physics of the simulated centering machine and probe: table, tip, ring, gauges."""

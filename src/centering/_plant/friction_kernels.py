@@ -1,23 +1,23 @@
-"""Compiled friction of a ring that slides and spins on a table, with even pressure along its circle.
+"""Friction of a ring that slides and spins on a table, with even pressure along its circle.
 
-Friction against the local slip gives a force and a moment that depend on the ratio of both speeds only: the derivatives of
-the mean slip speed along the ring, complete elliptic integrals. `v` is the speed of the centre, `s` that of the rim by the
-spin, >= 0.
+Friction opposes the local slip. Force and moment depend only on the ratio of both speeds: they are
+derivatives of the mean slip speed along the ring, complete elliptic integrals. `v` is the speed of the
+centre, `s` that of the rim by the spin, >= 0.
 """
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-_SMALL = 0.02  # ratio of the speeds below which the closed form loses digits; the series is exact to rounding there
-_EQUAL = 1e-12  # chosen
-_ROUNDING = 1e-15  # chosen
-_HALVINGS = 60  # chosen
+_SMALL = 0.02  # ratio of speeds; chosen: below it the closed form loses digits and the series is exact
+_EQUAL = 1e-12  # relative; chosen: the limit for equal speeds is exact to rounding there
+_ROUNDING = 1e-15  # relative; chosen: convergence to rounding
+_HALVINGS = 60  # derived: an angle to rounding
 
 
 @compiled
 def _shares(v, s):
-    """Force over mu M g against the slide, and moment over mu M g R against the spin; not both speeds are 0."""
+    """Force over mu M g against the slide, moment over mu M g R against the spin; one speed is not 0."""
     if s == 0.0:
         return 1.0, 0.0
     if v == 0.0:
@@ -52,7 +52,9 @@ def _series(e):
 
 @compiled
 def _held(moment):
-    """Share of the greatest friction that is left to hold the place of a ring while a share holds its spin."""
+    """Force over its maximum that can still hold a ring at rest while `moment` (over its maximum) holds its
+    spin.
+    """
     if moment <= 0.0:
         return 1.0
     if moment >= 1.0:
@@ -69,9 +71,9 @@ def _held(moment):
 
 @compiled
 def _begins(pull, turn, most):
-    """Cosine and sine of how a ring at rest begins to slide and to spin: the way in which what friction leaves sets it in motion.
+    """Cosine and sine of the initial ratio of sliding and spinning: where the forces left by friction act.
 
-    `pull` at its place and `turn` at its rim, N, > 0, against a friction of `most`, which is not enough to hold both.
+    `pull` on the ring and `turn` at its rim, N, > 0, against a friction of `most`, which cannot hold both.
     """
     low, high = 0.0, 0.5 * np.pi
     for _ in range(_HALVINGS):

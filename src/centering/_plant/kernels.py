@@ -1,7 +1,7 @@
-"""Compiled core of a ring on a turning table and the tip that pushes it: from event to event, in small exact steps.
+"""A ring on a turning table and the tip that pushes it, from event to event.
 
-The laws are those of `ring_kernels`. Fourth order in steps short against the contact's own oscillation; touch,
-parting, stop and breakaway are found within a step. Serial; arrays as in the kernels of the slide.
+The laws are those of `ring_kernels`. Steps are of fourth order and short against the oscillation of the
+contact; touch, separation, stop and breakaway are located within a step. Arrays are those of `slide_kernels`.
 """
 
 import numpy as np
@@ -11,33 +11,35 @@ from centering._plant import ring_kernels as ring
 from centering._plant import slide_kernels as slide
 from sdpgrind.base.compiled import compiled
 
-_NEAR = 0.8  # of the breakaway force: from there on a ring at rest is watched closely
-_FASTEST = 150.0  # mm/s, chosen: no tip comes closer faster
-_SPLITS = 60  # chosen
-_STEPS_MAX = 100_000  # chosen: in a piece, beyond 20 times those that an uneventful one takes
-_CLOSE = 1e-12  # s, chosen
-_STILL = 1e-6  # mm/s, chosen: a ring that is slowed down to this by a damper, for ever, stands
-_SLOW = 0.5  # chosen: times what friction takes in a step: a rim that spins slower stops with the ring
-_RESOLVED, _FINEST = 0.1, 0.03  # of the time in which friction would stop a ring that spins, and of the step
-_PEAK_NEAR = 0.01  # chosen: of the greatest force so far: where a step rises above it
+_NEAR = 0.8  # pull over breakaway force; chosen: above it a ring at rest is advanced in small steps
+_FASTEST = 150.0  # mm/s; chosen: above the speed of any tip
+_SPLITS = 60  # derived: an event time to rounding
+_STEPS_MAX = (
+    100_000  # in a piece, beyond 20 times an uneventful one's; chosen: only endless stick-slip exceeds it
+)
+_CLOSE = 1e-12  # s; chosen: below the rounding of event times
+_STILL = 1e-6  # mm/s; chosen: a viscous ring never stops by itself
+_SLOW = 0.5  # rim speed over friction's change of it in a step; chosen: a slower spin stops with the ring
+_RESOLVED, _FINEST = 0.1, 0.03  # step over stopping time of a spinning ring, least step over `STEP`; chosen
+_PEAK_NEAR = 0.01  # relative; chosen: peaks that exceed the last one by a step's rise are found
 
 
 @compiled
 def _when(state, cell, profile, time, x, y, u, v, way_x, way_y):
-    """What changes sign at an event of a sliding ring: its speed onward, its closure, and the force where it is closed."""
+    """Event functions of a sliding ring: speed along its way, closure, and contact force."""
     _, _, force, closure = ring.contact_force(state, cell, profile, time, x, y, u, v)
     return u * way_x + v * way_y, closure, force
 
 
 @compiled
 def _happens(onward, closure, force, spins, closed, pushed):
-    """Whether a stop, a touch, a parting or a renewed push lies behind, given how it was before; what spins on does not stop."""
+    """Whether a stop, a touch, a separation or a renewed push has occurred; a spinning ring does not stop."""
     return (onward <= 0.0 and not spins) or (closure > 0.0) != closed or (force > 0.0) != pushed
 
 
 @compiled
 def _move(state, cell, profile, time, step):
-    """Let a sliding ring go on by at most a step, or to where it stops, touches or parts before; return the time taken."""
+    """Advance a sliding ring by a step, or to an earlier stop, touch or separation; return the time, s."""
     x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
     w, z = ring.way(state, cell, profile, time)
     _, closure, force = _when(state, cell, profile, time, x, y, u, v, w, z)
@@ -76,7 +78,7 @@ def _move(state, cell, profile, time, step):
 
 @compiled
 def _at_rest(state, cell, profile, time):
-    """Whether a ring at rest stays so, and the closure."""
+    """Whether a ring at rest stays at rest, and the closure."""
     pull_x, pull_y, closure = ring.pull(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)
     most = ring.holds(state, cell)
     return pull_x * pull_x + pull_y * pull_y <= most * most, closure
@@ -84,7 +86,7 @@ def _at_rest(state, cell, profile, time):
 
 @compiled
 def _wait(state, cell, profile, time, step):
-    """Let a ring at rest be for at most a step: to where it is touched or set in motion; return the time taken."""
+    """Advance a ring at rest by a step, or until it is touched or set in motion; return the time taken, s."""
     stays, closure = _at_rest(state, cell, profile, time)
     if not stays:
         state[slide.MOVING] = 1.0
@@ -109,9 +111,9 @@ def _wait(state, cell, profile, time, step):
 
 @compiled
 def _far(state, cell, profile, swing, length):
-    """Whether nothing can happen to a ring at rest within a piece: the tip is far, and the table too slow to shake it off.
+    """Whether nothing can happen to a ring at rest within a piece: the tip is far, and the table slow.
 
-    `swing`: how far the rim goes up and down, mm.
+    `swing`: peak to valley of the rim, mm.
     """
     if state[slide.MOVING] != 0.0:
         return False
@@ -128,7 +130,7 @@ def _far(state, cell, profile, swing, length):
 
 @compiled
 def _feel(state, cell, profile, time):
-    """Note the force of the contact, and when one begins."""
+    """Note the force of the contact, and its beginning."""
     where = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
     _, _, force, closure = ring.contact_force(state, cell, profile, time, *where)
     state[slide.FORCE] = force
@@ -145,7 +147,7 @@ def _feel(state, cell, profile, time):
 
 @compiled
 def _crest(state, cell, profile, time, step, x, y, u, v, before):
-    """Note the greatest force within a step that is over: a parabola through its begin, middle and end."""
+    """Note the peak force within a completed step: a parabola through begin, middle and end."""
     after = state[slide.FORCE]
     if step <= 0.0 or max(before, after) * (1.0 + _PEAK_NEAR) < state[slide.PEAK]:
         return
@@ -168,7 +170,7 @@ def _crest(state, cell, profile, time, step, x, y, u, v, before):
 
 @compiled
 def _step(state, cell):
-    """Longest step now, s: short where a ring that spins, too, is so slow that the direction of its friction turns fast."""
+    """Longest step now, s; shorter for a spinning ring so slow that its friction changes direction fast."""
     if state[slide.MOVING] == 0.0 or (state[slide.SPIN] == 0.0 and slide.spindle_rate(state, cell) == 0.0):
         return cell[slide.STEP]
     speed = np.sqrt(state[slide.SPEED_X] ** 2 + state[slide.SPEED_Y] ** 2 + state[slide.SPIN] ** 2)
@@ -178,7 +180,9 @@ def _step(state, cell):
 
 @compiled
 def _piece(state, cell, profile, lobes, length):
-    """Let the ring go on through a piece of the slide's motion; return how much of it was used: a first touch loads the slide."""
+    """Advance the ring through a piece of the slide's motion, s; return the used part, which ends at a first
+    touch.
+    """
     cell[slide.RADIUS] = ring.rim(state, cell, profile, lobes, 0.0)
     if _far(state, cell, profile, 2.0 * lobes[:, 1].sum(), length):
         state[slide.FORCE] = 0.0
@@ -194,7 +198,8 @@ def _piece(state, cell, profile, lobes, length):
         steps += 1
         if steps > _STEPS_MAX + 20.0 * length / cell[slide.STEP]:
             raise RuntimeError(
-                "a ring that is pushed starts and stops without end: stiffness, damping and friction fit no step"
+                "a ring that is pushed starts and stops without end: "
+                "stiffness, damping and friction fit no step"
             )
         x, y, u, v = state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y]
         moves, before, since = state[slide.MOVING] != 0.0, state[slide.FORCE], time
@@ -208,7 +213,9 @@ def _piece(state, cell, profile, lobes, length):
 
 @compiled
 def advance(state, cell, profile, lobes, until):
-    """Let slide, spindle and ring go on until a time, or to the start of the profile that waits; return whether it has come."""
+    """Advance slide, spindle and ring until a time, or to the start of the waiting profile; return whether it
+    has come.
+    """
     while state[slide.TIME] < until - _CLOSE:
         length = slide.piece_length(state, cell, profile, until - state[slide.TIME])
         length = _piece(state, cell, profile, lobes, length)
@@ -236,5 +243,5 @@ def settled(state):
 
 @compiled
 def reading(state, shape, lobes):
-    """Where a faultless probe finds the rim on the line now, mm from the axis, and the polar angle on the part."""
+    """Reading of a faultless probe now, mm from the axis, and polar angle of its contact on the part."""
     return probe.contact(shape, lobes, state[slide.X], state[slide.Y], state[slide.ANGLE])

@@ -1,4 +1,4 @@
-"""Compiled core of the gauges of a centering machine: what encoders, probe and force sensor show of the true state."""
+"""Gauges of a centering machine: readings of encoders, probe and force sensor from the true state."""
 
 import numpy as np
 
@@ -6,17 +6,17 @@ from centering._plant import probe_kernels as probe
 from centering._plant import slide_kernels as slide
 from sdpgrind.base.compiled import compiled
 
-# Settings of the gauges: steps of encoders, the stroke of the probe inward, what is not told truly, the force sensor.
+# settings: steps of encoders, inward stroke of the probe, errors, force sensor
 COUNTS, SLIDE_QUANTUM, PROBE_QUANTUM, STROKE, SKEW, NOISE_SD, RUNOUT, RUNOUT_PHASE, ROLL = range(9)
 DUST, DUST_SIZE, FORCE_QUANTUM, FORCE_MAX, GAUGES = range(9, 14)
 
 NAMES = ("time", "angle", "slide", "probe", "force", "peak_force", "spindle_speed", "pushing", "refreshed")
-_SQUEEZED = 1.0  # mm, chosen: so far the contact may give way
+_SQUEEZED = 1.0  # largest compression of the contact, mm; chosen: more is no reading
 
 
 @compiled
 def _steps(value, step):
-    """The nearest whole number of steps."""
+    """Nearest multiple of `step`; 0: unrounded."""
     return step * np.floor(value / step + 0.5) if step > 0.0 else value
 
 
@@ -27,7 +27,7 @@ def _force(force, gauge):
 
 @compiled
 def measure(state, cell, profile, shape, lobes, gauge, normal, first, second, out):
-    """Read every gauge now; the greatest force since the last reading is told and forgotten."""
+    """Read all gauges; reset the peak force."""
     radial, part_angle = probe.contact(shape, lobes, state[slide.X], state[slide.Y], state[slide.ANGLE])
     place = slide.tip_at(state, cell, profile, 0.0)[0] - cell[slide.STOP]
     held_off = (

@@ -1,32 +1,31 @@
-"""Compiled core of the probe: where a round tip touches a ring with lobes, and what is read of it, sample by sample.
+"""Contact of a round tip with a ring with lobes, and readings of the probe, sample by sample.
 
-Lobes have undulations per revolution, amplitude (mm) and phase (rad) in a row. Lengths are mm, times s, angles rad. Arrays are
-changed in place; serial.
+Rows of lobes: undulations per revolution, amplitude (mm), phase (rad). Lengths in mm, times in s, angles in
+rad. Arrays are changed in place.
 """
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-# Shape of a ring, with what touches it; lobes reach so far at most, and where SCAN is not 0 the tip may touch twice.
+# shape of ring and tip; REACH: sum of amplitudes; SCAN: whether the tip may touch twice
 RADIUS, TIP, REACH, UPR_MAX, SCAN, SHAPE = range(6)
 
-# Settings of a probe. A tick is a fraction of a second; where PER_TURN is not 0 the angle triggers, else every tick is a sample.
-# START is a count of the encoder where it has counts.
+# settings; tick: TICK_ABOVE/TICK_BELOW s; PER_TURN: samples triggered in a turn, 0: a sample each tick; START:
+# count of the encoder, or an angle without counts
 TICK_ABOVE, TICK_BELOW, PER_TURN, COUNTS, START, SKEW = range(6)
 RUNOUT, RUNOUT_PHASE, ROLL, NOISE_SD, DUST, DUST_SIZE = range(6, 12)
 PROBE_QUANTUM, SLIDE_QUANTUM, FOLLOW_TIME, HALF_STROKE = range(12, 16)
 MOVE_TIME, MOVE_X, MOVE_Y, SETTINGS = range(16, 20)
 
-# State: the next sample; speed since when and from which angle; the slide, what it follows and when that was; readings lost;
-# where the part's centre is, and whether the part has been moved.
+# state; NEXT: number of the next sample; SPEED since the time SINCE and ANGLE; SLIDE follows TARGET, set at SEEN
 NEXT, SPEED, SINCE, ANGLE, SLIDE, TARGET, SEEN, LOST, CENTER_X, CENTER_Y, MOVED, STATES = range(12)
 
 COLUMNS = ("angle", "reading", "slide", "probe", "ticks")
 
-_SCANNED = 16.0  # places within an undulation where a contact is looked for
-_STEP = 1e-13  # rad: Newton's next step is then below rounding
-_MOST = 80
+_SCANNED = 16.0  # places in an undulation searched for contacts; chosen: fewer may miss one
+_STEP = 1e-13  # rad; chosen: Newton's next step is below rounding
+_MOST = 80  # chosen: bisection alone reaches rounding
 
 
 @compiled
@@ -45,10 +44,11 @@ def _profile(shape, lobes, at):
 
 @compiled
 def _tip(shape, lobes, along, across, angle, ahead):
-    """Centre of a tip that touches the surface `ahead` of the probe line: beside the line, its slope, and along the line.
+    """Centre of a tip that touches the surface `ahead` of the probe line: distance from the line, its slope,
+    distance along it.
 
-    The part's centre is at (along, across) of the line. The tip's centre lies off the surface by its radius, along the normal,
-    which is turned back from the polar direction by atan(s'/s).
+    The part's centre is at (along, across) of the line. The tip's centre is off the surface by its radius,
+    along the normal, which is turned back from the polar direction by atan(s'/s).
     """
     radius, first, second = _profile(shape, lobes, angle + ahead)
     length = np.sqrt(radius * radius + first * first)
@@ -62,7 +62,7 @@ def _tip(shape, lobes, along, across, angle, ahead):
 
 @compiled
 def _touch(shape, lobes, along, across, angle, low, high, ahead):
-    """Newton's way to where the tip is on the line, kept within a bracket."""
+    """Position on the line and polar angle of the contact, by Newton's method within a bracket."""
     place = 0.0
     for _ in range(_MOST):
         beside, slope, place = _tip(shape, lobes, along, across, angle, ahead)
@@ -82,14 +82,14 @@ def _touch(shape, lobes, along, across, angle, low, high, ahead):
 
 @compiled
 def _within(shape, away):
-    """Furthest polar angle off the line at which the surface can be `away` from it."""
+    """Largest polar angle off the line at which the surface can be `away` from it."""
     reach = shape[REACH] if away > 0.0 else -shape[REACH]
     return np.arcsin(min(max(away / (shape[RADIUS] - reach), -1.0), 1.0))
 
 
 @compiled
 def _outermost(shape, lobes, along, across, angle):
-    """Of all places where the tip may touch, the one that holds it off furthest: it lies on both flanks of a narrow valley."""
+    """The outermost of all possible contacts: in a narrow valley the tip rests on both flanks."""
     low, high = -_within(shape, across + shape[TIP]), _within(shape, shape[TIP] - across)
     pieces = int(np.ceil((high - low) * shape[UPR_MAX] * _SCANNED / (2.0 * np.pi))) + 8
     best, where = -np.inf, low
@@ -109,7 +109,9 @@ def _outermost(shape, lobes, along, across, angle):
 
 @compiled
 def contact(shape, lobes, center_x, center_y, angle):
-    """Reading (mm) at a spindle angle, and the polar angle of the contact about the part's centre, which goes on over turns."""
+    """Reading (mm) at a spindle angle, and polar angle of the contact about the part's centre, continuous
+    over turns.
+    """
     sine, cosine = np.sin(angle), np.cos(angle)
     along, across = center_x * cosine + center_y * sine, center_y * cosine - center_x * sine
     if shape[SCAN] != 0.0:
@@ -129,7 +131,9 @@ def contacts(shape, lobes, center_x, center_y, angles, reading, part_angle):
 
 @compiled
 def least_spread(shape, lobes, places):
-    """Least of what the tip's centre moves along the surface's parallel curve in a radian; below 0 a tip bridges."""
+    """Least derivative of the tip centre's travel by polar angle along the parallel curve; < 0: a tip bridges
+    valleys.
+    """
     least = np.inf
     for k in range(places):
         radius, first, second = _profile(shape, lobes, 2.0 * np.pi * k / places)
@@ -140,13 +144,13 @@ def least_spread(shape, lobes, places):
 
 @compiled
 def _steps(value, step):
-    """The nearest whole number of steps."""
+    """Nearest multiple of `step`; 0: unrounded."""
     return step * np.floor(value / step + 0.5) if step > 0.0 else value
 
 
 @compiled
 def edge_angle(cell, k):
-    """Spindle angle at which sample k is triggered: an edge of the encoder, or any where it has no steps."""
+    """Spindle angle that triggers sample k: an edge of the encoder, or any angle without steps."""
     if cell[COUNTS] > 0.0:
         return (cell[START] + np.floor(k * cell[COUNTS] / cell[PER_TURN] + 0.5)) * (
             2.0 * np.pi / cell[COUNTS]
@@ -156,9 +160,9 @@ def edge_angle(cell, k):
 
 @compiled
 def due(cell, state):
-    """Tick at which the next sample is there, and true angle of the spindle when the probe is read.
+    """Tick of the next sample, and true spindle angle when the probe is read.
 
-    A trigger latches the spindle at an edge of its encoder; the probe was read SKEW before.
+    The trigger is an edge of the encoder; the probe was read SKEW before it.
     """
     k = state[NEXT]
     if cell[PER_TURN] == 0.0:
@@ -171,7 +175,7 @@ def due(cell, state):
 
 @compiled
 def _follow(cell, state, seconds):
-    """Let the slide go after what it saw last."""
+    """Move the slide towards the last reading."""
     passed = seconds - state[SEEN]
     state[SLIDE] += (state[TARGET] - state[SLIDE]) * (1.0 - np.exp(-passed / cell[FOLLOW_TIME]))
     state[SEEN] = seconds
@@ -179,7 +183,7 @@ def _follow(cell, state, seconds):
 
 @compiled
 def _errors(cell, part_angle, normal, first, second):
-    """What the tip is held off by beside the surface, or seems to be: runout of the roller, noise, dust."""
+    """Error of the reading: runout of the roller, noise, dust."""
     tone = cell[RUNOUT] * np.cos(cell[ROLL] * part_angle - cell[RUNOUT_PHASE])
     dust = cell[DUST_SIZE] * (0.5 + second) if first < cell[DUST] else 0.0
     return tone + cell[NOISE_SD] * normal + dust
@@ -187,7 +191,7 @@ def _errors(cell, part_angle, normal, first, second):
 
 @compiled
 def measure(shape, lobes, cell, state, normals, uniforms, out):
-    """Take the next samples, one a row: what spindle, slide and probe show, and the tick."""
+    """Take the next samples, one a row: readings of spindle, slide and probe, and the tick."""
     for row in range(out.shape[0]):
         ticks, angle = due(cell, state)
         seconds = ticks * cell[TICK_ABOVE] / cell[TICK_BELOW]

@@ -1,11 +1,11 @@
-"""Compiled laws of a ring on a turning table that a tip pushes: the force of the contact, friction, a step of its motion.
+"""Laws of a ring on a turning table that a tip pushes: contact force, friction, a step of its motion.
 
-In the table's frame M u' = F_c + M (w^2 c + 2 w J'u + w' J'c) - (F_k f + k_v |u|) u/|u|, with the contact force F_c = k d + b d'
-of the closure d that only pushes, along the normal of the rim at the tip. A table that changes its speed turns under a ring that
-slides: the speed s of its rim by that spin goes with M s' = -M R w' - (F_k m + k_v |s|) s/|s| for a thin ring. f and m, of |u|
-and |s|, are shares of force and moment with even pressure along it, 1 and 0 without spin. A ring at rest stays until what pulls
-at it is above F_s; friction that holds its spin is not there to hold its place. The rim is a circle of the radius that it has at
-the tip, anew at each step, as lobes turn past. Serial; arrays as in the kernels of the slide.
+In the table's frame M u' = F_c + M (w^2 c + 2 w J'u + w' J'c) - (F_k f + k_v |u|) u/|u|, with the contact
+force F_c = k d + b d' >= 0 of the closure d, along the normal of the rim at the tip. When the table changes
+its speed under a sliding ring, the rim speed s of its spin obeys M s' = -M R w' - (F_k m + k_v |s|) s/|s| for
+a thin ring. f and m, of |u| and |s|, are shares of force and moment with even pressure, 1 and 0 without spin.
+A ring at rest stays until the pull exceeds F_s; friction that holds its spin cannot hold its position. The
+rim is a circle of the radius at the tip, updated at each step. Arrays are those of `slide_kernels`.
 """
 
 import numpy as np
@@ -14,12 +14,12 @@ from centering._plant import friction_kernels as friction
 from centering._plant import slide_kernels as slide
 from sdpgrind.base.compiled import compiled
 
-_ONWARD = 0.3  # chosen: cosine: a ring that slides much aside of its way has stopped in between
+_ONWARD = 0.3  # cosine; chosen: a ring that slides farther off its direction stopped in between
 
 
 @compiled
 def rim(state, cell, profile, lobes, time):
-    """Distance of the rim from the centre of the ring, mm, on the side of the tip."""
+    """Distance of the rim from the centre of the ring on the side of the tip, mm."""
     angle = state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * slide.spindle_rate(state, cell) * time) * time
     tip, _ = slide.tip_at(state, cell, profile, time)
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -35,7 +35,9 @@ def rim(state, cell, profile, lobes, time):
 
 @compiled
 def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
-    """Force (N) of the tip on the ring, along x and y of the table, its size, and the closure (mm, below 0: a gap)."""
+    """Force (N) of the tip on the ring along x and y of the table, its magnitude, and the closure (mm, < 0: a
+    gap).
+    """
     rate = slide.spindle_rate(state, cell)
     angle, spin = (
         state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * rate * time) * time,
@@ -69,7 +71,7 @@ def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
 
 @compiled
 def pull(state, cell, profile, time, x, y, speed_x, speed_y):
-    """What pulls at the ring but friction, N, along x and y of the table; and the closure."""
+    """Forces on the ring except friction along x and y of the table, N, and the closure, mm."""
     rate = slide.spindle_rate(state, cell)
     spin, inertia = state[slide.SPEED] + rate * time, cell[slide.INERTIA]
     push_x, push_y, _, closure = contact_force(state, cell, profile, time, x, y, speed_x, speed_y)
@@ -80,7 +82,9 @@ def pull(state, cell, profile, time, x, y, speed_x, speed_y):
 
 @compiled
 def hold(cell, scale):
-    """Set friction, over that of the model; so much a changing speed of the table leaves for the place."""
+    """Set friction over that of the model, and the share that a changing table speed leaves for holding the
+    position.
+    """
     cell[slide.FRICTION] = scale
     spin = cell[slide.SPINDLE_ACCELERATION] * cell[slide.ROUND] * cell[slide.INERTIA]
     cell[slide.HELD] = friction._held(spin / (cell[slide.BREAKAWAY] * scale))
@@ -88,14 +92,14 @@ def hold(cell, scale):
 
 @compiled
 def holds(state, cell):
-    """Force that holds the place of a ring at rest, N; the rest holds its spin against a changing speed of the table."""
+    """Largest force that holds the position of a ring at rest, N."""
     share = cell[slide.HELD] if slide.spindle_rate(state, cell) != 0.0 else 1.0
     return cell[slide.BREAKAWAY] * cell[slide.FRICTION] * share
 
 
 @compiled
 def way(state, cell, profile, time):
-    """Direction over the table in which the ring slides, or begins to."""
+    """Direction in which the ring slides on the table, or begins to slide."""
     way_x, way_y = state[slide.SPEED_X], state[slide.SPEED_Y]
     if way_x == 0.0 and way_y == 0.0:
         way_x, way_y, _ = pull(state, cell, profile, time, state[slide.X], state[slide.Y], 0.0, 0.0)
@@ -105,9 +109,9 @@ def way(state, cell, profile, time):
 
 @compiled
 def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin):
-    """Accelerations over the table, mm/s^2, of a ring that slides, and of its rim by its spin.
+    """Accelerations of a sliding ring on the table, mm/s^2, and of its rim by the spin.
 
-    Friction goes on as if it slid where it has come to a stop.
+    A ring that has stopped has the friction of a sliding one.
     """
     inertia, rate = cell[slide.INERTIA], slide.spindle_rate(state, cell)
     pull_x, pull_y, _ = pull(state, cell, profile, time, x, y, speed_x, speed_y)
@@ -132,7 +136,7 @@ def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin
 
 @compiled
 def slide_on(state, cell, profile, time, w, z, step):
-    """Place, speed and spin of a ring that slides in the direction w, z one step later, to fourth order."""
+    """Position, speed and spin of a ring sliding in the direction (w, z) after a step of fourth order."""
     x, y, u, v, s = (
         state[slide.X],
         state[slide.Y],

@@ -1,34 +1,35 @@
-"""Compiled core of the slide and the spindle of a centering machine: motion in pieces with a closed form each.
+"""Slide and spindle of a centering machine: motion in pieces with a closed form each.
 
-State and settings are float64 arrays, changed in place; serial. Lengths are mm, times s, angles rad, forces N. ``slide`` counts
-away from the axis, speeds of the slide toward it. Between two pieces something changes: a segment of a profile ends, the drive
-leaves its greatest acceleration, the spindle has reached its speed, a profile begins.
+State and settings are float64 arrays, changed in place. Lengths in mm, times in s, angles in rad, forces in
+N. Positions of the slide are from the axis outwards, its speeds towards the axis. A piece ends when a segment
+of a profile ends, the drive leaves its maximum acceleration, the spindle reaches its speed, or a profile
+begins.
 """
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-# State. SEGMENT: row of the profile that runs, -1: none; GONE: time in it; ARMED: a profile waits for the angle START. RUN_IN: by
-# how much the slide is faster than the profile that it has not joined yet.
+# state; SEGMENT: running row of the profile, -1: none; GONE: time in it; ARMED: a profile waits for the angle
+# START; RUN_IN: speed of the slide minus that of the profile
 TIME, ANGLE, SPEED, SPEED_SET = range(4)
 REFERENCE, VELOCITY, ACCELERATION, VELOCITY_SET, LAG, SEGMENT, GONE, ARMED, START = range(4, 13)
-# The ring on the table (x, y of the table) and how it moves over it, SPIN: of its rim by its turning over the table, mm/s; force
-# of the contact now, greatest since the last sample and of all; what happened.
+# the ring on the table; SPIN: speed of its rim by its spin, mm/s; contact force, its PEAK since the last sample
+# and PEAK_EVER; events
 X, Y, SPEED_X, SPEED_Y, MOVING, TOUCHED, TOUCHES = range(13, 20)
 FORCE, PEAK, PEAK_EVER, SLIPPED, PUSHES, COLLISIONS, RUN_IN, SPIN, STATES = range(20, 29)
 
-# Settings of slide and spindle, then of the ring and the push under way. RADIUS: of the rim where the tip is, ROUND: the mean.
+# settings of slide and spindle, then of ring and push; RADIUS: of the rim at the tip, ROUND: mean
 SPEED_MAX, ACCELERATION_MAX, LOOP, DAMPING, LAG_TIME, SPINDLE_ACCELERATION = range(6)
 INERTIA, STIFFNESS, CONTACT_DAMPING, BREAKAWAY, COULOMB, VISCOUS, RADIUS, FRICTION, AIM, STOP, STEP, HELD = (
     range(6, 18)
 )
 ROUND, SETTINGS = range(18, 20)
 
-_SAME = 1e-12  # mm/s, mm/s^2, chosen: nothing is left of a transient
-_ROUNDING = 1e-9  # chosen
-_JOINED = 1e-9  # mm/s, chosen: so close to the speed of a profile is at it
-_MOST = 80  # chosen
+_SAME = 1e-12  # mm/s, mm/s^2; chosen: the transient has ended
+_ROUNDING = 1e-9  # relative; chosen: above the rounding of limits
+_JOINED = 1e-9  # mm/s; chosen: above the rounding of speeds
+_MOST = 80  # chosen: bisection to rounding
 
 
 @compiled
@@ -49,20 +50,20 @@ def loop_at(cell, velocity, acceleration, target, time):
 
 @compiled
 def _leaves(cell, velocity, acceleration, target):
-    """Whether a drive at its greatest acceleration begins to take it back, and the speed at which it does."""
+    """Whether a drive at its maximum acceleration begins to reduce it, and the speed at which it does."""
     turn = target - 2.0 * cell[DAMPING] * acceleration / cell[LOOP]
     return (velocity - turn) * acceleration >= -_ROUNDING * cell[ACCELERATION_MAX] * abs(acceleration), turn
 
 
 @compiled
 def _until_full(cell, velocity, acceleration, target, longest):
-    """Time in which the linear loop comes to the greatest acceleration; `longest` where it does not."""
+    """Time until the linear loop reaches the maximum acceleration; `longest` where it does not."""
     most, natural, damping = cell[ACCELERATION_MAX], cell[LOOP], cell[DAMPING]
     sigma, damped = natural * damping, natural * np.sqrt(1.0 - damping * damping)
     jerk = -2.0 * sigma * acceleration - natural * natural * (velocity - target)
     if jerk == 0.0:
         return longest
-    # a = e^{-sigma t}(p cos + q sin) is stationary where tan(damped t) = (damped q - sigma p)/(damped p + sigma q)
+    # a = e^{-sigma t}(p cos + q sin) is stationary at tan(damped t) = (damped q - sigma p)/(damped p + sigma q)
     q = (jerk + sigma * acceleration) / damped
     high = np.arctan2(damped * q - sigma * acceleration, damped * acceleration + sigma * q) / damped
     if high <= 0.0:
@@ -86,7 +87,7 @@ def _until_full(cell, velocity, acceleration, target, longest):
 
 @compiled
 def is_full(state, cell):
-    """Whether the drive is at its greatest acceleration and stays there for now."""
+    """Whether the drive is and stays at its maximum acceleration."""
     if abs(state[ACCELERATION]) < cell[ACCELERATION_MAX] * (1.0 - _ROUNDING):
         return False
     return not _leaves(cell, state[VELOCITY], state[ACCELERATION], state[VELOCITY_SET])[0]
@@ -94,7 +95,7 @@ def is_full(state, cell):
 
 @compiled
 def piece_length(state, cell, profile, longest):
-    """How long the motion that is under way has one closed form, s; at most `longest`."""
+    """Time during which the current motion has one closed form, s; at most `longest`."""
     if state[SPEED] != state[SPEED_SET]:
         longest = min(longest, abs(state[SPEED_SET] - state[SPEED]) / cell[SPINDLE_ACCELERATION])
     if state[ARMED] != 0.0:
@@ -113,7 +114,7 @@ def piece_length(state, cell, profile, longest):
 
 @compiled
 def spindle_rate(state, cell):
-    """Angular acceleration of the spindle now, rad/s^2."""
+    """Angular acceleration of the spindle, rad/s^2."""
     if state[SPEED] == state[SPEED_SET]:
         return 0.0
     return cell[SPINDLE_ACCELERATION] if state[SPEED_SET] > state[SPEED] else -cell[SPINDLE_ACCELERATION]
@@ -121,7 +122,7 @@ def spindle_rate(state, cell):
 
 @compiled
 def time_to(state, cell, angle):
-    """Time until the spindle is at an angle, while it goes on as now; 0 where it is past it, inf where it never is."""
+    """Time until the spindle reaches an angle in its current motion; 0: passed, inf: never."""
     ahead, speed, rate = angle - state[ANGLE], state[SPEED], spindle_rate(state, cell)
     if ahead <= 0.0:
         return 0.0
@@ -133,7 +134,7 @@ def time_to(state, cell, angle):
 
 @compiled
 def begin_segment(state, profile, row):
-    """A row of the profile runs from now on; the slide has the speed that it has."""
+    """Begin a row of the profile at the present speed of the slide."""
     state[SEGMENT], state[GONE] = float(row), 0.0
     off = state[VELOCITY] - profile[row, 1]
     state[RUN_IN] = off if abs(off) > _JOINED else 0.0
@@ -141,7 +142,9 @@ def begin_segment(state, profile, row):
 
 @compiled
 def _of_profile(state, cell, profile):
-    """Speed and acceleration of the slide now, in a profile; what it is off its speed goes as fast as the drive can."""
+    """Speed and acceleration of the slide in a profile; a difference in speed is reduced at maximum
+    acceleration.
+    """
     row = int(state[SEGMENT])
     rate = profile[row, 2]
     speed = profile[row, 1] + rate * state[GONE] + state[RUN_IN]
@@ -152,9 +155,9 @@ def _of_profile(state, cell, profile):
 
 @compiled
 def tip_at(state, cell, profile, time):
-    """Where the pusher tip is (mm from the axis) and its speed toward the axis, within the piece that is under way.
+    """Position of the pusher tip (mm from the axis) and its speed towards the axis, within the current piece.
 
-    In a profile that has touched, the loaded slide follows late: e' = v - e/tau of the lag e.
+    After the first touch in a profile the loaded slide lags by e: e' = v - e/tau.
     """
     if state[SEGMENT] >= 0.0:
         speed, rate = _of_profile(state, cell, profile)
@@ -178,7 +181,7 @@ def tip_at(state, cell, profile, time):
 
 @compiled
 def commit(state, cell, profile, time):
-    """Let slide and spindle go on by a time within the piece that is under way."""
+    """Advance slide and spindle by a time within the current piece."""
     place, _ = tip_at(state, cell, profile, time)
     rate, full = spindle_rate(state, cell), is_full(state, cell)
     if state[SEGMENT] >= 0.0:

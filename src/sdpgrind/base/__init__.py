@@ -1,1 +1,1 @@
-"""Ground floor, which knows of no process: fields, checks, units; files, plans, pictures; compiling, faces, executors."""
+"""What every area uses: declared fields, checks, units, files, plans, pictures, compiling, executors."""

@@ -1,4 +1,4 @@
-"""Arrays in what is immutable: copies that cannot be changed, equality by value."""
+"""Read-only arrays, and equality by value."""
 
 import dataclasses
 from typing import Any
@@ -8,24 +8,23 @@ import numpy.typing as npt
 
 
 def lasting(values: npt.ArrayLike, dtype: npt.DTypeLike = float) -> npt.NDArray[Any]:
-    """Return a copy of `values` that cannot be changed."""
+    """Return a read-only copy of `values`."""
     kept = np.array(values, dtype=dtype)
     kept.flags.writeable = False
     return kept
 
 
 def same(one: Any, other: Any) -> bool:
-    """Whether two values are equal: arrays in shape and in every entry; NaN, which says that there is none, is equal to NaN."""
+    """Whether two values are equal: arrays in shape and every entry, NaN equal to NaN."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.array_equal(one, other, equal_nan=True)
     return bool(one is other or one == other or (one != one and other != other))
 
 
 class ByValue:
-    """Mixin of frozen dataclasses with arrays of numbers: equal where all compared fields are, and hashed by them.
+    """Mixin of frozen dataclasses with arrays: equality and hash by the values of all compared fields.
 
-    The dataclass needs ``eq=False``, or makes an equality of its own, which arrays break; a field with ``compare=False`` does not
-    count.
+    The dataclass needs ``eq=False``, since its own equality fails with arrays.
     """
 
     def __eq__(self, other: object) -> bool:
@@ -42,7 +41,7 @@ def _compared(thing: Any) -> list[str]:
 
 
 def _key(value: Any) -> Any:
-    """What equal values share: all zeros one sign, all NaN one pattern."""
+    """Hashable form, common to equal values: one sign of zero, one pattern of NaN."""
     if not isinstance(value, np.ndarray):
         return value if value == value else None
     plain = np.where(np.isnan(value), np.nan, value + 0.0)

@@ -1,4 +1,4 @@
-"""Frozen dataclasses in one line: six digits and units, and of long rows only how many numbers they hold."""
+"""Frozen dataclasses in one line: six digits, units, and the size of long sequences only."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -7,18 +7,18 @@ from typing import Any
 import numpy as np
 
 SHORT = 8
-"""Entries of a sequence that are written down."""
+"""Longest sequence that is written out; chosen: more do not fit a line."""
 
 
 def brief(thing: Any, units: Mapping[str, str] | None = None) -> str:
-    """Return the fields of a dataclass as text, those at their defaults left out.
+    """Return the fields of a dataclass as text, without those at their defaults.
 
     Parameters
     ----------
     thing : dataclass
-        What to write down.
+        The object.
     units : mapping, optional
-        Unit of each field that has one; "1" is not written.
+        Unit of each quantity; "1" is not shown.
     """
     units = units or {}
     shown = []

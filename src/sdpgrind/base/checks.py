@@ -1,4 +1,6 @@
-"""One clear error at the door: argument, rule, unit, value. Arrays inside the house are trusted."""
+"""Checks of arguments with one form of error: name, rule, unit, value. Arrays inside the library are not
+checked.
+"""
 
 import os
 from collections.abc import Callable, Iterable, Sequence
@@ -14,21 +16,21 @@ Floats = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 Bools = npt.NDArray[np.bool_]
 Kind = TypeVar("Kind")
-_LONG = 80  # characters; what takes more to write down is told by its type
+_LONG = 80  # longest value in a message, characters; chosen: the message fits a line
 
 
 def with_unit(rule: str, unit: str) -> str:
-    """Put the unit behind a rule, in brackets; nothing where there is none."""
+    """Append a unit in brackets to a rule; "": no unit."""
     return f"{rule} ({unit})" if unit else rule
 
 
 def refuse(name: str, rule: str, value: object, unit: str = "") -> ValueError:
-    """Give the error of a refused argument: ``<name> must be <rule> (<unit>); got <value>``."""
+    """Return the error of a refused argument: ``<name> must be <rule> (<unit>); got <value>``."""
     return ValueError(f"{name} must be {with_unit(rule, unit)}; got {shown(value)}")
 
 
 def shown(value: object) -> str:
-    """Write a value down where it is short, else say what it is."""
+    """Return a value as text if short, else its type."""
     text = repr(value)
     if len(text) <= _LONG and "\n" not in text and " at 0x" not in text:
         return text
@@ -40,21 +42,21 @@ def _article(name: str) -> str:
 
 
 def kind(name: str, value: object, wanted: type[Kind], hint: str = "") -> Kind:
-    """Return `value`, which must be a `wanted`; `hint` says where one comes from."""
+    """Return `value` if it is a `wanted`; `hint` ends the message."""
     if not isinstance(value, wanted):
         raise TypeError(f"{name} must be {_article(wanted.__name__)}{hint}; got {shown(value)}")
     return value
 
 
 def able(name: str, value: Kind, what: str, *methods: str) -> Kind:
-    """Return `value`, which must have `methods`; `what` says which things do."""
+    """Return `value` if it has `methods`; `what` is the rule of the message."""
     if not all(callable(getattr(value, method, None)) for method in methods):
         raise TypeError(f"{name} must be {what}; got {shown(value)}")
     return value
 
 
 def path(name: str, value: str | os.PathLike[str]) -> Path:
-    """Return `value`, which must be a path, as one."""
+    """Return `value`, text or path, as a path."""
     if not isinstance(value, str | os.PathLike):
         raise TypeError(f"{name} must be a path; got {shown(value)}")
     return Path(value)
@@ -94,7 +96,7 @@ def within(name: str, value: object, low: float, high: float, unit: str = "") ->
 
 
 def at_most(name: str, value: object, limit: str, most: float, unit: str = "") -> float:
-    """Return `value` as a float in (0, `most`]; what is more is refused by the name of the `limit`."""
+    """Return `value` as a float in (0, `most`]; the message names the `limit`."""
     checked = positive(name, value, unit)
     if checked > most:
         raise refuse(name, f"<= {limit} = {most:.6g}", checked, unit)
@@ -102,7 +104,7 @@ def at_most(name: str, value: object, limit: str, most: float, unit: str = "") -
 
 
 def share(name: str, value: object, unit: str = "") -> float:
-    """Return `value` as a float, or raise ValueError unless it is in (0, 1]."""
+    """Return `value` as a float in (0, 1]."""
     checked = number(name, value, unit)
     if not 0 < checked <= 1:
         raise refuse(name, "in (0, 1]", checked, unit)
@@ -110,7 +112,7 @@ def share(name: str, value: object, unit: str = "") -> float:
 
 
 def probability(name: str, value: object) -> float:
-    """Return `value` as a float, or raise ValueError unless it is in (0, 1)."""
+    """Return `value` as a float in (0, 1), ends excluded."""
     checked = number(name, value, "1")
     if not 0 < checked < 1:
         raise refuse(name, "in (0, 1)", checked, "1")
@@ -127,7 +129,7 @@ def count(name: str, value: object, at_least: int = 1) -> int:
 
 
 def one_of(name: str, value: Any, choices: Iterable[Any]) -> Any:
-    """Return `value`, which must be one of `choices`."""
+    """Return `value` if it is one of `choices`."""
     known = list(choices)
     if value not in known:
         raise refuse(name, "one of " + ", ".join(map(str, known)), value)
@@ -167,7 +169,7 @@ def inside(
 
 
 def charge(name: str, function: Callable[[Floats], npt.ArrayLike], limit: float) -> None:
-    """Refuse a charge ($) of distance that is not finite, 0 at 0, non-negative and non-decreasing up to `limit`."""
+    """Refuse a charge ($) of distance unless finite, 0 at 0, >= 0 and non-decreasing up to `limit`."""
     z = np.linspace(0.0, limit, 1001)
     charged = np.broadcast_to(np.asarray(function(z), dtype=float), z.shape)
     rules = {

@@ -1,6 +1,6 @@
-"""What is being compiled, told while it is: numba compiles in silence, for up to half a minute at a first use.
+"""Progress of compiling; numba itself is silent, for up to half a minute at a first use.
 
-The total is the number of kernels that can be reached from those called so far; it grows when others are called.
+The total is the number of kernels reachable from those called so far; it grows with further calls.
 """
 
 import sys
@@ -14,11 +14,11 @@ from numba.core.event import Listener, register
 from sdpgrind.base.kernel_digest import reached
 from sdpgrind.base.progress import Progress
 
-_PATIENCE = 2.0  # s of compiling before a terminal is told; chosen: work says what it does within two seconds
+_PATIENCE = 2.0  # silent compiling, s; chosen: a longer silence looks like a fault
 
 
 class Compiling(Listener):
-    """Listens to numba's compiler and tells how far it is.
+    """Listens to numba's compiler and shows its progress.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Compiling(Listener):
         self._begin = self._spent = 0.0
 
     def on_start(self, event: Any) -> None:
-        """Note that a kernel begins."""
+        """Count a kernel that begins to compile."""
         kernel = event.data["dispatcher"]
         if self._depth == 0:
             self._begin = self._clock()
@@ -45,7 +45,7 @@ class Compiling(Listener):
         self._tell(kernel)
 
     def on_end(self, event: Any) -> None:
-        """Note that a kernel is compiled, or cannot be."""
+        """Count a kernel that is compiled, or failed."""
         self._depth -= 1
         self.count += 1
         if self._depth == 0:
@@ -57,7 +57,7 @@ class Compiling(Listener):
                 sys.stderr.flush()
 
     def forget(self) -> None:
-        """Count anew."""
+        """Restart the count."""
         self._kernels.clear()
 
     @property
@@ -82,7 +82,7 @@ _listening: list[Compiling] = []
 
 
 def listen() -> None:
-    """Begin to listen, at the first kernel that is not on disk: a warm start costs nothing."""
+    """Start listening, at the first kernel that is not on disk: a warm start costs nothing."""
     if not _listening:
         _listening.append(listener)
         register("numba:compile", listener)
@@ -90,14 +90,14 @@ def listen() -> None:
 
 @contextmanager
 def told(area: str, progress: Progress | None) -> Iterator[None]:
-    """Tell `progress` what is compiled in the block, as the work of `area`.
+    """Report compiling in the block to `progress`, as work of `area`.
 
     Parameters
     ----------
     area : str
         Name in the text.
     progress : callable or None
-        Called with the share done (0..1) and a text; None: a line on a terminal, after two seconds.
+        Called with the completed share (0..1) and a text. None: a line on a terminal after two seconds.
     """
     listener.area, listener.progress = area, progress
     listener.forget()
@@ -108,12 +108,12 @@ def told(area: str, progress: Progress | None) -> Iterator[None]:
 
 
 def _compiled_apart(kernel: Any) -> list[Any]:
-    """Return the kernels that a kernel needs, itself included; one that is written into its callers is none."""
+    """Return the kernels that a kernel needs, itself included, without inlined ones."""
     options = [(one, getattr(one, "targetoptions", None)) for one in reached(kernel)]
     return [one for one, given in options if given is not None and given.get("inline", "never") == "never"]
 
 
 def _area(kernel: Any) -> str:
-    """Return the area that a kernel belongs to: ``sdpgrind.locus._trace`` is of locus."""
+    """Return the area of a kernel: ``sdpgrind.locus._trace`` belongs to locus."""
     parts: list[str] = kernel.py_func.__module__.split(".")
     return parts[1] if parts[0] == "sdpgrind" and len(parts) > 1 else parts[0]

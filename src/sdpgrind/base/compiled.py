@@ -1,8 +1,8 @@
-"""`compiled`: the one way in which a kernel of this library is compiled, kept on disk and closed.
+"""`compiled`: decorator of all kernels, with machine code on disk.
 
-A kernel is compiled at its first call and kept on disk until it, something that it calls or a constant that it names
-changes (`kernel_cache`). Doors that nobody uses take a third of the time to compile, so no kernel can be a C callback,
-and one whose name begins with ``_`` can be called from other kernels only.
+A kernel is compiled at its first call and kept on disk until it, a callee or a constant that it names changes
+(`kernel_cache`). No kernel can be a C callback, and one whose name begins with ``_`` can be called from
+kernels only: these entry points would take a third of the compile time.
 """
 
 from collections.abc import Callable
@@ -17,14 +17,14 @@ from sdpgrind.base.kernel_cache import KernelCache
 
 
 class Kernel(CPUDispatcher):
-    """A compiled function; `compiled` makes it."""
+    """A compiled function, made by `compiled`."""
 
     def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None, **more: Any) -> None:
         super().__init__(py_func, locals, targetoptions, **more)
         self._cache = KernelCache(self)
 
     def __reduce__(self) -> Any:
-        """Let another process use the kernel of its own module, and what that module keeps on disk."""
+        """Pickle by module and name, so that another process uses its own kernel and the code on disk."""
         where, name = self.py_func.__module__, self.py_func.__qualname__
         if _of_module(where, name) is self:
             return _of_module, (where, name)
@@ -35,11 +35,11 @@ class ClosedKernel(Kernel):
     """A kernel that Python cannot call: numba would follow a null pointer."""
 
     def __call__(self, *args: Any, **kwargs: Any) -> NoReturn:
-        """Refuse."""
+        """Raise TypeError."""
         name = self.py_func.__name__
         raise TypeError(
-            f"{name} is a kernel that only kernels can call, as its name begins with '_'; call it from a kernel, "
-            f"or call sdpgrind.base.compiled.opened({name})"
+            f"{name} is a kernel that only kernels can call, as its name begins with '_'; "
+            f"call it from a kernel, or call sdpgrind.base.compiled.opened({name})"
         )
 
 
@@ -48,20 +48,20 @@ def compiled(function: Callable[..., Any], /) -> Kernel: ...
 @overload
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Kernel]: ...
 def compiled(function: Callable[..., Any] | None = None, /, **options: Any) -> Any:
-    """Compile a function at its first call, without the lock of the interpreter, and keep the machine code on disk.
+    """Compile a function at its first call, without the interpreter's lock, and keep the code on disk.
 
     Parameters
     ----------
     function : callable
-        What numba can compile. One whose name begins with ``_`` can be called from other kernels only.
+        Function that numba can compile. With a name that begins with ``_`` only kernels can call it.
     **options
-        Those of numba's ``njit`` that change the code: ``error_model``, ``fastmath``, ``inline``, ``forceinline``,
+        Options of numba's ``njit``: ``error_model``, ``fastmath``, ``inline``, ``forceinline``,
         ``boundscheck``.
 
     Returns
     -------
     Kernel
-        Or the decorator, where only options are given.
+        The kernel; a decorator where only options are given.
 
     Examples
     --------
@@ -78,23 +78,23 @@ def compiled(function: Callable[..., Any] | None = None, /, **options: Any) -> A
 
 
 def compiled_with(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    """Return the kernel of a function; its name says whether Python can call it."""
+    """Return the kernel of a function; closed if its name begins with ``_``."""
     return _made(function, options, closed=function.__name__.startswith("_"))
 
 
 @cache
 def opened(kernel: Kernel) -> Any:
-    """Return a twin of a closed kernel that Python can call, as tests do.
+    """Return a twin of a closed kernel that Python can call, for tests.
 
     Parameters
     ----------
     kernel : Kernel
-        Open ones are returned as they are.
+        A kernel; an open one is returned itself.
 
     Returns
     -------
     Kernel
-        With the same code and options.
+        Kernel with the same code and options.
     """
     if not isinstance(kernel, ClosedKernel):
         return kernel
@@ -114,7 +114,7 @@ def _made(function: Callable[..., Any], options: dict[str, Any], closed: bool) -
 
 
 def _of_module(where: str, name: str) -> Any:
-    """Return what a module holds under a name (``Class.name`` too), or None."""
+    """Return the attribute of a module by its qualified name, or None."""
     found: Any = import_module(where)
     for part in name.split("."):
         found = getattr(found, part, None)

@@ -1,14 +1,14 @@
-"""Copies of controllers: each has a state of its own, and shares plan, law and all else that never changes."""
+"""Copies of controllers: own state, shared plan and law."""
 
 from copy import copy, deepcopy
 from typing import Any, ClassVar, Self
 
 
 class Stateful:
-    """Base of controllers; the loop copies them for parts that run side by side."""
+    """Base of controllers; the loop copies them for parallel parts."""
 
     _changing: ClassVar[tuple[str, ...]] = ()
-    """Attributes that change in a run and are no plain values; one that is made at first use may be missing."""
+    """Attributes to copy: mutable ones that change in a run; they may be missing."""
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         twin = copy(self)

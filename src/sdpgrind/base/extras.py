@@ -1,11 +1,11 @@
-"""Optional packages, imported where they are used, with an error that says what to install."""
+"""Optional packages, imported at their use, with an error that says what to install."""
 
 from importlib import import_module
 from types import ModuleType
 
 
 def need(module: str, extra: str) -> ModuleType:
-    """Import `module`; where it is missing, say which extra of this package brings it."""
+    """Import `module`; when it is missing, name the extra that installs it."""
     try:
         return import_module(module)
     except ImportError as error:

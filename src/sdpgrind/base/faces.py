@@ -1,4 +1,4 @@
-"""Faces of packages: public names stand once, in ``__init__.pyi``, and are imported when they are first used."""
+"""Public names of packages, declared in ``__init__.pyi`` and imported at their first use."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -18,9 +18,9 @@ def attach(
     Parameters
     ----------
     package, file : str
-        ``__name__`` and ``__file__`` of the package, beside which its ``__init__.pyi`` lies.
+        ``__name__`` and ``__file__`` of the package, next to its ``__init__.pyi``.
     former : sequence of str
-        Sub-packages whose names the package itself had in version 0.1: they still work there, with a warning.
+        Sub-packages whose names were in the package in version 0.1; they still work there, with a warning.
     """
     imported, names, every = lazy_loader.attach_stub(package, os.fspath(file))
 

@@ -1,4 +1,4 @@
-"""Models and problems are frozen dataclasses; `replace` makes a changed copy and knows the fields of what is inside."""
+"""Frozen dataclasses with `replace`, which also reaches fields of inner objects."""
 
 import dataclasses
 import difflib
@@ -9,7 +9,7 @@ class Frozen:
     """Base of frozen dataclasses with ``replace``."""
 
     _inside: ClassVar[str | tuple[str, ...]] = "model"
-    """The field, or fields, whose own fields `replace` takes too."""
+    """Field or fields whose own fields `replace` accepts, too."""
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some fields changed.
@@ -17,12 +17,12 @@ class Frozen:
         Parameters
         ----------
         **changes
-            Fields of this object, in their own units; where it has a ``model`` (or a ``disc``, ``limits``), the fields in it too.
+            Fields of this object, in their own units; also fields of its ``model`` (or ``disc``, ``limits``).
 
         Raises
         ------
         ValueError
-            When a name is a field of none, or of several things inside.
+            When a name is a field of none, or of several inner objects.
         """
         own = _fields(self)
         further = {name: changes.pop(name) for name in list(changes) if name not in own}
@@ -33,7 +33,7 @@ class Frozen:
             _refuse_unknown(self, further, own.union(*map(_all_fields, inside.values())))
             for home, named in _by_home(type(self).__name__, further, inside).items():
                 changes[home] = inside[home].replace(**named)
-        thing: Any = self  # a dataclass, which this base cannot promise
+        thing: Any = self  # a base class cannot declare itself a dataclass
         changed: Self = dataclasses.replace(thing, **changes)
         return changed
 
@@ -48,12 +48,12 @@ def _inside(thing: Any) -> tuple[str, ...]:
 
 
 def _all_fields(thing: Any) -> set[str]:
-    """Names that `replace` of an object takes."""
+    """Names that `replace` of an object accepts."""
     return _fields(thing).union(*(_all_fields(getattr(thing, name, None)) for name in _inside(thing)))
 
 
 def _by_home(owner: str, names: dict[str, Any], inside: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """Changes by the thing inside that each belongs to."""
+    """Changes by the inner object to which they belong."""
     found: dict[str, dict[str, Any]] = {}
     for name, value in names.items():
         homes = [home for home, thing in inside.items() if name in _all_fields(thing)]
@@ -76,7 +76,7 @@ def _refuse_unknown(owner: Any, names: dict[str, Any], known: set[str]) -> None:
 
 
 def _deeper(thing: Any, name: str) -> tuple[str, ...]:
-    """The way to a field's dataclass that has a field `name`, through what `replace` reaches; nothing where none has."""
+    """Names of fields that lead to an inner object with a field `name`; empty: there is none."""
     for field in sorted(_fields(thing)):
         inner = getattr(thing, field)
         if field in _inside(thing):

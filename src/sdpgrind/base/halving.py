@@ -1,4 +1,4 @@
-"""Where a condition turns, by halving, for a whole array of brackets at once."""
+"""Bisection of many brackets at once."""
 
 from collections.abc import Callable
 
@@ -8,21 +8,21 @@ from sdpgrind.base.checks import Bools, Floats
 
 
 def halved(low: Floats, high: Floats, before: Callable[[Floats], Bools], times: int) -> Floats:
-    """Return the middle of each bracket after halving all of them.
+    """Return the middle of each bracket after bisection.
 
     Parameters
     ----------
     low, high : array, (m,)
         Ends of the brackets, in any unit.
     before : callable
-        Whether the turn lies beyond a place (m,).
+        Whether the root is above a point (m,).
     times : int
-        How often to halve, a whole number.
+        Number of bisections, a whole number.
 
     Returns
     -------
     array, (m,)
-        In the unit of the brackets.
+        Roots, in the unit of the brackets.
     """
     for _ in range(times):
         middle = 0.5 * (low + high)

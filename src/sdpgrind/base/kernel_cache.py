@@ -1,6 +1,6 @@
-"""Machine code of kernels on disk: numba's cache, with a stamp that tells when any callee or constant was edited.
+"""Machine code of kernels on disk: numba's cache with a stamp of all callees and constants.
 
-numba itself stamps a kernel with its own file: an edited callee or constant of another module goes unseen.
+numba's own stamp is that of the kernel's file and misses edits in other modules.
 """
 
 import pickle
@@ -18,16 +18,16 @@ from sdpgrind.base.kernel_digest import digest, digest_of_type
 from sdpgrind.base.warned import warn
 
 _lines: dict[tuple[str, str], list[int]] = {}
-"""First lines of the functions of one name in one file, in the order in which they were defined."""
+"""(file, name) -> first lines of the functions of that name, in the order of definition."""
 
 
 class KernelCache(_Cache):
-    """Cache of one kernel; it looks at globals and at the disk only when the kernel is first called.
+    """Cache of one kernel; it reads globals and disk at the first call of the kernel.
 
     Parameters
     ----------
     kernel : numba dispatcher
-        Whose machine code is kept.
+        The kernel.
     """
 
     def __init__(self, kernel: Any) -> None:
@@ -37,21 +37,16 @@ class KernelCache(_Cache):
 
     @property
     def cache_path(self) -> str | None:
-        """Folder of the files; None where nothing can be written."""
+        """Folder of the files; None: no folder can be written."""
         path: str | None = self._files().cache_path
         return path
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the machine code for a signature, or None where there is none that is still right."""
+        """Return the machine code for a signature; None: there is none, or it is out of date."""
         found = None
         try:
             found = self._files().load_overload(sig, target_context)
-        except (
-            EOFError,
-            pickle.UnpicklingError,
-            ImportError,
-            AttributeError,
-        ):  # torn, or of what has another name now
+        except (EOFError, pickle.UnpicklingError, ImportError, AttributeError):  # torn, or a name is gone
             with suppress(OSError):
                 self.flush()
         except OSError:
@@ -61,7 +56,7 @@ class KernelCache(_Cache):
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the machine code for a signature."""
+        """Write the machine code for a signature."""
         try:
             self._files().save_overload(sig, data)
         except OSError as error:
@@ -73,20 +68,18 @@ class KernelCache(_Cache):
         self._files().enable()
 
     def disable(self) -> None:
-        """Leave the files alone."""
+        """Do not use the files."""
         self._files().disable()
 
     def flush(self) -> None:
-        """Forget what is kept."""
+        """Remove the code on disk."""
         self._files().flush()
 
     def _files(self) -> Any:
         if self._opened is None:
             try:
                 self._opened = _Files(self._kernel, self._number)
-            except (
-                RuntimeError
-            ):  # numba found no folder; what was typed at a prompt has no file to keep it beside
+            except RuntimeError:  # numba found no folder, or the kernel was typed at a prompt
                 self._opened = NullCache()
                 if Path(self._kernel.py_func.__code__.co_filename).is_file():
                     _warn_once("no folder can be written")
@@ -94,8 +87,8 @@ class KernelCache(_Cache):
 
 
 class _Files(FunctionCache):
-    """Index and data of one kernel. The key of an entry holds the digest, and so do the data: a process that was ended
-    between writing the two leaves an index that promises what is not there yet.
+    """Index and data of one kernel. Both hold the digest: a process that ends between writing the two leaves
+    an index entry whose data are missing or old.
     """
 
     def __init__(self, kernel: Any, number: int) -> None:
@@ -122,7 +115,7 @@ class _Files(FunctionCache):
 
 
 def _file_name(kernel: Any, number: int, stamp: str) -> str:
-    """Return a name without a line number; functions made by a function share a name, hence their digest."""
+    """Return a name without a line number; functions made by a function share it and need their digest."""
     function = kernel.py_func
     place = Path(function.__code__.co_filename).stem
     name = function.__qualname__.replace("<", "").replace(">", "")
@@ -133,7 +126,7 @@ def _file_name(kernel: Any, number: int, stamp: str) -> str:
 
 
 def _number(function: Any) -> int:
-    """Return the number of a function among those of one name in one file."""
+    """Return the number of a function among those of equal name in a file."""
     code = function.__code__
     lines = _lines.setdefault((code.co_filename, function.__qualname__), [])
     if code.co_firstlineno not in lines:

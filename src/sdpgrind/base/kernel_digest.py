@@ -1,7 +1,7 @@
-"""Digest of a kernel: of its bytecode, of all that it calls and of all constants that it names, in any module.
+"""Digest of a kernel: of its bytecode, all callees and all constants that it names, in any module.
 
-Two processes give one digest where the machine code would be the same: comments, docstrings, line numbers and addresses
-do not count. A digest is taken when a kernel is first asked for, since globals may be set after a kernel is defined.
+Equal machine code has an equal digest in any process: comments, docstrings, line numbers and addresses do not
+count. A digest is taken at the first use of a kernel, since globals may be set after its definition.
 """
 
 import builtins
@@ -20,7 +20,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numba.core import types
 
-# Packages whose objects are told by their name: their version counts in `_VERSIONS`.
+# packages whose objects count by name; `_VERSIONS` has their versions
 _OUTSIDE = {"numba", "numpy", "builtins", "math", "cmath", "operator"}
 _VERSIONS = f"numba {version('numba')}, numpy {version('numpy')}, python {sys.version_info[:2]}"
 _PLAIN = (type(None), type(...), bool, int, float, complex, str, bytes, range)
@@ -37,7 +37,7 @@ def digest(kernel: Any) -> str:
     Parameters
     ----------
     kernel : function or numba dispatcher
-        Its globals must be set.
+        The kernel; its globals must be set.
 
     Returns
     -------
@@ -53,17 +53,17 @@ def digest(kernel: Any) -> str:
 
 
 def reached(kernel: Any) -> list[Any]:
-    """Return the kernel and all functions and kernels that it calls, directly or not, breadth first.
+    """Return the kernel and all its direct and indirect callees, breadth first.
 
     Parameters
     ----------
     kernel : function or numba dispatcher
-        Its globals must be set.
+        The kernel; its globals must be set.
 
     Returns
     -------
     list
-        Each once; cycles are followed once.
+        Functions and kernels, each once.
     """
     found = {kernel: None}
     queue = [kernel]
@@ -75,7 +75,7 @@ def reached(kernel: Any) -> list[Any]:
 
 
 def digest_of_type(kind: Any) -> str:
-    """Return what numba's type of an argument does not show of itself: kernels as arguments, names of fields.
+    """Return what the text of an argument's numba type lacks: digests of kernels, names of fields.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def digest_of_type(kind: Any) -> str:
 
 
 def _piece(function: Any) -> tuple[bytes, tuple[Any, ...]]:
-    """Return what one function says itself, and what it calls; kept once all that it names is there."""
+    """Return digest and callees of one function; cached once all its names are defined."""
     if function in _pieces:
         return _pieces[function]
     plain = getattr(function, "py_func", function)
@@ -113,7 +113,7 @@ def _piece(function: Any) -> tuple[bytes, tuple[Any, ...]]:
 
 
 def _code(code: CodeType, doc: str | None = None) -> Any:
-    """Return bytecode and what it refers to, without the docstring, lines and the name of the file."""
+    """Return bytecode and constants without docstring, line numbers and file name."""
     constants = [
         _code(one) if isinstance(one, CodeType) else f"{type(one).__name__} {one!r}"
         for one in _constants(code)
@@ -125,13 +125,13 @@ def _code(code: CodeType, doc: str | None = None) -> Any:
 
 
 def _constants(code: CodeType) -> Iterator[Any]:
-    """Give constants in an order that every process repeats."""
+    """Give constants in the same order in every process."""
     for one in code.co_consts:
         yield sorted(one, key=repr) if isinstance(one, frozenset) else one
 
 
 def _named(function: FunctionType) -> Iterator[tuple[str, Any]]:
-    """Give the names that a function looks up and their values: globals, what modules hold, variables of a closure."""
+    """Give names and values that a function looks up: globals, attributes of modules, closure variables."""
     cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
     found: list[tuple[str, Any]] = [(name, _content(cell)) for name, cell in cells]
     outer = function.__globals__
@@ -152,24 +152,26 @@ def _named(function: FunctionType) -> Iterator[tuple[str, Any]]:
 def _content(cell: Any) -> Any:
     try:
         return cell.cell_contents
-    except ValueError:  # a function that calls itself is not there yet
+    except ValueError:  # a recursive function is not defined yet
         return _ABSENT
 
 
 def _attributes(code: CodeType) -> Iterator[str]:
-    """Give names of attributes (and of globals), those of inner functions too."""
+    """Give names of attributes and globals, those of inner functions included."""
     for one in _codes(code):
         yield from one.co_names
 
 
 def _globals(code: CodeType) -> Iterator[str]:
-    """Give names of globals, those of inner functions too; read from the bytes, as `dis` takes 20 times as long."""
+    """Give names of globals, those of inner functions included; from the bytes, since `dis` takes 20 times as
+    long.
+    """
     for one in _codes(code):
         argument = 0
         for operation, byte in zip(one.co_code[::2], one.co_code[1::2], strict=True):
             argument = argument << 8 | byte
             if operation == _LOAD_GLOBAL:
-                yield one.co_names[argument >> 1]  # the last bit says whether it is called
+                yield one.co_names[argument >> 1]  # the last bit: whether it is called
             if operation != dis.EXTENDED_ARG:
                 argument = 0
 
@@ -182,7 +184,7 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def _text(value: Any, called: list[Any], where: str) -> Any:
-    """Return a value as text; functions go to `called`, as they may call each other in a circle."""
+    """Return a value as text; functions are appended to `called`, since they may call each other."""
     if isinstance(value, _PLAIN) and not isinstance(value, enum.Enum):
         return f"{type(value).__name__} {value!r}"
     if isinstance(value, FunctionType) or isinstance(getattr(value, "py_func", None), FunctionType):
@@ -236,7 +238,7 @@ def _class(value: type) -> Any:
 
 
 def _sources(value: Any, where: str) -> Any:
-    """Return digests of the files of the module that names a value and of that of its class: what else could be asked?"""
+    """Return digests of the files of the module that names a value and of its class."""
     return _class(type(value)), _file(where)
 
 

@@ -1,4 +1,4 @@
-"""Work on an executor: cut by the problem, never by the number of workers, so that results are bit-equal."""
+"""Work on an executor, divided by the problem and not by the number of workers: results are bit-equal."""
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
@@ -17,16 +17,16 @@ Result = TypeVar("Result")
 def execute(
     function: Callable[[Item], Result], items: Iterable[Item], executor: Executor | None = None
 ) -> list[Result]:
-    """Return ``[function(item) for item in items]``, in that order, on `executor` where one is given.
+    """Return ``[function(item) for item in items]``, computed on `executor`.
 
     Parameters
     ----------
     function : callable
-        Must be picklable (a module-level function or a partial of one) for executors of processes.
+        Function of an item; picklable for executors of processes.
     items : iterable
-        The pieces of work.
+        Pieces of work.
     executor : concurrent.futures.Executor, optional
-        Threads, processes, ``dask.distributed``'s ``Client.get_executor()``, MPI, ... None works here and now.
+        Threads, processes, ``dask.distributed``'s ``Client.get_executor()``, MPI, ... None: this process.
     """
     if executor is None:
         return [function(item) for item in items]
@@ -47,8 +47,8 @@ def _controller() -> ThreadpoolController:
 def one_blas_thread() -> AbstractContextManager[Any]:
     """Return a context in which BLAS uses one thread.
 
-    Our matrix products are many and small: a second thread gains little on an idle machine, costs tenfold on a busy one
-    (both wait for each other at every product), and the order of its sums is not ours to fix.
+    For many small matrix products a second thread gains little on an idle machine, costs tenfold on a busy
+    one, and changes the order of sums.
     """
     limit: AbstractContextManager[Any] = _controller().limit(limits=1, user_api="blas")
     return limit

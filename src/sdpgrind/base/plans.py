@@ -1,4 +1,4 @@
-"""What all plans share: a kind, a file and the way back, one line that describes them, no needless copies."""
+"""Base classes of plans and of everything that is saved."""
 
 import os
 from abc import ABC, abstractmethod
@@ -9,38 +9,38 @@ if TYPE_CHECKING:
 
 
 class Record(ABC):
-    """What can be kept in a file.
+    """Base of objects that are saved in a file.
 
-    `sdpgrind.load` finds its class by the kind, an entry point of ``sdpgrind.records``.
+    `sdpgrind.load` finds the class by its kind, an entry point of ``sdpgrind.records``.
     """
 
     kind: ClassVar[str]
-    """Name of the kind, as its files hold it."""
+    """Name of the kind in files."""
 
     @abstractmethod
     def _written(self) -> "xr.Dataset":
-        """Labelled arrays that a file holds."""
+        """Labelled arrays for the file."""
 
     @classmethod
     @abstractmethod
     def restored(cls, dataset: "xr.Dataset") -> Self:
-        """Return what a `dataset` read from a file describes, its units included."""
+        """Return the object of a `dataset` read from a file, with its units."""
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write to a NetCDF file at `path`, whole or not at all; `sdpgrind.load` reads it back.
+        """Write a NetCDF file at `path`, complete or not at all; `sdpgrind.load` reads it.
 
         Parameters
         ----------
         path : str or path
-            File in a folder that exists.
+            File in an existing folder.
         """
-        from sdpgrind.base import records  # stands on xarray, which takes most of a second to import
+        from sdpgrind.base import records  # imports xarray, for most of a second
 
         records.write(self._written(), path, self.kind)
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> Self:
-        """Read what `save` wrote to `path`.
+        """Read a file of `save` at `path`.
 
         Parameters
         ----------
@@ -53,22 +53,22 @@ class Record(ABC):
 
 
 class Plan(Record):
-    """What a solver found, with labels and units; immutable, so that a copy is the plan itself."""
+    """Result of a solver, with labels and units; immutable: a copy is the plan itself."""
 
     @property
     @abstractmethod
     def dataset(self) -> "xr.Dataset":
-        """All of it as labelled arrays with units."""
+        """The plan as labelled arrays with units."""
 
     @abstractmethod
     def _told(self) -> str:
-        """What `repr` tells of it between its brackets."""
+        """Text between the brackets of `repr`."""
 
     def _written(self) -> "xr.Dataset":
         return self.dataset
 
     def __deepcopy__(self, memo: object) -> Self:
-        return self  # nothing in it changes
+        return self
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._told()})"

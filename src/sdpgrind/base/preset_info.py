@@ -1,10 +1,12 @@
-"""What an area tells of its presets."""
+"""Description of a preset."""
 
 from typing import NamedTuple
 
 
 class PresetInfo(NamedTuple):
-    """What `presets` tells of a preset (mm, s, N, W): name, content, where its numbers come from, which were chosen here."""
+    """Description of a preset (mm, s, N, W): name, content, source of its numbers, and which of them are
+    chosen here.
+    """
 
     name: str
     about: str

@@ -1,4 +1,4 @@
-"""Progress of long work: one line on a terminal, silent everywhere else."""
+"""Progress of long work: one line on a terminal, silent elsewhere."""
 
 import sys
 import time
@@ -6,21 +6,21 @@ from typing import Protocol, TextIO
 
 
 class Progress(Protocol):
-    """What long work tells about itself: a callable taking the share done (0..1) and a short text."""
+    """Callable with the completed share (0..1) and a short text."""
 
     def __call__(self, share: float, text: str) -> None:
-        """Take note that `share` (0..1) of the work called `text` is done."""
+        """Note that `share` (0..1) of the work `text` is done."""
 
 
 class TerminalLine:
-    """Redraw one line on a terminal, once the work has lasted `patience` seconds.
+    """One redrawn line on a terminal, after `patience` seconds of work.
 
     Parameters
     ----------
     stream : file, optional
-        Where to write; standard error by default. Nothing is written when it is not a terminal.
+        Output; nothing is written unless it is a terminal. Default: standard error.
     patience : float
-        Seconds of silence, so that quick work stays quiet.
+        Silence for quick work, s.
     """
 
     def __init__(self, stream: TextIO | None = None, patience: float = 1.0) -> None:

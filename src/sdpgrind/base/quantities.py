@@ -1,6 +1,7 @@
-"""Fields that are declared once: unit, range and default; checks, texts, files and pictures read the declaration.
+"""Declared fields: unit, range and default, read by checks, texts, files and pictures.
 
-A class whose fields are declared is a frozen dataclass; its checks run in the order of the fields, then its own `_check`.
+A class with declared fields is a frozen dataclass; its checks run in the order of the fields, then its
+`_check`.
 
 Examples
 --------
@@ -32,7 +33,7 @@ from sdpgrind.base.stored import stored
 
 Made = TypeVar("Made")
 Check = Callable[[str, Any], Any]
-"""From the name of a field and a value to the value that is kept; raises ValueError or TypeError."""
+"""From field name and value to the value that is kept; raises ValueError or TypeError."""
 _GREATEST = sys.float_info.max
 
 
@@ -48,7 +49,7 @@ class Spec(NamedTuple):
     optional: bool = False  # whether the field's annotation admits None
 
     def kept(self, name: str, value: Any) -> Any:
-        """Return what is kept of a value: the default is not checked, nor None where the annotation admits it."""
+        """Return the value to keep: the default is not checked, nor None where the annotation admits it."""
         if value is self.default or (value is None and self.optional):
             return value
         if type(self.default) is float and type(value) in (int, float) and value == self.default:
@@ -68,11 +69,12 @@ def quantity(
     typical: float | None = None,
     **options: Any,
 ) -> Any:
-    """Declare a number in `unit`; "1": a pure number, whose unit no message shows.
+    """Declare a number in `unit`; "1": a pure number, whose unit messages omit.
 
-    With bounds on both sides the rule is an interval; with a `hint` they are two rules, and the hint ends that of the bound
-    which is not 0. Outside `usual` another unit is meant: the message tells what is `typical`, and the conversion.
-    `options` (default, default_factory, repr, compare, hash, kw_only) are those of `dataclasses.field`, here and below.
+    Bounds on both sides make one rule, an interval; with a `hint` they make two, and the hint follows the
+    nonzero bound. Outside `usual` the message names the `typical` value and the conversion that was
+    forgotten. `options` (default, default_factory, repr, compare, hash, kw_only) are those of
+    `dataclasses.field`, here and below.
     """
     if not unit:
         raise ValueError("unit must be that of the quantity, \"1\" for a pure number; got ''")
@@ -104,7 +106,7 @@ def quantity(
 def _rules(
     above: float | None, at_least: float | None, below: float | None, at_most: float | None, hint: str
 ) -> list[tuple[str, float, float]]:
-    """Words of each rule, with the least and the greatest finite number that keeps it."""
+    """Words of each rule, with the least and the greatest float that satisfy it."""
     least, opening = (at_least, "[") if above is None else (above, "(")
     most, closing = (at_most, "]") if below is None else (below, ")")
     low = -_GREATEST if least is None else least if above is None else math.nextafter(least, math.inf)
@@ -120,7 +122,7 @@ def _rules(
 
 
 def _of_another_unit(name: str, value: Any, unit: str, usual: tuple[float, float], typical: float) -> str:
-    """Message with the conversion that makes the value usual; of several, that which brings it nearest to `typical`."""
+    """Message with the conversion that makes the value usual, and nearest to `typical`."""
     fitting = []
     for convert, words in units.CONVERSIONS.get(unit, ()):
         number = convert(float(value))
@@ -155,7 +157,7 @@ def choice(*names: Any, **options: Any) -> Any:
 
 
 def part(cls: type, hint: str = "", *, or_function: bool = False, **options: Any) -> Any:
-    """Declare an object of a class; `hint` ends the message. `or_function`: or a function that draws one."""
+    """Declare an object of a class, or `or_function` a function that draws one; `hint` ends the message."""
 
     def check(name: str, value: Any) -> Any:
         return value if or_function and callable(value) else checks.kind(name, value, cls, hint)
@@ -164,14 +166,14 @@ def part(cls: type, hint: str = "", *, or_function: bool = False, **options: Any
 
 
 def law(classes: Mapping[str, type], words: str, *methods: str, **options: Any) -> Any:
-    """Declare what has `methods`, by `words`; `classes` are those that a file may name."""
+    """Declare an object with `methods`, described by `words`; `classes` are those that a file may name."""
     return _field(
         Spec("law", lambda name, value: checks.able(name, value, words, *methods), made_of=classes), options
     )
 
 
 def array(unit: str, dtype: npt.DTypeLike = float, *, finite: bool = True, **options: Any) -> Any:
-    """Declare numbers in `unit`; a copy is kept that cannot be changed. `finite=False`: NaN may stand for nothing."""
+    """Declare numbers in `unit`, kept as a read-only copy; `finite=False` admits NaN."""
     written = _written(unit)
 
     def check(name: str, value: Any) -> npt.NDArray[Any]:
@@ -181,7 +183,7 @@ def array(unit: str, dtype: npt.DTypeLike = float, *, finite: bool = True, **opt
 
 
 def custom(check: Check | None = None, unit: str = "", **options: Any) -> Any:
-    """Declare what no other declaration fits: `check` gets the name and the value, and returns what is kept."""
+    """Declare a field with its own `check`, from name and value to the value that is kept."""
     return _field(Spec("custom", check or (lambda name, value: value), unit), options)
 
 
@@ -209,10 +211,12 @@ class Described(Frozen):
         self._check()
 
     def _check(self) -> None:
-        """Check what couples fields; a subclass says how."""
+        """Check rules between fields; a subclass overrides it."""
 
     def _refused(self, name: str, rule: str, value: object = None) -> ValueError:
-        """Give the error of a field that is against a rule, with its unit; of another value where one is given."""
+        """Return the error of a field against a rule, with its unit; `value` in place of the field's where
+        given.
+        """
         unit = _written(self._declared[name].unit)
         return checks.refuse(name, rule, getattr(self, name) if value is None else value, unit)
 
@@ -225,7 +229,7 @@ class Described(Frozen):
     field_specifiers=(quantity, count, flag, text, choice, part, law, array, custom, dataclasses.field),
 )
 def described(name: str | None = None, *, eq: bool = True) -> Callable[[type[Made]], type[Made]]:
-    """Make a frozen dataclass of a `Described`: saved in files under `name`, and never saved without one.
+    """Make a frozen dataclass of a `Described`, saved in files under `name`; None: never saved.
 
     A `ByValue` is compared by value; ``eq=False``: by identity.
     """
@@ -251,7 +255,7 @@ def _is_declared(cls: type, field: dataclasses.Field[Any]) -> bool:
 
 
 def _bound(field: dataclasses.Field[Any]) -> Spec:
-    """Return the declaration with what the dataclass knows: default, and whether None is admitted."""
+    """Return the declaration with default, and whether None is admitted."""
     spec: Spec = field.metadata["spec"]
     required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
     optional = "None" in field.type if isinstance(field.type, str) else NoneType in get_args(field.type)
@@ -259,7 +263,7 @@ def _bound(field: dataclasses.Field[Any]) -> Spec:
 
 
 def specs(cls: type) -> Mapping[str, Spec]:
-    """Return the declarations of a class by the names of its fields; none where the class is not a described one."""
+    """Return the declarations of a class by field; empty for other classes."""
     declared: Mapping[str, Spec] = getattr(cls, "_declared", {})
     return declared
 
@@ -270,15 +274,15 @@ def units_of(cls: type) -> dict[str, str]:
 
 
 def valued(thing: Any, names: Iterable[str]) -> dict[str, tuple[Any, str]]:
-    """Return fields by name with their units, as logs and files want them."""
+    """Return fields by name with their units."""
     known = units_of(type(thing))
     return {name: (getattr(thing, name), known.get(name, "")) for name in names}
 
 
 def trusted(cls: type[Made], **values: Any) -> Made:
-    """Return an object of a described class without any check, of values that were checked before."""
+    """Return an object of a described class from checked values, without checks."""
     made = object.__new__(cls)
-    thing: Any = cls  # a dataclass, which a type variable cannot promise
+    thing: Any = cls  # a type variable cannot declare itself a dataclass
     for field in dataclasses.fields(thing):
         if field.name not in values and field.default is not dataclasses.MISSING:
             values[field.name] = field.default

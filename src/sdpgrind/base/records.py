@@ -1,7 +1,7 @@
-"""Labelled records on disk: plans and logs as NetCDF, written whole, dtypes kept.
+"""Plans and logs on disk: NetCDF files, written whole, dtypes kept.
 
-A file says in its attribute ``kind`` what it holds. Packages announce the kinds that they can open as entry points of the
-group ``sdpgrind.records``; `load` finds the class and calls its ``from_file(path)``.
+The attribute ``kind`` of a file names its content. Packages register kinds as entry points of the group
+``sdpgrind.records``; `load` finds the class and calls its ``from_file(path)``.
 """
 
 import contextlib
@@ -23,7 +23,7 @@ _NETCDF3 = {"int8", "int16", "int32", "float32", "float64"}
 
 @contextlib.contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a temporary path beside `path`, renamed to `path` only when the block ends well."""
+    """Yield a temporary path next to `path`, renamed to `path` when the block succeeds."""
     target = checks.path("path", path)
     if not target.parent.is_dir():
         raise FileNotFoundError(f"path must lie in an existing folder; got {str(target)!r}")
@@ -55,21 +55,21 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str], kind: str) -> None:
 
 
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a NetCDF file written by `write`, dtypes as they were."""
+    """Read a file of `write` with its dtypes."""
     with xr.open_dataset(path, engine="scipy", decode_times=False, mask_and_scale=False) as opened:
         dataset = opened.load()
     return _each(dataset, _restored)
 
 
 def _each(dataset: xr.Dataset, change: Callable[[xr.DataArray], xr.DataArray]) -> xr.Dataset:
-    """Change every variable and coordinate; attributes are the changed ones' own."""
+    """Apply `change` to all variables and coordinates."""
     variables = {name: change(dataset[name]).variable for name in dataset.data_vars}
     coordinates = {name: change(dataset[name]).variable for name in dataset.coords}
     return xr.Dataset(variables, coordinates, dataset.attrs)
 
 
 def _portable(array: xr.DataArray) -> xr.DataArray:
-    """NetCDF 3 knows neither bool nor 64-bit whole numbers: store them as what holds them, and remember."""
+    """Store bool and 64-bit integers, which NetCDF 3 lacks, in another dtype, and note theirs."""
     kind = array.dtype.kind
     if kind in "USO" or array.dtype.name in _NETCDF3:
         return array
@@ -108,14 +108,14 @@ def load(path: str | os.PathLike[str]) -> Any:
     Returns
     -------
     object
-        What was saved: a plan, a log, a journal.
+        The plan, log or journal.
 
     Raises
     ------
     FileNotFoundError
         When there is no such file.
     ValueError
-        When the file is not one of ours.
+        When the file was not saved by this library.
 
     Examples
     --------

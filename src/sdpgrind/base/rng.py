@@ -1,4 +1,4 @@
-"""Random numbers: one way in, independent children out, nothing global."""
+"""Random generators from a seed, and independent children; no global state."""
 
 from typing import TypeAlias
 
@@ -8,7 +8,7 @@ Seed: TypeAlias = int | np.random.SeedSequence | np.random.Generator
 
 
 def generator(rng: Seed) -> np.random.Generator:
-    """Return a Generator for `rng` (an int, a SeedSequence or a Generator, which is used as it is)."""
+    """Return a Generator from an int, a SeedSequence or a Generator (itself)."""
     if isinstance(rng, np.random.Generator):
         return rng
     if isinstance(rng, np.random.SeedSequence):
@@ -19,5 +19,5 @@ def generator(rng: Seed) -> np.random.Generator:
 
 
 def children(rng: Seed, number: int) -> list[np.random.Generator]:
-    """Return `number` independent generators; the k-th does not depend on how many there are."""
+    """Return `number` independent generators; the k-th does not depend on `number`."""
     return list(generator(rng).spawn(number))

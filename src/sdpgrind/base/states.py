@@ -1,8 +1,8 @@
-"""State and parameters of kernels by name: a row of floats whose places have names and units.
+"""State and parameters of kernels by name: rows of floats with names and units.
 
-A `record` is a numpy dtype of floats, so that the arrays which are kept, copied, saved and handed to kernels stay plain
-rows of floats. A kernel that Python calls views the row once, at its entry; below there are names. That costs nothing: the
-view is a pointer, and machine code is that of ``state[3]``. `named` gives plain Python the same names.
+A `record` is a numpy dtype of floats; arrays that are kept, copied, saved and passed to kernels stay plain
+rows of floats. A kernel called from Python views the row once, at its entry; the machine code is that of
+``state[3]``. In plain Python `named` gives the same names.
 
 Examples
 --------
@@ -34,18 +34,18 @@ _FLOAT = np.dtype(np.float64)
 
 
 def record(fields: str) -> RecordType:
-    """Return the dtype of a row of floats with names.
+    """Return the dtype of a row of named floats.
 
     Parameters
     ----------
     fields : str
-        Names, each with its unit, in the order of the row: ``"angle rad, speed rad/s"``; "1" for a pure number. A name with
-        a size, ``"gain[4] N m"``, is a vector: an array below its name, that many places of the row.
+        Names with units in the order of the row: ``"angle rad, speed rad/s"``; "1": a pure number. A name
+        with a size, ``"gain[4] N m"``, is an array.
 
     Returns
     -------
     numpy.dtype
-        Structured, floats only, without gaps; its metadata hold the units.
+        Structured dtype of floats without gaps; its metadata have the units.
 
     Raises
     ------
@@ -67,12 +67,12 @@ def record(fields: str) -> RecordType:
 
 
 def units(kind: RecordType) -> Mapping[str, str]:
-    """Return the unit of each field of a record, by name.
+    """Return the units of a record by field.
 
     Parameters
     ----------
     kind : numpy.dtype
-        What `record` gave.
+        Dtype of `record`.
     """
     told: Mapping[str, Any] = kind.metadata or {}
     found: Mapping[str, str] = told["units"]
@@ -80,26 +80,26 @@ def units(kind: RecordType) -> Mapping[str, str]:
 
 
 def places(kind: RecordType, *names: str) -> tuple[int, ...]:
-    """Return where fields begin in the row, as plain Python wants to know it in a hot place.
+    """Return the indices in the row at which fields begin.
 
     Parameters
     ----------
     kind : numpy.dtype
-        What `record` gave.
+        Dtype of `record`.
     *names : str
-        Fields; all of them by default.
+        Fields. Default: all.
     """
     fields: Mapping[str, Any] = kind.fields or {}
     return tuple(int(fields[name][1]) // _FLOAT.itemsize for name in names or fields)
 
 
 def width(kind: RecordType) -> int:
-    """Return how many floats the row has.
+    """Return the number of floats in the row.
 
     Parameters
     ----------
     kind : numpy.dtype
-        What `record` gave.
+        Dtype of `record`.
     """
     return kind.itemsize // _FLOAT.itemsize
 
@@ -110,20 +110,20 @@ def floats(kind: RecordType) -> Floats:
     Parameters
     ----------
     kind : numpy.dtype
-        What `record` gave.
+        Dtype of `record`.
     """
     return np.zeros(width(kind))
 
 
 def named(row: Floats, kind: RecordType) -> Any:
-    """Return a view of a row with the names of a record: what is set there is set in the row.
+    """Return a view of a row with the names of a record; assignments change the row.
 
     Parameters
     ----------
     row : array, (width,)
-        Floats in one piece.
+        Contiguous floats.
     kind : numpy.dtype
-        What `record` gave.
+        Dtype of `record`.
 
     Raises
     ------

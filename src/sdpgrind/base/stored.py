@@ -1,4 +1,4 @@
-"""Frozen dataclasses as JSON: what a saved plan says of its problem, and what a file may hold."""
+"""Frozen dataclasses as JSON in files."""
 
 import dataclasses
 import json
@@ -14,7 +14,7 @@ _names: dict[type, str] = {}
 
 
 def stored(name: str) -> Callable[[type[Stored]], type[Stored]]:
-    """Mark a frozen dataclass as one that `encode` can write into a file, under `name`."""
+    """Register a frozen dataclass for `encode` under `name`."""
 
     def register(cls: type[Stored]) -> type[Stored]:
         known = _classes.setdefault(name, cls)
@@ -27,12 +27,12 @@ def stored(name: str) -> Callable[[type[Stored]], type[Stored]]:
 
 
 def encode(value: Any) -> str:
-    """Return JSON for dataclasses marked by `stored`, made of numbers, strings, None, arrays and tuples."""
+    """Return JSON of registered dataclasses of numbers, strings, None, arrays and tuples."""
     return json.dumps(value, default=_as_json)
 
 
 def decode(text: str) -> Any:
-    """Return what `encode` was given; sequences come back as tuples."""
+    """Return the object of `encode`; sequences become tuples."""
     return _tuples(json.loads(text, object_hook=_from_json))
 
 

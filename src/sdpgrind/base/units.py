@@ -1,7 +1,6 @@
-"""Conversions to the library's units, for the edge of a user's program only.
+"""Conversions to the library's units, for user programs.
 
-Inside, everything is in mm, s, N, kg, rad, W and J. Every function takes a number or an array and gives the same
-quantity in those units.
+The library uses mm, s, N, kg, rad, W and J. Each function converts a number or an array.
 
 Examples
 --------
@@ -23,7 +22,7 @@ import numpy.typing as npt
 __all__ = ["N_MM_S_PER_W", "deg", "hz", "inch", "m", "m_per_s", "mm_per_min", "rpm", "um"]
 
 N_MM_S_PER_W = 1000.0
-"""Power of a force in N at a speed in mm/s, or a torque in N mm at a speed in rad/s, for one W."""
+"""N mm/s in one W; derived."""
 
 Quantity = TypeVar("Quantity", float, npt.NDArray[np.float64])
 
@@ -83,4 +82,4 @@ CONVERSIONS: dict[str, tuple[tuple[Callable[[float], float], str], ...]] = {
     "rad": ((deg, "degrees"),),
     "rad/s": ((rpm, "rev/min"), (hz, "Hz")),
 }
-"""Conversions to a unit of the library, each with the words for what it takes: an error names the one that was forgotten."""
+"""Unit -> conversions with the words of their input; an error names the forgotten one."""

@@ -1,11 +1,11 @@
-"""Compile before the first use: what an area needs is compiled by a small piece of its real work."""
+"""Compile before the first use, by a small example of an area's work."""
 
 from importlib import import_module
 
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Progress
 
-# Where an area is; its module ``_first_use`` has the piece of work.
+# area -> package, whose module ``_first_use`` has the example
 HOMES = {
     "weldbead": "sdpgrind.weldbead",
     "plunge": "sdpgrind.plunge",
@@ -18,26 +18,26 @@ HOMES = {
 def warm(area: str | None = None, progress: Progress | None = None) -> dict[str, int]:
     """Compile what the first use of an area would compile, for up to half a minute each, once on a machine.
 
-    A kernel is compiled when it is first called and kept on disk. Where a first plan must not wait, as on a machine that
-    is about to run, call this when the library is installed. What was compiled stays where this is broken off.
+    Kernels are compiled at their first call and kept on disk. Call this at installation where a first plan
+    must not wait. After an interruption the compiled kernels stay.
 
     Parameters
     ----------
     area : str, optional
         ``"weldbead"``, ``"plunge"``, ``"locus"``, ``"finishing"`` or ``"centering"``. Default: all of them.
     progress : callable, optional
-        Called with the share done (0..1) and a short text such as ``"compiling locus, once on this machine: 12 of 45"``.
-        Default: a line on a terminal, after two seconds.
+        Called with the completed share (0..1) and a text: ``"compiling locus, once on this machine: 12 of
+        45"``. Default: a line on a terminal, after two seconds.
 
     Returns
     -------
     dict
-        Number of kernels that were compiled, by area; 0 where all were on disk.
+        Number of compiled kernels by area; 0: all were on disk.
 
     Raises
     ------
     ValueError
-        If there is no such area.
+        When there is no such area.
 
     Examples
     --------
@@ -50,7 +50,7 @@ def warm(area: str | None = None, progress: Progress | None = None) -> dict[str,
 
 
 def first_use(area: str, progress: Progress | None = None) -> int:
-    """Do the piece of work of one area and return how many kernels it compiled."""
+    """Run the example of an area; return the number of kernels that it compiled."""
     from sdpgrind.base.compile_line import listener, told
 
     before = listener.count

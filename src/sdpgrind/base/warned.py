@@ -1,4 +1,4 @@
-"""A warning that points at the user's own line, however many of ours lie between."""
+"""Warnings that point at the user's own line."""
 
 import sys
 import warnings
@@ -9,7 +9,7 @@ _IMPORT = "importlib._bootstrap"  # its frames are not counted by `warnings`, ei
 
 
 def warn(text: str, category: type[Warning] = UserWarning) -> None:
-    """Give a warning at the first line outwards that is in no module of ours: `replace` lies deeper than a call."""
+    """Give a warning at the first frame outside this library."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and (
         (name := _module(frame)) == _IMPORT or name.partition(".")[0] in _OURS

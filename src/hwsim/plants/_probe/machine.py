@@ -20,7 +20,7 @@ _FEWEST = 3  # samples in a turn; derived: a circle has three unknowns
 
 
 def checked_speed(speed: object, sample_time: float | None) -> float:
-    """A spindle speed (rad/s) with enough samples in a turn; `sample_time` None: triggered by angle."""
+    """A spindle speed (rad/s) with enough samples in a turn; `sample_time` None: the angle triggers them."""
     fastest = _FASTEST if sample_time is None else min(_FASTEST, 2 * math.pi / (_FEWEST * sample_time))
     checked = checks.positive("spindle_speed", speed, "rad/s")
     if checked > fastest:
@@ -32,7 +32,7 @@ def checked_speed(speed: object, sample_time: float | None) -> float:
 
 
 class ProbePart:
-    """A live part; see `hwsim.protocols.Machine`. `shape`, `cell` and `state` are those of the compiled core."""
+    """A live part; see `hwsim.protocols.Machine`. `shape`, `cell`, `state`: arrays of the compiled core."""
 
     def __init__(
         self,

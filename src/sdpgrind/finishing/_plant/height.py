@@ -1,4 +1,4 @@
-"""How much higher than planned a surface is: plane waves through space, evaluated in closed form wherever the tool touches."""
+"""Height of the true surface over the planned one: plane waves, evaluated in closed form at the contact."""
 
 from collections.abc import Sequence
 from typing import Any, Self
@@ -12,13 +12,13 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, described
 
 WAVES = 16
-"""Waves of a random field: its values are close to normal, and a tick is still cheap."""
-_LONGEST = 10.0  # times the shortest wavelength
+"""Waves of a random field; chosen: fewer are not normal, more make a tick expensive."""
+_LONGEST = 10.0  # longest over shortest wavelength; chosen: waviness and form
 
 
 @described()
 class HeightField(Described, ByValue):
-    """Height of the real surface over the planned one, along its normal: a sum of plane waves through space.
+    """Height of the true surface over the planned one, along its normal: a sum of plane waves in space.
 
     Height at x: sum of ``amplitude * cos(wave . x + phase)``.
 
@@ -27,9 +27,9 @@ class HeightField(Described, ByValue):
     waves : array_like, (n, 3)
         Wave vectors in the frame of the surface, rad/mm.
     phases : array_like, (n,)
-        rad.
+        Phases, rad.
     amplitudes : array_like, (n,)
-        mm.
+        Amplitudes, mm.
 
     Raises
     ------
@@ -68,7 +68,7 @@ class HeightField(Described, ByValue):
 
     @classmethod
     def flat(cls) -> Self:
-        """Return the field of a surface that is as planned: no waves, 0 mm."""
+        """Return the field of a surface as planned: no waves, 0 mm."""
         return cls(np.empty((0, 3)), np.empty(0), np.empty(0))
 
     @classmethod
@@ -79,16 +79,16 @@ class HeightField(Described, ByValue):
         direction: Sequence[float] = (1.0, 0.0, 0.0),
         phase: float = 0.0,
     ) -> Self:
-        """Return one wave.
+        """Return a single wave.
 
         Parameters
         ----------
         amplitude, wavelength : float
-            mm.
+            Amplitude and wavelength, mm.
         direction : sequence of three floats
-            In which it runs; only its direction counts.
+            Direction of the wave; its length does not count.
         phase : float
-            At the origin, rad.
+            Phase at the origin, rad.
         """
         along = checks.finite_array("direction", direction)
         if along.shape != (3,) or not np.any(along):
@@ -100,14 +100,14 @@ class HeightField(Described, ByValue):
 
     @classmethod
     def drawn(cls, sd: float, shortest: float, rng: np.random.Generator) -> Self:
-        """Draw a field: directions at random in space, wavelengths even on a logarithmic scale up to ten times the shortest.
+        """Draw a field of random directions, with wavelengths log-uniform from the shortest to ten times it.
 
         Parameters
         ----------
         sd : float
-            Standard deviation of the height at any place, mm.
+            Standard deviation of the height, mm.
         shortest : float
-            Wavelength, mm.
+            Shortest wavelength, mm.
         rng : numpy.random.Generator
             Random source.
         """
@@ -123,6 +123,6 @@ class HeightField(Described, ByValue):
         Parameters
         ----------
         points : array_like, (..., 3)
-            Places in the frame of the surface, mm.
+            Points in the frame of the surface, mm.
         """
         return np.asarray(np.cos(np.asarray(points) @ self.waves.T + self.phases) @ self.amplitudes)

@@ -1,7 +1,7 @@
-"""Compiled core of the finishing cell: one tick of arm, table, surface and torque axis, and whole parts of them.
+"""Finishing cell: ticks of arm, table, surface and torque axis, and whole parts.
 
-Rows of a course are what is played: its columns are named below. Between rows everything is a straight line. Arrays are changed
-in place; serial. Lengths are mm, times s, angles rad, torques N m.
+A course has the columns below and is linear between rows. Arrays are changed in place. Lengths in mm, times
+in s, angles in rad, torques in N m.
 """
 
 import numpy as np
@@ -12,23 +12,16 @@ from sdpgrind.finishing.torque._axis_kernels import _axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import _controller_step, _feed_override, _torque_at
 from sdpgrind.finishing.torque._states import AXIS, CONTROLLER, LAW, MOTOR
 
-# Columns of a course: time, commands of the table, tip, normal, azimuth of the tool, what weight presses, direction to next row.
+# columns of a course: time, table commands, tip, normal, azimuth of the tool, weight torque, direction ahead
 TIME, TABLE, TIP, NORMAL, AZIMUTH, WEIGHT, AHEAD, COLUMNS = 0, 1, 3, 6, 9, 12, 13, 16
 
-# Settings of a cell.
+# settings of a cell
 TICK, LEVER, CONTACT_ANGLE, SIDE, FRICTION, LOAD, RESOLUTION, OFFSET, CURRENT_STEP, CURRENT_MAX, SETTINGS = (
     range(11)
 )
 
-# State of a cell: what is played and where the tool is, then what came of it.
-PLAYED, LEG, SURFACE, CONTACT, TABLE_X, TABLE_Y = (
-    0,
-    1,
-    2,
-    3,
-    6,
-    10,
-)  # of each axis of the table three states and the command
+# state of a cell: course and tool, then results; each table axis has three states and its command
+PLAYED, LEG, SURFACE, CONTACT, TABLE_X, TABLE_Y = 0, 1, 2, 3, 6, 10
 FORCE, FEED, HEIGHT, TICKS, TOUCHED, SAMPLES, EVERY = range(14, 21)
 COUNT, FORCE_MEAN, FORCE_SQUARES, FORCE_MIN, FORCE_MAX, LIFTED, FEED_MEAN, FEED_SQUARES, DEVIATION = range(
     21, 30
@@ -45,15 +38,17 @@ ROWS = (
     "torque_ref_planned",
 )
 
-_STUCK = 0.5  # mm/s: below it friction falls with the speed, as nothing slides where nothing moves
-_LEAST = 0.05  # of the lever arm: on a slope so steep that the tool would lock itself
-_ROUNDING = 1e-3  # of a tick: times that are summed up end where the motion does
-_FLYING = 1e-9  # N m: less is rounding
+_STUCK = 0.5  # mm/s; chosen: below it friction falls with the speed, to 0 at rest
+_LEAST = 0.05  # least lever over the lever arm; chosen: on steeper slopes the tool would lock itself
+_ROUNDING = 1e-3  # ticks; chosen: above the rounding of summed times
+_FLYING = 1e-9  # N m; chosen: above rounding
 
 
 @compiled
 def field(waves, place, along):
-    """Height (mm) of a field at a place, and its slope along a direction; waves have vector, phase and amplitude in a row."""
+    """Height (mm) of a field at a point and its slope along a direction; rows of `waves`: vector, phase,
+    amplitude.
+    """
     height, slope = 0.0, 0.0
     for k in range(waves.shape[0]):
         phase = waves[k, 0] * place[0] + waves[k, 1] * place[1] + waves[k, 2] * place[2] + waves[k, 3]
@@ -65,7 +60,7 @@ def field(waves, place, along):
 
 @compiled
 def _play(course, state, seconds):
-    """Play on by some seconds; the place in the course is a leg and a share of it."""
+    """Advance the course by `seconds`; return its leg and the fraction of it."""
     last = course.shape[0] - 1
     state[PLAYED] += seconds
     if state[PLAYED] > course[last, TIME] - _ROUNDING * seconds:
@@ -84,11 +79,12 @@ def _between(course, leg, share, column):
 
 @compiled
 def touch(course, waves, loop, cell, state, seconds):
-    """Play on by some seconds: where the tool touches then, the angle at which it does, and how steep the error is there.
+    """Advance the course by `seconds`; return point and direction of the contact, slope of the height error,
+    weight torque.
 
-    The tool is off its planned place by the error of the table, d; the surface is higher than planned by the field, h. Along the
-    normal n the surface is then nearer by h - d.n (and d^2/2 times its curvature, which is left out), so that the tool swings
-    back by that over cos(theta_f), and aside along its azimuth by tan(theta_f) of it.
+    The tool is off its planned point by the error d of the table; the surface is higher than planned by the
+    field h. Along the normal n the surface is nearer by h - d.n (d^2/2 times its curvature is neglected), so
+    that the tool swings back by this over cos(theta_f), and aside along its azimuth by tan(theta_f) of it.
     """
     leg, share = _play(course, state, seconds)
     place, normal, along = np.empty(3), np.empty(3), np.empty(3)
@@ -131,7 +127,7 @@ def _deviate(course, leg, normal, off, state):
 
 @compiled
 def begin(course, waves, loop, cell, state):
-    """Put the tool where the course begins."""
+    """Put the tool at the beginning of the course."""
     place, _, _, _ = touch(course, waves, loop, cell, state, 0.0)
     for i in range(3):
         state[CONTACT + i] = place[i]
@@ -140,13 +136,13 @@ def begin(course, waves, loop, cell, state):
 
 @compiled
 def surface_angle(cell, state):
-    """Motor angle (rad) at which the surface is touched, from that at which the planned one is."""
+    """Motor angle (rad) at the true surface, relative to that at the planned one."""
     return -state[HEIGHT] / (cell[LEVER] * np.cos(cell[CONTACT_ANGLE]))
 
 
 @compiled
 def _slide(place, along, cell, state):
-    """Feed (mm/s) of the contact since the last tick, and its share along the azimuth of the tool, nothing where it stands."""
+    """Store the feed (mm/s) of the contact since the last tick; return its share along the tool's azimuth."""
     speed, forward = 0.0, 0.0
     for i in range(3):
         rate = (place[i] - state[CONTACT + i]) / cell[TICK]
@@ -176,7 +172,7 @@ def tick(course, waves, loop, cell, axis, state, axis_state, trace, current, ove
 
 @compiled
 def _tick(course, waves, loop, cell, axis, state, motor, trace, current, override):
-    """Advance by a tick, with the names of the torque axis."""
+    """Advance by a tick, with named records of the torque axis."""
     before = state[PLAYED]
     place, along, slope, weight = touch(course, waves, loop, cell, state, override * cell[TICK])
     forward = _slide(place, along, cell, state)
@@ -196,7 +192,7 @@ def _tick(course, waves, loop, cell, axis, state, motor, trace, current, overrid
 
 @compiled
 def _converted(current, cell):
-    """What the converter makes of a current: whole steps, clipped."""
+    """Current after the converter: rounded to steps, clipped."""
     most, step = cell[CURRENT_MAX], cell[CURRENT_STEP]
     if step > 0.0:
         current = step * np.floor(current / step + 0.5)
@@ -206,7 +202,7 @@ def _converted(current, cell):
 
 @compiled
 def _count(state, flying):
-    """Take a tick of the motion into means and sums of squares (Welford)."""
+    """Add a tick of the motion to means and sums of squares (Welford)."""
     state[COUNT] += 1.0
     for value, mean in ((FORCE, FORCE_MEAN), (FEED, FEED_MEAN)):
         away = state[value] - state[mean]
@@ -220,7 +216,7 @@ def _count(state, flying):
 
 @compiled
 def _keep(state, cell, trace):
-    """Keep every so-manieth tick; where there is no more room, every other one of them."""
+    """Keep each `EVERY`-th tick in the trace; when it is full, drop every second row."""
     if state[TICKS] % state[EVERY] != 0.0:
         return
     row = int(state[SAMPLES])
@@ -241,7 +237,7 @@ def _keep(state, cell, trace):
 
 @compiled
 def shown(cell, axis_state):
-    """What the encoder says, rad."""
+    """Reading of the encoder, rad."""
     return _shown(cell, axis_state.view(MOTOR)[0])
 
 
@@ -268,7 +264,9 @@ def finish(
     table,
     most,
 ):
-    """Work on under a controller until the table of rows is full or the part is done; return rows, and whether it is done."""
+    """Run a controller until the table of rows is full or the part is done; return number of rows, and
+    whether it is done.
+    """
     motor, known_axis = axis_state.view(MOTOR)[0], axis.view(AXIS)[0]
     setting, told = law.view(LAW)[0], controller.view(CONTROLLER)[0]
     for row in range(table.shape[0]):

@@ -1,4 +1,4 @@
-"""What nobody tells the planner of a finishing cell: what axis, tool, surface, table and roughness really are."""
+"""Truth of a finishing cell in one part: axis, tool, surface, table and roughness."""
 
 from dataclasses import KW_ONLY
 
@@ -15,26 +15,26 @@ _RELATIVE = ("inertia", "contact_angular_stiffness", "torque_constant", "frictio
 
 @described()
 class CellTruth(Described):
-    """What a finishing cell really is in one part; those who plan and control do not see it.
+    """Truth of a finishing cell in one part, hidden from planner and controller.
 
     Parameters
     ----------
     axis : TorqueAxis
-        Inertia (kg m^2), stiffness of the contact (N m/rad) and torque constant (N m/A) count; lever arm, encoder, converter and
-        sample time are the cell's own.
+        True inertia (kg m^2), contact stiffness (N m/rad) and torque constant (N m/A); lever arm, encoder,
+        converter and sample time are the cell's own.
     friction_ratio : float
         Tangential over normal force, unit 1.
     load_torque : float
         Constant torque against the motor, N m.
     tool_mass, mass_radius : float
-        What is out of balance, kg, and how far from the motor's axis towards the tip, mm: its weight presses, or lifts, as the
-        pose has it. It adds nothing to the inertia.
+        Unbalanced mass, kg, and its distance from the motor's axis towards the tip, mm; its weight acts
+        according to the pose. It adds no inertia.
     height : HeightField
-        How much higher than planned the surface is, mm.
+        Height of the true surface over the planned one, mm.
     table : TableLoop, optional
-        Of both axes of the table; None: the table is always where it shall be.
+        Loop of both axes of the table. None: without error.
     roughness_error : float, optional
-        Logarithm of the roughness over the median of the model, unit 1. None: drawn from the law of the model.
+        Logarithm of the roughness over the model's median, unit 1. None: drawn from the model.
 
     Raises
     ------
@@ -61,12 +61,12 @@ class CellTruth(Described):
 
     @classmethod
     def nominal(cls, problem: FinishingProblem, axis: TorqueAxis) -> "CellTruth":
-        """Return the truth that is as believed: the surface as planned (height error 0 mm), no load torque.
+        """Return the truth as believed: the surface as planned (height error 0 mm), no load torque.
 
         Parameters
         ----------
         problem : FinishingProblem
-            Gives the friction.
+            Problem with the friction.
         axis : TorqueAxis
             The torque axis, in kg m^2, N m/rad, N m/A.
         """
@@ -75,18 +75,18 @@ class CellTruth(Described):
 
 @described()
 class CellScatter(Described):
-    """How cells differ from part to part.
+    """Scatter of cells from part to part.
 
     Parameters
     ----------
     inertia, contact_angular_stiffness, torque_constant, friction_ratio : float
-        Standard deviation of the logarithm of each, unit 1; the median is that of the truth.
+        Standard deviation of the logarithm, unit 1; the median is that of the truth.
     load_torque : float
-        Standard deviation, N m; about 0.02 N at the contact with the default.
+        Standard deviation, N m; the default is about 0.02 N at the contact.
     tool_mass : float
-        Mean of what is out of balance, exponential, kg; at the radius of the truth.
+        Mean of the exponentially distributed unbalanced mass, kg; at the radius of the truth.
     height_sd, shortest_wavelength : float
-        Standard deviation of the height error of the surface, and shortest wavelength in it, mm.
+        Standard deviation and shortest wavelength of the height error, mm.
 
     Raises
     ------
@@ -97,7 +97,8 @@ class CellScatter(Described):
     --------
     >>> import hwsim
     >>> from sdpgrind import finishing
-    >>> cell = hwsim.FinishingCell(finishing.preset("nominal"), scatter=hwsim.CellScatter(height_sd=0.02))  # mm
+    >>> scatter = hwsim.CellScatter(height_sd=0.02)  # mm
+    >>> cell = hwsim.FinishingCell(finishing.preset("nominal"), scatter=scatter)
     >>> cell.scatter.torque_constant
     0.02
     """
@@ -117,9 +118,9 @@ class CellScatter(Described):
         Parameters
         ----------
         truth : CellTruth
-            Medians; the height error that is drawn takes the place of that in it, unless `height_sd` is 0.
+            Medians; the drawn height error replaces its own, unless `height_sd` is 0.
         rng : numpy.random.Generator
-            Equally many numbers are drawn whatever the standard deviations are.
+            Random source; the number of draws does not depend on the standard deviations.
         """
         factor = dict(
             zip(

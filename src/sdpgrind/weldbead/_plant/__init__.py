@@ -1,1 +1,1 @@
-"""Hidden physics of a bead under the grinder: drawn coefficients, motor, metal removed sample by sample."""
+"""Hidden physics of a bead under the grinder: drawn coefficients, motor, removed metal."""

@@ -9,14 +9,17 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes.kernels import Bead as Metal
 
-# chosen: node distance, mm; between nodes the tip dips by up to this times the slope of its face
 SPACING = 0.05
-FINE = 0.01  # chosen: node distance for a grinder with inertia, mm; larger dips make it ring
+"""Distance between nodes, mm; chosen: between them the tip dips by up to this times the slope of the disc's
+face.
+"""
+FINE = 0.01
+"""Distance between nodes with grinder inertia, mm; chosen: larger dips make the grinder ring."""
 
 
 @dataclass(frozen=True)
 class GroundBead:
-    """Contour on even nodes, and its parent, mm."""
+    """A contour on even nodes, and the parent metal below."""
 
     x: Floats
     z: Floats
@@ -31,7 +34,7 @@ class GroundBead:
 
     @property
     def spacing(self) -> float:
-        """Distance of the nodes, mm."""
+        """Distance between nodes, mm."""
         return float(self.x[1] - self.x[0])
 
     @property
@@ -40,13 +43,13 @@ class GroundBead:
         return float(self.x[-1] - self.x[0])
 
     def metal(self, z: Floats, width: float) -> Metal:
-        """Bead for the compiled core, which changes `z` in place."""
+        """Metal for the compiled core, which changes `z` in place."""
         area = np.full(z.size, self.spacing * width)
         area[[0, -1]] *= 0.5
         return Metal(float(self.x[0]), self.spacing, z, area, np.maximum.accumulate(z[::-1])[::-1].copy())
 
     def mean(self, values: Floats) -> float:
-        """Mean over the length of values at the nodes."""
+        """Mean over the length of nodal values."""
         return float(np.trapezoid(values, self.x)) / self.length
 
     def height(self, z: Floats) -> float:
@@ -54,16 +57,16 @@ class GroundBead:
         return self.mean(z - self.parent)
 
     def overground(self, z: Floats) -> tuple[float, float]:
-        """Mean over the length and greatest depth below the parent, mm."""
+        """Mean and maximum depth below the parent, mm."""
         missing = np.maximum(self.parent - z, 0.0)
         return self.mean(missing), float(missing.max())
 
 
-def reach(disk: TiltedDisc) -> float:
-    """Horizontal distance from the tip to the center of the relaxed disc, mm."""
-    return float(disk.model.disk_radius * np.cos(disk.relaxed_angle))
+def reach(disc: TiltedDisc) -> float:
+    """Distance along the bead from the tip to the centre of the relaxed disc, mm."""
+    return float(disc.model.disk_radius * np.cos(disc.relaxed_angle))
 
 
-def drop(disk: TiltedDisc) -> float:
-    """Height of the center of the relaxed disc above the tip, mm."""
-    return float(disk.model.disk_radius * np.sin(disk.relaxed_angle))
+def drop(disc: TiltedDisc) -> float:
+    """Height of the centre of the relaxed disc above its tip, mm."""
+    return float(disc.model.disk_radius * np.sin(disc.relaxed_angle))

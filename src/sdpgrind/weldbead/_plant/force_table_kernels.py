@@ -1,7 +1,7 @@
-"""Compiled core of the force table: one control sample of disc, bead, table, motor and sensors.
+"""One control sample on the force table: disc on bead, table, motor, sensors.
 
 The cut is that of the pass planner (`sdpgrind.weldbead.passes`), table and sensors are those of the force
-loop, with runout, spin and the inertia of the grinder added. Arrays are changed in place; serial.
+loop; runout, spin and grinder inertia are added here. Arrays are changed in place.
 """
 
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from sdpgrind.weldbead.passes.kernels import DONE, RATE, WIND, CutCore, Step, cu
 
 _NO_PATH = np.zeros(2)
 
-# Places in the state of a machine: mm, s, N, rad, rad/s, mm^3.
+# places in the state of a machine: mm, s, N, rad, rad/s, mm^3
 CENTER, DEFLECTION, DEFLECTION_RATE, PHASE, SPIN, FORCE, SHOWN = range(7)
 REMOVED, INTEGRAL, FORCE_SUM, STATES = range(7, 11)
 
@@ -29,13 +29,13 @@ class Grinder(NamedTuple):
     damping: float  # N mm s
     free_speed: float
     speed_droop: float
-    spin_time: float  # s; 0: the spin follows its load immediately
+    spin_time: float  # s; 0: the spin follows its load without delay
     runout: float  # mm
     reads_spring: bool  # the sensor sees the spring, not the contact
 
 
 class TableLayout(NamedTuple):
-    """Sub-steps of a sample, and the zero of the platform."""
+    """Sub-steps of a sample, and the height of platform position 0."""
 
     grinding: int
     table: int  # sub-steps in each grinding sub-step
@@ -45,10 +45,10 @@ class TableLayout(NamedTuple):
 
 @compiled
 def inertial(grinder, state):
-    """Slope and offset of the torque (N mm) that accelerates the grinder, against its deflection after the
+    """Slope and offset of the torque (N mm) that turns the grinder, as a function of its deflection after the
     step.
 
-    Backward Euler: a bounce on a unilateral contact loses energy.
+    Backward Euler: bouncing on the unilateral contact never gains energy.
     """
     h, J, c = grinder.step, grinder.inertia, grinder.damping
     slope = J / h**2 + c / h
@@ -57,16 +57,16 @@ def inertial(grinder, state):
 
 @compiled
 def moved(grinder, state, deflection):
-    """Keep the deflection and its rate."""
+    """Store the deflection and its rate."""
     state[DEFLECTION_RATE] = (deflection - state[DEFLECTION]) / grinder.step
     state[DEFLECTION] = deflection
 
 
 @compiled
 def ground(bead, core, cut, grinder, state, height):
-    """Bring the disc to its present place, and cut; return volume (mm^3) and contact torque (N mm).
+    """Move the disc to its present position and cut; return volume (mm^3) and torque (N mm) of the contact.
 
-    With inertia the disc is one on a stiffer spring, relaxed at its free-flight deflection.
+    With inertia the disc is on a stiffer spring, relaxed at the deflection of free flight.
     """
     free = 0.0
     if grinder.inertia > 0.0:
@@ -89,7 +89,7 @@ def ground(bead, core, cut, grinder, state, height):
 
 @compiled
 def spun(grinder, friction_ratio, torque, state):
-    """Turn the disc, and let its spin follow its load."""
+    """Advance the spin angle, and the spin towards its value under load."""
     state[PHASE] = (state[PHASE] + grinder.step * state[SPIN]) % (2.0 * np.pi)
     loaded = max(0.0, grinder.free_speed - grinder.speed_droop * friction_ratio * torque)
     share = 1.0 if grinder.spin_time == 0.0 else 1.0 - np.exp(-grinder.step / grinder.spin_time)
@@ -98,7 +98,7 @@ def spun(grinder, friction_ratio, torque, state):
 
 @compiled
 def sensed(core, grinder, state, before, sensors, sensor_core, table):
-    """Advance both force sensors over one grinding sub-step, forces linear in it."""
+    """Advance both force sensors over a grinding sub-step with linear forces."""
     now = state[FORCE]
     if grinder.reads_spring and grinder.inertia > 0.0:
         now = grinder.stiffness * state[DEFLECTION] / core.radius
@@ -111,7 +111,7 @@ def sensed(core, grinder, state, before, sensors, sensor_core, table):
 
 @compiled
 def sample(bead, core, cut, grinder, state, feed, command, drive, drive_core, sensors, sensor_core, layout):
-    """Advance by one control sample at a feed (mm/s) with a held platform command (mm)."""
+    """Advance by one control sample at a feed (mm/s) with a constant platform command (mm)."""
     state[FORCE_SUM] = 0.0
     platform = drive[4]
     for _ in range(layout.grinding):

@@ -1,4 +1,4 @@
-"""Truth hidden from the planner: coefficients that differ from pass to pass, and the motor of the disc."""
+"""Hidden parameters of the force table: scatter of process coefficients, and the motor of the disc."""
 
 from math import log1p, sqrt
 
@@ -9,18 +9,17 @@ from sdpgrind.base.units import hz
 from sdpgrind.weldbead.passes import TiltedDisc
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
-# derived: (1 + sqrt(0.2))/2 of the free speed has 80 % of the greatest power
-_GUARD_SPEED = 0.7236067977499789
+_GUARD_SPEED = 0.7236067977499789  # over free speed; derived: (1 + sqrt(0.2))/2 gives 80 % of the peak power
 
 
 @described()
 class CoefficientScatter(Described):
-    """Log-normal coefficients with given means, drawn for each pass or each bead.
+    """Log-normal coefficients with given means, drawn for each pass or bead.
 
     Parameters
     ----------
     specific_energy, idle_power, friction_ratio : float
-        Standard deviation over mean of each, unit 1.
+        Standard deviation over mean, unit 1.
 
     Raises
     ------
@@ -31,10 +30,9 @@ class CoefficientScatter(Described):
     --------
     >>> import numpy as np
     >>> from sdpgrind import weldbead
-    >>> process, rng = weldbead.preset("P1").model, np.random.default_rng(0)
-    >>> energies = [CoefficientScatter().drawn(process, rng).specific_energy for _ in range(2000)]
-    >>> bool(abs(np.mean(energies) - 10.0) < 0.1), bool(abs(np.std(energies) - 1.5) < 0.1)  # J/mm^3
-    (True, True)
+    >>> process = weldbead.preset("P1").model
+    >>> CoefficientScatter(0.0, 0.0, 0.0).drawn(process, np.random.default_rng(0)) == process
+    True
     """
 
     specific_energy: float = quantity("1", at_least=0, default=0.15)
@@ -42,7 +40,25 @@ class CoefficientScatter(Described):
     friction_ratio: float = quantity("1", at_least=0, default=0.15)
 
     def drawn(self, process: GrindingProcess, rng: np.random.Generator) -> GrindingProcess:
-        """Return the process with coefficients (J/mm^3, W, 1) drawn about its own: three numbers of `rng`."""
+        """Return the process with drawn coefficients (J/mm^3, W, 1).
+
+        Parameters
+        ----------
+        process : GrindingProcess
+            Process with the means.
+        rng : numpy.random.Generator
+            Random source; always three draws.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from sdpgrind import weldbead
+        >>> process = weldbead.preset("P1").model
+        >>> rng = np.random.default_rng(0)
+        >>> energies = [CoefficientScatter().drawn(process, rng).specific_energy for _ in range(2000)]
+        >>> bool(abs(np.mean(energies) - 10.0) < 0.1), bool(abs(np.std(energies) - 1.5) < 0.1)  # J/mm^3
+        (True, True)
+        """
         names = ("specific_energy", "idle_power", "friction_ratio")
         factors = [
             _lognormal(getattr(self, name), normal)
@@ -53,9 +69,9 @@ class CoefficientScatter(Described):
         )
 
 
-def drawn_disc(scatter: CoefficientScatter, disk: TiltedDisc, rng: np.random.Generator) -> TiltedDisc:
-    """Return a disc with drawn coefficients of its process."""
-    return disk.replace(model=scatter.drawn(disk.model, rng))
+def drawn_disc(scatter: CoefficientScatter, disc: TiltedDisc, rng: np.random.Generator) -> TiltedDisc:
+    """A disc with drawn coefficients of its process."""
+    return disc.replace(model=scatter.drawn(disc.model, rng))
 
 
 def _lognormal(relative_sd: float, normal: float) -> float:
@@ -66,20 +82,20 @@ def _lognormal(relative_sd: float, normal: float) -> float:
 
 @described()
 class Motor(Described):
-    """Motor of the disc, where it differs from that of the process.
+    """Motor of the disc, where it differs from the process.
 
     Parameters
     ----------
     free_speed : float
         Speed without load, rad/s.
     speed_droop : float
-        Loss of speed per torque, rad/(s N mm).
+        Loss of speed with torque, rad/(s N mm).
     spin_time : float
-        Time constant of the spin, s; 0: it follows its load immediately.
+        Time constant of the spin, s. 0: none.
     guard : float
-        Share of the free speed below which the platform does not rise, unit 1; 0: no guard.
+        Spin over free speed below which the platform does not rise, unit 1. 0: no guard.
     stall : float
-        Share of the free speed below which the motor has stalled and the pass is broken off, unit 1.
+        Spin over free speed below which the motor has stalled and the pass is broken off, unit 1.
 
     Raises
     ------
@@ -100,7 +116,8 @@ class Motor(Described):
 
     @classmethod
     def air(cls) -> "Motor":
-        """Return an air motor, assumed: 50 Hz free, 20 Hz at 90 N, guarded at 80 % of its greatest power, W.
+        """Return an air motor of 50 Hz free and 20 Hz at 90 N (assumed; rad/s and N mm), guarded at 80 % of
+        its peak power.
 
         Examples
         --------

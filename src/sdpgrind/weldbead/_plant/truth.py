@@ -1,4 +1,4 @@
-"""Hidden truth of one pass: the coefficients that explain its depth."""
+"""Hidden truth of one pass: coefficients that explain its removed depth."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -16,7 +16,7 @@ class PassCoefficients(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """Pass as done."""
+    """A completed pass."""
 
     process: GrindingProcess
     normal_force: float
@@ -24,17 +24,16 @@ class _Pass(NamedTuple):
 
     @property
     def swept(self) -> float:
-        """Removal rate per mm of depth, mm^3/s."""
+        """Removal rate for 1 mm of depth, mm^3/s."""
         return self.process.bead_width * self.feed_rate
 
 
 def blamed(
     scatter: Scatter, process: GrindingProcess, normal_force: float, feed_rate: float, cut: float
 ) -> PassCoefficients:
-    """Coefficients for which the static cut, Brown (4.4)-(4.8), is exactly `cut` (mm) at this force and feed.
+    """Coefficients whose static cut, Brown (1988), eqs. (4.4)-(4.8), is `cut` (mm) at this force and feed.
 
-    Where several coefficients scatter, each explains a share of the deviation equal to its share of the
-    variance.
+    Where several coefficients scatter, each explains the share of the deviation that it has in the variance.
     """
     done = _Pass(process, normal_force, feed_rate)
     now = PassCoefficients(process.specific_energy, process.idle_power, process.friction_ratio)
@@ -49,12 +48,12 @@ def blamed(
 
 
 def grinding_power(process: GrindingProcess, now: PassCoefficients, normal_force: float) -> float:
-    """Power at the contact, W, with the friction of this pass."""
+    """Power at the contact (W) with the friction of this pass."""
     return float(process.replace(friction_ratio=now.friction_ratio).grinding_power(normal_force))
 
 
 def _shares(scatter: Scatter, done: _Pass) -> tuple[float, list[tuple[str, float]]]:
-    """Mean cut, mm, and the share of each coefficient in the variance."""
+    """Mean cut (mm), and share of each coefficient in the variance."""
     mean, sd = scatter.moments(*done)
     names = (scatter.attribution,) if isinstance(scatter.attribution, str) else scatter.attribution
     if not isinstance(scatter.relative_sd, tuple) or float(sd) == 0:
@@ -74,7 +73,9 @@ def _specific_energy(done: _Pass, now: PassCoefficients, cut: float) -> PassCoef
 
 
 def _c1(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficients:
-    """C1 = 1/K1 scatters while C2 = -K2/(w K1) stays (Brown (4.9a)): K1 and K2 move together."""
+    """C1 = 1/K1 scatters while C2 = -K2/(w K1) is constant, Brown (1988), eq. (4.9a): K1 and K2 vary
+    together.
+    """
     power = grinding_power(done.process, now, done.normal_force)
     idle_volume = now.idle_power / now.specific_energy  # mm^3/s
     energy = power / (done.swept * cut + idle_volume)
@@ -87,7 +88,7 @@ def _idle_power(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficie
 
 
 def _friction_ratio(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficients:
-    """Power depends on mu F alone; where the drive lacks the power needed, K1 explains the rest."""
+    """Power depends on mu F alone; beyond the peak power of the drive K1 explains the rest."""
     power = now.specific_energy * done.swept * cut + now.idle_power
     needed = min(float(done.process.force_of_power(power)), done.process.peak_force)
     explained = now._replace(friction_ratio=done.process.friction_ratio * needed / done.normal_force)
