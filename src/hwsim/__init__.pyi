@@ -30,8 +30,8 @@ from .plants._force_table.plant import ForceTableStand as ForceTableStand
 from .plants._force_table.plant import Motor as Motor
 from .plants._plunge.plant import GrinderNoise as GrinderNoise
 from .plants._plunge.plant import PlungeGrinder as PlungeGrinder
-from .plants._probe.errors import ProbeErrors as ProbeErrors
 from .plants._probe.plant import Probe as Probe
-from .plants._probe.ring import Ring as Ring
-from .plants._probe.scan import ProbeScan as ProbeScan
+from .plants._probe.plant import ProbeErrors as ProbeErrors
+from .plants._probe.plant import ProbeScan as ProbeScan
+from .plants._probe.plant import Ring as Ring
 from .plants._weldbead.plant import WeldBeadStand as WeldBeadStand

@@ -3,6 +3,7 @@
 from centering._plant import friction_kernels as friction
 from centering._plant import kernels
 from centering._plant import slide_kernels as slots
+from centering._plant.settings import FOLLOWING, MASSES, lag_time, lag_times
 from centering.cycle._strategy.as_sdp import Size
 from centering.cycle._strategy.plan import prepared, solved
 from centering.push.turning import _plane_kernels as plane
@@ -11,7 +12,6 @@ from hwsim._log.log import same
 from hwsim.command._centering.film import FilmStrip
 from hwsim.command._centering.live import Chart, LiveView, watched
 from hwsim.command._centering.toml import read
-from hwsim.plants._centering.lag import FOLLOWING, MASSES, lag_time, lag_times
 from hwsim.plants._centering.tasks import source_tasks
 
 __all__ = [

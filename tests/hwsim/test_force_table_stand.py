@@ -72,7 +72,7 @@ def test_volume_is_kept():
 def test_volume_is_the_integral_of_the_removal_rate():
     machine = quiet(problem()).start(np.random.default_rng(0))
     machine.step({"start": 1.0, "feed_rate": 20.0, "platform_command": platform(0.6)}, FOREVER)
-    assert machine._state[kernels.INTEGRAL] == pytest.approx(machine._state[kernels.REMOVED], rel=1e-3)
+    assert machine._table.state[kernels.INTEGRAL] == pytest.approx(machine._table.state[kernels.REMOVED], rel=1e-3)
 
 
 def test_runout_lifts_the_disc_off_and_raises_the_mean_force():
@@ -118,7 +118,7 @@ def test_commands_take_effect_after_the_delay():
         machine = stand.start(np.random.default_rng(0))
         command = {"start": 1.0, "feed_rate": 20.0, "platform_command": platform(1.2)}
         positions = [machine.step(command if k == 0 else {}, 1)["table_position"] for k in range(8)]
-        return next(k for k, position in enumerate(positions) if position != machine._drawn_back())
+        return next(k for k, position in enumerate(positions) if position != machine._table.drawn_back())
 
     assert [moves(delay) for delay in (0, 1, 3)] == [0, 1, 3]
 
@@ -220,9 +220,9 @@ def test_stall_guard_keeps_the_platform_from_rising():
         motor = hwsim.Motor.air().replace(guard=guard, stall=0.0)
         machine = quiet(problem(), motor=motor, overload=1e6).start(np.random.default_rng(0))
         machine.step({"start": 1.0, "feed_rate": 20.0, "platform_command": platform(0.6)}, 40)
-        while machine._phase < 3:
+        while machine._table.phase < 3:
             machine.step({"platform_command": machine._command + 0.01}, 1)
-        return machine._drive[4]
+        return machine._table.drive[4]
 
     assert highest(hwsim.Motor.air().guard) < highest(0.0) - 0.2
 

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 import hwsim
 from centering.circle import circle_reading
 from centering.kernels import probe
-from hwsim.plants._probe.ring import shape_of
+from centering.kernels import shape_of
 
 ANGLES = np.linspace(-7.0, 20.0, 97)
 ROLLER = 3.75
@@ -89,7 +89,7 @@ def test_searching_for_two_contacts_finds_the_one_that_there_is(monkeypatch, amp
     assert shape_of(ring, ROLLER)[probe.SCAN] == (amplitude > 0.55)
     found = {}
     for near in (-1.0, 1.0):
-        monkeypatch.setattr("hwsim.plants._probe.ring._NEAR", near)
+        monkeypatch.setattr("centering._plant.ring._NEAR", near)
         found[near] = ring.reading(ANGLES, ROLLER), ring.part_angle(ANGLES, ROLLER)
     for once, searched in zip(found[-1.0], found[1.0], strict=True):
         assert np.abs(once - searched).max() < 1e-12

@@ -11,14 +11,14 @@ from sdpgrind.base.compiled import compiled
 # shape of ring and tip; REACH: sum of amplitudes; SCAN: whether the tip may touch twice
 RADIUS, TIP, REACH, UPR_MAX, SCAN, SHAPE = range(6)
 
-# settings; tick: TICK_ABOVE/TICK_BELOW s; PER_TURN: samples triggered in a turn, 0: a sample each tick; START:
+# settings; tick: TICK_ABOVE/TICK_BELOW s; PER_TURN: triggered samples in a turn, 0: one each tick; START:
 # count of the encoder, or an angle without counts
 TICK_ABOVE, TICK_BELOW, PER_TURN, COUNTS, START, SKEW = range(6)
 RUNOUT, RUNOUT_PHASE, ROLL, NOISE_SD, DUST, DUST_SIZE = range(6, 12)
 PROBE_QUANTUM, SLIDE_QUANTUM, FOLLOW_TIME, HALF_STROKE = range(12, 16)
 MOVE_TIME, MOVE_X, MOVE_Y, SETTINGS = range(16, 20)
 
-# state; NEXT: number of the next sample; SPEED since the time SINCE and ANGLE; SLIDE follows TARGET, set at SEEN
+# state; NEXT: number of the next sample; SPEED since SINCE (time) and ANGLE; SLIDE follows TARGET, set at SEEN
 NEXT, SPEED, SINCE, ANGLE, SLIDE, TARGET, SEEN, LOST, CENTER_X, CENTER_Y, MOVED, STATES = range(12)
 
 COLUMNS = ("angle", "reading", "slide", "probe", "ticks")

@@ -14,7 +14,7 @@ from sdpgrind.base.compiled import compiled
 # START; RUN_IN: speed of the slide minus that of the profile
 TIME, ANGLE, SPEED, SPEED_SET = range(4)
 REFERENCE, VELOCITY, ACCELERATION, VELOCITY_SET, LAG, SEGMENT, GONE, ARMED, START = range(4, 13)
-# the ring on the table; SPIN: speed of its rim by its spin, mm/s; contact force, its PEAK since the last sample
+# the ring on the table; SPIN: speed of its rim by its spin, mm/s; contact force, PEAK since the last sample
 # and PEAK_EVER; events
 X, Y, SPEED_X, SPEED_Y, MOVING, TOUCHED, TOUCHES = range(13, 20)
 FORCE, PEAK, PEAK_EVER, SLIPPED, PUSHES, COLLISIONS, RUN_IN, SPIN, STATES = range(20, 29)
@@ -63,7 +63,7 @@ def _until_full(cell, velocity, acceleration, target, longest):
     jerk = -2.0 * sigma * acceleration - natural * natural * (velocity - target)
     if jerk == 0.0:
         return longest
-    # a = e^{-sigma t}(p cos + q sin) is stationary at tan(damped t) = (damped q - sigma p)/(damped p + sigma q)
+    # a = e^{-sigma t}(p cos + q sin) has extrema at tan(damped t) = (damped q - sigma p)/(damped p + sigma q)
     q = (jerk + sigma * acceleration) / damped
     high = np.arctan2(damped * q - sigma * acceleration, damped * acceleration + sigma * q) / damped
     if high <= 0.0:

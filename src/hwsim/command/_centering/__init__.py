@@ -1,1 +1,1 @@
-"""`hwsim centering`: reader, command, report, film and live view of a cycle."""
+"""Folder of `hwsim centering`: reader of jobs, command, report, film and live view of a cycle."""

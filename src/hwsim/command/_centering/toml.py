@@ -15,7 +15,7 @@ from centering.push import Part, PushModel
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.plants._centering.plant import CenteringMachine
-from hwsim.plants._probe.errors import ProbeErrors
+from hwsim.plants._probe.plant import ProbeErrors
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import specs, units_of
 

@@ -1,1 +1,1 @@
-"""`hwsim finishing`: reader, command, report, study."""
+"""Folder of `hwsim finishing`: reader of jobs, command, report, study."""

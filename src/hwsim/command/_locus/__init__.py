@@ -1,1 +1,1 @@
-"""`hwsim locus`: reader, command, report."""
+"""Folder of `hwsim locus`: reader of jobs, command, report."""

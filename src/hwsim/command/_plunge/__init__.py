@@ -1,1 +1,1 @@
-"""`hwsim plunge`: reader, command, report."""
+"""Folder of `hwsim plunge`: reader of jobs, command, report."""

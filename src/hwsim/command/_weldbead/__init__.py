@@ -1,1 +1,1 @@
-"""`hwsim weldbead`: reader, command, report."""
+"""Folder of `hwsim weldbead`: reader of jobs, command, report."""

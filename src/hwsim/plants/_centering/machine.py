@@ -7,14 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from centering import CenteringProblem, PushScatter
-from centering.kernels import gauges, slide
+from centering.kernels import Ring, gauges, slide
 from centering.kernels import machine as kernels
 from centering.kernels import ring as laws
 from centering.push import PushModel
 from hwsim._part.clock import Clock
 from hwsim._processor.scheduler import Scheduler
 from hwsim.plants._centering.tasks import Tasks
-from hwsim.plants._probe.ring import Ring
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats

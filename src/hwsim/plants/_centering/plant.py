@@ -8,15 +8,20 @@ from typing import ClassVar, Self, TypeAlias
 import numpy as np
 
 from centering import CenteringProblem, PushScatter
+from centering.kernels import (
+    ProbeErrors,
+    Ring,
+    core_settings,
+    gauge_settings,
+    lag_time,
+    lobes_of,
+    shape_of,
+)
 from centering.push import PushModel
 from hwsim._part.clock import Clock, exact
 from hwsim._processor.scheduler import Scheduler
-from hwsim.plants._centering.lag import lag_time
 from hwsim.plants._centering.machine import LEAST_FRICTION, CenteringPart, CenteringRig
-from hwsim.plants._centering.settings import core_settings, gauge_settings
 from hwsim.plants._centering.tasks import control_period, source_tasks
-from hwsim.plants._probe.errors import ProbeErrors
-from hwsim.plants._probe.ring import Ring, lobes_of, shape_of
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, custom, described, flag, part, quantity
 

@@ -8,13 +8,12 @@ import numpy as np
 
 from hwsim._part.clock import Clock, exact
 from hwsim._part.motions import digest
-from hwsim.plants._finishing.course import course_of, loop_of, standing
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing import TorqueController
 from sdpgrind.finishing import kernels as torque_axis
-from sdpgrind.finishing.kernels import CellTruth
+from sdpgrind.finishing.kernels import CellTruth, course_of, loop_of, standing
 from sdpgrind.finishing.kernels import cell as core
 from sdpgrind.finishing.torque import gravity_torque
 

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from centering.kernels import ProbeScan, Ring, lobes_of
 from centering.kernels import probe as kernels
 from hwsim._part.clock import Clock
-from hwsim.plants._probe.ring import Ring, lobes_of
-from hwsim.plants._probe.scan import ProbeScan
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats

@@ -7,12 +7,13 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
+from centering.kernels import NO_ERRORS, moved_by, shape_of, within_a_turn
+from centering.kernels import ProbeErrors as ProbeErrors
+from centering.kernels import ProbeScan as ProbeScan
+from centering.kernels import Ring as Ring
 from centering.kernels import probe as kernels
 from hwsim._part.clock import Clock, exact
-from hwsim.plants._probe.errors import NO_ERRORS, ProbeErrors
 from hwsim.plants._probe.machine import ProbePart, checked_speed
-from hwsim.plants._probe.ring import Ring, moved_by, shape_of, within_a_turn
-from hwsim.plants._probe.scan import ProbeScan
 from sdpgrind.base import checks, units
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, count, custom, described, part, quantity, units_of

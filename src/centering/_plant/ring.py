@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from centering.kernels import probe as kernels
+from centering._plant import probe_kernels as kernels
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, custom, described, quantity

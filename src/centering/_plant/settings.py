@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from centering import CenteringLimits, PushScatter
-from centering.kernels import gauges, slide
-from centering.push import PushModel
-from hwsim.plants._probe.errors import NO_ERRORS, ProbeErrors
+from centering._plant import measure_kernels as gauges
+from centering._plant import slide_kernels as slide
+from centering._plant.probe import NO_ERRORS, ProbeErrors
+from centering.push import CenteringLimits, PushModel, PushScatter
 from sdpgrind.base.checks import Floats
 
 # Velocity loop of the slide; with this damping the bandwidth is the natural frequency.
@@ -18,13 +18,24 @@ _FORCE_MAX = 446.0  # range of the force sensor, N; source: Mears (2006)
 _FORCE_QUANTUM = 2 * _FORCE_MAX / 4096  # N; derived: 12 bits of the sensor's range
 _FINENESS = 0.08  # step over the contact's times sqrt(M/k) and M/b; chosen: larger ones lose accuracy
 _LONGEST_STEP = 5e-4  # s; chosen: as above, for soft contacts
+# source: Mears (2006), Table 3.2: speed (mm/min), largest following error (µm) with 0.8 kg and with 18.9 kg
+FOLLOWING: tuple[tuple[float, float, float], ...] = (
+    (100.0, 2.0, 10.0),
+    (500.0, 8.0, 26.0),
+    (1000.0, 2.0, 39.0),
+    (2000.0, 14.0, 76.0),
+    (3000.0, 11.0, 101.0),
+    (4000.0, 14.0, 158.0),
+    (5000.0, 20.0, 230.0),
+)
+MASSES = (0.8, 18.9)  # kg; source: Mears (2006), Table 3.2
 
 
-def core_settings(limits: CenteringLimits, model: PushModel, radius: float, lag_time: float) -> Floats:
-    """Settings of slide, spindle, ring (radius in mm) and contact; `lag_time` of the loaded slide in s."""
+def core_settings(limits: CenteringLimits, model: PushModel, radius: float, lag: float) -> Floats:
+    """Settings of slide, spindle, ring (radius in mm) and contact; lag of the loaded slide in s."""
     cell = np.zeros(slide.SETTINGS)
     cell[slide.SPEED_MAX], cell[slide.ACCELERATION_MAX] = limits.slide_speed_max, limits.acceleration_max
-    cell[slide.LOOP], cell[slide.DAMPING], cell[slide.LAG_TIME] = _BANDWIDTH, _DAMPING, lag_time
+    cell[slide.LOOP], cell[slide.DAMPING], cell[slide.LAG_TIME] = _BANDWIDTH, _DAMPING, lag
     cell[slide.SPINDLE_ACCELERATION] = limits.spindle_acceleration_max
     cell[slide.INERTIA : slide.VISCOUS + 1] = model.parameters
     cell[slide.RADIUS] = cell[slide.ROUND] = radius
@@ -51,3 +62,20 @@ def gauge_settings(
     gauge[gauges.FORCE_QUANTUM] = 0.0 if given is None else _FORCE_QUANTUM
     gauge[gauges.FORCE_MAX] = _FORCE_MAX
     return gauge
+
+
+def lag_times() -> Floats:
+    """Lags (s) for both masses: least-squares lines through the origin.
+
+    An error proportional to speed is that of a first-order lag of this time constant.
+    """
+    table = np.array(FOLLOWING)
+    speed, error = table[:, 0] / 60.0, table[:, 1:] / 1000.0  # mm/s, mm
+    return np.asarray(speed @ error / (speed @ speed))
+
+
+def lag_time(mass: float) -> float:
+    """Lag (s) of a slide that pushes a mass (kg): linear in mass through both calibrated ones, >= 0."""
+    light, heavy = (float(each) for each in lag_times())
+    share = (mass - MASSES[0]) / (MASSES[1] - MASSES[0])
+    return max(light + share * (heavy - light), 0.0)

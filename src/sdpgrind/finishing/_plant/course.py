@@ -7,8 +7,8 @@ from scipy.spatial import cKDTree
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.finishing import FinishingProblem
-from sdpgrind.finishing.kernels import cell as at
+from sdpgrind.finishing._plant import kernels as at
+from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.path import PathSamples
 from sdpgrind.finishing.timing import TableLoop
 
