@@ -19,7 +19,6 @@ from ._processor.tasks import Task as Task
 from ._replay.recording import Recording as Recording
 from ._study.study import FinishingStudy as FinishingStudy
 from ._study.study import finishing_study as finishing_study
-from .plants._adaptive.plant import AdaptiveGrinder as AdaptiveGrinder
 from .plants._centering.plant import CenteringMachine as CenteringMachine
 from .plants._finishing.plant import CellScatter as CellScatter
 from .plants._finishing.plant import CellTruth as CellTruth
@@ -28,6 +27,7 @@ from .plants._finishing.plant import HeightField as HeightField
 from .plants._force_table.plant import CoefficientScatter as CoefficientScatter
 from .plants._force_table.plant import ForceTableStand as ForceTableStand
 from .plants._force_table.plant import Motor as Motor
+from .plants._locus.plant import AdaptiveGrinder as AdaptiveGrinder
 from .plants._plunge.plant import GrinderNoise as GrinderNoise
 from .plants._plunge.plant import PlungeGrinder as PlungeGrinder
 from .plants._probe.plant import Probe as Probe

@@ -41,7 +41,7 @@ after the last finished part, with the results that it would have had; a finishe
     def job_of(self, problem: Any, arguments: argparse.Namespace) -> "Job":
         """Put a problem on a grinder equal to its model."""
         from hwsim.command._locus.toml import DESIGNED, PRINTED, Job
-        from hwsim.plants._adaptive.plant import AdaptiveGrinder
+        from hwsim.plants._locus.plant import AdaptiveGrinder
         from sdpgrind import locus
 
         if not isinstance(problem.model, locus.processes.Grinding):

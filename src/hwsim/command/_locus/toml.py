@@ -13,7 +13,7 @@ from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.command.base import StandJob
 from hwsim.devices import Gauge
-from hwsim.plants._adaptive.plant import AdaptiveGrinder
+from hwsim.plants._locus.plant import AdaptiveGrinder
 from sdpgrind import locus
 
 PRINTED: Mapping[str, Any] = {

@@ -7,7 +7,7 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 
 from hwsim.devices import Gauge
-from hwsim.plants._adaptive.machine import AdaptivePart, AdaptiveRig
+from hwsim.plants._locus.machine import AdaptivePart, AdaptiveRig
 from sdpgrind.base import checks, stored
 from sdpgrind.base.quantities import Described, custom, described, part, quantity
 from sdpgrind.locus import Problem

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # Plant -> module with a function ``picture(log)``; a table, since a file must not name code to import
 _PICTURES = {
-    "AdaptiveGrinder": "hwsim.plants._adaptive.picture",
+    "AdaptiveGrinder": "hwsim.plants._locus.picture",
     "CenteringMachine": "hwsim.plants._centering.picture",
     "FinishingCell": "hwsim.plants._finishing.picture",
     "ForceTableStand": "hwsim.plants._force_table.picture",
