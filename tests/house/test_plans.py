@@ -12,7 +12,8 @@ from house_names import ROOT, SOURCE, modules
 
 import sdpgrind
 from sdpgrind.base import pictures, records
-from sdpgrind.base.plans import Plan, Record
+from sdpgrind.base.plans import Plan
+from sdpgrind.base.records import Record
 
 ENTRIES = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["sdpgrind.records"]
 PLACES = {kind: place for kind, place in ENTRIES.items() if kind != "hwsim.journal"}

@@ -2,11 +2,11 @@
 
 from hwsim._link import courier as couriers
 from hwsim._link.tcp import Unpacker, packed
-from hwsim._log.fingerprint import fingerprint
+from hwsim._log.fingerprint import fingerprint, former
 from hwsim._log.frames import Frames
 from hwsim._log.labels import Labels
 from hwsim._log.log import same
-from hwsim._log.pictures import paired
+from hwsim._log.picture import paired
 from hwsim._part.clock import Clock, common_tick, exact, simplest
 from hwsim._part.motions import command_column, digest
 from hwsim._part.part import column
@@ -34,6 +34,7 @@ __all__ = [
     "digest",
     "exact",
     "fingerprint",
+    "former",
     "packed",
     "paired",
     "parse",

@@ -4,14 +4,17 @@ import sqlite3
 import subprocess
 import sys
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hwsim_fakes import Drain, Faster, Tank, noisy_tank
-from hwsim_inside import fingerprint, same
+from hwsim_inside import fingerprint, former, same
 
+import centering
 import hwsim
 import sdpgrind
+from sdpgrind import finishing, locus, plunge, weldbead
 
 
 class PowerCut(Exception):
@@ -297,3 +300,60 @@ def test_equal_in_another_process():
     )
     here = fingerprint((Drain(), noisy_tank(), Faster(), {"c", "a", "b"}, rng_of, np.arange(3)))
     assert done.stdout.strip() == here
+
+
+OLD = Path(__file__).parents[1] / "data/saved-0.1.0/hwsim.journal.db"
+
+
+def leave(module="__main__"):
+    """The user's controller in the saved journal: one pass, then the bead is left."""
+
+    def step(self, **measured):
+        begun = measured["time_left"] < 30.0
+        return {"stop": 1.0} if begun else {"duration": 20.0, "normal_force": 40.0}
+
+    own = {"period": None, "tier": "sequence", "reset": lambda self: None, "step": step}
+    return type("Leave", (), {**own, "__module__": module, "__qualname__": "Leave"})()
+
+
+def test_a_journal_of_the_first_version_is_carried_on(tmp_path):
+    path = tmp_path / "run.db"
+    path.write_bytes(OLD.read_bytes())
+    stand = hwsim.WeldBeadStand(weldbead.preset("P1"))
+    log = hwsim.run(stand, leave(), parts=3, journal=path)
+    assert same(log, hwsim.run(stand, leave(), parts=3))
+    with hwsim.Journal(path) as journal:
+        assert journal.parts == 3
+    for plant, controller, rng in (
+        (hwsim.WeldBeadStand(weldbead.preset("P2")), leave(), 0),
+        (stand, leave("another"), 0),
+        (stand, leave(), 1),
+    ):
+        with pytest.raises(ValueError, match="journal must be of this run"):
+            hwsim.run(plant, controller, parts=3, rng=rng, journal=path)
+
+
+@pytest.mark.parametrize(
+    ("make", "printed"),
+    [
+        (lambda: hwsim.WeldBeadStand(weldbead.preset("P4"), height=1.0), "00fce6563068"),
+        (lambda: hwsim.PlungeGrinder(plunge.preset("simulation")), "909a65dd29b0"),
+        (lambda: plunge.CycleController(plunge.preset("simulation")), "3bae63a0b81e"),
+        (lambda: plunge.adaptation(plunge.preset("simulation")), "463839c58ea1"),
+        (lambda: hwsim.AdaptiveGrinder(locus.preset("grinding")), "3e2821c3c780"),
+        (lambda: hwsim.CenteringMachine(centering.preset("printed")), "0b5d6cb8e121"),
+        (lambda: hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5)), "55d8aea8ffee"),
+        (lambda: hwsim.FinishingCell(finishing.preset("nominal")), "268c3bda2f1a"),
+    ],
+)
+def test_fingerprints_of_the_first_version_are_known(make, printed):
+    """What 0.1.0 wrote for the same object."""
+    assert former(make()).startswith(printed) and not fingerprint(make()).startswith(printed)
+
+
+def test_a_class_of_ours_may_be_moved(monkeypatch):
+    before = fingerprint(hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5)))
+    monkeypatch.setattr(hwsim.Ring, "__module__", "centering.elsewhere")
+    assert fingerprint(hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5))) == before
+    monkeypatch.setattr(hwsim.Ring, "__module__", "users.own")
+    assert fingerprint(hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5))) != before

@@ -15,7 +15,7 @@ from centering.monitoring._alarm import units_of, with_space
 from centering.monitoring._sequential import ewma_run_length, ewma_sd, not_read
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.plans import Record
+from sdpgrind.base.records import Record
 
 _RANGE = 2 / sqrt(pi)  # mean of the moving range of standard normal values, 1.128
 _FEWEST = 20  # parts that limits may rest on

@@ -11,7 +11,7 @@ from centering.monitoring._alarm import UNITS, DriftAlarm, units_of
 from centering.monitoring._sequential import cusum_detection, cusum_limit, learned_widening, not_read
 from centering.monitoring._tracked import FEWEST, REFERENCE, Tracked
 from sdpgrind.base import checks, pictures
-from sdpgrind.base.plans import Record
+from sdpgrind.base.records import Record
 from sdpgrind.identify import Estimate, RandomWalk, Status
 
 

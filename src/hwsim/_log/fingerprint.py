@@ -4,22 +4,91 @@ import dataclasses
 import functools
 import hashlib
 import types
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 _PLAIN = (type(None), bool, int, str, bytes, complex)
+_OURS = {"sdpgrind", "centering", "hwsim"}
+# area: modules of version 0.1.0 with those of their classes that fingerprints in a journal may contain
+_FORMER = """
+centering: _cycle.belief FrictionScaleBelief; _cycle.controller CenteringController; _cycle.cycle_base
+CycleBase; _cycle.following FollowingGains FollowingLimits FollowingMap Follower; _cycle.outcomes
+OutcomeTable PushKind; _cycle.printed_controller PrintedController; _cycle.settings CycleSettings;
+_cycle.strategy Strategy; _cycle.strategy_moves KindOfPush; _cycle.strategy_timing CycleTiming;
+_geometry.measuring MeasuringController; _push.model PushModel Part; _push.problem CenteringProblem
+CenteringLimits PushScatter; _push.profile TipProfile; hwsim.plants._probe_errors ProbeErrors;
+hwsim.plants._probe_ring Ring.
+hwsim: _links QueueLink; _recording Recording; _scheduler Scheduler; _tasks Task; _watchdog Watchdog;
+plants._locus AdaptiveGrinder; plants._centering CenteringMachine; plants._finishing FinishingCell;
+plants._force_table ForceTableStand; plants._plunge PlungeGrinder GrinderNoise; plants._probe Probe;
+plants._weldbead WeldBeadStand.
+sdpgrind.finishing: hwsim.plants._finishing_height HeightField; hwsim.plants._finishing_truth CellScatter
+CellTruth; _arm.arm Arm; _motion Motion; _path.path Path; _problem FinishingProblem; _roughness.model
+RoughnessModel; _surface.surface Surface; _timing.limits JointLimits; _timing.table_loop TableLoop;
+_torque.axis TorqueAxis; _torque.controller TorqueController; _torque.gains LqgGains PidffGains
+DampingGains; _torque.law Setting.
+sdpgrind.locus: _area Area; _area_controller AreaController; _controller LocusController; _dressed_grinding
+DressedGrinding; _drift Drift; _gain_schedule GainSchedule; _grinding Grinding; _learned LearnedStart;
+_locus Locus; _modifiers ModifierController; _problem Problem Varying; _problem_text Expression; _robust
+RobustLocus; _roughness Roughness; _turning Turning.
+sdpgrind.plunge: _bounding ConstraintBounding; _chain Chain SharpnessUpdate _OfflineOnly; _controller
+CycleController; _cycle CyclePlan; _margins ChanceMargin MarginBounding RoundnessMargin _Bias; _model
+PlungeModel Wear; _problem CycleProblem; _staged StagedController.
+sdpgrind.sdp: _charges Charge; _one_sided Linear Quadratic Constant OneSided; _policy Policy; _problem
+Problem Axis Stop Levels Move Stages Forever.
+sdpgrind.weldbead: hwsim.plants._force_table_truth CoefficientScatter Motor; _burn ForceBurnLimit
+MalkinBurnLimit PowerBurnLimit; _controllers SequenceController; _hierarchy Hierarchy _PassTier
+_SequenceTier; _policy SequencePolicy; _problem SequenceProblem FinishCharge; _process GrindingProcess;
+_scatter Scatter.
+"""
+Home = Callable[[Any], Any]
+"""From a class or a function to the module that counts in a fingerprint."""
 
 
 def fingerprint(thing: Any) -> str:
     """Return a SHA-256 digest of the content of `thing`, 64 hexadecimal digits."""
+    return _digest(thing, _home)
+
+
+def former(thing: Any) -> str:
+    """Return the fingerprint of version 0.1.0, which includes its names of modules."""
+    return _digest(thing, _former_home)
+
+
+def _digest(thing: Any, home: Home) -> str:
     digest = hashlib.sha256()
-    _feed(digest.update, thing, ())
+    _feed(digest.update, thing, (), home)
     return digest.hexdigest()
 
 
-def _feed(take: Any, thing: Any, above: tuple[int, ...]) -> None:
+def _home(thing: Any) -> Any:
+    """Module of a class or function; of ours the package alone, since modules may be moved."""
+    module = getattr(thing, "__module__", "")
+    package = str(module).partition(".")[0]
+    return package if package in _OURS else module
+
+
+def _former_home(thing: Any) -> Any:
+    module = getattr(thing, "__module__", "")
+    area = ".".join(str(module).split(".")[: 2 if str(module).startswith("sdpgrind.") else 1])
+    return _former_modules().get((area, thing.__qualname__), module)
+
+
+@functools.cache
+def _former_modules() -> dict[tuple[str, str], str]:
+    """(area, class) -> its module in version 0.1.0."""
+    found = {}
+    for text in _FORMER.split(".\n")[:-1]:
+        area, _, modules = text.strip().partition(": ")
+        for module, *names in map(str.split, modules.split(";")):
+            home = module if module.startswith("hwsim.") else f"{area}.{module}"
+            found |= {(area, name): home for name in names}
+    return found
+
+
+def _feed(take: Any, thing: Any, above: tuple[int, ...], home: Home) -> None:
     if id(thing) in above:
         take(f"<{above.index(id(thing))}>".encode())
         return
@@ -31,13 +100,13 @@ def _feed(take: Any, thing: Any, above: tuple[int, ...]) -> None:
         take(f"array:{thing.dtype.str}{thing.shape};".encode())
         take(np.ascontiguousarray(thing).tobytes())
     else:
-        take(f"{type(thing).__module__}.{type(thing).__qualname__}(".encode())
-        for piece in _pieces(thing):
-            _feed(take, piece, (*above, id(thing)))
+        take(f"{home(type(thing))}.{type(thing).__qualname__}(".encode())
+        for piece in _pieces(thing, home):
+            _feed(take, piece, (*above, id(thing)), home)
         take(b")")
 
 
-def _pieces(thing: Any) -> list[Any]:
+def _pieces(thing: Any, home: Home) -> list[Any]:
     """Pieces of an object."""
     # before Mapping: a labelled table is one
     if hasattr(thing, "data_vars") and not isinstance(thing, type):
@@ -48,12 +117,12 @@ def _pieces(thing: Any) -> list[Any]:
     if isinstance(thing, list | tuple | range):
         return list(thing)
     if isinstance(thing, set | frozenset):
-        return sorted(map(fingerprint, thing))
+        return sorted(_digest(piece, home) for piece in thing)
     if isinstance(thing, np.ndarray | np.generic):
         return [thing.dtype.str, thing.tolist()]
     if isinstance(thing, functools.partial):
         return [thing.func, thing.args, thing.keywords]
-    return _code(thing) if callable(thing) and hasattr(thing, "__qualname__") else _object(thing)
+    return _code(thing, home) if callable(thing) and hasattr(thing, "__qualname__") else _object(thing)
 
 
 def _values(variable: Any) -> Any:
@@ -62,11 +131,11 @@ def _values(variable: Any) -> Any:
     return values.tolist() if values.dtype.kind in "OU" else values
 
 
-def _code(thing: Any) -> list[Any]:
+def _code(thing: Any, home: Home) -> list[Any]:
     """Pieces of a function: its code and constants, not its address."""
     if isinstance(thing, types.MethodType):
         return [thing.__self__, thing.__func__]
-    named = [getattr(thing, "__module__", ""), thing.__qualname__]
+    named = [home(thing), thing.__qualname__]
     if not isinstance(thing, types.FunctionType):
         return named
     closure = [cell.cell_contents for cell in thing.__closure__ or ()]

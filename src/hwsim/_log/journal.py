@@ -14,10 +14,12 @@ from typing import Any, Self
 
 import numpy as np
 
+from hwsim._log.fingerprint import fingerprint, former
 from hwsim._log.labels import Labels
 from hwsim._log.log import Log
 from hwsim._part.part import Column, LivePart
 from sdpgrind.base import checks
+from sdpgrind.base.records import whole_file
 
 _SCHEMA = """
 CREATE TABLE run (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
@@ -96,15 +98,13 @@ class Journal:
         return cls(path)
 
     @classmethod
-    def create(cls, path: str | os.PathLike[str], fingerprints: Mapping[str, str], labels: Labels) -> Self:
+    def create(cls, path: str | os.PathLike[str], ingredients: Mapping[str, Any], labels: Labels) -> Self:
         """Make an empty journal and open it (private to this package); the file appears complete or not at
         all.
         """
-        from sdpgrind.base.records import whole_file
-
         rows = {
             "version": _VERSION,
-            "fingerprints": json.dumps(dict(fingerprints)),
+            "fingerprints": json.dumps({name: fingerprint(thing) for name, thing in ingredients.items()}),
             "labels": labels.to_json(),
         }
         with (
@@ -128,10 +128,10 @@ class Journal:
             raise ValueError(f"{str(self.path)!r} holds no finished part yet")
         return Log.of(parts, Labels.from_json(self._run["labels"]))
 
-    def refuse_other(self, fingerprints: Mapping[str, str]) -> None:
-        """Refuse a run whose fingerprints differ from those in the journal (private to this package)."""
+    def refuse_other(self, ingredients: Mapping[str, Any]) -> None:
+        """Refuse a run of other ingredients than those of the journal (private to this package)."""
         written = json.loads(self._run["fingerprints"])
-        if other := [name for name, value in fingerprints.items() if written.get(name) != value]:
+        if other := [name for name, thing in ingredients.items() if not _is_print(written.get(name), thing)]:
             begun = f"{str(self.path)!r} was begun with another {' and '.join(other)}"
             raise ValueError(f"journal must be of this run; {begun}")
 
@@ -168,6 +168,11 @@ class Journal:
 
     def __repr__(self) -> str:
         return f"<hwsim.Journal: {self.parts} parts in {str(self.path)!r}>"
+
+
+def _is_print(written: str | None, thing: Any) -> bool:
+    """Whether a fingerprint in a journal, perhaps of version 0.1.0, is that of an ingredient."""
+    return written == fingerprint(thing) or written == former(thing)
 
 
 def _as_json(value: Column) -> Any:

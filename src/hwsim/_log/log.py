@@ -11,7 +11,7 @@ from hwsim._log.frames import Frames
 from hwsim._log.labels import Labels
 from hwsim._part.motions import is_of_rows, rows_of
 from hwsim._part.part import Column, LivePart
-from sdpgrind.base.plans import Record
+from sdpgrind.base.records import Record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -170,7 +170,7 @@ class Log(Record):
         >>> log = hwsim.run(hwsim.WeldBeadStand(problem), controller, parts=20)
         >>> log.plot().savefig("run.png")  # doctest: +SKIP
         """
-        from hwsim._log.pictures import draw
+        from hwsim._log.picture import draw
 
         return draw(self)
 

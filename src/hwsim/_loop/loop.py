@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from hwsim._log.fingerprint import fingerprint
 from hwsim._log.journal import Journal
 from hwsim._log.labels import Labels
 from hwsim._log.log import Log
@@ -209,9 +208,10 @@ def _book(
     if path is None:
         yield None
         return
-    prints = {name: fingerprint(thing) for name, thing in ingredients.items()}
-    with Journal(path) if Path(path).exists() else Journal.create(path, prints, labels) as journal:
-        journal.refuse_other(prints)
+    known = Path(path).exists()
+    with Journal(path) if known else Journal.create(path, ingredients, labels) as journal:
+        if known:
+            journal.refuse_other(ingredients)
         yield journal
 
 

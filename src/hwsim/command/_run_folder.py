@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hwsim._log.fingerprint import fingerprint
+from sdpgrind.base.extras import need
+from sdpgrind.base.records import whole_file
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -64,7 +66,7 @@ class RunFolder:
 
         if self.journal.exists():
             with Journal(self.journal) as journal:
-                journal.refuse_other({name: fingerprint(thing) for name, thing in ingredients.items()})
+                journal.refuse_other(ingredients)
 
     def begin(self, plan: Any) -> None:
         """Make the folder and write the plan, unless they exist."""
@@ -92,9 +94,6 @@ def with_kept(text: str, folder: Path | RunFolder, names: Iterable[str]) -> str:
 
 def drawn(folder: Path, things: Mapping[str, Any]) -> list[str]:
     """Draw `things` into a folder and return their names; without matplotlib, a text that says so."""
-    from sdpgrind.base.extras import need
-    from sdpgrind.base.records import whole_file
-
     try:
         pyplot = need("matplotlib.pyplot", "plot")
     except ImportError as error:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from hwsim.command.base import AreaCommand
-from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.progress import Progress, redraw, silent
 
 INTERRUPTED = 130  # exit status; source: 128 + SIGINT of a shell
 _EVERY = 2.0  # s between lines in a pipe; chosen: work says what it does within two seconds
@@ -92,14 +92,12 @@ class Teller:
         """Set the text."""
         self._text = text
         if self._terminal:
-            sys.stderr.write(f"\r\x1b[K{text}")
-            sys.stderr.flush()
+            redraw(text)
 
     def __exit__(self, *error: object) -> None:
         self._ended.set()
         if self._terminal:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()
+            redraw("")
         else:
             self._thread.join()
 

@@ -12,7 +12,7 @@ from typing import Any
 from numba.core.event import Listener, register
 
 from sdpgrind.base.kernel_digest import reached
-from sdpgrind.base.progress import Progress
+from sdpgrind.base.progress import Progress, redraw
 
 _PATIENCE = 2.0  # silent compiling, s; chosen: a longer silence looks like a fault
 
@@ -53,8 +53,7 @@ class Compiling(Listener):
             if self.progress is not None:
                 self.progress(1.0, f"{self.area}: first use")
             elif self._shown:
-                sys.stderr.write("\r\x1b[K")
-                sys.stderr.flush()
+                redraw("")
 
     def forget(self) -> None:
         """Restart the count."""
@@ -73,8 +72,7 @@ class Compiling(Listener):
         if self.progress is not None:
             self.progress(done / max(total, 1), text)
         else:
-            sys.stderr.write(f"\r\x1b[K{text}")
-            sys.stderr.flush()
+            redraw(text)
 
 
 listener = Compiling()

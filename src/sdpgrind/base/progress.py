@@ -27,17 +27,21 @@ class TerminalLine:
         self._stream = stream if stream is not None else sys.stderr
         self._begin = time.monotonic()
         self._patience = patience
-        self._shown = False
 
     def __call__(self, share: float, text: str) -> None:
         """Show `share` (0..1) and `text`."""
         if not self._stream.isatty() or time.monotonic() - self._begin < self._patience:
             return
-        self._shown = True
-        self._stream.write(f"\r\x1b[K{100 * share:3.0f} % {text}")
+        redraw(f"{100 * share:3.0f} % {text}", self._stream)
         if share >= 1:
-            self._stream.write("\r\x1b[K")
-        self._stream.flush()
+            redraw("", self._stream)
+
+
+def redraw(text: str, stream: TextIO | None = None) -> None:
+    """Replace the line on a terminal; stream None: standard error."""
+    stream = sys.stderr if stream is None else stream
+    stream.write(f"\r\x1b[K{text}")
+    stream.flush()
 
 
 def silent(share: float, text: str) -> None:

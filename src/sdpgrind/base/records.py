@@ -7,18 +7,60 @@ The attribute ``kind`` of a file names its content. Packages register kinds as e
 import contextlib
 import os
 import tempfile
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-import xarray as xr
 
 from sdpgrind.base import checks
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 _DTYPE = "stored_dtype"
 _NETCDF3 = {"int8", "int16", "int32", "float32", "float64"}
+
+
+class Record(ABC):
+    """Base of objects that are saved in a file.
+
+    `sdpgrind.load` finds the class by its kind, an entry point of ``sdpgrind.records``.
+    """
+
+    kind: ClassVar[str]
+    """Name of the kind in files."""
+
+    @abstractmethod
+    def _written(self) -> "xr.Dataset":
+        """Labelled arrays for the file."""
+
+    @classmethod
+    @abstractmethod
+    def restored(cls, dataset: "xr.Dataset") -> Self:
+        """Return the object of a `dataset` read from a file, with its units."""
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a NetCDF file at `path`, complete or not at all; `sdpgrind.load` reads it.
+
+        Parameters
+        ----------
+        path : str or path
+            File in an existing folder.
+        """
+        write(self._written(), path, self.kind)
+
+    @classmethod
+    def from_file(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a file of `save` at `path`.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+        """
+        return cls.restored(read(path))
 
 
 @contextlib.contextmanager
@@ -44,7 +86,7 @@ def _umask() -> int:
     return mask
 
 
-def write(dataset: xr.Dataset, path: str | os.PathLike[str], kind: str) -> None:
+def write(dataset: "xr.Dataset", path: str | os.PathLike[str], kind: str) -> None:
     """Write `dataset` to a NetCDF file at `path`, marked as `kind`."""
     from sdpgrind import __version__
 
@@ -54,21 +96,25 @@ def write(dataset: xr.Dataset, path: str | os.PathLike[str], kind: str) -> None:
         portable.to_netcdf(temporary, engine="scipy", encoding=plain)
 
 
-def read(path: str | os.PathLike[str]) -> xr.Dataset:
+def read(path: str | os.PathLike[str]) -> "xr.Dataset":
     """Read a file of `write` with its dtypes."""
+    import xarray as xr
+
     with xr.open_dataset(path, engine="scipy", decode_times=False, mask_and_scale=False) as opened:
         dataset = opened.load()
     return _each(dataset, _restored)
 
 
-def _each(dataset: xr.Dataset, change: Callable[[xr.DataArray], xr.DataArray]) -> xr.Dataset:
+def _each(dataset: "xr.Dataset", change: Callable[["xr.DataArray"], "xr.DataArray"]) -> "xr.Dataset":
     """Apply `change` to all variables and coordinates."""
+    import xarray as xr
+
     variables = {name: change(dataset[name]).variable for name in dataset.data_vars}
     coordinates = {name: change(dataset[name]).variable for name in dataset.coords}
     return xr.Dataset(variables, coordinates, dataset.attrs)
 
 
-def _portable(array: xr.DataArray) -> xr.DataArray:
+def _portable(array: "xr.DataArray") -> "xr.DataArray":
     """Store bool and 64-bit integers, which NetCDF 3 lacks, in another dtype, and note theirs."""
     kind = array.dtype.kind
     if kind in "USO" or array.dtype.name in _NETCDF3:
@@ -87,7 +133,7 @@ def _holds(holder: Any, values: Any) -> bool:
     return bool(np.all(values.astype(holder).astype(values.dtype) == values))
 
 
-def _restored(array: xr.DataArray) -> xr.DataArray:
+def _restored(array: "xr.DataArray") -> "xr.DataArray":
     attrs = dict(array.attrs)
     dtype = attrs.pop(_DTYPE, None)
     restored = array.astype(dtype) if dtype else array.astype(array.dtype.newbyteorder("="))
@@ -124,6 +170,8 @@ def load(path: str | os.PathLike[str]) -> Any:
     """
     if not checks.path("path", path).is_file():
         raise FileNotFoundError(f"path must be an existing file; got {str(path)!r}")
+    from importlib.metadata import entry_points
+
     kind = _kind(path)
     for entry in entry_points(group="sdpgrind.records", name=kind):
         return entry.load().from_file(path)
@@ -139,5 +187,7 @@ def _kind(path: str | os.PathLike[str]) -> str:
         return "hwsim.journal"
     if not head.startswith(b"CDF"):
         return ""
+    import xarray as xr
+
     with xr.open_dataset(path, engine="scipy", decode_times=False) as dataset:
         return str(dataset.attrs.get("kind", ""))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from hwsim.command._run_folder import drawn, refuse_file, with_kept
 from hwsim.command.base import AreaCommand, announce
+from sdpgrind.base.records import whole_file
 
 if TYPE_CHECKING:
     from hwsim.command._finishing.toml import Job
@@ -91,8 +92,6 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
 
 def _keep(folder: Path, found: Any, text: str, arguments: argparse.Namespace) -> list[str]:
     """Write report, confirmation log and pictures; the journals of all runs exist already."""
-    from sdpgrind.base.records import whole_file
-
     with whole_file(folder / "study.txt") as temporary:
         Path(temporary).write_text(f"{text}\n")
     found.confirmation.save(folder / "confirm.nc")
