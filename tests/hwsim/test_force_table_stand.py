@@ -72,7 +72,9 @@ def test_volume_is_kept():
 def test_volume_is_the_integral_of_the_removal_rate():
     machine = quiet(problem()).start(np.random.default_rng(0))
     machine.step({"start": 1.0, "feed_rate": 20.0, "platform_command": platform(0.6)}, FOREVER)
-    assert machine._table.state[kernels.INTEGRAL] == pytest.approx(machine._table.state[kernels.REMOVED], rel=1e-3)
+    assert machine._table.state[kernels.INTEGRAL] == pytest.approx(
+        machine._table.state[kernels.REMOVED], rel=1e-3
+    )
 
 
 def test_runout_lifts_the_disc_off_and_raises_the_mean_force():

@@ -10,8 +10,7 @@ from scipy.optimize import brentq
 
 import hwsim
 from centering.circle import circle_reading
-from centering.kernels import probe
-from centering.kernels import shape_of
+from centering.kernels import probe, shape_of
 
 ANGLES = np.linspace(-7.0, 20.0, 97)
 ROLLER = 3.75

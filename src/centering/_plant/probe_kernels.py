@@ -18,7 +18,7 @@ RUNOUT, RUNOUT_PHASE, ROLL, NOISE_SD, DUST, DUST_SIZE = range(6, 12)
 PROBE_QUANTUM, SLIDE_QUANTUM, FOLLOW_TIME, HALF_STROKE = range(12, 16)
 MOVE_TIME, MOVE_X, MOVE_Y, SETTINGS = range(16, 20)
 
-# state; NEXT: number of the next sample; SPEED since SINCE (time) and ANGLE; SLIDE follows TARGET, set at SEEN
+# state; NEXT: number of the next sample; SPEED since SINCE (time) and ANGLE; SLIDE follows TARGET, of SEEN
 NEXT, SPEED, SINCE, ANGLE, SLIDE, TARGET, SEEN, LOST, CENTER_X, CENTER_Y, MOVED, STATES = range(12)
 
 COLUMNS = ("angle", "reading", "slide", "probe", "ticks")

@@ -16,7 +16,10 @@ from sdpgrind.weldbead.passes import TiltedDisc
 from sdpgrind.weldbead.passes import kernels as cutting
 
 SUB_STEPS = 56  # of table and sensors in a sample; derived: a multiple of the 8 inside the sensor
-_GRINDING, _BOUNCING = 14, 56  # grinding sub-steps of a sample; chosen: with inertia the grinder rings at 50 Hz
+_GRINDING, _BOUNCING = (
+    14,
+    56,
+)  # grinding sub-steps of a sample; chosen: with inertia the grinder rings at 50 Hz
 _DAMPING = 0.05  # damping ratio of the grinder on its compliance; chosen
 IDLE, LEAD_IN, ON_BEAD, LEAD_OUT, RESET = range(5)
 
@@ -35,7 +38,16 @@ class GroundPass:
 class BeadOnTable(Stateful):
     """State of a bead and of the machine around it; `stand` has the fields of `hwsim.ForceTableStand`."""
 
-    _changing: ClassVar[tuple[str, ...]] = ("z", "state", "drive", "passes", "_cut", "_sensors", "_queue", "_metal")
+    _changing: ClassVar[tuple[str, ...]] = (
+        "z",
+        "state",
+        "drive",
+        "passes",
+        "_cut",
+        "_sensors",
+        "_queue",
+        "_metal",
+    )
 
     def __init__(self, stand: Any, bead: GroundBead, disc: TiltedDisc, spin_angle: float) -> None:
         self._stand, self._bead, self._disc, self.z = stand, bead, disc, bead.z.copy()
