@@ -21,7 +21,7 @@ _geometry.measuring MeasuringController; _push.model PushModel Part; _push.probl
 CenteringLimits PushScatter; _push.profile TipProfile; hwsim.plants._probe_errors ProbeErrors;
 hwsim.plants._probe_ring Ring.
 hwsim: _links QueueLink; _recording Recording; _scheduler Scheduler; _tasks Task; _watchdog Watchdog;
-plants._locus AdaptiveGrinder; plants._centering CenteringMachine; plants._finishing FinishingCell;
+plants._adaptive AdaptiveGrinder; plants._centering CenteringMachine; plants._finishing FinishingCell;
 plants._force_table ForceTableStand; plants._plunge PlungeGrinder GrinderNoise; plants._probe Probe;
 plants._weldbead WeldBeadStand.
 sdpgrind.finishing: hwsim.plants._finishing_height HeightField; hwsim.plants._finishing_truth CellScatter
