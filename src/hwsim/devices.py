@@ -3,6 +3,8 @@
 They are immutable descriptions; state and random numbers are arguments.
 """
 
+import math
+
 import numpy as np
 
 from sdpgrind.base import checks
@@ -56,7 +58,7 @@ class Gauge(Described):
         0.9
         """
         shown = value + (self.noise_sd + self.relative_sd * abs(value)) * normal
-        return self.quantum * round(shown / self.quantum) if self.quantum else shown
+        return self.quantum * math.floor(shown / self.quantum + 0.5) if self.quantum else shown
 
 
 @described()

@@ -10,19 +10,15 @@ from sdpgrind.base.compiled import compiled
 COUNTS, SLIDE_QUANTUM, PROBE_QUANTUM, STROKE, SKEW, NOISE_SD, RUNOUT, RUNOUT_PHASE, ROLL = range(9)
 DUST, DUST_SIZE, FORCE_QUANTUM, FORCE_MAX, GAUGES = range(9, 14)
 
+# readings, in the order of the samples
+TIME, ANGLE, SLIDE, PROBE, FORCE, PEAK_FORCE, SPINDLE_SPEED, PUSHING, REFRESHED = range(9)
 NAMES = ("time", "angle", "slide", "probe", "force", "peak_force", "spindle_speed", "pushing", "refreshed")
 _SQUEEZED = 1.0  # largest compression of the contact, mm; chosen: more is no reading
 
 
 @compiled
-def _steps(value, step):
-    """Nearest multiple of `step`; 0: unrounded."""
-    return step * np.floor(value / step + 0.5) if step > 0.0 else value
-
-
-@compiled
 def _force(force, gauge):
-    return _steps(min(max(force, -gauge[FORCE_MAX]), gauge[FORCE_MAX]), gauge[FORCE_QUANTUM])
+    return probe.rounded(min(max(force, -gauge[FORCE_MAX]), gauge[FORCE_MAX]), gauge[FORCE_QUANTUM])
 
 
 @compiled
@@ -39,12 +35,12 @@ def measure(state, cell, profile, shape, lobes, gauge, normal, first, second, ou
     if not -gauge[STROKE] <= extended <= _SQUEEZED:
         extended = np.nan
     turn = 2.0 * np.pi / gauge[COUNTS] if gauge[COUNTS] > 0.0 else 0.0
-    out[0] = state[slide.TIME]
-    out[1] = _steps(state[slide.ANGLE] + state[slide.SPEED] * gauge[SKEW], turn)
-    out[2] = _steps(place, gauge[SLIDE_QUANTUM])
-    out[3] = _steps(extended, gauge[PROBE_QUANTUM])
-    out[4] = _force(state[slide.FORCE], gauge)
-    out[5] = _force(state[slide.PEAK], gauge)
-    out[6] = state[slide.SPEED]
-    out[7] = 1.0 if state[slide.SEGMENT] >= 0.0 else 0.0
+    out[TIME] = state[slide.TIME]
+    out[ANGLE] = probe.rounded(state[slide.ANGLE] + state[slide.SPEED] * gauge[SKEW], turn)
+    out[SLIDE] = probe.rounded(place, gauge[SLIDE_QUANTUM])
+    out[PROBE] = probe.rounded(extended, gauge[PROBE_QUANTUM])
+    out[FORCE] = _force(state[slide.FORCE], gauge)
+    out[PEAK_FORCE] = _force(state[slide.PEAK], gauge)
+    out[SPINDLE_SPEED] = state[slide.SPEED]
+    out[PUSHING] = 1.0 if state[slide.SEGMENT] >= 0.0 else 0.0
     state[slide.PEAK] = state[slide.FORCE]

@@ -143,7 +143,7 @@ def least_spread(shape, lobes, places):
 
 
 @compiled
-def _steps(value, step):
+def rounded(value, step):
     """Nearest multiple of `step`; 0: unrounded."""
     return step * np.floor(value / step + 0.5) if step > 0.0 else value
 
@@ -213,9 +213,9 @@ def measure(shape, lobes, cell, state, normals, uniforms, out):
         if abs(probe) > cell[HALF_STROKE]:
             state[LOST] += 1.0
             probe = np.nan
-        out[row, 0] = _steps(angle + state[SPEED] * cell[SKEW], step)
-        out[row, 2] = _steps(state[SLIDE], cell[SLIDE_QUANTUM])
-        out[row, 3] = _steps(probe, cell[PROBE_QUANTUM])
+        out[row, 0] = rounded(angle + state[SPEED] * cell[SKEW], step)
+        out[row, 2] = rounded(state[SLIDE], cell[SLIDE_QUANTUM])
+        out[row, 3] = rounded(probe, cell[PROBE_QUANTUM])
         out[row, 1] = out[row, 2] + out[row, 3]
         out[row, 4] = ticks
         state[NEXT] += 1.0

@@ -163,36 +163,14 @@ class QueueEnd:
         return 0
 
     def advance(self, time: float) -> None:
-        """Set the time.
-
-        Parameters
-        ----------
-        time : float
-            Time of the simulation, s.
-
-        Raises
-        ------
-        ValueError
-            When the time goes back.
-        """
+        """Set the time, s; ValueError when it goes back."""
         now = round(checks.number("time", time, "s") * NANOSECONDS)
         if now < self._now:
             raise checks.refuse("time", f">= that of the link, {self._now / NANOSECONDS:g}", time, "s")
         self._now = now
 
     def send(self, message: bytes) -> None:
-        """Send a message to the other end.
-
-        Parameters
-        ----------
-        message : bytes
-            Content.
-
-        Raises
-        ------
-        ConnectionError
-            When the link is closed.
-        """
+        """Send a message to the other end; ConnectionError when the link is closed."""
         if not isinstance(message, bytes):
             raise TypeError(f"message must be bytes; got {checks.shown(message)}")
         if self.closed:

@@ -79,7 +79,7 @@ def _former_home(thing: Any) -> Any:
 @functools.cache
 def _former_modules() -> dict[tuple[str, str], str]:
     """(area, class) -> its module in version 0.1.0."""
-    found = {}
+    found: dict[tuple[str, str], str] = {}
     for text in _FORMER.split(".\n")[:-1]:
         area, _, modules = text.strip().partition(": ")
         for module, *names in map(str.split, modules.split(";")):

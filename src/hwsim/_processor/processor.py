@@ -21,18 +21,7 @@ Told = Collection[tuple[str, Kind]]
 
 
 class TaskEvent(NamedTuple):
-    """An event on the processor.
-
-    Parameters
-    ----------
-    time : int
-        Time, ns (a whole number).
-    kind : Kind
-        Kind of event.
-    task : str
-        Name of the task.
-    job : int
-        Number of the release, from 0; missed releases count.
+    """An event on the processor: time (ns), kind, task, number of the release from 0, missed ones included.
 
     Examples
     --------
@@ -47,17 +36,7 @@ class TaskEvent(NamedTuple):
 
 
 class TaskJob(NamedTuple):
-    """A completed job.
-
-    Parameters
-    ----------
-    task : str
-        Name of the task.
-    number : int
-        Number of its release, from 0; missed releases count.
-    release, start, completion : int
-        Times of its release, its start (inputs are sampled) and its completion (outputs take effect), ns
-        (whole numbers).
+    """A completed job: task, number of its release, and times of release, start and completion (ns).
 
     Examples
     --------
@@ -79,18 +58,8 @@ class Processor:
     A machine with a scheduler goes from event to event with `next_event`, samples at a ``START`` and applies
     the command at the ``COMPLETE`` of the same job. `advance` returns the completed jobs only. Both take the
     motion of the spindle from ``now`` on, for tasks released by its angle; results do not depend on how time
-    is divided. Copies are independent.
-
-    Parameters
-    ----------
-    tasks : sequence of Task
-        The tasks.
-    rngs : sequence of Generator
-        Random source of each task.
-    angle : float
-        Initial angle of the spindle, rad.
-    told : collection, optional
-        Events that `next_event` returns, as pairs of a task's name and a `Kind`. None: all.
+    is divided. Copies are independent. `told`: events that `next_event` returns, as pairs of a task's name
+    and a `Kind`; None: all.
 
     Examples
     --------
@@ -145,21 +114,11 @@ class Processor:
     def next_event(
         self, to: int, angle: float | None = None, speed: float = 0.0, acceleration: float = 0.0
     ) -> TaskEvent | None:
-        """Advance to the next event, until `to` at the latest, and return it; None: there is none.
+        """Advance to the next event, until `to` (ns) at the latest, and return it; None: there is none.
 
-        Parameters
-        ----------
-        to : int
-            Time limit, ns, included.
-        angle, speed, acceleration : float
-            Motion of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`. A
-            task with an angle step is released when a multiple of it is reached for the first time. Angle
-            None: the last motion continues.
-
-        Raises
-        ------
-        ValueError
-            When `to` is before ``now`` (ns).
+        Angle (rad), speed and acceleration are those of the spindle at ``now``; the acceleration lasts until
+        `to`. A task with an angle step is released when a multiple of it is first reached. Angle None: the
+        last motion continues.
 
         Examples
         --------
@@ -179,19 +138,8 @@ class Processor:
     def advance(
         self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0
     ) -> list[TaskJob]:
-        """Advance to a time, included, and return the jobs completed on the way.
-
-        Parameters
-        ----------
-        to : int
-            Time, ns.
-        angle, speed, acceleration : float
-            Motion of the spindle at ``now``, rad, rad/s and rad/s^2; the acceleration lasts until `to`.
-
-        Raises
-        ------
-        ValueError
-            When `to` is before ``now`` (ns).
+        """Advance to a time (ns), included, and return the jobs completed on the way; motion as for
+        `next_event`.
 
         Examples
         --------

@@ -146,30 +146,13 @@ class Recording:
         return self._tick
 
     def with_tick(self, tick: float) -> Self:
-        """Return the same recording with another tick.
-
-        Parameters
-        ----------
-        tick : float
-            Time step, s.
-        """
+        """Return the same recording with another `tick` (s)."""
         other = copy(self)
         other._tick = checks.positive("tick", tick, "s")
         return other
 
     def start(self, rng: np.random.Generator) -> Replay:
-        """Start at the first sample.
-
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Not used.
-
-        Returns
-        -------
-        Machine
-            See `hwsim.protocols.Machine`; its time is in ticks.
-        """
+        """Return the recording at its first sample, at time 0 s; `rng` is not used."""
         return Replay(
             list(self._instants()), None if self._grid is None else Clock(exact("tick", self._tick))
         )

@@ -1,4 +1,7 @@
-"""Tables of a TOML file, read key by key; every fault, also an unknown key, is a line that names the key."""
+"""Tables of a TOML file, read key by key; every fault, also an unknown key, is a line that names the key.
+
+Keys are names of the Python interface; numbers are in the library's units or texts with a unit.
+"""
 
 import difflib
 import re

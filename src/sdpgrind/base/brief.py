@@ -11,14 +11,8 @@ SHORT = 8
 
 
 def brief(thing: Any, units: Mapping[str, str] | None = None) -> str:
-    """Return the fields of a dataclass as text, without those at their defaults.
-
-    Parameters
-    ----------
-    thing : dataclass
-        The object.
-    units : mapping, optional
-        Unit of each quantity; "1" is not shown.
+    """Return the fields of a dataclass as text, without those at their defaults; `units` by field, "1" is not
+    shown.
     """
     units = units or {}
     shown = []

@@ -18,13 +18,7 @@ _PATIENCE = 2.0  # silent compiling, s; chosen: a longer silence looks like a fa
 
 
 class Compiling(Listener):
-    """Listens to numba's compiler and shows its progress.
-
-    Parameters
-    ----------
-    clock : callable
-        Time, s.
-    """
+    """Listens to numba's compiler and shows its progress; `clock` returns a time, s."""
 
     def __init__(self, clock: Any = time.monotonic) -> None:
         self.count = 0  # kernels compiled in this process
@@ -88,14 +82,8 @@ def listen() -> None:
 
 @contextmanager
 def told(area: str, progress: Progress | None) -> Iterator[None]:
-    """Report compiling in the block to `progress`, as work of `area`.
-
-    Parameters
-    ----------
-    area : str
-        Name in the text.
-    progress : callable or None
-        Called with the completed share (0..1) and a text. None: a line on a terminal after two seconds.
+    """Report compiling in the block, as work of `area`, to `progress`; None: a line on a terminal after two
+    seconds.
     """
     listener.area, listener.progress = area, progress
     listener.forget()

@@ -84,18 +84,7 @@ def compiled_with(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 
 @cache
 def opened(kernel: Kernel) -> Any:
-    """Return a twin of a closed kernel that Python can call, for tests.
-
-    Parameters
-    ----------
-    kernel : Kernel
-        A kernel; an open one is returned itself.
-
-    Returns
-    -------
-    Kernel
-        Kernel with the same code and options.
-    """
+    """Return a twin of a closed kernel that Python can call, for tests; an open one is returned itself."""
     if not isinstance(kernel, ClosedKernel):
         return kernel
     options = {key: value for key, value in kernel.targetoptions.items() if key not in _FIXED}

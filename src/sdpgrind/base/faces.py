@@ -13,14 +13,11 @@ from sdpgrind.base.warned import warn
 def attach(
     package: str, file: str | os.PathLike[str], former: Sequence[str] = ()
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package.
+    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package from the ``__init__.pyi`` next to its
+    `file`.
 
-    Parameters
-    ----------
-    package, file : str
-        ``__name__`` and ``__file__`` of the package, next to its ``__init__.pyi``.
-    former : sequence of str
-        Sub-packages whose names were in the package in version 0.1; they still work there, with a warning.
+    `former`: sub-packages whose names were in the package in version 0.1; they still work there, with a
+    warning.
     """
     imported, names, every = lazy_loader.attach_stub(package, os.fspath(file))
 

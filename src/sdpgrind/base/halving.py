@@ -8,21 +8,8 @@ from sdpgrind.base.checks import Bools, Floats
 
 
 def halved(low: Floats, high: Floats, before: Callable[[Floats], Bools], times: int) -> Floats:
-    """Return the middle of each bracket after bisection.
-
-    Parameters
-    ----------
-    low, high : array, (m,)
-        Ends of the brackets, in any unit.
-    before : callable
-        Whether the root is above a point (m,).
-    times : int
-        Number of bisections, a whole number.
-
-    Returns
-    -------
-    array, (m,)
-        Roots, in the unit of the brackets.
+    """Return the middle of each bracket (m,) after bisection; `before` says whether the root is above a point
+    (m,).
     """
     for _ in range(times):
         middle = 0.5 * (low + high)

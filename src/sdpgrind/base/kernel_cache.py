@@ -22,13 +22,7 @@ _lines: dict[tuple[str, str], list[int]] = {}
 
 
 class KernelCache(_Cache):
-    """Cache of one kernel; it reads globals and disk at the first call of the kernel.
-
-    Parameters
-    ----------
-    kernel : numba dispatcher
-        The kernel.
-    """
+    """Cache of one kernel; it reads globals and disk at the first call of the kernel."""
 
     def __init__(self, kernel: Any) -> None:
         self._kernel = kernel

@@ -32,17 +32,8 @@ _pieces: WeakKeyDictionary[Any, tuple[bytes, tuple[Any, ...]]] = WeakKeyDictiona
 
 
 def digest(kernel: Any) -> str:
-    """Return the digest of a kernel and of everything that its machine code depends on.
-
-    Parameters
-    ----------
-    kernel : function or numba dispatcher
-        The kernel; its globals must be set.
-
-    Returns
-    -------
-    str
-        SHA-256 in hexadecimal.
+    """Return the digest (SHA-256) of a kernel, its globals set, and of everything that its machine code
+    depends on.
     """
     total = hashlib.sha256(_VERSIONS.encode())
     order = {function: k for k, function in enumerate(reached(kernel))}
@@ -53,18 +44,7 @@ def digest(kernel: Any) -> str:
 
 
 def reached(kernel: Any) -> list[Any]:
-    """Return the kernel and all its direct and indirect callees, breadth first.
-
-    Parameters
-    ----------
-    kernel : function or numba dispatcher
-        The kernel; its globals must be set.
-
-    Returns
-    -------
-    list
-        Functions and kernels, each once.
-    """
+    """Return the kernel, its globals set, and all its direct and indirect callees, each once."""
     found = {kernel: None}
     queue = [kernel]
     for function in queue:
@@ -75,18 +55,7 @@ def reached(kernel: Any) -> list[Any]:
 
 
 def digest_of_type(kind: Any) -> str:
-    """Return what the text of an argument's numba type lacks: digests of kernels, names of fields.
-
-    Parameters
-    ----------
-    kind : numba type
-        Type of one argument.
-
-    Returns
-    -------
-    str
-        Empty for numbers and arrays.
-    """
+    """Return what the text of an argument's type lacks: digests of kernels, names of fields; else ""."""
     if isinstance(kind, types.Dispatcher):
         return digest(kind.dispatcher)
     made_by = getattr(kind, "instance_class", None)  # of a named tuple

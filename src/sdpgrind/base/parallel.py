@@ -17,16 +17,10 @@ Result = TypeVar("Result")
 def execute(
     function: Callable[[Item], Result], items: Iterable[Item], executor: Executor | None = None
 ) -> list[Result]:
-    """Return ``[function(item) for item in items]``, computed on `executor`.
+    """Return ``[function(item) for item in items]``, computed on `executor`; None: in this process.
 
-    Parameters
-    ----------
-    function : callable
-        Function of an item; picklable for executors of processes.
-    items : iterable
-        Pieces of work.
-    executor : concurrent.futures.Executor, optional
-        Threads, processes, ``dask.distributed``'s ``Client.get_executor()``, MPI, ... None: this process.
+    For executors of processes `function` must be picklable. Any `concurrent.futures.Executor` does: threads,
+    processes, ``dask.distributed``'s ``Client.get_executor()``, MPI.
     """
     if executor is None:
         return [function(item) for item in items]

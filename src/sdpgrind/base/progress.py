@@ -13,15 +13,7 @@ class Progress(Protocol):
 
 
 class TerminalLine:
-    """One redrawn line on a terminal, after `patience` seconds of work.
-
-    Parameters
-    ----------
-    stream : file, optional
-        Output; nothing is written unless it is a terminal. Default: standard error.
-    patience : float
-        Silence for quick work, s.
-    """
+    """One redrawn line on a terminal, after `patience` seconds of work; `stream` None: standard error."""
 
     def __init__(self, stream: TextIO | None = None, patience: float = 1.0) -> None:
         self._stream = stream if stream is not None else sys.stderr

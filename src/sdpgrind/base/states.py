@@ -34,23 +34,10 @@ _FLOAT = np.dtype(np.float64)
 
 
 def record(fields: str) -> RecordType:
-    """Return the dtype of a row of named floats.
+    """Return the dtype of a row of named floats, without gaps; its metadata have the units.
 
-    Parameters
-    ----------
-    fields : str
-        Names with units in the order of the row: ``"angle rad, speed rad/s"``; "1": a pure number. A name
-        with a size, ``"gain[4] N m"``, is an array.
-
-    Returns
-    -------
-    numpy.dtype
-        Structured dtype of floats without gaps; its metadata have the units.
-
-    Raises
-    ------
-    ValueError
-        When a field has no unit, or two have one name.
+    `fields` are names with units in the order of the row: ``"angle rad, speed rad/s"``; "1": a pure number. A
+    name with a size, ``"gain[4] N m"``, is an array.
     """
     known: dict[str, str] = {}
     shapes: list[tuple[Any, ...]] = []
@@ -67,69 +54,30 @@ def record(fields: str) -> RecordType:
 
 
 def units(kind: RecordType) -> Mapping[str, str]:
-    """Return the units of a record by field.
-
-    Parameters
-    ----------
-    kind : numpy.dtype
-        Dtype of `record`.
-    """
+    """Return the units of a record by field."""
     told: Mapping[str, Any] = kind.metadata or {}
     found: Mapping[str, str] = told["units"]
     return found
 
 
 def places(kind: RecordType, *names: str) -> tuple[int, ...]:
-    """Return the indices in the row at which fields begin.
-
-    Parameters
-    ----------
-    kind : numpy.dtype
-        Dtype of `record`.
-    *names : str
-        Fields. Default: all.
-    """
+    """Return the indices in the row at which fields begin; no names: all fields."""
     fields: Mapping[str, Any] = kind.fields or {}
     return tuple(int(fields[name][1]) // _FLOAT.itemsize for name in names or fields)
 
 
 def width(kind: RecordType) -> int:
-    """Return the number of floats in the row.
-
-    Parameters
-    ----------
-    kind : numpy.dtype
-        Dtype of `record`.
-    """
+    """Return the number of floats in the row."""
     return kind.itemsize // _FLOAT.itemsize
 
 
 def floats(kind: RecordType) -> Floats:
-    """Return a row of zeros.
-
-    Parameters
-    ----------
-    kind : numpy.dtype
-        Dtype of `record`.
-    """
+    """Return a row of zeros."""
     return np.zeros(width(kind))
 
 
 def named(row: Floats, kind: RecordType) -> Any:
-    """Return a view of a row with the names of a record; assignments change the row.
-
-    Parameters
-    ----------
-    row : array, (width,)
-        Contiguous floats.
-    kind : numpy.dtype
-        Dtype of `record`.
-
-    Raises
-    ------
-    ValueError
-        When the row has another width.
-    """
+    """Return a view of a row (width,) with the names of a record; assignments change the row."""
     if row.shape != (width(kind),):
         raise ValueError(f"row must be of shape ({width(kind)},), as its record is; got {row.shape}")
     return row.view(kind).view(np.recarray)[0]

@@ -62,14 +62,7 @@ class Chart:
 class LiveView:
     """Show the reports of a controller in the time of the machine, on a terminal only.
 
-    Parameters
-    ----------
-    problem : CenteringProblem
-        Tolerance (mm) and greatest offset (mm) of the chart.
-    stream : file, optional
-        Output. Default: standard error.
-    wait : callable, optional
-        Waits for a time, s. Default: ``time.sleep``.
+    `stream` is standard error by default; `wait` waits for a time, s.
     """
 
     def __init__(

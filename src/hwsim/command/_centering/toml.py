@@ -1,7 +1,6 @@
 """A centering job as a TOML file: part, friction and limits, controller, and the machine.
 
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, kg, rad) or texts
-with a unit. Missing values are those of the preset. A fault is one line that names the key.
+Missing values are those of the preset.
 """
 
 import warnings

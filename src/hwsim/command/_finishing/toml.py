@@ -1,8 +1,4 @@
-"""A finishing job as a TOML file: surface and path, robot and tool, controller, and the cell.
-
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, N m, A, rad) or
-texts with a unit. A fault is one line that names the key.
-"""
+"""A finishing job as a TOML file: surface and path, robot and tool, controller, and the cell."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

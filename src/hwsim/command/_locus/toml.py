@@ -1,8 +1,4 @@
-"""A job of adaptive grinding as a TOML file: the process, its ranges, the controller, and the grinder.
-
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad) or texts
-with a unit. A fault is one line that names the key.
-"""
+"""A job of adaptive grinding as a TOML file: the process, its ranges, the controller, and the grinder."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

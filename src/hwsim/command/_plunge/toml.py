@@ -1,8 +1,4 @@
-"""A plunge-grinding job as a TOML file: the cycle, the controller, and the grinder.
-
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad) or texts
-with a unit. A fault is one line that names the key.
-"""
+"""A plunge-grinding job as a TOML file: the cycle, the controller, and the grinder."""
 
 from dataclasses import dataclass
 from pathlib import Path

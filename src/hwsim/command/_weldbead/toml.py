@@ -1,8 +1,7 @@
 """A weld-bead job as a TOML file: the planning problem and its stand.
 
-Keys are the names of the Python interface; numbers are in the library's units (mm, s, N, J, W, rad, $) or
-texts with a unit. A fault is one line that names the key. The stand is the force table with all three tiers,
-or that of one draw a pass with the sequence alone.
+Keys are names of the Python interface, numbers in the library's units or texts with a unit. The stand is the
+force table with all three tiers, or that of one draw a pass with the sequence alone.
 """
 
 import math

@@ -227,7 +227,7 @@ class CenteringPart:
             second,
             shown,
         )
-        shown[8] = 1.0 if self._tasks is None else float(self._tasks.refreshed)
+        shown[gauges.REFRESHED] = 1.0 if self._tasks is None else float(self._tasks.refreshed)
         return dict(zip(gauges.NAMES, shown.tolist(), strict=True))
 
     def outcome(self) -> dict[str, Any]:

@@ -220,27 +220,13 @@ class CenteringMachine(Described):
         return 0.0 if self.gain_scheduling else lag_time(self.problem.model.part.mass)
 
     def with_tick(self, tick: float) -> Self:
-        """Return the same plant with another tick.
-
-        Parameters
-        ----------
-        tick : float
-            Time step, s.
-        """
+        """Return the same plant with another `tick` (s)."""
         return self.replace(tick=tick)
 
     def start(self, rng: np.random.Generator) -> CenteringPart:
-        """Draw the truth of the next part and return it at time 0, the table at rest.
+        """Draw the truth of the next part from `rng` and return it at time 0 s, the table at rest.
 
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Random source of this part; truth, pushes and gauges draw from a child each.
-
-        Returns
-        -------
-        Machine
-            See `hwsim.protocols.Machine`; its time is in ticks.
+        Truth, pushes and gauges draw from a child each.
         """
         of_truth, *others = rng.spawn(4)
         model, ring = self._model(of_truth), self._ring(of_truth)

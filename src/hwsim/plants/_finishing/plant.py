@@ -172,13 +172,9 @@ class FinishingCell(Described):
         return self.problem.path.at(0.0)
 
     def start(self, rng: np.random.Generator) -> FinishingPart:
-        """Draw the truth of the next part and return it at time 0.
+        """Draw the truth of the next part from `rng` and return it at time 0 s.
 
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Random source of this part; truth, scatter and the rest draw from a child each, so that
-            controllers are compared on equal draws (ticks in s are those of ``tick``).
+        Truth, scatter and the rest draw from a child each: controllers are compared on equal draws.
         """
         of_truth, of_scatter, of_rest = rng.spawn(3)
         truth = CellTruth.nominal(self.problem, self.torque_axis) if self.truth is None else self.truth

@@ -283,13 +283,9 @@ class ForceTableStand(Described):
         return own
 
     def start(self, rng: np.random.Generator) -> ForceTable:
-        """Draw the truth of the next bead and return it at time 0.
+        """Draw the truth of the next bead from `rng` and return it at time 0 s.
 
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Random source of this bead; truth of the bead, truth of its passes and noise draw from a child
-            each, so that controllers are compared on equal draws (ticks in s are those of ``tick``).
+        Bead, passes and noise draw from a child each: controllers are compared on equal draws.
         """
         of_truth, of_passes, of_noise = rng.spawn(3)
         disc = self.truth(of_truth) if callable(self.truth) else self.truth

@@ -183,40 +183,17 @@ class AdaptiveGrinder(Described):
         return Ranges(float(self.problem.controls["infeed_rate"][1]), float(low), float(high))
 
     def with_tick(self, tick: float) -> Self:
-        """Return the same plant with another tick.
-
-        Parameters
-        ----------
-        tick : float
-            Time step, s.
-        """
+        """Return the same plant with another `tick` (s)."""
         return self.replace(tick=tick)
 
     def after(self, outcome: Mapping[str, Any]) -> Self:
-        """Return the plant after a part, with a duller or a dressed wheel.
-
-        Parameters
-        ----------
-        outcome : mapping
-            Outcome of the part, in its units.
-        """
+        """Return the plant after a part of this `outcome` (in its units), with a duller or a dressed wheel."""
         area = min(1.0, float(outcome["true_wear_flat_area"]))
         dressed = self.dress_at is not None and area >= self.dress_at
         return self.replace(wear_flat_area=self.dressed_area if dressed else area)
 
     def start(self, rng: np.random.Generator) -> AdaptivePart:
-        """Draw the truth of the next part and return it at time 0.
-
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Random source of this part; truth and noise draw from a child each.
-
-        Returns
-        -------
-        Machine
-            See `hwsim.protocols.Machine`; its time is in ticks.
-        """
+        """Draw the truth of the next part from a child of `rng`, noise from another; return it at time 0 s."""
         of_truth, of_noise = rng.spawn(2)
         truth = self.problem.model if self.truth is None else self.truth
         process = truth if isinstance(truth, Grinding) else _check_process("truth(rng)", truth(of_truth))

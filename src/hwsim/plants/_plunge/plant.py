@@ -164,17 +164,8 @@ class PlungeGrinder(Described):
         return self.problem.sample_time
 
     def start(self, rng: np.random.Generator) -> PlungePart:
-        """Draw the truth of the next part and return it at time 0.
-
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Random source of this part; truth and noise draw from a child each.
-
-        Returns
-        -------
-        Machine
-            See `hwsim.protocols.Machine`; its ticks are samples (s).
+        """Draw the truth of the next part from a child of `rng`, its noise from another; return it at time 0
+        s.
         """
         of_truth, of_noise = rng.spawn(2)
         model = self._drawn(of_truth)

@@ -150,17 +150,8 @@ class Probe(Described):
         return self.sample_time if self.samples_per_turn is None else _LATCH
 
     def start(self, rng: np.random.Generator) -> ProbePart:
-        """Draw the truth of the next part and return it at time 0.
-
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Random source of this part; truth and readings draw from a child each.
-
-        Returns
-        -------
-        Machine
-            See `hwsim.protocols.Machine`; its ticks are those of ``tick`` (s).
+        """Draw the truth of the next part from a child of `rng`, its readings from another; return it at time
+        0 s.
         """
         of_truth, of_readings = rng.spawn(2)
         truth = self.ring if self.truth is None else self.truth

@@ -170,18 +170,9 @@ class WeldBeadStand(Described):
         return Clock(common_tick({"stage": self.problem.stage, "resolution": _RESOLUTION}))
 
     def start(self, rng: np.random.Generator) -> WeldBead:
-        """Draw the truth of the next bead and return it at time 0.
+        """Draw the truth of the next bead from `rng` and return it at time 0 s.
 
-        Parameters
-        ----------
-        rng : numpy.random.Generator
-            Random source of this bead; truth, cuts and noise draw from a child each, so that controllers are
-            compared on equal draws.
-
-        Returns
-        -------
-        Machine
-            See `hwsim.protocols.Machine`; its ticks are those of ``tick`` (s).
+        Truth, cuts and noise draw from a child each: controllers are compared on equal draws.
         """
         of_truth, of_cuts, of_noise = rng.spawn(3)
         setup = WeldBeadSetup(
