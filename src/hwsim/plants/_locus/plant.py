@@ -187,13 +187,13 @@ class AdaptiveGrinder(Described):
         return self.replace(tick=tick)
 
     def after(self, outcome: Mapping[str, Any]) -> Self:
-        """Return the plant after a part of this `outcome` (in its units), with a duller or a dressed wheel."""
+        """Return the plant after a part of this `outcome` (in its units), its wheel duller or dressed."""
         area = min(1.0, float(outcome["true_wear_flat_area"]))
         dressed = self.dress_at is not None and area >= self.dress_at
         return self.replace(wear_flat_area=self.dressed_area if dressed else area)
 
     def start(self, rng: np.random.Generator) -> AdaptivePart:
-        """Draw the truth of the next part from a child of `rng`, noise from another; return it at time 0 s."""
+        """Draw truth and noise of the next part from children of `rng`; return it at time 0 s."""
         of_truth, of_noise = rng.spawn(2)
         truth = self.problem.model if self.truth is None else self.truth
         process = truth if isinstance(truth, Grinding) else _check_process("truth(rng)", truth(of_truth))
