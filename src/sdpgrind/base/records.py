@@ -9,6 +9,7 @@ import os
 import tempfile
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -170,8 +171,6 @@ def load(path: str | os.PathLike[str]) -> Any:
     """
     if not checks.path("path", path).is_file():
         raise FileNotFoundError(f"path must be an existing file; got {str(path)!r}")
-    from importlib.metadata import entry_points
-
     kind = _kind(path)
     for entry in entry_points(group="sdpgrind.records", name=kind):
         return entry.load().from_file(path)
