@@ -1,10 +1,13 @@
 """Errors and readings of a probe."""
 
+import math
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from centering._plant.ring import Ring
+from centering._plant import probe_kernels as kernels
+from centering._plant.ring import Ring, moved_by, shape_of
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, count, described, part, quantity
@@ -105,3 +108,42 @@ class ProbeScan(Described, ByValue):
         turns = float(np.ptp(self.angle)) / (2 * np.pi)
         sampled = f"{self.reading.size} readings{none} on {turns:.4g} turns in {np.ptp(self.time):.4g} s"
         return f"ProbeScan({sampled}: radius {self.ring.radius:.7g} mm, offset {self.ring.offset:.4g} mm)"
+
+
+def probe_shape(probe: Any, ring: Ring) -> Floats:
+    """The ring under the tip for the compiled core, before and after a move; `probe` is a `hwsim.Probe`."""
+    shape = shape_of(ring, probe.tip_radius)
+    if probe.moved is not None:
+        there = shape_of(moved_by(ring, *probe.moved[1:]), probe.tip_radius)
+        shape[kernels.SCAN] = max(shape[kernels.SCAN], there[kernels.SCAN])
+    return shape
+
+
+def probe_settings(probe: Any, ring: Ring, tick: Fraction, phase: float) -> Floats:
+    """Settings of the compiled core; `phase` (rad) of the roller's runout where the errors give none."""
+    errors, cell = NO_ERRORS if probe.errors is None else probe.errors, np.zeros(kernels.SETTINGS)
+    cell[kernels.TICK_ABOVE], cell[kernels.TICK_BELOW] = tick.numerator, tick.denominator
+    cell[kernels.PER_TURN], cell[kernels.COUNTS] = probe.samples_per_turn or 0, errors.counts
+    cell[kernels.START] = probe.start_angle
+    if errors.counts:
+        cell[kernels.START] = math.floor(probe.start_angle * errors.counts / (2 * math.pi) + 0.5)
+    cell[kernels.RUNOUT_PHASE] = phase if errors.runout_phase is None else errors.runout_phase
+    if probe.tip_radius > 0:
+        cell[kernels.RUNOUT] = errors.runout
+        cell[kernels.ROLL] = ring.radius / probe.tip_radius * (1 - errors.slip)
+    cell[kernels.SKEW], cell[kernels.NOISE_SD] = errors.skew, errors.noise_sd
+    cell[kernels.DUST], cell[kernels.DUST_SIZE] = errors.dust, errors.dust_size
+    cell[kernels.PROBE_QUANTUM], cell[kernels.SLIDE_QUANTUM] = errors.probe_quantum, errors.slide_quantum
+    cell[kernels.FOLLOW_TIME], cell[kernels.HALF_STROKE] = probe.follow_time, 0.5 * probe.stroke
+    moved = (math.inf, 0.0, 0.0) if probe.moved is None else probe.moved
+    cell[kernels.MOVE_TIME], cell[kernels.MOVE_X], cell[kernels.MOVE_Y] = moved
+    return cell
+
+
+def probe_state(probe: Any, ring: Ring, cell: Floats) -> Floats:
+    """Initial state of the compiled core."""
+    state = np.zeros(kernels.STATES)
+    state[kernels.SPEED] = probe.spindle_speed
+    state[kernels.ANGLE] = kernels.edge_angle(cell, 0.0) if probe.samples_per_turn else probe.start_angle
+    state[kernels.CENTER_X], state[kernels.CENTER_Y] = ring.center_x, ring.center_y
+    return state

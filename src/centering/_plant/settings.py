@@ -1,6 +1,7 @@
 """Settings of the compiled core of a centering machine: slide, spindle, contact, gauges."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from centering._plant import measure_kernels as gauges
 from centering._plant import slide_kernels as slide
 from centering._plant.probe import NO_ERRORS, ProbeErrors
 from centering.push import CenteringLimits, PushModel, PushScatter
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
 # Velocity loop of the slide; with this damping the bandwidth is the natural frequency.
@@ -29,6 +31,8 @@ FOLLOWING: tuple[tuple[float, float, float], ...] = (
     (5000.0, 20.0, 230.0),
 )
 MASSES = (0.8, 18.9)  # kg; source: Mears (2006), Table 3.2
+_ROUNDING = 1e-9  # relative; chosen: above rounding of limits
+_PROFILE = "rows of duration (s, > 0), velocity (mm/s) and acceleration (mm/s^2)"
 
 
 def core_settings(limits: CenteringLimits, model: PushModel, radius: float, lag: float) -> Floats:
@@ -79,3 +83,24 @@ def lag_time(mass: float) -> float:
     light, heavy = (float(each) for each in lag_times())
     share = (mass - MASSES[0]) / (MASSES[1] - MASSES[0])
     return max(light + share * (heavy - light), 0.0)
+
+
+def checked_profile(profile: Any, cell: Floats) -> Floats:
+    """Rows of a profile that the slide can run, from an array or an object with ``segments``."""
+    rows = checks.finite_array("profile", getattr(profile, "segments", profile), "s, mm/s, mm/s^2")
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise checks.refuse("profile", f"of shape (n, 3): {_PROFILE}", rows.shape)
+    if not len(rows):
+        return np.zeros((0, 3))
+    if np.any(rows[:, 0] <= 0):
+        raise checks.refuse("profile[:, 0]", "durations > 0", float(rows[:, 0].min()), "s")
+    fastest = float(np.abs(np.concatenate([rows[:, 1], rows[:, 1] + rows[:, 0] * rows[:, 2]])).max())
+    if fastest > cell[slide.SPEED_MAX] * (1 + _ROUNDING):
+        raise checks.refuse(
+            "profile[:, 1]", f"speeds <= slide_speed_max = {cell[slide.SPEED_MAX]:g}", fastest, "mm/s"
+        )
+    hardest = float(np.abs(rows[:, 2]).max())
+    if hardest > cell[slide.ACCELERATION_MAX] * (1 + _ROUNDING):
+        rule = f"accelerations <= acceleration_max = {cell[slide.ACCELERATION_MAX]:g}"
+        raise checks.refuse("profile[:, 2]", rule, hardest, "mm/s^2")
+    return np.ascontiguousarray(rows)

@@ -22,6 +22,7 @@ from sdpgrind.base.states import places, width
 from sdpgrind.finishing._plant import kernels as cell
 from sdpgrind.finishing._plant.course import course_of, loop_of, standing
 from sdpgrind.finishing._plant.height import HeightField
+from sdpgrind.finishing._plant.part import cell_settings, forces_of, roughness_of
 from sdpgrind.finishing._plant.truth import CellScatter, CellTruth
 from sdpgrind.finishing.timing._table_kernels import TABLE, table_step
 from sdpgrind.finishing.torque._axis_kernels import axis_tick, encoder_reading
@@ -55,12 +56,15 @@ __all__ = [
     "HeightField",
     "axis_tick",
     "cell",
+    "cell_settings",
     "controller_sample",
     "controller_step",
     "course_of",
     "encoder_reading",
     "feed_override",
+    "forces_of",
     "loop_of",
+    "roughness_of",
     "standing",
     "table_step",
     "torque_at",

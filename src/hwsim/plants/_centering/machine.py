@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from centering import CenteringProblem, PushScatter
-from centering.kernels import Ring, gauges, slide
+from centering.kernels import Ring, checked_profile, gauges, slide
 from centering.kernels import machine as kernels
 from centering.kernels import ring as laws
 from centering.push import PushModel
@@ -23,7 +23,6 @@ _ROUNDING = 1e-9  # relative; chosen: above rounding of limits
 _AWAY = 2.0  # longest time for the ring to stop, s; chosen: friction stops it long before
 _SHORT = 0.02  # time between two looks at the stopping ring, s; chosen: shorter ones cost time
 LEAST_FRICTION = 0.1  # smallest friction drawn over its mean; chosen: keeps it positive
-_PROFILE = "rows of duration (s, > 0), velocity (mm/s) and acceleration (mm/s^2)"
 
 
 class CenteringRig(NamedTuple):
@@ -172,7 +171,7 @@ class CenteringPart:
 
     def _load(self, profile: Any, angle: object) -> None:
         """Store a profile until its angle, or begin it; drop it while another one runs."""
-        rows = _checked(profile, self._cell)
+        rows = checked_profile(profile, self._cell)
         if self._state[slide.SEGMENT] >= 0:
             return
         self._waiting = rows
@@ -255,24 +254,3 @@ class CenteringPart:
             "center_x": places[:, 0],
             "center_y": places[:, 1],
         }
-
-
-def _checked(profile: Any, cell: Floats) -> Floats:
-    """Rows of a profile that the slide can run, from an array or an object with ``segments``."""
-    rows = checks.finite_array("profile", getattr(profile, "segments", profile), "s, mm/s, mm/s^2")
-    if rows.ndim != 2 or rows.shape[1] != 3:
-        raise checks.refuse("profile", f"of shape (n, 3): {_PROFILE}", rows.shape)
-    if not len(rows):
-        return _NOTHING
-    if np.any(rows[:, 0] <= 0):
-        raise checks.refuse("profile[:, 0]", "durations > 0", float(rows[:, 0].min()), "s")
-    fastest = float(np.abs(np.concatenate([rows[:, 1], rows[:, 1] + rows[:, 0] * rows[:, 2]])).max())
-    if fastest > cell[slide.SPEED_MAX] * (1 + _ROUNDING):
-        raise checks.refuse(
-            "profile[:, 1]", f"speeds <= slide_speed_max = {cell[slide.SPEED_MAX]:g}", fastest, "mm/s"
-        )
-    hardest = float(np.abs(rows[:, 2]).max())
-    if hardest > cell[slide.ACCELERATION_MAX] * (1 + _ROUNDING):
-        rule = f"accelerations <= acceleration_max = {cell[slide.ACCELERATION_MAX]:g}"
-        raise checks.refuse("profile[:, 2]", rule, hardest, "mm/s^2")
-    return np.ascontiguousarray(rows)

@@ -13,7 +13,15 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing import TorqueController
 from sdpgrind.finishing import kernels as torque_axis
-from sdpgrind.finishing.kernels import CellTruth, course_of, loop_of, standing
+from sdpgrind.finishing.kernels import (
+    CellTruth,
+    cell_settings,
+    course_of,
+    forces_of,
+    loop_of,
+    roughness_of,
+    standing,
+)
 from sdpgrind.finishing.kernels import cell as core
 from sdpgrind.finishing.torque import gravity_torque
 
@@ -43,7 +51,10 @@ class FinishingPart:
         field = truth.height
         self._waves = np.column_stack([field.waves, field.phases, field.amplitudes])
         self._loop = loop_of(truth.table, cell.tick)
-        self._cell, self._axis = _settings(setup), truth.axis.replace(sample_time=cell.tick).parameters
+        self._cell, self._axis = (
+            cell_settings(cell, truth, setup.offset),
+            truth.axis.replace(sample_time=cell.tick).parameters,
+        )
         self._state, self._axis_state = np.zeros(core.STATES), np.zeros(torque_axis.STATES)
         self._state[core.TOUCHED], self._state[core.EVERY] = -1.0, 1.0
         self._state[core.FORCE_MIN] = math.inf
@@ -151,16 +162,17 @@ class FinishingPart:
 
     def outcome(self) -> dict[str, Any]:
         """Result of the part; see the plant."""
-        state, truth = self._state, self._setup.truth
+        state, cell, truth = self._state, self._setup.cell, self._setup.truth
+        forces = forces_of(state, cell.target_force)
         trace = self._trace[: int(state[core.SAMPLES])]
         return {
             "time": self._clock.seconds(self.time),
             "touch_down": self._clock.seconds(int(state[core.TOUCHED]))
             if state[core.TOUCHED] > 0
             else math.nan,
-            **self._forces(),
+            **forces,
             "path_deviation": float(state[core.DEVIATION]),
-            **self._roughness(),
+            **roughness_of(cell.problem, truth, forces["normal_force"], self._setup.normal),
             "timed_out": float(not self._begun or state[core.PLAYED] < self._course[-1, core.TIME]),
             "true_torque_constant": float(truth.axis.torque_constant),
             "true_contact_angular_stiffness": float(truth.axis.contact_angular_stiffness),
@@ -168,55 +180,3 @@ class FinishingPart:
             "true_load_torque": float(truth.load_torque),
             **{name: column.copy() for name, column in zip(core.TRACE, trace.T, strict=True)},
         }
-
-    def _forces(self) -> dict[str, float]:
-        """Force and feed over the path; NaN where nothing was played."""
-        state, count = self._state, float(self._state[core.COUNT])
-        names = (
-            "normal_force",
-            "normal_force_sd",
-            "normal_force_min",
-            "normal_force_max",
-            "lift_off",
-            "feed",
-            "feed_sd",
-        )
-        wanted = self._setup.cell.target_force
-        if count == 0:
-            return dict.fromkeys(names if wanted is None else (*names, "force_error"), math.nan)
-        values = (
-            state[core.FORCE_MEAN], math.sqrt(state[core.FORCE_SQUARES] / count),
-            state[core.FORCE_MIN], state[core.FORCE_MAX],
-            state[core.LIFTED] / count, state[core.FEED_MEAN], math.sqrt(state[core.FEED_SQUARES] / count),
-        )  # fmt: skip
-        found = {name: float(value) for name, value in zip(names, values, strict=True)}
-        if wanted is None:
-            return found
-        return {**found, "force_error": math.hypot(found["normal_force"] - wanted, found["normal_force_sd"])}
-
-    def _roughness(self) -> dict[str, float]:
-        """Roughness of the model at the mean force, with this part's error; NaN for an unknown pattern."""
-        problem, force = self._setup.cell.problem, self._forces()["normal_force"]
-        model, pattern = problem.model, problem.path.pattern
-        tried = model.covers(pattern, model.tool_diameter_range[0], model.normal_force_range[0])
-        if not (tried and force > 0.0):
-            return {"roughness_ra": math.nan, "extrapolated": 1.0}
-        settings, error = (pattern, problem.tool_diameter, force), self._setup.truth.roughness_error
-        drawn = model.residual_sd * self._setup.normal if error is None else error
-        median = float(model.median(*settings, extrapolate=True))
-        return {"roughness_ra": median * math.exp(drawn), "extrapolated": float(not model.covers(*settings))}
-
-
-def _settings(setup: FinishingSetup) -> Floats:
-    """Settings of the compiled core: drawn values are true, encoder and converter are the cell's."""
-    cell, truth, problem = setup.cell, setup.truth, setup.cell.problem
-    settings = np.zeros(core.SETTINGS)
-    settings[core.TICK], settings[core.LEVER] = cell.tick, problem.lever_arm
-    settings[core.CONTACT_ANGLE], settings[core.SIDE] = problem.contact_angle, 1.0 if problem.pushed else -1.0
-    settings[core.FRICTION], settings[core.LOAD] = truth.friction_ratio, truth.load_torque
-    settings[core.RESOLUTION], settings[core.OFFSET] = cell.torque_axis.angle_step, setup.offset
-    settings[core.CURRENT_STEP], settings[core.CURRENT_MAX] = (
-        cell.torque_axis.current_step,
-        cell.torque_axis.current_limit,
-    )
-    return settings

@@ -7,15 +7,13 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from centering.kernels import NO_ERRORS, moved_by, shape_of, within_a_turn
 from centering.kernels import ProbeErrors as ProbeErrors
 from centering.kernels import ProbeScan as ProbeScan
 from centering.kernels import Ring as Ring
-from centering.kernels import probe as kernels
+from centering.kernels import moved_by, probe_settings, probe_shape, probe_state, within_a_turn
 from hwsim._part.clock import Clock, exact
 from hwsim.plants._probe.machine import ProbePart, checked_speed
 from sdpgrind.base import checks, units
-from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, count, custom, described, part, quantity, units_of
 from sdpgrind.base.rng import Seed, children
 
@@ -157,9 +155,15 @@ class Probe(Described):
         truth = self.ring if self.truth is None else self.truth
         ring = truth if isinstance(truth, Ring) else checks.kind("truth(rng)", truth(of_truth), Ring)
         clock = Clock(exact("sample_time", self.tick))
-        cell = self._settings(ring, clock, of_readings)
+        cell = probe_settings(self, ring, clock.tick, of_readings.uniform(-math.pi, math.pi))
         return ProbePart(
-            ring, self._shape(ring), cell, self._begun(ring, cell), float(self.turns_max), clock, of_readings
+            ring,
+            probe_shape(self, ring),
+            cell,
+            probe_state(self, ring, cell),
+            float(self.turns_max),
+            clock,
+            of_readings,
         )
 
     def scan(self, turns: float = 1.0, *, rng: Seed = 0) -> ProbeScan:
@@ -193,42 +197,3 @@ class Probe(Described):
         number = math.ceil(checks.positive("turns", turns) * per_turn - _UNEVEN)
         part = self.start(children(rng, 1)[0])
         return part.scan(number)
-
-    def _shape(self, ring: Ring) -> Floats:
-        """The ring under the tip for the compiled core, before and after a move."""
-        shape = shape_of(ring, self.tip_radius)
-        if self.moved is not None:
-            there = shape_of(moved_by(ring, *self.moved[1:]), self.tip_radius)
-            shape[kernels.SCAN] = max(shape[kernels.SCAN], there[kernels.SCAN])
-        return shape
-
-    def _settings(self, ring: Ring, clock: Clock, rng: np.random.Generator) -> Floats:
-        """Settings of the compiled core."""
-        errors, cell = NO_ERRORS if self.errors is None else self.errors, np.zeros(kernels.SETTINGS)
-        cell[kernels.TICK_ABOVE], cell[kernels.TICK_BELOW] = clock.tick.numerator, clock.tick.denominator
-        cell[kernels.PER_TURN], cell[kernels.COUNTS] = self.samples_per_turn or 0, errors.counts
-        cell[kernels.START] = self.start_angle
-        if errors.counts:
-            cell[kernels.START] = math.floor(self.start_angle * errors.counts / (2 * math.pi) + 0.5)
-        drawn = rng.uniform(-math.pi, math.pi)
-        cell[kernels.RUNOUT_PHASE] = drawn if errors.runout_phase is None else errors.runout_phase
-        if self.tip_radius > 0:
-            cell[kernels.RUNOUT], cell[kernels.ROLL] = (
-                errors.runout,
-                ring.radius / self.tip_radius * (1 - errors.slip),
-            )
-        cell[kernels.SKEW], cell[kernels.NOISE_SD] = errors.skew, errors.noise_sd
-        cell[kernels.DUST], cell[kernels.DUST_SIZE] = errors.dust, errors.dust_size
-        cell[kernels.PROBE_QUANTUM], cell[kernels.SLIDE_QUANTUM] = errors.probe_quantum, errors.slide_quantum
-        cell[kernels.FOLLOW_TIME], cell[kernels.HALF_STROKE] = self.follow_time, 0.5 * self.stroke
-        moved = (math.inf, 0.0, 0.0) if self.moved is None else self.moved
-        cell[kernels.MOVE_TIME], cell[kernels.MOVE_X], cell[kernels.MOVE_Y] = moved
-        return cell
-
-    def _begun(self, ring: Ring, cell: Floats) -> Floats:
-        """Initial state of the compiled core."""
-        state = np.zeros(kernels.STATES)
-        state[kernels.SPEED] = self.spindle_speed
-        state[kernels.ANGLE] = kernels.edge_angle(cell, 0.0) if self.samples_per_turn else self.start_angle
-        state[kernels.CENTER_X], state[kernels.CENTER_Y] = ring.center_x, ring.center_y
-        return state
