@@ -5,6 +5,7 @@ Factors are exact fractions of SI units: ``"150 mm"`` is 150.0 to the last bit.
 
 import math
 import re
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -36,32 +37,21 @@ def _unit(factor: str | Fraction, *exponents: int) -> Unit:
 _TURN = Fraction(2 * math.pi)
 _FORCE, _ENERGY, _POWER, _ANGLE = (1, -2, 1), (2, -2, 1), (2, -3, 1), (0, 0, 0, 1)
 _POUND = Fraction("4.4482216152605")  # N; source: 0.45359237 kg of 1959 times 9.80665 m/s^2
-_UNITS = {
-    **{
-        name: _unit(f, 1)
-        for name, f in {"m": "1", "cm": "0.01", "mm": "0.001", "um": "1e-6", "µm": "1e-6"}.items()
-    },
-    **{
-        name: _unit(f, 1)
-        for name, f in {"μm": "1e-6", "in": "0.0254", "inch": "0.0254", "ft": "0.3048"}.items()
-    },
-    **{name: _unit(f, 0, 1) for name, f in {"s": "1", "ms": "0.001", "min": "60", "h": "3600"}.items()},
-    **{name: _unit(f, 0, 0, 1) for name, f in {"kg": "1", "g": "0.001"}.items()},
-    **{
-        name: _unit(f, *_FORCE) for name, f in {"N": Fraction(1), "kN": Fraction(1000), "lbf": _POUND}.items()
-    },
-    **{name: _unit(f, *_ENERGY) for name, f in {"J": "1", "mJ": "0.001", "kJ": "1000"}.items()},
-    **{name: _unit(f, *_POWER) for name, f in {"W": "1", "mW": "0.001", "kW": "1000"}.items()},
-    "hp": _unit(550 * Fraction("0.3048") * _POUND, *_POWER),
-    **{
-        name: _unit(f, *_ANGLE)
-        for name, f in {"rad": Fraction(1), "rev": _TURN, "deg": _TURN / 360, "°": _TURN / 360}.items()
-    },
-    **{name: _unit(f, 0, -1, 0, 1) for name, f in {"Hz": _TURN, "rpm": _TURN / 60}.items()},
-    **{name: _unit(f, 0, 0, 0, 0, 1) for name, f in {"$": "1", "ct": "0.01"}.items()},
-    **{name: _unit(f, 0, 0, 0, 0, 0, 1) for name, f in {"A": "1", "mA": "0.001"}.items()},
-    **{name: _unit(f) for name, f in {"1": "1", "%": "0.01"}.items()},
-}
+_LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "um": "1e-6", "µm": "1e-6", "μm": "1e-6", "in": "0.0254"}
+_NAMED: tuple[tuple[Mapping[str, str | Fraction], tuple[int, ...]], ...] = (
+    (_LENGTHS | {"inch": "0.0254", "ft": "0.3048"}, (1,)),
+    ({"s": "1", "ms": "0.001", "min": "60", "h": "3600"}, (0, 1)),
+    ({"kg": "1", "g": "0.001"}, (0, 0, 1)),
+    ({"N": "1", "kN": "1000", "lbf": _POUND}, _FORCE),
+    ({"J": "1", "mJ": "0.001", "kJ": "1000"}, _ENERGY),
+    ({"W": "1", "mW": "0.001", "kW": "1000", "hp": 550 * Fraction("0.3048") * _POUND}, _POWER),
+    ({"rad": "1", "rev": _TURN, "deg": _TURN / 360, "°": _TURN / 360}, _ANGLE),
+    ({"Hz": _TURN, "rpm": _TURN / 60}, (0, -1, 0, 1)),
+    ({"$": "1", "ct": "0.01"}, (0, 0, 0, 0, 1)),
+    ({"A": "1", "mA": "0.001"}, (0, 0, 0, 0, 0, 1)),
+    ({"1": "1", "%": "0.01"}, ()),
+)
+_UNITS = {name: _unit(factor, *powers) for named, powers in _NAMED for name, factor in named.items()}
 _TOKEN = re.compile(r"\s*([A-Za-zµμ]+|[$%°()^*/·]|-?\d+(?:\.\d+)?)")
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
 

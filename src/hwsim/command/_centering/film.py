@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.circle import plot_centers
+from hwsim._log.picture import columns
 from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
@@ -19,9 +20,7 @@ class FilmStrip:
     """Pictures of the last part of a log of `hwsim.CenteringMachine`."""
 
     def __init__(self, log: "Log") -> None:
-        table = log[log.tiers[0]]
-        rows = table.part.values == table.part.values[-1]
-        self._table = {name: table[name].values[rows] for name in ("time", "slide", "probe", "pushing")}
+        self._table = columns(log, ("time", "slide", "probe", "pushing"))
         x, y = (log.outcome[name].values[-1] for name in ("center_x", "center_y"))
         self._centers = np.column_stack([x, y])[np.isfinite(x)]
         self._tolerance = float(log.outcome.attrs["tolerance"])

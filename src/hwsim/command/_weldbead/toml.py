@@ -15,6 +15,8 @@ import numpy as np
 from hwsim.command._quantities import quantity
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
+from hwsim.command.base import Job as AreaJob
+from hwsim.command.base import StandJob
 from hwsim.plants._force_table.plant import ForceTableStand
 from hwsim.plants._weldbead.plant import WeldBeadStand
 from sdpgrind import sdp, units, weldbead
@@ -36,43 +38,23 @@ _NODE = 0.1
 _MOTORS: dict[str, Callable[[], Motor | None]] = {"process": lambda: None, "air": Motor.air}
 
 
-class Job(Protocol):
+class Job(AreaJob, Protocol):
     """A stand and its controller."""
 
     @property
-    def stand(self) -> Any:
-        """The plant."""
-
-    @property
-    def problem(self) -> Problem:
-        """Problem of the sequence."""
-
-    @property
     def start(self) -> tuple[float, float]:
         """Mean height (mm) and time to the deadline (s) at the start."""
-
-    def controller(self, policy: Policy) -> Any:
-        """The controller that follows a policy."""
 
 
 @dataclass(frozen=True)
-class OneDraw:
+class OneDraw(StandJob[WeldBeadStand]):
     """The sequence alone: the depth of each pass is drawn."""
-
-    stand: WeldBeadStand
-
-    @property
-    def problem(self) -> Problem:
-        """Problem of the sequence."""
-        return self.stand.problem
 
     @property
     def start(self) -> tuple[float, float]:
-        """Mean height (mm) and time to the deadline (s) at the start."""
         return self.stand.start_height, self.stand.start_time
 
     def controller(self, policy: Policy) -> weldbead.SequenceController:
-        """The controller that follows a policy."""
         return weldbead.SequenceController(policy)
 
 
@@ -86,11 +68,9 @@ class ThreeTiers:
 
     @property
     def start(self) -> tuple[float, float]:
-        """Mean height (mm) and time to the deadline (s) at the start."""
         return self.stand.problem.bead.mean, self.stand.start_time
 
     def controller(self, policy: Policy) -> weldbead.Hierarchy:
-        """The controller that follows a policy."""
         loop = force.PI.design(crossover=self.crossover, drive=force.table_drive())
         return weldbead.Hierarchy(policy, self.stand.problem.disc, loop, lead_out=self.stand.lead_out)
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.circle import plot_centers
+from hwsim._log.picture import columns
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
@@ -24,7 +25,7 @@ def picture(log: PartLog) -> "Figure":
     pair = grid[0, 0].subgridspec(2, 1, hspace=0.0)  # of one axis of time: no room for labels between
     above = figure.add_subplot(pair[0])
     axes = [above, figure.add_subplot(pair[1], sharex=above), figure.add_subplot(grid[1, 0])]
-    last = _last(log)
+    last = columns(log, ("time", "slide", "probe", "force", "peak_force", "pushing"))
     _motion(axes[0], last)
     _force(axes[1], last)
     _parts(axes[2], log)
@@ -33,16 +34,6 @@ def picture(log: PartLog) -> "Figure":
     plot_centers(_centers(log), tolerance, ax=figure.add_subplot(grid[:, 1], projection="polar"))
     figure.suptitle(_title(log))
     return figure
-
-
-def _last(log: PartLog) -> dict[str, Floats]:
-    """Columns of the last part."""
-    table = log[log.tiers[0]]
-    rows = table.part.values == table.part.values[-1]
-    return {
-        name: table[name].values[rows]
-        for name in ("time", "slide", "probe", "force", "peak_force", "pushing")
-    }
 
 
 def _centers(log: PartLog) -> Floats:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim._log.picture import columns
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.checks import Floats
@@ -16,11 +17,17 @@ _UM = 1000.0  # µm in a millimetre; derived
 _BEGINS = 2.0  # least infeed with visible damage over the rate at burn onset; chosen: excludes ploughing
 
 
+_COLUMNS = (
+    "time", "size", "grinding_power", "power_saturated", "command_rate_command",
+    "section_planned", "infeed_rate_planned",
+)  # fmt: skip
+
+
 def picture(log: PartLog) -> "Figure":
     """Draw a log of `PlungeGrinder`: rates, stock and damage of the last part; outcomes of all parts."""
     figure: Figure = pictures.figure(11.5, 6.8)
     grid = figure.add_gridspec(6, 2, width_ratios=(1.25, 1))
-    last = _last(log)
+    last = columns(log, _COLUMNS)
     rates = figure.add_subplot(grid[:3, 0])
     _rates(rates, last)
     _stock(figure.add_subplot(grid[3:, 0], sharex=rates), last, log)
@@ -35,23 +42,6 @@ def _title(log: PartLog) -> str:
     parts = f"{len(log)} parts" if len(log) > 1 else "1 part"
     burned, rough = (int(out[name].values.sum()) for name in ("burned", "out_of_round"))
     return f"{parts}: {out.time.values.mean():.2f} s each, {burned} burned, {rough} out of round"
-
-
-def _last(log: PartLog) -> dict[str, Floats]:
-    """Columns of the last part; those that the controller does not report are NaN."""
-    table = log[log.tiers[0]]
-    rows = table.part.values == table.part.values[-1]
-    names = (
-        "time",
-        "size",
-        "grinding_power",
-        "power_saturated",
-        "command_rate_command",
-        "section_planned",
-        "infeed_rate_planned",
-    )
-    missing = np.full(rows.sum(), np.nan)
-    return {name: table[name].values[rows] if name in table.variables else missing for name in names}
 
 
 def _sections(axis: Any, last: dict[str, Floats]) -> None:

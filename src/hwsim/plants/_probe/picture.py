@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim._log.picture import columns
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
@@ -25,12 +26,15 @@ _NOTE: dict[str, Any] = {
 }
 
 
+_COLUMNS = ("angle", "reading", "radius_planned", "center_x_planned", "center_y_planned", "band_planned")
+
+
 def picture(log: PartLog) -> "Figure":
     """Draw a log of `Probe`: readings of the last part, error of its centre by sample, all parts."""
     figure: Figure = pictures.figure(11.5, 6.8)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.15, 1))
     pair, panels = grid[0].subgridspec(2, 1, height_ratios=(2, 1), hspace=0.0), grid[1].subgridspec(2, 1)
-    last = _last(log)
+    last = columns(log, _COLUMNS)
     reading = figure.add_subplot(pair[0])
     below = figure.add_subplot(pair[1], sharex=reading)
     _readings(reading, below, last, float(log.outcome.attrs["tip_radius"]))
@@ -45,19 +49,6 @@ def _title(log: PartLog) -> str:
     out = log.outcome
     parts = f"{len(log)} parts" if len(log) > 1 else "1 part"
     return f"{parts}: {out.turns.values.mean():.2f} turns and {out.time.values.mean():.2f} s each"
-
-
-def _last(log: PartLog) -> dict[str, Floats]:
-    """Columns of the last part; those that the controller does not report are NaN."""
-    return _columns(log, int(log[log.tiers[0]].part.values[-1]))
-
-
-def _columns(log: PartLog, part: int) -> dict[str, Floats]:
-    table = log[log.tiers[0]]
-    rows = table.part.values == part
-    names = ("angle", "reading", *(f"{name}_planned" for name in ("radius", "center_x", "center_y", "band")))
-    missing = np.full(rows.sum(), np.nan)
-    return {name: table[name].values[rows] if name in table.variables else missing for name in names}
 
 
 def _known(last: dict[str, Floats]) -> Any:
@@ -135,11 +126,11 @@ def _parts(axis: Any, log: PartLog) -> None:
 
 def _ratio(log: PartLog, part: int) -> float:
     """Final error of the centre of a part over its band; NaN: no estimate."""
-    columns, out = _columns(log, part), log.outcome
-    known = _known(columns)
+    last, out = columns(log, _COLUMNS, part), log.outcome
+    known = _known(last)
     if not known.size:
         return math.nan
-    x, y, band = (float(columns[f"{name}_planned"][known[-1]]) for name in ("center_x", "center_y", "band"))
+    x, y, band = (float(last[f"{name}_planned"][known[-1]]) for name in ("center_x", "center_y", "band"))
     return (
         math.hypot(x - float(out.true_center_x.values[part]), y - float(out.true_center_y.values[part]))
         / band
