@@ -131,13 +131,7 @@ class Courier:
         self._under_way.clear()
 
     def send(self, record: bytes) -> None:
-        """Keep a record and send it with the next `advance`.
-
-        Parameters
-        ----------
-        record : bytes
-            Anything.
-        """
+        """Keep a record (bytes) and send it with the next `advance`."""
         if not isinstance(record, bytes):
             raise TypeError(f"record must be bytes; got {checks.shown(record)}")
         self._kept.append(record)

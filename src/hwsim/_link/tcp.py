@@ -98,28 +98,12 @@ class TcpLink:
         return len(self._outgoing)
 
     def advance(self, time: float) -> None:
-        """Do nothing: this link follows real time.
-
-        Parameters
-        ----------
-        time : float
-            Ignored, s.
-        """
+        """Do nothing (see `Link`): this link follows real `time` (s)."""
 
     def send(self, message: bytes) -> None:
-        """Send a message without blocking; later calls send what the network does not take at once.
+        """Send a message (bytes) without blocking; later calls send what the network does not take at once.
 
-        Parameters
-        ----------
-        message : bytes
-            Content.
-
-        Raises
-        ------
-        ConnectionError
-            When the link is closed.
-        ValueError
-            When the message is too large.
+        See `Link`. ConnectionError when the link is closed, ValueError when the message is too large.
         """
         if self.closed:
             raise ConnectionError(f"the link is closed: {self._reason}")
@@ -135,13 +119,7 @@ class TcpLink:
         return arrived
 
     def wait(self, timeout: float) -> bool:
-        """Send what is left and wait; return whether a message arrived or the link closed.
-
-        Parameters
-        ----------
-        timeout : float
-            Time limit, s.
-        """
+        """Send what is left and wait for `timeout` (s); return whether a message arrived or the link closed."""
         deadline = time.monotonic() + checks.nonnegative("timeout", timeout, "s")
         while not (self._arrived or self.closed):
             left = max(0.0, deadline - time.monotonic())

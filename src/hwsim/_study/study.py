@@ -137,12 +137,8 @@ class FinishingStudy:
         return sdp.plan(problem)
 
     def report(self, *, rng: Seed = 0) -> str:
-        """Return the report as text, in µm, N, mm/s and dB.
-
-        Parameters
-        ----------
-        rng : int, Generator or SeedSequence
-            Random source of simulated repetitions.
+        """Return the report as text, in µm, N, mm/s and dB; `rng` is the random source of simulated
+        repetitions.
         """
         from hwsim._study.report import report
 
