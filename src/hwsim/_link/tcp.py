@@ -119,7 +119,7 @@ class TcpLink:
         return arrived
 
     def wait(self, timeout: float) -> bool:
-        """Send what is left and wait for `timeout` (s); return whether a message arrived or the link closed."""
+        """Send what is left, wait for `timeout` (s); return whether a message arrived or the link closed."""
         deadline = time.monotonic() + checks.nonnegative("timeout", timeout, "s")
         while not (self._arrived or self.closed):
             left = max(0.0, deadline - time.monotonic())

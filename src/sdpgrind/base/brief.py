@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-SHORT = 8
-"""Longest sequence that is written out; chosen: more do not fit a line."""
+SHORT = 8  # longest sequence that is written out; chosen: more do not fit a line
 
 
 def brief(thing: Any, units: Mapping[str, str] | None = None) -> str:

@@ -14,8 +14,7 @@ LIMIT = "#b04a3a"
 """Red: limits and demands."""
 TRACKED, ALARM = "#31527a", "#b4462d"
 """Monitoring over parts: filtered level, and alarms."""
-SMALL = 8
-"""Size of a legend's text, points."""
+SMALL = 8  # size of a legend's text, points; chosen: smaller than axis labels
 
 
 def drawn(picture: str, thing: Any, *options: Any) -> Any:

@@ -21,8 +21,7 @@ import numpy.typing as npt
 
 __all__ = ["N_MM_S_PER_W", "deg", "hz", "inch", "m", "m_per_s", "mm_per_min", "rpm", "um"]
 
-N_MM_S_PER_W = 1000.0
-"""N mm/s in one W; derived."""
+N_MM_S_PER_W = 1000.0  # N mm/s in one W; derived
 
 Quantity = TypeVar("Quantity", float, npt.NDArray[np.float64])
 

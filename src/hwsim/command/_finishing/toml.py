@@ -17,10 +17,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import units_of
 from sdpgrind.finishing.kernels import CellScatter, CellTruth, HeightField
 
-NORMAL_FORCE = 1.111
-"""Default force, N; source: the middle level of Wang and Jan (2001)."""
-KIND = "lqg"
-"""Default controller."""
+NORMAL_FORCE = 1.111  # default force, N; source: the middle level of Wang and Jan (2001)
+KIND = "lqg"  # default controller
 
 _WAVE = {"amplitude": "mm", "wavelength": "mm", "phase": "rad"}
 _HIDDEN = ("inertia", "contact_angular_stiffness", "torque_constant")

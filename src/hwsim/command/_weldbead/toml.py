@@ -33,8 +33,7 @@ Brown (1988).
 """
 WAVE, WAVE_LENGTH = 0.1, 40.0
 """Amplitude and length of waves of the bead, mm; chosen: no bead is level."""
-_NODE = 0.1
-"""Distance between nodes of a bead, mm; chosen: 400 nodes a wave."""
+_NODE = 0.1  # distance between nodes of a bead, mm; chosen: 400 nodes a wave
 _MOTORS: dict[str, Callable[[], Motor | None]] = {"process": lambda: None, "air": Motor.air}
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 _COMMAND, _TRUE, _BEST, _LIMIT, _BAD = "0.6", "tab:blue", "tab:green", "0.15", "tab:red"
 _SHOWN = 5  # parts drawn over time; chosen: later parts look like the last of them
-_UM = 1000.0
+_UM = 1000.0  # µm in a millimetre; derived
 _SAMPLES = ("sample_time", "true_infeed_rate", "best_infeed_rate", "true_grinding_power", "burning_power")
 
 

@@ -11,8 +11,7 @@ from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, described
 
-WAVES = 16
-"""Waves of a random field; chosen: fewer are not normal, more make a tick expensive."""
+WAVES = 16  # waves of a random field; chosen: fewer are not normal, more make a tick expensive
 _LONGEST = 10.0  # longest over shortest wavelength; chosen: waviness and form
 
 

@@ -26,7 +26,7 @@ FORCE, FEED, HEIGHT, TICKS, TOUCHED, SAMPLES, EVERY = range(14, 21)
 COUNT, FORCE_MEAN, FORCE_SQUARES, FORCE_MIN, FORCE_MAX, LIFTED, FEED_MEAN, FEED_SQUARES, DEVIATION = range(
     21, 30
 )
-STATES = 30
+STATES = 30  # derived: number of places above
 
 TRACE = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")
 ROWS = (

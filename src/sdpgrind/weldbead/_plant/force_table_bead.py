@@ -9,12 +9,9 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes.kernels import Bead as Metal
 
+# distance between nodes, mm; chosen: between them the tip dips by up to this times the slope of the disc's face
 SPACING = 0.05
-"""Distance between nodes, mm; chosen: between them the tip dips by up to this times the slope of the disc's
-face.
-"""
-FINE = 0.01
-"""Distance between nodes with grinder inertia, mm; chosen: larger dips make the grinder ring."""
+FINE = 0.01  # mm, with grinder inertia; chosen: larger dips make the grinder ring
 
 
 @dataclass(frozen=True)
