@@ -9,7 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes.kernels import Bead as Metal
 
-# distance between nodes, mm; chosen: between them the tip dips by up to this times the slope of the disc's face
+# distance between nodes, mm; chosen: between them the tip dips by up to this times the slope of the disc
 SPACING = 0.05
 FINE = 0.01  # mm, with grinder inertia; chosen: larger dips make the grinder ring
 
