@@ -229,6 +229,7 @@ while not part.done:
 print(f"the host is silent from 1 s on; made safe at {part.time / 1000:.2f} s: {guarded.tripped}")
 
 received = at_host.receive()
+far.close()
 near, far = cable()
 at_machine.attach(near)
 at_host.attach(far)
