@@ -1,21 +1,22 @@
-"""Compiled steps of torque axis, controllers and table, for compiled loops of other packages: plain arrays, in place, serial.
+"""Compiled steps of torque axis, controllers and table for compiled loops: plain arrays, in place, serial.
 
 One tick of a loop is::
 
     shown = encoder_reading(axis_state[ANGLE], resolution)                             # rad
     current = controller_step(law, state, shown, path_time, time, torque, 0.0, 0.0)    # A
-    override = feed_override(law, state)                                               # 0.0 or 1.0, for the tick that follows
-    x = table_step(loop, table_state, command)                                         # mm, from where it began
-    contact_torque = axis_tick(axis_state, current, load_torque, surface, next_surface, axis)   # N m at the end of the tick
+    override = feed_override(law, state)                            # 0.0 or 1.0, for the next tick
+    x = table_step(loop, table_state, command)                      # mm, from its start
+    contact_torque = axis_tick(axis_state, current, load_torque, surface, next_surface, axis)  # N m
 
-`loop` is ``TableLoop.sampled(tick).parameters``, `axis` is `TorqueAxis.parameters`; `law`, `state`, `time` and `torque` are what
-`TorqueController.law` holds; each `state` is changed and is the caller's own copy. `controller_step` is `torque_at` and
-`controller_sample`, one after the other. The arrays are rows of `MOTOR` (state of the axis) and `CONTROLLER`: in a
-kernel ``state.view(MOTOR)[0].angle`` has the angle (see `sdpgrind.base.states`). Their places have names, too: `ANGLE`,
-`SPEED`, `MEAN_TORQUE` of the axis; `CURRENT`, `ESTIMATE`, `REFERENCE`, `COUNT` of a controller; and their sizes `STATES`,
-`CONTROL` and, of the table, `TABLE`.
+`loop` is ``TableLoop.sampled(tick).parameters``, `axis` is `TorqueAxis.parameters`; `TorqueController.law`
+holds `law`, `state`, `time` and `torque`. Each `state` is changed in place: hand over a copy.
+`controller_step` runs `torque_at`, then `controller_sample`. The arrays are rows of `MOTOR` (state of the
+axis) and `CONTROLLER`: in a kernel ``state.view(MOTOR)[0].angle`` is the angle (see `sdpgrind.base.states`).
+Indices of the axis state: `ANGLE`, `SPEED`, `MEAN_TORQUE`; of a controller state: `CURRENT`, `ESTIMATE`,
+`REFERENCE`, `COUNT`. Sizes of the states: `STATES`, `CONTROL`, and `TABLE` of the table.
 
-The hidden physics of a simulated cell: `cell`, its compiled steps; `course_of` a motion; `CellTruth` and `CellScatter`, `HeightField`.
+Hidden physics of a simulated cell: `cell`, its compiled steps; `course_of` a motion; `CellTruth`, `CellScatter`,
+`HeightField`.
 """
 
 from sdpgrind.base.states import places, width

@@ -1,7 +1,7 @@
 """Hidden physics of a weld bead under the grinder, for the stands of other packages.
 
-`PassCoefficients`, `blamed` and `grinding_power` are what a pass obeys; `force_table` is the compiled table under force
-control; `BeadOnTable` holds its state, with `GroundBead`, `Motor` and scatter.
+A pass obeys `PassCoefficients`, `blamed` and `grinding_power`. `force_table` is the compiled table under
+force control, with its state `BeadOnTable`, `Motor`, `GroundBead` and scatter.
 """
 
 from sdpgrind.weldbead._plant import force_table_kernels as force_table
