@@ -1,4 +1,4 @@
-"""Cylindrical plunge grinding: cycles of least time without burned layers (Dong, Danai and Malkin 2004, Part 2)."""
+"""Cylindrical plunge grinding: fastest cycles without burned layers (Dong, Danai and Malkin 2004, Part 2)."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""A part under the wheel, sample by sample, compiled, for the grinders of other packages."""
+"""Compiled simulation of a part for the plants of other packages."""
 
 from sdpgrind.plunge._control.part_kernels import (
     COLUMNS,

@@ -1,1 +1,1 @@
-"""Controllers of a cycle, sample by sample: what they estimate during a part, and parts followed to their end, compiled."""
+"""Controllers of a cycle: estimation during the part, command of the next sample, compiled parts."""

@@ -1,4 +1,4 @@
-"""What all controllers of plunge cycles share: a compiled core that is stepped once in a sample."""
+"""Base of the plunge controllers: a compiled core, stepped once per sample."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -19,12 +19,11 @@ REPORTS: Mapping[str, str] = {
     "wear_flat_area": "",
     "contact_zero": "mm",
     "deflection_scale": "",
-}
-"""What a controller of a cycle reports: name -> unit."""
+}  # name -> unit
 
 
 class SampledCycle:
-    """What steps in compiled code once in a sample; a batch of parts runs the same code on the same state."""
+    """Controller with a compiled core, stepped once per sample; simulated parts run the same kernels."""
 
     problem: CycleProblem
     reads: ClassVar[Mapping[str, str]] = {"size": "mm", "grinding_power": "W", "power_saturated": ""}
@@ -38,16 +37,16 @@ class SampledCycle:
 
     @property
     def job(self) -> Mapping[str, object]:
-        """What the machine must have set up: stock and diameters in mm, the greatest rate in mm/s."""
+        """Part and machine that the controller is made for, name -> (value, unit)."""
         return self.problem.job
 
     @cached_property
     def law(self) -> places.SectionLaw:
-        """What the compiled core knows, in mm, s and N."""
+        """Parameters of the compiled core, in mm, s and N."""
         return self._compiled()
 
     def _compiled(self) -> places.SectionLaw:
-        """Of the problem and what the controller makes of it."""
+        """Parameters from the problem; a controller adds its own."""
         return places.law_of(self.problem, places.final_rate(self.problem, 0.0))
 
     @cached_property
@@ -58,7 +57,7 @@ class SampledCycle:
         return state
 
     def reset(self) -> None:
-        """Forget the part before."""
+        """Start the next part."""
         start_control(self.state, self.law)
 
     def step(
@@ -69,13 +68,13 @@ class SampledCycle:
         Parameters
         ----------
         size : float
-            Radial stock that is ground off, mm; NaN: no reading. Five in a row end the part.
+            Radial stock removed, mm; NaN: no reading. Five missing readings in a row end the part.
         grinding_power : float
             Power, W; NaN: no reading.
         power_saturated : float
-            Not 0 where the power is clipped: it is not used then; unit 1.
+            Not 0: the power is clipped and not used; unit 1.
         **others
-            Whatever else the plant measures; not used.
+            Other measurements of the plant; not used.
 
         Returns
         -------
@@ -85,7 +84,7 @@ class SampledCycle:
         Raises
         ------
         ValueError
-            When the gauge says before any feed that nothing is left to grind (mm).
+            If the size (mm) leaves no stock before any feed.
         """
         command = control_step(
             self.state, self.law, float(size), np.nan if power_saturated else float(grinding_power)
@@ -96,7 +95,7 @@ class SampledCycle:
         return {"command_rate": float(command), "balancing": float(self.state[places.BALANCED])}
 
     def report(self) -> dict[str, float]:
-        """Return what it estimates: section, rate (mm/s), remaining stock and contact zero (mm), area, scale of deflection."""
+        """Return section, rate (mm/s), stock and contact zero (mm), wear flat area, scale of deflection."""
         area = self.problem.model.wear_flat_area
         s = self.state
         values = (s[places.SECTION], s[places.RATE], s[places.REMAINING])
@@ -104,7 +103,7 @@ class SampledCycle:
         return dict(zip(self.reports, map(float, (*values, *learned)), strict=True))
 
     def check_fed(self) -> None:
-        """Raise ValueError where a part is done before any feed, as the gauge says that nothing is left (mm)."""
+        """Raise ValueError if the part is done before any feed, as the size (mm) leaves no stock."""
         if (
             self.state[places.SECTION] == places.RETRACT
             and self.state[places.COMMANDED] == 0.0
@@ -115,5 +114,5 @@ class SampledCycle:
 
     @property
     def lost(self) -> bool:
-        """Whether the part was broken off as the size was missing, frozen or jumped for 5 samples (dimensionless)."""
+        """Whether the part ended as the size was missing, frozen or jumped for 5 samples (dimensionless)."""
         return bool(self.state[places.MISSED] >= places.MISSED_MAX)

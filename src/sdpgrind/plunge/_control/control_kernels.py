@@ -1,4 +1,4 @@
-"""One sample of the controllers of plunge cycles, compiled: `CycleController.step` and whole parts run through here."""
+"""One sample of the plunge controllers, compiled."""
 
 import numpy as np
 
@@ -40,13 +40,12 @@ from sdpgrind.plunge._model.kernels import (
     rate_of_burn,
 )
 
-ROUND_ENOUGH = 1.004
-"""Rate over the final one with which a part may end."""
+ROUND_ENOUGH = 1.004  # chosen: rate at the end over the final rate; a smaller value waits longer at size
 
 
 @compiled
 def start_control(state, law):
-    """Make the state of the next part."""
+    """Reset the state for the next part."""
     state[:] = 0.0
     state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.core.K0
     state[SIZE], state[BURNING] = np.nan, law.burn_rate
@@ -55,7 +54,7 @@ def start_control(state, law):
 
 @compiled
 def control_step(state, law, size, power):
-    """Take readings of size (mm) and power (W), NaN where there is none, decide, and return the command rate (mm/s)."""
+    """Update the state by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
     core = _worn(law.core, state[SHARPNESS]) if law.online else law.core
     _predict(state, law, core)
     usable = _usable(state, law, size)
@@ -73,7 +72,7 @@ def control_step(state, law, size, power):
 
 @compiled
 def _done(state, law):
-    """Whether the part is to size and, as far as the rate is learned, round: size is known no better than the gauge errs."""
+    """Whether the part is to size and, as learned so far, round; `size_sd` is the tolerance of the wait."""
     waits = law.online and state[SECTION] == SPARK_OUT and state[RATE] > ROUND_ENOUGH * law.final_rate
     return state[REMAINING] <= (-law.size_sd if waits else 0.0)
 
@@ -93,7 +92,7 @@ def _decide(state, law, core):
 
 @compiled
 def _predict(state, law, core):
-    """Where the wheel is after a sample of the last command."""
+    """Predict the state after a sample at the last command."""
     u, dt, scale, before = state[COMMAND], law.sample_time, state[SCALE], state[Y]
     state[COMMANDED] += u * dt
     if law.form == PRINTED:
@@ -110,7 +109,7 @@ def _predict(state, law, core):
 
 @compiled
 def _predict_printed(state, law):
-    """(5), after the delay of touch-in."""
+    """Predict by (5), after the delay of touch-in."""
     u, dt = state[COMMAND], law.sample_time
     state[REMAINING] -= state[RATE] * dt
     beyond_touch = state[COMMANDED] - law.core.K0
@@ -121,7 +120,7 @@ def _predict_printed(state, law):
 
 @compiled
 def _usable(state, law, size):
-    """Whether a reading of size is one: there, not frozen, no jump beyond noise or feed; count those that are not."""
+    """Whether the size is read, not frozen and free of jumps beyond noise and feed; count the rejected."""
     last, noise = state[SIZE], OUTLYING * law.size_sd
     state[STILL] = state[STILL] + state[RATE] * law.sample_time if size == last else 0.0
     farthest = law.rate_max * law.sample_time * (state[MISSED] + 1.0)
@@ -137,7 +136,7 @@ def _usable(state, law, size):
 
 @compiled
 def _balanced_rate(state, law, core, ahead, reach):
-    """The rate up to `reach` (mm/s) whose damage is as deep as the stock at the next sample, less the margin."""
+    """Rate up to `reach` (mm/s) whose damage equals the stock at the next sample less the margin."""
     state[TARGET] = state[REMAINING] - ahead - law.safety_margin
     if state[BURNING] >= reach:
         return reach
@@ -148,7 +147,7 @@ def _balanced_rate(state, law, core, ahead, reach):
 
 @compiled
 def _printed(state, law):
-    """Sections by (2), (3) and (5) as printed, with a constant time constant."""
+    """Command by (2), (3) and (5) as printed, with a constant time constant."""
     v, left, first = state[RATE], state[REMAINING], False
     if state[SECTION] == FULL_RATE:
         burn = burn_depth(v, law.core) if v > law.burn_rate else 0.0
@@ -167,7 +166,7 @@ def _printed(state, law):
 
 @compiled
 def _spark_out_printed(state, law):
-    """(2) in (3): q_k = tau (v_k - v_f); armed above the final rate only."""
+    """Begin spark-out by (2) in (3): q_k = tau (v_k - v_f), only above the final rate."""
     v, last = state[RATE], _final_rate(state, law)
     armed = state[SECTION] < SPARK_OUT and v > last
     if armed and state[REMAINING] <= law.time_constant * (v - last):
@@ -176,20 +175,20 @@ def _spark_out_printed(state, law):
 
 @compiled
 def _creep(state, law):
-    """Nothing is commanded until the final rate is reached; where size is not, that rate is kept."""
+    """Command of spark-out: 0 until the final rate is reached, then that rate until size."""
     last = _final_rate(state, law)
     return last if state[RATE] <= last else 0.0
 
 
 @compiled
 def _final_rate(state, law):
-    """Infeed rate at size, mm/s: round enough, and without damage."""
+    """Infeed rate at size, mm/s: round enough and without damage."""
     return min(law.final_rate, state[BURNING])
 
 
 @compiled
 def _balance(state, law, core):
-    """Full rate until the damage would be deeper than the stock at the next sample, then just as deep."""
+    """Full rate until the damage would exceed the stock at the next sample, then the rate of equal depths."""
     v, dt = state[RATE], law.sample_time
     reach = _rate_near(state[Y] + (law.rate_max - v) * dt / state[SCALE], v, core)
     aim = _balanced_rate(state, law, core, 0.5 * (v + reach) * dt, reach)
@@ -208,25 +207,26 @@ def _balance(state, law, core):
 
 @compiled
 def _removed(state, law, core, command):
-    """What a command (mm/s) removes in a sample, mm: by halves of both rates it would be 1e-6 too little, all of it damage."""
+    """Stock removed by a command (mm/s) in a sample, mm; the trapezoidal rule errs by 1e-6."""
     y, _ = _deflected(state[Y], state[RATE], command, law.sample_time / state[SCALE], 1, core)
     return command * law.sample_time - state[SCALE] * (y - state[Y])
 
 
 @compiled
 def _to_rate(state, law, core, aim, removed):
-    """The command (mm/s) that comes to a rate at the next sample if so much is removed until then, mm."""
+    """Command (mm/s) for the rate `aim` at the next sample, with `removed` (mm) until then."""
     needed = (state[SCALE] * (beyond(aim, core) - state[Y]) + removed) / law.sample_time
     return min(max(needed, 0.0), law.rate_max)
 
 
 @compiled
 def _room(state, law, core):
-    """How much may be commanded (mm) so that no damage to come is too deep, even if nothing more is commanded then.
+    """Greatest command in a sample, mm, after which damage stays shallow enough even without further command.
 
-    Deflection less stock grows by the command alone. It must stay below what the limit of burning leaves at all stock to come,
-    the running minimum of the exact plan. Where the limit falls down to the present stock, the aim at the next sample is that;
-    else it turns on the way, which is looked for here. Below the damage of the rate at which burning begins, nothing is ahead.
+    Deflection less stock grows by the command alone. It must stay below the limit of burning at all smaller
+    stocks: the running minimum of the exact plan. The minimum is at the present stock where the limit falls
+    towards it, else at a turning point, found here. Damage no deeper than that at the burn rate needs no
+    bound.
     """
     left = state[REMAINING] - law.safety_margin
     if law.no_burn or state[BURNING] >= law.rate_max or left <= max(burn_depth(state[BURNING], core), 0.0):
@@ -238,7 +238,7 @@ def _room(state, law, core):
 
 @compiled
 def _staged(state, law):
-    """A rough rate, then a slower one: the sample in which the stock is reached gets of both, so that it is exact between."""
+    """Rough rate, then the stage rate; their weighted mean in the sample that crosses the switch."""
     if state[SECTION] == BALANCE:
         return law.stage_rate
     reach = _rate_near(state[Y] + (law.rough_rate - state[RATE]) * law.sample_time, state[RATE], law.core)
@@ -253,7 +253,7 @@ def _staged(state, law):
 
 @compiled
 def _until_spark_out(state, law, core, command):
-    """The command, or the last of it before spark-out: exact between samples."""
+    """The command, or the rest of it before spark-out."""
     allowed = _allowed(state, law, core)
     if command * law.sample_time < allowed:
         return command
@@ -263,7 +263,7 @@ def _until_spark_out(state, law, core, command):
 
 @compiled
 def _allowed(state, law, core):
-    """How much may still be commanded (mm) so that the deflection that is given back leaves the final rate at size."""
+    """Command left, mm, until releasing the deflection ends at size with the final rate."""
     kept = beyond(_final_rate(state, law), core)
     if law.form == GAUGE or law.online:
         return state[REMAINING] - state[SCALE] * (state[Y] - kept)

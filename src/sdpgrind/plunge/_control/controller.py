@@ -1,4 +1,4 @@
-"""The controller of plunge cycles: full rate, balance of damage and stock, spark-out."""
+"""Controller of plunge cycles: full rate, balance of damage and stock, spark-out."""
 
 import dataclasses
 
@@ -12,45 +12,45 @@ _FORMS = {"p_end": P_END, "gauge": GAUGE, "printed": PRINTED}
 
 @described()
 class CycleController(SampledCycle, Described):
-    """Full rate, then as fast as the damage still comes off, then spark-out: Dong, Danai and Malkin (2004), section 2.
+    """Full rate, balance of damage and stock, spark-out: Dong, Danai and Malkin (2004), section 2.
 
-    The structure is that of the fastest cycle (`plan`). Damage is that of the model; the stock is measured. Spark-out begins
-    when the deflection that is given back leaves the final rate at size.
+    The structure is that of the fastest cycle (`plan`). Damage is that of the model; the stock is measured.
+    Spark-out begins when releasing the deflection leaves the final rate at size.
 
-    With ``online`` (default) a Kalman filter learns from size and power during the part: where the wheel touched, how the
-    machine really gives way, how sharp the wheel is. Then neither a wrong wear flat area nor a wrong contact zero matter much;
-    a gain of the power monitor that is not known does, and has to be covered by the margin.
+    With ``online`` a Kalman filter estimates contact zero, scale of deflection and sharpness from size and
+    power during the part. Errors of wear flat area and contact zero then matter little; an unknown gain of
+    the power monitor must be covered by the margin.
 
-    Five readings of the size that are missing, frozen or jump, one after the other, end the part: it commands ``retract``.
+    Five sizes in a row that are missing, frozen or jump end the part: the command is ``retract``.
 
     Parameters
     ----------
     problem : CycleProblem
-        What is ground, as it is believed to be.
+        Problem as assumed by the controller.
     safety_margin : float
-        By how much less than the remaining stock the damage may go down, mm: (7).
+        Minimum distance between burn depth and remaining stock, mm; (7).
     sparkout : {"p_end", "gauge", "printed"}
-        Spark-out begins at a command that is known beforehand (it needs the contact zero), by the measured size, or by (2) and
-        (3) as printed, with a constant time constant (`problem.time_constant`).
+        Begin of spark-out: at a command known beforehand (it needs the contact zero), by the measured size,
+        or by (2) and (3) as printed, with the constant `problem.time_constant`.
     online : bool, optional
-        Learn during the part; True unless `sparkout` is printed or the model is linear.
+        Estimate during the part. Default: True unless `sparkout` is printed or the model is linear.
     no_burn : bool
-        Never burn, not even what would come off again.
+        Never burn, even where the stock would remove the damage.
     roundness_margin : float
-        Aim at so much less out-of-roundness, mm: noise of the gauge scatters it by some 1e-5.
+        Distance of the aimed out-of-roundness from its limit, mm; gauge noise scatters it by some 1e-5.
     observer_gain : float
-        Gain of the observer of the size (0, 1] where nothing is learned: 1 believes the gauge, unit 1.
+        Gain of the size observer in (0, 1] without online estimation; 1: the gauge alone; unit 1.
     size_sd, power_sd : float
-        Noise of the gauge, mm, and of the power monitor, relative.
+        Standard deviation of size, mm, and of power, relative.
     contact_zero_sd : float
-        What is not known of the contact zero where power is missing, mm.
+        Standard deviation of the contact position while power is not measured, mm.
     deflection_sd, sharpness_sd : float
-        What is not known of the deflection and of the wear flat area at the start, relative.
+        Standard deviation of deflection and wear flat area at the start, relative.
 
     Raises
     ------
     ValueError
-        When a value is out of range.
+        If a value is out of range.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class CycleController(SampledCycle, Described):
 
     @property
     def final_rate(self) -> float:
-        """Infeed rate at size that it aims at, mm/s."""
+        """Infeed rate aimed at when the size is reached, mm/s."""
         return final_rate(self.problem, self.roundness_margin)
 
     def _compiled(self) -> SectionLaw:

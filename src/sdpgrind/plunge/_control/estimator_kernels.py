@@ -1,4 +1,4 @@
-"""What a controller learns while it grinds, compiled: contact, deflection and sharpness, by a Kalman filter of size and power."""
+"""Kalman filter of contact zero, deflection and sharpness during the part, compiled."""
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from sdpgrind.plunge._model.kernels import _burning_begins, _rate_near, _worn
 
 @compiled
 def _know_nothing(state, law):
-    """Of the contact, as before it."""
+    """Reset estimates and covariance to those before contact."""
     state[SCALE] = state[SHARPNESS] = 1.0
     state[COVARIANCE:] = 0.0
     for i in range(2):
@@ -44,7 +44,7 @@ def _know_nothing(state, law):
 
 @compiled
 def _spread(state, law, core, u, v):
-    """Covariance after a sample of the last command, u and v in mm/s; the wear that the model knows."""
+    """Covariance after a sample at command u and rate v (mm/s); growth of the wear flat area by the model."""
     dt, scale, cov = law.sample_time, state[SCALE], state[COVARIANCE:].reshape(4, 4)
     own, by_scale, by_area = 1.0, -u * dt / scale**2, 0.0
     if state[Y] > 0.0 and v > 0.0:
@@ -63,15 +63,16 @@ def _spread(state, law, core, u, v):
 
 @compiled
 def _estimated(state, law, size, power):
-    """Correct by both readings and return the core of the wheel as it is now: Kalman's filter about the last estimate.
+    """Correct the state by size (mm) and power (W); return the coefficients of the wheel.
 
-    Power is in proportion to the deflection of the model; size is zero + p - scale x, once the wheel cuts.
+    Extended Kalman filter. Power is proportional to the deflection of the model; once the wheel cuts, the
+    size is zero + command - scale x.
     """
     base, cov = law.core, state[COVARIANCE:].reshape(4, 4)
     watts = base.power1 / base.K1
     noise = law.power_sd * (power / watts + base.K0)
     state[SILENT] = state[SILENT] + 1.0 if np.isnan(power) else 0.0
-    if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # it is heard now: the wheel does not cut yet
+    if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # power is back: the wheel does not cut yet
         state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - state[BLANK]
         _know_nothing(state, law)
     before = state[TOUCHED] == NO
@@ -81,7 +82,7 @@ def _estimated(state, law, size, power):
     if before and not _touched(state, cov, law, power / watts, noise):
         return _worn(base, state[SHARPNESS])
     x = state[Y] + base.K0
-    if power >= 0.0 and x > 0.0 and not before:  # the readings that tell contact have been used
+    if power >= 0.0 and x > 0.0 and not before:  # the reading that showed the contact is used already
         x = _correct(state, cov, x, power / watts - x, 1.0, 0.0, 0.0, noise**2)
     if size == size and not before:
         off = size - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
@@ -96,7 +97,7 @@ def _estimated(state, law, size, power):
 
 @compiled
 def _touched(state, cov, law, x, noise):
-    """Whether the wheel touches: power says so, and how far it is in; long without power the command must be believed."""
+    """Whether the wheel touches, by power, or by the command after `MISSED_MAX` samples without power."""
     known = x == x
     if (x <= TOUCHING * noise) if known else (state[COMMANDED] <= 0.0 or state[SILENT] < MISSED_MAX):
         return False
@@ -113,12 +114,12 @@ def _touched(state, cov, law, x, noise):
 
 @compiled
 def _correct(state, cov, x, off, h0, h1, h2, variance):
-    """One correction, of a reading that depends on deflection x, zero and scale by h0, h1 and h2; return x."""
+    """Correct by one reading with innovation `off` and slopes h0, h1, h2 by x, zero, scale; return x."""
     gain = np.empty(4)
     for j in range(4):
         gain[j] = h0 * cov[j, 0] + h1 * cov[j, 1] + h2 * cov[j, 2]
     total = h0 * gain[0] + h1 * gain[1] + h2 * gain[2] + variance
-    if total <= 0.0:  # all is known already
+    if total <= 0.0:  # no uncertainty left
         return x
     for i in range(4):
         for j in range(4):

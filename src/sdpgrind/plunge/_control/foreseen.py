@@ -1,4 +1,4 @@
-"""A part as the model foresees it under a controller: the compiled loop, without a plant."""
+"""Part simulated with the controller's own model, without a plant."""
 
 from math import ceil
 
@@ -11,15 +11,15 @@ from sdpgrind.plunge._control.control_kernels import start_control
 from sdpgrind.plunge._control.state import SectionLaw
 from sdpgrind.plunge._model.problem import CycleProblem
 
-_SPARE = 1000  # samples beyond those in which all the stock comes off at the slowest rate
+_SPARE = 1000  # chosen: samples beyond those that the whole stock takes at the slowest rate
 
 
 def foreseen(
     problem: CycleProblem, law: SectionLaw, *, rng: np.random.Generator | None = None, contact: float = 0.0
 ) -> tuple[Floats, dict[str, Floats]]:
-    """Return the state at the end and the table, with the names of a log, of a part.
+    """Return the final state of a part and its table by the column names of a log.
 
-    With `rng` the gauges have the noise that the controller reckons with, and the wheel touches `contact` (mm) late.
+    With `rng` the gauges have the noise assumed by the controller, and the wheel touches `contact` (mm) late.
     """
     slowest = min(problem.final_rate, problem.command_rate_max, problem.model.burn_rate)
     rows = ceil(problem.stock / slowest / problem.sample_time) + _SPARE
@@ -41,7 +41,7 @@ def foreseen(
 
 
 def _name(column: str) -> str:
-    """What a column is called in a log."""
+    """Name of a column in a log."""
     if column in kernels.PLANNED:
         return f"{column}_planned"
     return f"{column}_command" if column in ("command_rate", "balancing") else column

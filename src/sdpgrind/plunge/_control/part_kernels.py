@@ -1,4 +1,4 @@
-"""A part under the wheel, sample by sample, compiled: what is true, what the gauges say, and whole parts under a controller."""
+"""Simulated part: true state, readings of the gauges, and whole parts under a controller, compiled."""
 
 from typing import Any, NamedTuple
 
@@ -9,44 +9,40 @@ from sdpgrind.plunge._control import state as places
 from sdpgrind.plunge._control.control_kernels import control_step
 from sdpgrind.plunge._model.kernels import PlungeCore, _damage, _deflected, _rate_near, _worn, rate
 
+# State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least
+# slack while balancing and in the part, gauge readings, command not yet executed, samples.
 Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, OWED, SAMPLES, STATES = range(11)
-"""State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least slacks, gauges, what
-the actuator owes of its command, samples."""
-RETRACT = places.RETRACT
-"""Section of a cycle in which the part is done."""
-SKIN = 1e-6
-"""Damage (mm) that is none: a nanometre, more than what steps in time err by."""
-STEPS = 2
-"""Steps of Runge and Kutta in a sample: 1e-9 s of the cycle."""
+RETRACT = places.RETRACT  # section in which the part is done
+SKIN = 1e-6  # chosen: damage counted as none, mm; above the error of the integration
+STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
 COLUMNS = ("size", "grinding_power", "power_saturated")
 PLANNED = ("section", "infeed_rate", "remaining", "wear_flat_area", "contact_zero", "deflection_scale")
-ROW = ("samples", *COLUMNS, "command_rate", "balancing", *PLANNED)
-"""Columns of a table of a whole part."""
+ROW = ("samples", *COLUMNS, "command_rate", "balancing", *PLANNED)  # columns of the table of a part
 
 
 class PartRig(NamedTuple):
-    """Truth of a part, and its gauges."""
+    """True parameters of a part and its gauges."""
 
     core: PlungeCore
     sample_time: float
     stock: float
-    growth: float  # of the wear flat area, relative, at the reference rate, 1/mm
+    growth: float  # of the wear flat area at the reference rate, relative, 1/mm
     growth_exponent: float
     growth_rate: float  # reference rate, mm/s
-    contact_zero: float  # the wheel touches when the command has gone so far less, mm
+    contact_zero: float  # command lacking at contact, mm
     size_sd: float
     size_offset: float
-    size_delay: bool  # by a sample
+    size_delay: bool  # one sample late
     power_sd: float  # relative
     power_gain: float
     power_max: float  # W: saturation
-    power_lag: float  # pole of the monitor over a sample; 0: none
+    power_lag: float  # pole of the monitor per sample; 0: no lag
     command_quantum: float  # mm: step of the actuator; 0: none
     samples_max: int
 
 
 def rig(model: Any, stock: float, sample_time: float, samples_max: int = 20_000) -> PartRig:
-    """A part with gauges that tell the truth; `_replace` makes them worse."""
+    """Parameters of a part with exact gauges."""
     wear = model.wear
     growth = (
         (0.0, 0.0, 1.0)
@@ -75,7 +71,7 @@ def rig(model: Any, stock: float, sample_time: float, samples_max: int = 20_000)
 
 @compiled
 def start_part(state, rig):
-    """Make the state of a part that nobody has touched."""
+    """Set the state at the start of a part."""
     state[:] = 0.0
     state[Y], state[REMAINING], state[WORN] = -rig.core.K0 - rig.contact_zero, rig.stock, 1.0
     state[RATE] = rate(state[Y], rig.core)
@@ -84,7 +80,7 @@ def start_part(state, rig):
 
 @compiled
 def read(state, rig, of_size, of_power):
-    """Readings of size (mm), power (W) and whether it is clipped, from two standard normal numbers."""
+    """Size (mm), power (W) and whether it is clipped, from two standard normal numbers."""
     now = rig.stock - state[REMAINING]
     size = state[SHOWN] if rig.size_delay else now
     state[SHOWN] = now
@@ -96,7 +92,7 @@ def read(state, rig, of_size, of_power):
 
 @compiled
 def true_power(state, rig):
-    """Power at the contact, W: in proportion to the deflection until the wheel cuts."""
+    """Power at the contact, W; proportional to the deflection until the wheel cuts."""
     core, v = _worn(rig.core, state[WORN]), state[RATE]
     x = state[Y] + rig.core.K0
     if state[Y] > 0.0:
@@ -106,7 +102,7 @@ def true_power(state, rig):
 
 @compiled
 def judge(state, rig, balanced):
-    """Keep the least slacks: of all samples with damage, and of those in which the controller balances."""
+    """Update the least slacks: of samples with damage, and of those while the controller balances."""
     burn = _damage(state[RATE], _worn(rig.core, state[WORN]))
     slack = state[REMAINING] - burn
     if burn > SKIN:
@@ -117,7 +113,7 @@ def judge(state, rig, balanced):
 
 @compiled
 def advance(state, rig, command_rate):
-    """Feed for a sample at a command rate, mm/s."""
+    """Advance by one sample at a command rate, mm/s."""
     u, dt = command_rate, rig.sample_time
     if rig.command_quantum > 0.0:
         state[OWED] += u * dt
@@ -138,7 +134,7 @@ def advance(state, rig, command_rate):
 
 @compiled
 def _wear(rig, removed, duration):
-    """By how much the wear flat area grows, over that at the start, while so much (mm) is removed in a time (s)."""
+    """Relative growth of the wear flat area while `removed` (mm) is ground in a duration (s)."""
     if rig.growth <= 0.0 or removed <= 0.0:
         return 0.0
     return rig.growth * (removed / duration / rig.growth_rate) ** rig.growth_exponent * removed
@@ -146,9 +142,9 @@ def _wear(rig, removed, duration):
 
 @compiled
 def grind(state, rig, brain, law, normals, table, row):
-    """Run a part under a controller until it is done or the normal numbers are used up; return rows of the table so far.
+    """Run a part under a controller until it is done or `normals` end; return the rows of the table.
 
-    As the loop does it: read, decide, judge, advance. A row that is negative: done, after so many rows.
+    Order of a sample: read, decide, judge, advance. Negative rows: the part is done.
     """
     for k in range(normals.shape[0]):
         size, power, saturated = read(state, rig, normals[k, 0], normals[k, 1])

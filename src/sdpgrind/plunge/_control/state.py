@@ -1,4 +1,4 @@
-"""What a controller of plunge cycles knows, and the places of its state."""
+"""Parameters of the plunge controllers and the layout of their state."""
 
 from math import exp
 from typing import NamedTuple
@@ -7,32 +7,26 @@ from sdpgrind.base import checks
 from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
 
-PRINTED, GAUGE, P_END = range(3)
-"""How the begin of spark-out is found."""
-FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)
-"""Sections of a cycle."""
+PRINTED, GAUGE, P_END = range(3)  # begin of spark-out
+FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)  # sections of a cycle
+# State: section, v_hat, r_hat, commanded infeed p, deflection beyond ploughing, last command, z*, whether
+# the sample counts for the slack; rejected sizes in a row, stock removed by the model since the size changed
+# (mm), last size.
 SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, STILL, SIZE = range(11)
-"""State: v_hat, r_hat, p, deflection beyond ploughing, last command, z*, whether it counts for the slack; of the gauge: readings
-that are missing, what should have been ground off (mm) since it moved, and the last reading."""
+# Estimated online: contact, missing powers in a row, mean and number of sizes before contact, contact zero,
+# deflection and wear flat area over the model, burn rate; 4 x 4 covariance of deflection, zero, scale, area.
 TOUCHED, SILENT, BLANK, READ, ZERO, SCALE, SHARPNESS, BURNING, COVARIANCE = range(11, 20)
-"""Estimated on line: whether the wheel has touched, readings of power that are missing, mean and number of sizes before contact,
-contact zero, deflection and wear flat area over those of the model, where burning begins; covariance of deflection, zero, scale
-and area."""
 STATES = COVARIANCE + 16
-NO, YES, BELIEVED = range(3)
-"""Whether the wheel has touched; believed: by the command, as power is missing."""
-MISSED_MAX = 5
-"""Readings of size that are missing one after the other when the part is broken off; of power, when it is done without."""
-OUTLYING = 5.0
-"""Standard deviations of size that a gauge does not err by."""
-TOUCHING = 5.0
-"""Standard deviations of power that tell contact."""
+NO, YES, BELIEVED = range(3)  # contact; BELIEVED: by the command, as power is missing
+MISSED_MAX = 5  # chosen: rejected sizes in a row that end the part; missing powers before contact is assumed
+OUTLYING = 5.0  # chosen: standard deviations; rejects one good Gaussian size in 1.7 million
+TOUCHING = 5.0  # chosen: standard deviations of power that show contact
+# chosen: process noise per sample of deflection, mm, and wear flat area, relative; 0 would stop the learning
 DEFLECTION_DRIFT, SHARPNESS_DRIFT = 5e-6, 5e-4
-"""What the model may be wrong by in a sample: deflection, mm; wear flat area, relative."""
 
 
 class SectionLaw(NamedTuple):
-    """What a controller knows."""
+    """Parameters of a controller's compiled core."""
 
     core: PlungeCore
     form: int
@@ -46,21 +40,21 @@ class SectionLaw(NamedTuple):
     burn_rate: float
     pole: float
     time_constant: float
-    gain: float  # of the observer of the size, where nothing is estimated on line
+    gain: float  # of the size observer, without online estimation
     size_sd: float
     power_sd: float  # relative
     zero_sd: float
     scale_sd: float
     sharpness_sd: float  # relative
     growth: float  # of the wear flat area, relative, 1/mm
-    staged: bool  # three stages
+    staged: bool  # stages of constant rate in place of the balance
     rough_rate: float  # of the first, mm/s
-    stage_remaining: float  # stock at which the second begins, mm
-    stage_rate: float  # and its rate, mm/s
+    stage_remaining: float  # stock at which the second stage begins, mm
+    stage_rate: float  # of the second, mm/s
 
 
 def law_of(problem: CycleProblem, final_rate: float) -> SectionLaw:
-    """What every controller of a problem knows; nothing is learned and the gauge is believed."""
+    """Parameters common to all controllers of a problem: no online estimation, the gauge is exact."""
     assert problem.time_constant is not None
     return SectionLaw(
         core=problem.model.core,
@@ -90,12 +84,13 @@ def law_of(problem: CycleProblem, final_rate: float) -> SectionLaw:
 
 
 def staged_law(problem: CycleProblem, remaining: float, rate: float) -> SectionLaw:
-    """What the compiled core needs of a cycle of three stages, mm and mm/s."""
+    """Parameters of a cycle of three stages: switching stock (mm) and stage rate (mm/s)."""
     law = law_of(problem, final_rate(problem, 0.0))
     return law._replace(staged=True, stage_remaining=float(remaining), stage_rate=float(rate))
 
 
 def final_rate(problem: CycleProblem, margin: float) -> float:
+    """Infeed rate (mm/s) at an out-of-roundness `margin` (mm) below its limit; raises ValueError."""
     model = problem.model
     least = problem.roundness_max - model.roundness_base
     if margin >= least:

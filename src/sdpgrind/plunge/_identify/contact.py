@@ -1,7 +1,7 @@
-"""Where the wheel meets the work, and how far the machine gives way: output error of the deflection of the model.
+"""Contact zero and scale of the deflection: output error of the size of a part.
 
-The size is what was commanded and a constant, the contact zero, less a scale times the deflection of the model at the rate that
-it has. Both show in the size of one part: the first is constant, the second goes with the rate.
+The model of the size is command plus contact zero less scale times deflection at the model's rate. The first
+is constant, the second changes with the rate; so one part determines both.
 """
 
 from typing import NamedTuple
@@ -16,21 +16,20 @@ from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.replay_kernels import deflections
 
 CONTACT, RATIO, TAU = ("contact_zero", "mm"), ("normal_force_ratio", "1"), ("time_constant", "s")
-SCALES = (0.1, 10.0)
-"""Deflections of the machine over those of the model that are looked for."""
-_STEPS = 2  # of Runge and Kutta in a sample: 1e-9 s of a cycle
+SCALES = (0.1, 10.0)  # chosen: range of the deflection relative to the model
+_STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
 _FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
 
 
 class ContactCourse(NamedTuple):
-    """What the model says of a cycle: size (mm) and infeed rate (mm/s) at each reading."""
+    """Size (mm) and infeed rate (mm/s) of the model at each reading."""
 
     size: Floats
     infeed_rate: Floats
 
 
 def course(cycle: Cycle, model: PlungeModel, contact_zero: float = 0.0, scale: float = 1.0) -> ContactCourse:
-    """Run the model on the command; it gives way by `scale` times its deflection."""
+    """Run the model on the command, with `scale` times its deflection."""
     core = model.core
     core = core._replace(K0=scale * core.K0, K1=scale * core.K1, K2=scale * core.K2)
     y, rate = deflections(contact_zero - core.K0, cycle.command_rate, cycle.step, _STEPS, core).T
@@ -38,7 +37,7 @@ def course(cycle: Cycle, model: PlungeModel, contact_zero: float = 0.0, scale: f
 
 
 def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
-    """Contact zero (mm) and scale of the deflection that make the size fit."""
+    """Contact zero (mm) and scale of the deflection, by least squares of the size."""
 
     def residual(values: Floats) -> Floats:
         return np.asarray((cycle.size - course(cycle, model, *values).size)[cycle.read])
@@ -50,24 +49,24 @@ def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
 
 
 def contact_zero(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
-    """By how much the wheel meets the work before the command is 0, mm; negative: after."""
+    """Command lacking at contact, mm; negative: contact after the command is 0."""
     return _one(cycle, problem, 0, CONTACT, 1.0)
 
 
 def normal_force_ratio(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
-    """Force ratio of the model, times the scale of its deflection."""
+    """Force ratio of the model times the scale of its deflection."""
     return _one(cycle, problem, 1, RATIO, problem.model.normal_force_ratio)
 
 
 def secant(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
-    """Time constant of the spark-out: that of the model, times the scale of its deflection, s."""
+    """Time constant of spark-out, s: that of the model times the scale of its deflection."""
     return _one(cycle, problem, 1, TAU, float(problem.replace(time_constant=None).time_constant or 0.0))
 
 
 def _one(
     cycle: Cycle, problem: CycleProblem, which: int, name: tuple[str, str], times: float
 ) -> idf.Estimate:
-    """One of the two values, times a constant."""
+    """Value number `which` of `fitted`, times a constant."""
     if reason := fault(cycle):
         return not_identified(*name, reason)
     fit = fitted(cycle, problem.model)

@@ -1,4 +1,4 @@
-"""Cycles as they were read: what was commanded, size and power; and what readings of the size are not to be believed."""
+"""Cycles as read from a log: command, size, power; faults of the size gauge; means over parts."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -11,16 +11,15 @@ import numpy as np
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
 
-MOVING = 10
-"""Readings of a moving size that are needed at least."""
-_STILL = 10  # equal readings, one after the other, before a gauge counts as frozen
-_SIGMAS = 5.0
+MOVING = 10  # chosen: least number of readings of a moving size; fewer leave the variance unknown
+_STILL = 10  # chosen: equal readings in a row that count as a frozen gauge
+_SIGMAS = 5.0  # chosen: rejects one good Gaussian reading in 1.7 million
 _QUANTITIES = {"command_rate": "mm/s", "size": "mm", "grinding_power": "W", "power_saturated": "1"}
 
 
 @dataclasses.dataclass(frozen=True)
 class Cycle:
-    """One part: time (s), command rate from then on (mm/s), size and power as read (mm, W; NaN: no reading), and a flag."""
+    """One part: time (s), command rate (mm/s), size (mm), power (W), clip flag; NaN: no reading."""
 
     label: str
     time: Floats
@@ -31,7 +30,7 @@ class Cycle:
 
     @cached_property
     def step(self) -> Floats:
-        """Time from each row to the next, s."""
+        """Durations between rows, s."""
         return np.diff(self.time)
 
     @cached_property
@@ -41,35 +40,35 @@ class Cycle:
 
     @cached_property
     def read(self) -> Any:
-        """Rows that have a size."""
+        """Rows with a size."""
         return np.isfinite(self.size)
 
     @property
     def missing(self) -> int:
-        """Readings of the size that are missing."""
+        """Number of missing sizes."""
         return int(np.sum(~self.read))
 
     @cached_property
     def noise_sd(self) -> float:
-        """Noise of the size from its second differences, which a smooth motion leaves alone, mm."""
+        """Standard deviation of the size, mm, from second differences, almost free of smooth motion."""
         bends = np.abs(np.diff(self.size, 2))
-        bends = bends[bends > 0]  # 0: a gauge in steps, or one that stands still
+        bends = bends[bends > 0]  # 0: quantized or frozen gauge
         return float(np.median(bends) / 0.6745 / np.sqrt(6)) if bends.size else 0.0
 
     @cached_property
     def quantum(self) -> float:
-        """Least change between two readings, mm: no step of the gauge is finer."""
+        """Least change between two sizes, mm: upper bound of the gauge's resolution."""
         changes = np.abs(np.diff(self.size[self.read]))
         return float(changes[changes > 0].min()) if np.any(changes > 0) else 0.0
 
     @cached_property
     def jitter(self) -> float:
-        """Change between two readings that noise and steps of the gauge do not explain, mm."""
+        """Greatest change between two sizes explained by noise and quantization, mm."""
         return max(_SIGMAS * 2**0.5 * self.noise_sd, 1.5 * self.quantum, 1e-9)
 
     @cached_property
     def moving(self) -> Any:
-        """Rows at which the size is well above where it began."""
+        """Rows with a size well above the first one."""
         first = self.size[self.read][:1]
         return self.read & (self.size > (first[0] if first.size else 0.0) + self.jitter)
 
@@ -77,7 +76,7 @@ class Cycle:
 def cycles(
     data: Any, *, power: bool = False, size: bool = True, part: int | Sequence[int] | None = None
 ) -> tuple[Cycle, ...]:
-    """Return the parts of a log, or of arrays by name."""
+    """Parts of a log, or of arrays by name."""
     needed = {"size": size, "grinding_power": power, "power_saturated": False}
     optional = [name for name in needed if not needed[name]]
     found = idf.series(
@@ -95,7 +94,7 @@ def cycles(
 
 
 def fault(cycle: Cycle) -> str:
-    """Why the size of a cycle is of no use; empty where it is."""
+    """Reason why the size of a cycle is unusable; empty: it is usable."""
     size, time = cycle.size[cycle.read], cycle.time[cycle.read]
     for first, last in _runs(size):
         before = size[first] - size[max(0, 2 * first - last)]
@@ -108,24 +107,25 @@ def fault(cycle: Cycle) -> str:
         size_of_it = f"the size jumps back by {-drops[k]:.4g} mm at {time[k + 1]:.2f} s"
         return f"{size_of_it}, more than {_SIGMAS:g} standard deviations of its noise"
     if (count := int(np.sum(cycle.moving))) < MOVING:
-        return f"{count} readings of a moving size are too few: at least {MOVING} are needed ({cycle.missing} are missing)"
+        few = f"{count} readings of a moving size are too few: at least {MOVING} are needed"
+        return f"{few} ({cycle.missing} are missing)"
     return ""
 
 
 def _runs(size: Floats) -> list[tuple[int, int]]:
-    """First and last of each run of equal readings that is long enough to be suspicious."""
+    """First and last index of each run of equal readings that is long enough to count as frozen."""
     edges = np.concatenate([[0], np.flatnonzero(np.diff(size)) + 1, [size.size]])
     return [(int(a), int(b) - 1) for a, b in pairwise(edges) if b - a >= _STILL]
 
 
 def not_identified(name: str, unit: str, reason: str) -> idf.Estimate:
-    """An estimate of one value that failed, for a reason."""
+    """Failed estimate of one value, with its reason."""
     status = idf.Status.NOT_IDENTIFIED
     return idf.Estimate((name,), np.zeros(1), np.full((1, 1), np.inf), status, f"{status}: {reason}", (unit,))
 
 
 def concluded(estimate: idf.Estimate, reason: str) -> idf.Estimate:
-    """An estimate of one positive value that must be known better than by its own amount."""
+    """Estimate of a positive value; failed where the standard deviation exceeds the value."""
     name, unit = estimate.names[0], estimate.units[0]
     if not estimate.ok:
         return not_identified(name, unit, reason)
@@ -138,7 +138,7 @@ def concluded(estimate: idf.Estimate, reason: str) -> idf.Estimate:
 def of_parts(
     each: Sequence[Cycle], one: Callable[[Cycle], idf.Estimate], name: str, unit: str
 ) -> idf.Estimate:
-    """Estimate from each part, and their mean; parts that failed are left out and counted."""
+    """Mean of the estimates of the parts; failed parts are left out and counted."""
     found = [(cycle, one(cycle)) for cycle in each]
     good = [estimate for _, estimate in found if estimate.ok]
     reasons = [f"{c.label}: {e.message}" if len(found) > 1 else e.message for c, e in found if not e.ok]
@@ -155,7 +155,7 @@ def of_parts(
 
 
 def pooled(each: Sequence[idf.Estimate]) -> idf.Estimate:
-    """Mean of estimates of one value by their inverse variances; it is no surer than their scatter lets it be."""
+    """Mean of estimates of one value by inverse variance; its variance covers their scatter."""
     value = np.array([estimate.value[0] for estimate in each])
     variance = np.array([estimate.covariance[0, 0] for estimate in each]) + (1e-12 * value) ** 2 + 1e-300
     weight = 1 / variance

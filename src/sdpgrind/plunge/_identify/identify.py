@@ -1,4 +1,4 @@
-"""From the log of parts back to the model: time constant, sharpness, contact, and how far the machine gives way."""
+"""Estimates from logs of parts: time constant, sharpness, contact and deflection."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -30,52 +30,52 @@ def identify(
     power_max: float | None = None,
     throw: bool = False,
 ) -> Estimate:
-    """Estimate from cycles what `CycleProblem.updated` takes, or where the wheel meets the work.
+    """Estimate from cycles a quantity that `CycleProblem.updated` takes, or the contact zero.
 
-    ==================== =========================================================================================
+    ==================== ===================================================================================
     `what`               result and methods (the first is the default)
-    ==================== =========================================================================================
-    "time_constant"      of the actual rate behind the commanded one, s. "output_error": least squares of the size
-                         that the linear model gives for the command, to a constant offset; no estimator without a
-                         bias is better. "recursive": the same reading by reading, old ones forgotten. "printed":
-                         (4), which noise of the size makes too short and an offset ruins
-    "wear_flat_area"     0..1. "mean": of the areas by (6), over the samples in which sliding is more than a quarter
-                         of the power; needs `problem`. 1 % of power is some 2.5 % of area
-    "contact_zero"       size less command, but for the deflection: by how much the wheel meets the work before the
-                         command is 0, mm (negative: after); needs `problem`
-    "normal_force_ratio" scale of the deflection, as the force ratio of the model, unit 1; needs `problem`
-    ==================== =========================================================================================
+    ==================== ===================================================================================
+    "time_constant"      lag of the actual behind the commanded rate, s. "output_error": least squares of the
+                         size of the linear model up to a constant offset, of least variance among unbiased
+                         estimators. "recursive": the same reading by reading, with forgetting. "printed":
+                         (4); noise of the size makes it too short, an offset ruins it
+    "wear_flat_area"     0..1. "mean": of the areas by (6), over the samples in which sliding takes more than
+                         a quarter of the power; needs `problem`. 1 % of power is some 2.5 % of area
+    "contact_zero"       command lacking at contact, mm (negative: contact after the command is 0): size less
+                         command plus deflection; needs `problem`
+    "normal_force_ratio" force ratio of the model times the scale of its deflection, unit 1; needs `problem`
+    ==================== ===================================================================================
 
-    The linear model holds about one rate: at the rates of roughing its time constant is shorter than in spark-out. With
-    `problem` "output_error" fits the deflection of the model and gives the time constant of its spark-out.
+    The linear model holds about one rate: its time constant is shorter while roughing than in spark-out. With
+    `problem` "output_error" fits the deflection of the model and returns the time constant of its spark-out.
 
     Parameters
     ----------
     data : mapping of arrays, or log
-        Arrays of one length by name: time (s), command_rate (mm/s, from that time on), size (radial stock removed, mm; NaN:
-        no reading), grinding_power (W), and part where there are several. Or a log, whose table "controller" has them. A part
-        starts with the wheel free of load.
+        Arrays of one length: time (s), command_rate (mm/s, from that time on), size (radial stock removed,
+        mm; NaN: no reading), grinding_power (W), and part if there are several. Or a log with the table
+        "controller". At the start of a part the wheel must be unloaded.
     what : str
-        See above.
+        Quantity of the table.
     method : str, optional
-        See above.
+        Method of the table.
     problem : CycleProblem, optional
-        Whose model is corrected.
+        Problem whose model is corrected.
     part : int or sequence of int, optional
-        Which parts of the log, unit 1; all by default, each with its own offset, and the mean of what they say.
+        Parts of the log, unit 1. Default: all, each with its own offset; the result is their mean.
     forgetting : float
         For "recursive" and "printed": weight of a reading relative to the next one, in (0, 1], unit 1.
     power_max : float, optional
-        Greatest power that the monitor shows, W: readings near it are clipped and not used. By default it is looked for: the
-        greatest power of a part, where it is read three times or more.
+        Greatest power of the monitor, W: readings near it are clipped and not used. Default: the greatest
+        power of a part if it is read at least three times.
     throw : bool
-        Raise when the readings do not identify the value.
+        Raise if the readings do not identify the value.
 
     Returns
     -------
     Estimate
-        Value with its variance; or, never NaN, the status "not identified" with the reason in its message: a gauge that
-        stands still or jumps back, fewer than 10 readings of a moving size, clipped power only, a' of (4) outside (0, 1).
+        Value with its variance; or the status "not identified" with its reason: a gauge that is frozen or
+        jumps back, fewer than 10 readings of a moving size, clipped power only, a' of (4) outside (0, 1).
 
     Raises
     ------

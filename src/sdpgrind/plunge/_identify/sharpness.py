@@ -1,4 +1,4 @@
-"""Wear flat area of the wheel from the power: what is left of it after chips and ploughing, Dong (6)."""
+"""Wear flat area from the power that remains after chips and ploughing: Dong (6)."""
 
 from typing import TypeAlias
 
@@ -14,20 +14,18 @@ from sdpgrind.plunge._model.problem import CycleProblem
 
 Mask: TypeAlias = npt.NDArray[np.bool_]
 NAME, UNIT = "wear_flat_area", "1"
-SLIDING = 0.25
-"""Least share of sliding in the power of a sample that is used."""
-CLIPPED = 0.99
-"""Of the greatest power that a monitor shows: from there on a reading says nothing."""
-_NEAR = 0.95  # and a sample whose power is expected above this share may have been cut
-_FIT_STEPS = [1e-4, 1e-3]  # mm and 1: of a derivative
-_PLATEAU = 3  # equal readings of the greatest power, by which a clipping monitor is known
-_LEAST, _MOST = 1e-6, 1.0
+SLIDING = 0.25  # chosen: least share of sliding in the power of a sample; less amplifies errors of the rest
+CLIPPED = 0.99  # chosen: share of the greatest power from which a reading counts as clipped
+_NEAR = 0.95  # chosen: share of the greatest power above which the expected power may be clipped
+_FIT_STEPS = [1e-4, 1e-3]  # chosen: steps of the differences by contact zero, mm, and scale
+_PLATEAU = 3  # chosen: equal readings of the greatest power that show a clipping monitor
+_LEAST, _MOST = 1e-6, 1.0  # chosen: range of the wear flat area
 
 
 def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None) -> idf.Estimate:
-    """Mean over the samples in which sliding matters, at the rates that the model has; size, where read, corrects them.
+    """Mean wear flat area over samples with enough sliding, at the rates of the model corrected by size.
 
-    Where the model has wear, of what the area was when the part began.
+    With wear in the model: the area at the start of the part.
     """
     clipped = _clipped(cycle, power_max)
     top = float(np.min(cycle.grinding_power[clipped], initial=np.inf)) if power_max is None else power_max
@@ -47,8 +45,8 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         rate = course(cycle, trial, *(fit.value if fit else ())).infeed_rate
         each, grown = samples(cycle, trial, rate, usable, _NEAR * top)
         if each.size < MOVING:
-            few = f"{each.size} readings of a power that slides and is not clipped are too few: {MOVING} are needed"
-            return not_identified(NAME, UNIT, few)
+            few = f"{each.size} readings of a power that slides and is not clipped are too few"
+            return not_identified(NAME, UNIT, f"{few}: {MOVING} are needed")
         before, mean = mean, float(each.mean())
         if abs(mean - before) <= 1e-5 * abs(mean):
             break
@@ -70,7 +68,7 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
 def _change(
     cycle: Cycle, model: PlungeModel, fit: idf.Estimate, step: Floats, usable: Mask, most: float
 ) -> float:
-    """By how much the mean changes with contact or scale."""
+    """Derivative of the mean area by contact zero or scale."""
     low, high = (
         samples(cycle, model, course(cycle, model, *at).infeed_rate, usable, most)
         for at in (fit.value - step, fit.value + step)
@@ -81,10 +79,7 @@ def _change(
 def samples(
     cycle: Cycle, model: PlungeModel, rate: Floats, usable: Mask, most: float
 ) -> tuple[Floats, Floats]:
-    """Wear flat area of each sample in which sliding is expected to be a quarter of the power, and the power below `most`.
-
-    And by how much it has grown since the part began.
-    """
+    """Wear flat area of each sample with enough sliding and power below `most`; growth since the start."""
     depth = model.depth_of_cut(rate)
     wheel = {
         "work_speed": model.work_speed,
@@ -105,7 +100,7 @@ def samples(
 
 
 def _clipped(cycle: Cycle, power_max: float | None) -> Mask:
-    """Readings that the monitor cut: flagged, near its greatest power, or on the plateau that it leaves."""
+    """Readings that the monitor clipped: flagged, near its greatest power, or on its plateau."""
     power, flagged = cycle.grinding_power, cycle.power_saturated > 0
     if power_max is not None:
         return (power >= CLIPPED * power_max) | flagged
@@ -116,7 +111,7 @@ def _clipped(cycle: Cycle, power_max: float | None) -> Mask:
 
 
 def _of_mean(each: Floats) -> float:
-    """Variance of a mean whose samples resemble their neighbours."""
+    """Variance of the mean of autocorrelated samples."""
     off = each - each.mean()
     square = float(off @ off)
     alike = min(max(float(off[1:] @ off[:-1]) / square, 0.0), 0.95) if square > 0 else 0.0

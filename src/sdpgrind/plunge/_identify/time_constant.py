@@ -1,7 +1,7 @@
-"""Time constant of the infeed from command and size, of the linear model v' = (u - v)/tau: Dong (1), (4) and (5).
+"""Time constant of the linear model v' = (u - v)/tau from command and size: Dong (1), (4) and (5).
 
-The deflection x = tau v obeys x' = u - x/tau, so that the size is what was commanded less x, and an offset of the gauge.
-Of a command that is held between samples this is exact at any sample time.
+The deflection x = tau v obeys x' = u - x/tau; the size is the commanded infeed less x plus an offset of the
+gauge. For a command held between samples this is exact at any sample time.
 """
 
 from typing import Any
@@ -16,18 +16,17 @@ from sdpgrind.plunge._identify.cycles import MOVING, Cycle, concluded, fault, no
 from sdpgrind.plunge._plan.replay_kernels import lags
 
 NAME, UNIT = "time_constant", "s"
-RANGE = (0.05, 50.0)
-"""Time constants that are looked for, s."""
+RANGE = (0.05, 50.0)  # chosen: range of the time constant, s
 _FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
 _CURVED = (
     "the linear model leaves more than noise: at other rates the lag is another; in spark-out with `problem`"
 )
-_BLOCK, _RARELY = 16, 1e-3  # readings of a mean; how often noise alone is taken for a bend
-_SIGNIFICANT = 8.0  # of the F test with one degree of freedom: once in 200 by chance
+_BLOCK, _RARELY = 16, 1e-3  # chosen: readings of a mean; probability that noise alone counts as curvature
+_SIGNIFICANT = 8.0  # derived: F with one degree of freedom exceeded once in 200 by chance
 
 
 def by_output_error(cycle: Cycle) -> idf.Estimate:
-    """Least squares of the size over time constant and offset; and over a touch-in, where it shows."""
+    """Least squares of the size over time constant, offset and, where significant, touch-in."""
     if reason := fault(cycle):
         return not_identified(NAME, UNIT, reason)
     fit = _fitted(cycle)
@@ -36,7 +35,7 @@ def by_output_error(cycle: Cycle) -> idf.Estimate:
 
 
 def _bent(cycle: Cycle, fit: idf.Estimate) -> bool:
-    """Whether means of residuals next to each other differ more than the noise of the gauge can make them."""
+    """Whether block means of the residuals differ by more than the gauge's noise (chi-square test)."""
     off = (cycle.size - lagged(cycle, float(np.exp(fit.value[0])), *fit.value[1:]))[cycle.read]
     count = off.size // _BLOCK
     means = (off - off.mean())[: count * _BLOCK].reshape(count, _BLOCK).mean(axis=1)
@@ -45,7 +44,7 @@ def _bent(cycle: Cycle, fit: idf.Estimate) -> bool:
 
 
 def _fitted(cycle: Cycle) -> idf.Estimate:
-    """Logarithm of the time constant; and the touch-in (mm), where the size is significantly nearer to the model with one."""
+    """Logarithm of the time constant, and the touch-in (mm) where the F test finds it significant."""
 
     def residual(values: Floats) -> Floats:
         off = (cycle.size - lagged(cycle, float(np.exp(values[0])), *values[1:]))[cycle.read]
@@ -75,7 +74,7 @@ def _of_logarithm(fit: idf.Estimate) -> idf.Estimate:
 
 
 def lagged(cycle: Cycle, time_constant: float, touch_in: float = 0.0) -> Floats:
-    """Size (mm) of the linear model; the first mm of command are spent on the touch-in, or, below 0, have loaded the wheel."""
+    """Size (mm) of the linear model after `touch_in` (mm) of command; below 0: deflected at the start."""
     after, before = cycle.infeed[1:] - touch_in, cycle.infeed[:-1] - touch_in
     moved = after - before
     share = np.where(moved > 0, np.clip(after / np.where(moved > 0, moved, 1.0), 0.0, 1.0), 1.0)
@@ -85,7 +84,7 @@ def lagged(cycle: Cycle, time_constant: float, touch_in: float = 0.0) -> Floats:
 
 
 def recursively(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
-    """The streaming estimator, run over the parts."""
+    """Streaming estimate over all parts."""
     estimator = TimeConstantEstimator(forgetting=forgetting)
     reasons = [reason for reason in map(fault, cycles) if reason]
     for cycle in cycles:
@@ -100,7 +99,7 @@ def recursively(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
 
 
 def as_printed(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
-    """(4) by recursive least squares: q(i) = a' q(i-1) + b' p(i-1), tau = -dt/ln a'."""
+    """Recursive least squares of (4): q(i) = a' q(i-1) + b' p(i-1), tau = -dt/ln a'."""
     if reasons := [reason for reason in map(fault, cycles) if reason]:
         return not_identified(NAME, UNIT, reasons[0])
     step = float(np.median(np.concatenate([cycle.step for cycle in cycles])))
@@ -122,28 +121,29 @@ def as_printed(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
 
 
 class TimeConstantEstimator:
-    """Time constant of the infeed, reading by reading; what is far back is forgotten at a rate.
+    """Streaming estimate of the time constant of the infeed, with forgetting.
 
-    The linear model runs for many time constants at once, each exactly and with its sensitivity; the sum of squared residuals
-    is least where its slope, interpolated, is 0. So there is no start to guess, and without forgetting the estimate is that of
-    all readings at once. Gauge and command may differ by a constant, one for each part.
+    The linear model runs for 141 time constants at once, each with its sensitivity; the estimate is the
+    interpolated zero of the slope of the squared residuals. It needs no start value; without forgetting it
+    equals that of all readings at once. Each part has its own constant offset between gauge and command.
 
     Parameters
     ----------
     forgetting : float
-        Weight of a reading relative to the next one, in (0, 1], unit 1; 1 remembers everything.
+        Weight of a reading relative to the next one, in (0, 1], unit 1; 1: no forgetting.
 
     Raises
     ------
     ValueError
-        When the forgetting is out of range.
+        If the forgetting is out of range.
 
     Examples
     --------
     >>> import numpy as np
     >>> estimator = TimeConstantEstimator()
     >>> for t in np.arange(0.0, 6.0, 0.04):
-    ...     estimator.update(time=t, size=0.01 + 0.0448 * (t - 2.0 * (1 - np.exp(-t / 2.0))), command_rate=0.0448)
+    ...     size = 0.01 + 0.0448 * (t - 2.0 * (1 - np.exp(-t / 2.0)))
+    ...     estimator.update(time=t, size=size, command_rate=0.0448)
     >>> round(estimator.estimate["time_constant"], 4)  # s
     2.0
     """
@@ -155,19 +155,19 @@ class TimeConstantEstimator:
         self.reset()
 
     def reset(self) -> None:
-        """Forget every reading and every part."""
+        """Forget all readings of all parts."""
         self._closed, self._sums = np.zeros((4, self._taus.size)), np.zeros((6, 1))
         self._count = 0
         self.begin()
 
     def begin(self, *, touch_in: float = 0.0) -> None:
-        """Begin a part: gauge and command have an offset of its own.
+        """Begin a part, with its own offset between gauge and command.
 
         Parameters
         ----------
         touch_in : float
-            Commanded infeed before the wheel grinds, mm: the gap to the work, and the deflection that ploughing takes. Below 0
-            it is loaded from the start.
+            Commanded infeed before the wheel grinds, mm: gap and deflection by ploughing. Below 0: deflected
+            at the start.
         """
         self._touch = checks.number("touch_in", touch_in, "mm")
         self._closed, size = self._profiled, self._taus.size
@@ -176,16 +176,16 @@ class TimeConstantEstimator:
         self._time, self._command, self._infeed = np.nan, 0.0, 0.0
 
     def update(self, *, time: float, size: float, command_rate: float) -> None:
-        """Take in the size (mm; NaN: none) at a time (s) and the command rate from then on (mm/s).
+        """Take in a size and the command rate that follows.
 
         Parameters
         ----------
         time : float
-            Since the start of the part, s. One that is no later than the last begins the next part.
+            Time since the start of the part, s; one not later than the last begins the next part.
         size : float
-            As read, mm; NaN: no reading.
+            Size, mm; NaN: no reading.
         command_rate : float
-            From then on, mm/s.
+            Command rate from then on, mm/s.
         """
         now, u = checks.number("time", time, "s"), checks.number("command_rate", command_rate, "mm/s")
         if now <= self._time:
@@ -209,7 +209,7 @@ class TimeConstantEstimator:
         self._deflection = full + pole * (self._deflection - full)
 
     def _learn(self, size: float) -> None:
-        """Sums of w, w r, w r^2, w g, w g^2, w g r of the residuals r and their slopes g; and of w^2, w^2 g, w^2 g^2."""
+        """Add to sums of w(1, r, r^2, g, g^2, g r) and w^2(1, g, g^2); r: residuals, g: slopes."""
         f, r, g = (
             self._forgetting,
             size - max(self._infeed - self._touch, 0.0) + self._deflection,
@@ -223,7 +223,7 @@ class TimeConstantEstimator:
 
     @property
     def _profiled(self) -> Floats:
-        """Squares, slope, information and that of squared weights over the time constants, best offsets taken off."""
+        """Squares, slope, information and that of squared weights per time constant, for the best offsets."""
         w, r, rr, g, gg, gr = self._sums
         if w[0] == 0:
             return self._closed
@@ -262,13 +262,13 @@ class TimeConstantEstimator:
 
     @property
     def _effective(self) -> float:
-        """(sum of weights)^2 / sum of squared weights."""
+        """Effective number of readings: (sum of weights)^2 / sum of squared weights."""
         f = self._forgetting
         return self._weight**2 / (self._count if f == 1 else (1 - f ** (2 * self._count)) / (1 - f * f))
 
 
 def _root(x: Floats, slope: Floats, best: int) -> Any:
-    """Time constant at which the slope of the squares is 0, from a cubic through four nodes about the best."""
+    """Zero of the slope of the squares, by a cubic through four nodes about the best time constant."""
     first = best - 2 if slope[best] > 0 else best - 1
     nodes = slice(first, first + 4)
     left, right = first + 1, first + 2

@@ -1,1 +1,1 @@
-"""What is learned between parts: safety margins, bounding of constraints, sharpness handed on."""
+"""Adaptation between parts: safety margins, bounds of constraints, sharpness."""

@@ -1,4 +1,4 @@
-"""Recursive Constraint Bounding of a cycle of three stages with several constraints."""
+"""Recursive Constraint Bounding of several constraints in a cycle of three stages."""
 
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -15,56 +15,65 @@ from sdpgrind.plunge._stages.solvers import SOLVED, QuadraticProgram, optimum
 if TYPE_CHECKING:
     import cvxpy
 
+# chosen: the buffers cover the noise of the preset's gauges; greater caps trust a cautious model less
 BUFFERS: Mapping[str, float] = {"burned_layer": 0.003, "roundness": 6e-5, "grinding_power": 0.0}
 CAPS: Mapping[str, float] = {"burned_layer": 0.02, "roundness": 5e-4, "grinding_power": 500.0}
 RULES, METHODS = ("contracting", "printed"), ("qp", "nlp")
 
 
 class ConstraintBounding:
-    """Recursive Constraint Bounding of several constraints: the fastest three stages of a model within bounds that learn.
+    """Recursive Constraint Bounding: the fastest three stages of a model within bounds learned from part to
+    part.
 
-    Before each part the settings x of a `StagedController` are those of the model's least time T(x) with g_j(x) <= b_j: the
-    burned layer (how much deeper the damage goes than the stock that is left, mm, at most 0), out-of-roundness (mm) and, with
-    `power_max`, the greatest power (W). After it b_j moves by c (s_j - n_j), where s_j is what was measured to be left to
-    limit j: what is left tends to the buffer n_j. At first b_j is what the model says of the settings of the first part, which
-    have to be safe.
+    Before each part the settings x of a `StagedController` minimise the model's time T(x) subject to g_j(x)
+    <= b_j: burned layer (damage deeper than the remaining stock, mm, at most 0), out-of-roundness (mm) and,
+    with `power_max`, greatest power (W). After it b_j moves by c (s_j - n_j), where s_j is the measured
+    distance to limit j; s_j tends to the buffer n_j. At first b_j is the model's value at the settings of the
+    first part, which must be safe.
 
-    This is constraint adaptation: it moves bounds and leaves the model as it is. Where it settles, s_j = n_j for all that is
-    active, however wrong the model. That is the fastest cycle of the real machine only when as many constraints are active as
-    there are settings. Otherwise settings are left over that the model chooses by its own slopes, and these are wrong: parts are
-    good, but slower than need be. Correcting the slopes, too, is modifier adaptation: it needs trials about each setting, and
-    is not done here. To say so: with all four settings free and two limits, one setting is left to the model.
+    This is constraint adaptation: the bounds move, the model stays. At its fixed point s_j = n_j for all
+    active constraints, however wrong the model. The cycle is the fastest of the real machine only with as
+    many active constraints as settings; any further setting follows the model's slopes, which are wrong:
+    parts are good, but slower than possible. With all four settings free and two limits, one setting is left
+    to the model. Modifier adaptation would correct the slopes by trials about each setting, and is not done
+    here.
 
     Parameters
     ----------
     power_max : float, optional
-        Greatest power, W; it is not limited when left out.
+        Greatest power, W. None: no limit.
     step : float or mapping
-        Share c of what is left that is taken, 0 to 1, unit 1; also for each of "burned_layer", "roundness", "grinding_power".
+        Share c in 0..1, unit 1; one for all, or each of "burned_layer", "roundness", "grinding_power".
     noise_buffer : mapping, optional
-        What is to be left for noise, n: 0.003 mm of "burned_layer", 6e-5 mm of "roundness", 0 W of "grinding_power".
+        Distance n to each limit kept for noise. Default: 0.003 mm of "burned_layer", 6e-5 mm of "roundness",
+        0 W of "grinding_power".
     cap : mapping, optional
-        How far beyond its limit a bound may go, as the model may be too careful: 0.02 mm, 5e-4 mm, 500 W.
+        Greatest excess of a bound over its limit, for a model that is too cautious. Default: 0.02 mm, 5e-4
+        mm, 500 W.
     rule : {"contracting", "printed"}
-        Printed: c (s + n) while s > n, as in Dong, Danai and Malkin (2004), (9); where a limit was exceeded its last good
-        bound comes back and its c is halved. Contracting takes all of s - n back then, as does printed where no bound was good.
+        Printed: c (s + n) while s > n, as in Dong, Danai and Malkin (2004), (9); after a limit was exceeded
+        the last good bound returns and its c is halved. Contracting: c (s - n); after a limit was exceeded c
+        = 1, as with printed before the first good bound.
     method : {"qp", "nlp"}
-        The model's optimum by quadratic programs about the last one (`statement`, OSQP), or by IPOPT (CasADi).
+        Optimum of the model by sequential quadratic programs (`statement`, OSQP), or by IPOPT (CasADi).
     settings : iterable of str, optional
-        Which may move, of "rough_rate", "stage_rate", "final_rate" (mm/s) and "stage_remaining" (mm); all when left out.
+        Free settings of "rough_rate", "stage_rate", "final_rate" (mm/s) and "stage_remaining" (mm). Default:
+        all.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or a name is not known.
+        If a value is out of range, or a name is not known.
 
     Examples
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
     >>> problem = plunge.preset("simulation")
-    >>> safe = plunge.StagedController(problem.replace(wear_flat_area=0.0234), stage_remaining=0.12, stage_rate=0.006)  # mm, mm/s
-    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), safe, parts=6, adapt=plunge.ConstraintBounding(step=0.5))
+    >>> assumed = problem.replace(wear_flat_area=0.0234)
+    >>> safe = plunge.StagedController(assumed, stage_remaining=0.12, stage_rate=0.006)  # mm, mm/s
+    >>> rule = plunge.ConstraintBounding(step=0.5)
+    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), safe, parts=6, adapt=rule)
     >>> bool(log.outcome.time[-1] < 0.85 * log.outcome.time[0]), int(log.outcome.burned.sum())
     (True, 0)
     """
@@ -97,22 +106,22 @@ class ConstraintBounding:
 
     @property
     def bounds(self) -> dict[str, float]:
-        """Bounds b of the model now, mm and W; none before the first part."""
+        """Present bounds b of the model, mm and W; empty before the first part."""
         return dict(self._bounds)
 
     @property
     def left(self) -> dict[str, float]:
-        """What the last part left to each limit, s, mm and W."""
+        """Distances s of the last part to each limit, mm and W."""
         return dict(self._left)
 
     @property
     def status(self) -> str:
-        """What the last optimum came to, in words (dimensionless): "solved", or that there is none and the settings stayed."""
+        """Result of the last optimum in words (dimensionless): "solved", or why the settings stayed."""
         return self._message
 
     @property
     def statement(self) -> "cvxpy.Problem":
-        """The first quadratic program of the last part as it is read, in cvxpy: a step of the settings, scaled (dimensionless).
+        """First quadratic program of the last part in cvxpy: a scaled step of the settings (dimensionless).
 
         Raises ValueError before the first part, and with ``method="nlp"``.
         """
@@ -123,15 +132,7 @@ class ConstraintBounding:
         return self._program.statement()
 
     def next(self, controller: StagedController, part_log: Any) -> StagedController:
-        """Return the controller of the next part, with other settings (mm/s, mm).
-
-        Parameters
-        ----------
-        controller : StagedController
-            That of the last part, as it began.
-        part_log : Log
-            Of the last part, with the out-of-roundness that was measured after it.
-        """
+        """Return `controller` with new settings (mm/s, mm), by the `part_log` of the last part."""
         checks.kind("controller", controller, StagedController, " to be adapted")
         if not at_size(part_log):
             self._message = "the part was broken off before it came to size: nothing is learned"
@@ -152,7 +153,7 @@ class ConstraintBounding:
         reached = foreseen.reached(foreseen.at(now))[1]
         for name, limit in limits.items():
             self._left[name] = limit - seen[name]
-            bound = min(self._bounds.get(name, limit), reached[name])  # what was not tried teaches nothing
+            bound = min(self._bounds.get(name, limit), reached[name])  # no bound beyond what was tried
             if np.isfinite(seen[name]):
                 bound = self._moved(name, bound, self._left[name])
             self._bounds[name] = min(bound, limit + self.cap[name])
@@ -163,7 +164,7 @@ class ConstraintBounding:
         return limits if self.power_max is None else {**limits, "grinding_power": self.power_max}
 
     def _moved(self, name: str, bound: float, left: float) -> float:
-        """The next bound; a limit that was exceeded is stepped back from."""
+        """Next bound; after an excess the bound steps back."""
         buffer = self.noise_buffer[name]
         if left >= 0:
             self._good[name] = bound
@@ -177,7 +178,7 @@ class ConstraintBounding:
 
 
 def moved(bound: float, left: float, *, step: float, buffer: float, rule: str) -> float:
-    """(9) of a bound: as printed it stays once no more than the buffer is left."""
+    """Bound after (9); by the printed rule it stays while no more than the buffer is left."""
     if rule == "printed":
         return bound + step * (left + buffer) if left > buffer else bound
     return bound + step * (left - buffer)
@@ -193,7 +194,8 @@ def _steps(step: float | Mapping[str, float]) -> dict[str, float]:
 def _amounts(what: str, given: Mapping[str, float] | None, usual: Mapping[str, float]) -> dict[str, float]:
     if given is not None and not isinstance(given, Mapping):
         raise TypeError(
-            f"{what} must be a mapping of {', '.join(CONSTRAINTS)} to amounts (mm, W); got {checks.shown(given)}"
+            f"{what} must be a mapping of {', '.join(CONSTRAINTS)} to amounts (mm, W);"
+            f" got {checks.shown(given)}"
         )
     for name in given or {}:
         checks.one_of(what, name, CONSTRAINTS)

@@ -1,4 +1,4 @@
-"""Adaptations one after the other: what is recommended, and the sharpness of the wheel."""
+"""Adaptations in sequence: the recommended one, and the update of the sharpness."""
 
 from typing import Any
 
@@ -11,31 +11,25 @@ from sdpgrind.plunge._model.problem import CycleProblem
 
 
 class SharpnessUpdate:
-    """Give the controller the wear flat area (0..1, dimensionless) of the last part: post-cycle adaptation, Dong's section 4.
+    """Update of the wear flat area (0..1) from the last part: post-cycle adaptation, Dong's section 4.
 
-    What a controller has learned during the part is taken as it is; else the mean over the part by its power.
+    A controller that estimates online passes its own estimate on; otherwise the mean over the part by its
+    power.
 
     Examples
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
     >>> problem = plunge.preset("simulation")
-    >>> controller = plunge.CycleController(problem.replace(wear_flat_area=0.0234), safety_margin=0.05, online=False)
+    >>> assumed = problem.replace(wear_flat_area=0.0234)
+    >>> controller = plunge.CycleController(assumed, safety_margin=0.05, online=False)
     >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=2, adapt=plunge.SharpnessUpdate())
     >>> round(float(log["controller"].wear_flat_area_planned[-1]), 3)  # 0..1
     0.026
     """
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
-        """Return the controller of the next part, with another wear flat area (unit 1).
-
-        Parameters
-        ----------
-        controller : CycleController
-            That of the last part, as it began.
-        part_log : Log
-            Of the last part.
-        """
+        """Return `controller` with the wear flat area (unit 1) of the last part, by its `part_log`."""
         if adaptable(controller).law.online:
             planned = part_log.column("controller", "wear_flat_area_planned")
             area = float(planned[np.isfinite(planned)][-1])
@@ -52,12 +46,12 @@ class SharpnessUpdate:
 
 
 class Chain:
-    """Adaptations one after the other.
+    """Adaptations in sequence.
 
     Parameters
     ----------
     *adaptations
-        Each with ``next(controller, part_log)``.
+        Objects with ``next(controller, part_log)``.
 
     Examples
     --------
@@ -72,14 +66,14 @@ class Chain:
         )
 
     def next(self, controller: Any, part_log: Any) -> Any:
-        """Return the controller of the next part; each sees the log, units as there, and what the one before made.
+        """Return the controller of the next part; each adaptation gets the result of the one before.
 
         Parameters
         ----------
         controller : controller
-            That of the last part, as it began.
+            Controller at the start of the last part.
         part_log : Log
-            Of the last part.
+            Log of the last part, in its units.
         """
         for each in self.adaptations:
             controller = each.next(controller, part_log)
@@ -89,18 +83,18 @@ class Chain:
 def adaptation(
     problem: CycleProblem, *, confidence: float = 0.999, power_gain_tolerance: float = 0.0
 ) -> Chain:
-    """Return what is recommended: a chance margin against burning, and one of its own for roundness.
+    """Return the recommended adaptation: a chance margin against burning, and one for roundness.
 
-    A controller that learns during the part needs nothing else; others are given the sharpness of the part before.
+    Controllers without online estimation also get the sharpness of the last part.
 
     Parameters
     ----------
     problem : CycleProblem
-        What is ground, in mm and s.
+        Problem, in mm and s.
     confidence : float
         Probability that the next part is neither burned nor out of round.
     power_gain_tolerance : float
-        By how much the power monitor may show too little, relative.
+        Greatest relative error by which the power monitor reads too low.
 
     Examples
     --------
@@ -114,7 +108,7 @@ def adaptation(
 
 
 class _OfflineOnly:
-    """An adaptation of controllers that do not learn during the part."""
+    """Adaptation of controllers without online estimation."""
 
     def __init__(self, adaptation: Any) -> None:
         self.adaptation = adaptation

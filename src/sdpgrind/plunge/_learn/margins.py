@@ -1,4 +1,4 @@
-"""Margins that are learned between parts: they shrink to what noise and scatter need."""
+"""Margins learned between parts: they shrink to the value that noise and scatter require."""
 
 from typing import Any
 
@@ -15,42 +15,42 @@ from sdpgrind.plunge._learn.readings import (
     scatter_of_slack,
 )
 
-_BIN = 5e-4
-"""Margins (mm) between which noise does the same."""
-_DOUBT = 1.25
-"""Scatter that a few dozens of readings may well have, over the one that they show."""
+_BIN = 5e-4  # chosen: step of the margins at which noise is simulated, mm
+_DOUBT = 1.25  # chosen: upper confidence factor of a standard deviation from a few dozen readings
 
 
 class MarginBounding:
     """Recursive Constraint Bounding of the safety margin: Dong, Danai and Malkin (2004), (8) and (9).
 
-    After each part the margin m shrinks by a share of the slack d that was left, with a buffer n for noise: to m - c (d - n).
-    As printed it is m - c (d + n) while d > n, and stays from then on. A part that seems burned (d < 0) brings the last good
-    margin back and halves the step.
+    After each part the margin m shrinks by a share c of the slack d, with a buffer n for noise: to m - c (d -
+    n). As printed it is m - c (d + n) while d > n, and stays from then on. After a burned part (d < 0) the
+    last good margin returns and the step is halved.
 
     Parameters
     ----------
     step : float
-        Share c of the slack that is taken, 0 to 1, unit 1. As printed, more than 1/2 can burn.
+        Share c of the slack, 0 to 1, unit 1. As printed, more than 1/2 can burn.
     noise_buffer : float
-        Slack n that is left for noise, mm.
+        Buffer n, mm.
     rule : {"contracting", "printed"}
-        Which of both.
+        m - c (d - n), or (9) as printed.
     slack : {"measured", "true"}
-        From gauge and power monitor, or, in a simulation, what the plant knows.
+        Slack from gauge and power monitor, or, in a simulation, that of the plant.
 
     Raises
     ------
     ValueError
-        When a value is out of range.
+        If a value is out of range.
 
     Examples
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
     >>> problem = plunge.preset("simulation")
-    >>> controller = plunge.CycleController(problem.replace(wear_flat_area=0.0234), safety_margin=0.05, sparkout="printed")
-    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=4, adapt=plunge.MarginBounding(step=0.4))
+    >>> assumed = problem.replace(wear_flat_area=0.0234)
+    >>> controller = plunge.CycleController(assumed, safety_margin=0.05, sparkout="printed")
+    >>> rule = plunge.MarginBounding(step=0.4)
+    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=4, adapt=rule)
     >>> bool(log.outcome.time[-1] < log.outcome.time[0])  # s
     True
     """
@@ -71,15 +71,7 @@ class MarginBounding:
         self._stopped = False
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
-        """Return the controller of the next part, with another margin (mm).
-
-        Parameters
-        ----------
-        controller : CycleController
-            That of the last part, as it began.
-        part_log : Log
-            Of the last part.
-        """
+        """Return `controller` with a new safety margin (mm), by the `part_log` of the last part."""
         adaptable(controller)
         slack = _slack(self.slack, part_log, controller)
         return controller.replace(safety_margin=self._margin(controller.safety_margin, slack))
@@ -99,7 +91,7 @@ class MarginBounding:
 
 
 class _Bias:
-    """Kalman's filter of a constant that is measured once a part; before the first measurement nothing is known."""
+    """Kalman filter of a constant measured once per part, without prior knowledge."""
 
     def __init__(self) -> None:
         self.mean, self.variance = 0.0, np.inf
@@ -111,27 +103,28 @@ class _Bias:
 
 
 class ChanceMargin:
-    """The least safety margin at which a part burns with no more than a given probability.
+    """Least safety margin at which the probability of burning is at most 1 - `confidence`.
 
-    What the slack d falls short of the margin, m - d, is a constant of the model's error: it is measured once a part and
-    filtered (Kalman). The least of many noisy readings is too small; by how much is found by simulation, with the noise that the
-    controller reckons with, and taken off: less of it where the readings of a part scatter less than that.
+    The shortfall m - d of the slack d from the margin m is a constant error of the model: a Kalman filter
+    estimates it from one measurement per part. The minimum of noisy readings is biased low; the bias is found
+    by simulation with the controller's noise, scaled down where the readings of a part scatter less, and
+    subtracted.
 
     Parameters
     ----------
     confidence : float
         Probability that the next part is not burned.
     part_sd : float
-        Scatter of the slack from part to part that noise does not explain, mm.
+        Standard deviation of the slack between parts beyond noise, mm.
     power_gain_tolerance : float
-        By how much the power monitor may show too little, relative: no slack that it measures tells of that.
+        Greatest relative error by which the power monitor reads too low; the measured slack cannot show it.
     slack : {"measured", "true"}
-        From gauge and power monitor, or, in a simulation, what the plant knows.
+        Slack from gauge and power monitor, or, in a simulation, that of the plant.
 
     Raises
     ------
     ValueError
-        When a value is out of range.
+        If a value is out of range.
 
     Examples
     --------
@@ -160,15 +153,7 @@ class ChanceMargin:
         self._first: CycleController | None = None
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
-        """Return the controller of the next part, with another margin (mm).
-
-        Parameters
-        ----------
-        controller : CycleController
-            That of the last part, as it began.
-        part_log : Log
-            Of the last part.
-        """
+        """Return `controller` with a new safety margin (mm), by the `part_log` of the last part."""
         self._first = adaptable(controller) if self._first is None else self._first
         slack = _slack(self.slack, part_log, controller)
         if np.isnan(slack):
@@ -181,14 +166,14 @@ class ChanceMargin:
         return controller.replace(safety_margin=float(np.clip(margin, 0.0, 0.9 * controller.problem.stock)))
 
     def _noise(self, controller: CycleController, part_log: Any) -> tuple[float, float]:
-        """Bias and scatter (mm) of the measured slack; no more bias is taken off than the readings of the part scatter for."""
+        """Bias and standard deviation (mm) of the measured slack; bias scaled by the part's own scatter."""
         assert self._first is not None
-        bias, sd, reckoned = noise_of_slack(_binned(self._first, controller.safety_margin))
+        bias, sd, assumed = noise_of_slack(_binned(self._first, controller.safety_margin))
         seen = scatter_of_slack(part_log, controller)
-        return bias * min(1.0, _DOUBT * seen / reckoned) if seen >= 0 and reckoned > 0 else bias, sd
+        return bias * min(1.0, _DOUBT * seen / assumed) if seen >= 0 and assumed > 0 else bias, sd
 
     def _hidden(self, controller: CycleController) -> float:
-        """Depth of damage (mm) that a power monitor with too small a gain does not show, at the greatest rate."""
+        """Damage (mm) at the greatest rate that a power monitor of too low a gain hides."""
         problem, rate = controller.problem, controller.problem.command_rate_max
         if problem.model.burn_rate >= rate:
             return 0.0
@@ -198,22 +183,23 @@ class ChanceMargin:
 
 
 class RoundnessMargin:
-    """Aim at so much less out-of-roundness that a part is beyond the limit with no more than a given probability.
+    """Least roundness margin at which the probability of exceeding the roundness limit is at most 1 -
+    `confidence`.
 
-    A part that was broken off before it came to size teaches nothing.
+    A part that ended before size is ignored.
 
     Parameters
     ----------
     confidence : float
         Probability that the next part is round enough.
     part_sd : float, optional
-        Scatter of the out-of-roundness from part to part, its measurement included, mm; when left out, by simulation of the
-        model with the noise that the controller reckons with.
+        Standard deviation of the out-of-roundness between parts, measurement included, mm. Default:
+        simulation of the model with the noise assumed by the controller.
 
     Raises
     ------
     ValueError
-        When a value is out of range.
+        If a value is out of range.
 
     Examples
     --------
@@ -233,15 +219,7 @@ class RoundnessMargin:
         self._first: CycleController | None = None
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
-        """Return the controller of the next part, which aims at another out-of-roundness (mm).
-
-        Parameters
-        ----------
-        controller : CycleController
-            That of the last part, as it began.
-        part_log : Log
-            Of the last part, with the out-of-roundness that was measured after it.
-        """
+        """Return `controller` with a new roundness margin (mm), by the roundness in `part_log`."""
         problem = adaptable(controller).problem
         self._first = controller if self._first is None else self._first
         if not at_size(part_log):
@@ -256,7 +234,7 @@ class RoundnessMargin:
 
 
 def adaptable(controller: Any) -> CycleController:
-    """Return `controller`, which must be one whose margins can be learned."""
+    """Return `controller`; TypeError unless it is a CycleController."""
     return checks.kind("controller", controller, CycleController, " to be adapted")
 
 

@@ -1,4 +1,4 @@
-"""Slack between damage and stock, roundness and power of a part, read from its log and cleared of the bias of noise."""
+"""Slack, roundness and power of a part from its log, corrected for the bias of noise."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -13,19 +13,16 @@ from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._control.foreseen import foreseen
 from sdpgrind.plunge._stages.controller import StagedController
 
-PARTS = 64
-"""Simulated parts from which the effect of noise is learned (chosen)."""
+PARTS = 64  # chosen: simulated parts for the effect of noise; fewer scatter the margins
 _READ = ("size", "grinding_power", "power_saturated", "infeed_rate_planned")
-_WINDOW = 1.0
-"""Time over which the size that the model does not explain is smoothed, s (chosen)."""
-_SIGMAS, _POINTS = 6.0, 100
-"""Standard deviations about a greatest value, and points over which its distribution is integrated (chosen)."""
+_WINDOW = 1.0  # chosen: window of the slope of the unexplained size, s; shorter passes noise into the rate
+_SIGMAS, _POINTS = 6.0, 100  # chosen: range (standard deviations) and nodes of the maximum's distribution
+# derived: median magnitude of second differences of white noise over its standard deviation
 _SPREAD = 0.6745 * np.sqrt(6.0)
-"""Median of the magnitude of second differences of white noise, in its standard deviations (derived)."""
 
 
 def measured_slack(part_log: Any, controller: CycleController) -> float:
-    """Return the balance slack (8), mm: least of measured stock less depth of damage from measured power; NaN without balance.
+    """Balance slack (8), mm: least measured stock less damage by measured power; NaN without balance.
 
     Clipped and missing readings are left out.
     """
@@ -33,12 +30,12 @@ def measured_slack(part_log: Any, controller: CycleController) -> float:
 
 
 def at_size(part_log: Any) -> bool:
-    """Whether the part was ground to size, as the controller saw it, and not broken off."""
+    """Whether the controller ground the part to size."""
     return bool(part_log.column("controller", "remaining_planned")[-1] <= 0.0)
 
 
 def scatter_of_slack(part_log: Any, controller: CycleController) -> float:
-    """Return the standard deviation of one reading of the slack about its course, mm, as a part shows it; NaN: too few."""
+    """Standard deviation of one reading of the slack, mm; NaN: too few readings."""
     return _scatter(_readings(_columns(part_log), controller))
 
 
@@ -60,18 +57,16 @@ def _least(readings: Floats) -> float:
 
 
 def _scatter(readings: Floats) -> float:
-    """From second differences, which leave of a smooth course next to nothing."""
+    """Standard deviation by second differences, almost free of smooth motion."""
     return float(np.sqrt(np.mean(np.diff(readings, 2) ** 2) / 6)) if readings.size > 2 else float("nan")
 
 
 @lru_cache(maxsize=512)
 def noise_of_slack(controller: CycleController) -> tuple[float, float, float]:
-    """Return by how much the measured slack is too small on average, its scatter, and that of one reading, mm.
+    """Mean bias and standard deviation of the measured slack, and that of one reading, mm, by simulation.
 
-    By simulation of the model.
-
-    A least value of many noisy ones is too small: `controller` grinds parts of its own model, with the noise that it reckons
-    with. Without a balance: no bias and no scatter.
+    The parts of the controller's own model have its noise, whose minimum is biased low. Without balance:
+    zeros.
     """
     rng = np.random.default_rng(0)
     parts = [
@@ -86,11 +81,9 @@ def noise_of_slack(controller: CycleController) -> tuple[float, float, float]:
 
 @lru_cache(maxsize=512)
 def scatter_of_roundness(controller: CycleController) -> float:
-    """Return how far the out-of-roundness goes beyond its mean (upper semideviation, mm), by simulation of the model.
+    """Upper semideviation of the out-of-roundness, mm, by simulation, plus two standard errors.
 
-    The upper end of what so few parts tell of it: two standard errors more.
-
-    With the noise that the controller reckons with and contacts that it does not know.
+    The parts of the controller's own model have its noise and unknown contacts.
     """
     rng, model = np.random.default_rng(0), controller.problem.model
     contacts = controller.law.zero_sd * rng.standard_normal(PARTS)
@@ -102,16 +95,16 @@ def scatter_of_roundness(controller: CycleController) -> float:
 
 
 def _both(controller: CycleController, rng: np.random.Generator) -> tuple[float, Floats]:
-    """True balance slack and readings of it (mm) of a simulated part."""
+    """True balance slack and its readings (mm) of a simulated part."""
     state, columns = foreseen(controller.problem, controller.law, rng=rng)
     return float(state[kernels.SLACK]), _readings(columns, controller)
 
 
 def measured(part_log: Any, controller: StagedController) -> dict[str, float]:
-    """Return burned layer and out-of-roundness (mm) and greatest power (W) of a part; NaN where there is no reading.
+    """Burned layer and out-of-roundness (mm) and greatest power (W) of a part; NaN without readings.
 
-    The burned layer is the greatest of depth of damage, from measured power, less measured stock: negative where all came off.
-    The infeed rate that goes with the power is that of the model, corrected by the slope of what size it does not explain.
+    The burned layer is the maximum of damage, by measured power, less measured stock; negative: all removed.
+    Its infeed rate is that of the model, corrected by the slope of the unexplained size.
     """
     read = _StageReadings({name: part_log.column("controller", name) for name in _READ}, controller)
     own = _StageReadings(foreseen(controller.problem, controller.law)[1], controller)
@@ -124,14 +117,14 @@ def measured(part_log: Any, controller: StagedController) -> dict[str, float]:
 
 
 class _StageReadings:
-    """Rows of a part with size and power, once the wheel cuts as fast as it could burn."""
+    """Rows of a part with size and power at rates where the work can burn."""
 
     def __init__(self, columns: Mapping[str, Floats], controller: StagedController) -> None:
         model = controller.problem.model
         low, high = model.burn_onset
         fast = np.sqrt(
             low * min(high, controller.problem.command_rate_max)
-        )  # well above the artefact of ploughing
+        )  # above the artefact of ploughing
         rate = _rate(columns["size"], columns["infeed_rate_planned"], controller.problem.sample_time)
         used = np.isfinite(columns["size"]) & np.isfinite(columns["grinding_power"]) & (rate > fast)
         self.rate = rate[used]
@@ -154,7 +147,7 @@ class _StageReadings:
 
     @property
     def noise(self) -> tuple[float, float]:
-        """Of size (mm) and power (relative), from second differences, which a smooth course leaves alone."""
+        """Standard deviation of size (mm) and power (relative), by second differences."""
         if self.rate.size < 10:
             return 0.0, 0.0
         bends = np.diff(self.size, 2), np.diff(np.log(np.maximum(self.power, 1e-9)), 2)
@@ -162,7 +155,7 @@ class _StageReadings:
         return size, power
 
     def layer_bias(self, size_sd: float, power_sd: float) -> float:
-        """By how much noise makes the burned layer seem deeper, mm."""
+        """Bias of the burned layer by noise, mm."""
         if not np.isfinite(self.burned_layer) or size_sd + power_sd == 0:
             return 0.0
         slope = (self.model.burn_depth(self.rate, self.power * 1.001) - self.damage) / 0.001
@@ -170,14 +163,14 @@ class _StageReadings:
         return _greatest(self.damage, self.left, spread) - self.burned_layer
 
     def power_bias(self, power_sd: float) -> float:
-        """By how much noise makes the greatest power seem greater, W."""
+        """Bias of the greatest power by noise, W."""
         if power_sd == 0 or not self.power.size:
             return 0.0
         return _greatest(self.power, np.zeros(self.power.size), power_sd * self.power) - self.grinding_power
 
 
 def _rate(size: Floats, foreseen: Floats, step: float) -> Floats:
-    """Infeed rate (mm/s) from that of the model and readings of size (mm)."""
+    """Infeed rate (mm/s) of the model, corrected by the slope of the unexplained size (mm)."""
     read, half = np.isfinite(size), round(0.5 * _WINDOW / step)
     if read.sum() < 4 * half:
         return foreseen
@@ -187,12 +180,12 @@ def _rate(size: Floats, foreseen: Floats, step: float) -> Floats:
     weights = np.arange(-half, half + 1.0)
     slope = np.correlate(
         unexplained, weights / (weights @ weights * step), "valid"
-    )  # of the line nearest to a window
+    )  # least squares in each window
     return np.asarray(foreseen + np.pad(slope, half, "edge"))
 
 
 def _greatest(value: Floats, less: Floats, sd: Floats) -> float:
-    """Mean of the greatest of value - less with noise in the values, of which only those above 0 count."""
+    """Expected maximum of value - less with noise in the values; only values above 0 count."""
     top, reach = value - less, _SIGMAS * sd
     begin = float(np.max((top - reach)[value > 0]))
     near = (top + reach > begin) & (value + reach > 0)

@@ -1,1 +1,1 @@
-"""Model and problem of plunge grinding: power, burning, deflection, wear; dressing; presets."""
+"""Model and problem of plunge grinding: power, burning, deflection, wear, dressing; presets."""

@@ -1,4 +1,4 @@
-"""Roughness that a dressed wheel leaves, and how to dress it: Dong, Danai and Malkin (2004), (10)."""
+"""Roughness of a dressed wheel and the dressing lead: Dong, Danai and Malkin (2004), (10)."""
 
 from math import pi, prod
 
@@ -11,11 +11,11 @@ _METHODS = ("solved", "printed")
 
 @described("plunge.roughness_law")
 class RoughnessLaw(Described):
-    """Roughness R_a = R_0 s_d^x a_d^y (pi d_w v/v_s)^gamma of a wheel dressed with a lead s_d and a depth a_d.
+    """Roughness R_a = R_0 s_d^x a_d^y (pi d_w v/v_s)^gamma of a wheel dressed with lead s_d and depth a_d.
 
-    Lengths count in mm: pi d_w v/v_s, the thickness of the layer that passes the wheel, over a length of 1 mm. Dong, Danai and
-    Malkin print the form and no constants. The exponents are of the order that Malkin gives for single-point dressing; R_0
-    is *calibrated* to a lead of 0.1 mm at their 0.0255 mm/s. Measure your own.
+    All lengths are in mm; pi d_w v/v_s is the thickness of the layer that passes the wheel. Dong, Danai and
+    Malkin print the form without constants. The exponents have the order that Malkin gives for single-point
+    dressing; R_0 is *calibrated* to a lead of 0.1 mm at their 0.0255 mm/s. Measure your own.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class RoughnessLaw(Described):
     Raises
     ------
     ValueError
-        When a value is not positive.
+        If a value is not positive.
 
     Examples
     --------
@@ -59,15 +59,15 @@ class RoughnessLaw(Described):
         Parameters
         ----------
         dressing_lead : float
-            Of the diamond in one turn of the wheel, mm.
+            Dressing lead per turn of the wheel, mm.
         dressing_depth : float
-            Of one pass of the diamond, mm.
+            Depth of one dressing pass, mm.
         infeed_rate : float
-            Rate at which the work is ground, mm/s.
+            Infeed rate of the work, mm/s.
         work_diameter : float
-            Of the work, mm.
+            Diameter of the work, mm.
         wheel_speed : float
-            Of the wheel's surface, mm/s.
+            Surface speed of the wheel, mm/s.
         """
         lead = checks.positive("dressing_lead", dressing_lead, "mm")
         depth = checks.positive("dressing_depth", dressing_depth, "mm")
@@ -85,24 +85,20 @@ class RoughnessLaw(Described):
         wheel_speed: float,
         method: str = "solved",
     ) -> float:
-        """Return the lead of the diamond in one turn of the wheel (mm) that leaves a roughness: (10).
-
-        The greatest rate of the cycle is the safe choice of `infeed_rate`: the finish is ground more slowly.
+        """Return the dressing lead per turn of the wheel (mm) for a roughness: (10).
 
         Parameters
         ----------
         roughness : float
             R_a, mm: units.um(0.7).
-        dressing_depth : float
-            Of one pass of the diamond, mm.
+        dressing_depth, work_diameter, wheel_speed : float
+            See `roughness`.
         infeed_rate : float
-            Rate at which the work is ground, mm/s.
-        work_diameter : float
-            Of the work, mm.
-        wheel_speed : float
-            Of the wheel's surface, mm/s.
+            Infeed rate of the work, mm/s; the greatest of the cycle is the safe choice, as the finish is
+            ground more slowly.
         method : {"solved", "printed"}
-            The law solved for the lead; or (10) as printed, with a_d^(1/y) in the place of a_d^(-y), by which the lead vanishes.
+            The law solved for the lead; or (10) as printed, with a_d^(1/y) in place of a_d^(-y), for which
+            the lead vanishes.
         """
         wanted = checks.positive("roughness", roughness, "mm")
         depth = checks.positive("dressing_depth", dressing_depth, "mm")
@@ -114,7 +110,7 @@ class RoughnessLaw(Described):
 
 
 def _layer(infeed_rate: float, work_diameter: float, wheel_speed: float) -> float:
-    """Thickness of the layer that passes the wheel, pi d_w v/v_s, over 1 mm."""
+    """Thickness of the layer that passes the wheel, pi d_w v/v_s, relative to 1 mm."""
     speed = checks.positive("wheel_speed", wheel_speed, "mm/s")
     rate, diameter = (
         checks.positive("infeed_rate", infeed_rate, "mm/s"),

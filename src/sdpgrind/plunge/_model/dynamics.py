@@ -1,7 +1,8 @@
-"""What a model comes to at other rotations of the work and other wear flat areas; the rates that are allowed there.
+"""Coefficients of a model at other rotations and wear flat areas; rates that do not burn.
 
-Chips need as much force at any rotation; sliding follows its law; the heat that the surface stands goes with n^(1/4), how
-deep it reaches with n^(-3/4). Written with operators: arrays and symbols of CasADi go through the same lines.
+Chip forces are independent of the rotation n; sliding follows its law; the heat at which the work burns grows
+with n^(1/4), the depth of damage falls with n^(-3/4). All functions take arrays; `burn_depth` and `core_at`
+also CasADi symbols.
 """
 
 from typing import Any
@@ -13,11 +14,11 @@ from sdpgrind.plunge._model import kernels as _kernels
 from sdpgrind.plunge._model.kernels import Give, PlungeCore
 from sdpgrind.plunge._model.model import PlungeModel
 
-HALVINGS = 60
+HALVINGS = 60  # chosen: halves a bracket below the rounding of a double
 
 
 def core_at(model: PlungeModel, rotation: Any = None, area: Any = None) -> PlungeCore:
-    """Coefficients at another rotation (rad/s) and wear flat area; numbers, arrays or symbols."""
+    """Coefficients at another rotation (rad/s) and wear flat area: numbers, arrays or symbols."""
     core = model.core
     share = 1.0 if rotation is None else rotation / model.work_rotation
     sliding = 1.0 if area is None else area / model.wear_flat_area
@@ -35,21 +36,22 @@ def core_at(model: PlungeModel, rotation: Any = None, area: Any = None) -> Plung
 
 
 def _sliding(model: PlungeModel, rotation: Any) -> Any:
-    """Sliding force (N/mm) of the model's wheel at 1 mm/s of infeed."""
+    """Sliding force of the model's wheel at an infeed rate of 1 mm/s, N/mm."""
     return model.power.sliding.force(
-        depth_of_cut=2 * np.pi / rotation, work_speed=0.5 * model.work_diameter * rotation, wheel_speed=model.wheel_speed,
-        equivalent_diameter=model.equivalent_diameter, wear_flat_area=model.wear_flat_area,
+        depth_of_cut=2 * np.pi / rotation, work_speed=0.5 * model.work_diameter * rotation,
+        wheel_speed=model.wheel_speed, equivalent_diameter=model.equivalent_diameter,
+        wear_flat_area=model.wear_flat_area,
     )  # fmt: skip
 
 
 def burn_depth(v: Any, core: PlungeCore, log: Any = np.log) -> Any:
-    """Depth of damage, mm, of arrays or, with their own logarithm, symbols; negative: what is left; v > 0."""
+    """Depth of damage, mm, at rates v > 0; negative: distance to damage. `log` is that of the symbols."""
     root = v**0.25
     return core.reach * root * log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / root)
 
 
 def coolest(core: PlungeCore) -> Floats:
-    """Rates (mm/s) at which the least of what the surface stands is used: between the two roots of burning."""
+    """Rates (mm/s) at which the ratio of heat to the heat of burning is least."""
     parts = np.broadcast_arrays(3 * core.heat1, (4 * core.p - 1) * core.heat2, core.p, core.heat0)
     terms = zip(*(part.ravel().tolist() for part in parts), strict=True)
     rates = [_kernels.rate(y, Give(k1, k2, p)) for k1, k2, p, y in terms]
@@ -57,12 +59,12 @@ def coolest(core: PlungeCore) -> Floats:
 
 
 def burns_always(core: PlungeCore) -> Any:
-    """Whether no rate is without damage."""
+    """Whether the work burns at every rate."""
     return burn_depth(coolest(core), core) > 0
 
 
 def allowed_rate(core: PlungeCore, depth: Floats, most: float) -> Floats:
-    """Greatest rates (mm/s), up to `most`, whose damage goes no deeper than `depth` (mm, >= 0)."""
+    """Greatest rates (mm/s), at most `most`, with no more than `depth` (mm, >= 0) of damage."""
     low = np.minimum(np.broadcast_to(coolest(core), np.shape(depth)), most)
     high = np.full(np.shape(depth), most)
     free = burn_depth(high, core) <= depth

@@ -1,4 +1,4 @@
-"""Deflection and depth of damage against the infeed rate, as plain serial loops over numbers."""
+"""Deflection and depth of damage as functions of the infeed rate, compiled."""
 
 from typing import NamedTuple
 
@@ -6,18 +6,17 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-DECAY = 0.915
-"""Of the peak temperature below a moving band, in units of sqrt(alpha l_c/v_w), where its Peclet number is 10 to 30."""
-PLACES = 12
-"""Rates at which it is asked whether deflection less depth of damage rises."""
-FLAT = 1e-12
-"""Slope (mm) by the logarithm of the rate that is none."""
+# Decay of the logarithm of the peak temperature per depth sqrt(alpha l_c/v_w) below a moving band.
+DECAY = 0.915  # measured: Jaeger's integrals give 0.869 to 0.925 at Peclet numbers of 10 to 30
+PLACES = 12  # chosen: fewer nodes over the rates could miss a minimum between two of them
+FLAT = 1e-12  # chosen: slope counted as 0, mm; far below the resolution of any gauge
 
 
 class PlungeCore(NamedTuple):
-    """x = K0 + K1 v + K2 v^p; heat over what the surface stands (heat0 + heat1 v + heat2 v^p)/v^(1/4); z = reach v^(1/4) ln.
+    """Coefficients of a model over the infeed rate v: deflection x = K0 + K1 v + K2 v^p, mm.
 
-    Power is power0 + power1 v + power2 v^p.
+    Heat relative to that of burning is (heat0 + heat1 v + heat2 v^p)/v^(1/4), the depth of damage reach
+    v^(1/4) times its logarithm, mm; power is power0 + power1 v + power2 v^p, W.
     """
 
     K0: float
@@ -34,7 +33,7 @@ class PlungeCore(NamedTuple):
 
 
 class Give(NamedTuple):
-    """How the machine gives way beyond ploughing, y = K1 v + K2 v^p, mm."""
+    """Coefficients of the deflection beyond ploughing, y = K1 v + K2 v^p, mm."""
 
     K1: float
     K2: float
@@ -43,20 +42,20 @@ class Give(NamedTuple):
 
 @compiled(inline="always")
 def beyond(v, core):
-    """Deflection beyond what ploughing takes, y = x - K0, mm."""
+    """Deflection beyond that of ploughing, y = x - K0, mm."""
     return core.K1 * v + core.K2 * v**core.p
 
 
 @compiled(inline="always")
 def burn_depth(v, core):
-    """Depth of damage, mm; negative: what is left; v > 0."""
+    """Depth of damage, mm, at a rate v > 0; negative: distance to damage."""
     root = np.sqrt(np.sqrt(v))
     return core.reach * root * np.log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / root)
 
 
 @compiled
 def _worn(core, ratio):
-    """The core of a wheel whose wear flats have grown by `ratio`."""
+    """Coefficients of a wheel whose wear flat area has grown by the factor `ratio`."""
     k2, heat2, power2 = core.K2 * ratio, core.heat2 * ratio, core.power2 * ratio
     return PlungeCore(
         core.K0,
@@ -75,13 +74,13 @@ def _worn(core, ratio):
 
 @compiled
 def _heat_slope(t, core):
-    """Derivative of heat less what is stood by t = v^(1/4)."""
+    """Derivative of heat less heat of burning by t = v^(1/4)."""
     return 4.0 * (core.heat1 * t**4 + core.p * core.heat2 * t ** (4.0 * core.p)) / t - 1.0
 
 
 @compiled
 def _least_heat(high, core):
-    """Where heat less what is stood is least, in t = v^(1/4) <= high: the slope rises, and is bisected."""
+    """Value of t = v^(1/4) <= high at which heat less heat of burning is least, by bisection."""
     if _heat_slope(high, core) <= 0.0:
         return high
     low = 0.0
@@ -96,11 +95,11 @@ def _least_heat(high, core):
 
 @compiled
 def _damage(v, core):
-    """Depth of damage, mm; 0 below the rate at which burning begins, where ploughing alone would make it positive."""
+    """Depth of damage, mm; 0 below the rate at which burning begins, an artefact of the ploughing force."""
     if v <= 0.0:
         return 0.0
     depth = burn_depth(v, core)
-    if depth <= 0.0 or _heat_slope(np.sqrt(np.sqrt(v)), core) > 0.0:  # heat rises faster than what is stood
+    if depth <= 0.0 or _heat_slope(np.sqrt(np.sqrt(v)), core) > 0.0:  # above the lower root of burning
         return max(depth, 0.0)
     t = _least_heat(1.0, core)
     everywhere = core.heat0 + core.heat1 * t**4 + core.heat2 * t ** (4.0 * core.p) > t
@@ -109,15 +108,16 @@ def _damage(v, core):
 
 @compiled
 def _burning_begins(core, near, rate_max):
-    """The rate (mm/s) above which the work burns, no more than `rate_max`, from a rate near by.
+    """Rate (mm/s) above which the work burns, at most `rate_max`; `near` is the start.
 
-    Newton in t = v^(1/4), in which heat over what is stood is convex. Where the work burns at every rate: where it does least.
+    Newton's method in t = v^(1/4), in which the heat is convex. Where the work burns at every rate: the rate
+    of least excess heat.
     """
     high = rate_max**0.25
     t, again = min(near**0.25, high), False
     for _ in range(60):
         slope = 0.0 if t <= 0.0 else _heat_slope(t, core)
-        if slope <= 0.0:  # on the branch that ploughing makes: begin from far above
+        if slope <= 0.0:  # branch of the ploughing force: start again from above
             if again or t >= high:
                 return _least_heat(high, core) ** 4
             t, again = high, True
@@ -133,7 +133,7 @@ def _burning_begins(core, near, rate_max):
 def _newton(y, w, core, enough):
     """Infeed rate (mm/s) of a deflection y > 0 beyond ploughing, from a start w = v^p: y is convex in w.
 
-    The error is of the square of the last relative step, which is no more than `enough`.
+    The relative error is the square of the last relative step, which is at most `enough`.
     """
     q = 1.0 / core.p
     for _ in range(60):
@@ -147,7 +147,7 @@ def _newton(y, w, core, enough):
 
 @compiled
 def rate(y, core):
-    """Infeed rate (mm/s) of a deflection y beyond ploughing, from above; 0 where the wheel only ploughs."""
+    """Infeed rate (mm/s) of a deflection y beyond ploughing; 0 where the wheel only ploughs."""
     if y <= 0.0:
         return 0.0
     w = y / core.K2 if core.K2 > 0.0 else np.inf
@@ -158,7 +158,7 @@ def rate(y, core):
 
 @compiled
 def _rate_near(y, near, core):
-    """The same from a rate near by, to 1e-11: faster by half in a loop over time."""
+    """Infeed rate (mm/s) of a deflection y to 1e-11 from a rate near it: takes half the time of `rate`."""
     if y <= 0.0 or near <= 0.0:
         return rate(y, core)
     w = near**core.p
@@ -169,7 +169,7 @@ def _rate_near(y, near, core):
 
 @compiled
 def rates(y, core):
-    """The same of an array."""
+    """Infeed rates (mm/s) of an array of deflections."""
     out = np.empty(y.size)
     for k in range(y.size):
         out[k] = rate(y[k], core)
@@ -178,10 +178,7 @@ def rates(y, core):
 
 @compiled
 def rate_of_burn(depth, low, high, core):
-    """The greatest rate in [low, high] (mm/s) whose damage is no deeper than `depth` (mm), where it grows with the rate.
-
-    By the secant rule of Illinois, which keeps the root between its ends.
-    """
+    """Greatest rate in [low, high] (mm/s) with at most `depth` (mm) of damage: Illinois rule."""
     below, above = burn_depth(low, core) - depth, burn_depth(high, core) - depth
     if above <= 0.0 or below >= 0.0:
         return high if above <= 0.0 else low
@@ -204,7 +201,7 @@ def rate_of_burn(depth, low, high, core):
 
 @compiled(inline="always")
 def _over_burn(v, scale, core):
-    """Deflection, by its scale, less depth of damage (mm), and its slope by the logarithm of the rate (mm)."""
+    """Deflection times `scale` less depth of damage, mm, and its slope by the logarithm of the rate, mm."""
     root, w = np.sqrt(np.sqrt(v)), v**core.p
     heat = core.heat0 + core.heat1 * v + core.heat2 * w
     depth = core.reach * root * np.log(heat / root)
@@ -217,10 +214,10 @@ def _over_burn(v, scale, core):
 
 @compiled
 def _least_over_burn(scale, low, high, core):
-    """Least of deflection, by its scale, less depth of damage (mm) of all rates (mm/s) at which it turns from falling to rising.
+    """Least local minimum (mm) of deflection times `scale` less depth of damage between two rates; inf: none.
 
-    Infinite where it does not from `low` to `high`. It turns at `low` where it rises from there, never at `high`. Slopes at the
-    ends of each cell tell of it: no turn hides in the first or the last one.
+    `low` counts where the difference rises from there, `high` never. Signs of the slope at `PLACES` rates
+    bracket the minima.
     """
     step = (high / low) ** (1.0 / (PLACES - 1))
     v, (value, slope) = low, _over_burn(low, scale, core)
@@ -236,7 +233,7 @@ def _least_over_burn(scale, low, high, core):
 
 @compiled
 def _turn(low, falls, high, rises, scale, core):
-    """The same (mm) where it turns between two rates, by the rule of Illinois: to `FLAT` times the logarithm of their ratio."""
+    """Minimum (mm) of the difference between two rates, by the Illinois rule on its slope, to `FLAT`."""
     side = 0
     for _ in range(80):
         v = (low * rises - high * falls) / (rises - falls)
@@ -256,11 +253,9 @@ def _turn(low, falls, high, rises, scale, core):
 
 @compiled
 def _deflected(y, near, command_rate, duration, steps, core):
-    """Deflection beyond ploughing (mm) and rate after some time (s) at a held command rate, from a rate near that of y.
+    """Deflection beyond ploughing (mm) and rate (mm/s) after a duration (s); `near`: rate before.
 
-    y' = u - v(y), by Runge and Kutta.
-
-    Below 0 the wheel has not touched, or only ploughs; it comes there in a straight line.
+    y' = u - v(y) by Runge and Kutta. At y < 0 the wheel has not touched or only ploughs, and y' = u.
     """
     if y < 0.0:
         reached = y + command_rate * duration

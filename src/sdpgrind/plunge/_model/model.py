@@ -1,4 +1,4 @@
-"""Plunge grinding of a bore or a shaft: power, burning, deflection and roundness as functions of the infeed rate."""
+"""Plunge grinding of a bore or a shaft: power, burning, deflection and roundness over the infeed rate."""
 
 import math
 from functools import cached_property
@@ -15,28 +15,28 @@ from sdpgrind.base.warned import warn
 from sdpgrind.plunge._model import kernels as _kernels
 from sdpgrind.plunge._model.kernels import PlungeCore
 
-SLOWEST_WHEEL, FASTEST_WORK = 1000.0, 300.0  # mm/s and rad/s: beyond them another unit is meant
+SLOWEST_WHEEL, FASTEST_WORK = 1000.0, 300.0  # chosen, mm/s and rad/s: beyond them another unit is meant
 
 
 @described("plunge.wear")
 class Wear(Described):
-    """How the wear flat area grows while a part is ground: dA/dq = growth (v/reference_rate)^exponent.
+    """Growth of the wear flat area A with the radial infeed q: dA/dq = growth (v/reference_rate)^exponent.
 
     Dong, Danai and Malkin (2004) let it grow in proportion to the stock: exponent 0.
 
     Parameters
     ----------
     growth : float
-        Growth of the area for each mm of radial infeed, 1/mm.
+        Growth of the area per radial infeed, 1/mm.
     exponent : float
-        How it depends on the infeed rate, unit 1.
+        Exponent of the infeed rate, unit 1.
     reference_rate : float
         Infeed rate at which `growth` holds, mm/s.
 
     Raises
     ------
     ValueError
-        When a value is out of range.
+        If a value is out of range.
 
     Examples
     --------
@@ -49,62 +49,62 @@ class Wear(Described):
     reference_rate: float = quantity("mm/s", above=0, usual=(1e-4, 10.0), typical=0.01, default=0.01)
 
     def rate(self, infeed_rate: Any) -> Any:
-        """Return by how much the area grows in a second, 1/s, at an infeed rate (mm/s)."""
+        """Return the growth of the area per time, 1/s, at an infeed rate (mm/s)."""
         return self.growth * (infeed_rate / self.reference_rate) ** self.exponent * infeed_rate
 
 
 @described("plunge.model")
 class PlungeModel(Described):
-    """A wheel that is fed into a turning work, a machine that gives way, and heat that damages the surface.
+    """A wheel fed into a turning work: power, deflection of the machine, thermal damage of the surface.
 
-    All infeeds, rates and depths are radial. Power is that of `physics.GrindingPower`; the work burns where it exceeds
-    `physics.BurningLimit`. The machine gives way by x = F_n/k with F_n = R_n F_t, so that x = K0 + K1 v + K2 v^p at an infeed
-    rate v: the commanded infeed is the actual one and x.
+    All infeeds, rates and depths are radial. Power is that of `physics.GrindingPower`; the work burns where
+    it exceeds `physics.BurningLimit`. The machine deflects by x = F_n/k with F_n = R_n F_t, so that x = K0 +
+    K1 v + K2 v^p at an infeed rate v: the commanded infeed is the actual one plus x.
 
     Parameters
     ----------
     wheel_diameter, work_diameter : float
         Diameters d_s and d_w, mm.
     width : float
-        Width of the cut b, mm.
+        Width of cut b, mm.
     wheel_speed : float
-        Speed of the wheel's surface v_s, mm/s: units.m_per_s(37).
+        Surface speed of the wheel v_s, mm/s: units.m_per_s(37).
     work_rotation : float
         Rotation of the work, rad/s: units.hz(5).
     wear_flat_area : float
-        Effective wear flat area A, as the sliding law of `power` means it, 0..1.
+        Effective wear flat area A as defined by the sliding law of `power`, 0..1.
     stiffness : float
-        Of the whole machine, k, N/mm.
+        Stiffness k of the whole machine, N/mm.
     normal_force_ratio : float
         Normal over tangential force R_n, unit 1. Only R_n/k matters.
     power : GrindingPower
-        Chips, ploughing and sliding.
+        Power of chips, ploughing and sliding, W.
     burning : BurningLimit
-        Power that the surface stands.
+        Power at which the surface burns, W.
     diffusivity : float
         Thermal diffusivity of the work, mm^2/s.
     roundness_base, roundness_gain : float
-        Out-of-roundness R_0 + k_r a of the depth a in the last turn: R_0 in mm, k_r unit 1.
+        Out-of-roundness R_0 + k_r a at the depth of cut a of the last turn: R_0 in mm, k_r unit 1.
     internal : bool
-        A bore; False: a shaft.
+        True: a bore; False: a shaft.
     wear : Wear, optional
-        How the wear flat area grows during the part (1/mm); it stays as it is without.
+        Growth of the wear flat area during the part, 1/mm. None: it is constant.
     linear_time_constant : float, optional
-        The machine gives way by this times the infeed rate, s, and not by the force: Dong's (1) and (5) as a plant.
+        Deflection over infeed rate, s, in place of x = F_n/k: (1) and (5) of Dong as a plant.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or smells of another unit.
+        If a value is out of range, or probably in another unit.
 
     Examples
     --------
     >>> from sdpgrind import physics, units
     >>> model = PlungeModel(
-    ...     wheel_diameter=50.0, work_diameter=70.0, width=9.0, wheel_speed=units.m_per_s(37), work_rotation=units.hz(5),
-    ...     wear_flat_area=0.026, stiffness=8000.0, normal_force_ratio=9.78,
-    ...     power=physics.GrindingPower(sliding=physics.DongSliding()), burning=physics.BurningLimit(6.205, 3.32),
-    ...     diffusivity=12.5, roundness_base=units.um(1.59), roundness_gain=2.75)
+    ...     wheel_diameter=50.0, work_diameter=70.0, width=9.0, wheel_speed=units.m_per_s(37),
+    ...     work_rotation=units.hz(5), wear_flat_area=0.026, stiffness=8000.0, normal_force_ratio=9.78,
+    ...     power=physics.GrindingPower(sliding=physics.DongSliding()), diffusivity=12.5,
+    ...     burning=physics.BurningLimit(6.205, 3.32), roundness_base=units.um(1.59), roundness_gain=2.75)
     >>> round(float(model.burn_depth(0.02)), 4), round(model.burn_rate, 6)  # mm, mm/s
     (0.0316, 0.008257)
     """
@@ -137,13 +137,13 @@ class PlungeModel(Described):
         if not low <= self.wear_flat_area <= high:
             name = type(law).__name__
             warn(
-                f"wear_flat_area = {self.wear_flat_area:g} lies outside {low:g} to {high:g}, which {name} is meant for: an area"
-                " of one sliding law is none of another"
+                f"wear_flat_area = {self.wear_flat_area:g} lies outside {low:g} to {high:g}, which {name} is"
+                " meant for: an area of one sliding law is none of another"
             )
 
     @property
     def equivalent_diameter(self) -> float:
-        """Diameter d_e of a wheel that meets a plane in the same contact, mm."""
+        """Equivalent diameter d_e: of a wheel with the same contact on a plane, mm."""
         sign = -1.0 if self.internal else 1.0
         return self.wheel_diameter * self.work_diameter / (self.work_diameter + sign * self.wheel_diameter)
 
@@ -165,8 +165,9 @@ class PlungeModel(Described):
         """Return the power (W) at an infeed rate (mm/s)."""
         return np.asarray(
             self.power.power(
-                depth_of_cut=self.depth_of_cut(infeed_rate), work_speed=self.work_speed, wheel_speed=self.wheel_speed,
-                equivalent_diameter=self.equivalent_diameter, wear_flat_area=self.wear_flat_area, width=self.width,
+                depth_of_cut=self.depth_of_cut(infeed_rate), work_speed=self.work_speed,
+                wheel_speed=self.wheel_speed, equivalent_diameter=self.equivalent_diameter,
+                wear_flat_area=self.wear_flat_area, width=self.width,
             )
         )  # fmt: skip
 
@@ -178,20 +179,19 @@ class PlungeModel(Described):
         )
 
     def burn_depth(self, infeed_rate: npt.ArrayLike, grinding_power: npt.ArrayLike | None = None) -> Floats:
-        """Return how deep the damage goes (mm) at an infeed rate (mm/s); negative: how much is left.
+        """Return the depth of damage (mm) at an infeed rate (mm/s); negative: distance to damage.
 
-        Below the lower rate of `burn_onset` it is positive again: an artefact of a ploughing force that does not fade with the
-        rate. Plans, controllers and plants take damage there for none.
-
-        From the depth in which the heat of a moving band reaches the temperature of damage: z = sqrt(alpha l_c/v_w)/0.915
-        ln((P - u_0 Q)/(P_b - u_0 Q)).
+        The depth to which a moving band heats the work to the temperature of damage: z = sqrt(alpha
+        l_c/v_w)/0.915 ln((P - u_0 Q)/(P_b - u_0 Q)). Below the lower rate of `burn_onset` it is positive
+        again, as the ploughing force does not vanish with the rate: an artefact that plans, controllers and
+        plants ignore.
 
         Parameters
         ----------
         infeed_rate : float or array
             Actual infeed rate, mm/s.
         grinding_power : float or array, optional
-            Measured power, W; that of the model by default.
+            Measured power, W. Default: that of the model.
         """
         rate = np.asarray(infeed_rate, dtype=float)
         power = (
@@ -204,31 +204,31 @@ class PlungeModel(Described):
             return np.asarray(reach * np.log((power - chips) / (self.burning_power(rate) - chips)))
 
     def deflection(self, infeed_rate: npt.ArrayLike) -> Floats:
-        """Return by how much (mm) the machine gives way at an infeed rate (mm/s): x = R_n P/(v_s k), or tau v."""
+        """Return the deflection of the machine (mm) at an infeed rate (mm/s): x = R_n P/(v_s k), or tau v."""
         if self.linear_time_constant is not None:
             return np.asarray(self.linear_time_constant * np.asarray(infeed_rate, dtype=float))
         tangential = self.grinding_power(infeed_rate) * N_MM_S_PER_W / self.wheel_speed
         return np.asarray(self.normal_force_ratio * tangential / self.stiffness)
 
     def infeed_rate(self, deflection: npt.ArrayLike) -> Floats:
-        """Return the infeed rate (mm/s) at which the machine gives way by `deflection` (mm); 0 where it only ploughs."""
+        """Return the infeed rate (mm/s) at a deflection (mm); 0 where the wheel only ploughs."""
         x = np.asarray(deflection, dtype=float) - self.core.K0
         return np.asarray(_kernels.rates(np.ravel(x), self.core)).reshape(x.shape)
 
     def local_time_constant(self, infeed_rate: npt.ArrayLike) -> Floats:
-        """Return the time constant (s) of small changes about an infeed rate (mm/s): dx/dv."""
+        """Return the local time constant dx/dv (s) at an infeed rate (mm/s)."""
         c, v = self.core, np.asarray(infeed_rate, dtype=float)
         if self.linear_time_constant is not None:
             return np.full(v.shape, c.K1)
         return np.asarray(c.K1 + c.p * c.K2 * v ** (c.p - 1))
 
     def roundness(self, infeed_rate: npt.ArrayLike) -> Floats:
-        """Return the out-of-roundness (mm) that an infeed rate (mm/s) in the last turn leaves."""
+        """Return the out-of-roundness (mm) after a last turn at an infeed rate (mm/s)."""
         return np.asarray(self.roundness_base + self.roundness_gain * self.depth_of_cut(infeed_rate))
 
     @cached_property
     def burn_onset(self) -> tuple[float, float]:
-        """Infeed rates (mm/s) between which nothing burns; the lower is an artefact of the ploughing force."""
+        """Least and greatest rate without burning, mm/s; the least is an artefact, see `burn_depth`."""
         onset = physics.burn_onset(
             self.power, self.burning, work_speed=self.work_speed, wheel_speed=self.wheel_speed,
             equivalent_diameter=self.equivalent_diameter, wear_flat_area=self.wear_flat_area,
@@ -237,13 +237,13 @@ class PlungeModel(Described):
 
     @property
     def burn_rate(self) -> float:
-        """Greatest infeed rate (mm/s) at which nothing burns, v_b: 0 where everything does, infinite where nothing does."""
+        """Greatest infeed rate v_b (mm/s) without burning. 0: every rate burns; inf: none does."""
         low, high = self.burn_onset
         return high if high >= low else 0.0
 
     @cached_property
     def core(self) -> PlungeCore:
-        """The coefficients of this model, for compiled loops, in mm, s and N."""
+        """Coefficients of this model for compiled kernels, in mm, s and N."""
         a1 = 1.0 / self.turns  # depth of cut at 1 mm/s
         ratio = self.normal_force_ratio / self.stiffness
         power = self.power

@@ -1,4 +1,4 @@
-"""Cycles ready to use."""
+"""Presets of plunge cycles."""
 
 from collections.abc import Callable
 
@@ -53,9 +53,11 @@ _PRESETS: dict[str, tuple[Callable[[], CycleProblem], str, str, str]] = {
     ),
     "experiment": (
         _experiment,
-        "the bore of the second experiment, with a linear lag; no work is burned, so that there are two segments",
+        "the bore of the second experiment, with a linear lag; no work is burned, so that there are two"
+        " segments",
         _SOURCE + "; rates and time constants of both experiments",
-        "lag and roundness: to the roundness of both, 3.9 and 2.9 µm; stock: to the published 24.66 s over 1.38",
+        "lag and roundness: to the roundness of both, 3.9 and 2.9 µm; stock: to the published 24.66 s over"
+        " 1.38",
     ),
 }
 
@@ -63,22 +65,24 @@ _PRESETS: dict[str, tuple[Callable[[], CycleProblem], str, str, str]] = {
 def preset(name: str) -> CycleProblem:
     """Return a problem ready to use.
 
-    ``"simulation"``: the bore of Dong, Danai and Malkin (2004), section 4, as their simulation has it. The source prints wheel,
-    work, speeds, stiffness, wear and roundness; Part 1, with the model of burning, is missing: B, the greatest rate, the stock
-    and the force ratio are *calibrated* to its published times (6.4, 15.7 and 13.2 s), so that these prove nothing.
+    ``"simulation"``: the bore of Dong, Danai and Malkin (2004), section 4. The source prints wheel, work,
+    speeds, stiffness, wear and roundness, but not Part 1, the model of burning: B, the greatest rate, the
+    stock and the force ratio are *calibrated* to its published times (6.4, 15.7 and 13.2 s), which these
+    therefore do not confirm.
 
-    ``"experiment"``: the same bore in their second experiment, whose rates do not burn hardened steel. The lag is linear, and
-    like the roundness it is *calibrated*: to the out-of-roundness that both experiments left with two time constants.
+    ``"experiment"``: the bore of their second experiment, whose rates do not burn hardened steel. The lag is
+    linear; lag and roundness are *calibrated* to the out-of-roundness of both experiments at two time
+    constants.
 
     Parameters
     ----------
     name : {"simulation", "experiment"}
-        Which. Units of the problem: mm, s, N, W, J, rad.
+        Name of the preset. Units of the problem: mm, s, N, W, J, rad.
 
     Raises
     ------
     ValueError
-        When there is no such preset.
+        If there is no such preset.
 
     Examples
     --------

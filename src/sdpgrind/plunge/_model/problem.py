@@ -1,4 +1,4 @@
-"""A plunge cycle to be planned: what is to be ground off, how fast the wheel may be fed, how round the part must be."""
+"""Problem of a plunge cycle: stock, greatest rate and roundness."""
 
 from collections.abc import Mapping
 from math import inf
@@ -10,13 +10,12 @@ from sdpgrind.base.warned import warn
 from sdpgrind.identify import Estimate
 from sdpgrind.plunge._model.model import PlungeModel
 
-DEEPEST = 1.0
-"""Depth of cut in a turn (mm) from which on another unit is meant."""
+DEEPEST = 1.0  # chosen: depth of cut per turn from which on another unit is meant, mm
 
 
 @described("plunge.cycle_problem")
 class CycleProblem(Described):
-    """Grind off a stock in the least time, with no burned layer left and within the roundness.
+    """Removal of a stock in the least time, with no burned layer left and within the roundness.
 
     Parameters
     ----------
@@ -29,15 +28,15 @@ class CycleProblem(Described):
     roundness_max : float
         Greatest out-of-roundness, mm.
     time_constant : float, optional
-        Time constant (s) that a controller reckons with: the secant of the deflection between the final rate and that at which
-        burning begins, when left out. It stays when fields of the model are replaced.
+        Time constant assumed by the controller, s. Default: secant slope of deflection between the final rate
+        and the burn rate. `replace` of fields of the model keeps it.
     sample_time : float
-        Of the controller, s.
+        Sample time of the controller, s.
 
     Raises
     ------
     ValueError
-        When a value is out of range, no rate is round enough, or the work burns at every rate.
+        If a value is out of range, no rate is round enough, or the work burns at every rate.
 
     Examples
     --------
@@ -63,13 +62,13 @@ class CycleProblem(Described):
             raise self._refused("roundness_max", f"> roundness_base = {base:g}: no rate is round enough")
         if self.model.burn_rate == 0.0:
             raise ValueError(
-                f"wear_flat_area must be less: the work burns at every infeed rate; got {self.model.wear_flat_area:g}, with B ="
-                f" {self.model.burning.B:g} J/(mm^2 s^(1/2))"
+                "wear_flat_area must be less: the work burns at every infeed rate; got"
+                f" {self.model.wear_flat_area:g}, with B = {self.model.burning.B:g} J/(mm^2 s^(1/2))"
             )
         if self.final_rate >= self.command_rate_max:
             warn(
-                f"no spark-out is needed: roundness_max allows {self.final_rate:.4g} mm/s at the end, and the command no more"
-                f" than {self.command_rate_max:.4g}"
+                f"no spark-out is needed: roundness_max allows {self.final_rate:.4g} mm/s at the end, and the"
+                f" command no more than {self.command_rate_max:.4g}"
             )
         if self.time_constant is None:
             object.__setattr__(self, "time_constant", self._secant())
@@ -80,7 +79,8 @@ class CycleProblem(Described):
     def _refuse_other_units(self) -> None:
         if self.stock >= self.model.work_diameter / 4:
             raise ValueError(
-                f"stock must be radial and in mm, < work_diameter/4; units.um(...) for micrometres; got {self.stock!r}"
+                "stock must be radial and in mm, < work_diameter/4; units.um(...) for micrometres; got"
+                f" {self.stock!r}"
             )
         if self.model.depth_of_cut(self.command_rate_max) >= DEEPEST:
             raise ValueError(
@@ -90,30 +90,30 @@ class CycleProblem(Described):
 
     @property
     def final_rate(self) -> float:
-        """Infeed rate v_f (mm/s) at which the part is just round enough."""
+        """Greatest infeed rate v_f (mm/s) at which the part is round enough."""
         m = self.model
         return float(m.turns * (self.roundness_max - m.roundness_base) / m.roundness_gain)
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Part and machine, name -> (value, unit); nothing that is estimated."""
+        """Part and machine, name -> (value, unit), without estimated values."""
         diameters = valued(self.model, ("wheel_diameter", "work_diameter", "width"))
         rates = valued(self, ("command_rate_max",)) | valued(self.model, ("work_rotation",))
         return diameters | rates | valued(self, ("stock", "sample_time"))
 
     def updated(self, estimate: Estimate) -> Self:
-        """Return the problem with what was measured: the loop from log back to model.
+        """Return the problem with estimated values.
 
         Parameters
         ----------
         estimate : Estimate
-            What `plunge.identify` gives: the time constant that a controller reckons with (s), or fields of the model by their
-            names and in their units (wear flat area 1, force ratio 1, stiffness N/mm).
+            Result of `plunge.identify`: the time constant of the controller (s), or fields of the model by
+            name in their units (wear flat area 1, force ratio 1, stiffness N/mm).
 
         Raises
         ------
         ValueError
-            When the estimate has failed, or names something else.
+            If the estimate failed, or names another quantity.
         """
         if not hasattr(estimate, "ok"):
             raise TypeError(f"estimate must be what plunge.identify gives; got {checks.shown(estimate)}")
@@ -133,5 +133,5 @@ class CycleProblem(Described):
 
 
 def _fields_of_numbers() -> list[str]:
-    """Fields of the model that hold one number each."""
+    """Names of the numeric fields of the model."""
     return [name for name, spec in specs(PlungeModel).items() if spec.kind == "number"]

@@ -1,13 +1,13 @@
-"""The fastest cycle as an optimal control problem, by Radau collocation in CasADi over a free time.
+"""Fastest cycle as an optimal control problem of free duration: Radau collocation in CasADi.
 
-States: deflection beyond ploughing y, stock left r, wear flat area A; at each point of collocation w = v^p, in which
-y = K1 w^(1/p) + K2(n, A) w is smooth. Controls, constant in each interval: the command, and the work's rotation where it may
-be chosen. Intervals are of equal length: with phases of free lengths for full rate, balance and spark-out, which the exact
-cycle suggests, a few intervals do more, but the program has many local minima. A point obeys the limit on burning where some
-rate no less than its own makes no damage deeper than what will be ground off: that leaves out the artefact at very small
-rates. With a safety margin a phase ends where the stock is the margin, so that neither side of that limit has a corner within
-a phase. Where the rotation is free a last phase of one turn at least is ground at one rotation, as roundness is made in the
-last turn.
+States: deflection beyond ploughing y, remaining stock r, wear flat area A; at each collocation point also w =
+v^p, in which y = K1 w^(1/p) + K2(n, A) w is smooth. Controls, constant per interval: the command and, where
+it is free, the rotation. All intervals of a phase have equal length: phases of free length for full rate,
+balance and spark-out would need fewer intervals, but have many local minima. A point keeps the limit on
+burning if some rate not below its own makes no damage deeper than the stock still to come, which excludes the
+artefact at very small rates. With a safety margin a phase ends where the stock equals it, so that the limit
+is smooth within each phase. With a free rotation the last phase lasts at least one turn at one rotation, as
+the last turn makes the part round.
 """
 
 from dataclasses import dataclass
@@ -22,28 +22,25 @@ from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.cycle import SOLVED
 from sdpgrind.plunge._plan.replay import Commands
 
-RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])
-TURN = 4
-"""Intervals of the last turn where the rotation is free."""
-SHORTEST = 1e-3
-"""Time of a phase, relative to that in which the command gives the stock."""
-LOWEST = 1e-8
-"""Least v^p, relative to that at full rate (chosen)."""
-INTERVALS = 240
-"""Intervals where nothing is said (chosen)."""
+RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])  # source: Radau IIA of two stages
+TURN = 4  # chosen: intervals of the last turn with a free rotation
+SHORTEST = 1e-3  # chosen: least duration of a phase over stock / command_rate_max; 0 would be singular
+LOWEST = 1e-8  # chosen: least v^p over that at full rate; 0 has no derivative
+INTERVALS = 240  # chosen: default number of intervals
+# chosen: bounds are kept to the last bit, as relaxing them gains much where multipliers are large
 IPOPT: dict[str, Any] = {
-    "print_level": 0, "sb": "yes", "tol": 1e-8, "max_iter": 400, "max_wall_time": 10.0, "bound_relax_factor": 0.0,
+    "print_level": 0, "sb": "yes", "tol": 1e-8, "max_iter": 400, "max_wall_time": 10.0,
+    "bound_relax_factor": 0.0,
 }  # fmt: skip
-"""Bounds are kept to the last bit: where multipliers are large, so is what relaxing one would gain (chosen)."""
-RESIDUAL = 1e-6
-"""Violation of the optimality conditions, unknowns scaled to order 1, up to which a program counts as solved (chosen)."""
+RESIDUAL = 1e-6  # chosen: greatest scaled violation of the optimality conditions of a solved program
 
 
 @dataclass(frozen=True)
 class CollocationTask:
-    """What is to be solved: problem, margin (mm), range of the rotation (rad/s), and the intervals of each phase.
+    """Problem, margin (mm), range of the rotation (rad/s), number of intervals of each phase.
 
-    Phases: until the stock is the margin; with a margin, from then on; with a free rotation, the last turn.
+    Phases: until the stock equals the margin; with a margin, from then on; with a free rotation, the last
+    turn.
     """
 
     problem: CycleProblem
@@ -58,12 +55,12 @@ class CollocationTask:
 
     @property
     def free(self) -> bool:
-        """Whether the rotation may be chosen."""
+        """Whether the rotation is free."""
         return self.rotation[1] > self.rotation[0]
 
 
 class Guess(NamedTuple):
-    """A course to begin from, over time (s) from the first touch: stock left, y (mm), infeed rate (mm/s); ends of phases."""
+    """Initial course over time (s) since touch: stock, y (mm), rate (mm/s); ends of phases (s)."""
 
     time: Floats
     left: Floats
@@ -73,7 +70,7 @@ class Guess(NamedTuple):
 
 
 class CollocationProgram:
-    """The unknowns, all of order 1, with bounds and start; what is to be least; and conditions with bounds."""
+    """Unknowns of order 1 with bounds and start; cost; conditions with bounds."""
 
     def __init__(self, job: CollocationTask, begin: Guess) -> None:
         self.job, self.model = job, job.problem.model
@@ -114,7 +111,7 @@ class CollocationProgram:
 
         self._unknown("time", lasting, shortest, np.inf, float(begin.ends[-1]) / lasting.size)
         if self.job.free:
-            self.lower[-1] = 0.0  # turns, not time, are asked of the last
+            self.lower[-1] = 0.0  # the last phase is bounded by its turns
         self._unknown("y", at(begin.y, nodes), 0.0, np.inf, float(_kernels.beyond(most, core)))
         self._unknown("left", at(begin.left, nodes), -np.inf, np.inf, problem.stock)
         if model.wear is not None:
@@ -149,7 +146,7 @@ class CollocationProgram:
         return self.parts[name] * self.scale[name]
 
     def _require(self, what: Any, low: float, high: float) -> None:
-        """A condition for each entry of a column."""
+        """Add a condition for each entry of a column."""
         self.conditions.append(what)
         self.low += [low] * what.shape[0]
         self.high += [high] * what.shape[0]
@@ -174,11 +171,11 @@ class CollocationProgram:
             self._require((self._get(name)[1:] - ends[1]) / self.scale[name], 0.0, 0.0)
 
     def _rate(self, point: str) -> Any:
-        """Infeed rate at one point of each interval, mm/s."""
+        """Infeed rate at one collocation point of each interval, mm/s."""
         return self._get("w" + point) ** (1 / self.model.core.p)
 
     def _point(self, point: str, state: dict[str, Any], intervals: slice) -> None:
-        """At one point of intervals: the deflection belongs to the rate, and what burns will be ground off."""
+        """Conditions at one point of intervals: rate from deflection, and the limit on burning."""
         import casadi
 
         rotation = self._get("rotation")[intervals] if self.job.free else self.job.rotation[0]
@@ -195,7 +192,7 @@ class CollocationProgram:
         return [begin + step * (float(a) * slope[0] + float(b) * slope[1]) for a, b in RADAU]
 
     def _depth(self, left: Any, intervals: slice) -> Any:
-        """How deep the damage may go: what is left less the margin, and nothing from there on."""
+        """Greatest depth of damage: stock less the margin, 0 from the margin on."""
         import casadi
 
         before = (self.phase == 0) | (self.job.margin == 0)
@@ -225,7 +222,7 @@ class CollocationProgram:
         self._require((rounder - rate) / problem.final_rate, 0.0, np.inf)
 
     def split(self, x: Floats) -> dict[str, Floats]:
-        """The unknowns by name, in their own units."""
+        """Unknowns by name in their units."""
         ends = np.cumsum([part.shape[0] for part in self.parts.values()])[:-1]
         return {
             name: part * self.scale[name] for name, part in zip(self.parts, np.split(x, ends), strict=True)
@@ -234,7 +231,7 @@ class CollocationProgram:
 
 @dataclass(frozen=True)
 class CollocationFound:
-    """A solution: commands, residual of the optimality conditions, iterations, what the solver says."""
+    """Solution: commands, residual of the optimality conditions, iterations, message of the solver."""
 
     commands: Commands
     residual: float
@@ -245,14 +242,14 @@ class CollocationFound:
 def task(
     problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int
 ) -> CollocationTask:
-    """The intervals shared out between the phases."""
+    """Task with the intervals shared between the phases."""
     until = 2 * intervals // 3 if margin > 0 else intervals
     shared = (until, intervals - until)[: 1 + (margin > 0)]
     return CollocationTask(problem, margin, rotation, shared + ((TURN,) if rotation[1] > rotation[0] else ()))
 
 
 def guess(job: CollocationTask) -> Guess:
-    """A course of a rate that rises to a tenth below full rate and falls to next to nothing: no solution of anything."""
+    """Start: a rate that rises to nearly full rate and falls to nearly 0, inconsistent with the dynamics."""
     problem, most = job.problem, job.problem.command_rate_max
     total = 2.0 * problem.stock / most
     share = np.linspace(0.0, 1.0, 201)
@@ -270,13 +267,13 @@ def guess(job: CollocationTask) -> Guess:
 def plainly(
     problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int
 ) -> CollocationFound:
-    """Solve from the plain guess."""
+    """Solve from `guess`."""
     job = task(problem, margin, rotation, intervals)
     return solve(job, guess(job))
 
 
 def solve(job: CollocationTask, start: Guess) -> CollocationFound:
-    """Solve from a start, with the faster strategy of IPOPT, else with the other; where both fail, the last it reached."""
+    """Solve by IPOPT's faster barrier strategy, after a failure by the other."""
     found = _solve(job, start, "adaptive")
     return found if found.message == SOLVED else _solve(job, start, "monotone")
 
@@ -301,7 +298,7 @@ def _solve(job: CollocationTask, start: Guess, strategy: str) -> CollocationFoun
 
 
 def _commands(nlp: CollocationProgram, x: Floats) -> Commands:
-    """Of a solution, each held for an interval."""
+    """Commands of a solution."""
     parts = nlp.split(x)
     time = nlp.nodes(np.concatenate([[0.0], np.cumsum(parts["time"])]))
     command = np.clip(parts["command"], 0.0, nlp.job.problem.command_rate_max)
@@ -309,9 +306,9 @@ def _commands(nlp: CollocationProgram, x: Floats) -> Commands:
 
 
 def _residual(nlp: CollocationProgram, found: Any, low: Floats, high: Floats) -> float:
-    """Largest violation of the conditions of Karush, Kuhn and Tucker, scaled as the unknowns are.
+    """Greatest violation of the conditions of Karush, Kuhn and Tucker, scaled as the unknowns.
 
-    Where multipliers are large on average (above 100) it is relative to them, as IPOPT has it.
+    Relative to the mean multiplier where that exceeds 100, as in IPOPT.
     """
     import casadi
 

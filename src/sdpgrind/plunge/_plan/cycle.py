@@ -1,4 +1,4 @@
-"""A planned cycle: its course over time, how good it is, and how it was found."""
+"""Planned cycle: course over time, error, method."""
 
 import dataclasses
 from collections.abc import Callable
@@ -16,29 +16,28 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SOLVED = "solved"
-DEEPER = 5e-4
-"""By how much (mm) the damage may go deeper than allowed between the places at which the limit is kept: what no gauge sees."""
+DEEPER = 5e-4  # chosen: tolerance of the depth of damage between nodes, mm; below the noise of a gauge
 
 
 @stored.stored("plunge.solution")
 @dataclasses.dataclass(frozen=True)
 class CycleSolution(Frozen):
-    """How a cycle was found by steps, and what its commands do when they are played through the dynamics.
+    """Solution of "dp" or "collocation", and the result of replaying its commands.
 
     Attributes
     ----------
     steps : int
         Stages of remaining stock, or intervals of collocation.
     iterations : int
-        Of the interior-point method; 0 without.
+        Iterations of the interior-point method; 0 without.
     residual : float
-        Largest violation of the optimality conditions of the program, unknowns scaled to order 1, unit 1; 0 without a program.
+        Greatest scaled violation of the optimality conditions, unit 1; 0 without a program.
     excess : float
-        How much deeper than allowed the damage goes anywhere, mm.
+        Greatest excess of the depth of damage over its limit, mm.
     left : float
-        Stock that is left, mm.
+        Remaining stock, mm.
     message : str
-        What the solver says.
+        Message of the solver.
     """
 
     steps: int
@@ -50,19 +49,19 @@ class CycleSolution(Frozen):
 
     @property
     def ok(self) -> bool:
-        """Whether it is solved, and its commands keep the limits."""
+        """Whether the solver succeeded and the replayed commands keep the limits."""
         return self.message == SOLVED and self.excess <= DEEPER and self.left == 0.0
 
 
 class CycleError(ValueError):
-    """A cycle that could not be found.
+    """Failure to find a cycle.
 
     Attributes
     ----------
     message : str
-        Why not.
+        Reason.
     plan : CyclePlan
-        The best that was reached; its time (s) is none to rely on.
+        Last plan reached, with an unreliable time (s).
     """
 
     def __init__(self, message: str, plan: "CyclePlan") -> None:
@@ -71,27 +70,27 @@ class CycleError(ValueError):
 
 
 class CyclePlan(Plan):
-    """The fastest way to grind a part; immutable.
+    """Fastest cycle of a problem; immutable.
 
     Attributes
     ----------
     problem : CycleProblem
-        What was planned.
+        Planned problem.
     safety_margin : float
-        By how much less than the remaining stock the damage may go down, mm.
+        Minimum distance between burn depth and remaining stock, mm.
     time : float
         Time of the cycle, s.
     error : float
-        Estimated error of that time, s; infinite where it could not be solved.
+        Estimated error of the time, s; inf: not solved.
     switches : tuple of float
-        Times at which its pieces end, s: for "dp" and "collocation" the end of full rate, the beginning of spark-out, the end.
+        End times of the pieces, s; for "dp" and "collocation": end of full rate, begin of spark-out, end.
     trajectory : xarray.Dataset
-        The course over time: remaining stock, rates, deflection, depth of damage, power, wear flat area, rotation, with units.
-        For "dp" and "collocation" it is what the planned commands do in the dynamics of the model.
+        Course over time with units: stock, rates, deflection, depth of damage, power, wear flat area,
+        rotation. For "dp" and "collocation": of the commands replayed in the model.
     method : str
-        How it was planned.
+        Method of the plan.
     solution : CycleSolution or None
-        How "dp" or "collocation" went; None for "exact".
+        Solution of "dp" or "collocation"; None: "exact".
     """
 
     kind = "plunge.cycle"
@@ -111,7 +110,7 @@ class CyclePlan(Plan):
 
     @cached_property
     def trajectory(self) -> "xr.Dataset":
-        """The course over time (s, mm, mm/s, W, rad/s)."""
+        """Course over time (s, mm, mm/s, W, rad/s)."""
         return self._course() if callable(self._course) else self._course
 
     @cached_property
@@ -121,14 +120,14 @@ class CyclePlan(Plan):
 
     @property
     def roundness(self) -> float:
-        """Out-of-roundness that is left, mm."""
+        """Out-of-roundness at the end, mm."""
         model, end = self.problem.model, self.trajectory.isel(time=-1)
         depth = float(end.infeed_rate) * 2 * np.pi / float(end.work_rotation)
         return float(model.roundness_base + model.roundness_gain * depth)
 
     @property
     def binding(self) -> str:
-        """What limits the rate at the end (mm/s): "roundness", "burning", or the greatest "command"."""
+        """Active limit of the rate (mm/s) at the end: "roundness", "burning" or "command"."""
         base, most = self.problem.model.roundness_base, self.problem.roundness_max
         if self.roundness - base >= (most - base) * (1 - 1e-5):
             return "roundness"
@@ -137,7 +136,7 @@ class CyclePlan(Plan):
 
     @property
     def status(self) -> str:
-        """One sentence: how good it is, and what stands in the way (depths in mm)."""
+        """Quality of the plan in one sentence (depths in mm)."""
         if self.solution is None:
             return "exact: nothing within the limits is faster"
         s = self.solution
@@ -153,7 +152,7 @@ class CyclePlan(Plan):
         return f"{s.message} with {s.steps} steps, time known to {self.error:.1g} s; played back, {deeper}"
 
     def plot(self) -> Any:
-        """Draw rates, and depth of damage under the remaining stock (mm), over time (s); return the figure."""
+        """Draw rates, and damage below the remaining stock (mm), over time (s); return the figure."""
         t = self.trajectory
         figure, (top, low) = pictures.subplots(2, 1, (8, 5), sharex=True)
         top.step(t.time, 1e3 * t.command_rate, where="post", color="0.6", lw=1, label="command")
@@ -179,7 +178,7 @@ class CyclePlan(Plan):
 
     @cached_property
     def dataset(self) -> "xr.Dataset":
-        """All of it as labelled arrays."""
+        """Labelled arrays of the plan, with the problem."""
         attrs = {
             "problem": stored.encode(self.problem),
             "safety_margin": self.safety_margin,
@@ -191,11 +190,11 @@ class CyclePlan(Plan):
 
     @classmethod
     def restored(cls, dataset: "xr.Dataset") -> Self:
-        told = dataset.attrs
-        problem, ends = stored.decode(told["problem"]), tuple(np.atleast_1d(told["switches"]).tolist())
-        solution = stored.decode(told["solution"]) if "solution" in told else None
-        known = float(told["safety_margin"]), float(told["error"]), ends, dataset.drop_attrs(deep=False)
-        return cls(problem, *known, told.get("method", "exact"), solution)
+        attrs = dataset.attrs
+        problem, ends = stored.decode(attrs["problem"]), tuple(np.atleast_1d(attrs["switches"]).tolist())
+        solution = stored.decode(attrs["solution"]) if "solution" in attrs else None
+        known = float(attrs["safety_margin"]), float(attrs["error"]), ends, dataset.drop_attrs(deep=False)
+        return cls(problem, *known, attrs.get("method", "exact"), solution)
 
     def _told(self) -> str:
         pieces = f"{len(self.switches)} pieces, {self.binding} at the end"

@@ -1,11 +1,11 @@
-"""The fastest cycle by dynamic programming over the remaining stock: an independent check of the exact one.
+"""Fastest cycle by dynamic programming over the remaining stock: an independent check of the exact plan.
 
-A stage takes the stock from one place to the next; the state is the deflection beyond ploughing, as a share of the greatest
-from which the rest can be ground. That limit is a node, and both ends of a control are exact: no command, and full rate or
-the limit, whichever comes first. Within a stage the deflection is taken as linear in time. Places are dense where the wheel
-touches and where little is left. With these the time is second order in the stages.
+A stage is an interval of stock; the state is the deflection beyond ploughing relative to the greatest from
+which the rest can be ground. That limit is a node, and both ends of a control are exact: no command, and full
+rate or the limit. Within a stage the deflection is linear in time. Nodes are dense near touch and near size;
+the time then converges with second order in the stages.
 
-Wear in proportion to the stock (`Wear` of exponent 0) makes the area a function of the remaining stock, which is the stage.
+With wear in proportion to the stock (`Wear` of exponent 0) the wear flat area is a function of the stage.
 """
 
 from dataclasses import dataclass
@@ -20,15 +20,14 @@ from sdpgrind.plunge._model.dynamics import allowed_rate, core_at
 from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
 
-STAGES = 200
-NODES, LEVELS = 121, 5
-"""Nodes of the state and levels of the command at each."""
-NEWTON = 40
+STAGES = 200  # chosen: default number of stages
+NODES, LEVELS = 121, 5  # chosen: nodes of the state and levels of the command at each
+NEWTON = 40  # chosen: limit of the iterations, never needed near the root
 
 
 @dataclass(frozen=True)
 class Solved:
-    """Commands (mm/s) and how long each is held (s), from the first touch on; the value-to-go at the start, s."""
+    """Commands (mm/s) and their durations (s) from first touch; value at the start, s."""
 
     command: Floats
     duration: Floats
@@ -36,7 +35,7 @@ class Solved:
 
 
 def places(problem: CycleProblem, margin: float, stages: int) -> Floats:
-    """Remaining stock at the stages, mm: geometric near the end, dense at the start, and one at the margin."""
+    """Remaining stock at the stages, mm: geometric near the end, dense at the start, one at the margin."""
     scale = min(problem.final_rate, problem.command_rate_max)
     end = float(_kernels.beyond(scale, problem.model.core))
     share = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, stages + 1))
@@ -51,7 +50,7 @@ def places(problem: CycleProblem, margin: float, stages: int) -> Floats:
 
 
 class Ground:
-    """Stages, what the wheel is in each of them, and the greatest deflection (mm) from which the rest can be ground."""
+    """Stages, coefficients of the wheel, greatest deflection (mm) from which the rest can be ground."""
 
     def __init__(self, problem: CycleProblem, margin: float, stages: int) -> None:
         self.rate_max, self.left = problem.command_rate_max, places(problem, margin, stages)
@@ -62,18 +61,18 @@ class Ground:
         limit = allowed_rate(ends, np.maximum(self.left - margin, 0.0), self.rate_max)
         limit[0] = min(limit[0], problem.final_rate)
         y = _kernels.beyond.py_func(limit, ends)
-        self.most = np.minimum.accumulate(y - self.left) + self.left  # the command does not go back
+        self.most = np.minimum.accumulate(y - self.left) + self.left  # the wheel does not move back
 
     @staticmethod
     def _wheel(problem: CycleProblem, left: Floats) -> Any:
-        """Coefficients where so much is left: a `PlungeCore` of arrays."""
+        """Coefficients at stocks `left`: a `PlungeCore` of arrays."""
         wear, area = problem.model.wear, problem.model.wear_flat_area
         growth = 0.0 if wear is None else wear.growth
         core: Any = core_at(problem.model, area=area + growth * (problem.stock - left))
         return core._make(np.broadcast_to(np.asarray(field, dtype=float), left.shape) for field in core)
 
     def time(self, stage: int, y: Floats, after: Floats) -> Floats:
-        """Time (s) of the stage that begins with `stage` left, between two deflections (mm)."""
+        """Time (s) of a stage between two deflections (mm)."""
         core = self.cores[stage - 1]
         speed = mean_rate(_rates(y, core), _rates(after, core), core)
         return np.asarray(self.drop[stage - 1] / np.maximum(speed, 1e-12))
@@ -85,7 +84,7 @@ class Ground:
         return least, np.maximum(least, np.minimum(self._full(y, _rates(y, core), drop, core, most), most))
 
     def _full(self, y: Floats, v: Floats, drop: float, core: PlungeCore, most: float) -> Floats:
-        """Deflection at full rate; `most` where it is more: (y' - y + drop) mean rate = u drop, convex in v'^p; from above."""
+        """Deflection at full rate, at most `most`: Newton on (y' - y + drop) mean rate = u drop."""
         w = np.full(y.shape, _rates(np.array([most]), core)[0] ** core.p)
         for _ in range(NEWTON):
             rate = w ** (1 / core.p)
@@ -108,9 +107,9 @@ def _rates(y: Floats, core: PlungeCore) -> Floats:
 
 
 def mean_rate(v: Floats, after: Floats, core: PlungeCore) -> Floats:
-    """Mean over the deflection of the rate between two rates, mm/s: (G(v') - G(v))/(y' - y) with G the integral of v dy."""
+    """Mean of the rate over the deflection, mm/s: (G(v') - G(v))/(y' - y) with G the integral of v dy."""
     near = np.abs(after - v) <= 1e-6 * (after + v)
-    other = np.where(near, 2 * v + 1e-9, after)  # any other, where both are one
+    other = np.where(near, 2 * v + 1e-9, after)  # any other rate where both are equal
 
     def integral(rate: Floats) -> Floats:
         return rate * (core.K1 * rate / 2 + core.p / (core.p + 1) * core.K2 * rate**core.p)
@@ -122,9 +121,9 @@ def mean_rate(v: Floats, after: Floats, core: PlungeCore) -> Floats:
 
 
 def described(ground: Ground) -> sdp.Problem:
-    """The cycle as a problem of stages (stock left), one axis (share of the greatest deflection) and one move.
+    """Cycle as a problem of stages (stock), one axis (relative deflection) and one move.
 
-    Its control is what is spared of the greatest deflection: 0 where both are the same, as ties go to the least.
+    The control is the share of the range of deflections not used; ties take the least, 0.
     """
 
     def begin(s: Any) -> tuple[int, Floats]:
@@ -156,7 +155,7 @@ def described(ground: Ground) -> sdp.Problem:
 
 
 def solve(problem: CycleProblem, margin: float, stages: int = STAGES) -> Solved:
-    """Solve, and follow the policy from the first touch to size."""
+    """Solve, and follow the policy from first touch to size."""
     ground = Ground(problem, margin, stages)
     policy = sdp.plan(described(ground))
     commands, durations, y = np.empty(stages), np.empty(stages), np.zeros(1)
@@ -168,5 +167,5 @@ def solve(problem: CycleProblem, margin: float, stages: int = STAGES) -> Solved:
         durations[k] = ground.time(left, y, after)[0]
         commands[k] = (after[0] - y[0] + ground.drop[left - 1]) / durations[k]
         y = after
-    commands = np.clip(commands, 0.0, problem.command_rate_max)  # of rounding
+    commands = np.clip(commands, 0.0, problem.command_rate_max)  # rounding
     return Solved(commands, durations, float(policy.value(fill=0.0, left=float(stages))))

@@ -1,12 +1,13 @@
-"""The fastest infeed, exactly: Dong, Danai and Malkin (2004), Part 2, and why it is the fastest.
+"""Exact fastest infeed: Dong, Danai and Malkin (2004), Part 2, with a proof.
 
-Let r be the stock that is left and y the deflection beyond what ploughing takes. The command never goes back, so that y - r never
-falls in time; and the time is the integral of dr/v(y), which falls with every rise of y. Limits on burning and on roundness say
-how large y may be at each r. The least bound that never rises faster than r, Y~(r) = min over s <= r of Y(s) + r - s, is
-itself a way to grind, and no other is faster anywhere. From the start the infeed goes at full rate until it meets it.
+Let r be the remaining stock and y the deflection beyond ploughing. The wheel never moves back, so that y - r
+never falls; the time is the integral of dr/v(y), which falls with any increase of y. Limits on burning and
+roundness bound y at each r by Y(r). The greatest bound with a slope of at most 1, Y~(r) = min over s <= r of
+Y(s) + r - s, can itself be followed, so no other course is faster anywhere. From the start the infeed runs at
+full rate until it meets Y~.
 
-Pieces of that bound, from the end of the cycle backwards: lines of slope 1 (nothing is commanded: spark-out), the curve on
-which the damage is just as deep as what will still be ground off, and levels of constant rate.
+Pieces of Y~ from the end of the cycle: lines of slope 1 (no command: spark-out), the curve on which damage
+equals the stock less the margin, and levels of constant rate.
 """
 
 from collections.abc import Iterator
@@ -19,13 +20,12 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model import kernels as _kernels
 from sdpgrind.plunge._model.kernels import PlungeCore
 
-SCAN = 512
-"""Places at which the limit on burning is looked at for where its slope, against the stock, passes 1."""
+SCAN = 512  # chosen: nodes of the search for slopes of 1 of the limit on burning; fewer could miss a pair
 
 
 @dataclass(frozen=True)
 class EnvelopePiece:
-    """A stretch [low, high] of remaining stock (mm) of one kind: "line", "hold" or "track"; y at its low end (mm)."""
+    """Interval [low, high] of stock (mm) of one kind: "line", "hold" or "track"; y at its low end (mm)."""
 
     kind: str
     low: float
@@ -35,7 +35,7 @@ class EnvelopePiece:
 
 @dataclass(frozen=True)
 class EnvelopeLimits:
-    """What bounds the rate: of the command, of burning (upper and none: infinite), at the end; and margin and stock (mm)."""
+    """Limits of the rate: command, burning (inf: none), end of the cycle (mm/s); margin and stock (mm)."""
 
     core: PlungeCore
     rate_max: float
@@ -54,7 +54,7 @@ class EnvelopeLimits:
 
     @property
     def burns(self) -> bool:
-        """Whether the limit on burning is met below the greatest rate."""
+        """Whether the greatest rate burns."""
         return self.burn_rate < self.rate_max
 
     def slope_of_y(self, v: Floats) -> Floats:
@@ -70,7 +70,7 @@ class EnvelopeLimits:
         return np.asarray(c.reach * v**0.25 * ((np.log(heat / v**0.25) - 1) / (4 * v) + rise))
 
     def rate_at(self, r: float) -> float:
-        """Greatest rate (mm/s) whose damage is ground off by the stock `r` less the margin."""
+        """Greatest rate (mm/s) whose damage is at most the stock `r` less the margin."""
         if not self.burns or self.z(self.rate_max) <= r - self.margin:
             return self.rate_max
         if r - self.margin <= self.z(self.burn_rate):
@@ -79,14 +79,14 @@ class EnvelopeLimits:
 
 
 class Envelope:
-    """The bound Y~ in pieces, from no stock left upwards."""
+    """Bound Y~ in pieces, from size upwards."""
 
     def __init__(self, limits: EnvelopeLimits) -> None:
         self.limits = limits
         self.pieces = tuple(_pieces(limits))
 
     def __call__(self, r: float) -> float:
-        """Greatest deflection beyond ploughing (mm) from which the rest `r` (mm) can be ground within the limits."""
+        """Greatest deflection beyond ploughing (mm) at the remaining stock `r` (mm)."""
         piece = next(piece for piece in self.pieces if r <= piece.high)
         if piece.kind == "line":
             return piece.y + r - piece.low
@@ -94,7 +94,7 @@ class Envelope:
 
 
 def _pieces(limits: EnvelopeLimits) -> Iterator[EnvelopePiece]:
-    """One running minimum of Y - r: the limits where they set a new one, a line of slope 1 where they do not."""
+    """Running minimum of Y - r: the limits where they set a new one, else a line of slope 1."""
     low, level = 0.0, limits.y(min(limits.final_rate, limits.rate_at(0.0)))
     for falling in _falling(limits):
         if limits.y(limits.rate_at(falling.high)) - falling.high >= level:
@@ -107,7 +107,7 @@ def _pieces(limits: EnvelopeLimits) -> Iterator[EnvelopePiece]:
 
 
 def _falling(limits: EnvelopeLimits) -> Iterator[EnvelopePiece]:
-    """Stretches on which the limits rise no faster than the stock; between them they do."""
+    """Intervals on which the limits rise no faster than the stock."""
     top = 0.0
     if limits.burns:
         top = limits.margin + limits.z(limits.rate_max)
@@ -124,7 +124,7 @@ def _falling(limits: EnvelopeLimits) -> Iterator[EnvelopePiece]:
 
 
 def _slower(limits: EnvelopeLimits) -> Iterator[tuple[float, float]]:
-    """Ranges of rate (mm/s) in which, on the limit of burning, the deflection rises no faster than the stock."""
+    """Ranges of rate (mm/s) on the limit of burning in which deflection rises no faster than the stock."""
 
     def faster(v: float) -> float:
         return float(limits.slope_of_y(np.asarray(v)) - limits.slope_of_z(np.asarray(v)))
@@ -141,7 +141,7 @@ def _slower(limits: EnvelopeLimits) -> Iterator[tuple[float, float]]:
 
 
 def _crossing(limits: EnvelopeLimits, falling: EnvelopePiece, level: float) -> float:
-    """The stock at which a falling stretch comes down to `level` (mm of y - r)."""
+    """Stock at which y - r of a falling interval reaches `level` (mm)."""
     if falling.y - falling.low <= level:
         return falling.low
     if falling.kind == "hold":

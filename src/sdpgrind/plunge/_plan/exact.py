@@ -1,4 +1,4 @@
-"""Time and course of the fastest cycle, from its pieces: closed forms and Gauss's rule, no step in time."""
+"""Time and course of the exact fastest cycle: closed forms and Gauss's rule."""
 
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
@@ -12,21 +12,19 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model import kernels as _kernels
 from sdpgrind.plunge._plan.envelope import Envelope, EnvelopeLimits, EnvelopePiece
 
-SAMPLES = 200
-"""Points of each piece of a trajectory."""
-FULL = 30.0
-"""Lag at which a rate counts as the full one: 1e-13 below it."""
-LATE = 8.0
-"""Lag from which on the start is told by a series in what is left to the full rate."""
-WAIT, START, LINE, HOLD, TRACK = range(5)
-"""Kinds of a course: until the wheel touches, at full command, spark-out, constant rate, on the limit of burning."""
+SAMPLES = 200  # chosen: points of each piece of a trajectory
+FULL = 30.0  # derived: lag at which a rate is within 1e-13 of the full rate
+LATE = 8.0  # chosen: lag from which a series replaces the hypergeometric function
+WAIT, START, LINE, HOLD, TRACK = range(
+    5
+)  # before touch, full rate, spark-out, constant rate, limit of burning
 
 
 Rule: TypeAlias = tuple[Floats, Floats]
 
 
 class ExactCourse(NamedTuple):
-    """A trajectory: time (s), remaining stock, deflection beyond ploughing (mm), infeed and command rate (mm/s), piece."""
+    """Time (s), remaining stock, deflection beyond ploughing (mm), infeed and command rate (mm/s), piece."""
 
     time: Floats
     remaining: Floats
@@ -37,7 +35,7 @@ class ExactCourse(NamedTuple):
 
 
 def fastest(limits: EnvelopeLimits, points: int = 40) -> tuple[float, tuple[float, ...], ExactCourse]:
-    """Return the least time (s), the times at which its pieces end, and its course, by Gauss's rule of some points."""
+    """Least time (s), end times of its pieces, and its course, by Gauss's rule with `points` nodes."""
     envelope, rule = Envelope(limits), leggauss(points)
     meet, left = _meeting(limits, envelope)
     touch = limits.core.K0 / limits.rate_max
@@ -66,7 +64,7 @@ def fastest(limits: EnvelopeLimits, points: int = 40) -> tuple[float, tuple[floa
 
 
 def _start(limits: EnvelopeLimits, lag: Floats) -> tuple[Floats, Floats, Floats]:
-    """Time from contact, deflection and rate at full command where the rate is u_max (1 - exp(-lag)).
+    """Time since contact, deflection and rate at full command, where the rate is u_max (1 - exp(-lag)).
 
     The time is the integral of y'(v)/(u_max - v), in closed form.
     """
@@ -77,7 +75,7 @@ def _start(limits: EnvelopeLimits, lag: Floats) -> tuple[Floats, Floats, Floats]
 
 
 def _slowing(p: float, lag: Floats) -> Floats:
-    """The hypergeometric function of 1, p and 1 + p at 1 - exp(-lag), whose digits rounding would take where that is near 1."""
+    """Hypergeometric function of 1, p, 1 + p at 1 - exp(-lag); near 1 by a series against cancellation."""
     power, weight, offset = _late(p)
     left = np.exp(-np.maximum(lag, LATE))[:, None] ** power
     late = np.sum(weight * left * (offset + lag[:, None]), axis=1)
@@ -86,15 +84,15 @@ def _slowing(p: float, lag: Floats) -> Floats:
 
 @lru_cache(maxsize=16)
 def _late(p: float) -> tuple[Floats, Floats, Floats]:
-    """Powers, weights and offsets of its series about 1."""
+    """Powers, weights and offsets of the series about 1."""
     n = np.arange(5.0)
     return n, p * poch(p, n) / gamma(n + 1.0), digamma(n + 1.0) - digamma(n + p)
 
 
 def _meeting(limits: EnvelopeLimits, envelope: Envelope) -> tuple[float, float]:
-    """The lag at which the start meets the bound, or the stock is gone before, and the stock that is left then (mm).
+    """Lag at which the start meets the bound or ends the stock, and the stock then (mm).
 
-    A bound at full rate is met as well as it can be.
+    A bound at full rate is met at the lag `FULL`.
     """
 
     def left(lag: float) -> float:
@@ -116,7 +114,7 @@ def _meeting(limits: EnvelopeLimits, envelope: Envelope) -> tuple[float, float]:
 def _piece(
     limits: EnvelopeLimits, piece: EnvelopePiece, high: float, now: float, rule: Rule
 ) -> tuple[Floats, ...]:
-    """Course of a piece from `high` (mm) down to its low end."""
+    """Course of a piece from stock `high` (mm) down to its low end."""
     if piece.kind == "track":
         return _tracking(limits, piece, high, now, rule)
     remaining = np.linspace(high, piece.low, SAMPLES)
@@ -138,7 +136,7 @@ def _piece(
 
 
 def _antiderivative(limits: EnvelopeLimits, rate: Floats) -> Floats:
-    """Of y'(v)/v: the time in which deflection is given back."""
+    """Integral of y'(v)/v: time in which deflection is released."""
     c = limits.core
     power = np.log(rate) if c.p == 1 else c.p / (c.p - 1) * rate ** (c.p - 1)
     return np.asarray(c.K1 * np.log(rate) + c.K2 * power)
@@ -147,7 +145,7 @@ def _antiderivative(limits: EnvelopeLimits, rate: Floats) -> Floats:
 def _tracking(
     limits: EnvelopeLimits, piece: EnvelopePiece, high: float, now: float, rule: Rule
 ) -> tuple[Floats, ...]:
-    """On the limit of burning, r = m + z(v): the time is the integral of z'(v)/v."""
+    """Course on the limit of burning, r = m + z(v): the time is the integral of z'(v)/v."""
     first, last = limits.rate_at(high), limits.rate_at(piece.low)
     rates = np.geomspace(first, last, SAMPLES)
     rates[[0, -1]] = first, last

@@ -1,4 +1,4 @@
-"""Plan a plunge cycle: the infeed of least time."""
+"""Planning of the fastest plunge cycle."""
 
 from functools import partial
 from typing import Any
@@ -16,10 +16,9 @@ from sdpgrind.plunge._plan.replay import Commands, CycleReplay, replay
 from sdpgrind.plunge._plan.trajectory import of_exact, of_replay, switches
 
 METHODS = ("exact", "dp", "collocation")
-FEWEST = 40
-"""Stages or intervals with which any error can be told."""
+FEWEST = 40  # chosen: least number of steps; the error estimate needs a quarter of them
+# chosen: error relative to the time of closed forms and roots, and of solved and replayed programs
 ROUNDING, SOLVING = 1e-12, 1e-6
-"""Of closed forms and of roots, and of programs that are solved and played back, relative to the time."""
 
 
 def plan(
@@ -33,40 +32,41 @@ def plan(
 ) -> CyclePlan:
     """Plan the fastest cycle.
 
-    ``"exact"``: the least bound of all limits from which the rest can be ground, in closed pieces; nothing is faster.
-    ``"dp"``: dynamic programming over the remaining stock, by `sdpgrind.sdp`; also for wear in proportion to the stock.
-    ``"collocation"``: an optimal control problem for CasADi and IPOPT; also for any wear, and for a rotation of the work that may
-    be chosen. A least time of collocation is a local one: it is the best near a plain guess, and nothing proves that there is
-    no other. With a free rotation the last turn is ground at one rotation, as that is the turn that makes the part round; in
-    between the rotation may jump.
+    ``"exact"``: the bound of all limits in closed pieces; nothing is faster.
+    ``"dp"``: dynamic programming over the remaining stock, by `sdpgrind.sdp`; also for wear in proportion to
+    the stock.
+    ``"collocation"``: an optimal control problem for CasADi and IPOPT; also for any wear and a free rotation
+    of the work. Its minimum is local, near a plain start, without proof that it is global. A free rotation
+    may jump, but is constant in the last turn, which makes the part round.
 
     Parameters
     ----------
     problem : CycleProblem
-        What to grind, within which limits.
+        Stock and limits.
     method : {"exact", "dp", "collocation"}
-        How.
+        Method.
     safety_margin : float
-        By how much less than the remaining stock the damage may go down, mm: (7).
+        Minimum distance between burn depth and remaining stock, mm; (7).
     work_rotation_range : (float, float), optional
-        Least and greatest rotation of the work, rad/s, where it may be chosen all along; "collocation" only.
+        Least and greatest rotation of the work, rad/s, where it is free; "collocation" only.
     steps : int, optional
-        Stages of "dp" (200) or intervals of "collocation" (240). Solutions of half and of a quarter as many tell the error.
+        Stages of "dp" (200) or intervals of "collocation" (240). The error is estimated from a half and a
+        quarter as many.
     throw : bool
-        Whether a solver that fails is an error; False: the last that it reached, with its `status`.
+        Raise where a solver fails; False: return its last plan with its `status`.
 
     Returns
     -------
     CyclePlan
-        Time in s, with its error.
+        Plan with its time and error in s.
 
     Raises
     ------
     ValueError
-        When the margin is negative, or no less than the stock (mm), the range of the rotation is none (rad/s), a method
-        cannot do what is asked for, or the wheel gets so dull that the work burns at every rate.
+        If the margin is negative or not below the stock (mm), the range of the rotation is invalid (rad/s),
+        the method cannot solve the problem, or wear makes the work burn at every rate.
     CycleError
-        When a solver fails: a ValueError with the last plan that it reached.
+        If a solver fails: a ValueError with the last plan reached.
 
     Examples
     --------
@@ -95,8 +95,8 @@ def plan(
     )
     if throw and best.solution is not None and not best.solution.ok:
         raise CycleError(
-            f"problem must be one that method {method!r} can solve; it was {best.status}: try other steps, milder limits, or"
-            " throw=False for the last that was reached",
+            f"problem must be one that method {method!r} can solve; it was {best.status}: try other steps,"
+            " milder limits, or throw=False for the last that was reached",
             best,
         )
     return best
@@ -114,7 +114,8 @@ def _rotation(problem: CycleProblem, method: str, asked: Any) -> tuple[float, fl
     low, high = (checks.positive(f"work_rotation_range[{k}]", x, "rad/s") for k, x in enumerate(asked))
     if not low <= high <= FASTEST_WORK:
         raise ValueError(
-            f"work_rotation_range must rise, up to {FASTEST_WORK:g} at most (rad/s); got {checks.shown(asked)}"
+            f"work_rotation_range must rise, up to {FASTEST_WORK:g} at most (rad/s);"
+            f" got {checks.shown(asked)}"
         )
     return low, high
 
@@ -127,7 +128,8 @@ def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float
         raise ValueError("method must be 'dp' or 'collocation' where the model has wear; got 'exact'")
     if wear.exponent != 0 and method == "dp":
         raise ValueError(
-            f"method must be 'collocation' where wear depends on the rate, exponent = {wear.exponent:g}; got 'dp'"
+            "method must be 'collocation' where wear depends on the rate, exponent ="
+            f" {wear.exponent:g}; got 'dp'"
         )
     area = problem.model.wear_flat_area + wear.growth * problem.stock
     if (
@@ -136,8 +138,8 @@ def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float
         and burns_always(core_at(problem.model, rotation[0], area))
     ):
         raise ValueError(
-            f"wear must be less: at the end the wear flat area is {area:.4g}, and the work burns at every infeed rate; got"
-            f" growth = {wear.growth:g} (1/mm)"
+            f"wear must be less: at the end the wear flat area is {area:.4g}, and the work burns at every"
+            f" infeed rate; got growth = {wear.growth:g} (1/mm)"
         )
 
 
@@ -185,9 +187,9 @@ def _by_collocation(
 def _stepped(
     problem: CycleProblem, margin: float, method: str, played: list[CycleReplay], found: CycleSolution
 ) -> CyclePlan:
-    """The plan of the finest of three solutions, each of twice the steps; they are of second order.
+    """Plan of the finest of three solutions of second order, each with twice the steps of the one before.
 
-    The last change is three times the error, or by luck less than the error; so a quarter of the one before counts too.
+    The last change is three times the error, or by chance less; so a quarter of the change before counts too.
     """
     quarter, half, whole = (float(one.time[-1]) for one in played)
     error = max(abs(whole - half), abs(half - quarter) / 4) + SOLVING * whole if found.ok else np.inf

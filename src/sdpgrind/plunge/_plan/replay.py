@@ -1,4 +1,4 @@
-"""A plan is what its commands do: they are played through the dynamics, and the limits looked at on the way."""
+"""Replay of a plan's commands through the dynamics, with a check of the limits."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,13 @@ from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.replay_kernels import COLUMNS, play
 
-STEPS = 8
-"""Of Runge and Kutta within a command."""
-SPARE = 40
-"""Times that the last command is held again when stock is left."""
+STEPS = 8  # chosen: Runge-Kutta steps per command
+SPARE = 40  # chosen: repetitions of the last command while stock is left
 
 
 @dataclass(frozen=True)
 class Commands:
-    """Commanded rates (mm/s) from the first touch on, how long each is held (s), and the rotation meanwhile (rad/s)."""
+    """Commanded rates (mm/s) from first touch, their durations (s), rotation during each (rad/s)."""
 
     rate: Floats
     duration: Floats
@@ -27,7 +25,7 @@ class Commands:
 
 @dataclass(frozen=True)
 class CycleReplay:
-    """What commands do: time (s) from the start of the feed, and the columns of a trajectory (mm, mm/s, rad/s)."""
+    """Course of replayed commands over time (s) since the start of the feed, in mm, mm/s, rad/s."""
 
     time: Floats
     remaining: Floats
@@ -36,17 +34,16 @@ class CycleReplay:
     area: Floats
     command: Floats
     rotation: Floats
-    excess: float
-    """How much deeper than allowed the damage goes, at worst, mm; 0 where it does not."""
+    excess: float  # greatest excess of damage over its limit, mm
 
     @property
     def left(self) -> float:
-        """Stock that the commands leave, mm; 0 where they are enough."""
+        """Remaining stock, mm."""
         return max(0.0, float(self.remaining[-1]))
 
 
 def replay(problem: CycleProblem, commands: Commands, margin: float) -> CycleReplay:
-    """Play the commands, and say by how much the limit on burning is passed."""
+    """Replay the commands and measure the excess over the limit on burning."""
     model, wear = problem.model, problem.model.wear
     kept = commands.duration > 0
     rate, duration, rotation = (
@@ -71,7 +68,7 @@ def replay(problem: CycleProblem, commands: Commands, margin: float) -> CycleRep
 
 
 def _excess(problem: CycleProblem, rate: Floats, depth: Floats, core: PlungeCore) -> float:
-    """Deepest damage beyond what will be ground off, mm; rates below the greatest without damage have none."""
+    """Greatest excess of damage over `depth`, mm; rates below the greatest without damage have none."""
     cold = allowed_rate(core, np.zeros(rate.size), 10 * problem.command_rate_max)
     burning = rate > cold
     over = burn_depth(np.where(burning, rate, cold), core) - np.maximum(depth, 0.0)

@@ -1,12 +1,11 @@
-"""Commands played through the dynamics of the process, as plain serial loops: planned ones, and those of a record."""
+"""Integration of the dynamics over planned or recorded commands, compiled."""
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.plunge._model.kernels import Give, _deflected, rate
 
-COLUMNS = 5
-"""Of what is played: time (s), remaining stock, deflection beyond ploughing (mm), infeed rate (mm/s), wear flat area."""
+COLUMNS = 5  # derived: time (s), stock, deflection beyond ploughing (mm), rate (mm/s), wear flat area
 
 
 @compiled(inline="always")
@@ -16,7 +15,7 @@ def _speed(y, area, give, wear):
 
 @compiled(inline="always")
 def _slopes(y, area, command, give, wear):
-    """Of deflection, stock and area; wear: area for which `give` holds, growth (1/mm), exponent, reference rate (mm/s)."""
+    """Slopes of deflection, stock, area; wear: reference area, growth (1/mm), exponent, reference rate."""
     v = _speed(y, area, give, wear)
     return command - v, -v, wear[1] * (v / wear[3]) ** wear[2] * v
 
@@ -37,9 +36,9 @@ def _step(state, h, command, give, wear):
 
 @compiled
 def play(stock, commands, durations, gives, wear, steps, spare, out, interval):
-    """Play commands from the first touch until the stock is ground off; `spare` further steps (s) at the last command.
+    """Replay commands from first touch until the stock is removed, at most `spare` times more of the last.
 
-    `gives[k]` holds during a command. Fill out[row] (see COLUMNS) and the command that holds; return rows.
+    `gives[k]` holds during command k. Fills `out` (`COLUMNS`) and the index of the command; returns the rows.
     """
     state, now, row = (0.0, stock, wear[0]), 0.0, 0
     for k in range(commands.size + spare):
@@ -49,7 +48,7 @@ def play(stock, commands, durations, gives, wear, steps, spare, out, interval):
         for j in range(steps + 1):
             if j > 0:
                 after = _step(state, h, commands[i], give, wear)
-                if after[1] <= 0.0:  # in this step: halve what is left of it
+                if after[1] <= 0.0:  # size is reached in this step: bisect
                     low, high = 0.0, h
                     for _ in range(50):
                         middle = 0.5 * (low + high)
@@ -73,7 +72,7 @@ def play(stock, commands, durations, gives, wear, steps, spare, out, interval):
 
 @compiled
 def deflections(first, command_rate, step, substeps, core):
-    """Deflection beyond ploughing (mm) and rate (mm/s) at each reading; commands (mm/s) hold for a step (s)."""
+    """Deflection beyond ploughing (mm) and rate (mm/s) at each reading; commands hold for a `step` (s)."""
     out = np.empty((step.size + 1, 2))
     y, v = first, rate(first, core)
     out[0, 0], out[0, 1] = y, v
@@ -85,7 +84,7 @@ def deflections(first, command_rate, step, substeps, core):
 
 @compiled
 def lags(first, pole, given):
-    """What a lag holds (mm) at each reading, from the first on: x+ = pole x + given."""
+    """Deflection of a linear lag (mm) at each reading: x+ = pole x + given."""
     out = np.empty(pole.size + 1)
     out[0] = first
     for k in range(pole.size):

@@ -1,4 +1,4 @@
-"""A cycle over time as labelled arrays, however it was found."""
+"""Cycle over time as labelled arrays."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from sdpgrind.plunge._plan.replay import CycleReplay
 if TYPE_CHECKING:
     import xarray as xr
 
-BETWEEN = 5
+BETWEEN = TRACK + 1  # kind of a sample like none of the exact course
 PIECES = {
     WAIT: "touch-in",
     START: "full rate",
@@ -23,8 +23,7 @@ PIECES = {
     LINE: "spark-out",
     BETWEEN: "in between",
 }
-NEAR = 1e-3
-"""By how much (mm; of the greatest rate) a sampled course may be off what a piece is called by."""
+NEAR = 1e-3  # chosen: tolerance of the kind of a piece, in mm of damage; 10 times it of the greatest rate
 _COLUMNS = {
     "remaining": ("mm", "remaining stock"),
     "infeed_rate": ("mm/s", "actual infeed rate"),
@@ -38,7 +37,7 @@ _COLUMNS = {
 
 
 def of_exact(problem: CycleProblem, course: ExactCourse) -> "xr.Dataset":
-    """Label the exact course."""
+    """Label an exact course."""
     model, same = problem.model, np.ones(course.time.size)
     columns = (
         course.remaining,
@@ -52,7 +51,7 @@ def of_exact(problem: CycleProblem, course: ExactCourse) -> "xr.Dataset":
 
 
 def of_replay(problem: CycleProblem, played: CycleReplay, margin: float) -> "xr.Dataset":
-    """Label what commands do, and put the time before the touch in front."""
+    """Label replayed commands, with the time before touch in front."""
 
     def whole(first: float, column: Floats) -> Floats:
         return np.concatenate([[first], column])
@@ -71,7 +70,7 @@ def of_replay(problem: CycleProblem, played: CycleReplay, margin: float) -> "xr.
 def _labelled(
     problem: CycleProblem, time: Floats, columns: tuple[Floats, ...], kind: npt.ArrayLike
 ) -> "xr.Dataset":
-    import xarray as xr  # takes most of a second to import: a controller needs none
+    import xarray as xr  # slow to import; a controller needs none
 
     remaining, rate, command, y, area, rotation = columns
     model = problem.model
@@ -98,13 +97,13 @@ def _labelled(
 
 
 def damage(problem: CycleProblem, rate: Floats, area: Floats, rotation: Floats) -> Floats:
-    """Depth of damage, mm; 0 where nothing is ground."""
+    """Depth of damage, mm; 0 at a rate of 0."""
     core = core_at(problem.model, rotation, area)
     return np.where(rate > 0, burn_depth(np.where(rate > 0, rate, 1.0), core), 0.0)
 
 
 def _kinds(problem: CycleProblem, played: CycleReplay, margin: float) -> Floats:
-    """What a sampled course does, by its command and by how near the damage is to what will be ground off."""
+    """Kind of each sample by its command and the distance of damage to its limit."""
     most = problem.command_rate_max
     room = np.maximum(played.remaining - margin, 0.0) - damage(
         problem, played.rate, played.area, played.rotation

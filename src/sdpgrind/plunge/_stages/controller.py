@@ -1,4 +1,4 @@
-"""Stages of constant rate: the cycle of an ordinary machine."""
+"""Controller of stages of constant rate."""
 
 import dataclasses
 
@@ -10,31 +10,31 @@ from sdpgrind.plunge._model.problem import CycleProblem
 
 @described()
 class StagedController(SampledCycle, Described):
-    """A rough rate, a slower rate, spark-out: the cycle of an ordinary machine.
+    """Rough rate, stage rate, spark-out: the cycle of an ordinary machine.
 
     Parameters
     ----------
     problem : CycleProblem
-        What is ground, as it is believed to be.
+        Problem as assumed by the controller.
     stage_remaining : float, optional
-        Remaining stock at which the slower rate begins, mm.
+        Remaining stock at which the stage rate begins, mm.
     stage_rate : float, optional
-        The slower rate, mm/s. Both are the fastest of the model with the margin when left out.
+        Second rate, mm/s. Default of both: the fastest of the model with the margin.
     safety_margin : float
-        Slack that the stages that are searched for leave, mm; of no effect where they are given.
+        Slack of the default stages, mm; without effect where they are given.
     rough_rate : float, optional
-        Rate until then, mm/s; the greatest of the problem when left out.
+        First rate, mm/s. Default: `problem.command_rate_max`.
     final_rate : float, optional
-        Infeed rate at size, at which spark-out aims, mm/s; that of the problem, which is just round enough, when left out.
+        Infeed rate at size, mm/s. Default: `problem.final_rate`, which is just round enough.
     observer_gain : float
-        Gain of the observer of the size, (0, 1], unit 1.
+        Gain of the size observer, (0, 1], unit 1.
     size_sd : float
-        Noise of the gauge, mm.
+        Standard deviation of the gauge, mm.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or only one of both is given.
+        If a value is out of range, or only one of `stage_remaining` and `stage_rate` is given.
 
     Examples
     --------

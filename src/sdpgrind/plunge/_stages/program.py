@@ -1,9 +1,9 @@
-"""A cycle of three stages as a small nonlinear program, in closed form in CasADi.
+"""Cycle of three stages as a small nonlinear program in CasADi.
 
-While a rate u is commanded the infeed rate is v = u + (v0 - u) e^-s, and a time of tau(v) ds goes by, with the local time
-constant tau: times and infeeds are sums over s. Unknowns are the settings (rough rate u1, slower rate u2, stock r1 at which it
-begins, final rate v_f) and how far both rates are followed, s1 and s2; r1 and the command at which spark-out begins fix these
-two. The damage is compared with the stock at levels of the rate, from where burning begins to the greatest.
+At a command u the rate is v = u + (v0 - u) e^-s, and dt = tau(v) ds with the local time constant tau: times
+and infeeds are sums over s. Unknowns: the settings (rough rate u1, stage rate u2, switching stock r1, final
+rate v_f) and the lengths s1, s2 of both stages, which r1 and the begin of spark-out determine. Damage is
+compared with the stock at levels of the rate from the burn rate to the greatest.
 """
 
 from collections.abc import Mapping
@@ -20,34 +20,31 @@ from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
 
 SETTINGS = ("rough_rate", "stage_rate", "stage_remaining", "final_rate")
-"""What may be set, in mm/s and mm, as `StagedController` names it."""
+# fields of `StagedController`, mm/s and mm
 CONSTRAINTS: Mapping[str, str] = {"burned_layer": "mm", "roundness": "mm", "grinding_power": "W"}
-"""What is held below a bound: how much deeper the damage goes than the stock, out-of-roundness, greatest power."""
+# bounded: excess of damage over the stock, out-of-roundness, greatest power
 FREE = len(SETTINGS)
-LEVELS = 24
-"""Of the rate at which damage and stock are compared."""
+LEVELS = 24  # chosen: levels of the rate at which damage and stock are compared
 _UNKNOWNS = FREE + 2
-_SPANS = (0.7, 14.0), (0.0, 14.0)
-"""Least and greatest s1 and s2: at the least s1 half of the rough rate is reached."""
-_FINE, _COARSE = 12, 3
-"""Nodes of the sums: over a whole stage, and from level to level."""
+_SPANS = (0.7, 14.0), (0.0, 14.0)  # chosen: ranges of s1 and s2; s1 = 0.7 reaches half of the rough rate
+_FINE, _COARSE = 12, 3  # chosen: Gauss nodes over a whole stage, and between levels
 
 
 @lru_cache(maxsize=16)
 def program(problem: CycleProblem) -> "StageProgram":
-    """The program of a problem, made once."""
+    """Program of a problem, cached."""
     return StageProgram(problem)
 
 
 @dataclass(frozen=True, eq=False)
 class StageProgram:
-    """Time and conditions of a cycle; unknowns and conditions are scaled to order 1."""
+    """Time and conditions of a cycle, scaled to order 1."""
 
     problem: CycleProblem
 
     @cached_property
     def stage_rate_max(self) -> float:
-        """Greatest slower rate (mm/s): nothing burns at it."""
+        """Greatest stage rate (mm/s), without burning."""
         return float(min(self.problem.model.burn_rate, 0.5 * self.problem.command_rate_max))
 
     @cached_property
@@ -57,13 +54,13 @@ class StageProgram:
 
     @cached_property
     def scale(self) -> Floats:
-        """Of the unknowns."""
+        """Scale of the unknowns."""
         p = self.problem
         return np.array([p.command_rate_max, self.stage_rate_max, 0.25 * p.stock, p.final_rate, 1.0, 1.0])
 
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
-        """Least and greatest unknowns."""
+        """Least and greatest scaled unknowns."""
         p = self.problem
         fast, slow, final = p.command_rate_max, self.stage_rate_max, min(p.final_rate, self.stage_rate_max)
         low = [min(2.1 * slow, 0.9 * fast), 0.1 * final, 0.0, 0.25 * final, *(low for low, _ in _SPANS)]
@@ -72,7 +69,7 @@ class StageProgram:
 
     @cached_property
     def rows(self) -> dict[str, slice]:
-        """Rows of the conditions; the first two are 0, the others no more than a bound."""
+        """Rows of the conditions: the first two are 0, the others at most a bound."""
         counts = {
             "fixed": 2,
             "burned_layer": LEVELS + 1 if self.burns else 0,
@@ -87,7 +84,7 @@ class StageProgram:
 
     @cached_property
     def condition_scale(self) -> Floats:
-        """Of the conditions."""
+        """Scale of the conditions."""
         p, rows = self.problem, self.rows
         scale = np.full(rows["spark_out"].stop, 0.25 * p.stock)
         scale[rows["roundness"]], scale[rows["spark_out"]] = p.roundness_max, p.final_rate
@@ -95,7 +92,7 @@ class StageProgram:
         return scale
 
     def ceilings(self, bounds: Mapping[str, float]) -> Floats:
-        """Greatest scaled conditions, for bounds by name in mm and W."""
+        """Upper bounds of the scaled conditions, from bounds by name in mm and W."""
         high = np.zeros(self.condition_scale.size)
         for name in CONSTRAINTS:
             high[self.rows[name]] = bounds.get(name, np.inf)
@@ -103,7 +100,7 @@ class StageProgram:
 
     @cached_property
     def symbols(self) -> tuple[Any, Any, Any]:
-        """Unknowns, time (s) and conditions in CasADi, scaled."""
+        """Scaled unknowns, time (s) and scaled conditions in CasADi."""
         import casadi
 
         x = casadi.SX.sym("x", _UNKNOWNS)
@@ -128,15 +125,15 @@ class StageProgram:
         return core.K0 / u1 + first + second + last, conditions
 
     def _layers(self, commanded: Any, u2: Any, v1: Any, v2: Any) -> list[Any]:
-        """Damage less stock (mm) while the rate falls from v1 to that at which burning begins."""
+        """Damage less stock (mm) while the rate falls from v1 to the burn rate."""
         import casadi
 
         core, model, layers, above = self.problem.model.core, self.problem.model, [], v1
         shares = np.linspace(1.0, 0.0, LEVELS)
         levels = [model.burn_rate + share * (v1 - model.burn_rate) for share in shares]
-        corner = casadi.fmax(v2, model.burn_rate)  # where spark-out begins, if it burns still
+        corner = casadi.fmax(v2, model.burn_rate)  # rate at spark-out, if it burns
         for v in [*levels, corner]:
-            fed = casadi.fmax(v, v2)  # below v2 nothing is fed any more
+            fed = casadi.fmax(v, v2)  # no feed below v2
             if v is not corner:
                 commanded += u2 * _passes(u2, above, casadi.log((above - u2) / (fed - u2)), core, _COARSE)
             layers.append(
@@ -147,7 +144,7 @@ class StageProgram:
 
     @cached_property
     def values(self) -> Any:
-        """Time and conditions of unknowns."""
+        """Function of the unknowns: time and conditions."""
         import casadi
 
         x, time, conditions = self.symbols
@@ -162,7 +159,7 @@ class StageProgram:
 
     @cached_property
     def derivatives(self) -> Any:
-        """Slopes of time, conditions, their slopes; and the curvature of time and conditions, these with prices."""
+        """Function: gradient of time, conditions, Jacobian, Hessian of time plus priced conditions."""
         import casadi
 
         x, time, conditions = self.symbols
@@ -172,7 +169,7 @@ class StageProgram:
         return casadi.Function("derivatives", [x, prices], [casadi.densify(term) for term in terms])
 
     def at(self, settings: Mapping[str, float]) -> Floats:
-        """Scaled unknowns of a cycle with these settings, inside the box."""
+        """Scaled unknowns of settings, inside the box."""
         low, high = self.box
         x = np.array([*(settings[name] for name in SETTINGS), 1.0, 1.0]) / self.scale
         x[:FREE] = np.clip(x[:FREE], low[:FREE], high[:FREE])
@@ -194,14 +191,14 @@ class StageProgram:
         return dict(zip(SETTINGS, (x * self.scale)[:FREE].tolist(), strict=True))
 
     def reached(self, x: Floats) -> tuple[float, dict[str, float]]:
-        """Time (s), and the greatest of each bounded quantity (mm, W) at scaled unknowns."""
+        """Time (s), and the greatest value of each bounded quantity (mm, W), at scaled unknowns."""
         time, conditions = (np.asarray(each).ravel() for each in self.values(x))
         found = {name: (conditions * self.condition_scale)[self.rows[name]] for name in CONSTRAINTS}
         return float(time[0]), {name: float(np.max(value)) for name, value in found.items() if value.size}
 
 
 def _passes(u: Any, start: Any, span: Any, core: PlungeCore, nodes: int = _FINE) -> Any:
-    """Time (s) while u is commanded, from a rate on until v = u + (start - u) e^-span."""
+    """Time (s) at a command u from a rate `start` until v = u + (start - u) e^-span."""
     import casadi
 
     total: Any = 0.0

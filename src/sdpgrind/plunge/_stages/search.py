@@ -1,4 +1,4 @@
-"""The best cycle of three stages: two numbers, searched for with the model under the controller itself."""
+"""Fastest two settings of a cycle of three stages, by simulation of the controller."""
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -8,13 +8,13 @@ from sdpgrind.plunge._control.foreseen import foreseen
 from sdpgrind.plunge._control.state import staged_law
 from sdpgrind.plunge._model.problem import CycleProblem
 
-_GRID = 12
+_GRID = 12  # chosen: rates before the search between the neighbours of the best
 
 
 def fastest_stages(problem: CycleProblem, margin: float) -> tuple[float, float]:
-    """Return the stock (mm) at which the slower rate begins, and that rate (mm/s), of the fastest cycle with a slack.
+    """Switching stock (mm) and stage rate (mm/s) of the fastest cycle with a slack of `margin` (mm).
 
-    For a rate the stage must begin early enough that all damage comes off: one root. The best rate is then one minimum.
+    For each rate the switch is a root of the slack; the rate is then one minimum.
     """
     high = min(problem.model.burn_rate, problem.command_rate_max)
     low = min(1.5 * problem.final_rate, 0.5 * high)
@@ -37,7 +37,7 @@ def _time(problem: CycleProblem, rate: float, margin: float) -> float:
 
 
 def _begin(problem: CycleProblem, rate: float, margin: float) -> float:
-    """The least stock at which the stage may begin."""
+    """Least stock at which the stage rate may begin."""
 
     def slack(remaining: float) -> float:
         return _ground(problem, remaining, rate)[1] - margin
@@ -51,7 +51,7 @@ def _begin(problem: CycleProblem, rate: float, margin: float) -> float:
 
 
 def _ground(problem: CycleProblem, remaining: float, rate: float) -> tuple[float, float]:
-    """Time (s) and slack (mm) of a part without noise; the time to the instant at which size is reached."""
+    """Time (s) to the instant of size and slack (mm) of a part without noise."""
     state, _ = foreseen(problem, staged_law(problem, remaining, rate))
     over = -state[kernels.REMAINING] / max(state[kernels.RATE], 1e-9)
     slack = state[kernels.PART_SLACK]

@@ -1,4 +1,4 @@
-"""The least time of a cycle of three stages within bounds: by quadratic programs in the settings, or by IPOPT."""
+"""Least time of a cycle of three stages within bounds: sequential quadratic programs, or IPOPT."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     import cvxpy
 
 SOLVED = "solved"
+# chosen: greatest number of steps, greatest scaled step, step of convergence, violation of conditions
 _STEPS, _FARTHEST, _SMALL, _FEASIBLE = 30, 0.5, 1e-5, 1e-6
-_CONVEX = 0.1
-"""Least curvature over the greatest, or over 1."""
+_CONVEX = 0.1  # chosen: least curvature over the greatest, or over 1; less takes long steps on flat time
 _OSQP = {
     "verbose": False,
     "eps_abs": 1e-6,
@@ -30,7 +30,7 @@ _OSQP = {
 
 
 class Optimum(NamedTuple):
-    """Settings, time (s), what is reached of each bounded quantity, what the solver says, its steps, the first program."""
+    """Settings, time (s), bounded quantities, message of the solver, its steps, first program."""
 
     settings: dict[str, float]
     time: float
@@ -42,7 +42,7 @@ class Optimum(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class QuadraticProgram:
-    """min slope d + |root d|^2/2 with slopes d <= room and low <= d <= high: d, a step of the settings, scaled."""
+    """min slope d + |root d|^2/2 with slopes d <= room, low <= d <= high; d: scaled step of the settings."""
 
     root: Floats
     slope: Floats
@@ -52,7 +52,7 @@ class QuadraticProgram:
     high: Floats
 
     def solved(self) -> tuple[Floats, Floats, str]:
-        """Step, prices and what OSQP says. It is set up anew each time: no bit depends on what was solved before."""
+        """Step, prices and message of OSQP, set up anew: no bit depends on earlier programs."""
         import osqp
 
         used, count = np.isfinite(self.room), self.slope.size
@@ -60,7 +60,8 @@ class QuadraticProgram:
         solver.setup(
             P=scipy.sparse.csc_matrix(np.triu(self.root.T @ self.root)), q=self.slope,
             A=scipy.sparse.csc_matrix(np.vstack([self.slopes[used], np.eye(count)])),
-            l=np.concatenate([np.full(used.sum(), -np.inf), self.low]), u=np.concatenate([self.room[used], self.high]), **_OSQP,
+            l=np.concatenate([np.full(used.sum(), -np.inf), self.low]),
+            u=np.concatenate([self.room[used], self.high]), **_OSQP,
         )  # fmt: skip
         result = solver.solve(raise_error=False)
         prices = np.zeros(used.size)
@@ -70,7 +71,7 @@ class QuadraticProgram:
         return np.clip(result.x, self.low, self.high), prices, SOLVED
 
     def statement(self) -> "cvxpy.Problem":
-        """The same program as it is read, in cvxpy; its parameters, by name, have the values of this one."""
+        """Return the program in cvxpy, with its values as named parameters."""
         used = np.isfinite(self.room)
         stated = stated_in_cvxpy(int(used.sum()))
         named: Any = stated.param_dict
@@ -82,7 +83,7 @@ class QuadraticProgram:
 
 @lru_cache(maxsize=8)
 def stated_in_cvxpy(rows: int) -> "cvxpy.Problem":
-    """The program with parameters (disciplined: it is compiled once, whatever their values)."""
+    """Program with parameters (disciplined: compiled once for all values)."""
     import cvxpy
 
     cp: Any = cvxpy  # its functions have no types
@@ -103,8 +104,9 @@ def optimum(
     moving: Collection[str],
     method: str = "qp",
 ) -> Optimum:
-    """The least time within bounds, from settings on; those that do not move stay. Where a quadratic program cannot be solved
-    IPOPT has the last word; where it fails, too, the settings stay.
+    """Least time within bounds, starting from settings; those not in `moving` stay.
+
+    IPOPT solves it where the quadratic programs fail; where it fails too, the settings stay.
     """
     task = StageTask(program(problem), settings, bounds, tuple(moving))
     found = task.by_quadratic_programs() if method == "qp" else task.by_ipopt()
@@ -119,7 +121,7 @@ def optimum(
 
 
 class StageTask:
-    """A program with bounds, and settings to begin from."""
+    """Program with bounds and initial settings."""
 
     def __init__(
         self,
@@ -137,7 +139,7 @@ class StageTask:
         self.first: QuadraticProgram | None = None
 
     def by_quadratic_programs(self) -> tuple[Floats, str, int]:
-        """Step after step, until they are small: unknowns, what is said, steps."""
+        """Unknowns, message and number of steps, until the steps are small."""
         x, prices = self.start, np.zeros(self.ceilings.size)
         for k in range(_STEPS):
             about = About(self, x, prices)
@@ -154,7 +156,7 @@ class StageTask:
         return x, SOLVED if near else f"{_STEPS} steps were not enough", _STEPS
 
     def by_ipopt(self) -> tuple[Floats, str, int]:
-        """The nonlinear program as it is: unknowns, what is said, iterations."""
+        """Unknowns, message and iterations of the nonlinear program."""
         least = np.full(self.ceilings.size, -np.inf)
         least[:2] = 0.0
         solver = _ipopt(self.program)
@@ -170,9 +172,9 @@ class StageTask:
 
 
 class About:
-    """A task about some unknowns: the first two conditions give s1 and s2, and leave a program in the settings alone.
+    """Quadratic program of a task about given unknowns; the first two conditions eliminate s1 and s2.
 
-    A step d of the settings makes one of all unknowns of own + along d.
+    A step d of the settings is the step own + along d of all unknowns.
     """
 
     def __init__(self, task: StageTask, x: Floats, prices: Floats) -> None:
@@ -193,7 +195,7 @@ class About:
         self.program = QuadraticProgram(root, reduced, rows, most - reached, low, high)
 
     def prices(self, priced: Floats) -> Floats:
-        """Prices of all conditions from those of the program; those of the first two balance s1 and s2."""
+        """Prices of all conditions from those of the program; the first two balance s1 and s2."""
         own, spans = priced[:-4], priced[-4:-2] - priced[-2:]
         rest = self._slope[FREE:] + self._slopes[2:, FREE:].T @ own + spans
         return np.concatenate([np.linalg.solve(self._slopes[:2, FREE:].T, -rest), own])
@@ -205,12 +207,12 @@ def _ipopt(program: StageProgram) -> Any:
 
     x, time, conditions = program.symbols
     ipopt = {"print_level": 0, "sb": "yes", "tol": 1e-9, "max_iter": 200, "bound_relax_factor": 1e-10}
-    told: dict[str, Any] = {"print_time": False, "ipopt": ipopt}
-    return casadi.nlpsol("stages", "ipopt", {"x": x, "f": time, "g": conditions}, told)
+    options: dict[str, Any] = {"print_time": False, "ipopt": ipopt}
+    return casadi.nlpsol("stages", "ipopt", {"x": x, "f": time, "g": conditions}, options)
 
 
 def _convex(curvature: Floats) -> Floats:
-    """Root of the curvature, with as much as makes it convex."""
+    """Root of the curvature, with eigenvalues raised until it is convex."""
     values, vectors = np.linalg.eigh(curvature)
     least = _CONVEX * max(1.0, float(np.max(np.abs(values))))
     return np.asarray(np.sqrt(np.maximum(values, least))[:, None] * vectors.T)
