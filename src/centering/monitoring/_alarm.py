@@ -1,4 +1,4 @@
-"""What a track says when a quantity has stepped: which, since when, by how much, where to look; units of what is tracked."""
+"""Alarms of tracked quantities: time and size of a step, advice; units of the quantities."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,20 +17,20 @@ ADVICE = {
 
 @dataclass(frozen=True, repr=False)
 class DriftAlarm:
-    """A step of a tracked quantity, as it was told at its part: from there on the quantity is not watched until acknowledged.
+    """Step of a tracked quantity, which is not watched from its part on until acknowledged.
 
     Attributes
     ----------
     quantity : str
-        Its name.
+        Name.
     unit : str
-        Its unit.
+        Unit.
     part : int
-        Number of the part at which it was noticed, the first is 0.
+        Number of the part of the alarm; the first is 0.
     since : int
-        Number of the part with which it most likely came.
+        Most likely first part of the step.
     size, size_sd : float
-        How far it stepped, and the standard deviation of that, in its unit.
+        Size of the step and its standard deviation, in its unit.
     """
 
     quantity: str
@@ -47,12 +47,12 @@ class DriftAlarm:
 
     @property
     def advice(self) -> str:
-        """What to look at; dimensionless words."""
+        """Advice; dimensionless words."""
         return ADVICE.get(self.quantity, "look for what changed")
 
     @property
     def unwatched(self) -> str:
-        """Since which part the quantity is not watched, and what ends that; dimensionless words."""
+        """Begin and end of the time without watching; dimensionless words."""
         return f"not watched since part {self.part}; acknowledge() goes on"
 
     def __str__(self) -> str:
@@ -68,7 +68,7 @@ class DriftAlarm:
 
 
 def units_of(names: Iterable[str], units: Mapping[str, str] | None) -> dict[str, str]:
-    """Units of quantities: as given, else those of quantities that are known here, else mm."""
+    """Units of quantities: given, else that of `UNITS`, else mm."""
     known = {name: UNITS.get(name, "mm") for name in names}
     if not isinstance(units, Mapping | None):
         raise TypeError(f"units must be a mapping of names to units; got {checks.shown(units)}")
@@ -77,12 +77,12 @@ def units_of(names: Iterable[str], units: Mapping[str, str] | None) -> dict[str,
 
 
 def with_space(unit: str) -> str:
-    """The unit as it follows a number."""
+    """Unit as it follows a number."""
     return "" if unit in ("", "1") else f" {unit}"
 
 
 class Shock(NamedTuple):
-    """One standardised innovation of a filter: which part, the innovation over `spread`, and its sd for noise of sd 1."""
+    """Standardised innovation of a filter: part, innovation over `spread`, its sd for noise of sd 1."""
 
     part: int
     value: float
@@ -90,7 +90,7 @@ class Shock(NamedTuple):
 
 
 class DriftStep(NamedTuple):
-    """The most likely step behind a row of innovations: part, size, and the size's sd for noise of sd 1."""
+    """Most likely step in a row of innovations: part, size, sd of the size for noise of sd 1."""
 
     since: int
     size: float
@@ -98,10 +98,10 @@ class DriftStep(NamedTuple):
 
 
 def likely_step(shocks: Sequence[Shock], side: int) -> DriftStep:
-    """Return the step to that side that explains a row of innovations best.
+    """Step to one side that explains a row of innovations best (least squares).
 
-    A step at one part makes innovations that fade as the filter follows: by ``1 - gain = 1/spread^2`` with each reading. Sum of
-    squares that a step at part j explains: (s'u)^2/(s's), with s the fading row from j on.
+    A step makes innovations that fade by ``1 - gain = 1/spread^2`` per reading; one at part j explains
+    (s'u)^2/(s's) of the sum of squares, with s the fading row from j on.
     """
     found, most = DriftStep(shocks[-1].part, 0.0, np.inf), -np.inf
     values, spreads = (

@@ -1,4 +1,4 @@
-"""A control chart of what the parts bring, for the machine upstream: single values, their moving range, and their average."""
+"""Control charts of single values, moving range and average."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -17,8 +17,8 @@ from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.records import Record
 
-_RANGE = 2 / sqrt(pi)  # mean of the moving range of standard normal values, 1.128
-_FEWEST = 20  # parts that limits may rest on
+_RANGE = 2 / sqrt(pi)  # derived: mean moving range of standard normal values, 1.128
+_FEWEST = 20  # chosen: least number of parts of a batch; with 20, signals come 5.6 times as often
 RULES = ("value", "range", "average")
 
 
@@ -29,13 +29,13 @@ class ChartLimits:
     Attributes
     ----------
     mean, sd : float
-        Of the first batch; the standard deviation is the mean moving range over 1.128.
+        Of the batch; the standard deviation is the mean moving range over 1.128.
     low, high : float
-        Of single values.
+        Limits of single values.
     range_high : float
-        Of the moving range, the difference of one part to the next.
+        Limit of the moving range (difference of consecutive parts).
     average_low, average_high : float
-        Of the exponentially weighted average.
+        Limits of the exponentially weighted average.
     """
 
     mean: float
@@ -53,15 +53,15 @@ class ChartSignal(NamedTuple):
     Attributes
     ----------
     quantity : str
-        Its name.
+        Name of the quantity.
     part : int
-        Number of the part, the first after the batch is 0.
+        Number of the part; the first after the batch is 0.
     rule : {"value", "range", "average"}
-        Which of the three charts.
+        Chart.
     value, limit : float
         In the unit of the quantity.
     unit : str
-        That unit.
+        Unit of the quantity.
     """
 
     quantity: str
@@ -74,33 +74,34 @@ class ChartSignal(NamedTuple):
     def __str__(self) -> str:
         beyond = "above" if self.value > self.limit else "below"
         what = {"value": "", "range": "change of ", "average": "average of "}[self.rule]
-        return f"part {self.part}: {what}{self.quantity} {self.value:.4g} is {beyond} {self.limit:.4g}{with_space(self.unit)}"
+        limit = f"{self.limit:.4g}{with_space(self.unit)}"
+        return f"part {self.part}: {what}{self.quantity} {self.value:.4g} is {beyond} {limit}"
 
 
 class ControlChart(Record):
-    """Charts of single values, moving range and average of several quantities, with limits from a first batch.
+    """Control charts of several quantities, with limits from a first batch.
 
-    Per quantity: single values within ``mean +- sigmas sd``; the moving range within ``sqrt(2) sigmas sd``; the average
-    ``a <- a + weight (x - a)`` within ``mean +- sigmas sd sqrt(weight/(2 - weight))``. The standard deviation comes from the
-    moving range of the batch, so that a slow change within it does not widen the limits.
+    Limits per quantity: single values ``mean +- sigmas sd``; moving range ``sqrt(2) sigmas sd``; average ``a
+    <- a + weight (x - a)`` within ``mean +- sigmas sd sqrt(weight/(2 - weight))``. The standard deviation
+    comes from the moving range of the batch, so that slow changes do not widen the limits.
 
-    These are the charts of common practice, but for the limit of the range: by custom it is 3.267 times its mean for 3 sigmas, as
-    if a range were normal, and passed by mistake once in 109 parts; here 3.76 times, passed as seldom as the limits of single
-    values, once in 370. All three together alarm oftener than "3 sigma" sounds: see `parts_per_false_alarm`. The limits are right
-    for values that are nearly normal and independent. Roundness and amplitudes of undulations are skew where they are not much
-    larger than their scatter: then upper limits are passed oftener; give the logarithms instead.
+    The limit of the range differs from common practice, 3.267 times its mean for 3 sigmas, which treats a
+    range as normal and alarms falsely once in 109 parts; here it is 3.76 times, with a false alarm in 370
+    parts like that of single values. For all three charts together see `parts_per_false_alarm`. Values should
+    be nearly normal and independent. Roundness and amplitudes of undulations are skew where they are not much
+    larger than their scatter, and pass upper limits more often: use their logarithms.
 
     Parameters
     ----------
     batch : mapping of str to array_like
-        First values of each quantity, of 20 parts or more, each in its unit: "roundness" (mm), "stock" (mm), amplitudes (mm) and
-        whatever else is measured of each part.
+        First values of each quantity, of at least 20 parts, in its unit: "roundness" (mm), "stock" (mm),
+        amplitudes (mm) or any other.
     units : mapping of str to str, optional
-        Units; mm by default ("mu_kinetic": 1).
+        Units. Default: mm ("mu_kinetic": 1).
     sigmas : float
-        How many standard deviations the limits lie away, unit 1.
+        Distance of the limits in standard deviations, unit 1.
     weight : float
-        Of the newest part in the average, in (0, 1], unit 1.
+        Weight of the newest part in the average, in (0, 1], unit 1.
 
     Raises
     ------
@@ -110,7 +111,8 @@ class ControlChart(Record):
     Examples
     --------
     >>> rng = np.random.default_rng(1)
-    >>> roundness, stock = 0.010 + 0.001 * rng.standard_normal(50), 0.15 + 0.02 * rng.standard_normal(50)
+    >>> roundness = 0.010 + 0.001 * rng.standard_normal(50)
+    >>> stock = 0.15 + 0.02 * rng.standard_normal(50)
     >>> chart = ControlChart({"roundness": roundness, "stock": stock})
     >>> chart.update(roundness=0.0101, stock=0.149)
     ()
@@ -147,7 +149,7 @@ class ControlChart(Record):
         return ChartLimits(mean, sd, mean - away, mean + away, sqrt(2) * away, mean - average, mean + average)
 
     def reset(self) -> None:
-        """Forget all parts after the first batch."""
+        """Forget all parts after the batch."""
         self._values: dict[str, list[float]] = {name: [] for name in self._limits}
         self._averages = {name: [limits.mean] for name, limits in self._limits.items()}
         self._last = dict.fromkeys(self._limits, np.nan)
@@ -156,7 +158,7 @@ class ControlChart(Record):
 
     @property
     def count(self) -> int:
-        """Number of parts after the first batch."""
+        """Number of parts after the batch."""
         return self._count
 
     @property
@@ -166,18 +168,18 @@ class ControlChart(Record):
 
     @property
     def signals(self) -> tuple[ChartSignal, ...]:
-        """All signals so far, values in the units of their quantities."""
+        """All signals so far, in the units of their quantities."""
         return tuple(self._signals)
 
     @property
     def parts_per_false_alarm(self) -> float:
-        """Parts until the first false alarm on average, unit 1, at least: all charts, as if the limits were known exactly.
+        """Least mean number of parts between false alarms of all charts, unit 1, for exact limits.
 
-        Rates of the three charts of each quantity are added; where alarms come together there are fewer. Limits that rest on few
-        parts are off themselves: signals come 5.6 times as often with a batch of 20, 2.4 times with one of 50, and 1.3 times with
-        one of 200.
+        The rates of the three charts of each quantity are added; coinciding alarms make it larger. Limits
+        from few parts are inexact: signals come 5.6 times as often with a batch of 20, 2.4 times with 50, 1.3
+        times with 200.
         """
-        tail = 2 * ndtr(-self._sigmas)  # of single values, and of ranges
+        tail = 2 * ndtr(-self._sigmas)  # single values, and ranges
         average = 1 / ewma_run_length(self._weight, self._sigmas * ewma_sd(self._weight))
         return float(1 / ((2 * tail + average) * len(self._limits)))
 
@@ -187,17 +189,17 @@ class ControlChart(Record):
         Parameters
         ----------
         **values
-            Quantities by name, in their units; one that is left out, or NaN, was not measured.
+            Quantities by name, in their units; left out or NaN: not measured.
 
         Returns
         -------
         tuple of ChartSignal
-            What is beyond its limit with this part.
+            Signals of this part.
 
         Raises
         ------
         ValueError, TypeError
-            For a name that is not charted, or what is no number.
+            For an unknown name, or a value that is no number.
         """
         for name, value in values.items():
             checks.one_of("values", name, self._limits)
@@ -211,7 +213,7 @@ class ControlChart(Record):
         return tuple(found)
 
     def _take(self, name: str, value: float) -> list[ChartSignal]:
-        """Put one value on its charts; what is beyond."""
+        """Put one value on its charts; return the signals."""
         limits, average = self._limits[name], self._averages[name][-1]
         self._values[name].append(value)
         if isnan(value):
@@ -233,9 +235,9 @@ class ControlChart(Record):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """What the machine upstream is told, ready for JSON: per quantity its unit, limits, last value, average, signals.
+        """State for the machine upstream, as JSON: unit, limits, last value, average, signals per quantity.
 
-        A quantity is "in_control" where its last part gave no signal; "last" is None where nothing was measured yet.
+        "in_control": the last part gave no signal; "last" is None before the first measurement.
         """
         told = {name: self._told(name) for name in self._limits}
         return {"parts": self._count, "sigmas": self._sigmas, "weight": self._weight, "quantities": told}
@@ -255,7 +257,7 @@ class ControlChart(Record):
         }
 
     def plot(self) -> Any:
-        """Draw values with their average, and the moving range, over the parts (small ones in µm); return the figure."""
+        """Draw values, average and moving range over the parts (small ones in µm); return the figure."""
         return pictures.drawn("centering.monitoring._chart_picture:plot", self)
 
     def _written(self) -> xr.Dataset:
@@ -272,7 +274,7 @@ class ControlChart(Record):
         return chart
 
     def _history(self, name: str) -> tuple[Floats, Floats, Floats]:
-        """First batch, values after it, averages after it."""
+        """Batch, values after it, averages after it."""
         return self._batch[name], np.array(self._values[name]), np.array(self._averages[name][1:])
 
     def __repr__(self) -> str:
@@ -282,7 +284,7 @@ class ControlChart(Record):
 
 
 def _batch(name: str, values: npt.ArrayLike, unit: str) -> Floats:
-    """The first batch of one quantity."""
+    """Checked batch of one quantity."""
     array = checks.finite_array(name, values, unit)
     if array.ndim != 1 or array.size < _FEWEST:
         raise checks.refuse(f"batch[{name!r}]", f"{_FEWEST} values or more", array.size)

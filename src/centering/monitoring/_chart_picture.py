@@ -1,4 +1,4 @@
-"""The picture of a control chart: values and their average over the parts, the moving range below."""
+"""Picture of a control chart: values and average over the parts, the moving range below."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +10,7 @@ if TYPE_CHECKING:
     from centering.monitoring._chart import ControlChart
 
 VALUE, AVERAGE, LIMIT = "0.35", pictures.TRACKED, pictures.ALARM
-SMALL = 0.05
-"""mm: what is smaller is drawn in µm."""
+SMALL = 0.05  # chosen: means below it are drawn in µm, mm
 
 
 def plot(chart: "ControlChart") -> Any:
@@ -37,7 +36,7 @@ def plot(chart: "ControlChart") -> Any:
 
 
 def _quantity(chart: "ControlChart", name: str, top: Any, low: Any) -> None:
-    """Both charts of one quantity; parts of the first batch have negative numbers."""
+    """Both charts of one quantity; parts of the batch have negative numbers."""
     limits, unit = chart.limits[name], chart.summary["quantities"][name]["unit"]
     scale, shown = (1e3, "µm") if unit == "mm" and abs(limits.mean) < SMALL else (1.0, unit)
     batch, values, averages = (scale * column for column in chart._history(name))
@@ -59,6 +58,6 @@ def _quantity(chart: "ControlChart", name: str, top: Any, low: Any) -> None:
 
 
 def _lines(ax: Any, heights: tuple[float, ...], colour: str, name: str) -> None:
-    """Limits, named once."""
+    """Limits, labelled once."""
     for k, height in enumerate(heights):
         ax.axhline(height, color=colour, lw=0.9, ls="--", label=name if k == 0 else None)

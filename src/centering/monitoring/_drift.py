@@ -1,4 +1,4 @@
-"""Stroke correction and friction over the parts: a Kalman track of each, with alarms that say when it stepped."""
+"""Kalman track of slowly changing quantities over the parts, with alarms at steps."""
 
 from collections.abc import Mapping
 from typing import Any, Self
@@ -16,44 +16,43 @@ from sdpgrind.identify import Estimate, RandomWalk, Status
 
 
 class DriftTrack(Record):
-    """Track slowly changing quantities over parts, and alarm when one steps.
+    """Track of slowly changing quantities over parts, with an alarm when one steps.
 
-    Each quantity walks at random: ``level <- level + walk noise_sd w``, ``reading = level + noise_sd e``, with w and e normal and
-    independent. The Kalman filter of that (`sdpgrind.identify.RandomWalk`) gives the level, as an average over some 1/walk parts;
-    its innovations over their standard deviations are independent and standard normal as long as nothing but the walk happens.
-    They go into a two-sided cumulative sum whose limit is computed so that all quantities together alarm by mistake once in
-    `parts_per_false_alarm` parts on average. After a step the filter follows it, but the alarm is sooner: see
-    `detection_probability`.
+    Each quantity is a random walk: ``level <- level + walk noise_sd w``, ``reading = level + noise_sd e``,
+    with w and e normal and independent. The Kalman filter (`sdpgrind.identify.RandomWalk`) averages over some
+    1/walk parts; without a step its standardised innovations are independent and standard normal. Their
+    two-sided cumulative sum has a limit for one false alarm of all quantities in `parts_per_false_alarm`
+    parts on average. For the delay after a step see `detection_probability`.
 
-    After an alarm the level rests on the readings since the step alone, and the quantity is not watched until `acknowledge`: the
-    alarm, the representation and the picture say so. Every alarm is told as a step, that of a steady trend too: one of 0.02 sd a
-    part alarms after some 130 parts, and "since" is then only where it stood out of the noise.
+    After an alarm the level is that of the readings since the step, and the quantity is not watched until
+    `acknowledge`. A steady trend is also reported as a step: one of 0.02 sd per part alarms after some 130
+    parts, of 0.05 sd after 45; "since" is then the part at which it exceeded the noise.
 
     Parameters
     ----------
     noise_sd : mapping of str to float or None, optional
-        Quantities, and the standard deviation of a reading about the level, in the unit of the quantity; None: it is learned from
-        the innovations, those of the last 10 parts left aside, and Student's law takes the place of the normal one. Alarms may
-        come from the 32nd part on, as seldom as with a known one: the limit stands higher by as much as that takes. So a step of
-        3 sd is flagged within 5 parts with 0.96 after 40 parts, 0.988 after 100, 0.992 after 200 (0.993 with a known one). Where
-        readings are all alike, their rounding is taken to be the first change: a change that stays is flagged with the second or
-        third part. By default "stroke_offset" (mm: P of Mears (6.16), the running correction of the push, which corrects the
-        closing gap of probe and part and what the stroke fell short) and "mu_kinetic" (1: sliding friction), both None.
+        Quantities, and the standard deviation of a reading about the level, in the unit of the quantity.
+        None: learned from the innovations before the last 10 parts, with Student's distribution in place of
+        the normal one and a higher limit for the same rate of false alarms. Alarms are then possible from the
+        32nd part on; a step of 3 sd is found within 5 parts with probability 0.96 after 40 parts, 0.988 after
+        100, 0.992 after 200 (0.993 with a known one). Where readings are all alike, their rounding is assumed
+        to be the first change: a lasting change is found with the second or third part. Default: None for
+        "stroke_offset" (mm: P of Mears (6.16), the running correction of the push for the closing gap of
+        probe and part and the shortfall of the stroke) and "mu_kinetic" (1: sliding friction).
     walk : float
-        Standard deviation of the walk per part over that of a reading, unit 1. Given too small it makes alarms: at 0.03, with a
-        true one of 0.06 once in 790 parts where 2000 were asked for, of 0.1 once in 260. A steady drift is no walk: of 0.02 sd a
-        part it alarms after 130 parts on average, of 0.05 sd after 45, as a step.
+        Standard deviation of the walk per part over that of a reading, unit 1. Too small a value causes
+        alarms: 0.03 with a true 0.06 once in 790 parts for 2000 wanted, with 0.1 once in 260.
     units : mapping of str to str, optional
-        Units; mm by default ("mu_kinetic": 1).
+        Units. Default: mm ("mu_kinetic": 1).
     parts_per_false_alarm : float
-        Parts between false alarms on average, unit 1, over all quantities.
+        Mean number of parts between false alarms of all quantities, unit 1.
 
     Raises
     ------
     ValueError
-        When a number is not > 0, or the parts between false alarms are not within 10 and 1e8.
+        If a number is not > 0, or the parts between false alarms are not within 10 and 1e8.
     TypeError
-        When there is no quantity, or a unit is no text.
+        If there is no quantity, or a unit is no text.
 
     Examples
     --------
@@ -94,7 +93,7 @@ class DriftTrack(Record):
         self.reset()
 
     def reset(self) -> None:
-        """Forget every part."""
+        """Forget all parts."""
         self._tracks = {
             name: Tracked(
                 name,
@@ -107,7 +106,7 @@ class DriftTrack(Record):
             for name, sd in self._given.items()
         }
         self._past: list[DriftAlarm] = []
-        self._acknowledged: list[tuple[int, str]] = []  # parts before it, quantity
+        self._acknowledged: list[tuple[int, str]] = []  # number of parts before it, quantity
         self._count = 0
 
     @property
@@ -117,7 +116,7 @@ class DriftTrack(Record):
 
     @property
     def limit(self) -> float:
-        """Limit of the cumulative sums for a known noise, unit 1 (standard deviations); `dataset` tells that of each part."""
+        """Limit of the cumulative sums for a known noise, in standard deviations, unit 1; see `dataset`."""
         return self._limit
 
     def update(self, **readings: float) -> tuple[DriftAlarm, ...]:
@@ -126,17 +125,17 @@ class DriftTrack(Record):
         Parameters
         ----------
         **readings
-            Quantities by name, in their units; one that is left out, or NaN, was not read.
+            Quantities by name, in their units; left out or NaN: no reading.
 
         Returns
         -------
         tuple of DriftAlarm
-            New alarms, mostly none.
+            New alarms.
 
         Raises
         ------
         ValueError, TypeError
-            For a name that is not tracked, or what is no number.
+            For an unknown name, or a value that is no number.
         """
         for name, reading in readings.items():
             checks.one_of("readings", name, self._tracks)
@@ -153,26 +152,26 @@ class DriftTrack(Record):
 
     @property
     def alarms(self) -> tuple[DriftAlarm, ...]:
-        """Alarms that are not acknowledged; quantities in their units."""
+        """Alarms not yet acknowledged; quantities in their units."""
         return tuple(track.alarm for track in self._tracks.values() if track.alarm is not None)
 
     @property
     def history(self) -> tuple[DriftAlarm, ...]:
-        """Alarms so far, acknowledged or not; quantities in their units."""
+        """All alarms so far; quantities in their units."""
         return tuple(self._past)
 
     def acknowledge(self, *names: str) -> None:
-        """Say that the cause was seen to: the level (in the unit of its quantity) starts anew with the next part.
+        """Watch a quantity again after an alarm: its level (in its unit) starts anew with the next part.
 
         Parameters
         ----------
         *names
-            Quantities; by default all that alarm.
+            Quantities. Default: all with an alarm.
 
         Raises
         ------
         ValueError
-            For a name that is not tracked.
+            For an unknown name.
         """
         for name in names or [alarm.quantity for alarm in self.alarms]:
             self._tracks[checks.one_of("names", name, self._tracks)].restart()
@@ -180,7 +179,7 @@ class DriftTrack(Record):
 
     @property
     def estimate(self) -> Estimate:
-        """Levels after the last part with their covariance, each in its unit; undetermined while one was never read."""
+        """Levels after the last part with covariance, in their units; undetermined before all were read."""
         levels = [track.level for track in self._tracks.values()]
         values, sds = (np.array(column) for column in zip(*levels, strict=True))
         status = Status.OK if np.all(np.isfinite(sds)) else Status.UNDETERMINED
@@ -189,18 +188,18 @@ class DriftTrack(Record):
         )
 
     def detection_probability(self, step: float = 3.0, within: int = 5, after: int = 100) -> float:
-        """Return how sure a step of one quantity is to be flagged in time, for a known `noise_sd`.
+        """Return the probability of finding a step of one quantity in time, for a known `noise_sd`.
 
-        It is the least probability, that of a sum at 0 when the step comes, by the Markov chain of the sum.
+        It is a lower bound, for a sum of 0 at the step, by the Markov chain of the sum.
 
         Parameters
         ----------
         step : float
             Size of the step in standard deviations of a reading, unit 1.
         within : int
-            Parts after the step that may be made until the alarm, the first changed one included.
+            Parts after the step up to the alarm, the first changed one included.
         after : int
-            Parts before the step, >= 1: the fewer, the less sure the filter is of the level.
+            Parts before the step, >= 1; fewer leave the level less certain.
         """
         size, parts, before = (
             checks.number("step", step, "1"),
@@ -215,10 +214,9 @@ class DriftTrack(Record):
 
     @property
     def dataset(self) -> xr.Dataset:
-        """Readings, levels, sums (the greater side, signed, unit 1) and their limits over the parts; NaN where none was read.
+        """Readings (NaN: none), levels, sums (the greater side, signed, unit 1) and limits over the parts.
 
-        A limit is infinite as long as too little is known of a noise that is learned. A sum is NaN where the quantity is not
-        watched, after an alarm until `acknowledge`.
+        A limit is infinite until a learned noise is known; a sum is NaN from an alarm until `acknowledge`.
         """
         data = {}
         for name, track in self._tracks.items():
@@ -229,13 +227,13 @@ class DriftTrack(Record):
         return xr.Dataset(data, {"part": np.arange(self._count)}, {"limit": self._limit})
 
     def plot(self) -> Any:
-        """Draw readings and levels over the parts, in their units, the sums below, with alarms; return the figure."""
+        """Draw readings, levels and sums over the parts, in their units, with alarms; return the figure."""
         return pictures.drawn("centering.monitoring._drift_picture:plot", self)
 
     def _written(self) -> xr.Dataset:
         settings = {
-            "noise_sd": self._given, "units": self._units, "walk": self._walk, "parts_per_false_alarm": self._parts,
-            "acknowledged": self._acknowledged,
+            "noise_sd": self._given, "units": self._units, "walk": self._walk,
+            "parts_per_false_alarm": self._parts, "acknowledged": self._acknowledged,
         }  # fmt: skip
         readings = {name: [row[0] for row in track.rows] for name, track in self._tracks.items()}
         return part_record.dataset_of(readings, self._units, settings)
@@ -252,7 +250,7 @@ class DriftTrack(Record):
         return track
 
     def _acknowledge_again(self, acknowledged: list[tuple[int, str]]) -> None:
-        """Do what was acknowledged after as many parts as there are now."""
+        """Repeat the acknowledgements made after the present number of parts."""
         while acknowledged and acknowledged[0][0] == self._count:
             self.acknowledge(acknowledged.pop(0)[1])
 
@@ -264,7 +262,7 @@ class DriftTrack(Record):
 def _quantities(
     noise_sd: Mapping[str, float | None], units: Mapping[str, str] | None
 ) -> dict[str, float | None]:
-    """Names, and what is known of the noise of each."""
+    """Checked names and noise of the quantities."""
     if not isinstance(noise_sd, Mapping) or not noise_sd:
         raise TypeError(
             f"noise_sd must be a mapping of names to numbers or None; got {checks.shown(noise_sd)}"

@@ -1,4 +1,4 @@
-"""The picture of a drift track: readings with their level, and below the sum that watches them."""
+"""Picture of a drift track: readings with their level, the cumulative sum below."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -63,7 +63,7 @@ def _levels(ax: Any, part: Any, reading: Any, level: Any, label: str) -> None:
 
 
 def _alarm(top: Any, low: Any, since: int, part: int) -> None:
-    """The span between the step and its alarm."""
+    """Span between the step and its alarm."""
     for ax in (top, low):
         ax.axvspan(since - 0.5, part + 0.5, color=ALARM, alpha=0.15, lw=0)
     top.annotate(
@@ -77,6 +77,6 @@ def _alarm(top: Any, low: Any, since: int, part: int) -> None:
 
 
 def _unwatched(ax: Any, alarm: "DriftAlarm", count: int) -> None:
-    """Parts since an alarm that waits for its acknowledgement."""
+    """Parts from an alarm until its acknowledgement."""
     ax.axvspan(alarm.part + 0.5, max(count, alarm.part + 1) - 0.5, color=READ, alpha=0.25, lw=0)
     ax.annotate(alarm.unwatched, (0.5, 0.12), xycoords="axes fraction", ha="center", va="bottom", fontsize=8)

@@ -1,4 +1,4 @@
-"""What was read of the parts, in a file: whatever watches them is made from it again, as it depends on nothing else."""
+"""File of the readings of all parts, from which a chart or a track is built again."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,22 +11,22 @@ import xarray as xr
 def dataset_of(
     values: Mapping[str, Sequence[float]], units: Mapping[str, str], settings: Mapping[str, Any]
 ) -> xr.Dataset:
-    """Values of quantities over the parts, NaN where none was read, with what the watcher was made with."""
+    """Values of quantities over the parts, NaN: no reading, with the settings of the chart or track."""
     table = np.array(list(values.values()), dtype=float).reshape(len(values), -1)
     told = {"units": ", ".join(units[name] for name in values), "long_name": "what was read of each part"}
     columns = (
         {"value": (("quantity", "part"), table, told)} if table.size else {}
-    )  # such a file holds no empty array
+    )  # NetCDF holds no empty array
     return xr.Dataset(columns, {"quantity": list(values)}, {"settings": json.dumps(settings)})
 
 
 def settings_in(data: xr.Dataset) -> dict[str, Any]:
-    """What the watcher was made with."""
+    """Settings of the chart or track."""
     return dict(json.loads(data.attrs["settings"]))
 
 
 def parts_in(data: xr.Dataset) -> Iterator[dict[str, float]]:
-    """Values of each part by name, in their order."""
+    """Values of each part by name, in order."""
     names = [str(name) for name in data["quantity"].values]
     for row in data["value"].values.T if "value" in data else ():
         yield dict(zip(names, row.tolist(), strict=True))

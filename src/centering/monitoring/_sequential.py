@@ -1,7 +1,7 @@
-"""Statistics that watch a row of standardised values, and how long they run until they alarm.
+"""Cumulative sum and weighted average of standardised values, and their run lengths.
 
-Run lengths and probabilities are those of the Markov chain of the statistic: its density is carried from value to value by Gauss
-and Legendre's quadrature, which is exact to all digits that matter here, as the densities are smooth.
+Run lengths and probabilities are those of the statistic's Markov chain: Gauss-Legendre quadrature carries its
+density from value to value, to all relevant digits, as the densities are smooth.
 """
 
 from collections.abc import Sequence
@@ -14,21 +14,19 @@ from scipy.special import gammaln, ndtr, roots_genlaguerre, stdtrit
 
 from sdpgrind.base.checks import Floats
 
-NODES = 48
-"""Of the quadrature: twice as many change no run length below 1e6 by 1e-9."""
-_VARIANCES = 12
-"""Nodes over what a variance may have been learned as: twice as many change the rate of alarms by 1e-4."""
+NODES = 48  # measured: nodes of the quadrature; twice as many change no run length below 1e6 by 1e-9
+_VARIANCES = 12  # measured: nodes over the learned variance; twice as many change the rate of alarms by 1e-4
 
 
 def not_read(value: object) -> bool:
-    """Whether a value says that there is none: NaN of any kind of float."""
+    """Whether a value is NaN of any kind of float: no reading."""
     return isinstance(value, float | np.floating) and isnan(value)
 
 
 class Cusum:
-    """Two-sided cumulative sum of standardised values: each side adds what exceeds `reference` (k), and forgets at 0.
+    """Two-sided cumulative sum (Page 1954) of standardised values.
 
-    ``up <- max(0, up + z - reference)``, and the same of ``-z`` for `down`; more than `limit` is an alarm (Page 1954).
+    ``up <- max(0, up + z - reference)``, and with ``-z`` for `down`; above `limit` is an alarm.
     """
 
     def __init__(self, reference: float, limit: float) -> None:
@@ -36,11 +34,11 @@ class Cusum:
         self.reset()
 
     def reset(self) -> None:
-        """Start at 0, where an alarm takes longest."""
+        """Start at 0."""
         self.up = self.down = 0.0
 
     def update(self, value: float) -> int:
-        """Take in one value; 1 or -1 is an alarm, and says which way, 0 is none."""
+        """Add one value; 1 or -1: alarm and its direction, 0: none."""
         self.up = max(0.0, self.up + value - self.reference)
         self.down = max(0.0, self.down - value - self.reference)
         if max(self.up, self.down) <= self.limit:
@@ -49,15 +47,15 @@ class Cusum:
 
 
 def cusum_run_length(reference: float, limit: float) -> float:
-    """Mean number of values until a two-sided sum alarms by mistake: both sides are alike, and their rates add (Kemp 1961)."""
+    """Mean run length of a two-sided sum until a false alarm: the rates of both sides add (Kemp 1961)."""
     stay = _cusum_step(reference, limit, 0.0)
     return float(_run_length(stay)[0]) / 2
 
 
 @lru_cache(maxsize=64)
 def cusum_limit(reference: float, run_length: float) -> float:
-    """Limit of a two-sided sum that alarms by mistake once in `run_length` values on average."""
-    siegmund = log(4 * reference**2 * run_length) / (2 * reference) - 1.166  # near it, where the run is long
+    """Limit of a two-sided sum with one false alarm in `run_length` values on average."""
+    siegmund = log(4 * reference**2 * run_length) / (2 * reference) - 1.166  # approximation for long runs
     found = brentq(
         lambda limit: log(cusum_run_length(reference, limit) / run_length),
         0.0,
@@ -69,11 +67,12 @@ def cusum_limit(reference: float, run_length: float) -> float:
 
 @lru_cache(maxsize=64)
 def learned_widening(reference: float, run_length: float, freedom: int) -> float:
-    """How much higher the limit must be while the noise is learned, times the number of values that it rests on.
+    """Rise of the limit needed with a learned noise, times the number of values that the noise is based on.
 
-    A standard deviation that came out too small makes all scores of a sum too large together, though Student's law is right for
-    each: the rate of alarms is its mean over what may have been learned. The limit that keeps it exceeds that for a known noise
-    as one over the number of values, to a few per cent from 20 on; `freedom`, the least number, gives the largest product.
+    A standard deviation learned too small makes all scores of a sum too large together, although Student's
+    distribution is right for each: the rate of alarms is its mean over the learned values. The rise is
+    inversely proportional to the number of values, to a few per cent from 20 on; `freedom`, the least number,
+    gives the largest product.
     """
     known = cusum_limit(reference, run_length)
 
@@ -87,14 +86,14 @@ def learned_widening(reference: float, run_length: float, freedom: int) -> float
 
 
 def _learned_rate(reference: float, limit: float, freedom: int) -> float:
-    """Alarms by value of a two-sided sum of values over a standard deviation that so many others gave, by Student's law."""
+    """Rate of alarms of a two-sided sum of Student scores, mean over the learned noise."""
     half_square, weights = roots_genlaguerre(_VARIANCES, freedom / 2 - 1)
     nodes, lengths = _nodes(0.0, limit)
     score = np.concatenate([[0.0], nodes]) - np.concatenate([[0.0], nodes])[:, None] + reference
     value = -np.sign(score) * stdtrit(freedom, np.maximum(ndtr(-np.abs(score)), 1e-300))
     slope = _density(score) / _student_density(value, freedom)
     rates = []
-    for found in np.sqrt(2 * half_square / freedom):  # the standard deviation over the true one
+    for found in np.sqrt(2 * half_square / freedom):  # learned over true standard deviation
         stay = np.hstack(
             [ndtr(found * value[:, :1]), lengths * found * (slope * _density(found * value))[:, 1:]]
         )
@@ -108,9 +107,9 @@ def _student_density(value: Floats, freedom: int) -> Floats:
 
 
 def cusum_detection(reference: float, limit: float, means: Sequence[float]) -> float:
-    """Probability that a sum that stands at 0 alarms while values of these means come in, on the side where they are.
+    """Probability that one side of a sum at 0 alarms during values of the given means.
 
-    A sum that stands higher when the change comes alarms sooner: this is the least probability.
+    A lower bound: a higher sum alarms sooner.
     """
     density = np.zeros(NODES + 1)
     density[0] = 1.0
@@ -120,7 +119,7 @@ def cusum_detection(reference: float, limit: float, means: Sequence[float]) -> f
 
 
 def _cusum_step(reference: float, limit: float, mean: float) -> Floats:
-    """Probabilities that one side goes from node to node without alarm; the first node is 0 itself, where it may stay."""
+    """Transition probabilities of one side between nodes without alarm; the first node is 0, an atom."""
     nodes, weights = _nodes(0.0, limit)
     start = np.concatenate([[0.0], nodes])[:, None]
     back = ndtr(reference - mean - start)
@@ -128,7 +127,7 @@ def _cusum_step(reference: float, limit: float, mean: float) -> Floats:
 
 
 def ewma_run_length(weight: float, limit: float) -> float:
-    """Mean number of values until an average ``e <- (1 - weight) e + weight z`` leaves +-`limit` by mistake (Crowder 1987)."""
+    """Mean run length of ``e <- (1 - weight) e + weight z`` until it leaves +-`limit` (Crowder 1987)."""
     nodes, weights = _nodes(-limit, limit)
     start = np.concatenate([[0.0], nodes])[:, None]
     stay = weights * _density((nodes - (1 - weight) * start) / weight) / weight
@@ -136,12 +135,12 @@ def ewma_run_length(weight: float, limit: float) -> float:
 
 
 def ewma_sd(weight: float) -> float:
-    """Standard deviation that the average of independent standardised values settles to."""
+    """Stationary standard deviation of the average of independent standardised values."""
     return sqrt(weight / (2 - weight))
 
 
 def _run_length(stay: Floats) -> Floats:
-    """Mean steps until a chain is left, from each of its states."""
+    """Mean number of steps until a chain is left, from each of its states."""
     return np.asarray(np.linalg.solve(np.eye(len(stay)) - stay, np.ones(len(stay))))
 
 

@@ -1,4 +1,4 @@
-"""One quantity over the parts: its Kalman filter, the scatter of its readings, the sum that watches it, its alarm."""
+"""Track of one quantity: Kalman filter, noise of its readings, cumulative sum, alarm."""
 
 from collections import deque
 from math import isnan, sqrt
@@ -10,20 +10,16 @@ from centering.monitoring._alarm import DriftAlarm, Shock, likely_step
 from centering.monitoring._sequential import Cusum
 from sdpgrind.identify import RandomWalk
 
-REFERENCE = 0.9
-"""Standard deviations: finds a step of 3 sd within 5 parts most often of all, at run lengths of some 1000 to 1e4."""
-_HELD = 10  # parts that are watched before their scatter counts as noise, so that a step does not hide itself
-FEWEST = 20
-"""Innovations that a standard deviation rests on at least: with fewer, limits are so high that little is found."""
-_ROUNDED = sqrt(
-    12
-)  # readings that are rounded to steps are off by one over that of a step, as a standard deviation
-_RECENT = 60  # parts back to which the beginning of a step is looked for
-_FARTHEST = 37.0  # standard deviations; beyond, probabilities are 0 in floating point
+REFERENCE = 0.9  # chosen: finds steps of 3 sd within 5 parts most often, at run lengths of 1000 to 1e4
+_HELD = 10  # chosen: delay in parts before an innovation counts as noise, so that a step does not hide itself
+FEWEST = 20  # chosen: least innovations of a learned noise; with fewer, high limits find little
+_ROUNDED = sqrt(12)  # derived: step of rounded readings over the standard deviation of the rounding
+_RECENT = 60  # chosen: greatest number of parts back to the begin of a step
+_FARTHEST = 37.0  # derived: standard deviations beyond which probabilities are 0 in floating point
 
 
 class Tracked:
-    """One quantity: its filter (for noise of sd 1, so that a noise still unknown only scales), its sum, its alarm."""
+    """Track of one quantity; its filter has noise of sd 1, so that an unknown noise only scales."""
 
     def __init__(
         self, name: str, unit: str, noise_sd: float | None, *, walk: float, limit: float, widening: float
@@ -37,7 +33,7 @@ class Tracked:
         self.restart()
 
     def restart(self) -> None:
-        """Watch from here on; what was learned of the noise is kept."""
+        """Watch from here on with the noise learned so far."""
         self._filter.reset()
         self._sum.reset()
         self._held: deque[float] = deque()
@@ -47,7 +43,7 @@ class Tracked:
 
     @property
     def noise_sd(self) -> float:
-        """As given, or as learned so far."""
+        """Given or learned standard deviation of a reading; inf: too few readings."""
         if self._given is not None:
             return self._given
         if self._learned < FEWEST:
@@ -76,19 +72,19 @@ class Tracked:
 
     @property
     def limit(self) -> float:
-        """Of the sum, standard deviations: higher where the noise is learned; infinite as long as it is not."""
+        """Limit of the sum, standard deviations: higher with a learned noise, infinite before it is known."""
         if self._given is not None:
             return self._limit
         return self._limit + self._widening / self._learned if self._learned >= FEWEST else np.inf
 
     def _see_steps(self, reading: float) -> None:
-        """Keep the smallest change from one reading to the next: they may be rounded to steps of that size."""
+        """Keep the smallest change between readings, an upper bound of their rounding."""
         if reading != self._last and not isnan(reading + self._last):
             self._step = min(self._step, abs(reading - self._last))
         self._last = self._last if isnan(reading) else reading
 
     def _watch(self, part: int) -> int:
-        """Take the last innovation into the sum, where there is one."""
+        """Add the last innovation to the sum."""
         innovation, spread = float(self._filter.innovation[0]), float(self._filter.innovation_sd[0])
         if isnan(innovation):
             return 0
@@ -100,7 +96,7 @@ class Tracked:
         return side
 
     def _standard(self, value: float) -> float:
-        """Value of a standard normal number as far out: of what is known, or by Student's law of what was learned."""
+        """Standard normal score of equal tail probability, of Student's distribution for a learned noise."""
         if self._given is not None:
             return value / self._given
         if not 0 < self.noise_sd < np.inf:
@@ -109,14 +105,14 @@ class Tracked:
         return float(np.copysign(min(-tail, _FARTHEST), value))
 
     def _learn(self, value: float) -> None:
-        """Put the innovation by; the one of ten parts ago counts as noise now."""
+        """Store the innovation; that of `_HELD` parts ago now counts as noise."""
         self._held.append(value)
         if len(self._held) > _HELD:
             self._square += self._held.popleft() ** 2
             self._learned += 1
 
     def _raise(self, part: int, side: int) -> DriftAlarm:
-        """The alarm, and the level from the readings since the step."""
+        """Return the alarm; the level restarts from the readings since the step."""
         found, noise = likely_step(self._shocks, side), self.noise_sd
         self._filter.reset()
         for number, reading in self._readings:

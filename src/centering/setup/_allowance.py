@@ -1,4 +1,4 @@
-"""How far to stay away by cost: every bit of allowance is ground in air, and what is not allowed for crashes."""
+"""Allowance of least cost between air cutting and crashes."""
 
 from math import exp, log, pi, sqrt
 
@@ -7,33 +7,34 @@ from scipy.special import ndtr
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, described, quantity
 
-CUSTOM = 3.0
-"""Standard deviations that custom allows for."""
-_RARE = 999.5e-6  # what rounds to 1000 ppm is told in per cent
+CUSTOM = 3.0  # chosen: customary allowance in standard deviations
+_RARE = 999.5e-6  # derived: probabilities from here on round to 1000 ppm and are shown in per cent
 
 
 @described("centering.allowance")
 class Allowance(Described):
-    """The allowance of least cost, as `best_allowance` gives it, and what any other costs.
+    """Allowance of least cost, from `best_allowance`, and the cost of any other.
 
-    Per part z standard deviations of air cost ``z sd/approach_rate``, and a crash costs `crash_time` with probability
-    ``1 - Phi(z)``. Where the derivative is 0, ``sd/approach_rate = crash_time phi(z)``: a little more allowance costs as much air
-    as it saves crashes. This is the least for z >= 0; below 0, where most parts crash, no machine is run.
+    Per part z standard deviations of air cost ``z sd/approach_rate``; a crash costs `crash_time` with
+    probability ``1 - Phi(z)``. The optimum ``sd/approach_rate = crash_time phi(z)`` is a minimum for z >= 0;
+    at z < 0 most parts would crash.
 
     Attributes
     ----------
     sd : float
-        Of the largest radius, mm.
+        Standard deviation of the largest radius, mm.
     approach_rate : float
         Feed in air, mm/s.
     crash_time : float
-        What a crash costs, s of the machine's time.
+        Cost of a crash in machine time, s.
 
     Examples
     --------
     >>> best = best_allowance(0.02, approach_rate=0.026, crash_time=300.0)
-    >>> round(best.sigmas, 4), round(best.length, 5), round(best.cost(), 3), round(best.cost(3.0) - best.cost(), 4)
-    (3.1772, 0.06354, 2.667, 0.0456)
+    >>> round(best.sigmas, 4), round(best.length, 5), round(best.cost(), 3)
+    (3.1772, 0.06354, 2.667)
+    >>> round(best.cost(3.0) - best.cost(), 4)
+    0.0456
     """
 
     sd: float = quantity("mm", above=0)
@@ -42,39 +43,33 @@ class Allowance(Described):
 
     @property
     def sigmas(self) -> float:
-        """Standard deviations to allow for, unit 1: ``sqrt(2 ln(C v/(s sqrt(2 pi))))``, or 0 where a crash costs too little."""
+        """Allowance in standard deviations, unit 1: ``sqrt(2 ln(C v/(s sqrt(2 pi))))``, at least 0."""
         density = self.sd / (self.approach_rate * self.crash_time)
         return sqrt(-2 * log(density * sqrt(2 * pi))) if density * sqrt(2 * pi) < 1 else 0.0
 
     @property
     def length(self) -> float:
-        """The allowance, mm."""
+        """Allowance, mm."""
         return self.sigmas * self.sd
 
     @property
     def contact_probability(self) -> float:
-        """Probability that a part stands out by more than the allowance."""
+        """Probability that a part is larger than the allowance."""
         return float(ndtr(-self.sigmas))
 
     def cost(self, sigmas: float | None = None) -> float:
-        """Return the expected cost of a part, air and crashes, s.
+        """Return the expected cost of air and crashes per part, s.
 
         Parameters
         ----------
         sigmas : float, optional
-            Standard deviations that are allowed for, unit 1; by default those of least cost.
+            Allowance in standard deviations, unit 1. Default: that of least cost.
         """
         z = self.sigmas if sigmas is None else checks.number("sigmas", sigmas, "1")
         return float(z * self.sd / self.approach_rate + self.crash_time * ndtr(-z))
 
     def marginal_cost(self, sigmas: float | None = None) -> float:
-        """Return what one standard deviation of allowance more costs, s; 0 where the cost is least.
-
-        Parameters
-        ----------
-        sigmas : float, optional
-            Standard deviations that are allowed for, unit 1; by default those of least cost.
-        """
+        """Return the derivative of `cost` by `sigmas`, s per standard deviation; see `cost`."""
         z = self.sigmas if sigmas is None else checks.number("sigmas", sigmas, "1")
         return self.sd / self.approach_rate - self.crash_time * exp(-z * z / 2) / sqrt(2 * pi)
 
@@ -87,26 +82,26 @@ class Allowance(Described):
 
 
 def best_allowance(sd: float, *, approach_rate: float, crash_time: float) -> Allowance:
-    """Choose by cost how far over the mean of the parts controlled feed begins.
+    """Return the allowance of least cost: begin of controlled feed over the mean of the parts.
 
     Parameters
     ----------
     sd : float
-        Standard deviation of the largest radius, mm: over the parts, or of what was measured of one of them.
+        Standard deviation of the largest radius, mm: over the parts, or of the measurement of one.
     approach_rate : float
         Feed in air, mm/s.
     crash_time : float
-        What a crash costs, s: dressing, a new wheel, scrap, in the machine's time.
+        Cost of a crash in machine time, s: dressing, a new wheel, scrap.
 
     Returns
     -------
     Allowance
-        Standard deviations to allow for, mm, and what others cost, s.
+        Allowance, mm, and costs, s.
 
     Raises
     ------
     ValueError
-        When a value is not > 0.
+        If a value is not > 0.
 
     Examples
     --------
@@ -118,5 +113,5 @@ def best_allowance(sd: float, *, approach_rate: float, crash_time: float) -> All
 
 
 def told_chance(probability: float) -> str:
-    """Three digits of a probability: in ppm where it is below 1000 ppm, else in per cent."""
+    """Three digits of a probability: in ppm below 1000 ppm, else in per cent."""
     return f"{1e6 * probability:.3g} ppm" if probability < _RARE else f"{100 * probability:.3g} %"

@@ -1,4 +1,4 @@
-"""Where rapid feed may end: by the population of parts, and by what was measured of this one."""
+"""End of rapid feed: by the population of parts, and by the measurement of one."""
 
 from dataclasses import KW_ONLY
 from typing import Any, NamedTuple, Self
@@ -15,12 +15,12 @@ from sdpgrind.base.stored import decode, encode
 
 
 class BothRules(NamedTuple):
-    """One number by each rule.
+    """A value by each rule.
 
     Attributes
     ----------
     part : float
-        By what was measured of this part; a probability in all uses here, at most that of a plan from a profile.
+        By the measurement of this part; a probability, from a profile an upper bound.
     population : float
         By the scatter of all parts.
     """
@@ -31,48 +31,50 @@ class BothRules(NamedTuple):
 
 @described("centering.changeover")
 class Changeover(Plan, Described):
-    """Where the wheel changes over from rapid to controlled feed: a plan for one part, as `plan_changeover` makes it.
+    """Changeover of the wheel from rapid to controlled feed for one part, from `plan_changeover`.
 
     With s = 1, and s = -1 for a bore (internal grinding, where the smallest radius is the most material):
 
-    * the rule of the population, ``X_pop = finish_radius + s (mean + roundness + k (sd + roundness_sd) + gap)``;
-    * the rule of the part, ``X_part = largest_radius + s (z radius_sd + gap)``.
+    * rule of the population: ``X_pop = finish_radius + s (mean + roundness + k (sd + roundness_sd) + gap)``;
+    * rule of the part: ``X_part = largest_radius + s (z radius_sd + gap)``.
 
     Attributes
     ----------
     stock : Stock
-        The population of parts, mm.
+        Population of parts, mm.
     finish_radius : float
-        Of the finished part, mm.
+        Radius of the finished part, mm.
     gap : float
-        Kept for what is not counted here, mm: heat, wear of the wheel, the servo.
+        Reserve for heat, wheel wear and servo, mm.
     approach_rate : float
-        Controlled feed in air, mm/s; with a sensor that ends the air (gap elimination) its rate until contact.
+        Controlled feed in air, mm/s; with gap elimination (a sensor that detects contact) its rate until
+        contact.
     largest_radius : float
-        Of this part about the grinder's axis, mm; of a bore the smallest.
+        Largest radius of this part about the grinder's axis, mm; of a bore the smallest.
     radius_sd : float
-        Its uncertainty u as a standard deviation, mm. Where the radius is that of a measured form, noise that makes another place
-        the highest only adds to it: what follows from u is then said with "at most".
+        Standard deviation u of that radius, mm. From a profile, noise can only make another place the
+        highest: probabilities that follow from u are then upper bounds.
     combine : {"linear", "rss"}
-        How the population's two scatters are put together, see `Stock.allowance`.
+        Sum of the population's two scatters, see `Stock.allowance`.
     internal : bool
-        Whether a bore is ground.
+        True: a bore.
     sigmas : float, optional
-        z: standard deviations of `radius_sd` that are allowed for, unit 1; 3 by default.
+        Allowance z in multiples of `radius_sd`, unit 1. Default: 3.
     crash_time : float, optional
-        What a crash costs, s: z is then that of least cost, see `best_allowance`; more than that of least cost where u is said
-        with "at most".
+        Cost of a crash, s: z is then that of least cost, see `best_allowance`; where u gives an upper bound,
+        larger than that of least cost.
 
     Raises
     ------
     ValueError
-        When a radius or a rate is not > 0, the gap or an uncertainty is negative or smells of micrometres, or both z and
-        `crash_time` are given.
+        If a radius or a rate is not > 0, the gap or an uncertainty is negative or probably in micrometres, or
+        both z and `crash_time` are given.
 
     Examples
     --------
     >>> stock = Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004)
-    >>> change = Changeover(stock, finish_radius=35.0, gap=0.010, approach_rate=0.026, largest_radius=35.16, radius_sd=0.0005)
+    >>> part = {"largest_radius": 35.16, "radius_sd": 0.0005}
+    >>> change = Changeover(stock, finish_radius=35.0, gap=0.010, approach_rate=0.026, **part)
     >>> round(change.population_position, 6), round(change.position, 6), round(change.time_saved, 4)
     (35.242, 35.1715, 2.7115)
     >>> change
@@ -98,7 +100,7 @@ class Changeover(Plan, Described):
 
     @property
     def part_sigmas(self) -> float:
-        """z: standard deviations of this part's radius that are allowed for, unit 1."""
+        """Allowance z in multiples of this part's `radius_sd`, unit 1."""
         if self.crash_time is None:
             return CUSTOM if self.sigmas is None else self.sigmas
         if self.radius_sd == 0:
@@ -121,45 +123,41 @@ class Changeover(Plan, Described):
 
     @property
     def _outward(self) -> int:
-        """Which way the wheel lies: +1 outside of a part, -1 inside of a bore."""
+        """Direction from the part to the wheel: +1, in a bore -1."""
         return -1 if self.internal else 1
 
     @property
     def length_saved(self) -> float:
-        """Air that is not ground, mm; negative where the part stands out of the population."""
+        """Air cutting saved, mm; negative: the part is larger than the population's rule allows."""
         return self._outward * (self.population_position - self.position)
 
     @property
     def time_saved(self) -> float:
-        """Time of this part that the measurement saves, s."""
+        """Time saved by the measurement for this part, s."""
         return self.length_saved / self.approach_rate
 
     @property
     def mean_time_saved(self) -> float:
-        """What the rule of the part saves at most on average over the population, s.
+        """Upper bound of the mean time saved by the rule of the part, s; less where noise lifts the radius.
 
-        ``(k (sd + roundness_sd) - z u)/approach_rate``; where noise lifts the measured radius on average, by as much less.
+        ``(k (sd + roundness_sd) - z u)/approach_rate``.
         """
         return (self.stock.allowance(self.combine) - self.part_sigmas * self.radius_sd) / self.approach_rate
 
     @property
     def contact_probability(self) -> BothRules:
-        """Probability that the part reaches farther than was allowed for, into the gap, by each rule; by the part's at most.
+        """Probability that the part reaches into the gap, by each rule; by the part's an upper bound.
 
-        Of a plan from a profile that is the probability itself where one place is highest by more than noise, as of a part off
-        its axis or of few lobes; where many places are as high within the noise, the largest of them is seldom too low.
-
-        The gap is not counted, as it is kept for other things; see `through_gap_probability`. The linear sum of two scatters of
-        3 sd each stands for z = 3 (sd + roundness_sd)/hypot(sd, roundness_sd) of the height: 4.24 where they are equal.
+        From a profile the bound is tight where one place is highest by more than noise, as with a part off
+        its axis or of few lobes; where many places are equally high, the largest is seldom too low. For the
+        whole gap see `through_gap_probability`. The linear sum of two scatters of 3 sd each corresponds to z
+        = 3 (sd + roundness_sd)/hypot(sd, roundness_sd) of the height: 4.24 for equal scatters.
         """
         return self._beyond(0.0)
 
     @property
     def through_gap_probability(self) -> BothRules:
-        """Probability that the part reaches through all of the gap too, by each rule: contact, if nothing else uses the gap.
-
-        That of the part's rule is told as in `contact_probability`, at most.
-        """
+        """Probability that the part reaches through the gap, by each rule; see `contact_probability`."""
         return self._beyond(self.gap)
 
     def _beyond(self, gap: float) -> BothRules:
@@ -168,22 +166,22 @@ class Changeover(Plan, Described):
 
     @property
     def outside_population(self) -> bool:
-        """Whether the part has more material (mm) than the population's rule allows for."""
+        """Whether the part has more material (mm) than the population's rule allows."""
         return self._outward * (self.largest_radius - self.population_position) > 0
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw both rules on the radius (mm), with the law of the population and this part; return the figure.
+        """Draw both rules on the radius (mm), the population's distribution, this part; return the figure.
 
         Parameters
         ----------
         ax : matplotlib axes, optional
-            Where; by default in a new figure.
+            Axes. Default: a new figure.
         """
         return pictures.drawn("centering.setup._changeover_picture:plot", self, ax)
 
     @property
     def dataset(self) -> xr.Dataset:
-        """What the machine needs, labelled: radii in mm, times in s, probabilities; the whole plan in its attributes."""
+        """Labelled values for the machine: radii in mm, times in s, probabilities; the plan as attribute."""
         given = {name: units_of(type(self))[name] for name in ("largest_radius", "radius_sd")}
         units = {"position": "mm", "population_position": "mm", **given, "time_saved": "s"}
         data = {name: ((), getattr(self, name), {"units": unit}) for name, unit in units.items()}
@@ -211,5 +209,5 @@ class Changeover(Plan, Described):
 
 
 def _tail(allowance: float, sd: float) -> float:
-    """Probability that a normal number stands over its mean by more than is allowed for."""
+    """Probability that a normal variable exceeds its mean by more than the allowance."""
     return float(ndtr(-allowance / sd)) if sd > 0 else 0.0

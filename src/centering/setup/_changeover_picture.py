@@ -1,4 +1,4 @@
-"""The picture of a changeover: both rules on the radius, the law of the population, this part."""
+"""Picture of a changeover: both rules, the distribution of the population, this part."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +12,8 @@ if TYPE_CHECKING:
 
 PARTS, PART, RULE = pictures.ACTUAL, pictures.ALARM, "0.25"
 _BEHIND = {"facecolor": "w", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
-REACH = 4.5
-"""Standard deviations of the population that are drawn."""
-LEAST = 1e-4
-"""mm: a population that does not scatter is drawn this wide."""
+REACH = 4.5  # chosen: half width of the drawn distribution in standard deviations
+LEAST = 1e-4  # chosen: least standard deviation drawn, mm
 
 
 def plot(change: "Changeover", ax: Any = None) -> Any:
@@ -42,7 +40,7 @@ def plot(change: "Changeover", ax: Any = None) -> Any:
 
 
 def _population(ax: Any, change: "Changeover") -> None:
-    """The normal law of the largest radius over the parts, as high as the axes."""
+    """Normal distribution of the largest radius over the parts, scaled to the axes."""
     outward = -1.0 if change.internal else 1.0
     mean, sd = change.finish_radius + outward * change.stock.height, max(change.stock.height_sd, LEAST)
     radius = np.linspace(mean - REACH * sd, mean + REACH * sd, 301)
@@ -52,7 +50,7 @@ def _population(ax: Any, change: "Changeover") -> None:
 
 
 def _part(ax: Any, change: "Changeover") -> None:
-    """Draw this part's radius, with what is allowed for its uncertainty."""
+    """Radius of this part with its allowance."""
     half = change.part_sigmas * change.radius_sd
     ax.axvspan(change.largest_radius - half, change.largest_radius + half, color=PART, alpha=0.25, lw=0)
     ax.axvline(change.largest_radius, color=PART, lw=1.5, label=_part_told(change))
@@ -64,7 +62,7 @@ def _part_told(change: "Changeover") -> str:
 
 
 def _rule(ax: Any, at: float, height: float, name: str, side: str) -> None:
-    """One rule, its text on the side of its line where the other radii are."""
+    """One rule, with its text on the side of the other radii."""
     ax.plot([at, at], [0.0, height], color=RULE, lw=1.2, ls="--")
     ax.annotate(f"{name}: {at:.4f} mm", (at, height), ha=side, va="bottom", fontsize=8, bbox=_BEHIND)
 

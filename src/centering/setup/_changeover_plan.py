@@ -1,4 +1,4 @@
-"""From a measured profile to the changeover of the grinder."""
+"""Changeover of the grinder from a measured profile."""
 
 import warnings
 from math import hypot, inf, isfinite
@@ -9,7 +9,7 @@ from centering.setup._material import Material, most_material
 from centering.setup._stock import MICROMETRES, Stock
 from sdpgrind.base import checks
 
-_FAR = 10.0  # mm: no part that was centred lies as far off
+_FAR = 10.0  # chosen: eccentricity of no centred part, mm; larger values are probably in micrometres
 
 
 def plan_changeover(
@@ -26,46 +26,37 @@ def plan_changeover(
     sigmas: float | None = None,
     crash_time: float | None = None,
 ) -> Changeover:
-    """Say where rapid feed may end for a part that was measured, and what that saves against the rule of the population.
+    """Plan the end of rapid feed for a measured part, and the time saved against the rule of the population.
 
-    The part's maximum material is its largest radius about the axis that it is ground about (not about its own centre), Mears'
-    rapid-feed protection. It is that of the form, fitted by harmonics over all turns, between samples too. A single sample that
-    stands out of the form (a burr, dust) by more than noise makes one in a thousand profiles, and reaches farther, counts as it
-    was read, with what may lie between samples.
+    The maximum material is the largest radius about the axis of grinding (not the part's own centre), Mears'
+    rapid-feed protection: that of the form, fitted by harmonics over all turns, between samples too. A single
+    sample beyond the form (a burr, dust) by more than noise in 999 of 1000 profiles, and larger than the
+    form's maximum, counts as read, plus the rise possible between samples.
 
-    What noise does to the form at its highest place is the standard deviation of the radius. Noise that makes another place the
-    highest only adds, so that the part reaches beyond what was allowed for at most as often as its `contact_probability` says:
-    just as often where one place is highest by far (a part off its axis), clearly less often where many are alike.
+    `radius_sd` is the standard deviation of the form at its highest place; see
+    `Changeover.contact_probability` for its bound.
 
     Parameters
     ----------
     profile : Profile
-        Of this part, or of a bore (``internal=True``: all is mirrored then, and the smallest radius counts); not filtered, as a
-        filter takes peaks off. The runout of the probe's roller should be removed.
+        Profile of this part or, with ``internal=True``, bore; unfiltered, as filters take peaks off, and with
+        the runout of the probe's roller removed.
     stock : Stock
-        The population of parts, mm.
-    finish_radius : float
-        Of the finished part, mm.
-    gap : float
-        Kept for what is not counted here, mm: heat, wear of the wheel, the servo.
-    approach_rate : float
-        Controlled feed in air, mm/s; with a sensor that ends the air (gap elimination) its rate until contact.
-    combine : {"linear", "rss"}
-        How the population's two scatters are put together, see `Stock.allowance`.
+        Population of parts, mm.
+    finish_radius, gap, approach_rate, combine, crash_time
+        See `Changeover`; mm, mm/s, s.
     eccentricity : float, optional
-        Where the part is centred before it is ground: how far its centre may then lie from the grinder's axis, mm. The largest
-        radius is that of the minimum circumscribed circle (of a bore the maximum inscribed one) plus this. By default the part is
-        ground as it lies, about the axis of the spindle.
+        Greatest distance from the grinder's axis of the centre of a part that is centred before grinding, mm.
+        The largest radius is then that of the minimum circumscribed circle (of a bore the maximum inscribed
+        one) plus this. Default: the part is ground about the axis of the spindle.
     upr : float
-        Highest undulation that the form holds, upr; it holds more where more are seen.
+        Highest undulation of the form, upr; higher ones that exceed the noise are added.
     radius_sd : float, optional
-        Standard deviation of that radius, mm; by default that of the form at its highest place, at least that of rounding to the
-        smallest step of the readings, and with `eccentricity` that of the centre as well. Give it where the zero of the gauge is
-        not as sure.
+        Standard deviation of the largest radius, mm. Default: that of the form at its highest place, at least
+        that of rounding to the smallest step of the readings, with `eccentricity` also that of the centre.
+        Give it where the zero of the gauge is less certain.
     sigmas : float, optional
-        Standard deviations of the radius that are allowed for, unit 1; 3 by default.
-    crash_time : float, optional
-        What a crash costs, s: `sigmas` are then those of least cost, see `best_allowance`.
+        Allowance in multiples of `radius_sd`, unit 1. Default: 3.
 
     Returns
     -------
@@ -75,13 +66,13 @@ def plan_changeover(
     Raises
     ------
     ValueError
-        When a length is negative or smells of micrometres, or a rate is not > 0; when the samples do not bound the form between
-        them, or tell no noise.
+        If a length is negative or probably in micrometres, a rate is not > 0, the samples do not bound the
+        form between them, or contain no noise.
 
     Warns
     -----
     UserWarning
-        When the part lies outside the population, has nothing to grind, or the profile is filtered.
+        If the part lies outside the population, has nothing to grind, or the profile is filtered.
 
     Examples
     --------
@@ -90,7 +81,8 @@ def plan_changeover(
     >>> rng, angle = np.random.default_rng(2), np.arange(720) * 2 * np.pi / 360
     >>> reading = 62.05 + 0.004 * np.cos(2 * angle) + 0.002 * np.cos(angle) + 1e-4 * rng.standard_normal(720)
     >>> stock = Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
-    >>> plan_changeover(Profile(angle, reading), stock, finish_radius=61.9, gap=0.010, approach_rate=units.mm_per_min(1.56))
+    >>> machine = {"finish_radius": 61.9, "gap": 0.010, "approach_rate": units.mm_per_min(1.56)}
+    >>> plan_changeover(Profile(angle, reading), stock, **machine)
     Changeover(rapid feed to 62.0661 mm, 75.88 µm beyond the population's 62.1420 mm: 2.92 s of air saved)
     """
     checks.kind("profile", profile, Profile, " (see centering.Profile)")
@@ -99,15 +91,16 @@ def plan_changeover(
     radius_sd = _radius_sd(profile, found.sd, centred is not None) if radius_sd is None else radius_sd
     change = Changeover(
         checks.kind("stock", stock, Stock),
-        finish_radius=finish_radius, gap=gap, approach_rate=approach_rate, combine=combine, internal=profile.internal,
-        largest_radius=found.radius, radius_sd=radius_sd, sigmas=sigmas, crash_time=crash_time,
+        finish_radius=finish_radius, gap=gap, approach_rate=approach_rate, combine=combine,
+        internal=profile.internal, largest_radius=found.radius, radius_sd=radius_sd, sigmas=sigmas,
+        crash_time=crash_time,
     )  # fmt: skip
     _warn(change, profile, centred)
     return change
 
 
 def _found(profile: Profile, eccentricity: float | None, upr: float) -> Material:
-    """The most material about the axis of grinding."""
+    """Most material about the axis of grinding."""
     if eccentricity is None:
         return most_material(profile, (0.0, 0.0), upr)
     x, y = profile.roundness("MIC" if profile.internal else "MCC").center.tolist()
@@ -116,11 +109,12 @@ def _found(profile: Profile, eccentricity: float | None, upr: float) -> Material
 
 
 def _radius_sd(profile: Profile, sd: float, centred: bool) -> float:
-    """As found; where the part is centred by what was measured, with the centre's. Form is no noise of either."""
+    """Standard deviation of the radius, with that of the centre where the part is centred by this profile."""
     noise = profile.noise_sd
     if not isfinite(noise):
         raise ValueError(
-            f"radius_sd must be given (mm) where the profile tells no noise: {profile.angle.size} samples are too few"
+            "radius_sd must be given (mm) where the profile tells no noise:"
+            f" {profile.angle.size} samples are too few"
         )
     if sd == inf:
         raise ValueError(
@@ -138,14 +132,19 @@ def _warn(change: Changeover, profile: Profile, eccentricity: float | None) -> N
     name = "smallest_radius" if change.internal else "largest_radius"
     if change.outside_population:
         off = profile.circle.offset
-        advice = f", or not centred: it lies {off:.4g} mm off the spindle, eccentricity tells how near it will be when ground"
+        advice = (
+            f", or not centred: it lies {off:.4g} mm off the spindle, eccentricity tells how near it will be"
+            " when ground"
+        )
         _say(
             f"{name} of {change.largest_radius:.7g} mm lies beyond the changeover of the population at"
-            f" {change.population_position:.7g} mm: the part is outside the population{advice if eccentricity is None else ''}"
+            f" {change.population_position:.7g} mm: the part is outside the population"
+            f"{advice if eccentricity is None else ''}"
         )
     if (change.largest_radius - change.finish_radius) * (-1 if change.internal else 1) <= 0:
         _say(
-            f"{name} of {change.largest_radius:.7g} mm leaves nothing to grind to {change.finish_radius:.7g} mm"
+            f"{name} of {change.largest_radius:.7g} mm leaves nothing to grind to"
+            f" {change.finish_radius:.7g} mm"
         )
 
 
@@ -154,7 +153,7 @@ def _say(text: str) -> None:
 
 
 def _eccentricity(value: object) -> float:
-    """A checked eccentricity, mm."""
+    """Checked eccentricity, mm."""
     length = checks.nonnegative("eccentricity", value, "mm")
     if length >= _FAR:
         raise checks.refuse("eccentricity", f"< {_FAR:g}{MICROMETRES}", length, "mm")

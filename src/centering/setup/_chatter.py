@@ -1,4 +1,4 @@
-"""Which undulations of a part would make a grinder sing, at its resonances or in step with its wheel; which speeds would not."""
+"""Undulations of a part that excite a grinder's resonance or stay in step with its wheel; free speeds."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,33 +10,32 @@ import numpy as np
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 
-_SURE = (
-    3.717  # sqrt(2 ln 1000): amplitudes of noise, which follow Rayleigh's law, exceed so many sd once in 1000
-)
-_DAMPED = 0.35  # beyond, a resonance has no half-power band
+# derived: sqrt(2 ln 1000); amplitudes of noise, of Rayleigh's distribution, exceed so many sd once in 1000
+_SURE = 3.717
+_DAMPED = 0.35  # derived: above it a resonance has no half-power band
 _PER_TURN = 2 * pi
 
 
 class ChatterBand(NamedTuple):
-    """Rotations of the work at which one undulation meets one resonance, or a multiple of the wheel's rotation.
+    """Rotations of the work at which an undulation meets a resonance or a multiple of the wheel's rotation.
 
     Attributes
     ----------
     cause : str
         Name of the resonance, or "wheel".
     order : int
-        Of the wheel: waves per turn of it; 0 for a resonance.
+        Waves per turn of the wheel; 0: a resonance.
     upr : float
-        The undulation, unit 1.
+        Undulation, unit 1.
     amplitude : float
-        Its amplitude, mm.
+        Amplitude of the undulation, mm.
     low, high : float
-        Rotations of the work between which it is met, rad/s.
+        Ends of the band, rad/s.
     center : float
-        Where it is met exactly, rad/s.
+        Rotation of exact coincidence, rad/s.
     gain : float
-        The largest that the speeds' error allows at the work's rotation, unit 1: of a resonance the deflection over that of a
-        slow force; of the wheel the share of its waves that adds up on the undulation, 0 where it is half a wave away or more.
+        Greatest gain within the speed error at the work's rotation, unit 1. Resonance: dynamic over static
+        deflection. Wheel: share of its waves that adds up on the undulation, 0 from half a wave away.
     """
 
     cause: str
@@ -51,26 +50,27 @@ class ChatterBand(NamedTuple):
     def __str__(self) -> str:
         what = f"{self.upr:g} upr of {1e3 * self.amplitude:.3g} µm"
         if self.order:
-            return f"{what} in step with {self.order} waves a turn of the wheel: up to {100 * self.gain:.0f} % of them add up"
+            waves = f"{self.order} waves a turn of the wheel"
+            return f"{what} in step with {waves}: up to {100 * self.gain:.0f} % of them add up"
         return f"{what} at the {self.cause}, which magnifies up to {self.gain:.3g} times"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ChatterCheck:
-    """What `chatter_check` found.
+    """Result of `chatter_check`.
 
     Attributes
     ----------
     bands : tuple of ChatterBand
-        All that undulations meet near the work's rotation, rad/s.
+        All bands within reach of the work's rotation, rad/s.
     work_rotation, wheel_rotation : float
-        As asked, rad/s.
+        Rotations of the check, rad/s.
     speeds : (float, float)
-        Rotations of the work that were looked at, rad/s.
+        Checked range of the work's rotation, rad/s.
     upr, amplitude : array, shape (n,)
-        The spectrum: unit 1, and mm.
+        Spectrum: unit 1, and mm.
     counted : array of bool, shape (n,)
-        Which undulations are large enough to count.
+        Undulations large enough to count.
     """
 
     bands: tuple[ChatterBand, ...]
@@ -83,18 +83,18 @@ class ChatterCheck:
 
     @property
     def found(self) -> tuple[ChatterBand, ...]:
-        """What is met at the work's rotation (rad/s), the largest product of amplitude and gain first."""
+        """Bands at the work's rotation (rad/s), by falling product of amplitude and gain."""
         met = [band for band in self.bands if band.low < self.work_rotation < band.high]
         return tuple(sorted(met, key=lambda band: -band.amplitude * band.gain))
 
     @property
     def ok(self) -> bool:
-        """Whether nothing is met."""
+        """Whether no band contains the work's rotation."""
         return not self.found
 
     @property
     def free(self) -> tuple[tuple[float, float], ...]:
-        """Ranges of the work's rotation at which nothing is met, rad/s, rising."""
+        """Ranges of the work's rotation without bands, rad/s, rising."""
         low, gaps = self.speeds[0], []
         for band in sorted(self.bands, key=lambda band: band.low):
             if band.low > low:
@@ -106,7 +106,7 @@ class ChatterCheck:
 
     @property
     def nearest(self) -> tuple[float, ...]:
-        """Rotations of the work, rad/s, to go to: its own where that is free, else the nearest free one of each side, if any."""
+        """Nearest free rotations of the work, rad/s: its own if free, else at most one on each side."""
         if self.ok:
             return (self.work_rotation,)
         below = [high for _, high in self.free if high <= self.work_rotation]
@@ -114,7 +114,7 @@ class ChatterCheck:
         return tuple(sorted([*below[-1:], *above[:1]], key=lambda speed: abs(speed - self.work_rotation)))
 
     def plot(self) -> Any:
-        """Draw the spectrum (µm) with what it meets, and the free rotations of the work (rev/min); return the figure."""
+        """Draw the spectrum (µm) with its bands, and the free rotations (rev/min); return the figure."""
         return pictures.drawn("centering.setup._chatter_picture:plot", self)
 
     def __repr__(self) -> str:
@@ -139,31 +139,32 @@ def chatter_check(
     reach: float = 0.2,
     speed_error: float = 0.005,
 ) -> ChatterCheck:
-    """Say which undulations of a part meet a resonance of the grinder or the waves of its wheel, and at which speeds none does.
+    """Find undulations of a part that meet a resonance or waves of the wheel, and rotations free of them.
 
-    An undulation of n upr on a part that turns at Omega modulates the depth of cut, and with it the force, at ``n Omega``.
+    An undulation of n upr on a part that turns at Omega modulates the depth of cut, and with it the force, at
+    ``n Omega``.
 
-    * Resonance. A mode of natural frequency w and damping ratio z answers a force with ``1/sqrt((1 - r^2)^2 + (2 z r)^2)`` of the
-      slow deflection, r = n Omega/w. An undulation counts where that is more than ``1/sqrt(2)`` of its peak, the half-power band
-      ``r^2 = 1 - 2 z^2 +- 2 z sqrt(1 - z^2)``.
-    * Wheel. Waves of the wheel, m a turn of it, come to the part at ``m wheel_rotation``, which is ``m q`` upr with the ratio
-      ``q = wheel_rotation/work_rotation``. From turn to turn of the part they shift by the distance s of ``m q`` from a whole
-      number. Where that is 0 they fall on the same places again and again, and what they find there, an undulation of n = m q, is
-      ground in instead of ground away. Over N turns ``|sin(pi N s)/(N sin(pi s))|`` of the waves adds up on the nearest
-      undulation; it counts where ``N |n - m q| < 1/2`` for a ratio of the speeds within their error, that is where more than
-      2/pi = 64 % may add up.
+    * Resonance. A mode of natural frequency w and damping ratio z responds with ``1/sqrt((1 - r^2)^2 + (2 z
+      r)^2)`` of the static deflection, r = n Omega/w. An undulation counts in the half-power band ``r^2 = 1 -
+      2 z^2 +- 2 z sqrt(1 - z^2)``.
+    * Wheel. Waves of the wheel, m per turn, act on the part as ``m q`` upr with the ratio ``q =
+      wheel_rotation/work_rotation``. From turn to turn of the part they shift by the distance s of ``m q``
+      from a whole number. At s = 0 they hit the same places each turn and grind the undulation n = m q in
+      instead of away. Over N turns the share ``|sin(pi N s)/(N sin(pi s))|`` of the waves adds up on the
+      nearest undulation; it counts where ``N |n - m q| < 1/2`` within the speed error, where more than 2/pi =
+      64 % may add up.
 
-    The modes are taken as linear, their frequencies as those with wheel and part in contact; amplitudes must be those of the part
-    that comes to the grinder. Whether a cut is stable (whether waves grow that nobody brought) is another question: that takes
-    the stiffness of cut and contact as well.
+    Modes are linear, with the frequencies of wheel and part in contact; amplitudes are those of the part as
+    it arrives. Stability of the cut (regenerative chatter) is not checked; it needs the stiffness of cut and
+    contact.
 
     Parameters
     ----------
     spectrum : Spectrum
-        Of the part: anything with arrays ``upr`` (unit 1) and ``amplitude`` (mm); where it has ``sd`` (mm), an amplitude that
-        noise would exceed once in 1000 does not count.
+        Spectrum of the part: any object with arrays ``upr`` (unit 1) and ``amplitude`` (mm); with ``sd``
+        (mm), amplitudes that noise exceeds once in 1000 do not count.
     wheel_rotation, work_rotation : float
-        rad/s.
+        Rotations, rad/s.
     resonances : mapping of str to float
         Natural frequencies by name, rad/s; may be empty.
     damping : float or mapping of str to float
@@ -171,19 +172,18 @@ def chatter_check(
     amplitude_min : float
         Least amplitude that counts, mm.
     wheel_orders : int
-        Waves per turn of the wheel that are looked at, 1 (out of balance, out of round) to this.
+        Greatest number of waves per turn of the wheel; 1: out of balance or out of round.
     turns : int
-        Turns of the part over which waves of the wheel would have to add up.
+        Turns of the part over which waves of the wheel add up.
     reach : float
-        How far the work's rotation may be changed, as a share of it, within 0 and 1, unit 1.
+        Possible relative change of the work's rotation, within 0 and 1, unit 1.
     speed_error : float
-        By what share the ratio of speed to resonance, or of both speeds, may be off, unit 1: each band is
-        widened by it, and gains are the largest within it.
+        Relative error of the speeds, unit 1: widens each band; gains are the greatest within it.
 
     Returns
     -------
     ChatterCheck
-        What is met, and the free rotations of the work in rad/s.
+        Bands and free rotations of the work in rad/s.
 
     Raises
     ------
@@ -199,7 +199,8 @@ def chatter_check(
     >>> form = SimpleNamespace(upr=[2, 3, 43], amplitude=[0.155e-3, 0.206e-3, 0.235e-3])
     >>> speeds = {"wheel_rotation": units.rpm(4210), "work_rotation": units.rpm(300)}
     >>> chatter_check(form, **speeds, resonances={"head": units.hz(218)})
-    ChatterCheck(at 300 rev/min 43 upr of 0.235 µm at the head, which magnifies up to 16.1 times; free: 291.9 or 314.5 rev/min)
+    ChatterCheck(at 300 rev/min 43 upr of 0.235 µm at the head, which magnifies up to 16.1 times; free: 291.9
+    or 314.5 rev/min)
     """
     wheel, work = (
         checks.positive("wheel_rotation", wheel_rotation, "rad/s"),
@@ -221,10 +222,11 @@ def chatter_check(
 
 
 def _waves(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bools]:
-    """Undulations, their amplitudes, and which of them count."""
+    """Undulations, their amplitudes, and a mask of those that count."""
     if not all(hasattr(spectrum, name) for name in ("upr", "amplitude")):
         raise TypeError(
-            f"spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got {checks.shown(spectrum)}"
+            "spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got"
+            f" {checks.shown(spectrum)}"
         )
     upr, amplitude = (
         checks.finite_array("upr", spectrum.upr, "1"),
@@ -232,7 +234,8 @@ def _waves(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bools]:
     )
     if upr.ndim != 1 or amplitude.shape != upr.shape:
         raise ValueError(
-            f"upr and amplitude must be one-dimensional and of one length; got {upr.shape} and {amplitude.shape}"
+            f"upr and amplitude must be one-dimensional and of one length; got {upr.shape} and"
+            f" {amplitude.shape}"
         )
     sd = np.broadcast_to(np.asarray(getattr(spectrum, "sd", 0.0), dtype=float), upr.shape)
     noise = _SURE * np.where(np.isfinite(sd), sd, 0.0)
@@ -245,7 +248,8 @@ def _modes(
     """Natural frequency and damping ratio of each mode."""
     if not isinstance(resonances, Mapping):
         raise TypeError(
-            f"resonances must be a mapping of names to natural frequencies (rad/s); got {checks.shown(resonances)}"
+            "resonances must be a mapping of names to natural frequencies (rad/s); got"
+            f" {checks.shown(resonances)}"
         )
     ratios = damping if isinstance(damping, Mapping) else dict.fromkeys(resonances, damping)
     for name in resonances:
@@ -262,7 +266,7 @@ def _modes(
 def _resonant(
     name: str, w: float, damping: float, upr: float, amplitude: float, work: tuple[float, float]
 ) -> ChatterBand:
-    """Half-power band of a mode, as rotations of the work; it gains most at the rotation of these that is nearest to its peak."""
+    """Half-power band of a mode in rotations of the work; gain at the rotation in `work` nearest its peak."""
     middle, half = 1 - 2 * damping**2, 2 * damping * sqrt(1 - damping**2)
     low, high = ((upr * speed / w) ** 2 for speed in work)
     ratio = min(max(middle, low), high)
@@ -288,7 +292,7 @@ def _in_step(
     turns: int,
     speeds: Sequence[float],
 ) -> Iterator[ChatterBand]:
-    """Rotations of the work at which waves of the wheel stay on an undulation."""
+    """Bands of rotations of the work in which waves of the wheel stay on an undulation."""
     last = min(orders, ceil(upr * speeds[1] / wheel))
     for order in range(max(1, floor(upr * speeds[0] / wheel)), last + 1):
         fewest, most = (order * wheel / speed for speed in reversed(work))
@@ -300,7 +304,7 @@ def _in_step(
 
 
 def _adding_up(shift: float, turns: int) -> float:
-    """Share of waves that adds up over so many turns, each shifted by so much of a wave; farther they belong to another wave."""
+    """Share of waves that adds up over `turns` turns with a shift per turn; 0 from half a wave on."""
     if shift < 1e-12:
         return 1.0
     return abs(sin(pi * turns * shift) / (turns * sin(pi * shift))) if shift < 0.5 else 0.0

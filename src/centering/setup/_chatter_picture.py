@@ -1,4 +1,4 @@
-"""The picture of a chatter check: the spectrum with what it meets, and the rotations of the work that are free."""
+"""Picture of a chatter check: the spectrum with its bands, and the free rotations of the work."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -8,8 +8,7 @@ if TYPE_CHECKING:
     from centering.setup._chatter import ChatterCheck
 
 QUIET, MET, FREE = pictures.TRACKED, pictures.ALARM, "#5a9a68"
-RPM = 9.549296585513721
-"""rev/min for one rad/s."""
+RPM = 9.549296585513721  # derived: 30/pi, rev/min for 1 rad/s
 
 
 def plot(check: "ChatterCheck") -> Any:
@@ -22,7 +21,7 @@ def plot(check: "ChatterCheck") -> Any:
 
 
 def _spectrum(ax: Any, check: "ChatterCheck") -> None:
-    """Bars of all undulations; those that are met in colour, with what they meet."""
+    """Bars of all undulations; those in a band in colour, with its cause."""
     met = {band.upr: band for band in reversed(check.found)}
     for upr, size in zip(check.upr.tolist(), check.amplitude.tolist(), strict=True):
         ax.vlines(upr, 0, 1e3 * size, color=MET if upr in met else QUIET, lw=2.0)
@@ -42,7 +41,7 @@ def _spectrum(ax: Any, check: "ChatterCheck") -> None:
 
 
 def _speeds(ax: Any, check: "ChatterCheck") -> None:
-    """Rotations of the work: free, met, and the one that was asked for."""
+    """Rotations of the work: free, in a band, and the requested one."""
     for k, (low, high) in enumerate(check.free):
         ax.axvspan(RPM * low, RPM * high, color=FREE, alpha=0.45, lw=0, label=None if k else "free")
     for k, band in enumerate(check.bands):

@@ -1,4 +1,4 @@
-"""The most material of a measured part about an axis: of its form, between samples too, and of what stands out of that."""
+"""Most material of a measured part about an axis: of its form between samples, and of samples beyond it."""
 
 import dataclasses
 from math import ceil, hypot, inf, log, pi, sqrt
@@ -16,24 +16,26 @@ from centering.roundness._separation_rows import harmonic_rows
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
-_HIGHEST = 1500  # upr up to which form is looked for
-_TELLING = 0.8  # of what the widest gap allows: harmonics beyond leave no samples to tell the noise by
-_CHANCE = 1e-3  # that noise alone is taken for form beyond what that was said to hold; or one of its samples for a burr
-_STILL = 1e-6  # mm: what is left without any noise
-_MEDIAN = 1.4826  # standard deviation over median absolute value
-_ROUNDED = sqrt(12)  # a step of the readings over the standard deviation of what rounding to it does
+_HIGHEST = 1500  # chosen: highest undulation fitted, upr; more takes time and adds no material
+_TELLING = (
+    0.8  # chosen: share of the harmonics that the widest gap allows; more leaves no samples for the noise
+)
+_CHANCE = 1e-3  # chosen: probability that noise counts as an undulation, or one of its samples as a burr
+_STILL = 1e-6  # chosen: residual counted as no noise, mm
+_MEDIAN = 1.4826  # derived: standard deviation over median absolute deviation of a normal distribution
+_ROUNDED = sqrt(12)  # derived: step of the readings over the standard deviation of its rounding
 
 
 class Material(NamedTuple):
-    """Largest radius about an axis, of a bore the smallest, and the standard deviation of what was fitted there, mm."""
+    """Largest radius about an axis, of a bore the smallest, and standard deviation of the form there, mm."""
 
     radius: float
     sd: float
 
 
 def most_material(profile: Profile, axis: tuple[float, float], upr: float) -> Material:
-    """The extreme of the form as fitted; or of the samples that stand out of it, where they reach farther."""
-    profile.rise_between_samples(upr)  # refuses samples that do not bound the form
+    """Extreme of the fitted form, or of the samples beyond it where they reach farther."""
+    profile.rise_between_samples(upr)  # raises where samples do not bound the form
     outward, noise = -1 if profile.internal else 1, profile.noise_sd
     if profile._origin.filter:
         return _filtered(profile, axis, outward)
@@ -58,7 +60,7 @@ def _filtered(profile: Profile, axis: tuple[float, float], outward: int) -> Mate
 
 
 def _degree(profile: Profile, upr: float) -> int:
-    """Harmonics that are fitted: as many as the form was said to hold, more where more are seen."""
+    """Harmonics of the fit: `upr`, or more where undulations above it exceed the noise."""
     sure = min(int(_TELLING * supported(widest_gap(profile.part_angle))), _HIGHEST)
     least = max(ceil(upr), 1)
     if sure <= least:
@@ -69,7 +71,7 @@ def _degree(profile: Profile, upr: float) -> int:
 
 
 def _spread(profile: Profile, form: Form, place: float) -> float:
-    """Standard deviation of the fitted form at a place, from noise and from what is not known of the runout taken off."""
+    """Standard deviation of the fitted form at a place, from noise and the runout's covariance."""
     degree = form.coef.size - 1
     rows = harmonic_rows(form.part_angle, degree)
     weights = np.linalg.solve(rows @ rows.T, harmonic_rows(np.array([place]), degree)[:, 0]) @ rows
@@ -81,7 +83,7 @@ def _spread(profile: Profile, form: Form, place: float) -> float:
 
 
 def _repeating(profile: Profile, form: Form) -> float:
-    """How many times the variance of the turns' mean is that of independent readings: errors of the encoder come every turn."""
+    """Variance of the mean over turns relative to independent readings: encoder errors repeat each turn."""
     count, degrees = round(profile.points_per_turn), 2 * form.coef.size - 1
     free, rest = count - degrees, _left(profile, form)
     if round(profile.turns) < 2 or rest.size - degrees < ENOUGH:
@@ -95,7 +97,7 @@ def _repeating(profile: Profile, form: Form) -> float:
 
 
 def _left(profile: Profile, form: Form) -> Floats:
-    """What the fitted form leaves of each sample, mm."""
+    """Residuals of the fitted form, mm."""
     about, distance = into_part(profile.angle, profile.reading, profile._tip, form.circle[1:])
     return np.asarray(distance - profile._tip - form.circle[0] - values_at(form.coef, about))
 
@@ -103,7 +105,7 @@ def _left(profile: Profile, form: Form) -> Floats:
 def _standing_out(
     profile: Profile, form: Form, axis: tuple[float, float], upr: float, outward: int
 ) -> Material:
-    """The farthest of the samples that stand out of the form by more than noise, with what may lie between samples."""
+    """Farthest sample beyond the form by more than noise, plus the rise possible between samples."""
     left = _left(profile, form)
     freedom = max(left.size - 2 * form.coef.size + 1, 1)
     noise = max(_MEDIAN * float(np.median(np.abs(left))) * sqrt(left.size / freedom), _rounding(profile))
@@ -117,6 +119,6 @@ def _standing_out(
 
 
 def _rounding(profile: Profile) -> float:
-    """Standard deviation of the rounding of the readings to steps, by the smallest step that is seen; infinite without any."""
+    """Standard deviation of the rounding, by the smallest step of the readings; inf: no step."""
     steps = np.diff(np.sort(profile.reading))
     return float(steps[steps > _STILL * 1e-3].min(initial=inf)) / _ROUNDED

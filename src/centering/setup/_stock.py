@@ -1,4 +1,4 @@
-"""What a population of parts brings to the grinder: stock and out-of-roundness, as means and standard deviations."""
+"""Population of parts: means and standard deviations of stock and out-of-roundness."""
 
 from math import hypot
 
@@ -6,35 +6,34 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, described, quantity
 
 COMBINE = ("linear", "rss")
-MICROMETRES = "; units.um(...) for micrometres"
-"""What a small length that is too large was given in."""
+MICROMETRES = "; units.um(...) for micrometres"  # hint for a length too large in mm
 
 
 @described("centering.stock")
 class Stock(Described):
-    """Stock and out-of-roundness of a population of parts, both of the radius.
+    """Stock and out-of-roundness of a population of parts, both on the radius.
 
-    The largest radius of a part about the grinder's axis is taken to be normal: its mean is that of the finished part, plus
-    `mean`, plus `roundness`; stock and out-of-roundness scatter independently.
+    The largest radius of a part about the grinder's axis is normal, with the mean of finished radius, `mean`
+    and `roundness`; stock and out-of-roundness are independent.
 
     Parameters
     ----------
     mean : float
         Mean stock on the radius, mm.
     sd : float
-        Its standard deviation over the parts, mm.
+        Standard deviation of the stock over the parts, mm.
     roundness : float
-        Mean out-of-roundness, mm: how far the highest place stands out over the mean radius. The total indicated runout may be
-        given instead: it is never less.
+        Mean height of the highest place over the mean radius, mm. The total indicated runout, never less, may
+        be given instead.
     roundness_sd : float
-        Its standard deviation over the parts, mm.
+        Standard deviation of `roundness` over the parts, mm.
     sigmas : float
-        How many standard deviations are allowed for, unit 1; by custom 3 or 4.
+        Allowance in standard deviations, unit 1; customary are 3 and 4.
 
     Raises
     ------
     ValueError
-        When a value is negative, or smells of micrometres.
+        If a value is negative, or probably in micrometres.
 
     Examples
     --------
@@ -51,27 +50,27 @@ class Stock(Described):
 
     @property
     def height(self) -> float:
-        """By how much the largest radius of the average part stands over the finished one, mm."""
+        """Mean height of the largest radius over the finished one, mm."""
         return self.mean + self.roundness
 
     @property
     def height_sd(self) -> float:
-        """Standard deviation of that height over the parts, mm."""
+        """Standard deviation of `height` over the parts, mm."""
         return hypot(self.sd, self.roundness_sd)
 
     def allowance(self, combine: str = "linear") -> float:
-        """Return what is allowed for the scatter of the population, mm.
+        """Return the allowance for the scatter of the population, mm.
 
         Parameters
         ----------
         combine : {"linear", "rss"}
-            "linear", as Mears: the sum of both, each times `sigmas`, which is more than `sigmas` of the height; "rss": the root
-            of the sum of their squares, which is just that.
+            "linear", as Mears: `sigmas` times the sum of both, which is more than `sigmas` of the height;
+            "rss": `sigmas` times the root of the sum of squares, which is exactly that.
 
         Raises
         ------
         ValueError
-            When `combine` is neither.
+            If `combine` is neither.
         """
         linear = checks.one_of("combine", combine, COMBINE) == "linear"
         return self.sigmas * (self.sd + self.roundness_sd if linear else self.height_sd)
