@@ -106,7 +106,7 @@ def test_every_package_has_its_arrows():
 THEMES = {
     "sdpgrind.sdp": ("_distributions", "_problem", "_transitions", "_solve", "_policy", "_plan"),
     "sdpgrind.weldbead": ("force", "sequence", "_identify", "passes", "_hierarchy", "_plant"),
-    "sdpgrind.plunge": ("_model", "_control", "_stages", "_plan", "_identify", "_learn"),
+    "sdpgrind.plunge": ("_model", "_control", "_plant", "_stages", "_plan", "_identify", "_learn"),
     "sdpgrind.locus": (
         "_problem", "processes", "_trace", "_stretch", "_curve", "gains", "_correct", "_robust", "_control", "_plant",
     ),

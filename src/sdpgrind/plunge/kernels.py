@@ -1,6 +1,6 @@
 """Compiled simulation of a part for the plants of other packages."""
 
-from sdpgrind.plunge._control.part_kernels import (
+from sdpgrind.plunge._plant.part_kernels import (
     COLUMNS,
     LAGGED,
     PART_SLACK,

@@ -1,1 +1,1 @@
-"""Controllers of a cycle: estimation during the part, command of the next sample, compiled parts."""
+"""Controllers of a cycle: estimation during the part, command of the next sample."""

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.special import ndtr
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge._control import part_kernels as kernels
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._control.foreseen import foreseen
+from sdpgrind.plunge._plant import part_kernels as kernels
+from sdpgrind.plunge._plant.simulation import simulated_part
 from sdpgrind.plunge._stages.controller import StagedController
 
 PARTS = 64  # chosen: simulated parts for the effect of noise; fewer scatter the margins
@@ -87,7 +87,7 @@ def scatter_of_roundness(controller: CycleController) -> float:
     """
     rng, model = np.random.default_rng(0), controller.problem.model
     contacts = controller.law.zero_sd * rng.standard_normal(PARTS)
-    ends = [foreseen(controller.problem, controller.law, rng=rng, contact=each)[0] for each in contacts]
+    ends = [simulated_part(controller.problem, controller.law, rng=rng, contact=each)[0] for each in contacts]
     left = [model.roundness(end[kernels.RATE]) for end in ends]
     beyond = np.array(left) - np.mean(left)
     beyond = beyond[beyond > 0]
@@ -96,7 +96,7 @@ def scatter_of_roundness(controller: CycleController) -> float:
 
 def _both(controller: CycleController, rng: np.random.Generator) -> tuple[float, Floats]:
     """True balance slack and its readings (mm) of a simulated part."""
-    state, columns = foreseen(controller.problem, controller.law, rng=rng)
+    state, columns = simulated_part(controller.problem, controller.law, rng=rng)
     return float(state[kernels.SLACK]), _readings(columns, controller)
 
 
@@ -107,7 +107,7 @@ def measured(part_log: Any, controller: StagedController) -> dict[str, float]:
     Its infeed rate is that of the model, corrected by the slope of the unexplained size.
     """
     read = _StageReadings({name: part_log.column("controller", name) for name in _READ}, controller)
-    own = _StageReadings(foreseen(controller.problem, controller.law)[1], controller)
+    own = _StageReadings(simulated_part(controller.problem, controller.law)[1], controller)
     size_sd, power_sd = read.noise
     return {
         "burned_layer": read.burned_layer - own.layer_bias(size_sd, power_sd),

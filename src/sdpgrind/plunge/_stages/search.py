@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from sdpgrind.plunge._control import part_kernels as kernels
-from sdpgrind.plunge._control.foreseen import foreseen
 from sdpgrind.plunge._control.state import staged_law
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._plant import part_kernels as kernels
+from sdpgrind.plunge._plant.simulation import simulated_part
 
 _GRID = 12  # chosen: rates before the search between the neighbours of the best
 
@@ -52,7 +52,7 @@ def _begin(problem: CycleProblem, rate: float, margin: float) -> float:
 
 def _ground(problem: CycleProblem, remaining: float, rate: float) -> tuple[float, float]:
     """Time (s) to the instant of size and slack (mm) of a part without noise."""
-    state, _ = foreseen(problem, staged_law(problem, remaining, rate))
+    state, _ = simulated_part(problem, staged_law(problem, remaining, rate))
     over = -state[kernels.REMAINING] / max(state[kernels.RATE], 1e-9)
     slack = state[kernels.PART_SLACK]
     return float(state[kernels.SAMPLES] * problem.sample_time - over), float(

@@ -5,16 +5,16 @@ from math import ceil
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge._control import part_kernels as kernels
 from sdpgrind.plunge._control import state as places
 from sdpgrind.plunge._control.control_kernels import start_control
 from sdpgrind.plunge._control.state import SectionLaw
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._plant import part_kernels as kernels
 
 _SPARE = 1000  # chosen: samples beyond those that the whole stock takes at the slowest rate
 
 
-def foreseen(
+def simulated_part(
     problem: CycleProblem, law: SectionLaw, *, rng: np.random.Generator | None = None, contact: float = 0.0
 ) -> tuple[Floats, dict[str, Floats]]:
     """Return the final state of a part and its table by the column names of a log.
