@@ -13,7 +13,7 @@ from centering.friction._law_kernels import follow_load
 from centering.friction._logged import UNITS, logged_pushes
 from centering.friction._prediction import predicted, roughness
 from centering.friction._prediction_kernels import log_likelihood
-from centering.monitoring._alarm import Shock, likely_step
+from centering.monitoring._alarm import Innovation, likely_step
 from centering.monitoring._sequential import (
     Cusum,
     cusum_detection,
@@ -41,7 +41,7 @@ from centering.roundness._proof_kernels import (
 )
 from centering.roundness._sampling import supported, turns_of, unwrapped_turns, widest_gap
 from centering.roundness._separation_rows import Basis, harmonic_rows
-from centering.setup._allowance import told_chance
+from centering.setup._allowance import probability_text
 
 __all__ = [
     "FEWEST",
@@ -51,7 +51,7 @@ __all__ = [
     "Basis",
     "Cusum",
     "FrictionBelief",
-    "Shock",
+    "Innovation",
     "_across",
     "_cell_bound",
     "_crossing",
@@ -87,13 +87,13 @@ __all__ = [
     "polar_axes",
     "polar_scale",
     "predicted",
+    "probability_text",
     "robust_kernels",
     "roughness",
     "slots",
     "steepness",
     "step_noise",
     "supported",
-    "told_chance",
     "transmission",
     "travel_of",
     "triples",

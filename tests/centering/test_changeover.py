@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from circle_inside import told_chance
+from circle_inside import probability_text
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
@@ -145,7 +145,7 @@ def test_picture(tmp_path):
     ],
 )
 def test_chances_have_three_digits(probability, said):
-    assert told_chance(probability) == said
+    assert probability_text(probability) == said
 
 
 # By cost

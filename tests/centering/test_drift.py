@@ -8,7 +8,7 @@ from circle_inside import (
     FEWEST,
     REFERENCE,
     Cusum,
-    Shock,
+    Innovation,
     cusum_detection,
     cusum_limit,
     cusum_run_length,
@@ -260,7 +260,9 @@ def test_likely_step_against_least_squares():
     rng = np.random.default_rng(2)
     values, spreads = rng.standard_normal(12), 1 + 0.1 * rng.random(12)
     values[7:] += 2.0
-    shocks = [Shock(k, value, spread) for k, (value, spread) in enumerate(zip(values, spreads, strict=True))]
+    shocks = [
+        Innovation(k, value, spread) for k, (value, spread) in enumerate(zip(values, spreads, strict=True))
+    ]
     best = None
     for j in range(12):
         level, row = 0.0, np.zeros(12)

@@ -7,7 +7,7 @@ from sdpgrind.plunge._identify import time_constant as time_constant
 from sdpgrind.plunge._identify.sharpness import samples as samples
 from sdpgrind.plunge._learn import readings as readings
 from sdpgrind.plunge._learn.bounding import moved as moved
-from sdpgrind.plunge._learn.margins import _Bias as _Bias
+from sdpgrind.plunge._learn.margins import _ConstantFilter as _ConstantFilter
 from sdpgrind.plunge._learn.readings import measured_slack as measured_slack
 from sdpgrind.plunge._learn.readings import noise_of_slack as noise_of_slack
 from sdpgrind.plunge._learn.readings import scatter_of_slack as scatter_of_slack
@@ -15,7 +15,7 @@ from sdpgrind.plunge._model import kernels as kernels
 from sdpgrind.plunge._model.dynamics import allowed_rate as allowed_rate
 from sdpgrind.plunge._model.dynamics import burn_depth as burn_depth
 from sdpgrind.plunge._model.dynamics import burns_always as burns_always
-from sdpgrind.plunge._model.dynamics import coolest as coolest
+from sdpgrind.plunge._model.dynamics import coolest_rate as coolest_rate
 from sdpgrind.plunge._model.dynamics import core_at as core_at
 from sdpgrind.plunge._model.kernels import DECAY as DECAY
 from sdpgrind.plunge._model.kernels import _damage as _damage
@@ -23,7 +23,7 @@ from sdpgrind.plunge._plan import collocation as collocation
 from sdpgrind.plunge._plan import dp as dp
 from sdpgrind.plunge._plan.envelope import Envelope as Envelope
 from sdpgrind.plunge._plan.envelope import EnvelopeLimits as EnvelopeLimits
-from sdpgrind.plunge._plan.exact import _slowing as _slowing
+from sdpgrind.plunge._plan.exact import _start_integral as _start_integral
 from sdpgrind.plunge._stages.program import CONSTRAINTS as CONSTRAINTS
 from sdpgrind.plunge._stages.program import SETTINGS as SETTINGS
 from sdpgrind.plunge._stages.program import program as program

@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 import pytest
 from cycle_sets import NOMINAL, play, problem
-from plunge_inside import allowed_rate, burn_depth, burns_always, collocation, coolest, core_at
+from plunge_inside import allowed_rate, burn_depth, burns_always, collocation, coolest_rate, core_at
 from plunge_inside import dp as _dp
 
 from sdpgrind import physics, plunge, units
@@ -169,10 +169,10 @@ def by_grids(problem, rotations, stages=60, nodes=150):
     it.
     """
     model, u = problem.model, problem.command_rate_max
-    left, cores = _dp.places(problem, 0.0, stages), [core_at(model, float(n)) for n in rotations]
+    left, cores = _dp.stock_nodes(problem, 0.0, stages), [core_at(model, float(n)) for n in rotations]
     limit = np.array([_greatest(problem, core, n, left) for core, n in zip(cores, rotations, strict=True)])
     most = np.minimum.accumulate(limit.max(axis=0) - left) + left
-    ground, share = _dp.Ground(problem, 0.0, 3), np.linspace(0.0, 1.0, nodes)
+    ground, share = _dp.StageModel(problem, 0.0, 3), np.linspace(0.0, 1.0, nodes)
     value = np.zeros(nodes)
     for k in range(1, stages + 1):
         y, drop, best = share * most[k], left[k] - left[k - 1], np.full(nodes, np.inf)
@@ -197,7 +197,7 @@ def _greatest(problem, core, rotation, left):
     """Greatest deflection (mm) that neither burns too deep nor, at the end, is too rough."""
     rate = allowed_rate(core, left, 10 * problem.command_rate_max)
     if burns_always(core):
-        rate[left < burn_depth(coolest(core), core)] = 0.0
+        rate[left < burn_depth(coolest_rate(core), core)] = 0.0
     rate[0] = min(rate[0], problem.final_rate * rotation / problem.model.work_rotation)
     return core.K1 * rate + core.K2 * rate**core.p
 

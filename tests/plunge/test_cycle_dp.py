@@ -41,8 +41,8 @@ def test_value_to_go_is_what_following_the_policy_takes():
 
 
 def test_stages_are_those_of_a_problem_that_the_solver_takes():
-    ground = _dp.Ground(NOMINAL, 0.03, 60)
-    assert sdp.check(_dp.described(ground)).ok
+    ground = _dp.StageModel(NOMINAL, 0.03, 60)
+    assert sdp.check(_dp.as_sdp(ground)).ok
     assert np.all(np.diff(ground.left) > 0) and (ground.left[0], ground.left[-1]) == (0.0, NOMINAL.stock)
     assert np.min(np.abs(ground.left - 0.03)) < 1e-15  # the corner of the limit is a node
 
@@ -51,7 +51,7 @@ def test_full_rate_between_two_deflections():
     """(y' - y + drop) times the mean rate is what the command gives; the mean is that of the rate over the
     deflection.
     """
-    ground = _dp.Ground(NOMINAL, 0.0, 60)
+    ground = _dp.StageModel(NOMINAL, 0.0, 60)
     stage, y = 55, np.array([0.0, 1e-4, 5e-3, 2e-2])
     after, core, drop = ground.reach(stage, y)[1], ground.cores[54], ground.drop[54]
     rate = [np.interp(np.linspace(0, 1, 4001), [0, 1], [a, b]) for a, b in zip(y, after, strict=True)]
@@ -243,8 +243,8 @@ def test_wear_that_a_method_cannot_do(wear, method, message):
 def test_nothing_is_spared_anywhere():
     """What the proof of the exact cycle says: more deflection is never worse. Nor do look-ups between nodes
     mix in the other end of the control where both ends are one, as on the way of no command."""
-    ground = _dp.Ground(NOMINAL, 0.0, 50)
-    policy = sdp.plan(_dp.described(ground))
+    ground = _dp.StageModel(NOMINAL, 0.0, 50)
+    policy = sdp.plan(_dp.as_sdp(ground))
     for left in range(1, 51):
         spared = policy.action(fill=np.linspace(0.02, 1.0, 300), left=float(left)).controls["spared"]
         np.testing.assert_array_equal(spared, 0.0)

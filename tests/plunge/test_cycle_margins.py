@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plunge_inside import _Bias, measured_slack, noise_of_slack, scatter_of_slack
+from plunge_inside import _ConstantFilter, measured_slack, noise_of_slack, scatter_of_slack
 
 import hwsim
 from sdpgrind import physics, plunge
@@ -118,7 +118,7 @@ def test_without_a_balance_nothing_is_learned():
 
 def test_filter_of_a_constant_against_least_squares():
     rng = np.random.default_rng(0)
-    readings, sd, found = rng.normal(3.0, 0.5, 30), rng.uniform(0.1, 1.0, 30), _Bias()
+    readings, sd, found = rng.normal(3.0, 0.5, 30), rng.uniform(0.1, 1.0, 30), _ConstantFilter()
     for reading, each in zip(readings, sd, strict=True):
         found.learn(reading, each**2)
     weights = 1 / sd**2

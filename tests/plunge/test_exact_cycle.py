@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from plunge_inside import Envelope, EnvelopeLimits, _damage, _slowing
+from plunge_inside import Envelope, EnvelopeLimits, _damage, _start_integral
 from scipy.integrate import quad, simpson, solve_ivp
 
 from sdpgrind import physics, plunge
@@ -325,7 +325,7 @@ def test_start_that_comes_near_the_full_rate(p):
     closed form.
     """
     lag = np.array([1e-3, 1.0, 7.99, 8.01, 15.0, 30.0])
-    got = _slowing(p, lag) * (-np.expm1(-lag)) ** p
+    got = _start_integral(p, lag) * (-np.expm1(-lag)) ** p
     if p == 1.0:
         np.testing.assert_allclose(got, lag, rtol=1e-12)
     by_parts = [

@@ -62,7 +62,7 @@ def least_between(problem, commands, parts=16):
     for command in np.repeat(commands, parts):
         kernels.advance(state, rig, command)
         if state[kernels.REMAINING] > 0:
-            kernels.judge(state, rig, False)
+            kernels.update_slacks(state, rig, False)
     return float(state[kernels.PART_SLACK])
 
 

@@ -81,7 +81,7 @@ def with_space(unit: str) -> str:
     return "" if unit in ("", "1") else f" {unit}"
 
 
-class Shock(NamedTuple):
+class Innovation(NamedTuple):
     """Standardised innovation of a filter: part, innovation over `spread`, its sd for noise of sd 1."""
 
     part: int
@@ -97,20 +97,20 @@ class DriftStep(NamedTuple):
     size_sd: float
 
 
-def likely_step(shocks: Sequence[Shock], side: int) -> DriftStep:
+def likely_step(innovations: Sequence[Innovation], side: int) -> DriftStep:
     """Step to one side that explains a row of innovations best (least squares).
 
     A step makes innovations that fade by ``1 - gain = 1/spread^2`` per reading; one at part j explains
     (s'u)^2/(s's) of the sum of squares, with s the fading row from j on.
     """
-    found, most = DriftStep(shocks[-1].part, 0.0, np.inf), -np.inf
+    found, most = DriftStep(innovations[-1].part, 0.0, np.inf), -np.inf
     values, spreads = (
-        np.array([shock.value for shock in shocks]),
-        np.array([shock.spread for shock in shocks]),
+        np.array([innovation.value for innovation in innovations]),
+        np.array([innovation.spread for innovation in innovations]),
     )
-    for j, shock in enumerate(shocks):
+    for j, innovation in enumerate(innovations):
         fading = np.concatenate([[1.0], np.cumprod(spreads[j:-1] ** -2.0)]) / spreads[j:]
         square, along = float(fading @ fading), float(fading @ values[j:])
         if side * along > 0 and along**2 / square > most:
-            found, most = DriftStep(shock.part, along / square, square**-0.5), along**2 / square
+            found, most = DriftStep(innovation.part, along / square, square**-0.5), along**2 / square
     return found

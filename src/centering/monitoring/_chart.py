@@ -12,7 +12,7 @@ from scipy.special import ndtr
 
 from centering.monitoring import _part_record as part_record
 from centering.monitoring._alarm import units_of, with_space
-from centering.monitoring._sequential import ewma_run_length, ewma_sd, not_read
+from centering.monitoring._sequential import ewma_run_length, ewma_sd, is_missing
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.records import Record
@@ -203,7 +203,7 @@ class ControlChart(Record):
         """
         for name, value in values.items():
             checks.one_of("values", name, self._limits)
-            if not not_read(value):
+            if not is_missing(value):
                 checks.number(name, value, self._units[name])
         found = [
             signal for name in self._limits for signal in self._take(name, float(values.get(name, np.nan)))

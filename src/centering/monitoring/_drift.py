@@ -8,7 +8,7 @@ import xarray as xr
 
 from centering.monitoring import _part_record as part_record
 from centering.monitoring._alarm import UNITS, DriftAlarm, units_of
-from centering.monitoring._sequential import cusum_detection, cusum_limit, learned_widening, not_read
+from centering.monitoring._sequential import cusum_detection, cusum_limit, is_missing, learned_widening
 from centering.monitoring._tracked import FEWEST, REFERENCE, Tracked
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.records import Record
@@ -139,7 +139,7 @@ class DriftTrack(Record):
         """
         for name, reading in readings.items():
             checks.one_of("readings", name, self._tracks)
-            if not not_read(reading):
+            if not is_missing(reading):
                 checks.number(name, reading, self._units[name])
         found = [
             track.update(self._count, float(readings.get(name, np.nan)))

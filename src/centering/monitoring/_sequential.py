@@ -18,7 +18,7 @@ NODES = 48  # measured: nodes of the quadrature; twice as many change no run len
 _VARIANCES = 12  # measured: nodes over the learned variance; twice as many change the rate of alarms by 1e-4
 
 
-def not_read(value: object) -> bool:
+def is_missing(value: object) -> bool:
     """Whether a value is NaN of any kind of float: no reading."""
     return isinstance(value, float | np.floating) and isnan(value)
 

@@ -6,12 +6,12 @@ from math import isnan, sqrt
 import numpy as np
 from scipy.special import ndtri, stdtr
 
-from centering.monitoring._alarm import DriftAlarm, Shock, likely_step
+from centering.monitoring._alarm import DriftAlarm, Innovation, likely_step
 from centering.monitoring._sequential import Cusum
 from sdpgrind.identify import RandomWalk
 
 REFERENCE = 0.9  # chosen: finds steps of 3 sd within 5 parts most often, at run lengths of 1000 to 1e4
-_HELD = 10  # chosen: delay in parts before an innovation counts as noise, so that a step does not hide itself
+_DELAY = 10  # chosen: parts before an innovation counts as noise, so that a step does not hide itself
 FEWEST = 20  # chosen: least innovations of a learned noise; with fewer, high limits find little
 _ROUNDED = sqrt(12)  # derived: step of rounded readings over the standard deviation of the rounding
 _RECENT = 60  # chosen: greatest number of parts back to the begin of a step
@@ -36,8 +36,8 @@ class Tracked:
         """Watch from here on with the noise learned so far."""
         self._filter.reset()
         self._sum.reset()
-        self._held: deque[float] = deque()
-        self._shocks: deque[Shock] = deque(maxlen=_RECENT)
+        self._delayed: deque[float] = deque()
+        self._innovations: deque[Innovation] = deque(maxlen=_RECENT)
         self._readings: deque[tuple[int, float]] = deque(maxlen=_RECENT)
         self.alarm: DriftAlarm | None = None
 
@@ -60,7 +60,7 @@ class Tracked:
     def update(self, part: int, reading: float) -> DriftAlarm | None:
         self._filter.update(reading)
         self._readings.append((part, reading))
-        self._see_steps(reading)
+        self._note_resolution(reading)
         self._sum.limit = self.limit
         watched = self.alarm is None
         side = self._watch(part) if watched else 0
@@ -77,7 +77,7 @@ class Tracked:
             return self._limit
         return self._limit + self._widening / self._learned if self._learned >= FEWEST else np.inf
 
-    def _see_steps(self, reading: float) -> None:
+    def _note_resolution(self, reading: float) -> None:
         """Keep the smallest change between readings, an upper bound of their rounding."""
         if reading != self._last and not isnan(reading + self._last):
             self._step = min(self._step, abs(reading - self._last))
@@ -88,14 +88,14 @@ class Tracked:
         innovation, spread = float(self._filter.innovation[0]), float(self._filter.innovation_sd[0])
         if isnan(innovation):
             return 0
-        shock = Shock(part, innovation / spread, spread)
-        self._shocks.append(shock)
-        side = self._sum.update(self._standard(shock.value))
+        scaled = Innovation(part, innovation / spread, spread)
+        self._innovations.append(scaled)
+        side = self._sum.update(self._normal_score(scaled.value))
         if side == 0:
-            self._learn(shock.value)
+            self._learn(scaled.value)
         return side
 
-    def _standard(self, value: float) -> float:
+    def _normal_score(self, value: float) -> float:
         """Standard normal score of equal tail probability, of Student's distribution for a learned noise."""
         if self._given is not None:
             return value / self._given
@@ -105,15 +105,15 @@ class Tracked:
         return float(np.copysign(min(-tail, _FARTHEST), value))
 
     def _learn(self, value: float) -> None:
-        """Store the innovation; that of `_HELD` parts ago now counts as noise."""
-        self._held.append(value)
-        if len(self._held) > _HELD:
-            self._square += self._held.popleft() ** 2
+        """Store the innovation; that of `_DELAY` parts ago now counts as noise."""
+        self._delayed.append(value)
+        if len(self._delayed) > _DELAY:
+            self._square += self._delayed.popleft() ** 2
             self._learned += 1
 
     def _raise(self, part: int, side: int) -> DriftAlarm:
         """Return the alarm; the level restarts from the readings since the step."""
-        found, noise = likely_step(self._shocks, side), self.noise_sd
+        found, noise = likely_step(self._innovations, side), self.noise_sd
         self._filter.reset()
         for number, reading in self._readings:
             if number >= found.since:

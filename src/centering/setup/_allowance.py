@@ -77,7 +77,7 @@ class Allowance(Described):
         more = self.cost(CUSTOM) - self.cost()
         return (
             f"Allowance({self.sigmas:.4g} sd = {self.length:.4g} mm: {self.cost():.4g} s a part,"
-            f" contact in {told_chance(self.contact_probability)}; {CUSTOM:g} sd cost {more:.3g} s more)"
+            f" contact in {probability_text(self.contact_probability)}; {CUSTOM:g} sd cost {more:.3g} s more)"
         )
 
 
@@ -112,6 +112,6 @@ def best_allowance(sd: float, *, approach_rate: float, crash_time: float) -> All
     return Allowance(sd, approach_rate, crash_time)
 
 
-def told_chance(probability: float) -> str:
+def probability_text(probability: float) -> str:
     """Three digits of a probability: in ppm below 1000 ppm, else in per cent."""
     return f"{1e6 * probability:.3g} ppm" if probability < _RARE else f"{100 * probability:.3g} %"

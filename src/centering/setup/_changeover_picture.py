@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from centering.setup._allowance import told_chance
+from centering.setup._allowance import probability_text
 from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
@@ -53,11 +53,11 @@ def _part(ax: Any, change: "Changeover") -> None:
     """Radius of this part with its allowance."""
     half = change.part_sigmas * change.radius_sd
     ax.axvspan(change.largest_radius - half, change.largest_radius + half, color=PART, alpha=0.25, lw=0)
-    ax.axvline(change.largest_radius, color=PART, lw=1.5, label=_part_told(change))
+    ax.axvline(change.largest_radius, color=PART, lw=1.5, label=_part_label(change))
 
 
-def _part_told(change: "Changeover") -> str:
-    beyond = told_chance(change.contact_probability.part)
+def _part_label(change: "Changeover") -> str:
+    beyond = probability_text(change.contact_probability.part)
     return f"this part, ± {change.part_sigmas:.3g} sd: beyond in {beyond} at most"
 
 
@@ -69,4 +69,5 @@ def _rule(ax: Any, at: float, height: float, name: str, side: str) -> None:
 
 def _told(change: "Changeover") -> str:
     saved = f"saved {1e3 * change.length_saved:.4g} µm = {change.time_saved:.3g} s of air"
-    return f"{saved}; contact of the population's rule: {told_chance(change.contact_probability.population)}"
+    contact = probability_text(change.contact_probability.population)
+    return f"{saved}; contact of the population's rule: {contact}"

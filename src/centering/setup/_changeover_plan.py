@@ -128,7 +128,7 @@ def _radius_sd(profile: Profile, sd: float, centred: bool) -> float:
 
 def _warn(change: Changeover, profile: Profile, eccentricity: float | None) -> None:
     if profile._origin.filter:
-        _say(f"profile should not be filtered, as that takes peaks off: it is {profile._origin.filter}")
+        _warning(f"profile should not be filtered, as that takes peaks off: it is {profile._origin.filter}")
     name = "smallest_radius" if change.internal else "largest_radius"
     if change.outside_population:
         off = profile.circle.offset
@@ -136,19 +136,19 @@ def _warn(change: Changeover, profile: Profile, eccentricity: float | None) -> N
             f", or not centred: it lies {off:.4g} mm off the spindle, eccentricity tells how near it will be"
             " when ground"
         )
-        _say(
+        _warning(
             f"{name} of {change.largest_radius:.7g} mm lies beyond the changeover of the population at"
             f" {change.population_position:.7g} mm: the part is outside the population"
             f"{advice if eccentricity is None else ''}"
         )
     if (change.largest_radius - change.finish_radius) * (-1 if change.internal else 1) <= 0:
-        _say(
+        _warning(
             f"{name} of {change.largest_radius:.7g} mm leaves nothing to grind to"
             f" {change.finish_radius:.7g} mm"
         )
 
 
-def _say(text: str) -> None:
+def _warning(text: str) -> None:
     warnings.warn(text, UserWarning, stacklevel=4)
 
 

@@ -11,8 +11,8 @@ from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 
 # derived: sqrt(2 ln 1000); amplitudes of noise, of Rayleigh's distribution, exceed so many sd once in 1000
-_SURE = 3.717
-_DAMPED = 0.35  # derived: above it a resonance has no half-power band
+_NOISE_FACTOR = 3.717
+_DAMPING_MAX = 0.35  # derived: above it a resonance has no half-power band
 _PER_TURN = 2 * pi
 
 
@@ -206,7 +206,7 @@ def chatter_check(
         checks.positive("wheel_rotation", wheel_rotation, "rad/s"),
         checks.positive("work_rotation", work_rotation, "rad/s"),
     )
-    upr, amplitude, counted = _waves(spectrum, checks.nonnegative("amplitude_min", amplitude_min, "mm"))
+    upr, amplitude, counted = _undulations(spectrum, checks.nonnegative("amplitude_min", amplitude_min, "mm"))
     part = 1 - checks.within("reach", reach, 1e-3, 0.99, "1")
     error = checks.within("speed_error", speed_error, 0.0, 0.1, "1")
     speeds = (work * part, work * (2 - part))
@@ -214,14 +214,14 @@ def chatter_check(
     orders, turns = checks.count("wheel_orders", wheel_orders, 0), checks.count("turns", turns)
     near, bands = (work / (1 + error), work / (1 - error)), []
     for n, size in zip(upr[counted].tolist(), amplitude[counted].tolist(), strict=True):
-        bands += [_resonant(name, w, z, n, size, near) for name, (w, z) in modes.items()]
-        bands += list(_in_step(wheel, n, size, near, orders, turns, speeds))
+        bands += [_resonance_band(name, w, z, n, size, near) for name, (w, z) in modes.items()]
+        bands += list(_wheel_bands(wheel, n, size, near, orders, turns, speeds))
     wider = [band._replace(low=band.low * (1 - error), high=band.high * (1 + error)) for band in bands]
     reached = tuple(band for band in wider if band.low < speeds[1] and band.high > speeds[0])
     return ChatterCheck(reached, work, wheel, speeds, upr, amplitude, counted)
 
 
-def _waves(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bools]:
+def _undulations(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bools]:
     """Undulations, their amplitudes, and a mask of those that count."""
     if not all(hasattr(spectrum, name) for name in ("upr", "amplitude")):
         raise TypeError(
@@ -238,7 +238,7 @@ def _waves(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bools]:
             f" {amplitude.shape}"
         )
     sd = np.broadcast_to(np.asarray(getattr(spectrum, "sd", 0.0), dtype=float), upr.shape)
-    noise = _SURE * np.where(np.isfinite(sd), sd, 0.0)
+    noise = _NOISE_FACTOR * np.where(np.isfinite(sd), sd, 0.0)
     return upr, amplitude, (upr > 1) & (amplitude > np.maximum(least, noise))
 
 
@@ -257,13 +257,13 @@ def _modes(
     return {
         name: (
             checks.positive(name, w, "rad/s"),
-            checks.within(f"damping of {name}", ratios[name], 1e-6, _DAMPED, "1"),
+            checks.within(f"damping of {name}", ratios[name], 1e-6, _DAMPING_MAX, "1"),
         )
         for name, w in resonances.items()
     }
 
 
-def _resonant(
+def _resonance_band(
     name: str, w: float, damping: float, upr: float, amplitude: float, work: tuple[float, float]
 ) -> ChatterBand:
     """Half-power band of a mode in rotations of the work; gain at the rotation in `work` nearest its peak."""
@@ -283,7 +283,7 @@ def _resonant(
     )
 
 
-def _in_step(
+def _wheel_bands(
     wheel: float,
     upr: float,
     amplitude: float,
@@ -299,11 +299,11 @@ def _in_step(
         shift = max(fewest - upr, upr - most, 0.0)
         low, high = (order * wheel / (upr + side * 0.5 / turns) for side in (1, -1))
         yield ChatterBand(
-            "wheel", order, upr, amplitude, low, high, order * wheel / upr, _adding_up(shift, turns)
+            "wheel", order, upr, amplitude, low, high, order * wheel / upr, _coherent_share(shift, turns)
         )
 
 
-def _adding_up(shift: float, turns: int) -> float:
+def _coherent_share(shift: float, turns: int) -> float:
     """Share of waves that adds up over `turns` turns with a shift per turn; 0 from half a wave on."""
     if shift < 1e-12:
         return 1.0

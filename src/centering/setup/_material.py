@@ -17,9 +17,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
 _HIGHEST = 1500  # chosen: highest undulation fitted, upr; more takes time and adds no material
-_TELLING = (
-    0.8  # chosen: share of the harmonics that the widest gap allows; more leaves no samples for the noise
-)
+_SUPPORTED = 0.8  # chosen: share of the supported harmonics; more leaves no samples for the noise
 _CHANCE = 1e-3  # chosen: probability that noise counts as an undulation, or one of its samples as a burr
 _STILL = 1e-6  # chosen: residual counted as no noise, mm
 _MEDIAN = 1.4826  # derived: standard deviation over median absolute deviation of a normal distribution
@@ -46,7 +44,7 @@ def most_material(profile: Profile, axis: tuple[float, float], upr: float) -> Ma
         )
         place, radius = extreme_between(form.coef, form.circle, profile._tip, np.array(axis), outward)
         sd = _spread(profile, form, place)
-    standing_out = _standing_out(profile, form, axis, upr, outward)
+    standing_out = _beyond_form(profile, form, axis, upr, outward)
     if outward * (standing_out.radius - radius) > 0:
         return standing_out
     return Material(radius, max(sd, _rounding(profile)))
@@ -61,7 +59,7 @@ def _filtered(profile: Profile, axis: tuple[float, float], outward: int) -> Mate
 
 def _degree(profile: Profile, upr: float) -> int:
     """Harmonics of the fit: `upr`, or more where undulations above it exceed the noise."""
-    sure = min(int(_TELLING * supported(widest_gap(profile.part_angle))), _HIGHEST)
+    sure = min(int(_SUPPORTED * supported(widest_gap(profile.part_angle))), _HIGHEST)
     least = max(ceil(upr), 1)
     if sure <= least:
         return least
@@ -75,17 +73,17 @@ def _spread(profile: Profile, form: Form, place: float) -> float:
     degree = form.coef.size - 1
     rows = harmonic_rows(form.part_angle, degree)
     weights = np.linalg.solve(rows @ rows.T, harmonic_rows(np.array([place]), degree)[:, 0]) @ rows
-    noise = form.noise_sd * sqrt(_repeating(profile, form)) * float(np.linalg.norm(weights))
+    noise = form.noise_sd * sqrt(_repeat_factor(profile, form)) * float(np.linalg.norm(weights))
     if profile.runout is None:
         return noise
     along = weights @ profile.runout.derivatives(form.part_angle)
     return hypot(noise, sqrt(max(float(along @ profile.runout.covariance @ along), 0.0)))
 
 
-def _repeating(profile: Profile, form: Form) -> float:
+def _repeat_factor(profile: Profile, form: Form) -> float:
     """Variance of the mean over turns relative to independent readings: encoder errors repeat each turn."""
     count, degrees = round(profile.points_per_turn), 2 * form.coef.size - 1
-    free, rest = count - degrees, _left(profile, form)
+    free, rest = count - degrees, _residuals(profile, form)
     if round(profile.turns) < 2 or rest.size - degrees < ENOUGH:
         return 1.0
     if free < ENOUGH:
@@ -96,17 +94,17 @@ def _repeating(profile: Profile, form: Form) -> float:
     return max(between * (rest.size - degrees) / max(float(rest @ rest), 1e-300), 1.0)
 
 
-def _left(profile: Profile, form: Form) -> Floats:
+def _residuals(profile: Profile, form: Form) -> Floats:
     """Residuals of the fitted form, mm."""
     about, distance = into_part(profile.angle, profile.reading, profile._tip, form.circle[1:])
     return np.asarray(distance - profile._tip - form.circle[0] - values_at(form.coef, about))
 
 
-def _standing_out(
+def _beyond_form(
     profile: Profile, form: Form, axis: tuple[float, float], upr: float, outward: int
 ) -> Material:
     """Farthest sample beyond the form by more than noise, plus the rise possible between samples."""
-    left = _left(profile, form)
+    left = _residuals(profile, form)
     freedom = max(left.size - 2 * form.coef.size + 1, 1)
     noise = max(_MEDIAN * float(np.median(np.abs(left))) * sqrt(left.size / freedom), _rounding(profile))
     distance = np.hypot(*(profile.points - np.array(axis)).T) - profile._tip

@@ -46,7 +46,7 @@ class PlungePart:
             if ticks >= FOREVER:
                 ticks = self._rig.samples_max
             for _ in range(ticks):
-                cycle.judge(self._state, self._rig, self._balancing)
+                cycle.update_slacks(self._state, self._rig, self._balancing)
                 cycle.advance(self._state, self._rig, self._command)
                 self._balancing = False
                 if self.time >= self._rig.samples_max:
@@ -57,7 +57,7 @@ class PlungePart:
 
     def _take(self, command: Mapping[str, Any]) -> None:
         if command.get("retract"):
-            cycle.judge(self._state, self._rig, False)
+            cycle.update_slacks(self._state, self._rig, False)
             self.done = True
             return
         if "command_rate" in command:
@@ -118,7 +118,7 @@ class PlungePart:
             "slack": slack,
             "part_slack": part_slack,
             "roundness": roundness,
-            "burned": float(part_slack < -cycle.SKIN),
+            "burned": float(part_slack < -cycle.DAMAGE_TOLERANCE),
             "out_of_round": float(roundness > self._problem.roundness_max),
             "remaining": float(state[cycle.REMAINING]),
             "unfinished": float(state[cycle.REMAINING] > _LEFT * self._rig.stock),

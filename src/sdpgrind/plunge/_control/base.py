@@ -8,7 +8,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge._control import state as places
+from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step, start_control
 from sdpgrind.plunge._model.problem import CycleProblem
 
@@ -41,18 +41,18 @@ class SampledCycle:
         return self.problem.job
 
     @cached_property
-    def law(self) -> places.SectionLaw:
+    def law(self) -> at.SectionLaw:
         """Parameters of the compiled core, in mm, s and N."""
         return self._compiled()
 
-    def _compiled(self) -> places.SectionLaw:
+    def _compiled(self) -> at.SectionLaw:
         """Parameters from the problem; a controller adds its own."""
-        return places.law_of(self.problem, places.final_rate(self.problem, 0.0))
+        return at.law_of(self.problem, at.final_rate(self.problem, 0.0))
 
     @cached_property
     def state(self) -> Floats:
         """State of the compiled core, in mm, s and N."""
-        state = np.zeros(places.STATES)
+        state = np.zeros(at.STATES)
         start_control(state, self.law)
         return state
 
@@ -89,30 +89,26 @@ class SampledCycle:
         command = control_step(
             self.state, self.law, float(size), np.nan if power_saturated else float(grinding_power)
         )
-        if self.state[places.SECTION] == places.RETRACT:
+        if self.state[at.SECTION] == at.RETRACT:
             self.check_fed()
             return {"retract": 1.0}
-        return {"command_rate": float(command), "balancing": float(self.state[places.BALANCED])}
+        return {"command_rate": float(command), "balancing": float(self.state[at.BALANCED])}
 
     def report(self) -> dict[str, float]:
         """Return section, rate (mm/s), stock and contact zero (mm), wear flat area, scale of deflection."""
         area = self.problem.model.wear_flat_area
         s = self.state
-        values = (s[places.SECTION], s[places.RATE], s[places.REMAINING])
-        learned = (s[places.SHARPNESS] * area, s[places.ZERO], s[places.SCALE])
+        values = (s[at.SECTION], s[at.RATE], s[at.REMAINING])
+        learned = (s[at.SHARPNESS] * area, s[at.ZERO], s[at.SCALE])
         return dict(zip(self.reports, map(float, (*values, *learned)), strict=True))
 
     def check_fed(self) -> None:
         """Raise ValueError if the part is done before any feed, as the size (mm) leaves no stock."""
-        if (
-            self.state[places.SECTION] == places.RETRACT
-            and self.state[places.COMMANDED] == 0.0
-            and not self.lost
-        ):
-            size, stock = float(self.state[places.SIZE]), self.problem.stock
+        if self.state[at.SECTION] == at.RETRACT and self.state[at.COMMANDED] == 0.0 and not self.lost:
+            size, stock = float(self.state[at.SIZE]), self.problem.stock
             raise checks.refuse("size", f"< stock = {stock:g} before any feed", size, "mm")
 
     @property
     def lost(self) -> bool:
         """Whether the part ended as the size was missing, frozen or jumped for 5 samples (dimensionless)."""
-        return bool(self.state[places.MISSED] >= places.MISSED_MAX)
+        return bool(self.state[at.MISSED] >= at.MISSED_MAX)

@@ -3,13 +3,14 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.plunge._control.estimator_kernels import _estimated, _know_nothing, _spread
+from sdpgrind.plunge._control.estimator_kernels import _corrected, _propagate, _reset_estimates
 from sdpgrind.plunge._control.state import (
     BALANCE,
     BALANCED,
     BURNING,
     COMMAND,
     COMMANDED,
+    FROZEN,
     FULL_RATE,
     GAUGE,
     MISSED,
@@ -25,7 +26,6 @@ from sdpgrind.plunge._control.state import (
     SHARPNESS,
     SIZE,
     SPARK_OUT,
-    STILL,
     TARGET,
     TOUCHED,
     Y,
@@ -49,7 +49,7 @@ def start_control(state, law):
     state[:] = 0.0
     state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.core.K0
     state[SIZE], state[BURNING] = np.nan, law.burn_rate
-    _know_nothing(state, law)
+    _reset_estimates(state, law)
 
 
 @compiled
@@ -61,7 +61,7 @@ def control_step(state, law, size, power):
     if usable and state[COMMANDED] == 0.0:  # a part may come with more or less stock
         state[REMAINING] = law.stock - size
     if law.online:
-        core = _estimated(state, law, size if usable else np.nan, power)
+        core = _corrected(state, law, size if usable else np.nan, power)
     elif usable:
         state[REMAINING] += law.gain * (law.stock - size - state[REMAINING])
     if _done(state, law) or state[MISSED] >= MISSED_MAX:
@@ -85,7 +85,7 @@ def _decide(state, law, core):
     if law.form == PRINTED:
         return _printed(state, law)
     if state[SECTION] == SPARK_OUT:
-        return _creep(state, law)
+        return _spark_out(state, law)
     command = _staged(state, law) if law.staged else _balance(state, law, core)
     return _until_spark_out(state, law, core, command)
 
@@ -104,7 +104,7 @@ def _predict(state, law, core):
     removed = u * dt - scale * (state[Y] - before)
     state[REMAINING] -= removed
     if law.online:
-        _spread(state, law, core, u, removed / dt)
+        _propagate(state, law, core, u, removed / dt)
 
 
 @compiled
@@ -122,12 +122,12 @@ def _predict_printed(state, law):
 def _usable(state, law, size):
     """Whether the size is read, not frozen and free of jumps beyond noise and feed; count the rejected."""
     last, noise = state[SIZE], OUTLYING * law.size_sd
-    state[STILL] = state[STILL] + state[RATE] * law.sample_time if size == last else 0.0
+    state[FROZEN] = state[FROZEN] + state[RATE] * law.sample_time if size == last else 0.0
     farthest = law.rate_max * law.sample_time * (state[MISSED] + 1.0)
     jumps = (
         size < last - np.sqrt(2.0) * noise - 1e-12 or size > last + farthest + np.sqrt(2.0) * noise + 1e-12
     )
-    if np.isnan(size) or jumps or state[STILL] > noise:
+    if np.isnan(size) or jumps or state[FROZEN] > noise:
         state[MISSED] += 1.0
         return False
     state[MISSED], state[SIZE] = 0.0, size
@@ -158,7 +158,7 @@ def _printed(state, law):
     if state[SECTION] == FULL_RATE:
         return law.rate_max
     if state[SECTION] == SPARK_OUT:
-        return _creep(state, law)
+        return _spark_out(state, law)
     aim = _balanced_rate(state, law, law.core, v * law.sample_time, law.rate_max)
     state[BALANCED] = 1.0 if state[TARGET] > 0.0 and not first else 0.0
     return min(max((aim - law.pole * v) / (1.0 - law.pole), 0.0), law.rate_max)
@@ -174,7 +174,7 @@ def _spark_out_printed(state, law):
 
 
 @compiled
-def _creep(state, law):
+def _spark_out(state, law):
     """Command of spark-out: 0 until the final rate is reached, then that rate until size."""
     last = _final_rate(state, law)
     return last if state[RATE] <= last else 0.0
@@ -197,7 +197,7 @@ def _balance(state, law, core):
         removed = _removed(state, law, core, _to_rate(state, law, core, aim, 0.5 * (v + aim) * dt))
         aim = _balanced_rate(state, law, core, removed, reach)
         command = _to_rate(state, law, core, aim, removed)
-    command = min(command, max(_room(state, law, core), 0.0) / dt)
+    command = min(command, max(_burn_allowance(state, law, core), 0.0) / dt)
     if state[SECTION] == BALANCE:
         state[BALANCED] = 1.0 if state[TARGET] > 0.0 else 0.0
     elif command < law.rate_max and state[Y] > 0.0:
@@ -220,7 +220,7 @@ def _to_rate(state, law, core, aim, removed):
 
 
 @compiled
-def _room(state, law, core):
+def _burn_allowance(state, law, core):
     """Greatest command in a sample, mm, after which damage stays shallow enough even without further command.
 
     Deflection less stock grows by the command alone. It must stay below the limit of burning at all smaller
@@ -254,7 +254,7 @@ def _staged(state, law):
 @compiled
 def _until_spark_out(state, law, core, command):
     """The command, or the rest of it before spark-out."""
-    allowed = _allowed(state, law, core)
+    allowed = _sparkout_allowance(state, law, core)
     if command * law.sample_time < allowed:
         return command
     state[SECTION] = SPARK_OUT
@@ -262,7 +262,7 @@ def _until_spark_out(state, law, core, command):
 
 
 @compiled
-def _allowed(state, law, core):
+def _sparkout_allowance(state, law, core):
     """Command left, mm, until releasing the deflection ends at size with the final rate."""
     kept = beyond(_final_rate(state, law), core)
     if law.form == GAUGE or law.online:

@@ -5,7 +5,6 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 from sdpgrind.plunge._control.state import (
     BELIEVED,
-    BLANK,
     BURNING,
     COMMANDED,
     COVARIANCE,
@@ -18,9 +17,10 @@ from sdpgrind.plunge._control.state import (
     SCALE,
     SHARPNESS,
     SHARPNESS_DRIFT,
-    SILENT,
+    SIZE_OFFSET,
     TOUCHED,
     TOUCHING,
+    UNPOWERED,
     YES,
     ZERO,
     Y,
@@ -29,7 +29,7 @@ from sdpgrind.plunge._model.kernels import _burning_begins, _rate_near, _worn
 
 
 @compiled
-def _know_nothing(state, law):
+def _reset_estimates(state, law):
     """Reset estimates and covariance to those before contact."""
     state[SCALE] = state[SHARPNESS] = 1.0
     state[COVARIANCE:] = 0.0
@@ -43,7 +43,7 @@ def _know_nothing(state, law):
 
 
 @compiled
-def _spread(state, law, core, u, v):
+def _propagate(state, law, core, u, v):
     """Covariance after a sample at command u and rate v (mm/s); growth of the wear flat area by the model."""
     dt, scale, cov = law.sample_time, state[SCALE], state[COVARIANCE:].reshape(4, 4)
     own, by_scale, by_area = 1.0, -u * dt / scale**2, 0.0
@@ -62,7 +62,7 @@ def _spread(state, law, core, u, v):
 
 
 @compiled
-def _estimated(state, law, size, power):
+def _corrected(state, law, size, power):
     """Correct the state by size (mm) and power (W); return the coefficients of the wheel.
 
     Extended Kalman filter. Power is proportional to the deflection of the model; once the wheel cuts, the
@@ -71,14 +71,14 @@ def _estimated(state, law, size, power):
     base, cov = law.core, state[COVARIANCE:].reshape(4, 4)
     watts = base.power1 / base.K1
     noise = law.power_sd * (power / watts + base.K0)
-    state[SILENT] = state[SILENT] + 1.0 if np.isnan(power) else 0.0
+    state[UNPOWERED] = state[UNPOWERED] + 1.0 if np.isnan(power) else 0.0
     if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # power is back: the wheel does not cut yet
-        state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - state[BLANK]
-        _know_nothing(state, law)
+        state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - state[SIZE_OFFSET]
+        _reset_estimates(state, law)
     before = state[TOUCHED] == NO
     if before and size == size:
         state[READ] += 1.0
-        state[BLANK] += (size - state[BLANK]) / state[READ]
+        state[SIZE_OFFSET] += (size - state[SIZE_OFFSET]) / state[READ]
     if before and not _touched(state, cov, law, power / watts, noise):
         return _worn(base, state[SHARPNESS])
     x = state[Y] + base.K0
@@ -99,13 +99,13 @@ def _estimated(state, law, size, power):
 def _touched(state, cov, law, x, noise):
     """Whether the wheel touches, by power, or by the command after `MISSED_MAX` samples without power."""
     known = x == x
-    if (x <= TOUCHING * noise) if known else (state[COMMANDED] <= 0.0 or state[SILENT] < MISSED_MAX):
+    if (x <= TOUCHING * noise) if known else (state[COMMANDED] <= 0.0 or state[UNPOWERED] < MISSED_MAX):
         return False
     state[TOUCHED] = YES if known else BELIEVED
     if not known:
         x = state[COMMANDED]
     variance = noise**2 if known else law.zero_sd**2
-    state[Y], state[ZERO] = x - law.core.K0, state[BLANK] + x - state[COMMANDED]
+    state[Y], state[ZERO] = x - law.core.K0, state[SIZE_OFFSET] + x - state[COMMANDED]
     cov[0, 0] = cov[0, 1] = cov[1, 0] = cov[1, 1] = variance
     cov[1, 1] += law.size_sd**2 / max(state[READ], 1.0) + (x * law.scale_sd) ** 2
     cov[1, 2] = cov[2, 1] = x * law.scale_sd**2

@@ -12,10 +12,10 @@ FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)  # sections of a cycle
 # State: section, v_hat, r_hat, commanded infeed p, deflection beyond ploughing, last command, z*, whether
 # the sample counts for the slack; rejected sizes in a row, stock removed by the model since the size changed
 # (mm), last size.
-SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, STILL, SIZE = range(11)
+SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, FROZEN, SIZE = range(11)
 # Estimated online: contact, missing powers in a row, mean and number of sizes before contact, contact zero,
 # deflection and wear flat area over the model, burn rate; 4 x 4 covariance of deflection, zero, scale, area.
-TOUCHED, SILENT, BLANK, READ, ZERO, SCALE, SHARPNESS, BURNING, COVARIANCE = range(11, 20)
+TOUCHED, UNPOWERED, SIZE_OFFSET, READ, ZERO, SCALE, SHARPNESS, BURNING, COVARIANCE = range(11, 20)
 STATES = COVARIANCE + 16
 NO, YES, BELIEVED = range(3)  # contact; BELIEVED: by the command, as power is missing
 MISSED_MAX = 5  # chosen: rejected sizes in a row that end the part; missing powers before contact is assumed

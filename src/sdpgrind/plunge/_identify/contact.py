@@ -50,20 +50,22 @@ def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
 
 def contact_zero(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
     """Command lacking at contact, mm; negative: contact after the command is 0."""
-    return _one(cycle, problem, 0, CONTACT, 1.0)
+    return _value_of_fit(cycle, problem, 0, CONTACT, 1.0)
 
 
 def normal_force_ratio(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
     """Force ratio of the model times the scale of its deflection."""
-    return _one(cycle, problem, 1, RATIO, problem.model.normal_force_ratio)
+    return _value_of_fit(cycle, problem, 1, RATIO, problem.model.normal_force_ratio)
 
 
 def secant(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
     """Time constant of spark-out, s: that of the model times the scale of its deflection."""
-    return _one(cycle, problem, 1, TAU, float(problem.replace(time_constant=None).time_constant or 0.0))
+    return _value_of_fit(
+        cycle, problem, 1, TAU, float(problem.replace(time_constant=None).time_constant or 0.0)
+    )
 
 
-def _one(
+def _value_of_fit(
     cycle: Cycle, problem: CycleProblem, which: int, name: tuple[str, str], times: float
 ) -> idf.Estimate:
     """Value number `which` of `fitted`, times a constant."""

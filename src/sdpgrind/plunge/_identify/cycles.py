@@ -135,7 +135,7 @@ def concluded(estimate: idf.Estimate, reason: str) -> idf.Estimate:
     return estimate
 
 
-def of_parts(
+def mean_of_parts(
     each: Sequence[Cycle], one: Callable[[Cycle], idf.Estimate], name: str, unit: str
 ) -> idf.Estimate:
     """Mean of the estimates of the parts; failed parts are left out and counted."""

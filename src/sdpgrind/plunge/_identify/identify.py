@@ -8,7 +8,7 @@ from sdpgrind.identify import Estimate
 from sdpgrind.plunge._identify import contact as _contact
 from sdpgrind.plunge._identify import sharpness as _sharpness
 from sdpgrind.plunge._identify import time_constant as _time_constant
-from sdpgrind.plunge._identify.cycles import cycles, of_parts
+from sdpgrind.plunge._identify.cycles import cycles, mean_of_parts
 from sdpgrind.plunge._model.problem import CycleProblem
 
 _METHODS = {
@@ -119,7 +119,7 @@ def _found(
 ) -> Estimate:
     if what == "wear_flat_area" and problem is not None:
         each = cycles(data, power=True, size=False, part=part)
-        return of_parts(
+        return mean_of_parts(
             each, lambda cycle: _sharpness.wear_flat_area(cycle, problem, power_max), what, _sharpness.UNIT
         )
     each = cycles(data, part=part)
@@ -128,10 +128,10 @@ def _found(
     if method == "printed":
         return _time_constant.as_printed(each, forgetting)
     if problem is None:
-        return of_parts(each, _time_constant.by_output_error, what, _time_constant.UNIT)
+        return mean_of_parts(each, _time_constant.by_output_error, what, _time_constant.UNIT)
     one, unit = {
         "time_constant": (_contact.secant, "s"),
         "contact_zero": (_contact.contact_zero, "mm"),
         "normal_force_ratio": (_contact.normal_force_ratio, "1"),
     }[what]
-    return of_parts(each, lambda cycle: one(cycle, problem), what, unit)
+    return mean_of_parts(each, lambda cycle: one(cycle, problem), what, unit)

@@ -31,10 +31,10 @@ def by_output_error(cycle: Cycle) -> idf.Estimate:
         return not_identified(NAME, UNIT, reason)
     fit = _fitted(cycle)
     found = concluded(_of_logarithm(fit), _FAINT)
-    return found.replace(message=_CURVED) if found.ok and _bent(cycle, fit) else found
+    return found.replace(message=_CURVED) if found.ok and _curved(cycle, fit) else found
 
 
-def _bent(cycle: Cycle, fit: idf.Estimate) -> bool:
+def _curved(cycle: Cycle, fit: idf.Estimate) -> bool:
     """Whether block means of the residuals differ by more than the gauge's noise (chi-square test)."""
     off = (cycle.size - lagged(cycle, float(np.exp(fit.value[0])), *fit.value[1:]))[cycle.read]
     count = off.size // _BLOCK

@@ -90,7 +90,7 @@ class MarginBounding:
         return max(margin - self.step * (slack + buffer), 0.0)
 
 
-class _Bias:
+class _ConstantFilter:
     """Kalman filter of a constant measured once per part, without prior knowledge."""
 
     def __init__(self) -> None:
@@ -149,7 +149,7 @@ class ChanceMargin:
         self.part_sd = checks.nonnegative("part_sd", part_sd, "mm")
         self.power_gain_tolerance = checks.within("power_gain_tolerance", power_gain_tolerance, 0.0, 0.5)
         self.slack = checks.one_of("slack", slack, ("measured", "true"))
-        self._shortfall = _Bias()
+        self._shortfall = _ConstantFilter()
         self._first: CycleController | None = None
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
@@ -162,7 +162,7 @@ class ChanceMargin:
         variance = sd**2 + self.part_sd**2
         self._shortfall.learn(controller.safety_margin - slack - bias, variance)
         spread = np.sqrt(self._shortfall.variance + variance)
-        margin = self._shortfall.mean + ndtri(self.confidence) * spread + self._hidden(controller)
+        margin = self._shortfall.mean + ndtri(self.confidence) * spread + self._hidden_damage(controller)
         return controller.replace(safety_margin=float(np.clip(margin, 0.0, 0.9 * controller.problem.stock)))
 
     def _noise(self, controller: CycleController, part_log: Any) -> tuple[float, float]:
@@ -172,7 +172,7 @@ class ChanceMargin:
         seen = scatter_of_slack(part_log, controller)
         return bias * min(1.0, _DOUBT * seen / assumed) if seen >= 0 and assumed > 0 else bias, sd
 
-    def _hidden(self, controller: CycleController) -> float:
+    def _hidden_damage(self, controller: CycleController) -> float:
         """Damage (mm) at the greatest rate that a power monitor of too low a gain hides."""
         problem, rate = controller.problem, controller.problem.command_rate_max
         if problem.model.burn_rate >= rate:
@@ -215,7 +215,7 @@ class RoundnessMargin:
     def __init__(self, confidence: float = 0.999, *, part_sd: float | None = None) -> None:
         self.confidence = _probability(confidence)
         self.part_sd = None if part_sd is None else checks.nonnegative("part_sd", part_sd, "mm")
-        self._excess = _Bias()
+        self._excess = _ConstantFilter()
         self._first: CycleController | None = None
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:

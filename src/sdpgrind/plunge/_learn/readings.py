@@ -71,7 +71,7 @@ def noise_of_slack(controller: CycleController) -> tuple[float, float, float]:
     rng = np.random.default_rng(0)
     parts = [
         (true - _least(readings), _scatter(readings))
-        for true, readings in (_both(controller, rng) for _ in range(PARTS))
+        for true, readings in (_true_and_measured(controller, rng) for _ in range(PARTS))
     ]
     off, each = np.array([part for part in parts if np.all(np.isfinite(part))]).reshape(-1, 2).T
     return (
@@ -94,7 +94,7 @@ def scatter_of_roundness(controller: CycleController) -> float:
     return float(np.sqrt(np.mean(beyond**2)) * (1 + 2 / np.sqrt(2 * beyond.size))) if beyond.size else 0.0
 
 
-def _both(controller: CycleController, rng: np.random.Generator) -> tuple[float, Floats]:
+def _true_and_measured(controller: CycleController, rng: np.random.Generator) -> tuple[float, Floats]:
     """True balance slack and its readings (mm) of a simulated part."""
     state, columns = simulated_part(controller.problem, controller.law, rng=rng)
     return float(state[kernels.SLACK]), _readings(columns, controller)
@@ -160,13 +160,16 @@ class _StageReadings:
             return 0.0
         slope = (self.model.burn_depth(self.rate, self.power * 1.001) - self.damage) / 0.001
         spread = np.hypot(size_sd, slope * power_sd)
-        return _greatest(self.damage, self.left, spread) - self.burned_layer
+        return _expected_maximum(self.damage, self.left, spread) - self.burned_layer
 
     def power_bias(self, power_sd: float) -> float:
         """Bias of the greatest power by noise, W."""
         if power_sd == 0 or not self.power.size:
             return 0.0
-        return _greatest(self.power, np.zeros(self.power.size), power_sd * self.power) - self.grinding_power
+        return (
+            _expected_maximum(self.power, np.zeros(self.power.size), power_sd * self.power)
+            - self.grinding_power
+        )
 
 
 def _rate(size: Floats, foreseen: Floats, step: float) -> Floats:
@@ -184,7 +187,7 @@ def _rate(size: Floats, foreseen: Floats, step: float) -> Floats:
     return np.asarray(foreseen + np.pad(slope, half, "edge"))
 
 
-def _greatest(value: Floats, less: Floats, sd: Floats) -> float:
+def _expected_maximum(value: Floats, less: Floats, sd: Floats) -> float:
     """Expected maximum of value - less with noise in the values; only values above 0 count."""
     top, reach = value - less, _SIGMAS * sd
     begin = float(np.max((top - reach)[value > 0]))

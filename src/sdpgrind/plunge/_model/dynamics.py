@@ -11,7 +11,7 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model import kernels as _kernels
-from sdpgrind.plunge._model.kernels import Give, PlungeCore
+from sdpgrind.plunge._model.kernels import DeflectionLaw, PlungeCore
 from sdpgrind.plunge._model.model import PlungeModel
 
 HALVINGS = 60  # chosen: halves a bracket below the rounding of a double
@@ -50,22 +50,22 @@ def burn_depth(v: Any, core: PlungeCore, log: Any = np.log) -> Any:
     return core.reach * root * log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / root)
 
 
-def coolest(core: PlungeCore) -> Floats:
+def coolest_rate(core: PlungeCore) -> Floats:
     """Rates (mm/s) at which the ratio of heat to the heat of burning is least."""
     parts = np.broadcast_arrays(3 * core.heat1, (4 * core.p - 1) * core.heat2, core.p, core.heat0)
     terms = zip(*(part.ravel().tolist() for part in parts), strict=True)
-    rates = [_kernels.rate(y, Give(k1, k2, p)) for k1, k2, p, y in terms]
+    rates = [_kernels.rate(y, DeflectionLaw(k1, k2, p)) for k1, k2, p, y in terms]
     return np.reshape(rates, parts[0].shape)
 
 
 def burns_always(core: PlungeCore) -> Any:
     """Whether the work burns at every rate."""
-    return burn_depth(coolest(core), core) > 0
+    return burn_depth(coolest_rate(core), core) > 0
 
 
 def allowed_rate(core: PlungeCore, depth: Floats, most: float) -> Floats:
     """Greatest rates (mm/s), at most `most`, with no more than `depth` (mm, >= 0) of damage."""
-    low = np.minimum(np.broadcast_to(coolest(core), np.shape(depth)), most)
+    low = np.minimum(np.broadcast_to(coolest_rate(core), np.shape(depth)), most)
     high = np.full(np.shape(depth), most)
     free = burn_depth(high, core) <= depth
     for _ in range(HALVINGS):

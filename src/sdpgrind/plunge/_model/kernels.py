@@ -32,7 +32,7 @@ class PlungeCore(NamedTuple):
     power2: float
 
 
-class Give(NamedTuple):
+class DeflectionLaw(NamedTuple):
     """Coefficients of the deflection beyond ploughing, y = K1 v + K2 v^p, mm."""
 
     K1: float

@@ -257,13 +257,13 @@ class PlungeModel(Described):
         heat = self.wheel_speed / N_MM_S_PER_W
         band = self.burning.B * (self.equivalent_diameter * a1) ** 0.25 * self.work_speed**0.5
         contact = np.sqrt(self.equivalent_diameter * a1)
-        gives = ratio * self.width * np.array([power.ploughing_force, chips, float(sliding)])
+        deflections = ratio * self.width * np.array([power.ploughing_force, chips, float(sliding)])
         if self.linear_time_constant is not None:
-            gives = np.array([0.0, self.linear_time_constant, 0.0])
+            deflections = np.array([0.0, self.linear_time_constant, 0.0])
         return PlungeCore(
-            K0=float(gives[0]),
-            K1=float(gives[1]),
-            K2=float(gives[2]),
+            K0=float(deflections[0]),
+            K1=float(deflections[1]),
+            K2=float(deflections[2]),
             p=float(power.sliding.exponent),
             heat0=heat * power.ploughing_force / band,
             heat1=(power.specific_energy - self.burning.u0) * self.work_speed * a1 / band,

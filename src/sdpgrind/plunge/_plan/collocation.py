@@ -264,7 +264,7 @@ def guess(job: CollocationTask) -> Guess:
     )
 
 
-def plainly(
+def solve_from_guess(
     problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int
 ) -> CollocationFound:
     """Solve from `guess`."""

@@ -26,7 +26,7 @@ NEWTON = 40  # chosen: limit of the iterations, never needed near the root
 
 
 @dataclass(frozen=True)
-class Solved:
+class StageSolution:
     """Commands (mm/s) and their durations (s) from first touch; value at the start, s."""
 
     command: Floats
@@ -34,7 +34,7 @@ class Solved:
     value: float
 
 
-def places(problem: CycleProblem, margin: float, stages: int) -> Floats:
+def stock_nodes(problem: CycleProblem, margin: float, stages: int) -> Floats:
     """Remaining stock at the stages, mm: geometric near the end, dense at the start, one at the margin."""
     scale = min(problem.final_rate, problem.command_rate_max)
     end = float(_kernels.beyond(scale, problem.model.core))
@@ -49,11 +49,11 @@ def places(problem: CycleProblem, margin: float, stages: int) -> Floats:
     return np.asarray(left)
 
 
-class Ground:
+class StageModel:
     """Stages, coefficients of the wheel, greatest deflection (mm) from which the rest can be ground."""
 
     def __init__(self, problem: CycleProblem, margin: float, stages: int) -> None:
-        self.rate_max, self.left = problem.command_rate_max, places(problem, margin, stages)
+        self.rate_max, self.left = problem.command_rate_max, stock_nodes(problem, margin, stages)
         self.drop = np.diff(self.left)
         ends = self._wheel(problem, self.left)
         middle = self._wheel(problem, self.left[1:] - 0.5 * self.drop)
@@ -120,7 +120,7 @@ def mean_rate(v: Floats, after: Floats, core: PlungeCore) -> Floats:
     return np.where(near, 0.5 * (v + after), mean)
 
 
-def described(ground: Ground) -> sdp.Problem:
+def as_sdp(model: StageModel) -> sdp.Problem:
     """Cycle as a problem of stages (stock), one axis (relative deflection) and one move.
 
     The control is the share of the range of deflections not used; ties take the least, 0.
@@ -128,16 +128,16 @@ def described(ground: Ground) -> sdp.Problem:
 
     def begin(s: Any) -> tuple[int, Floats]:
         stage = round(float(np.ravel(s.left)[0]))
-        return stage, np.asarray(s.fill) * ground.most[stage]
+        return stage, np.asarray(s.fill) * model.most[stage]
 
     def step(s: Any, c: Any, e: Any) -> tuple[Any]:
         stage, y = begin(s)
-        least, greatest = ground.reach(stage, y)
-        return ((greatest - c.spared * (greatest - least)) / ground.most[stage - 1],)
+        least, greatest = model.reach(stage, y)
+        return ((greatest - c.spared * (greatest - least)) / model.most[stage - 1],)
 
     def time(s: Any, c: Any, n: Any) -> Floats:
         stage, y = begin(s)
-        return ground.time(stage, y, n.fill * ground.most[stage - 1])
+        return model.time(stage, y, n.fill * model.most[stage - 1])
 
     return sdp.Problem(
         (sdp.Axis("fill", 0.0, 1.0, NODES, below="hold", above="hold"),),
@@ -150,22 +150,22 @@ def described(ground: Ground) -> sdp.Problem:
             ),
         ),
         (sdp.Stop("size", lambda s: 0.0 * s.fill, allowed=lambda s: s.left < 0.5),),
-        sdp.Stages(ground.drop.size, 1.0, "left", ""),
+        sdp.Stages(model.drop.size, 1.0, "left", ""),
     )
 
 
-def solve(problem: CycleProblem, margin: float, stages: int = STAGES) -> Solved:
+def solve(problem: CycleProblem, margin: float, stages: int = STAGES) -> StageSolution:
     """Solve, and follow the policy from first touch to size."""
-    ground = Ground(problem, margin, stages)
-    policy = sdp.plan(described(ground))
+    model = StageModel(problem, margin, stages)
+    policy = sdp.plan(as_sdp(model))
     commands, durations, y = np.empty(stages), np.empty(stages), np.zeros(1)
     for k in range(stages):
         left = stages - k
-        share = policy.action(fill=float(y[0] / ground.most[left]), left=float(left)).controls["spared"]
-        least, greatest = ground.reach(left, y)
+        share = policy.action(fill=float(y[0] / model.most[left]), left=float(left)).controls["spared"]
+        least, greatest = model.reach(left, y)
         after = greatest - share * (greatest - least)
-        durations[k] = ground.time(left, y, after)[0]
-        commands[k] = (after[0] - y[0] + ground.drop[left - 1]) / durations[k]
+        durations[k] = model.time(left, y, after)[0]
+        commands[k] = (after[0] - y[0] + model.drop[left - 1]) / durations[k]
         y = after
     commands = np.clip(commands, 0.0, problem.command_rate_max)  # rounding
-    return Solved(commands, durations, float(policy.value(fill=0.0, left=float(stages))))
+    return StageSolution(commands, durations, float(policy.value(fill=0.0, left=float(stages))))

@@ -70,20 +70,20 @@ def _start(limits: EnvelopeLimits, lag: Floats) -> tuple[Floats, Floats, Floats]
     """
     c, u, share = limits.core, limits.rate_max, -np.expm1(-lag)
     rate = u * share
-    time = c.K2 * rate**c.p / u * _slowing(c.p, lag) + c.K1 * lag
+    time = c.K2 * rate**c.p / u * _start_integral(c.p, lag) + c.K1 * lag
     return np.asarray(time), _kernels.beyond(rate, c), rate
 
 
-def _slowing(p: float, lag: Floats) -> Floats:
+def _start_integral(p: float, lag: Floats) -> Floats:
     """Hypergeometric function of 1, p, 1 + p at 1 - exp(-lag); near 1 by a series against cancellation."""
-    power, weight, offset = _late(p)
+    power, weight, offset = _late_series(p)
     left = np.exp(-np.maximum(lag, LATE))[:, None] ** power
     late = np.sum(weight * left * (offset + lag[:, None]), axis=1)
     return np.asarray(np.where(lag < LATE, hyp2f1(1.0, p, 1.0 + p, -np.expm1(-np.minimum(lag, LATE))), late))
 
 
 @lru_cache(maxsize=16)
-def _late(p: float) -> tuple[Floats, Floats, Floats]:
+def _late_series(p: float) -> tuple[Floats, Floats, Floats]:
     """Powers, weights and offsets of the series about 1."""
     n = np.arange(5.0)
     return n, p * poch(p, n) / gamma(n + 1.0), digamma(n + 1.0) - digamma(n + p)

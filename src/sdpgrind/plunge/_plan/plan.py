@@ -88,7 +88,7 @@ def plan(
     if method == "exact":
         if steps is not None:
             raise ValueError(f"steps must be None with method 'exact', which has none; got {steps!r}")
-        return _exactly(problem, safety_margin)
+        return _by_envelope(problem, safety_margin)
     found = _by_stages if method == "dp" else _by_collocation
     best = found(
         problem, safety_margin, rotation, None if steps is None else checks.count("steps", steps, FEWEST)
@@ -143,7 +143,7 @@ def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float
         )
 
 
-def _exactly(problem: CycleProblem, margin: float) -> CyclePlan:
+def _by_envelope(problem: CycleProblem, margin: float) -> CyclePlan:
     model = problem.model
     limits = EnvelopeLimits(
         model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, margin, problem.stock
@@ -165,7 +165,7 @@ def _by_stages(
         played.append(replay(problem, commands, margin))
     best = played[-1]
     found = CycleSolution(count, 0, 0.0, best.excess, best.left, SOLVED)
-    return _stepped(problem, margin, "dp", played, found)
+    return _refined(problem, margin, "dp", played, found)
 
 
 def _by_collocation(
@@ -175,16 +175,16 @@ def _by_collocation(
 
     count = steps or collocation.INTERVALS
     solved = [
-        collocation.plainly(problem, margin, rotation, intervals)
+        collocation.solve_from_guess(problem, margin, rotation, intervals)
         for intervals in (count // 4, count // 2, count)
     ]
     played = [replay(problem, one.commands, margin) for one in solved]
     fine, best = solved[-1], played[-1]
     found = CycleSolution(count, fine.iterations, fine.residual, best.excess, best.left, fine.message)
-    return _stepped(problem, margin, "collocation", played, found)
+    return _refined(problem, margin, "collocation", played, found)
 
 
-def _stepped(
+def _refined(
     problem: CycleProblem, margin: float, method: str, played: list[CycleReplay], found: CycleSolution
 ) -> CyclePlan:
     """Plan of the finest of three solutions of second order, each with twice the steps of the one before.

@@ -50,8 +50,8 @@ def replay(problem: CycleProblem, commands: Commands, margin: float) -> CycleRep
         np.ascontiguousarray(x[kept]) for x in (commands.rate, commands.duration, commands.rotation)
     )
     core = core_at(model, rotation)
-    gives = np.ascontiguousarray(np.broadcast_arrays(core.K1, core.K2, core.p, rate)[:3]).T.copy()
-    law = np.array(
+    laws = np.ascontiguousarray(np.broadcast_arrays(core.K1, core.K2, core.p, rate)[:3]).T.copy()
+    wear_law = np.array(
         [
             model.wear_flat_area,
             *((0.0, 0.0, 1.0) if wear is None else (wear.growth, wear.exponent, wear.reference_rate)),
@@ -59,7 +59,7 @@ def replay(problem: CycleProblem, commands: Commands, margin: float) -> CycleRep
     )
     rows = (rate.size + SPARE) * (STEPS + 1)
     out, index = np.empty((rows, COLUMNS)), np.zeros(rows, dtype=np.int64)
-    count = play(problem.stock, rate, duration, gives, law, STEPS, SPARE, out, index)
+    count = play(problem.stock, rate, duration, laws, wear_law, STEPS, SPARE, out, index)
     time, left, y, v, area = np.ascontiguousarray(out[:count].T)
     held = index[:count]
     touch = model.core.K0 / problem.command_rate_max

@@ -3,30 +3,30 @@
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.plunge._model.kernels import Give, _deflected, rate
+from sdpgrind.plunge._model.kernels import DeflectionLaw, _deflected, rate
 
 COLUMNS = 5  # derived: time (s), stock, deflection beyond ploughing (mm), rate (mm/s), wear flat area
 
 
 @compiled(inline="always")
-def _speed(y, area, give, wear):
-    return rate(y, Give(give[0], give[1] * area / wear[0], give[2]))
+def _speed(y, area, law, wear):
+    return rate(y, DeflectionLaw(law[0], law[1] * area / wear[0], law[2]))
 
 
 @compiled(inline="always")
-def _slopes(y, area, command, give, wear):
+def _slopes(y, area, command, law, wear):
     """Slopes of deflection, stock, area; wear: reference area, growth (1/mm), exponent, reference rate."""
-    v = _speed(y, area, give, wear)
+    v = _speed(y, area, law, wear)
     return command - v, -v, wear[1] * (v / wear[3]) ** wear[2] * v
 
 
 @compiled(inline="always")
-def _step(state, h, command, give, wear):
+def _step(state, h, command, law, wear):
     y, left, area = state
-    a = _slopes(y, area, command, give, wear)
-    b = _slopes(y + h / 2 * a[0], area + h / 2 * a[2], command, give, wear)
-    c = _slopes(y + h / 2 * b[0], area + h / 2 * b[2], command, give, wear)
-    d = _slopes(y + h * c[0], area + h * c[2], command, give, wear)
+    a = _slopes(y, area, command, law, wear)
+    b = _slopes(y + h / 2 * a[0], area + h / 2 * a[2], command, law, wear)
+    c = _slopes(y + h / 2 * b[0], area + h / 2 * b[2], command, law, wear)
+    d = _slopes(y + h * c[0], area + h * c[2], command, law, wear)
     return (
         y + h / 6 * (a[0] + 2 * b[0] + 2 * c[0] + d[0]),
         left + h / 6 * (a[1] + 2 * b[1] + 2 * c[1] + d[1]),
@@ -35,34 +35,34 @@ def _step(state, h, command, give, wear):
 
 
 @compiled
-def play(stock, commands, durations, gives, wear, steps, spare, out, interval):
+def play(stock, commands, durations, laws, wear, steps, spare, out, interval):
     """Replay commands from first touch until the stock is removed, at most `spare` times more of the last.
 
-    `gives[k]` holds during command k. Fills `out` (`COLUMNS`) and the index of the command; returns the rows.
+    `laws[k]` holds during command k. Fills `out` (`COLUMNS`) and the index of the command; returns the rows.
     """
     state, now, row = (0.0, stock, wear[0]), 0.0, 0
     for k in range(commands.size + spare):
         i = min(k, commands.size - 1)
-        give = gives[i]
+        law = laws[i]
         h = durations[i] / steps
         for j in range(steps + 1):
             if j > 0:
-                after = _step(state, h, commands[i], give, wear)
+                after = _step(state, h, commands[i], law, wear)
                 if after[1] <= 0.0:  # size is reached in this step: bisect
                     low, high = 0.0, h
                     for _ in range(50):
                         middle = 0.5 * (low + high)
-                        if _step(state, middle, commands[i], give, wear)[1] > 0.0:
+                        if _step(state, middle, commands[i], law, wear)[1] > 0.0:
                             low = middle
                         else:
                             high = middle
-                    after = _step(state, high, commands[i], give, wear)
+                    after = _step(state, high, commands[i], law, wear)
                     now += high
                 else:
                     now += h
                 state = after
             out[row, 0], out[row, 1], out[row, 2], out[row, 4] = now, state[1], state[0], state[2]
-            out[row, 3] = _speed(state[0], state[2], give, wear)
+            out[row, 3] = _speed(state[0], state[2], law, wear)
             interval[row] = i
             row += 1
             if state[1] <= 0.0:

@@ -5,15 +5,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
-from sdpgrind.plunge._control import state as places
+from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step
 from sdpgrind.plunge._model.kernels import PlungeCore, _damage, _deflected, _rate_near, _worn, rate
 
 # State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least
 # slack while balancing and in the part, gauge readings, command not yet executed, samples.
-Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, SHOWN, LAGGED, OWED, SAMPLES, STATES = range(11)
-RETRACT = places.RETRACT  # section in which the part is done
-SKIN = 1e-6  # chosen: damage counted as none, mm; above the error of the integration
+Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, LAST_SIZE, LAST_POWER, UNFED, SAMPLES, STATES = range(11)
+RETRACT = at.RETRACT  # section in which the part is done
+DAMAGE_TOLERANCE = 1e-6  # chosen: damage counted as none, mm; above the error of the integration
 STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
 COLUMNS = ("size", "grinding_power", "power_saturated")
 PLANNED = ("section", "infeed_rate", "remaining", "wear_flat_area", "contact_zero", "deflection_scale")
@@ -82,10 +82,10 @@ def start_part(state, rig):
 def read(state, rig, of_size, of_power):
     """Size (mm), power (W) and whether it is clipped, from two standard normal numbers."""
     now = rig.stock - state[REMAINING]
-    size = state[SHOWN] if rig.size_delay else now
-    state[SHOWN] = now
-    state[LAGGED] = rig.power_lag * state[LAGGED] + (1.0 - rig.power_lag) * true_power(state, rig)
-    power = state[LAGGED] * (rig.power_gain + rig.power_sd * of_power)
+    size = state[LAST_SIZE] if rig.size_delay else now
+    state[LAST_SIZE] = now
+    state[LAST_POWER] = rig.power_lag * state[LAST_POWER] + (1.0 - rig.power_lag) * true_power(state, rig)
+    power = state[LAST_POWER] * (rig.power_gain + rig.power_sd * of_power)
     saturated = power >= 0.99 * rig.power_max
     return size + rig.size_offset + rig.size_sd * of_size, min(power, rig.power_max), saturated
 
@@ -101,11 +101,11 @@ def true_power(state, rig):
 
 
 @compiled
-def judge(state, rig, balanced):
+def update_slacks(state, rig, balanced):
     """Update the least slacks: of samples with damage, and of those while the controller balances."""
     burn = _damage(state[RATE], _worn(rig.core, state[WORN]))
     slack = state[REMAINING] - burn
-    if burn > SKIN:
+    if burn > DAMAGE_TOLERANCE:
         state[PART_SLACK] = min(state[PART_SLACK], slack)
     if balanced:
         state[SLACK] = min(state[SLACK], slack)
@@ -116,9 +116,9 @@ def advance(state, rig, command_rate):
     """Advance by one sample at a command rate, mm/s."""
     u, dt = command_rate, rig.sample_time
     if rig.command_quantum > 0.0:
-        state[OWED] += u * dt
-        fed = np.round(state[OWED] / rig.command_quantum) * rig.command_quantum
-        state[OWED] -= fed
+        state[UNFED] += u * dt
+        fed = np.round(state[UNFED] / rig.command_quantum) * rig.command_quantum
+        state[UNFED] -= fed
         u = fed / dt
     for _ in range(STEPS):
         h = dt / STEPS
@@ -141,10 +141,10 @@ def _wear(rig, removed, duration):
 
 
 @compiled
-def grind(state, rig, brain, law, normals, table, row):
+def grind(state, rig, control, law, normals, table, row):
     """Run a part under a controller until it is done or `normals` end; return the rows of the table.
 
-    Order of a sample: read, decide, judge, advance. Negative rows: the part is done.
+    Order of a sample: read, decide, update_slacks, advance. Negative rows: the part is done.
     """
     for k in range(normals.shape[0]):
         size, power, saturated = read(state, rig, normals[k, 0], normals[k, 1])
@@ -153,24 +153,24 @@ def grind(state, rig, brain, law, normals, table, row):
         if state[SAMPLES] >= rig.samples_max:
             table[row, 4:] = np.nan
             return -(row + 1)
-        command = control_step(brain, law, size, np.nan if saturated else power)
-        ended = brain[places.SECTION] == places.RETRACT
+        command = control_step(control, law, size, np.nan if saturated else power)
+        ended = control[at.SECTION] == at.RETRACT
         table[row, 4] = np.nan if ended else command
-        table[row, 5] = np.nan if ended else brain[places.BALANCED]
+        table[row, 5] = np.nan if ended else control[at.BALANCED]
         table[row, 6], table[row, 7], table[row, 8] = (
-            brain[places.SECTION],
-            brain[places.RATE],
-            brain[places.REMAINING],
+            control[at.SECTION],
+            control[at.RATE],
+            control[at.REMAINING],
         )
         table[row, 9], table[row, 10], table[row, 11] = (
-            brain[places.SHARPNESS],
-            brain[places.ZERO],
-            brain[places.SCALE],
+            control[at.SHARPNESS],
+            control[at.ZERO],
+            control[at.SCALE],
         )
         row += 1
         if ended:
-            judge(state, rig, False)
+            update_slacks(state, rig, False)
             return -row
-        judge(state, rig, brain[places.BALANCED] > 0.0)
+        update_slacks(state, rig, control[at.BALANCED] > 0.0)
         advance(state, rig, command)
     return row

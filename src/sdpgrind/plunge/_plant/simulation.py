@@ -5,7 +5,7 @@ from math import ceil
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge._control import state as places
+from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import start_control
 from sdpgrind.plunge._control.state import SectionLaw
 from sdpgrind.plunge._model.problem import CycleProblem
@@ -32,11 +32,11 @@ def simulated_part(
             rig._replace(size_sd=law.size_sd, power_sd=law.power_sd),
             rng.standard_normal((rows, 2)),
         )
-    state, brain = np.zeros(kernels.STATES), np.zeros(places.STATES)
+    state, control = np.zeros(kernels.STATES), np.zeros(at.STATES)
     kernels.start_part(state, rig)
-    start_control(brain, law)
+    start_control(control, law)
     table = np.empty((rows, len(kernels.ROW)))
-    done = abs(kernels.grind(state, rig, brain, law, normals, table, 0))
+    done = abs(kernels.grind(state, rig, control, law, normals, table, 0))
     return state, dict(zip(_NAMES, table[:done].T, strict=True))
 
 

@@ -115,8 +115,8 @@ class StageProgram:
         u1, u2, r1, final, s1, s2 = (x[k] for k in range(_UNKNOWNS))
         v1 = u1 * (1 - casadi.exp(-s1))
         v2 = u2 + (v1 - u2) * casadi.exp(-s2)
-        first, second = _passes(u1, 0.0, s1, core), _passes(u2, v1, s2, core)
-        last = _passes(0.0, v2, casadi.log(v2 / final), core)
+        first, second = _duration(u1, 0.0, s1, core), _duration(u2, v1, s2, core)
+        last = _duration(0.0, v2, casadi.log(v2 / final), core)
         switch = stock - u1 * first + _beyond(v1, core)
         conditions = [r1 - switch, u1 * first + u2 * second - stock - _beyond(final, core)]
         conditions += self._layers(u1 * first, u2, v1, v2) if self.burns else []
@@ -135,7 +135,7 @@ class StageProgram:
         for v in [*levels, corner]:
             fed = casadi.fmax(v, v2)  # no feed below v2
             if v is not corner:
-                commanded += u2 * _passes(u2, above, casadi.log((above - u2) / (fed - u2)), core, _COARSE)
+                commanded += u2 * _duration(u2, above, casadi.log((above - u2) / (fed - u2)), core, _COARSE)
             layers.append(
                 burn_depth(v, core, casadi.log) - (self.problem.stock - commanded + _beyond(v, core))
             )
@@ -197,7 +197,7 @@ class StageProgram:
         return float(time[0]), {name: float(np.max(value)) for name, value in found.items() if value.size}
 
 
-def _passes(u: Any, start: Any, span: Any, core: PlungeCore, nodes: int = _FINE) -> Any:
+def _duration(u: Any, start: Any, span: Any, core: PlungeCore, nodes: int = _FINE) -> Any:
     """Time (s) at a command u from a rate `start` until v = u + (start - u) e^-span."""
     import casadi
 

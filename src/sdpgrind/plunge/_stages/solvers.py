@@ -142,7 +142,7 @@ class StageTask:
         """Unknowns, message and number of steps, until the steps are small."""
         x, prices = self.start, np.zeros(self.ceilings.size)
         for k in range(_STEPS):
-            about = About(self, x, prices)
+            about = ReducedProgram(self, x, prices)
             self.first = self.first or about.program
             step, priced, message = about.program.solved()
             if message != SOLVED:
@@ -171,7 +171,7 @@ class StageTask:
         )
 
 
-class About:
+class ReducedProgram:
     """Quadratic program of a task about given unknowns; the first two conditions eliminate s1 and s2.
 
     A step d of the settings is the step own + along d of all unknowns.
