@@ -1,4 +1,4 @@
-"""Where rapid feed ends: both rules, their probabilities, cost, bores, files, refusals."""
+"""End of rapid feed: both rules, probabilities, cost, bores, files, refusals."""
 
 import numpy as np
 import pytest
@@ -64,7 +64,7 @@ def test_the_source_claims_one_sided_sigmas(sigmas, kept):
 
 @pytest.mark.parametrize("combine", ["linear", "rss"])
 def test_probabilities_and_mean_saving_by_drawing_parts(combine):
-    """A population whose rules are broken often enough to be counted."""
+    """A population whose rules are broken often enough to count."""
     rng, n = np.random.default_rng(7), 400_000
     stock, u, gap = STOCK.replace(sigmas=1.0), 0.003, 0.004
     height = rng.normal(stock.mean, stock.sd, n) + rng.normal(stock.roundness, stock.roundness_sd, n)

@@ -1,6 +1,4 @@
-"""From a profile to the changeover: the true radius between samples and about any axis, and how often it is
-beyond.
-"""
+"""Changeover from a profile: the true radius between samples about any axis, and how often it is exceeded."""
 
 import numpy as np
 import pytest
@@ -21,7 +19,7 @@ RADIUS = 62.05
 
 
 class Ring:
-    """A ring with waves, anywhere; points of its surface, exactly."""
+    """A wavy ring at any place, with exact points."""
 
     def __init__(self, seed, *, waves=(2, 3, 50), size=0.002, offset=0.0):
         rng = np.random.default_rng(seed)
@@ -67,7 +65,7 @@ def test_the_largest_radius_about_the_spindle_is_the_true_one_between_samples_to
 @given(seed=st.integers(0, 10_000), eccentricity=st.floats(0.0, 0.01))
 @settings(max_examples=8, deadline=None)
 def test_a_part_that_is_centred_anew_stays_within_its_circle(seed, eccentricity):
-    """About any axis that lies so far from the centre of the circle."""
+    """About any axis at that distance from the centre."""
     ring = Ring(seed, offset=0.3, waves=(2, 3, 7))
     for kind, sign, options in (("MCC", 1, {}), ("MIC", -1, BORE)):
         profile = ring.profile(720, internal=sign < 0)
@@ -101,9 +99,7 @@ def errors_of(lobes, noise_sd, runs, offset=0.05, **options):
 
 
 def test_parts_stand_out_as_often_as_told():
-    """300 rings with a highest place: at 0, 1 and 2 sd as many reach beyond as the probability says, no more
-    and no fewer.
-    """
+    """300 rings with one highest place exceed 0, 1 and 2 sd as often as the probability says."""
     errors = errors_of({2: 0.002}, 3e-5, 300)
     assert errors.mean() == pytest.approx(0.1, abs=4 / np.sqrt(300)) and errors.std() == pytest.approx(
         1.0, abs=4 / np.sqrt(600)
@@ -115,18 +111,14 @@ def test_parts_stand_out_as_often_as_told():
 
 
 def test_parts_of_many_high_places_stand_out_more_seldom():
-    """Noise as large as the form: the highest place of the fit is one or two sd too high, never less sure
-    than told.
-    """
+    """Noise as large as the form: the fitted maximum is one or two sd too high."""
     errors = errors_of({2: 0.002}, 1e-3, 60)
     assert 0.5 < errors.mean() < 2.0
     assert np.mean(errors < 0) <= 0.5 and np.mean(errors < -1) <= 0.16
 
 
 def test_the_radius_sd_is_that_of_the_fitted_form():
-    """On an even turn: that of a reading times the root of (2 degree + 1) coefficients over the samples,
-    fewer for more turns.
-    """
+    """One even turn: sd of a reading times sqrt((2 degree + 1)/samples), less with more turns."""
     for turns, upr in ((1, 50.0), (4, 50.0), (1, 5.0)):
         change = planned(Ring(1, waves=(2,)).profile(noise=1e-3, turns=turns), upr=upr)
         told = 1e-3 * np.sqrt((2 * upr + 1) / (360 * turns))
@@ -134,9 +126,7 @@ def test_the_radius_sd_is_that_of_the_fitted_form():
 
 
 def test_errors_that_come_again_every_turn_are_not_averaged():
-    """As those of the spindle's encoder; where there are more of them they may as well be form, and more
-    harmonics are fitted.
-    """
+    """Errors of the encoder; large ones count as form, with more harmonics."""
     rng, angle = np.random.default_rng(3), np.arange(4 * 360) * 2 * np.pi / 360
     form = RADIUS + 0.002 * np.cos(2 * angle)
     every, own = np.tile(rng.standard_normal(360), 4), rng.standard_normal(4 * 360)
@@ -149,7 +139,7 @@ def test_errors_that_come_again_every_turn_are_not_averaged():
 
 @pytest.mark.parametrize("upr", [80, 120])
 def test_form_beyond_what_was_said_is_seen(upr):
-    """Lobes of 1 um that the form was not said to hold."""
+    """Lobes of 1 um above `upr`."""
     assert errors_of({2: 0.002, upr: 0.001}, 3e-5, 15).min() > -4
 
 
@@ -177,7 +167,7 @@ def test_a_burr_in_a_valley_does_not_count():
 
 
 def test_rounded_readings_are_no_surer_than_their_steps():
-    """40 rings without noise, read in steps of 50 nm."""
+    """40 rings without noise, in steps of 50 nm."""
     angle, step = np.arange(360) * 2 * np.pi / 360, 5e-5
     for seed in range(40):
         rng = np.random.default_rng(seed)
@@ -193,7 +183,7 @@ def test_rounded_readings_are_no_surer_than_their_steps():
 
 
 def test_form_is_no_uncertainty():
-    """A part 120 um out of round is known as well as a round one, its centre too."""
+    """120 um of form change neither the sd of the radius nor that of the centre."""
     ring = Ring(1, waves=(2,), size=0.06)
     sure = planned(ring.profile(noise=1e-4), eccentricity=0.0, upr=5)
     assert 1e-4 * 0.12 < sure.radius_sd < 1e-4 * 0.3
@@ -201,9 +191,7 @@ def test_form_is_no_uncertainty():
 
 @pytest.mark.parametrize("offset", [0.3, 3.6])
 def test_a_bore_that_was_read_with_a_tip(offset):
-    """The smallest radius about the spindle's axis; read as a part it would be wrong by more than the
-    roundness.
-    """
+    """Smallest radius about the spindle's axis; as a part it errs by more than the roundness."""
     angle, radius, tip = np.arange(720) * 2 * np.pi / 360, 30.0, 3.75
     reading = offset * np.cos(angle) + np.sqrt((radius - tip) ** 2 - (offset * np.sin(angle)) ** 2) + tip
     bore = Profile(angle, reading, tip_radius=tip, internal=True)

@@ -1,6 +1,4 @@
-"""Control charts: limits, signals against plain loops, false alarms counted, what is handed upstream,
-refusals.
-"""
+"""Control charts: limits, signals against plain loops, counted false alarms, summary, refusals."""
 
 import json
 from itertools import pairwise
@@ -57,9 +55,7 @@ def test_signals_are_those_of_a_plain_loop():
 
 
 def first_alarms(runs, rng, sigmas=3.0, weight=0.2):
-    """Parts until the first signal, limits known exactly; the three charts in plain steps on many rows at
-    once.
-    """
+    """Parts until the first signal with exact limits; the three charts in plain steps on many rows."""
     average, last, parts, left = (
         np.zeros(runs),
         np.full(runs, np.nan),
@@ -89,9 +85,7 @@ def test_false_alarms_are_no_oftener_than_told():
 
 
 def test_the_average_sees_a_shift_that_single_values_do_not():
-    """Of one standard deviation: 9.6 parts on average (Lucas and Saccucci), single values 44, within four
-    standard errors.
-    """
+    """One sd: 9.6 parts on average (Lucas and Saccucci), single values 44, within four standard errors."""
     rng, waits = np.random.default_rng(4), {"value": [], "average": []}
     for rule, found in waits.items():
         for _ in range(100):
@@ -145,7 +139,7 @@ def test_missing_values_are_passed_over():
 
 @pytest.mark.parametrize("parts", [0, 1, 40])
 def test_a_loaded_chart_goes_on(tmp_path, parts):
-    """To the bit: signals, averages and summary of a chart that was saved on the way and of one that was not."""
+    """Bit-equal signals, averages and summary of a saved and loaded chart."""
     rng, whole, path = (
         np.random.default_rng(6),
         chart(sigmas=2.0, weight=0.37, units={"stock": "um"}),

@@ -1,4 +1,4 @@
-"""Chatter: what an undulation meets, against simulated oscillators and summed waves; free speeds; refusals."""
+"""Chatter bands against simulated oscillators and summed waves; free speeds; refusals."""
 
 from types import SimpleNamespace
 
@@ -50,7 +50,7 @@ def test_the_worst_undulation_is_named():
 
 @pytest.mark.parametrize("ratio", [0.7, 0.97, 1.0, 1.05, 1.4])
 def test_magnification_by_simulation(ratio):
-    """The steady deflection of an oscillator that is driven, over its slow deflection."""
+    """Steady deflection of a driven oscillator over its static deflection."""
     damping, natural, work = 0.05, 1000.0, 20.0
     upr = ratio * natural / work
     how = {"resonances": {"mode": natural}, "damping": damping, "reach": 0.9, "speed_error": 0.0}
@@ -108,7 +108,7 @@ def summed(shift, turns):
 )
 @settings(deadline=None)
 def test_waves_of_the_wheel_add_up_where_they_stay(upr, work, shift, turns, order):
-    """Against the sum of the waves of each turn."""
+    """Against the sum of each turn's waves."""
     wheel = (upr - shift) * work / order
     check = checked(one(upr), work=work, wheel=wheel, resonances={}, turns=turns, speed_error=0.0)
     assume(abs(abs(shift) - 0.5 / turns) > 1e-6)
@@ -127,9 +127,7 @@ def test_waves_of_the_wheel_add_up_where_they_stay(upr, work, shift, turns, orde
 )
 @settings(max_examples=60, deadline=None)
 def test_what_is_met_gains_as_much_as_is_said(work, wheel, natural, turns, error):
-    """By default too: of the wheel more than 64 %, of a mode more than half power, and the most of any speed
-    within the error.
-    """
+    """By default: the wheel more than 64 %, a mode more than half power, the greatest within the error."""
     form = SimpleNamespace(upr=np.arange(2.0, 61.0), amplitude=np.full(59, 1e-3))
     options = {} if error is None else {"speed_error": error}
     check = checked(form, work=work, wheel=wheel, resonances={"mode": natural}, turns=turns, **options)
@@ -148,9 +146,7 @@ def test_what_is_met_gains_as_much_as_is_said(work, wheel, natural, turns, error
 
 
 def test_undulations_beside_those_of_the_wheel_are_not_met():
-    """Speeds whose ratio is 14.03: orders 1 to 3 stay on 14, 28 and 42 upr within the error of the speeds,
-    not on 15 and 29.
-    """
+    """Ratio 14.03: orders 1 to 3 meet 14, 28 and 42 upr within the error, not 15 and 29."""
     form = SimpleNamespace(upr=[14.0, 15.0, 28.0, 29.0, 42.0], amplitude=[1e-3] * 5)
     check = checked(form, resonances={})
     assert [(band.upr, band.order) for band in check.found] == [(14.0, 1), (28.0, 2), (42.0, 3)]

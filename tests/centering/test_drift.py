@@ -1,6 +1,4 @@
-"""Drift over parts: run lengths two ways, steps flagged in time, what an alarm says, gaps, learning,
-refusals.
-"""
+"""Drift over parts: run lengths two ways, detected steps, alarms, gaps, learned noise, refusals."""
 
 import numpy as np
 import pytest
@@ -30,7 +28,7 @@ BOTH = {"stroke_offset": 0.002, "mu_kinetic": 0.004}
 
 
 def run_lengths(reference, limit, series, rng, steps=20_000):
-    """Values until each of many sums alarms; the slow and obvious way."""
+    """Values until each of many sums alarms, by plain steps."""
     up, down, left, lengths = np.zeros(series), np.zeros(series), np.full(series, True), np.zeros(series)
     for k in range(steps):
         z = rng.standard_normal(series)
@@ -114,7 +112,7 @@ def test_this_reference_finds_such_steps_most_often():
 
 
 def test_a_step_of_three_sd_is_flagged_within_five_parts():
-    """Probability 0.99 or more at one false alarm in 2000 parts, by the chain and in 100 000 series."""
+    """Probability 0.99 at one false alarm in 2000 parts, by the chain and in 100 000 series."""
     track, n = DriftTrack(BOTH), 100_000
     least = track.detection_probability(step=3.0, within=5)
     assert least == pytest.approx(0.9930, abs=1e-4)
@@ -152,7 +150,7 @@ def test_more_false_alarms_allowed_find_more():
 
 
 def test_the_track_is_filter_and_sum():
-    """The same numbers by the settled filter and the sum in plain steps."""
+    """The same numbers by the settled filter and plain steps of the sum."""
     rng = np.random.default_rng(8)
     readings = 0.15 + 0.002 * rng.standard_normal(400)
     track = DriftTrack({"stroke_offset": 0.002}, parts_per_false_alarm=1e6)
@@ -173,7 +171,7 @@ def test_the_track_is_filter_and_sum():
 
 
 def _spread(count):
-    """Of an innovation after so many readings, for noise of sd 1."""
+    """Standard deviation of an innovation after `count` readings, for noise of sd 1."""
     variance = 1.0
     for _ in range(count - 1):
         variance = (variance + 0.03**2) / (variance + 0.03**2 + 1)
@@ -185,7 +183,7 @@ def _spread(count):
 
 
 def stepped(size, *, noise_sd=None, parts=120, rng=11):
-    """Friction that steps at `parts`, until the alarm."""
+    """Alarms of friction that steps at `parts`."""
     draw = np.random.default_rng(rng)
     track = DriftTrack({"mu_kinetic": noise_sd})
     for _ in range(parts):
@@ -256,7 +254,7 @@ def test_the_begin_of_a_step_is_found_among_noise():
 
 
 def test_likely_step_against_least_squares():
-    """The step of least squares, by brute force: filter runs on unit steps are the regressors."""
+    """By brute force: filter runs on unit steps are the regressors."""
     rng = np.random.default_rng(2)
     values, spreads = rng.standard_normal(12), 1 + 0.1 * rng.random(12)
     values[7:] += 2.0
@@ -305,9 +303,7 @@ def test_a_trend_alarms_after_as_many_parts_as_is_said():
 
 
 def learned_alarms(readings, walk, limit, widening):
-    """Alarms of many series, (parts, series): filter, Student's law, held-back learning and sum in plain
-    steps.
-    """
+    """Alarms of many series, (parts, series): filter, Student's distribution, delayed learning, plain sum."""
     parts, n = readings.shape
     level, variance, square, count = np.zeros(n), np.full(n, np.inf), np.zeros(n), np.zeros(n)
     up, down, held, waiting = np.zeros(n), np.zeros(n), np.zeros((n, 10)), np.zeros(n, dtype=int)
@@ -356,9 +352,7 @@ def test_learned_noise_against_plain_steps():
 
 
 def test_learned_noise_alarms_no_oftener_than_known_noise():
-    """From the first part on which it may: Student's law alone would alarm 1.5 times as often in the first
-    thirty.
-    """
+    """From the first possible part on; uncorrected, Student scores alarm 1.5 times as often."""
     limit, widening = cusum_limit(REFERENCE, 500.0), learned_widening(REFERENCE, 500.0, FEWEST)
     rng, n = np.random.default_rng(1), 5000
     readings = rng.standard_normal((300, n)) + np.cumsum(0.03 * rng.standard_normal((300, n)), axis=0)
@@ -371,7 +365,7 @@ def test_learned_noise_alarms_no_oftener_than_known_noise():
 
 @pytest.mark.parametrize("freedom", [20, 60, 300])
 def test_widened_limits_by_drawing_what_was_learned(freedom):
-    """Sums of values over a standard deviation that came from so many others, each sum with its own."""
+    """Sums of values over a standard deviation estimated from other values, each sum with its own."""
     limit = cusum_limit(REFERENCE, 100.0) + learned_widening(REFERENCE, 100.0, 20) / freedom
     rng, series = np.random.default_rng(9), 20_000
     sd = np.sqrt(rng.chisquare(freedom, series) / freedom)
@@ -388,7 +382,7 @@ def test_widened_limits_by_drawing_what_was_learned(freedom):
 
 
 def test_a_step_after_readings_all_alike_is_found():
-    """The first change may be one step of what rounds the readings; that it stays is news."""
+    """The first change may be one step of the rounding; a lasting one alarms."""
     for step in (0.001, 0.03, -0.03):
         track, found = DriftTrack({"mu_kinetic": None}), []
         for part in range(64):
@@ -513,7 +507,7 @@ def test_refusals(call, error, said):
 
 
 def wandering(seed, parts=240):
-    """Readings of both quantities, some rounded, some missing, that step twice; and when is acknowledged."""
+    """Readings of both quantities with two steps, some rounded, some missing; and the acknowledgements."""
     rng = np.random.default_rng(seed)
     level = np.cumsum(rng.normal(0.0, 1e-4, parts)) + np.where(np.arange(parts) > 90, 0.02, 0.0)
     rows = [{"stroke_offset": float(np.round(x + e, 4)), "mu_kinetic": 0.135 + f} for x, e, f in
@@ -538,9 +532,7 @@ def run(track, rows, acknowledged, first, last):
 @pytest.mark.parametrize("noise", [None, BOTH], ids=["learned", "known"])
 @pytest.mark.parametrize("parts", [0, 25, 60, 91, 121, 160, 181])
 def test_a_loaded_track_goes_on(tmp_path, noise, parts):
-    """To the bit, wherever it was saved: while the noise is learned, between step and alarm, after an alarm,
-    after both.
-    """
+    """Bit-equal, saved while the noise is learned, between step and alarm, after one and two alarms."""
     rows, acknowledged = wandering(4)
     whole, path = DriftTrack(noise, walk=0.05, parts_per_false_alarm=700.0), tmp_path / "track.nc"
     run(whole, rows, acknowledged, 0, parts)
@@ -554,8 +546,8 @@ def test_a_loaded_track_goes_on(tmp_path, noise, parts):
 
 
 def test_names_and_units_in_a_file(tmp_path):
-    """Names that a file's variables could not have; noise known of one quantity alone; several looks without
-    a part between.
+    """Names unusual for variables; noise known of one quantity only; acknowledgements without parts
+    between.
     """
     track = DriftTrack({"a/b c": None, "part": 0.5, "part_level": 0.1}, units={"a/b c": "", "part": "N"})
     track.update(part=1.0)

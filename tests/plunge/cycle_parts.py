@@ -1,4 +1,4 @@
-"""Parts on a simulated grinder that tests of controllers share."""
+"""Simulated parts for tests of controllers."""
 
 import math
 
@@ -27,7 +27,7 @@ def became(controller, **options):
 
 
 def zero_at(contact_zero):
-    """Options under which the wheel touches so much late (mm; negative: early)."""
+    """Options of a contact that is late by an offset (mm; negative: early)."""
     for seed in range(20):
         drawn = float(children(seed, 1)[0].spawn(2)[0].standard_normal())
         if drawn * contact_zero > 0:

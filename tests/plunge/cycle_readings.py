@@ -1,4 +1,4 @@
-"""Readings of a linear machine that tests of identification share."""
+"""Readings of a linear machine for tests of identification."""
 
 import numpy as np
 
@@ -27,16 +27,14 @@ def found(data, **options):
 
 
 def spread(sd, count, offset=0.0, **options):
-    """Mean and standard deviation of the estimates over seeds, and mean of what they say of themselves."""
+    """Mean and standard deviation of the estimates over seeds, and mean of their own standard deviations."""
     each = [found(noisy(sd, seed, offset), **options) for seed in range(count)]
     values = np.array([one["time_constant"] for one in each])
     return values.mean(), values.std(ddof=1), np.sqrt(np.mean([one.covariance[0, 0] for one in each]))
 
 
 def cramer_rao(sd, long, first=0):
-    """Least standard deviation of any unbiased estimate with an unknown offset: readings each 0.04 s, from
-    the first on.
-    """
+    """Least standard deviation of an unbiased estimate with an unknown offset: readings every 0.04 s."""
     t = STEP * np.arange(first, round(long / STEP) + 1)
     slope = -RATE * (1 - np.exp(-t / TAU) * (1 + t / TAU))
     return sd / np.sqrt(np.sum((slope - slope.mean()) ** 2))

@@ -1,6 +1,4 @@
-"""Cycles that several tests plan: the nominal one, and parameters drawn at large; commands played by an
-integrator of scipy.
-"""
+"""Cycles for several tests: nominal and random parameters; commands integrated by scipy."""
 
 import warnings
 from functools import cache
@@ -15,7 +13,7 @@ NOMINAL = plunge.preset("simulation")
 
 @cache
 def drawn():
-    """Eight problems with random parameters; those without a rate that does not burn are drawn anew."""
+    """Eight problems with random parameters and a rate that does not burn."""
     rng, found = np.random.default_rng(0), []
     while len(found) < 8:
         share = rng.uniform(size=7)
@@ -38,7 +36,7 @@ def _changed(share):
 
 
 def problem(number):
-    """0: the nominal one; else one of those drawn."""
+    """0: the nominal one; else a random one."""
     return NOMINAL if number == 0 else drawn()[number - 1]
 
 

@@ -1,4 +1,4 @@
-"""What tests of the plunge reach inside the package: twins of kernels, and parts that no user names."""
+"""Private names of plunge that tests use."""
 
 from sdpgrind.plunge._control import state as state
 from sdpgrind.plunge._identify import contact as contact

@@ -1,4 +1,4 @@
-"""Slow, obvious twins of the compiled loops of plunge cycles, from the formulas of the source in N, mm, m/s."""
+"""Slow twins of the compiled loops of plunge cycles, from the formulas of the source."""
 
 import math
 
@@ -53,9 +53,7 @@ class Wheel:
         return reach * math.log((self.power(v) - self.u0 * removal) / (stood - self.u0 * removal))
 
     def burn_rate(self, high):
-        """Where damage begins, by a scan from above: its sign and a root; None where the work burns at every
-        rate.
-        """
+        """Rate at which damage begins, by a scan from above; None: the work burns at every rate."""
         rates = np.geomspace(high, 1e-6, 400)
         depths = [self.burn_depth(v) for v in rates]
         for v, below, depth in zip(rates[:-1], rates[1:], depths[1:], strict=True):
@@ -81,8 +79,8 @@ class Wheel:
 
 
 def ground(model, commands, sample_time, y, worn=1.0):
-    """Deflection beyond ploughing and stock that is gone (mm) and wear after each command, by an integrator
-    of high order.
+    """Deflection beyond ploughing, removed stock (mm) and wear after each command, by a high-order
+    integrator.
     """
     wear, rows = model.wear, []
     removed = 0.0
@@ -162,7 +160,7 @@ class Filter:
         self.covariance = (np.eye(4) - np.outer(gain, row)) @ self.covariance
 
     def read(self, size, power):
-        """Take readings; NaN where there is none."""
+        """Take readings; NaN: none."""
         if not self.touched and not np.isnan(size):
             self.before.append(size)
         x, noise = power / self.base.watts, self.c.power_sd * (power / self.base.watts + self.base.K0)

@@ -1,6 +1,4 @@
-"""Bounding of constraints between parts: the theory of (9), the model's optimum two ways and by brute force,
-whole series.
-"""
+"""Bounding of constraints: the theory of (9), the model's optimum by three methods, whole series."""
 
 import functools
 import math
@@ -47,7 +45,7 @@ def believed(model, **chosen):
 
 
 def slacks(first, step, buffer, rule, parts=200):
-    """Of parts whose slack answers a bound one to one."""
+    """Slack after each part, for a slack that follows the bound one to one."""
     found, bound = [first], 0.0
     for _ in range(parts):
         bound = moved(bound, first - bound, step=step, buffer=buffer, rule=rule)
@@ -98,7 +96,7 @@ def test_contracting_never_burns_and_shrinks_to_the_buffer(step, buffer, ahead):
 
 @pytest.mark.parametrize("rule", ["printed", "contracting"])
 def test_a_margin_moves_as_a_bound_does(rule):
-    """`MarginBounding` has the margin where `ConstraintBounding` has what is missing to a limit."""
+    """The margin of `MarginBounding` equals the excess of `ConstraintBounding`."""
     shortfall, buffer = 0.011, 0.005
     bounding = plunge.MarginBounding(0.25, buffer, rule=rule, slack="true")
     controller, found = plunge.CycleController(COARSE, safety_margin=0.05), [0.05 - shortfall]
@@ -115,7 +113,7 @@ def test_a_margin_moves_as_a_bound_does(rule):
 
 
 def test_stages_change_where_the_stock_is():
-    """Between samples: time and slack follow the stock without stairs."""
+    """Between samples: time and slack are continuous in the switching stock."""
     remaining = np.linspace(0.087, 0.089, 9)
     times, left, _ = np.array(
         [ground(COARSE, believed(COARSE, stage_remaining=r, stage_rate=0.007)) for r in remaining]
@@ -187,9 +185,7 @@ def test_quadratic_programs_and_ipopt_agree(margin, power):
 
 
 def test_the_optimum_against_brute_force():
-    """No rate of the second stage does better, each with the least stock that leaves the margin, in the
-    simulated part.
-    """
+    """No other stage rate, with its least stock for the margin, is faster in the simulated part."""
     problem, margin = COARSE.replace(sample_time=0.01), 0.003
     found = best(margin, problem=problem)
     final = found.settings["final_rate"]
@@ -255,7 +251,7 @@ def test_slopes_against_differences():
 
 
 def test_what_is_measured_without_noise_is_what_is():
-    """Even where the controller believes in another wheel."""
+    """Also with a wrong wheel in the controller."""
     for model in (FINE, SHARP, DULL):
         controller = believed(model, stage_remaining=0.09, stage_rate=0.007)
         log = hwsim.run(hwsim.PlungeGrinder(FINE, noise=None), controller)
@@ -265,7 +261,7 @@ def test_what_is_measured_without_noise_is_what_is():
 
 
 def test_noise_does_not_bias_what_is_measured():
-    """The greatest of many noisy values is too great by three times what remains here."""
+    """Uncorrected, the maximum of noisy readings has three times the remaining bias."""
     controller, cleared, raw = believed(COARSE, stage_remaining=0.09, stage_rate=0.007), [], []
     for seed in range(40):
         log = hwsim.run(hwsim.PlungeGrinder(COARSE), controller, rng=seed)
@@ -306,7 +302,7 @@ def test_readings_that_are_missing_or_clipped():
 )
 @settings(max_examples=30, deadline=None)
 def test_the_mean_of_a_greatest_noisy_value(rows):
-    """Against drawn numbers: noise counts where the value stays above 0."""
+    """Against random numbers: noise counts where the value stays above 0."""
     value, less, sd = np.array(rows).T
     drawn = value + sd * np.random.default_rng(0).standard_normal((20_000, value.size))
     if (drawn > 0).all():
@@ -319,7 +315,7 @@ def test_the_mean_of_a_greatest_noisy_value(rows):
 
 
 def series(plant, controller, bounding, parts):
-    """The last controller that ground, and the outcomes."""
+    """Last controller, and the outcomes."""
     outcomes = []
     for _ in range(parts):
         used, log = controller, hwsim.run(plant, controller)
@@ -333,9 +329,7 @@ def bounding(**options):
 
 
 def test_the_fixed_point_is_the_true_optimum_where_as_much_is_active_as_is_free():
-    """Two limits, two settings: the model is wrong by 30 %, and yet no other pair is faster on the real
-    machine.
-    """
+    """Two limits, two settings: no other pair is faster on the real machine, with a model wrong by 30 %."""
     learner = bounding(settings=("stage_remaining", "final_rate"))
     controller, outcomes = series(hwsim.PlungeGrinder(FINE, noise=None), believed(DULL), learner, 16)
     assert learner.status == "solved" and not any(outcome.burned[0] for outcome in outcomes)
@@ -351,7 +345,7 @@ def test_the_fixed_point_is_the_true_optimum_where_as_much_is_active_as_is_free(
 
 
 def test_the_fixed_point_is_not_the_true_optimum_where_a_setting_is_left_over():
-    """The same limits are met just as well; the rate of the second stage is what the wrong model likes."""
+    """The same limits are met; the stage rate follows the wrong model."""
     learner = bounding()
     controller, outcomes = series(hwsim.PlungeGrinder(FINE, noise=None), believed(DULL), learner, 16)
     assert learner.left["burned_layer"] == pytest.approx(0.003, abs=1e-4)
@@ -419,7 +413,7 @@ def test_a_series_that_was_killed_resumes(tmp_path):
 
 
 def test_where_nothing_is_within_the_bounds_the_last_setting_stays():
-    """The model gives way so much that no final rate of its own is round enough on the stiffer machine."""
+    """The model deflects so much that none of its final rates is round enough on the stiffer machine."""
     learner, start = bounding(), believed(COARSE.replace(model=COARSE.model.replace(stiffness=6400.0)))
     log = hwsim.run(hwsim.PlungeGrinder(COARSE, noise=None), start)
     assert learner.next(start, log) is start
@@ -440,7 +434,7 @@ def test_work_that_does_not_burn_has_no_burned_layer():
 
 
 def shown(monkeypatch, learner, *parts, start=None):
-    """Bounds of the burned layer after parts that left so much (mm)."""
+    """Bounds of the burned layer after parts with given slacks (mm)."""
     controller, bounds = start or believed(COARSE), []
     for left in parts:
         seen = {

@@ -1,6 +1,4 @@
-"""Cycles by collocation: against the exact ones, brute force over rotations, dynamic programming, an
-integrator apart.
-"""
+"""Cycles by collocation against exact cycles, brute force over rotations, and dynamic programming."""
 
 import subprocess
 import sys
@@ -30,7 +28,7 @@ def test_near_the_exact_time_and_never_below(number, margin):
 
 
 def test_end_so_slow_that_ploughing_alone_would_seem_to_burn():
-    """The final rate lies below the lower root of burning, an artefact that is no limit."""
+    """The final rate lies below the lower root of burning, an artefact."""
     fine = NOMINAL.replace(roundness_max=units.um(1.6))
     assert fine.final_rate < fine.model.burn_onset[0]
     assert plunge.plan(fine, method="collocation", steps=60).time == pytest.approx(
@@ -39,7 +37,7 @@ def test_end_so_slow_that_ploughing_alone_would_seem_to_burn():
 
 
 def test_order_of_convergence():
-    """Second: sixteen times less with four times the intervals; corners fall unevenly into them."""
+    """Second: a sixteenth of the error with four times the intervals, but for corners."""
     exact = plunge.plan(problem(3)).time
     coarse, fine = (plunge.plan(problem(3), method="collocation", steps=n).time - exact for n in (60, 240))
     assert 0 < fine < coarse / 10
@@ -55,7 +53,7 @@ def test_start_does_not_matter():
 
 
 def test_residual_sees_what_is_no_solution(monkeypatch):
-    """Stopped on the way: the conditions are not met, and it says so."""
+    """An interrupted iteration violates the conditions."""
     monkeypatch.setitem(collocation.IPOPT, "max_iter", 8)
     job = collocation.task(NOMINAL, 0.0, (NOMINAL.model.work_rotation,) * 2, 30)
     stopped = collocation.solve(job, collocation.guess(job))
@@ -105,9 +103,7 @@ def test_area_is_what_the_law_of_wear_adds_up_to():
 
 
 def test_a_wheel_that_wears_more_when_fed_faster_is_spared():
-    """Of two laws that wear alike at 0.02 mm/s, that which punishes high rates makes the fastest cycle feed
-    slower.
-    """
+    """Of two laws with equal wear at 0.02 mm/s, the steeper one leads to a slower feed."""
     plain, steep = (
         plunge.plan(NOMINAL.replace(wear=plunge.Wear(0.02, exponent, 0.02)), method="collocation", steps=60)
         for exponent in (0.0, 2.0)
@@ -149,9 +145,7 @@ def test_narrow_range_gives_nearly_the_exact_time():
 
 
 def test_no_constant_rotation_is_as_fast(turned):
-    """Brute force: the exact time at each of many rotations. Slow turns need less force, fast ones burn and
-    shake less.
-    """
+    """Brute force: the exact time at each of many rotations."""
     constant = [_constant(rotation) for rotation in np.linspace(*RANGE, 25)]
     assert turned.time < 0.9 * min(constant)
     assert turned.solution.ok and np.isfinite(turned.error)
@@ -165,9 +159,7 @@ def _constant(rotation):
 
 
 def by_grids(problem, rotations, stages=60, nodes=150):
-    """Least time over grids of stock, deflection and rotation, free in each stage: every local minimum is in
-    it.
-    """
+    """Least time over grids of stock, deflection and rotation, free in each stage: a global minimum."""
     model, u = problem.model, problem.command_rate_max
     left, cores = _dp.stock_nodes(problem, 0.0, stages), [core_at(model, float(n)) for n in rotations]
     limit = np.array([_greatest(problem, core, n, left) for core, n in zip(cores, rotations, strict=True)])
@@ -194,7 +186,7 @@ def by_grids(problem, rotations, stages=60, nodes=150):
 
 
 def _greatest(problem, core, rotation, left):
-    """Greatest deflection (mm) that neither burns too deep nor, at the end, is too rough."""
+    """Greatest deflection (mm) within burning and, at the end, roundness."""
     rate = allowed_rate(core, left, 10 * problem.command_rate_max)
     if burns_always(core):
         rate[left < burn_depth(coolest_rate(core), core)] = 0.0
@@ -203,15 +195,13 @@ def _greatest(problem, core, rotation, left):
 
 
 def test_near_the_least_of_all_local_minima(turned):
-    """A coarse grid is some 1 % slow; it may turn the work at any rate in the last instant, which gains next
-    to nothing.
-    """
+    """A coarse grid is some 1 % slow; its free rotation in the last instant gains almost nothing."""
     grids = by_grids(malkin(), np.linspace(*RANGE, 13))
     assert 0.98 * grids < turned.time < grids
 
 
 def test_limits_are_kept_at_every_rotation(turned):
-    """By models built anew at the rotation of each place."""
+    """By models built anew at each rotation."""
     t, most = turned.trajectory, malkin().roundness_max
     low, high = RANGE
     assert np.all((t.work_rotation >= low * (1 - 1e-9)) & (t.work_rotation <= high * (1 + 1e-9)))

@@ -1,6 +1,4 @@
-"""Controllers of plunge cycles on a simulated grinder: published and independent numbers, the bound, contact,
-baselines.
-"""
+"""Controllers of plunge cycles on a simulated grinder: published numbers, bound, contact, baselines."""
 
 import numpy as np
 import pytest
@@ -44,9 +42,7 @@ def test_roundness_by_both_rules():
 
 
 def test_without_any_damage():
-    """Spark-out begins up to a sample late, and size is seen up to a sample late: both in stock, then in
-    roundness.
-    """
+    """Spark-out begins, and the size is seen, up to a sample late: in stock, then in roundness."""
     out = became(plunge.CycleController(PROBLEM, no_burn=True, **PRINTED))
     assert out["time"] == pytest.approx(35.56, abs=1.01 * SAMPLE)
     # printed; of the two phases of sampling that are possible
@@ -75,9 +71,7 @@ def test_a_wheel_that_is_believed_too_sharp():
 
 
 def test_wear_that_nobody_knows():
-    """Shorter, and burned: the source says slightly longer; the rate in the first section is lower, as
-    printed.
-    """
+    """Shorter, and burned; the source says slightly longer. The first rate is lower, as printed."""
     controller = plunge.CycleController(PROBLEM, **PRINTED)
     worn, new = run(controller, truth=WORN), run(controller)
     out = worn.outcome
@@ -99,7 +93,7 @@ def test_wear_that_is_known():
 
 @pytest.mark.parametrize("growth", [0.02, 0.05, 0.08])
 def test_wear_that_lets_less_and_less_rate_go_without_damage(growth):
-    """At the end damage begins below the rate that would be round enough: that is where a part then ends."""
+    """At the end the burn rate is below the round rate, and limits it."""
     dulling = PROBLEM.replace(wear=plunge.Wear(growth), roundness_max=4.5e-3)
     end = MODEL.replace(wear_flat_area=0.026 + growth * PROBLEM.stock)
     out = became(plunge.CycleController(dulling, **EXACT), problem=dulling)
@@ -136,7 +130,7 @@ random_cycles = given(
 def test_the_bound_is_never_beaten(
     rate_max, B, stock, stiffness, area, roundness, rotation, margin, sparkout
 ):
-    """By no run that keeps every limit; a run that is faster has broken one."""
+    """A faster run breaks a limit."""
     try:
         problem = PROBLEM.replace(
             command_rate_max=rate_max, burning=physics.BurningLimit(6.205, B), stock=stock, stiffness=stiffness,
@@ -165,7 +159,7 @@ def test_the_bound_is_never_beaten(
 
 
 def test_damage_is_as_deep_as_the_stock_that_is_left():
-    """While balancing, at every sample: of the true stock, and of the rate between samples."""
+    """While balancing, at every sample: true stock, and rate between samples."""
     table = run(plunge.CycleController(PROBLEM, safety_margin=0.01, **EXACT))["controller"]
     left, rate = PROBLEM.stock - table["size"].values, table.infeed_rate_planned.values
     balancing = np.flatnonzero(table.balancing_command.values == 1)
@@ -177,7 +171,7 @@ def test_damage_is_as_deep_as_the_stock_that_is_left():
 
 
 def test_a_final_rate_that_burns():
-    """Where the last turn may be faster than damage allows, damage limits it."""
+    """Damage limits the last turn."""
     rough = PROBLEM.replace(roundness_max=7e-3)
     out = became(plunge.CycleController(rough, **EXACT), problem=rough)
     assert out["burned"] == 0 and out["time"] == pytest.approx(plunge.plan(rough).time, abs=SAMPLE)
@@ -232,7 +226,7 @@ def test_the_gauge_does_not(zero):
 @pytest.mark.parametrize("offset", [-0.05, -0.005, 0.02])
 @pytest.mark.parametrize("online", [True, False])
 def test_parts_come_with_more_or_less_stock(offset, online):
-    """The gauge shows what is missing to size: a part that begins elsewhere ends at size all the same."""
+    """The size shows the remaining stock: parts of other stock also end at size."""
     controller = plunge.CycleController(
         PROBLEM, safety_margin=0.005, sparkout="gauge", online=online, **EXACT
     )
@@ -243,7 +237,7 @@ def test_parts_come_with_more_or_less_stock(offset, online):
 
 
 def test_it_learns_sharpness_and_stiffness():
-    """Within three of its own standard deviations, where both are wrong."""
+    """Within three of its standard deviations of the truth."""
     controller = plunge.CycleController(
         PROBLEM.replace(wear_flat_area=0.0234, normal_force_ratio=9.0), safety_margin=0.01
     )
@@ -258,9 +252,7 @@ def test_it_learns_sharpness_and_stiffness():
 
 
 def test_a_part_is_not_left_before_it_is_round():
-    """Size is known no better than to a sample or two of spark-out, each of which makes 27 nm of roundness:
-    it waits for both.
-    """
+    """The size is uncertain by one or two samples of spark-out, 27 nm of roundness each."""
     controller = plunge.CycleController(PROBLEM, safety_margin=0.004, roundness_margin=3e-5)
     outcome = hwsim.repeat(hwsim.PlungeGrinder(PROBLEM), controller, series=400, rng=9)
     excess = outcome.roundness.values - (PROBLEM.roundness_max - 3e-5)
@@ -292,9 +284,7 @@ def test_three_stages_do_not_beat_the_bound_either():
 
 
 def test_the_best_three_stages(best_stages):
-    """12.05 s at a begin of 0.0875 mm and 0.008 mm/s: 0.2 % above the bound. Damage that comes off is what
-    saves time.
-    """
+    """12.05 s at 0.0875 mm and 0.008 mm/s: 0.2 % above the bound, by damage that the stock removes."""
     best = best_stages
     assert best.stage_remaining == pytest.approx(0.0875, abs=3e-3) and best.stage_rate == pytest.approx(
         0.008, abs=3e-4

@@ -1,4 +1,4 @@
-"""Cycles by dynamic programming: against the exact ones, an integrator apart, and the least bound under wear."""
+"""Cycles by dynamic programming against exact cycles, an integrator, and the least bound under wear."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from sdpgrind import physics, plunge, sdp
 
 @pytest.mark.parametrize(("number", "margin"), [(0, 0.0), (7, 0.0), (8, 0.0), (3, 0.03)])
 def test_within_its_error_of_the_exact_time(number, margin):
-    """The bar of 2e-4, which is met ten times over; the error that is told is no less than the true one."""
+    """The bar of 2e-4 is met tenfold; the estimated error is no less than the true one."""
     exact = plunge.plan(problem(number), safety_margin=margin)
     best = plunge.plan(problem(number), method="dp", safety_margin=margin)
     assert best.time == pytest.approx(exact.time, rel=5e-5)
@@ -25,7 +25,7 @@ def test_within_its_error_of_the_exact_time(number, margin):
 
 @pytest.mark.parametrize("number", [0, 3])
 def test_second_order_in_the_stages(number):
-    """Sixteen times less with four times the stages; corners of the course fall unevenly into them."""
+    """A sixteenth of the error with four times the stages, but for corners."""
     touch = problem(number).model.core.K0 / problem(number).command_rate_max
     exact = plunge.plan(problem(number)).time - touch
     coarse, fine = (
@@ -48,9 +48,7 @@ def test_stages_are_those_of_a_problem_that_the_solver_takes():
 
 
 def test_full_rate_between_two_deflections():
-    """(y' - y + drop) times the mean rate is what the command gives; the mean is that of the rate over the
-    deflection.
-    """
+    """(y' - y + drop) times the mean rate equals the command; mean of the rate over the deflection."""
     ground = _dp.StageModel(NOMINAL, 0.0, 60)
     stage, y = 55, np.array([0.0, 1e-4, 5e-3, 2e-2])
     after, core, drop = ground.reach(stage, y)[1], ground.cores[54], ground.drop[54]
@@ -74,9 +72,7 @@ def test_commands_played_by_another_integrator(growth):
 
 
 def test_limits_are_kept_all_along():
-    """Those of the command to the last bit; burning and roundness as the model says, at every place that is
-    told.
-    """
+    """The command to the last bit; burning and roundness at every node."""
     t = plunge.plan(NOMINAL, method="dp").trajectory
     rate, command = t.infeed_rate.values, t.command_rate.values
     assert np.all((command >= 0) & (command <= NOMINAL.command_rate_max * (1 + 1e-12)))
@@ -89,9 +85,7 @@ def test_limits_are_kept_all_along():
 
 
 def least_bound(problem, nodes=20_001):
-    """The least time by the running minimum, the area being a function of the stock that is left; all by
-    plain sums.
-    """
+    """Least time by the running minimum, with the area as a function of the stock; plain sums."""
     model, u = problem.model, problem.command_rate_max
     left = np.linspace(0.0, problem.stock, nodes)
     cores = [
@@ -121,7 +115,7 @@ def least_bound(problem, nodes=20_001):
 
 
 def _most(problem, core, left):
-    """Largest deflection (mm) that burns no deeper than what is left."""
+    """Greatest deflection (mm) that burns no deeper than the stock."""
 
     def depth(v):
         return (
@@ -173,7 +167,7 @@ def test_wear_that_fades_gives_the_time_without():
 
 @pytest.mark.filterwarnings("ignore:an area of one sliding law")
 def test_wheel_at_another_rotation_and_area():
-    """The laws of scale against the model built anew."""
+    """The scaling laws against a model built anew."""
     malkin = NOMINAL.replace(
         power=physics.GrindingPower(sliding=physics.MalkinSliding()),
         burning=physics.BurningLimit(6.2, 7.0),
@@ -241,8 +235,9 @@ def test_wear_that_a_method_cannot_do(wear, method, message):
 
 
 def test_nothing_is_spared_anywhere():
-    """What the proof of the exact cycle says: more deflection is never worse. Nor do look-ups between nodes
-    mix in the other end of the control where both ends are one, as on the way of no command."""
+    """Theorem of the exact cycle: more deflection is never worse. Look-ups between nodes with a single
+    deflection do not interpolate towards the other end of the control.
+    """
     ground = _dp.StageModel(NOMINAL, 0.0, 50)
     policy = sdp.plan(_dp.as_sdp(ground))
     for left in range(1, 51):

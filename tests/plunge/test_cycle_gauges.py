@@ -1,4 +1,4 @@
-"""Controllers of plunge cycles whose gauges fail, and what they refuse."""
+"""Controllers of plunge cycles with failing gauges, and their errors."""
 
 import copy
 
@@ -14,7 +14,7 @@ from sdpgrind import plunge
 
 
 def grind(controller, spoil, rng=0, noise=None, **options):
-    """Grind a part with readings that `spoil` has changed; give its outcome."""
+    """Outcome of a part with readings changed by `spoil`."""
     machine = hwsim.PlungeGrinder(PROBLEM, noise=noise, **options).start(np.random.default_rng(rng))
     controller.reset()
     reading = machine.step({}, 0)
@@ -24,7 +24,7 @@ def grind(controller, spoil, rng=0, noise=None, **options):
 
 
 def replaced(name, begin, number, value):
-    """Readings of one gauge that are something else for some samples: a number, or a function of the reading."""
+    """Change of one gauge's reading for some samples: a number, or a function of the reading."""
 
     def spoil(sample, reading):
         if begin <= sample < begin + number:
@@ -78,8 +78,8 @@ def test_a_frozen_gauge_ends_the_part_before_it_is_spoiled(controller, begin):
 @ALL
 @pytest.mark.parametrize("jump", [-0.05, -0.01, 0.01, 0.05])
 def test_a_size_that_jumps_is_not_used(controller, jump):
-    """Backwards by more than noise, forwards by more than the feed: once it is bridged, for good it ends the
-    part.
+    """Backwards beyond noise, forwards beyond the feed: bridged for a time, the end of the part if it
+    stays.
     """
     whole = grind(controller, lambda _, reading: reading)
     for number in (1, 3):
@@ -103,7 +103,7 @@ def test_noise_is_no_fault():
 @pytest.mark.parametrize("rng", range(4))
 @pytest.mark.parametrize(("begin", "number"), [(0, 3), (2, 3), (0, 12), (60, 5), (60, 10_000)])
 def test_power_that_is_missing(rng, begin, number):
-    """Before, at and after contact, which comes up to 0.04 mm early or late."""
+    """Before, at and after contact, up to 0.04 mm early or late."""
     controller = plunge.CycleController(PROBLEM, safety_margin=0.005, **EXACT)
     out = grind(controller, replaced("grinding_power", begin, number, nan), rng=rng, contact_zero_sd=0.02)
     assert out["part_slack"] == pytest.approx(0.005, abs=2e-4) and abs(out["remaining"]) < 2.5e-4
@@ -117,9 +117,7 @@ def test_a_grinder_without_a_power_monitor():
 
 @pytest.mark.parametrize("share", [1.0, 0.98, 0.9, 0.7])
 def test_clipped_power_does_not_fool_it(share):
-    """10 % less power at full rate would be 17 um less damage; what is flagged is not used, and nothing
-    burns.
-    """
+    """10 % less power at full rate means 17 um less damage; flagged power is not used."""
     power = float(MODEL.grinding_power(0.0448))
     assert MODEL.burn_depth(0.0448, 0.9 * power) == pytest.approx(0.0708, abs=2e-4)  # of 0.0882 mm
     controller = plunge.CycleController(SHARP, safety_margin=0.01)
@@ -134,7 +132,7 @@ def test_clipped_power_does_not_fool_it(share):
 
 
 class Believing:
-    """A controller that uses clipped power all the same."""
+    """Controller that uses clipped power."""
 
     def __init__(self, controller):
         self.controller, self.period = copy.deepcopy(controller), controller.period

@@ -1,6 +1,4 @@
-"""Every compiled loop of plunge cycles against a slow twin: roots by Brent, motion by an integrator, the
-filter by matrices.
-"""
+"""Compiled loops of plunge cycles against slow twins: Brent's roots, an integrator, matrices."""
 
 import itertools
 import math
@@ -91,7 +89,7 @@ def test_rate_at_which_burning_begins(model, near, rate_max):
 
 
 def depth_over_reach(model, v):
-    """Logarithm of heat over what is stood."""
+    """Logarithm of heat over the heat of burning."""
     return _kernels.burn_depth(v, model.core) / (model.core.reach * v**0.25)
 
 
@@ -111,7 +109,7 @@ def test_rate_of_a_depth_of_damage(model, depth, high):
 @settings(max_examples=40, deadline=None)
 @given(model=wheels, scale=st.floats(0.5, 1.5), rate_max=st.floats(0.03, 0.2), share=st.floats(0.01, 1.0))
 def test_least_of_deflection_less_damage(model, scale, rate_max, share):
-    """Against a dense grid, whose least is too great by no more than an eighth of its second difference."""
+    """Against a dense grid, whose minimum errs by at most an eighth of its second difference."""
     wheel = Wheel(model)
     low = wheel.burn_rate(rate_max)
     assume(low is not None and low < 0.999 * rate_max)
@@ -130,13 +128,13 @@ def test_least_of_deflection_less_damage(model, scale, rate_max, share):
 
 
 def turned(over):
-    """Least value inside that is below both of its neighbours; infinite where there is none."""
+    """Least inner local minimum; infinite: none."""
     inner = over[1:-1]
     return float(np.min(inner[(inner <= over[:-2]) & (inner <= over[2:])], initial=np.inf))
 
 
 def test_a_turn_is_found_wherever_it_lies():
-    """In the first cell, in the last one, and just before the end; never at the end itself."""
+    """In the first cell, in the last one, just before the end; never at the end itself."""
     model = MODEL.replace(
         wear_flat_area=0.015625,
         stiffness=4041.0,
@@ -164,7 +162,7 @@ def test_a_turn_is_found_wherever_it_lies():
 @settings(max_examples=40, deadline=None)
 @given(model=wheels, scale=st.floats(0.5, 1.5), v=st.floats(1e-3, 0.1))
 def test_slope_of_deflection_less_damage(model, scale, v):
-    """By differences over a step h of the logarithm, of fourth order: wrong by h^4 and by rounding over h."""
+    """By fourth-order differences over a step h of the logarithm."""
     wheel, h = Wheel(model), 1e-3
     over = [
         scale * wheel.beyond(v * math.exp(k * h)) - wheel.burn_depth(v * math.exp(k * h))
@@ -190,7 +188,7 @@ def test_wear_multiplies_sliding_alone():
 
 
 def commands(rng, samples=120):
-    """Full rate, wandering, nothing."""
+    """Full rate, random rates, 0."""
     wander = np.clip(0.02 + 0.01 * np.cumsum(rng.normal(0, 0.3, samples)), 0, 0.0448)
     wander[: samples // 3], wander[-samples // 4 :] = 0.0448, 0.0
     return wander
@@ -285,9 +283,7 @@ def test_late_and_slow_gauges():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_filter_against_matrices(seed):
-    """A whole noisy part of another wheel than the controller believes, with readings that are missing now
-    and then.
-    """
+    """A noisy part with a wheel unlike the controller's and missing readings."""
     controller = plunge.CycleController(PROBLEM.replace(wear_flat_area=0.0234), safety_margin=0.01)
     machine = hwsim.PlungeGrinder(PROBLEM, contact_zero_sd=0.01, power_max=2600.0).start(
         np.random.default_rng(seed)

@@ -1,6 +1,4 @@
-"""Margins that are learned: published series, the law of (9), what noise does to a least value, and parts
-that must not burn.
-"""
+"""Learned margins: published series, (9), bias of noisy minima, parts that must not burn."""
 
 import numpy as np
 import pytest
@@ -25,9 +23,7 @@ def quiet(step, rule, parts=9):
 
 
 def test_seven_cycles_at_a_quarter():
-    """Calibration targets: times of the specification's prototype to a sample, and the printed 15.7 to 13.2 s
-    in seven cycles.
-    """
+    """Calibration targets: 15.7 to 13.2 s in seven cycles."""
     outcome = quiet(0.25, "printed", parts=8)
     np.testing.assert_allclose(
         outcome.time[:7], [15.68, 14.88, 14.20, 13.72, 13.48, 13.28, 13.24], atol=0.041
@@ -47,7 +43,7 @@ def test_other_steps_as_printed(step, cycles, time):
 
 
 def test_printed_at_four_fifths_burns_in_the_third_part():
-    """A calibration target, on a knife's edge: a regression only."""
+    """Calibration target close to a limit: a regression only."""
     outcome = quiet(0.80, "printed", parts=3)
     np.testing.assert_allclose(outcome.slack, [0.0397, 0.0053, -0.0036], atol=5e-4)
     assert outcome.burned.values.tolist() == [0, 0, 1]
@@ -61,7 +57,7 @@ def test_contracting_never_burns(step, parts):
 
 
 class Part:
-    """A log that has nothing but a slack: d = m - beta."""
+    """Log of a slack only: d = m - beta."""
 
     def __init__(self, slack):
         self._slack = slack
@@ -81,9 +77,7 @@ def margins(adapt, beta, parts, start=0.1):
 @settings(max_examples=60, deadline=None)
 @given(c=st.floats(0.05, 1.0), n=st.floats(1e-4, 0.01), beta=st.floats(0.0, 0.05))
 def test_law_of_nine_on_a_line(c, n, beta):
-    """d+ = (1 - c) d - c n while d > n, as printed: never burned for c <= 1/2; (1 - c) d + c n, contracting:
-    never.
-    """
+    """d+ = (1 - c) d - c n while d > n, as printed: no burning for c <= 1/2; contracting: never."""
     d = margins(plunge.MarginBounding(c, n, rule="printed", slack="true"), beta, 40)
     free = (d[:-1] > n) & (beta + (1 - c) * d[:-1] - c * n > 0) & (np.minimum.accumulate(d)[:-1] > n)
     np.testing.assert_allclose(d[1:][free], ((1 - c) * d[:-1] - c * n)[free], atol=1e-12)
@@ -127,7 +121,7 @@ def test_filter_of_a_constant_against_least_squares():
 
 
 def test_least_of_noisy_readings_is_too_small_by_what_is_taken_off():
-    """Simulated with the model; then met on a grinder: the mean of 150 parts, to 3 standard errors."""
+    """Bias by simulation with the model; mean of 150 parts on a grinder within 3 standard errors."""
     controller = plunge.CycleController(PROBLEM, 0.004)
     bias, sd, _ = noise_of_slack(controller)
     assert 5e-4 < bias < 5e-3
@@ -150,7 +144,7 @@ def test_least_of_noisy_readings_is_too_small_by_what_is_taken_off():
 
 @pytest.mark.parametrize("share", [0.0, 0.2, 0.4])
 def test_gauges_that_are_better_than_is_believed(share):
-    """What noise would do to a least value is not taken off where there is none: that would burn every part."""
+    """Without noise no bias is subtracted; otherwise every part would burn."""
     noise = hwsim.GrinderNoise(share * 5e-4, share * 0.01)
     grinder, controller = hwsim.PlungeGrinder(PROBLEM, noise=noise), plunge.CycleController(SHARPER, 0.05)
     outcome = hwsim.repeat(grinder, controller, series=10, parts=4, rng=2, adapt=plunge.adaptation(PROBLEM))
@@ -159,7 +153,7 @@ def test_gauges_that_are_better_than_is_believed(share):
 
 
 def test_scatter_of_one_reading():
-    """Second differences of noise: against what power and size scatter by, and next to nothing without noise."""
+    """Second differences of noise, and almost 0 without noise."""
     controller = plunge.CycleController(PROBLEM, 0.004)
     reckoned = noise_of_slack(controller)[2]
     rate = np.linspace(PROBLEM.model.burn_rate, 0.04, 50)
@@ -185,9 +179,7 @@ def test_clipped_power_is_no_slack():
 
 
 def test_mean_slack_would_burn():
-    """The trap of the specification: the mean slack of a section is larger than the least, by more than the
-    margin left.
-    """
+    """The mean slack of a section exceeds the least by more than the remaining margin."""
     log = hwsim.run(QUIET, plunge.CycleController(SHARPER, 0.01, online=False, roundness_margin=0.0))
     used = log.column("controller", "balancing_command") > 0
     left = log.column("controller", "remaining_planned")[used]
@@ -201,7 +193,7 @@ SHARE = [(0.80, "printed", 0.26, 0.52), (0.40, "printed", 0.0, 0.03), (0.80, "co
 
 @pytest.mark.parametrize(("step", "rule", "least", "most"), SHARE)
 def test_share_of_series_with_a_burned_part(step, rule, least, most):
-    """The specification's 36 to 42 % to ten points, at most 3 %, and none, of 200 series."""
+    """The specification's 36 to 42 % within ten points, at most 3 %, and none, of 200 series."""
     controller = plunge.CycleController(SHARPER, 0.05, sparkout="printed", roundness_margin=0.0)
     grinder = hwsim.PlungeGrinder(PROBLEM)
     outcome = hwsim.repeat(
@@ -211,7 +203,7 @@ def test_share_of_series_with_a_burned_part(step, rule, least, most):
 
 
 def learned(problem, **size):
-    """Series with the recommended chain; the wheel is believed 10 % sharper than it is."""
+    """Series with the recommended chain, for a wheel assumed 10 % too sharp."""
     believed = problem.replace(wear_flat_area=0.9 * problem.model.wear_flat_area)
     controller = plunge.CycleController(believed, 0.05)
     return hwsim.repeat(hwsim.PlungeGrinder(problem), controller, adapt=plunge.adaptation(problem), **size)
@@ -223,9 +215,7 @@ def recommended():
 
 
 def test_recommended_chain(recommended):
-    """2400 parts: none burned, at most 2 in 1000 out of round, within 2 % of the optimum from the third part
-    on.
-    """
+    """2400 parts: none burned, 2 in 1000 out of round, within 2 % of the optimum from the third part on."""
     assert not recommended.burned.any() and float(recommended.out_of_round.mean()) <= 0.002
     assert not recommended.out_of_round[:40, :6].any()
     assert float(recommended.time.isel(part=slice(2, None)).mean()) < 1.02 * FASTEST
@@ -238,7 +228,7 @@ CHANGED = ["command_rate_max", "stock", "stiffness", "work_rotation", "wear_flat
 @pytest.mark.parametrize("factor", [0.9, 1.1])
 @pytest.mark.parametrize("name", CHANGED)
 def test_recommended_chain_elsewhere(name, factor):
-    """Part and belief are changed together: no burned part, within 4 % of their own optimum."""
+    """Part and controller change together: no burned part, within 4 % of their optimum."""
     if name == "B":
         problem = PROBLEM.replace(burning=physics.BurningLimit(6.205, 3.32 * factor))
     else:
@@ -250,9 +240,7 @@ def test_recommended_chain_elsewhere(name, factor):
 
 
 def test_roundness_has_a_margin_of_its_own(recommended):
-    """Without one some are beyond the limit, as rate and size are estimates: the mean is below it by two
-    standard deviations.
-    """
+    """Without one, some parts exceed the limit by errors of rate and size."""
     roundness = recommended.roundness.isel(part=slice(1, None))
     assert float(roundness.mean() + 2 * roundness.std()) < PROBLEM.roundness_max
     bare = plunge.CycleController(PROBLEM, 0.003, roundness_margin=0.0)
@@ -260,7 +248,7 @@ def test_roundness_has_a_margin_of_its_own(recommended):
 
 
 def test_a_part_that_was_broken_off_teaches_no_roundness():
-    """Neither one that nobody touched, as the gauge jumps, nor one that was left at full rate: the aim stays."""
+    """Neither a jumping gauge nor a part left at full rate changes the aim."""
     controller, margin = plunge.CycleController(PROBLEM, 0.004), plunge.RoundnessMargin()
     aimed = margin.next(controller, hwsim.run(QUIET, controller))
     assert aimed.roundness_margin != controller.roundness_margin
@@ -278,7 +266,7 @@ def test_a_part_that_was_broken_off_teaches_no_roundness():
 
 
 def test_roundness_on_another_machine():
-    """A stiff machine of 0.24 s turns the same errors of size into eight times the roundness."""
+    """A stiff machine of 0.24 s turns equal errors of size into eight times the roundness."""
     model = plunge.PlungeModel(
         wheel_diameter=400.0, work_diameter=40.0, width=20.0, wheel_speed=35e3, work_rotation=12.566, wear_flat_area=0.003,
         stiffness=15e3, normal_force_ratio=2.5, power=physics.GrindingPower(), burning=physics.BurningLimit(6.2, 7.2),
@@ -296,9 +284,7 @@ def test_roundness_on_another_machine():
 @pytest.mark.parametrize("gain", [0.98, 1.02])
 @pytest.mark.parametrize("ratio", [0.9, 1.1])
 def test_all_that_may_be_wrong_at_once(ratio, gain):
-    """Contact, force, gain of the power monitor, area that scatters: no part burns, 1 % are out of round from
-    the second on.
-    """
+    """Contact, force, power gain, scattering area: none burns, 1 % out of round from the second on."""
     model = PROBLEM.model.replace(normal_force_ratio=ratio * 9.78)
 
     def drawn(rng):

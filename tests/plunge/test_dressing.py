@@ -1,4 +1,4 @@
-"""Roughness law and dressing lead: the law solved and run forward, by hand, and as printed."""
+"""Roughness law and dressing lead: inverse and forward, by hand, as printed."""
 
 import pytest
 from hypothesis import given
@@ -13,9 +13,7 @@ CUT = WORK | {"dressing_depth": 0.01, "infeed_rate": 0.0255}
 
 
 def test_the_published_wheel():
-    """R_a 0.7 um, a_d 0.01 mm at 0.0255 mm/s: 0.0999 mm a turn; by hand, in um and with logarithms to base
-    10.
-    """
+    """R_a 0.7 um, a_d 0.01 mm at 0.0255 mm/s: 0.0999 mm a turn; by hand with logarithms."""
     lead = LAW.dressing_lead(units.um(0.7), **CUT)
     assert lead == pytest.approx(0.0999, abs=5e-5)
     assert lead == pytest.approx(
@@ -24,7 +22,7 @@ def test_the_published_wheel():
 
 
 def test_as_printed_the_lead_vanishes():
-    """(10) has a_d^(1/y): 1e-8 in the place of 3.16, squared."""
+    """(10) has a_d^(1/y): 1e-8 in place of 3.16, squared."""
     printed = LAW.dressing_lead(units.um(0.7), **CUT, method="printed")
     assert printed == pytest.approx(1e-18, rel=0.01)
     assert printed == pytest.approx(

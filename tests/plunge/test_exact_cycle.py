@@ -1,6 +1,4 @@
-"""The fastest cycle: published and independent numbers, optimality conditions, and cycles that must not be
-faster.
-"""
+"""Fastest cycle: published and independent numbers, optimality conditions, attempts to be faster."""
 
 import numpy as np
 import pytest
@@ -47,7 +45,7 @@ def test_deflection_and_its_inverse():
     [({}, 0.0, 12.0195), ({}, 0.02, 13.4598), ({"wear_flat_area": 0.032}, 0.0, 12.9187)],
 )
 def test_least_times(changes, margin, time):
-    """Of an independent program; dynamic programming and collocation of the specification agree to 1e-4."""
+    """Of an independent program; the specification's other two methods agree to 1e-4."""
     best = plunge.plan(NOMINAL.replace(**changes), safety_margin=margin)
     assert best.time == pytest.approx(time, abs=1e-4)
     assert best.error < 1e-5
@@ -61,7 +59,7 @@ def test_without_burning_it_is_two_pieces():
 
 
 def test_without_any_damage():
-    """A margin of nearly all the stock: at the rate at which burning begins until spark-out."""
+    """A margin of nearly the whole stock: the burn rate until spark-out."""
     assert plunge.plan(NOMINAL, safety_margin=0.2819).time == pytest.approx(35.546, abs=1e-3)
 
 
@@ -75,7 +73,7 @@ def best():
 
 
 def test_the_course_obeys_its_dynamics(best):
-    """x' = u - v and q' = v, integrated apart from the plan with its own commands."""
+    """x' = u - v and q' = v, integrated with the plan's commands."""
     t, model = best.trajectory, NOMINAL.model
     command, time = t.command_rate.values, t.time.values
 
@@ -107,7 +105,7 @@ def test_no_limit_is_broken_and_each_binds(best):
 
 
 def test_command_is_used_up(best):
-    """Conservation: what was commanded is what was ground off and what the machine still gives way."""
+    """Conservation: command = removed stock + deflection."""
     t = best.trajectory
     inside = np.diff(t.time.values) > 0
     commanded = np.sum(
@@ -117,7 +115,7 @@ def test_command_is_used_up(best):
 
 
 def test_time_is_the_integral_of_the_stock(best):
-    """Piece by piece by Simpson's rule; at the start only where 1/v is smooth enough for 199 intervals."""
+    """By Simpson's rule in each piece; at the start only where 1/v is smooth enough."""
     t, begin = best.trajectory, 0.0
     for end in best.switches:
         inside = (t.time.values > begin + 1e-9) & (t.time.values < end - 1e-9) & (t.infeed_rate.values > 4e-3)
@@ -136,7 +134,7 @@ random_cycles = given(
 @settings(max_examples=40, deadline=None)
 @random_cycles
 def test_bound_against_a_running_minimum(rate_max, B, stock, stiffness, area, margin, roundness):
-    """Y~(r) = min over s <= r of Y(s) + r - s, on a fine grid, and the limits that it must keep."""
+    """Y~(r) = min over s <= r of Y(s) + r - s, on a fine grid, and its limits."""
     try:
         problem = NOMINAL.replace(
             command_rate_max=rate_max, burning=physics.BurningLimit(6.205, B), stock=stock, stiffness=stiffness,
@@ -164,9 +162,7 @@ def test_bound_against_a_running_minimum(rate_max, B, stock, stiffness, area, ma
 
 
 def _kept(problem, command, sample):
-    """Time (s) of a cycle of held commands on the simulated part, to a fraction of a sample; None: a limit is
-    broken.
-    """
+    """Time (s) of held commands on the simulated part, between samples; None: a limit is broken."""
     rig, state = kernels.rig(problem.model, problem.stock, sample), np.zeros(kernels.STATES)
     kernels.start_part(state, rig)
     for k, u in enumerate(command):
@@ -182,9 +178,7 @@ def _kept(problem, command, sample):
 
 
 def test_no_command_within_the_limits_is_faster(best):
-    """Commands near the best ones, and far from them, ground on the simulated part: those that keep all
-    limits take longer.
-    """
+    """Commands near and far from the optimum, on the simulated part."""
     sample, rng, t = 0.01, np.random.default_rng(0), best.trajectory
     at = (np.arange(1500) + 0.5) * sample
     command = np.interp(at, t.time.values, t.command_rate.values)
@@ -266,9 +260,7 @@ def test_margins_that_are_none():
 
 
 def test_a_warning_points_at_the_line_of_who_caused_it():
-    """A call, a change, and a change of a change: the same line of this file, not one of ours or of
-    dataclasses.
-    """
+    """A call, a change, and a change of a change: the same line of this file."""
     simulation = plunge.preset("simulation")
     with pytest.warns(UserWarning, match="no spark-out is needed") as told:
         slow = simulation.replace(command_rate_max=7e-4)
@@ -295,7 +287,7 @@ def test_warnings():
     ("rate_max", "stock", "roundness"), [(0.0448, 0.004, 12e-3), (0.0125, 0.01, 8e-3), (0.1, 0.05, 40e-3)]
 )
 def test_stock_that_is_gone_before_any_limit_is_met(rate_max, stock, roundness):
-    """It is ground at full rate to the end, as an integrator has it; a bound met later is none."""
+    """Full rate to the end, as by an integrator; a later bound is ignored."""
     thin = NOMINAL.replace(
         stock=stock, command_rate_max=rate_max, roundness_max=roundness, burning=physics.BurningLimit(6.205, 12.0),
         sample_time=1e-3, time_constant=None,
@@ -321,9 +313,7 @@ def test_stock_that_is_gone_before_any_limit_is_met(rate_max, stock, roundness):
 
 @pytest.mark.parametrize("p", [0.5, 0.85, 1.0])
 def test_start_that_comes_near_the_full_rate(p):
-    """Time of a start until exp(-lag) of the full rate is missing, by quadrature over the lag; p = 1: in
-    closed form.
-    """
+    """Time of the start to exp(-lag) below full rate, by quadrature; p = 1: closed form."""
     lag = np.array([1e-3, 1.0, 7.99, 8.01, 15.0, 30.0])
     got = _start_integral(p, lag) * (-np.expm1(-lag)) ** p
     if p == 1.0:

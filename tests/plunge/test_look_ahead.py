@@ -1,6 +1,4 @@
-"""Damage that a part has still ahead of it: on soft machines it may fall more slowly than deflection is given
-back.
-"""
+"""Damage still ahead of a part: on soft machines it may fall more slowly than the deflection."""
 
 import math
 
@@ -48,14 +46,14 @@ def problem_of(values):
 
 
 def over_damage(problem):
-    """Rates from where damage begins, and deflection less depth of damage (mm) at each."""
+    """Rates from the burn rate, and deflection less depth of damage (mm) at each."""
     wheel = Wheel(problem.model)
     rates = np.geomspace(wheel.burn_rate(problem.command_rate_max), problem.command_rate_max, 2001)
     return rates, np.array([wheel.beyond(v) - wheel.burn_depth(v) for v in rates])
 
 
 def least_between(problem, commands, parts=16):
-    """Least slack (mm) of a part that is judged so often in a sample."""
+    """Least slack (mm) of a part sampled `parts` times as often."""
     rig = kernels.rig(problem.model, problem.stock, problem.sample_time / parts)
     state = np.zeros(kernels.STATES)
     kernels.start_part(state, rig)
@@ -69,7 +67,7 @@ def least_between(problem, commands, parts=16):
 @pytest.mark.parametrize(("sparkout", "online"), FORMS)
 @pytest.mark.parametrize("values", SOFT + STIFF)
 def test_no_part_burns_without_a_margin(values, sparkout, online):
-    """To a tenth of a nanometre at the samples, to some between them, and not at the expense of time."""
+    """To a tenth of a nanometre at and between samples, without loss of time."""
     problem = problem_of(values)
     log = run(plunge.CycleController(problem, sparkout=sparkout, online=online, **EXACT), problem=problem)
     out, bound = (
@@ -83,9 +81,7 @@ def test_no_part_burns_without_a_margin(values, sparkout, online):
 
 @pytest.mark.parametrize("values", SOFT)
 def test_these_machines_have_something_ahead(values):
-    """Deflection less damage is least inside, or where damage begins: not at the greatest rate, where the
-    infeed comes from.
-    """
+    """Deflection less damage has an inner minimum, or one at the burn rate."""
     rates, over = over_damage(problem_of(values))
     assert over[-1] > over.min() + 1e-4
     inside = 0 < int(np.argmin(over)) < rates.size - 1
@@ -93,9 +89,7 @@ def test_these_machines_have_something_ahead(values):
 
 
 def test_nothing_is_commanded_until_the_turn_is_passed():
-    """Deflection less stock stays at the least of deflection less damage until the limit turns, and rises
-    with it.
-    """
+    """Deflection less stock stays at the minimum until the limit turns, and rises with it."""
     problem = problem_of(TURNS)
     rates, over = over_damage(problem)
     least, turn = over.min(), rates[int(np.argmin(over))]
@@ -127,7 +121,7 @@ def test_a_margin_is_kept_on_the_way():
     ("area", "stiffness", "margin"), [(0.06, 3e4, 0.05), (0.06, 1e4, 0.0), (0.1, 8e3, 0.01)]
 )
 def test_a_wheel_that_turns_out_to_burn_at_every_rate_is_not_waited_for(area, stiffness, margin):
-    """Its least damage is never ground off before; what is then left of the stock goes at that rate."""
+    """Its least damage is never removed before; the rest of the stock goes at that rate."""
     stiff = PROBLEM.replace(stiffness=stiffness)
     log = run(
         plunge.CycleController(stiff, margin), problem=stiff, truth=stiff.model.replace(wear_flat_area=area)
@@ -136,7 +130,7 @@ def test_a_wheel_that_turns_out_to_burn_at_every_rate_is_not_waited_for(area, st
 
 
 def test_noise_does_not_keep_a_part_from_its_end():
-    """The look ahead is of what is learned, which moves: nothing may wait for ever."""
+    """The look-ahead uses estimates, which move: no infinite wait."""
     problem = problem_of(SOFT[3])
     log = run(plunge.CycleController(problem, 0.02), problem=problem, noise=hwsim.GrinderNoise(), rng=4)
     assert (

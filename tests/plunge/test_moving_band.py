@@ -1,4 +1,4 @@
-"""Depth of damage against the heat below a band that moves over a half-space (Jaeger), by quadrature."""
+"""Depth of damage against the heat below Jaeger's moving band, by quadrature."""
 
 from functools import cache
 
@@ -56,7 +56,7 @@ def half_band(rate):
     [(10, 1, 0.925), (15, 1, 0.919), (25, 1, 0.912), (10, 4, 0.869), (15, 4, 0.898), (25, 4, 0.918)],
 )
 def test_decay_of_the_peak(half, depth, slope):
-    """The published rows; what the model takes for all lies between them."""
+    """The published values; the model's constant lies between them."""
     assert np.log(peak(1e-6, half) / peak(depth, half)) / depth * np.sqrt(half) == pytest.approx(
         slope, abs=3e-3
     )
@@ -69,9 +69,7 @@ def test_the_range_in_which_it_holds():
 
 @pytest.mark.parametrize("rate", [0.0095, 0.012, 0.02, 0.03, 0.0448])
 def test_depth_of_damage(rate):
-    """Where the peak has come down to what the surface stands, of a heat that exceeds it by the ratio of
-    powers: within 1.5 %.
-    """
+    """Depth at which the peak equals the heat of burning: within 1.5 %."""
     chips = MODEL.burning.u0 * MODEL.width * MODEL.work_speed * MODEL.depth_of_cut(rate)
     ratio = float((MODEL.grinding_power(rate) - chips) / (MODEL.burning_power(rate) - chips))
     half = half_band(rate)
@@ -82,7 +80,7 @@ def test_depth_of_damage(rate):
 
 
 def test_what_the_surface_stands():
-    """B = theta k sqrt(pi)/(2 sqrt(alpha)): the peak of a long band is 2 sqrt(pi half), less what it loses
+    """B = theta k sqrt(pi)/(2 sqrt(alpha)): the peak of a long band is 2 sqrt(pi half), less conduction
     ahead.
     """
     for half, short in ((10, 0.05), (30, 0.03)):

@@ -1,6 +1,4 @@
-"""From readings back to the model: numbers by two ways, bounds, what may not matter, and what must be
-refused.
-"""
+"""Identification of the model from readings: numbers two ways, bounds, invariance, refusals."""
 
 import numpy as np
 import pytest
@@ -19,7 +17,7 @@ from sdpgrind import identify, plunge, units
 
 
 def log(parts, faulty=()):
-    """Tables as `hwsim` has them: a last row of each part has no command."""
+    """Tables as of `hwsim`: the last row of a part has no command."""
     columns = {"part": [], "time": [], "size": [], "command_rate_command": [], "grinding_power": []}
     for part in parts:
         data = noisy(5e-4, part, 0.002 * part)
@@ -70,7 +68,7 @@ def test_parts_that_differ_are_no_surer_than_their_scatter():
 
 
 def policy():
-    """A cycle as it is ground: full rate, a rate that falls, spark-out; 13 s."""
+    """Commands of a cycle: full rate, falling rate, spark-out; 13 s."""
     time = np.arange(0, 13.0, STEP)
     return time, np.select([time < 6.4, time < 9.0], [RATE, 0.02 * np.exp(-(time - 6.4) / 3.0)], 0.0)
 
@@ -124,7 +122,7 @@ def test_contact_and_scale_are_found(problem):
 
 
 def test_the_linear_model_holds_about_one_rate():
-    """Of a machine that gives way by the force the linear lag of roughing is shorter than that of spark-out."""
+    """With deflection by force the linear lag of roughing is shorter than that of spark-out."""
     model = NOMINAL.model
     blank = np.full(TIME.size, np.nan)
     roughing = cycle(
@@ -150,7 +148,7 @@ def test_linear_and_secant_agree_on_a_linear_machine():
 
 
 def test_a_wheel_that_is_loaded_from_the_start():
-    """Contact before the command is 0: the lag does not start at rest."""
+    """Contact before the command is 0."""
     model = EXPERIMENT.model
     blank = np.full(TIME.size, np.nan)
     for zero in (-0.01, 0.004):
@@ -184,7 +182,7 @@ def test_the_area_from_the_power():
 
 
 def test_power_that_resembles_its_neighbours_says_less():
-    """A drift by 1 %, alike by 0.8 from sample to sample: its mean is three times less sure than of noise."""
+    """A drift of 1 %, autocorrelation 0.8: three times the standard deviation of the mean."""
     exact, alike, pulls = ground(NOMINAL), 0.8, []
     drifts = np.random.default_rng(0).standard_normal((64, exact["time"].size))
     for drift in drifts:
@@ -215,9 +213,7 @@ def test_one_per_cent_of_power(rate, published):
 
 @pytest.mark.parametrize("told", ["by its limit", "by a flag", "by nothing"])
 def test_clipped_power_is_never_used(told):
-    """A monitor that ends at 1800 W: what is left of the cycle says the same; taken as it is, it would say 12
-    % less.
-    """
+    """A monitor clipped at 1800 W: the same area; with clipped readings 12 % less."""
     data = ground(NOMINAL, sd=5e-4, power_sd=0.01)
     clipped = data | {"grinding_power": np.minimum(data["grinding_power"], 1800.0)}
     flags = {"power_saturated": (clipped["grinding_power"] >= 0.99 * 1800.0) * 1.0}
@@ -247,7 +243,7 @@ def test_missing_power_is_skipped():
 
 
 def test_wear_is_taken_off():
-    """The area grows from 0.026 by 0.006: of a model that knows it, what it was when the part began."""
+    """The area grows from 0.026 by 0.006: the estimate is that at the start."""
     wear = plunge.Wear(growth=0.006 / 0.282)
     data, model = ground(NOMINAL), NOMINAL.model
     rate = model.infeed_rate(
@@ -303,9 +299,7 @@ def test_what_a_problem_does_not_take():
 
 
 def test_the_two_experiments():
-    """Their roundness, 3.9 and 2.9 um, with 1.8 and 1.95 s: what the lag really was; v_f, k_r and the stock
-    from it.
-    """
+    """Roundness of 3.9 and 2.9 um with 1.8 and 1.95 s gives the lag; then v_f, k_r and the stock."""
     runs = ((0.026, 1.8, 3.9), (0.0255, 1.95, 2.9))
 
     def off(values):
@@ -442,7 +436,7 @@ def test_a_pole_of_no_lag():
 )
 @settings(max_examples=30, deadline=None)
 def test_never_nan(data, seed):
-    """Whatever is read: a value with a variance, or a reason."""
+    """Any readings: a value with a variance, or a reason."""
     u = np.random.default_rng(seed).uniform(0, 0.05, len(data))
     for method in ("output_error", "recursive", "printed"):
         fit = found(cycle(np.array(data), STEP * np.arange(len(data)), u), method=method)

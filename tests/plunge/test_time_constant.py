@@ -1,4 +1,4 @@
-"""Time constant from readings: the source's own recipe, the right one, bounds, any command."""
+"""Time constant from readings: the source's method, the right one, bounds, any command."""
 
 import numpy as np
 import pytest
@@ -16,9 +16,7 @@ from sdpgrind import identify, plunge
 
 
 def test_the_bound():
-    """0.0032 s at 0.5 um over 6.4 s, 0.018 s after 2 s, of readings after the start; the slope by finite
-    differences too.
-    """
+    """0.0032 s at 0.5 um over 6.4 s, 0.018 s after 2 s; the slope by finite differences too."""
     assert cramer_rao(5e-4, 6.4, first=1) == pytest.approx(0.0032, abs=5e-5)
     assert cramer_rao(5e-4, 2.0, first=1) == pytest.approx(0.018, abs=5e-4)
     low, high = (RATE * (TIME - tau * (1 - np.exp(-TIME / tau))) for tau in (TAU - 1e-5, TAU + 1e-5))
@@ -59,9 +57,7 @@ def test_the_printed_equation_is_biased(sd, offset, published, scatter):
 
 
 def test_the_printed_equation_without_noise():
-    """1.888 s of 1.935: a missing term takes half a sample and more; against a least-squares solution of its
-    own.
-    """
+    """1.888 s of 1.935: a missing term; against a least-squares solution of the test."""
     fit = found(cycle(), method="printed")
     assert fit["time_constant"] == pytest.approx(1.888, abs=5e-4)
     p = RATE * TIME
@@ -145,9 +141,7 @@ def test_any_command_and_sample_time(tau, offset, seed):
 
 
 def test_a_touch_in_is_found_where_there_is_one():
-    """0.25 s and a half sample before the wheel grinds: without it the lag would be a quarter of a second
-    off.
-    """
+    """0.25 s and a half sample before the wheel grinds: without it the lag errs by 0.25 s."""
     late = 0.27
     ground = np.maximum(TIME - late, 0.0)
     size = RATE * (ground - TAU * (1 - np.exp(-ground / TAU)))
