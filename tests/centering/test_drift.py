@@ -183,7 +183,7 @@ def _spread(count):
 
 
 def stepped(size, *, noise_sd=None, parts=120, rng=11):
-    """Alarms of friction that steps at `parts`."""
+    """Track of friction that steps after `parts`, up to its alarm."""
     draw = np.random.default_rng(rng)
     track = DriftTrack({"mu_kinetic": noise_sd})
     for _ in range(parts):
