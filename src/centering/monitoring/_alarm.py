@@ -104,10 +104,8 @@ def likely_step(innovations: Sequence[Innovation], side: int) -> DriftStep:
     (s'u)^2/(s's) of the sum of squares, with s the fading row from j on.
     """
     found, most = DriftStep(innovations[-1].part, 0.0, np.inf), -np.inf
-    values, spreads = (
-        np.array([innovation.value for innovation in innovations]),
-        np.array([innovation.spread for innovation in innovations]),
-    )
+    values = np.array([innovation.value for innovation in innovations])
+    spreads = np.array([innovation.spread for innovation in innovations])
     for j, innovation in enumerate(innovations):
         fading = np.concatenate([[1.0], np.cumprod(spreads[j:-1] ** -2.0)]) / spreads[j:]
         square, along = float(fading @ fading), float(fading @ values[j:])

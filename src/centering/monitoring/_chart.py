@@ -135,10 +135,8 @@ class ControlChart(Record):
         if not isinstance(batch, Mapping) or not batch:
             raise TypeError(f"batch must be a mapping of names to values; got {checks.shown(batch)}")
         self._units = units_of(batch, units)
-        self._sigmas, self._weight = (
-            checks.positive("sigmas", sigmas, "1"),
-            checks.share("weight", weight, "1"),
-        )
+        self._sigmas = checks.positive("sigmas", sigmas, "1")
+        self._weight = checks.share("weight", weight, "1")
         self._batch = {name: _batch(name, values, self._units[name]) for name, values in batch.items()}
         self._limits = {name: self._limited(values) for name, values in self._batch.items()}
         self.reset()

@@ -201,11 +201,8 @@ class DriftTrack(Record):
         after : int
             Parts before the step, >= 1; fewer leave the level less certain.
         """
-        size, parts, before = (
-            checks.number("step", step, "1"),
-            checks.count("within", within),
-            checks.count("after", after),
-        )
+        size = checks.number("step", step, "1")
+        parts, before = checks.count("within", within), checks.count("after", after)
         walk, means = RandomWalk(("level",), walk_variance=self._walk**2, noise_variance=1.0), []
         for reading in [0.0] * before + [abs(size)] * parts:
             walk.update(reading)

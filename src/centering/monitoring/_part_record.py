@@ -14,9 +14,8 @@ def dataset_of(
     """Values of quantities over the parts, NaN: no reading, with the settings of the chart or track."""
     table = np.array(list(values.values()), dtype=float).reshape(len(values), -1)
     told = {"units": ", ".join(units[name] for name in values), "long_name": "what was read of each part"}
-    columns = (
-        {"value": (("quantity", "part"), table, told)} if table.size else {}
-    )  # NetCDF holds no empty array
+    # NetCDF holds no empty array
+    columns = {"value": (("quantity", "part"), table, told)} if table.size else {}
     return xr.Dataset(columns, {"quantity": list(values)}, {"settings": json.dumps(settings)})
 
 

@@ -198,12 +198,9 @@ class Changeover(Plan, Described):
         return checks.kind("changeover", decode(dataset.attrs["changeover"]), cls)
 
     def _told(self) -> str:
-        nearer, time, population = (
-            1e3 * self.length_saved,
-            self.time_saved,
-            f"the population's {self.population_position:.4f} mm",
-        )
-        told = f"{abs(nearer):.4g} µm {'beyond' if nearer >= 0 else 'short of'} {population}"
+        nearer, time = 1e3 * self.length_saved, self.time_saved
+        told = f"{abs(nearer):.4g} µm {'beyond' if nearer >= 0 else 'short of'} the population's"
+        told = f"{told} {self.population_position:.4f} mm"
         end = f"{time:.3g} s of air saved" if time >= 0 else f"{-time:.3g} s more of air, and no crash"
         return f"rapid feed to {self.position:.4f} mm, {told}: {end}"
 

@@ -10,7 +10,7 @@ import numpy as np
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 
-# derived: sqrt(2 ln 1000); amplitudes of noise, of Rayleigh's distribution, exceed so many sd once in 1000
+# derived: sqrt(2 ln 1000), the amplitude of noise over its sd (Rayleigh) that is exceeded once in 1000
 _NOISE_FACTOR = 3.717
 _DAMPING_MAX = 0.35  # derived: above it a resonance has no half-power band
 _PER_TURN = 2 * pi
@@ -202,10 +202,8 @@ def chatter_check(
     ChatterCheck(at 300 rev/min 43 upr of 0.235 µm at the head, which magnifies up to 16.1 times; free: 291.9
     or 314.5 rev/min)
     """
-    wheel, work = (
-        checks.positive("wheel_rotation", wheel_rotation, "rad/s"),
-        checks.positive("work_rotation", work_rotation, "rad/s"),
-    )
+    wheel = checks.positive("wheel_rotation", wheel_rotation, "rad/s")
+    work = checks.positive("work_rotation", work_rotation, "rad/s")
     upr, amplitude, counted = _undulations(spectrum, checks.nonnegative("amplitude_min", amplitude_min, "mm"))
     part = 1 - checks.within("reach", reach, 1e-3, 0.99, "1")
     error = checks.within("speed_error", speed_error, 0.0, 0.1, "1")
@@ -228,10 +226,8 @@ def _undulations(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bo
             "spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got"
             f" {checks.shown(spectrum)}"
         )
-    upr, amplitude = (
-        checks.finite_array("upr", spectrum.upr, "1"),
-        checks.finite_array("amplitude", spectrum.amplitude, "mm"),
-    )
+    upr = checks.finite_array("upr", spectrum.upr, "1")
+    amplitude = checks.finite_array("amplitude", spectrum.amplitude, "mm")
     if upr.ndim != 1 or amplitude.shape != upr.shape:
         raise ValueError(
             f"upr and amplitude must be one-dimensional and of one length; got {upr.shape} and"
@@ -271,16 +267,8 @@ def _resonance_band(
     low, high = ((upr * speed / w) ** 2 for speed in work)
     ratio = min(max(middle, low), high)
     gain = 1 / hypot(1 - ratio, 2 * damping * sqrt(ratio))
-    return ChatterBand(
-        name,
-        0,
-        upr,
-        amplitude,
-        sqrt(middle - half) * w / upr,
-        sqrt(middle + half) * w / upr,
-        sqrt(middle) * w / upr,
-        gain,
-    )
+    band = (sqrt(square) * w / upr for square in (middle - half, middle + half, middle))
+    return ChatterBand(name, 0, upr, amplitude, *band, gain)
 
 
 def _wheel_bands(

@@ -41,11 +41,11 @@ class SampledCycle:
         return self.problem.job
 
     @cached_property
-    def law(self) -> at.SectionLaw:
-        """Parameters of the compiled core, in mm, s and N."""
+    def law(self) -> Floats:
+        """Parameters of the compiled core, a row of `LAW` in mm, s and N."""
         return self._compiled()
 
-    def _compiled(self) -> at.SectionLaw:
+    def _compiled(self) -> Floats:
         """Parameters from the problem; a controller adds its own."""
         return at.law_of(self.problem, at.final_rate(self.problem, 0.0))
 

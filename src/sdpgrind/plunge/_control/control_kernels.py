@@ -10,9 +10,11 @@ from sdpgrind.plunge._control.state import (
     BURNING,
     COMMAND,
     COMMANDED,
+    COVARIANCE,
     FROZEN,
     FULL_RATE,
     GAUGE,
+    LAW,
     MISSED,
     MISSED_MAX,
     NO,
@@ -44,24 +46,27 @@ ROUND_ENOUGH = 1.004  # chosen: rate at the end over the final rate; a smaller v
 
 
 @compiled
-def start_control(state, law):
+def start_control(state, parameters):
     """Reset the state for the next part."""
+    law = parameters.view(LAW)[0]
     state[:] = 0.0
-    state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.core.K0
+    state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.K0
     state[SIZE], state[BURNING] = np.nan, law.burn_rate
     _reset_estimates(state, law)
 
 
 @compiled
-def control_step(state, law, size, power):
+def control_step(state, parameters, size, power):
     """Update the state by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
-    core = _worn(law.core, state[SHARPNESS]) if law.online else law.core
-    _predict(state, law, core)
+    law = parameters.view(LAW)[0]
+    covariance = state[COVARIANCE:].reshape(4, 4)
+    core = _worn(law, state[SHARPNESS])
+    _predict(state, covariance, law, core)
     usable = _usable(state, law, size)
     if usable and state[COMMANDED] == 0.0:  # a part may come with more or less stock
         state[REMAINING] = law.stock - size
     if law.online:
-        core = _corrected(state, law, size if usable else np.nan, power)
+        core = _corrected(state, covariance, law, size if usable else np.nan, power)
     elif usable:
         state[REMAINING] += law.gain * (law.stock - size - state[REMAINING])
     if _done(state, law) or state[MISSED] >= MISSED_MAX:
@@ -73,7 +78,7 @@ def control_step(state, law, size, power):
 @compiled
 def _done(state, law):
     """Whether the part is to size and, as learned so far, round; `size_sd` is the tolerance of the wait."""
-    waits = law.online and state[SECTION] == SPARK_OUT and state[RATE] > ROUND_ENOUGH * law.final_rate
+    waits = law.online > 0.0 and state[SECTION] == SPARK_OUT and state[RATE] > ROUND_ENOUGH * law.final_rate
     return state[REMAINING] <= (-law.size_sd if waits else 0.0)
 
 
@@ -83,15 +88,15 @@ def _decide(state, law, core):
     if state[SECTION] == RETRACT:
         return 0.0
     if law.form == PRINTED:
-        return _printed(state, law)
+        return _printed(state, law, core)
     if state[SECTION] == SPARK_OUT:
         return _spark_out(state, law)
-    command = _staged(state, law) if law.staged else _balance(state, law, core)
+    command = _staged(state, law, core) if law.staged else _balance(state, law, core)
     return _until_spark_out(state, law, core, command)
 
 
 @compiled
-def _predict(state, law, core):
+def _predict(state, covariance, law, core):
     """Predict the state after a sample at the last command."""
     u, dt, scale, before = state[COMMAND], law.sample_time, state[SCALE], state[Y]
     state[COMMANDED] += u * dt
@@ -104,7 +109,7 @@ def _predict(state, law, core):
     removed = u * dt - scale * (state[Y] - before)
     state[REMAINING] -= removed
     if law.online:
-        _propagate(state, law, core, u, removed / dt)
+        _propagate(state, covariance, law, core, u, removed / dt)
 
 
 @compiled
@@ -112,7 +117,7 @@ def _predict_printed(state, law):
     """Predict by (5), after the delay of touch-in."""
     u, dt = state[COMMAND], law.sample_time
     state[REMAINING] -= state[RATE] * dt
-    beyond_touch = state[COMMANDED] - law.core.K0
+    beyond_touch = state[COMMANDED] - law.K0
     if beyond_touch > 0.0:
         pole = law.pole ** min(beyond_touch / (u * dt), 1.0) if u > 0.0 else law.pole
         state[RATE] = pole * state[RATE] + (1.0 - pole) * u
@@ -146,11 +151,11 @@ def _balanced_rate(state, law, core, ahead, reach):
 
 
 @compiled
-def _printed(state, law):
+def _printed(state, law, core):
     """Command by (2), (3) and (5) as printed, with a constant time constant."""
     v, left, first = state[RATE], state[REMAINING], False
     if state[SECTION] == FULL_RATE:
-        burn = burn_depth(v, law.core) if v > law.burn_rate else 0.0
+        burn = burn_depth(v, core) if v > law.burn_rate else 0.0
         burning = v >= law.burn_rate if law.no_burn else burn > 0.0 and burn >= left - law.safety_margin
         if burning:
             state[SECTION], first = BALANCE, True
@@ -159,7 +164,7 @@ def _printed(state, law):
         return law.rate_max
     if state[SECTION] == SPARK_OUT:
         return _spark_out(state, law)
-    aim = _balanced_rate(state, law, law.core, v * law.sample_time, law.rate_max)
+    aim = _balanced_rate(state, law, core, v * law.sample_time, law.rate_max)
     state[BALANCED] = 1.0 if state[TARGET] > 0.0 and not first else 0.0
     return min(max((aim - law.pole * v) / (1.0 - law.pole), 0.0), law.rate_max)
 
@@ -237,11 +242,11 @@ def _burn_allowance(state, law, core):
 
 
 @compiled
-def _staged(state, law):
+def _staged(state, law, core):
     """Rough rate, then the stage rate; their weighted mean in the sample that crosses the switch."""
     if state[SECTION] == BALANCE:
         return law.stage_rate
-    reach = _rate_near(state[Y] + (law.rough_rate - state[RATE]) * law.sample_time, state[RATE], law.core)
+    reach = _rate_near(state[Y] + (law.rough_rate - state[RATE]) * law.sample_time, state[RATE], core)
     ahead = 0.5 * (state[RATE] + reach) * law.sample_time
     left = state[REMAINING] - law.stage_remaining
     if left >= ahead:

@@ -2,9 +2,10 @@
 
 import dataclasses
 
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, choice, described, flag, part, quantity
 from sdpgrind.plunge._control.base import SampledCycle
-from sdpgrind.plunge._control.state import GAUGE, P_END, PRINTED, SectionLaw, final_rate, law_of
+from sdpgrind.plunge._control.state import GAUGE, P_END, PRINTED, final_rate, law_of
 from sdpgrind.plunge._model.problem import CycleProblem
 
 _FORMS = {"p_end": P_END, "gauge": GAUGE, "printed": PRINTED}
@@ -95,9 +96,11 @@ class CycleController(SampledCycle, Described):
         """Infeed rate aimed at when the size is reached, mm/s."""
         return final_rate(self.problem, self.roundness_margin)
 
-    def _compiled(self) -> SectionLaw:
+    def _compiled(self) -> Floats:
         model = self.problem.model
-        return law_of(self.problem, self.final_rate)._replace(
+        return law_of(
+            self.problem,
+            self.final_rate,
             form=_FORMS[self.sparkout],
             no_burn=self.no_burn,
             online=self._may_learn if self.online is None else self.online,

@@ -36,22 +36,19 @@ def _reset_estimates(state, law):
     for i in range(2):
         for j in range(2):
             state[COVARIANCE + 4 * i + j] = law.zero_sd**2
-    state[COVARIANCE + 10], state[COVARIANCE + 15] = (
-        law.scale_sd**2,
-        law.sharpness_sd**2,
-    )  # diagonal, rows of 4
+    state[COVARIANCE + 10], state[COVARIANCE + 15] = law.scale_sd**2, law.sharpness_sd**2  # diagonal
 
 
 @compiled
-def _propagate(state, law, core, u, v):
+def _propagate(state, cov, law, core, u, v):
     """Covariance after a sample at command u and rate v (mm/s); growth of the wear flat area by the model."""
-    dt, scale, cov = law.sample_time, state[SCALE], state[COVARIANCE:].reshape(4, 4)
+    dt, scale = law.sample_time, state[SCALE]
     own, by_scale, by_area = 1.0, -u * dt / scale**2, 0.0
     if state[Y] > 0.0 and v > 0.0:
         slope = core.K1 + core.p * core.K2 * v ** (core.p - 1.0)
         own = np.exp(-dt / (scale * slope))
         by_scale = -(u - v) * dt / scale**2
-        by_area = law.core.K2 * v**core.p / slope * dt / scale
+        by_area = law.K2 * v**core.p / slope * dt / scale
         state[SHARPNESS] *= 1.0 + law.growth * v * dt
         cov[3, 3] += SHARPNESS_DRIFT**2
     for j in range(4):
@@ -62,17 +59,16 @@ def _propagate(state, law, core, u, v):
 
 
 @compiled
-def _corrected(state, law, size, power):
+def _corrected(state, cov, law, size, power):
     """Correct the state by size (mm) and power (W); return the coefficients of the wheel.
 
     Extended Kalman filter. Power is proportional to the deflection of the model; once the wheel cuts, the
     size is zero + command - scale x.
     """
-    base, cov = law.core, state[COVARIANCE:].reshape(4, 4)
-    watts = base.power1 / base.K1
-    noise = law.power_sd * (power / watts + base.K0)
+    watts = law.power1 / law.K1  # W for 1 mm
+    noise = law.power_sd * (power / watts + law.K0)
     state[UNPOWERED] = state[UNPOWERED] + 1.0 if np.isnan(power) else 0.0
-    if state[TOUCHED] == BELIEVED and power / watts < base.K0:  # power is back: the wheel does not cut yet
+    if state[TOUCHED] == BELIEVED and power / watts < law.K0:  # power is back: the wheel does not cut yet
         state[TOUCHED], state[RATE], state[REMAINING] = NO, 0.0, law.stock - state[SIZE_OFFSET]
         _reset_estimates(state, law)
     before = state[TOUCHED] == NO
@@ -80,15 +76,15 @@ def _corrected(state, law, size, power):
         state[READ] += 1.0
         state[SIZE_OFFSET] += (size - state[SIZE_OFFSET]) / state[READ]
     if before and not _touched(state, cov, law, power / watts, noise):
-        return _worn(base, state[SHARPNESS])
-    x = state[Y] + base.K0
+        return _worn(law, state[SHARPNESS])
+    x = state[Y] + law.K0
     if power >= 0.0 and x > 0.0 and not before:  # the reading that showed the contact is used already
         x = _correct(state, cov, x, power / watts - x, 1.0, 0.0, 0.0, noise**2)
     if size == size and not before:
         off = size - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
         x = _correct(state, cov, x, off, -state[SCALE], 1.0, -x, law.size_sd**2)
-    state[Y] = x - base.K0
-    core = _worn(base, state[SHARPNESS])
+    state[Y] = x - law.K0
+    core = _worn(law, state[SHARPNESS])
     state[RATE] = _rate_near(state[Y], state[RATE], core)
     state[BURNING] = _burning_begins(core, state[BURNING], law.rate_max)
     state[REMAINING] = law.stock - (state[ZERO] + state[COMMANDED] - state[SCALE] * x)
@@ -105,7 +101,7 @@ def _touched(state, cov, law, x, noise):
     if not known:
         x = state[COMMANDED]
     variance = noise**2 if known else law.zero_sd**2
-    state[Y], state[ZERO] = x - law.core.K0, state[SIZE_OFFSET] + x - state[COMMANDED]
+    state[Y], state[ZERO] = x - law.K0, state[SIZE_OFFSET] + x - state[COMMANDED]
     cov[0, 0] = cov[0, 1] = cov[1, 0] = cov[1, 1] = variance
     cov[1, 1] += law.size_sd**2 / max(state[READ], 1.0) + (x * law.scale_sd) ** 2
     cov[1, 2] = cov[2, 1] = x * law.scale_sd**2

@@ -1,10 +1,10 @@
 """Parameters of the plunge controllers and the layout of their state."""
 
 from math import exp
-from typing import NamedTuple
 
 from sdpgrind.base import checks
-from sdpgrind.plunge._model.kernels import PlungeCore
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.states import floats, named, record
 from sdpgrind.plunge._model.problem import CycleProblem
 
 PRINTED, GAUGE, P_END = range(3)  # begin of spark-out
@@ -25,68 +25,41 @@ TOUCHING = 5.0  # chosen: standard deviations of power that show contact
 DEFLECTION_DRIFT, SHARPNESS_DRIFT = 5e-6, 5e-4
 
 
-class SectionLaw(NamedTuple):
-    """Parameters of a controller's compiled core."""
-
-    core: PlungeCore
-    form: int
-    no_burn: bool
-    online: bool
-    sample_time: float
-    stock: float
-    safety_margin: float
-    rate_max: float
-    final_rate: float
-    burn_rate: float
-    pole: float
-    time_constant: float
-    gain: float  # of the size observer, without online estimation
-    size_sd: float
-    power_sd: float  # relative
-    zero_sd: float
-    scale_sd: float
-    sharpness_sd: float  # relative
-    growth: float  # of the wear flat area, relative, 1/mm
-    staged: bool  # stages of constant rate in place of the balance
-    rough_rate: float  # of the first, mm/s
-    stage_remaining: float  # stock at which the second stage begins, mm
-    stage_rate: float  # of the second, mm/s
+# Parameters of a controller's compiled core: coefficients of the model (`PlungeCore`), flags, settings.
+LAW = record(
+    "K0 mm, K1 s, K2 mm (s/mm)^p, p 1, heat0 (mm/s)^0.25, heat1 (s/mm)^0.75, heat2 (mm/s)^(0.25 - p),"
+    " reach mm (s/mm)^0.25, power0 W, power1 W s/mm, power2 W (s/mm)^p, form 1, no_burn 1, online 1,"
+    " sample_time s, stock mm, safety_margin mm, rate_max mm/s, final_rate mm/s, burn_rate mm/s, pole 1,"
+    " time_constant s, gain 1, size_sd mm, power_sd 1, zero_sd mm, scale_sd 1, sharpness_sd 1, growth 1/mm,"
+    " staged 1, rough_rate mm/s, stage_remaining mm, stage_rate mm/s"
+)
 
 
-def law_of(problem: CycleProblem, final_rate: float) -> SectionLaw:
-    """Parameters common to all controllers of a problem: no online estimation, the gauge is exact."""
+def law_of(problem: CycleProblem, final_rate: float, **settings: float) -> Floats:
+    """Row of `LAW` for a controller. Default: no online estimation, exact gauge, no margin."""
     assert problem.time_constant is not None
-    return SectionLaw(
-        core=problem.model.core,
-        form=P_END,
-        no_burn=False,
-        online=False,
-        sample_time=float(problem.sample_time),
-        stock=float(problem.stock),
-        safety_margin=0.0,
-        rate_max=float(problem.command_rate_max),
-        final_rate=final_rate,
-        burn_rate=float(min(problem.model.burn_rate, problem.command_rate_max)),
-        pole=exp(-problem.sample_time / problem.time_constant),
-        time_constant=float(problem.time_constant),
-        gain=1.0,
-        size_sd=0.0,
-        power_sd=0.0,
-        zero_sd=0.0,
-        scale_sd=0.0,
-        sharpness_sd=0.0,
-        growth=0.0,
-        staged=False,
-        rough_rate=float(problem.command_rate_max),
-        stage_remaining=0.0,
-        stage_rate=0.0,
-    )
+    values = problem.model.core._asdict() | {
+        "form": P_END,
+        "sample_time": problem.sample_time,
+        "stock": problem.stock,
+        "rate_max": problem.command_rate_max,
+        "final_rate": final_rate,
+        "burn_rate": min(problem.model.burn_rate, problem.command_rate_max),
+        "pole": exp(-problem.sample_time / problem.time_constant),
+        "time_constant": problem.time_constant,
+        "gain": 1.0,
+        "rough_rate": problem.command_rate_max,
+    }
+    law = floats(LAW)
+    for name, value in (values | settings).items():
+        named(law, LAW)[name] = value
+    return law
 
 
-def staged_law(problem: CycleProblem, remaining: float, rate: float) -> SectionLaw:
-    """Parameters of a cycle of three stages: switching stock (mm) and stage rate (mm/s)."""
-    law = law_of(problem, final_rate(problem, 0.0))
-    return law._replace(staged=True, stage_remaining=float(remaining), stage_rate=float(rate))
+def staged_law(problem: CycleProblem, remaining: float, rate: float, **settings: float) -> Floats:
+    """Row of `LAW` for three stages: switching stock (mm) and stage rate (mm/s)."""
+    stages = {"staged": True, "stage_remaining": remaining, "stage_rate": rate}
+    return law_of(problem, **({"final_rate": final_rate(problem, 0.0)} | stages | settings))
 
 
 def final_rate(problem: CycleProblem, margin: float) -> float:

@@ -73,11 +73,8 @@ def _value_of_fit(
         return not_identified(*name, reason)
     fit = fitted(cycle, problem.model)
     scale, sd = fit["scale"], fit.sd[1]
-    status = (
-        fit.status
-        if sd < scale and SCALES[0] * 1.001 < scale < SCALES[1] / 1.001
-        else idf.Status.NOT_IDENTIFIED
-    )
+    inside = sd < scale and SCALES[0] * 1.001 < scale < SCALES[1] / 1.001
+    status = fit.status if inside else idf.Status.NOT_IDENTIFIED
     only = slice(which, which + 1)
     found = idf.Estimate(
         name[:1],

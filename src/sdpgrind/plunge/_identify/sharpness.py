@@ -31,11 +31,8 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
     top = float(np.min(cycle.grinding_power[clipped], initial=np.inf)) if power_max is None else power_max
     model, usable = problem.model, np.isfinite(cycle.grinding_power) & ~clipped
     if not np.any(usable):
-        few = (
-            f"all {int(clipped.sum())} readings of the power are clipped"
-            if np.any(clipped)
-            else "there is no power"
-        )
+        count = int(clipped.sum())
+        few = f"all {count} readings of the power are clipped" if count else "there is no power"
         return not_identified(NAME, UNIT, few)
     mean = model.wear_flat_area
     corrected = bool(np.any(cycle.read)) and not fault(cycle)
@@ -89,10 +86,8 @@ def samples(
     expected = model.grinding_power(rate)
     rest = model.power.power(depth_of_cut=depth, **wheel, wear_flat_area=0.0, width=model.width)
     used = usable & (rate > 0) & (expected - rest > SLIDING * expected) & (expected < most)
-    full = (
-        model.power.power(depth_of_cut=depth[used], **wheel, wear_flat_area=1.0, width=model.width)
-        - rest[used]
-    )
+    worn = model.power.power(depth_of_cut=depth[used], **wheel, wear_flat_area=1.0, width=model.width)
+    full = worn - rest[used]
     growth = np.zeros(rate.size)
     if model.wear is not None:
         growth[1:] = np.cumsum(model.wear.rate(0.5 * (rate[1:] + rate[:-1])) * cycle.step)

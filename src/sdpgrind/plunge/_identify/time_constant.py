@@ -210,11 +210,8 @@ class TimeConstantEstimator:
 
     def _learn(self, size: float) -> None:
         """Add to sums of w(1, r, r^2, g, g^2, g r) and w^2(1, g, g^2); r: residuals, g: slopes."""
-        f, r, g = (
-            self._forgetting,
-            size - max(self._infeed - self._touch, 0.0) + self._deflection,
-            self._sensitivity,
-        )
+        f, g = self._forgetting, self._sensitivity
+        r = size - max(self._infeed - self._touch, 0.0) + self._deflection
         one = np.ones_like(r)
         self._sums = f * self._sums + np.stack([one, r, r * r, g, g * g, g * r])
         self._doubles = f * f * self._doubles + np.stack([one, g, g * g])

@@ -5,7 +5,9 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.base.states import named
 from sdpgrind.plunge._control.controller import CycleController
+from sdpgrind.plunge._control.state import LAW
 from sdpgrind.plunge._learn.margins import ChanceMargin, RoundnessMargin, adaptable
 from sdpgrind.plunge._model.problem import CycleProblem
 
@@ -30,7 +32,7 @@ class SharpnessUpdate:
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
         """Return `controller` with the wear flat area (unit 1) of the last part, by its `part_log`."""
-        if adaptable(controller).law.online:
+        if _online(adaptable(controller)):
             planned = part_log.column("controller", "wear_flat_area_planned")
             area = float(planned[np.isfinite(planned)][-1])
         else:
@@ -114,4 +116,9 @@ class _OfflineOnly:
         self.adaptation = adaptation
 
     def next(self, controller: CycleController, part_log: Any) -> Any:
-        return controller if controller.law.online else self.adaptation.next(controller, part_log)
+        return controller if _online(controller) else self.adaptation.next(controller, part_log)
+
+
+def _online(controller: CycleController) -> bool:
+    """Whether the controller estimates during the part."""
+    return bool(named(controller.law, LAW).online)

@@ -112,8 +112,6 @@ class RoughnessLaw(Described):
 def _layer(infeed_rate: float, work_diameter: float, wheel_speed: float) -> float:
     """Thickness of the layer that passes the wheel, pi d_w v/v_s, relative to 1 mm."""
     speed = checks.positive("wheel_speed", wheel_speed, "mm/s")
-    rate, diameter = (
-        checks.positive("infeed_rate", infeed_rate, "mm/s"),
-        checks.positive("work_diameter", work_diameter, "mm"),
-    )
+    rate = checks.positive("infeed_rate", infeed_rate, "mm/s")
+    diameter = checks.positive("work_diameter", work_diameter, "mm")
     return pi * diameter * rate / speed

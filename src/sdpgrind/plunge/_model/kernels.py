@@ -55,7 +55,7 @@ def burn_depth(v, core):
 
 @compiled
 def _worn(core, ratio):
-    """Coefficients of a wheel whose wear flat area has grown by the factor `ratio`."""
+    """Coefficients, of a core or a record with its fields, of a wheel whose area has grown by `ratio`."""
     k2, heat2, power2 = core.K2 * ratio, core.heat2 * ratio, core.power2 * ratio
     return PlungeCore(
         core.K0,

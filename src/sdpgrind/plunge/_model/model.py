@@ -194,8 +194,8 @@ class PlungeModel(Described):
             Measured power, W. Default: that of the model.
         """
         rate = np.asarray(infeed_rate, dtype=float)
-        power = (
-            self.grinding_power(rate) if grinding_power is None else np.asarray(grinding_power, dtype=float)
+        power = np.asarray(
+            self.grinding_power(rate) if grinding_power is None else grinding_power, dtype=float
         )
         chips = self.burning.u0 * self.width * self.work_speed * self.depth_of_cut(rate)
         contact = np.sqrt(self.equivalent_diameter * self.depth_of_cut(rate))
@@ -251,9 +251,8 @@ class PlungeModel(Described):
             depth_of_cut=a1, work_speed=self.work_speed, wheel_speed=self.wheel_speed,
             equivalent_diameter=self.equivalent_diameter, wear_flat_area=self.wear_flat_area,
         )  # fmt: skip
-        chips = (
-            power.specific_energy * self.work_speed * a1 * N_MM_S_PER_W / self.wheel_speed
-        )  # N/mm at 1 mm/s
+        # N/mm at 1 mm/s
+        chips = power.specific_energy * self.work_speed * a1 * N_MM_S_PER_W / self.wheel_speed
         heat = self.wheel_speed / N_MM_S_PER_W
         band = self.burning.B * (self.equivalent_diameter * a1) ** 0.25 * self.work_speed**0.5
         contact = np.sqrt(self.equivalent_diameter * a1)

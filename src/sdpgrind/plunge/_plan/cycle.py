@@ -144,11 +144,8 @@ class CyclePlan(Plan):
             return f"{s.message} after {s.iterations} iterations with {s.steps} steps"
         if s.left > 0:
             return f"{s.message}, but played back, the commands leave {s.left:.3g} mm of stock"
-        deeper = (
-            f"damage goes {1e3 * s.excess:.1g} µm deeper than allowed"
-            if s.excess > 0
-            else "all limits are kept"
-        )
+        excess = f"damage goes {1e3 * s.excess:.1g} µm deeper than allowed"
+        deeper = excess if s.excess > 0 else "all limits are kept"
         return f"{s.message} with {s.steps} steps, time known to {self.error:.1g} s; played back, {deeper}"
 
     def plot(self) -> Any:
@@ -159,15 +156,9 @@ class CyclePlan(Plan):
         top.plot(t.time, 1e3 * t.infeed_rate, color=pictures.ACTUAL, label="actual")
         top.set(ylabel="infeed rate [µm/s]")
         low.plot(t.time, t.remaining, color="0.35", label="remaining stock")
-        burning = (
-            t.infeed_rate > self.problem.model.burn_onset[0]
-        )  # below it damage is an artefact of ploughing
-        low.plot(
-            t.time,
-            np.maximum(t.burn_depth, 0.0).where(burning, 0.0),
-            color=pictures.LIMIT,
-            label="depth of damage",
-        )
+        burning = t.infeed_rate > self.problem.model.burn_onset[0]  # below: artefact of ploughing
+        damage = np.maximum(t.burn_depth, 0.0).where(burning, 0.0)
+        low.plot(t.time, damage, color=pictures.LIMIT, label="depth of damage")
         low.set(ylabel="depth from the size [mm]", xlabel="time [s]")
         for axis in (top, low):
             pictures.legend(axis)

@@ -51,14 +51,7 @@ def fastest(limits: EnvelopeLimits, points: int = 40) -> tuple[float, tuple[floa
         now = float(part[0][-1])
         ends.append(now)
         parts.append(part)
-    wait = (
-        np.zeros(1),
-        np.array([limits.stock]),
-        np.zeros(1),
-        np.zeros(1),
-        np.array([limits.rate_max]),
-        np.array([WAIT]),
-    )
+    wait = [np.array([x]) for x in (0.0, limits.stock, 0.0, 0.0, limits.rate_max, WAIT)]
     columns = [np.concatenate(column) for column in zip(wait, *parts, strict=True)]
     return now, tuple(ends), ExactCourse(*columns)
 
@@ -121,14 +114,8 @@ def _piece(
     if piece.kind == "hold":
         v = _kernels.rate(piece.y, limits.core)
         rates = np.full(SAMPLES, v)
-        return (
-            now + (high - remaining) / v,
-            remaining,
-            np.full(SAMPLES, piece.y),
-            rates,
-            rates,
-            np.full(SAMPLES, HOLD),
-        )
+        time, y = now + (high - remaining) / v, np.full(SAMPLES, piece.y)
+        return time, remaining, y, rates, rates, np.full(SAMPLES, HOLD)
     y = piece.y + remaining - piece.low
     rates = _kernels.rates(y, limits.core)
     given_back = _antiderivative(limits, rates)

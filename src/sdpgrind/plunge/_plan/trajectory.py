@@ -39,14 +39,8 @@ _COLUMNS = {
 def of_exact(problem: CycleProblem, course: ExactCourse) -> "xr.Dataset":
     """Label an exact course."""
     model, same = problem.model, np.ones(course.time.size)
-    columns = (
-        course.remaining,
-        course.rate,
-        course.command,
-        course.y,
-        model.wear_flat_area * same,
-        model.work_rotation * same,
-    )
+    constant = model.wear_flat_area * same, model.work_rotation * same
+    columns = (course.remaining, course.rate, course.command, course.y, *constant)
     return _labelled(problem, course.time, columns, course.kind)
 
 
@@ -59,12 +53,8 @@ def of_replay(problem: CycleProblem, played: CycleReplay, margin: float) -> "xr.
     starts = (problem.stock, 0.0, problem.command_rate_max, 0.0, played.area[0], played.rotation[0])
     columns = (played.remaining, played.rate, played.command, played.y, played.area, played.rotation)
     kind = whole(WAIT, _kinds(problem, played, margin))
-    return _labelled(
-        problem,
-        whole(0.0, played.time),
-        tuple(whole(x, column) for x, column in zip(starts, columns, strict=True)),
-        kind,
-    )
+    rows = tuple(whole(x, column) for x, column in zip(starts, columns, strict=True))
+    return _labelled(problem, whole(0.0, played.time), rows, kind)
 
 
 def _labelled(

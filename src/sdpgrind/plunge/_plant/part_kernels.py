@@ -1,6 +1,6 @@
 """Simulated part: true state, readings of the gauges, and whole parts under a controller, compiled."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,6 +8,7 @@ from sdpgrind.base.compiled import compiled
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step
 from sdpgrind.plunge._model.kernels import PlungeCore, _damage, _deflected, _rate_near, _worn, rate
+from sdpgrind.plunge._model.model import PlungeModel
 
 # State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least
 # slack while balancing and in the part, gauge readings, command not yet executed, samples.
@@ -21,51 +22,34 @@ ROW = ("samples", *COLUMNS, "command_rate", "balancing", *PLANNED)  # columns of
 
 
 class PartRig(NamedTuple):
-    """True parameters of a part and its gauges."""
+    """True parameters of a part and its gauges; exact gauges by default."""
 
     core: PlungeCore
     sample_time: float
     stock: float
-    growth: float  # of the wear flat area at the reference rate, relative, 1/mm
-    growth_exponent: float
-    growth_rate: float  # reference rate, mm/s
-    contact_zero: float  # command lacking at contact, mm
-    size_sd: float
-    size_offset: float
-    size_delay: bool  # one sample late
-    power_sd: float  # relative
-    power_gain: float
-    power_max: float  # W: saturation
-    power_lag: float  # pole of the monitor per sample; 0: no lag
-    command_quantum: float  # mm: step of the actuator; 0: none
     samples_max: int
+    growth: float = 0.0  # of the wear flat area at the reference rate, relative, 1/mm
+    growth_exponent: float = 0.0
+    growth_rate: float = 1.0  # reference rate, mm/s
+    contact_zero: float = 0.0  # command lacking at contact, mm
+    size_sd: float = 0.0
+    size_offset: float = 0.0
+    size_delay: bool = False  # one sample late
+    power_sd: float = 0.0  # relative
+    power_gain: float = 1.0
+    power_max: float = np.inf  # W: saturation
+    power_lag: float = 0.0  # pole of the monitor per sample; 0: no lag
+    command_quantum: float = 0.0  # mm: step of the actuator; 0: none
 
 
-def rig(model: Any, stock: float, sample_time: float, samples_max: int = 20_000) -> PartRig:
+def rig(model: PlungeModel, stock: float, sample_time: float, samples_max: int = 20_000) -> PartRig:
     """Parameters of a part with exact gauges."""
-    wear = model.wear
-    growth = (
-        (0.0, 0.0, 1.0)
-        if wear is None
-        else (wear.growth / model.wear_flat_area, wear.exponent, wear.reference_rate)
-    )
-    return PartRig(
-        core=model.core,
-        sample_time=float(sample_time),
-        stock=float(stock),
-        growth=float(growth[0]),
-        growth_exponent=float(growth[1]),
-        growth_rate=float(growth[2]),
-        contact_zero=0.0,
-        size_sd=0.0,
-        size_offset=0.0,
-        size_delay=False,
-        power_sd=0.0,
-        power_gain=1.0,
-        power_max=np.inf,
-        power_lag=0.0,
-        command_quantum=0.0,
-        samples_max=samples_max,
+    exact = PartRig(model.core, float(sample_time), float(stock), samples_max)
+    if model.wear is None:
+        return exact
+    growth = model.wear.growth / model.wear_flat_area
+    return exact._replace(
+        growth=growth, growth_exponent=model.wear.exponent, growth_rate=model.wear.reference_rate
     )
 
 
@@ -157,20 +141,12 @@ def grind(state, rig, control, law, normals, table, row):
         ended = control[at.SECTION] == at.RETRACT
         table[row, 4] = np.nan if ended else command
         table[row, 5] = np.nan if ended else control[at.BALANCED]
-        table[row, 6], table[row, 7], table[row, 8] = (
-            control[at.SECTION],
-            control[at.RATE],
-            control[at.REMAINING],
-        )
-        table[row, 9], table[row, 10], table[row, 11] = (
-            control[at.SHARPNESS],
-            control[at.ZERO],
-            control[at.SCALE],
-        )
+        table[row, 6], table[row, 7] = control[at.SECTION], control[at.RATE]
+        table[row, 8], table[row, 9] = control[at.REMAINING], control[at.SHARPNESS]
+        table[row, 10], table[row, 11] = control[at.ZERO], control[at.SCALE]
         row += 1
-        if ended:
-            update_slacks(state, rig, False)
-            return -row
         update_slacks(state, rig, control[at.BALANCED] > 0.0)
+        if ended:
+            return -row
         advance(state, rig, command)
     return row

@@ -5,9 +5,9 @@ from math import ceil
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.states import named
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import start_control
-from sdpgrind.plunge._control.state import SectionLaw
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plant import part_kernels as kernels
 
@@ -15,7 +15,7 @@ _SPARE = 1000  # chosen: samples beyond those that the whole stock takes at the 
 
 
 def simulated_part(
-    problem: CycleProblem, law: SectionLaw, *, rng: np.random.Generator | None = None, contact: float = 0.0
+    problem: CycleProblem, law: Floats, *, rng: np.random.Generator | None = None, contact: float = 0.0
 ) -> tuple[Floats, dict[str, Floats]]:
     """Return the final state of a part and its table by the column names of a log.
 
@@ -28,10 +28,9 @@ def simulated_part(
     )
     normals = np.zeros((rows, 2))
     if rng is not None:
-        rig, normals = (
-            rig._replace(size_sd=law.size_sd, power_sd=law.power_sd),
-            rng.standard_normal((rows, 2)),
-        )
+        gauges = named(law, at.LAW)
+        rig = rig._replace(size_sd=gauges.size_sd, power_sd=gauges.power_sd)
+        normals = rng.standard_normal((rows, 2))
     state, control = np.zeros(kernels.STATES), np.zeros(at.STATES)
     kernels.start_part(state, rig)
     start_control(control, law)

@@ -2,9 +2,10 @@
 
 import dataclasses
 
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, part, quantity
 from sdpgrind.plunge._control.base import SampledCycle
-from sdpgrind.plunge._control.state import SectionLaw, staged_law
+from sdpgrind.plunge._control.state import staged_law
 from sdpgrind.plunge._model.problem import CycleProblem
 
 
@@ -79,10 +80,10 @@ class StagedController(SampledCycle, Described):
         if not 0.0 <= getattr(self, name) <= most:
             raise self._refused(name, f"in [0, {most:g}]")
 
-    def _compiled(self) -> SectionLaw:
+    def _compiled(self) -> Floats:
         assert self.stage_remaining is not None and self.stage_rate is not None
         assert self.rough_rate is not None and self.final_rate is not None
-        return staged_law(self.problem, self.stage_remaining, self.stage_rate)._replace(
-            rough_rate=self.rough_rate, final_rate=self.final_rate,
-            gain=self.observer_gain, size_sd=self.size_sd,
+        return staged_law(
+            self.problem, self.stage_remaining, self.stage_rate, rough_rate=self.rough_rate,
+            final_rate=self.final_rate, gain=self.observer_gain, size_sd=self.size_sd,
         )  # fmt: skip

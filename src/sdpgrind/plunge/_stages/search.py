@@ -54,7 +54,5 @@ def _ground(problem: CycleProblem, remaining: float, rate: float) -> tuple[float
     """Time (s) to the instant of size and slack (mm) of a part without noise."""
     state, _ = simulated_part(problem, staged_law(problem, remaining, rate))
     over = -state[kernels.REMAINING] / max(state[kernels.RATE], 1e-9)
-    slack = state[kernels.PART_SLACK]
-    return float(state[kernels.SAMPLES] * problem.sample_time - over), float(
-        slack if np.isfinite(slack) else problem.stock
-    )
+    time, slack = state[kernels.SAMPLES] * problem.sample_time - over, state[kernels.PART_SLACK]
+    return float(time), float(slack if np.isfinite(slack) else problem.stock)
