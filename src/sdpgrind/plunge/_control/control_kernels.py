@@ -28,6 +28,7 @@ from sdpgrind.plunge._control.state import (
     SHARPNESS,
     SIZE,
     SPARK_OUT,
+    STATES,
     TARGET,
     TOUCHED,
     Y,
@@ -49,7 +50,8 @@ ROUND_ENOUGH = 1.004  # chosen: rate at the end over the final rate; a smaller v
 def start_control(state, parameters):
     """Reset the state for the next part."""
     law = parameters.view(LAW)[0]
-    state[:] = 0.0
+    for place in range(STATES):
+        state[place] = 0.0
     state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.K0
     state[SIZE], state[BURNING] = np.nan, law.burn_rate
     _reset_estimates(state, law)

@@ -18,6 +18,7 @@ from sdpgrind.plunge._control.state import (
     SHARPNESS,
     SHARPNESS_DRIFT,
     SIZE_OFFSET,
+    STATES,
     TOUCHED,
     TOUCHING,
     UNPOWERED,
@@ -32,7 +33,8 @@ from sdpgrind.plunge._model.kernels import _burning_begins, _rate_near, _worn
 def _reset_estimates(state, law):
     """Reset estimates and covariance to those before contact."""
     state[SCALE] = state[SHARPNESS] = 1.0
-    state[COVARIANCE:] = 0.0
+    for place in range(COVARIANCE, STATES):
+        state[place] = 0.0
     for i in range(2):
         for j in range(2):
             state[COVARIANCE + 4 * i + j] = law.zero_sd**2

@@ -56,7 +56,8 @@ def rig(model: PlungeModel, stock: float, sample_time: float, samples_max: int =
 @compiled
 def start_part(state, rig):
     """Set the state at the start of a part."""
-    state[:] = 0.0
+    for place in range(STATES):
+        state[place] = 0.0
     state[Y], state[REMAINING], state[WORN] = -rig.core.K0 - rig.contact_zero, rig.stock, 1.0
     state[RATE] = rate(state[Y], rig.core)
     state[SLACK] = state[PART_SLACK] = np.inf
@@ -101,7 +102,7 @@ def advance(state, rig, command_rate):
     u, dt = command_rate, rig.sample_time
     if rig.command_quantum > 0.0:
         state[UNFED] += u * dt
-        fed = np.round(state[UNFED] / rig.command_quantum) * rig.command_quantum
+        fed = np.rint(state[UNFED] / rig.command_quantum) * rig.command_quantum
         state[UNFED] -= fed
         u = fed / dt
     for _ in range(STEPS):
