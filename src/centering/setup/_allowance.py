@@ -49,7 +49,7 @@ class Allowance(Described):
 
     @property
     def length(self) -> float:
-        """Allowance, mm."""
+        """Allowance as a length, mm."""
         return self.sigmas * self.sd
 
     @property

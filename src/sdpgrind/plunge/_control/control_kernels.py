@@ -77,14 +77,14 @@ def control_step(state, parameters, size, power):
     return state[COMMAND]
 
 
-@compiled
+@compiled(inline="always")
 def _done(state, law):
     """Whether the part is to size and, as learned so far, round; `size_sd` is the tolerance of the wait."""
     waits = law.online > 0.0 and state[SECTION] == SPARK_OUT and state[RATE] > ROUND_ENOUGH * law.final_rate
     return state[REMAINING] <= (-law.size_sd if waits else 0.0)
 
 
-@compiled
+@compiled(inline="always")
 def _decide(state, law, core):
     state[BALANCED] = 0.0
     if state[SECTION] == RETRACT:
@@ -97,7 +97,7 @@ def _decide(state, law, core):
     return _until_spark_out(state, law, core, command)
 
 
-@compiled
+@compiled(inline="always")
 def _predict(state, covariance, law, core):
     """Predict the state after a sample at the last command."""
     u, dt, scale, before = state[COMMAND], law.sample_time, state[SCALE], state[Y]
@@ -114,7 +114,7 @@ def _predict(state, covariance, law, core):
         _propagate(state, covariance, law, core, u, removed / dt)
 
 
-@compiled
+@compiled(inline="always")
 def _predict_printed(state, law):
     """Predict by (5), after the delay of touch-in."""
     u, dt = state[COMMAND], law.sample_time
@@ -125,7 +125,7 @@ def _predict_printed(state, law):
         state[RATE] = pole * state[RATE] + (1.0 - pole) * u
 
 
-@compiled
+@compiled(inline="always")
 def _usable(state, law, size):
     """Whether the size is read, not frozen and free of jumps beyond noise and feed; count the rejected."""
     last, noise = state[SIZE], OUTLYING * law.size_sd
@@ -171,7 +171,7 @@ def _printed(state, law, core):
     return min(max((aim - law.pole * v) / (1.0 - law.pole), 0.0), law.rate_max)
 
 
-@compiled
+@compiled(inline="always")
 def _spark_out_printed(state, law):
     """Begin spark-out by (2) in (3): q_k = tau (v_k - v_f), only above the final rate."""
     v, last = state[RATE], _final_rate(state, law)
@@ -243,7 +243,7 @@ def _burn_allowance(state, law, core):
     return least - (state[SCALE] * state[Y] - state[REMAINING])
 
 
-@compiled
+@compiled(inline="always")
 def _staged(state, law, core):
     """Rough rate, then the stage rate; their weighted mean in the sample that crosses the switch."""
     if state[SECTION] == BALANCE:
@@ -258,7 +258,7 @@ def _staged(state, law, core):
     return share * law.rough_rate + (1.0 - share) * law.stage_rate
 
 
-@compiled
+@compiled(inline="always")
 def _until_spark_out(state, law, core, command):
     """The command, or the rest of it before spark-out."""
     allowed = _sparkout_allowance(state, law, core)
@@ -268,7 +268,7 @@ def _until_spark_out(state, law, core, command):
     return max(allowed, 0.0) / law.sample_time
 
 
-@compiled
+@compiled(inline="always")
 def _sparkout_allowance(state, law, core):
     """Command left, mm, until releasing the deflection ends at size with the final rate."""
     kept = beyond(_final_rate(state, law), core)

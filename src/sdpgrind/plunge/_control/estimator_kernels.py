@@ -35,9 +35,9 @@ def _reset_estimates(state, law):
     state[SCALE] = state[SHARPNESS] = 1.0
     for place in range(COVARIANCE, STATES):
         state[place] = 0.0
-    for i in range(2):
-        for j in range(2):
-            state[COVARIANCE + 4 * i + j] = law.zero_sd**2
+    variance = law.zero_sd**2
+    state[COVARIANCE], state[COVARIANCE + 1] = variance, variance
+    state[COVARIANCE + 4], state[COVARIANCE + 5] = variance, variance
     state[COVARIANCE + 10], state[COVARIANCE + 15] = law.scale_sd**2, law.sharpness_sd**2  # diagonal
 
 
