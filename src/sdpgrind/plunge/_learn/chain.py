@@ -13,7 +13,7 @@ from sdpgrind.plunge._model.problem import CycleProblem
 
 
 class SharpnessUpdate:
-    """Update of the wear flat area (0..1) from the last part: post-cycle adaptation, Dong's section 4.
+    """Update of the wear flat area (unit 1) from the last part: post-cycle adaptation, Dong's section 4.
 
     A controller that estimates online passes its own estimate on; otherwise the mean over the part by its
     power.

@@ -85,7 +85,7 @@ class CyclePlan(Plan):
     switches : tuple of float
         End times of the pieces, s; for "dp" and "collocation": end of full rate, begin of spark-out, end.
     trajectory : xarray.Dataset
-        Course over time with units: stock, rates, deflection, depth of damage, power, wear flat area,
+        The course over time with units: stock, rates, deflection, depth of damage, power, wear flat area,
         rotation. For "dp" and "collocation": of the commands replayed in the model.
     method : str
         Method of the plan.
