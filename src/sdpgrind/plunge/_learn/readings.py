@@ -122,9 +122,8 @@ class _StageReadings:
     def __init__(self, columns: Mapping[str, Floats], controller: StagedController) -> None:
         model = controller.problem.model
         low, high = model.burn_onset
-        fast = np.sqrt(
-            low * min(high, controller.problem.command_rate_max)
-        )  # above the artefact of ploughing
+        # above the artefact of ploughing
+        fast = np.sqrt(low * min(high, controller.problem.command_rate_max))
         rate = _rate(columns["size"], columns["infeed_rate_planned"], controller.problem.sample_time)
         used = np.isfinite(columns["size"]) & np.isfinite(columns["grinding_power"]) & (rate > fast)
         self.rate = rate[used]
@@ -181,9 +180,8 @@ def _rate(size: Floats, foreseen: Floats, step: float) -> Floats:
     index = np.arange(size.size)
     unexplained = np.interp(index, index[read], (size - gone)[read])
     weights = np.arange(-half, half + 1.0)
-    slope = np.correlate(
-        unexplained, weights / (weights @ weights * step), "valid"
-    )  # least squares in each window
+    # least squares in each window
+    slope = np.correlate(unexplained, weights / (weights @ weights * step), "valid")
     return np.asarray(foreseen + np.pad(slope, half, "edge"))
 
 

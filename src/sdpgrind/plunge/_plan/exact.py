@@ -16,9 +16,8 @@ from sdpgrind.plunge._plan.envelope import Envelope, EnvelopeLimits, EnvelopePie
 SAMPLES = 200  # chosen: points of each piece of a trajectory
 FULL = 30.0  # derived: lag at which a rate is within 1e-13 of the full rate
 LATE = 8.0  # chosen: lag from which a series replaces the hypergeometric function
-WAIT, START, LINE, HOLD, TRACK = range(
-    5
-)  # before touch, full rate, spark-out, constant rate, limit of burning
+# kinds of a piece: before touch, full rate, spark-out, constant rate, limit of burning
+WAIT, START, LINE, HOLD, TRACK = range(5)
 
 
 Rule: TypeAlias = tuple[Floats, Floats]
@@ -144,16 +143,10 @@ def _tracking(
     time = now + np.concatenate([[0.0], np.cumsum(steps)])
     remaining = limits.margin + np.array([limits.z(v) for v in rates])
     command = rates * (1 - limits.slope_of_y(rates) / limits.slope_of_z(rates))
-    return (
-        time,
-        remaining,
-        _each(_kernels.beyond, rates, limits.core),
-        rates,
-        command,
-        np.full(SAMPLES, TRACK),
-    )
+    y = _each(_kernels.beyond, rates, limits.core)
+    return time, remaining, y, rates, command, np.full(SAMPLES, TRACK)
 
 
 def _each(kernel: Any, values: Floats, core: PlungeCore) -> Floats:
-    """A kernel of one number at each value; a kernel of arrays would compile for longer than it saves."""
+    """Values of a scalar kernel: an array kernel takes longer to compile than it saves."""
     return np.array([kernel(value, core) for value in values.tolist()])
