@@ -198,9 +198,11 @@ def chatter_check(
     >>> from sdpgrind import units
     >>> form = SimpleNamespace(upr=[2, 3, 43], amplitude=[0.155e-3, 0.206e-3, 0.235e-3])
     >>> speeds = {"wheel_rotation": units.rpm(4210), "work_rotation": units.rpm(300)}
-    >>> chatter_check(form, **speeds, resonances={"head": units.hz(218)})
-    ChatterCheck(at 300 rev/min 43 upr of 0.235 µm at the head, which magnifies up to 16.1 times; free: 291.9
-    or 314.5 rev/min)
+    >>> check = chatter_check(form, **speeds, resonances={"head": units.hz(218)})
+    >>> print(*check.found)
+    43 upr of 0.235 µm at the head, which magnifies up to 16.1 times
+    >>> [round(speed / units.rpm(1), 1) for speed in check.nearest]  # rev/min
+    [291.9, 314.5]
     """
     wheel = checks.positive("wheel_rotation", wheel_rotation, "rad/s")
     work = checks.positive("work_rotation", work_rotation, "rad/s")
@@ -267,8 +269,8 @@ def _resonance_band(
     low, high = ((upr * speed / w) ** 2 for speed in work)
     ratio = min(max(middle, low), high)
     gain = 1 / hypot(1 - ratio, 2 * damping * sqrt(ratio))
-    band = (sqrt(square) * w / upr for square in (middle - half, middle + half, middle))
-    return ChatterBand(name, 0, upr, amplitude, *band, gain)
+    lowest, highest, center = (sqrt(square) * w / upr for square in (middle - half, middle + half, middle))
+    return ChatterBand(name, 0, upr, amplitude, lowest, highest, center, gain)
 
 
 def _wheel_bands(
