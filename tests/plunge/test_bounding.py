@@ -307,7 +307,7 @@ def test_the_mean_of_a_greatest_noisy_value(rows):
     drawn = value + sd * np.random.default_rng(0).standard_normal((20_000, value.size))
     if (drawn > 0).all():
         greatest = np.max(drawn - less, axis=1)
-        exact = readings._greatest(value, less, sd)
+        exact = readings._expected_maximum(value, less, sd)
         assert exact == pytest.approx(greatest.mean(), abs=5 * greatest.std() / 20_000**0.5 + 1e-6)
 
 
