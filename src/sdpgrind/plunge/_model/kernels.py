@@ -46,6 +46,15 @@ def beyond(v, core):
     return core.K1 * v + core.K2 * v**core.p
 
 
+@compiled
+def deflections_beyond(v, core):
+    """Deflections beyond that of ploughing, mm, of an array of rates."""
+    out = np.empty(v.size)
+    for k in range(v.size):
+        out[k] = beyond(v[k], core)
+    return out
+
+
 @compiled(inline="always")
 def burn_depth(v, core):
     """Depth of damage, mm, at a rate v > 0; negative: distance to damage."""

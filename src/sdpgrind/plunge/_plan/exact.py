@@ -1,7 +1,7 @@
 """Time and course of the exact fastest cycle: closed forms and Gauss's rule."""
 
 from functools import lru_cache
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -10,7 +10,6 @@ from scipy.special import digamma, gamma, hyp2f1, poch
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model import kernels as _kernels
-from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._plan.envelope import Envelope, EnvelopeLimits, EnvelopePiece
 
 SAMPLES = 200  # chosen: points of each piece of a trajectory
@@ -64,7 +63,7 @@ def _start(limits: EnvelopeLimits, lag: Floats) -> tuple[Floats, Floats, Floats]
     c, u, share = limits.core, limits.rate_max, -np.expm1(-lag)
     rate = u * share
     time = c.K2 * rate**c.p / u * _start_integral(c.p, lag) + c.K1 * lag
-    return np.asarray(time), _each(_kernels.beyond, rate, c), rate
+    return np.asarray(time), _kernels.deflections_beyond(rate, c), rate
 
 
 def _start_integral(p: float, lag: Floats) -> Floats:
@@ -117,7 +116,7 @@ def _piece(
         time, y = now + (high - remaining) / v, np.full(SAMPLES, piece.y)
         return time, remaining, y, rates, rates, np.full(SAMPLES, HOLD)
     y = piece.y + remaining - piece.low
-    rates = _each(_kernels.rate, y, limits.core)
+    rates = _kernels.rates(y, limits.core)
     given_back = _antiderivative(limits, rates)
     return now + given_back[0] - given_back, remaining, y, rates, np.zeros(SAMPLES), np.full(SAMPLES, LINE)
 
@@ -143,10 +142,5 @@ def _tracking(
     time = now + np.concatenate([[0.0], np.cumsum(steps)])
     remaining = limits.margin + np.array([limits.z(v) for v in rates])
     command = rates * (1 - limits.slope_of_y(rates) / limits.slope_of_z(rates))
-    y = _each(_kernels.beyond, rates, limits.core)
+    y = _kernels.deflections_beyond(rates, limits.core)
     return time, remaining, y, rates, command, np.full(SAMPLES, TRACK)
-
-
-def _each(kernel: Any, values: Floats, core: PlungeCore) -> Floats:
-    """Values of a scalar kernel: an array kernel takes longer to compile than it saves."""
-    return np.array([kernel(value, core) for value in values.tolist()])
