@@ -1,1 +1,1 @@
-"""Controllers that walk along a locus by one measurement, one by one and in batches."""
+"""Controllers that move along a locus by measured responses, singly and in batches."""

@@ -1,4 +1,4 @@
-"""The controller over several hidden states: as many measured constraints, one believed state for each."""
+"""The controller of several hidden states by several measured responses."""
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, field
@@ -17,33 +17,34 @@ from sdpgrind.locus._problem.tape_kernels import run_many
 
 @described()
 class AreaController(Stateful, Described):
-    """Keeps a process at its best over several hidden states by several measurements: Koren's controller in more dimensions.
+    """Keep a process at its optimum over several hidden states: Koren's controller in several dimensions.
 
-    Its coordinates are the hidden states that it believes in; controls are the best ones for them. Along the best points the
-    slope of the slacks by these coordinates is that of the responses by the hidden states, E_s, so the gain matrix is ``theta``
-    times its inverse (see `decoupling_gains`): errors of all constraints fall by the share theta in each sample, and none
-    disturbs another. Where a constraint is active its error is limit less reading, which a wrong model of the response does not
-    bend; where it is not, the reading is compared with the model. States are clamped to their ranges, and nothing winds up.
+    The coordinates of the loop are the estimated hidden states; the controls are optimal for the estimate.
+    Along the optima the slacks change with these coordinates like the responses with the hidden states, E_s.
+    The gain matrix is ``theta`` times the inverse of E_s (see `decoupling_gains`): each sample removes the
+    share theta of all errors, and no constraint disturbs another. The error of an active constraint is limit
+    - reading, free of errors of the response model; the error of an inactive one is model - reading. The
+    estimate is clamped to the ranges of the hidden states, without wind-up.
 
     Parameters
     ----------
     curve : Area
-        The best points, as `plan` gives them.
+        Optima over several hidden states, from `plan`.
     theta : float
-        Share (0, 1] of each error that is taken back in a sample.
+        Share (0, 1] of each error removed per sample.
     start : mapping, optional
-        Hidden states at the start, in their units; else the middle of their ranges.
+        Initial estimate of each hidden state, by name, in its unit. Default: middle of the range.
     margin : mapping, optional
-        By how much limits are backed off, in the unit of each response.
+        Distance kept from each limit, by name of the response, in its unit.
     period : float, optional
-        Between two samples, s; None: a sample at each event of the plant.
+        Sampling period, s. None: one sample per event of the plant.
 
     Raises
     ------
     ValueError
         When theta or a state is out of range, or a name is unknown.
     TypeError
-        When the curve is no `Area`.
+        When the curve is not an `Area`.
 
     Examples
     --------
@@ -81,50 +82,50 @@ class AreaController(Stateful, Described):
 
     @property
     def reads(self) -> Mapping[str, str]:
-        """What it needs to be told, and in which units."""
+        """Name of each measurement to its unit."""
         return {name: self.curve.problem.unit(name) for name in self.curve.responses}
 
     @property
     def commands(self) -> Mapping[str, str]:
-        """What it commands, and in which units."""
+        """Name of each control to its unit."""
         return {name: self.curve.problem.unit(name) for name in self.curve.names}
 
     @property
     def reports(self) -> Mapping[str, str]:
-        """What it reports, and in which units."""
+        """Name of each reported hidden state to its unit."""
         return {name: self.curve.problem.unit(name) for name in self.curve.problem.hidden_names}
 
     @property
     def job(self) -> Mapping[str, object]:
-        """What the machine must have set up, in the units given there: what the process says of itself, where it does."""
+        """Data of the job that plan and machine must share, in their units; empty for a process without."""
         return dict(getattr(self.curve.problem.model, "job", {}))
 
     def reset(self) -> None:
-        """Begin the next run, at the start."""
+        """Return to the initial estimate."""
         self.state[:] = self._first()
 
     @property
     def command(self) -> dict[str, float]:
-        """All controls now, in the user's units."""
+        """Current controls, in the user's units."""
         return self._best().controls
 
     def _best(self) -> Point:
         return self.curve.at(**self.report())
 
     def step(self, **measurement: float) -> dict[str, float]:
-        """Return all controls for the next sample, in the user's units.
+        """Return the controls of the next sample, in the user's units.
 
         Parameters
         ----------
         **measurement : float
-            All responses by their names, in their units. NaN, or without bounds: no reading, its error counts for nothing.
+            All responses by name, in their units. NaN or infinity: no reading.
 
         Raises
         ------
         ValueError
-            When a response is not among them.
+            When a response is missing.
         TypeError
-            When it is no number.
+            When a response is not a number.
         """
         missing = [name for name in self.curve.responses if name not in measurement]
         if missing:
@@ -143,7 +144,7 @@ class AreaController(Stateful, Described):
         return self.command
 
     def _errors(self, readings: Floats) -> tuple[Floats, Floats]:
-        """Reading less what it should be, over the scale of each constraint; slopes of the responses by the scaled states."""
+        """Errors (m,), scaled, and slopes (m, h) of the scaled responses by the scaled hidden states."""
         system, best = self.curve.system, self._best()
         controls, hidden = np.array(list(best.controls.values())), system.unscaled(self.state, system.n)
         out = np.empty((1, system.m * (1 + system.h)))
@@ -157,6 +158,6 @@ class AreaController(Stateful, Described):
         return error, slopes / system.scales[:, None]
 
     def report(self) -> dict[str, float]:
-        """Return the hidden states that it believes in, in their units."""
+        """Return the estimated hidden states, in their units."""
         hidden = self.curve.system.unscaled(self.state, self.curve.system.n)
         return dict(zip(self.curve.problem.hidden_names, map(float, hidden), strict=True))

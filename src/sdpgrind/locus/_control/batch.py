@@ -1,4 +1,4 @@
-"""Many runs of a controller on the model at once, in the compiled core that `step` runs through."""
+"""Many runs of a controller on the model, by the compiled kernels of `step`."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,16 +14,16 @@ from sdpgrind.locus._stretch.inverse import balanced, hidden_of
 
 @dataclass(frozen=True)
 class LoopRecord:
-    """What a controller did on the model, reading by reading.
+    """Result of a controller on the model, sample by sample.
 
     Attributes
     ----------
     coordinate : array, (..., steps)
-        Where each reading was taken, in the unit of the coordinate.
+        Coordinate of each reading, in its unit.
     hidden : array, (..., steps)
         Hidden state at each reading, in its unit.
     limit, response : array, (..., steps)
-        P_b and the true P_c there, in their unit.
+        P_b and the true P_c at each reading, in their unit.
 
     Examples
     --------
@@ -48,7 +48,7 @@ class LoopRecord:
 
     @property
     def worst_violation(self) -> Floats:
-        """Greatest response less limit of each run (...,), in their unit; 0 where there is none."""
+        """Greatest response - limit of each run (...,), in their unit; 0 without violation."""
         return np.asarray(np.maximum(-self.slack.min(axis=-1), 0.0))
 
 

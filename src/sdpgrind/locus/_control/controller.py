@@ -1,4 +1,4 @@
-"""The controller that walks along the locus by one measurement: Koren's intelligent machining controller."""
+"""The controller that moves along the locus by one measured response, of Koren (1989)."""
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY
@@ -28,7 +28,7 @@ METHODS, PLACES, HOLDS, STARTS = (
 
 
 def _hold(name: str, value: Any) -> str | float:
-    """A word, or a time in s."""
+    """Return a mode, or a time in s."""
     return (
         str(checks.one_of(name, value, HOLDS))
         if isinstance(value, str)
@@ -38,73 +38,76 @@ def _hold(name: str, value: Any) -> str | float:
 
 @described(eq=False)
 class LocusController(Walking, Described):
-    """Walk along the locus until what is measured meets its limit: Koren (1989), section 5 and (36).
+    """Move along the locus until the measured response meets its limit: Koren (1989), section 5 and (36).
 
-    From sample to sample the coordinate s moves by ki e + kp (e - e') + kd (e - 2 e' + e''), with e = limit - margin - response,
-    the way in which the slack falls; the other controls follow on the locus. The first change has only its first term. The place
-    is clamped to the stretch, and the clamped place is what the law goes on from: nothing winds up. A reading that is missing
-    (NaN) leaves the command as it is.
+    Per sample the coordinate s moves by ki e + kp (e - e') + kd (e - 2 e' + e''), e = limit - margin -
+    response, in the direction of falling slack; the other controls follow on the locus. The first change has
+    the integral term only. The coordinate is clamped to the stretch and the law continues from the clamped
+    value, so it cannot wind up. A missing reading (NaN) keeps the command.
 
-    Where the coordinate lags behind its command, the limit must not be taken at the command: while the coordinate rises the
-    response lags, slack is overstated, and the law runs too far. So, where the actual coordinate is measured (under its own name)
-    or its `lag` is known, the limit is taken there, readings wait after each change until it has settled, and a scheduled gain
-    goes on from there; Koren's own form is ``at="command", hold="none"``.
+    A coordinate that lags behind its command makes the response lag too: a limit taken at the command
+    overstates the slack of a rising coordinate, and the loop overshoots. Where the actual coordinate is
+    measured (under its own name) or its `lag` is known, the limit is therefore taken there, readings wait
+    until it has settled, and a scheduled gain continues from it. Koren's own form is ``at="command",
+    hold="none"``.
 
     Parameters
     ----------
     curve : Locus or Stretch
         The traced locus.
     along : str
-        The coordinate: a control, or the hidden state, that is single-valued on the locus.
+        Coordinate: a control or the hidden state, single-valued on the locus.
     gain : float, "schedule" or GainSchedule, optional
-        Integral gain ki, in units of the coordinate over those of the response; or one that follows the loop slope. None: the
-        schedule that is designed, see `design_gain`.
+        Integral gain ki, unit of the coordinate over that of the response; or a gain inverse to the loop
+        slope. None: the recommended schedule, see `design_gain`.
     x : (float, float), optional
-        Range of the hidden state for which it shall hold, in its unit; else that of the stretch.
+        Range of the hidden state for which the loop must be stable, in its unit. Default: that of the
+        stretch.
     start : "feasible", "learned", float or mapping
-        Coordinate of the start; "feasible": the optimum of the tightest hidden state; "learned": that, and after `reset` the last
-        point (parts that `hwsim` runs are told by `LearnedStart`); a mapping gives the coordinate or the hidden state by name.
-        A start of one's own may have no slack: `design_gain` tells.
+        Initial coordinate. "feasible": optimum of the tightest hidden state. "learned": the same, and after
+        `reset` the last coordinate (for parts run by `hwsim`, see `LearnedStart`). Mapping: coordinate or
+        hidden state by name. Whether a number leaves slack for the whole range: see `design_gain`.
     margin : float
-        By how much the limit is backed off, in its unit, less than the greatest limit on the curve; see
-        `GainDesign.drift_margin`, which reckons without `kp` and `kd`.
+        Distance kept from the limit, in its unit, below the greatest limit on the curve; see
+        `GainDesign.drift_margin`, which leaves out `kp` and `kd`.
     kp, kd : float
         Proportional and derivative gain, in the unit of `gain`.
     hold : "none", "settled" or float
-        When readings count: always; while the actual coordinate is within 5 % of its command, or after 20 samples of waiting; or
-        so long after the start, s.
+        Readings used by the law. "none": all. "settled": those with the actual coordinate within 5 % of its
+        command, or after 20 samples of waiting. Number: those later than this time after the start, s.
     lag : float
-        Time constant of the coordinate behind its command, s; 0: none, or measured.
+        Time constant of the coordinate behind its command, s. 0: no lag, or a measured coordinate.
     at : {"command", "actual"}, optional
-        Where the limit is taken. None: at the actual coordinate where it is known.
+        Coordinate of the limit. None: the actual one, where known.
     period : float, optional
-        Between two samples, s; None: a sample at each event of the plant.
+        Sampling period, s. None: one sample per event of the plant.
     method : {"feedback", "inversion"}
-        By feedback; or to the optimum of the hidden state that explains the reading: right in one step where the model is.
+        Feedback, or a step to the optimum of the hidden state that explains the reading: exact for an exact
+        model.
     filter : float
-        Share (0, 1] of a new estimate of the hidden state that is believed; "inversion" only.
+        Weight (0, 1] of a new estimate of the hidden state; "inversion" only.
     floor : float, optional
-        Least coordinate; else that of the stretch, which the range of the hidden state tells: a wider one reaches farther down.
+        Least coordinate. Default: that of the stretch, which depends on the range of the hidden state.
 
     Raises
     ------
     ValueError
-        When the gain is not stable for a hidden state of the range, the range holds a fold or a jump, or the coordinate is not
-        single-valued.
+        When the gain is unstable for a hidden state of the range, the range contains a fold or a jump, or the
+        coordinate is not single-valued.
 
     Warns
     -----
     UserWarning
-        When the gain may step beyond the limit. From `step`: the limit has been exceeded in 20 readings in a row while the
-        coordinate stands at an end of the stretch (or at the floor) and cannot give more: reality is worse than any hidden
-        state of the range. Each such sample reports ``saturated``.
+        When the gain may violate the limit. From `step`: after 20 readings in a row beyond the limit with the
+        coordinate at an end of the stretch (or at the floor): the process is worse than at any hidden state
+        of the range. Each such sample reports ``saturated``.
 
     Examples
     --------
     >>> from sdpgrind import locus
     >>> curve = locus.plan(locus.preset("koren-example"))
     >>> controller = locus.LocusController(curve, along="v", gain=0.6, x=(0.76, 1.72))
-    >>> round(controller.command["v"], 4)  # the start; no units in this example
+    >>> round(controller.command["v"], 4)  # start; the example has no units
     1.8795
     >>> round(controller.step(response=11.3)["v"], 4)
     2.1283
@@ -160,17 +163,17 @@ class LocusController(Walking, Described):
 
     @cached_property
     def stretch(self) -> Stretch:
-        """Where it walks, in the units of the problem."""
+        """The stretch of the locus, in the units of the problem."""
         return stretch_of(self.curve, self.along, self.x)
 
     @cached_property
     def design(self) -> GainDesign:
-        """What gains do there, in units of the coordinate over those of the response."""
+        """Stability and violation limits of gains, in units of the coordinate over those of the response."""
         return design_gain(self.stretch, x=self.x)
 
     @cached_property
     def law(self) -> core.WalkLaw:
-        """What the compiled core knows, in the user's units."""
+        """Parameters of the compiled kernels, in the user's units."""
         stretch = self.stretch
         schedule = self.gain if isinstance(self.gain, GainSchedule) else None
         if (
@@ -194,7 +197,7 @@ class LocusController(Walking, Described):
 
     @cached_property
     def start_place(self) -> float:
-        """Coordinate of the start, in its unit."""
+        """Initial coordinate, in its unit."""
         stretch, start = self.stretch, self.start
         if isinstance(start, str):
             checks.one_of("start", start, STARTS)
@@ -207,13 +210,13 @@ class LocusController(Walking, Described):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """What the machine must have set up, in the units given there: what the process says of itself, where it does."""
+        """Data of the job that plan and machine must share, in their units; empty for a process without."""
         model = getattr(getattr(self.curve, "problem", None), "model", None)
         return dict(getattr(model, "job", {}))
 
     @property
     def _falls(self) -> bool:
-        """Whether the slack falls as the coordinate rises."""
+        """Whether the slack falls with rising coordinate."""
         return bool(self.stretch.loop_slope[0] < 0)
 
     @property
@@ -231,24 +234,22 @@ class LocusController(Walking, Described):
         )
 
     def simulate(self, hidden: Any, *, noise: Any = 0.0) -> LoopRecord:
-        """Return what it does on the model itself in many runs at once, with the numbers of `step`, bit for bit.
-
-        There are no lags there, and nothing is waited for.
+        """Return many simultaneous runs on the model, without lag or waiting; bit-equal to `step`.
 
         Parameters
         ----------
         hidden : array, (..., steps)
             Hidden state at each reading, in its unit.
         noise : float or array, (..., steps)
-            Added to each reading, in the unit of the response.
+            Error added to each reading, in the unit of the response.
         """
         return simulate(self, hidden, noise)
 
 
 class LearnedStart:
-    """Begin each part at the last point of the part before: Koren (1989), section 6.
+    """Start each part at the last coordinate of the previous part: Koren (1989), section 6.
 
-    A point from which nothing was learned, as no part was long enough, is not taken.
+    A part too short for an update leaves the start unchanged.
 
     Examples
     --------
@@ -263,14 +264,14 @@ class LearnedStart:
     """
 
     def next(self, controller: LocusController, part_log: Any) -> LocusController:
-        """Return the controller of the next part, with another start (in the unit of its coordinate).
+        """Return the controller of the next part, with its start (in the unit of its coordinate).
 
         Parameters
         ----------
         controller : LocusController
-            That of the last part, as it began.
+            Controller of the previous part, in its initial state.
         part_log : Log
-            Of the last part.
+            Log of the previous part.
         """
         checks.kind("controller", controller, LocusController)
         places = np.asarray(part_log.column("controller", "coordinate_planned"))

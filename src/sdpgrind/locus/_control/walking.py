@@ -1,4 +1,4 @@
-"""What a controller on the locus does from sample to sample, and its state."""
+"""Step, state and report of a controller on the locus."""
 
 import warnings
 from collections.abc import Mapping
@@ -14,14 +14,12 @@ from sdpgrind.locus._stretch import law_kernels as core
 from sdpgrind.locus._stretch.inverse import balanced, hidden_of
 from sdpgrind.locus._stretch.stretch import Stretch
 
-SETTLED = 0.05
-"""Difference between actual and commanded coordinate, relative, at which a lag counts as settled."""
-PATIENCE = 20
-"""Samples that are waited at most: a coordinate that never gets there must not stop the control of power."""
+SETTLED = 0.05  # chosen: relative distance to the command; less would let a slow axis wait for `PATIENCE`
+PATIENCE = 20  # chosen: samples; a coordinate that never settles must not stop the control of the response
 
 
 class Walking(Stateful):
-    """The part of a controller that lives; what it is told stands in its fields."""
+    """State and step of a controller; its parameters are fields of the subclass."""
 
     _changing = ("state", "_believed")
     start: Any
@@ -35,57 +33,57 @@ class Walking(Stateful):
 
     @property
     def stretch(self) -> Stretch:
-        """Where it walks, in the units of its user."""
+        """The stretch of the locus, in the user's units."""
         raise AttributeError
 
     @property
     def law(self) -> core.WalkLaw:
-        """What the compiled core knows, in the user's units."""
+        """Parameters of the compiled kernels, in the user's units."""
         raise AttributeError
 
     @property
     def start_place(self) -> float:
-        """Coordinate of the start, in its unit."""
+        """Initial coordinate, in its unit."""
         raise AttributeError
 
     @cached_property
     def state(self) -> Floats:
-        """State of the compiled core, in the user's units."""
+        """State of the compiled kernels, in the user's units."""
         state = np.zeros(core.STATES)
         core.begin(state, self.start_place, 0.0 if self.lag else self.start_place)
         return state
 
     @cached_property
     def _believed(self) -> Floats:
-        """Hidden state that readings told; NaN before."""
+        """Estimated hidden state (1,); NaN before the first reading."""
         return np.full(1, nan)
 
     @property
     def reads(self) -> Mapping[str, str]:
-        """Name of the measurement to its unit."""
+        """Name of the measured response to its unit."""
         return {self.stretch.response: self.stretch.units.get(self.stretch.response, "")}
 
     @property
     def commands(self) -> Mapping[str, str]:
-        """Names of the controls to their units."""
+        """Name of each control to its unit."""
         return {name: self.stretch.units.get(name, "") for name in self.stretch.names}
 
     @property
     def reports(self) -> Mapping[str, str]:
-        """Names of what it reports to their units."""
+        """Name of each reported value to its unit."""
         stretch = self.stretch
         hidden, response = (stretch.units.get(name, "") for name in (stretch.hidden_name, stretch.response))
         return {"coordinate": stretch.unit, stretch.hidden_name: hidden, "slack": response, "saturated": ""}
 
     def reset(self) -> None:
-        """Begin the next run; a learned start is kept."""
+        """Return to the start; a learned start is kept."""
         place = float(self.state[core.PLACE]) if self.start == "learned" else self.start_place
         core.begin(self.state, place, 0.0 if self.lag else place)
         self._believed[:] = nan
 
     @property
     def command(self) -> dict[str, float]:
-        """The controls at the place where it is, in the user's units."""
+        """Current controls, in the user's units."""
         return self._commanded(float(self.state[core.PLACE]))
 
     def _commanded(self, place: float) -> dict[str, float]:
@@ -94,20 +92,20 @@ class Walking(Stateful):
         )
 
     def step(self, **measurement: float) -> dict[str, float]:
-        """Return all controls for the next sample, in the user's units.
+        """Return the controls of the next sample, in the user's units.
 
         Parameters
         ----------
         **measurement : float
-            The response by its name, in its unit (NaN, or without bounds: no reading); the coordinate by its name, where it is
-            measured. Others are not used.
+            The response by name, in its unit (NaN or infinity: no reading); the actual coordinate by name,
+            where it is measured. Others are ignored.
 
         Raises
         ------
         ValueError
-            When the response is not among them.
+            When the response is missing.
         TypeError
-            When it is no number.
+            When a value is not a number.
         """
         name = self.stretch.response
         if name not in measurement:
@@ -122,13 +120,13 @@ class Walking(Stateful):
         return self.command
 
     def _watch(self) -> None:
-        """Count readings beyond the limit at an end of the stretch, where nothing is left to give, and say so once a run."""
+        """Count readings beyond the limit at an end of the stretch; warn once after `PATIENCE` of them."""
         self.state[core.HELD] = self.state[core.HELD] + 1.0 if self._saturated and self._slack < 0 else 0.0
         if self.state[core.HELD] == PATIENCE:
             warnings.warn(self._exhausted(), stacklevel=3)
 
     def _exhausted(self) -> str:
-        """What is wrong where the end of the stretch does not keep the limit, and what to do."""
+        """Return the text of the warning of `_watch`."""
         stretch, place, unit = self.stretch, float(self.state[core.PLACE]), self.reports["slack"]
         inside = stretch.low < place < stretch.high
         way = (
@@ -137,31 +135,32 @@ class Walking(Stateful):
             else f"the curve is planned for a wider range of {stretch.hidden_name}"
         )
         return (
-            f"the limit has been exceeded in {PATIENCE} readings in a row, now by {-self._slack:.3g} {unit}".rstrip()
+            f"the limit has been exceeded in {PATIENCE} readings in a row,"
+            + f" now by {-self._slack:.3g} {unit}".rstrip()
             + f", while {stretch.along} stands at the end of its stretch, {place:.6g} {stretch.unit}".rstrip()
             + f": it can give more where {way}"
         )
 
     @property
     def _slack(self) -> float:
-        """Limit less response of the last reading that counted, in their unit; NaN where there is none."""
+        """Limit - response of the last used reading, in their unit; NaN before the first."""
         return float(self.state[core.LAST]) + self.margin if self.state[core.UPDATES] else nan
 
     @property
     def _saturated(self) -> bool:
-        """Whether the last reading asked for a place beyond the end at which it stands."""
+        """Whether the last used reading demanded a coordinate beyond the end of the stretch."""
         place, error = float(self.state[core.PLACE]), float(self.state[core.LAST])
         onward = self.law.direction * error if self.state[core.UPDATES] else 0.0
         return (place <= self.law.low and onward < 0) or (place >= self.law.high and onward > 0)
 
     def _actual(self, measured: float) -> float | None:
-        """The actual coordinate, measured or estimated; None: it is where it is commanded, for all that is known."""
+        """Return the actual coordinate, measured or estimated; None: it equals its command."""
         if self.stretch.along in self.stretch.names and not isnan(measured):
             return float(measured)
         return float(self.state[core.ACTUAL]) if self.lag else None
 
     def _counts(self, actual: float | None) -> bool:
-        """Whether this reading does."""
+        """Return whether the law uses this reading; see `hold`."""
         if isinstance(self.hold, str):
             place, waited = float(self.state[core.PLACE]), float(self.state[core.WAITED])
             settled = (
@@ -189,7 +188,7 @@ class Walking(Stateful):
             core.advance(self.state, self.law, float(limit[0]) - self.margin - reading, onward)
 
     def _controls(self, controls: Floats, base: float) -> Floats:
-        """What is commanded, with the coordinate where it is."""
+        """Return the controls with the coordinate replaced by its actual value."""
         actual = controls.copy()
         if self.stretch.along in self.stretch.names:
             actual[self.stretch.names.index(self.stretch.along)] = base
@@ -209,9 +208,9 @@ class Walking(Stateful):
         )[0]
 
     def report(self) -> dict[str, float]:
-        """Return its coordinate, the hidden state for which that is the optimum, the slack that it saw last; user's units.
+        """Return the coordinate, its hidden state on the locus and the last slack, in the user's units.
 
-        ``saturated`` is 1 where that reading asked for a place beyond the end of the stretch, at which it stands, else 0.
+        ``saturated`` is 1 when that reading demanded a coordinate beyond the end of the stretch, else 0.
         """
         place = float(self.state[core.PLACE])
         hidden = float(self.stretch.rows(place)[len(self.stretch.names)])
@@ -219,7 +218,7 @@ class Walking(Stateful):
 
 
 def usable(name: str, value: Any) -> float:
-    """A reading as a number; NaN where it is none that a controller can go by."""
+    """Return a reading as a number; NaN when it is not finite."""
     if isinstance(value, str) or np.ndim(value) != 0 or value is None:
         raise TypeError(f"{name} must be a number (NaN: no reading); got {value!r}")
     return float(value) if isfinite(value) else nan

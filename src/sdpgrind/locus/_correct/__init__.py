@@ -1,1 +1,1 @@
-"""Where the model is wrong: a controller that corrects its constraints and cost by what it measures (modifier adaptation)."""
+"""Modifier adaptation: a controller corrects a structurally wrong model by measured values and slopes."""

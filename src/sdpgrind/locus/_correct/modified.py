@@ -1,4 +1,4 @@
-"""A model whose constraint is shifted and tilted, and whose cost is tilted: what modifier adaptation optimises."""
+"""The corrected model of modifier adaptation: bias and gradient modifiers as hidden states."""
 
 from functools import cached_property
 from types import SimpleNamespace
@@ -17,15 +17,14 @@ from sdpgrind.locus._problem.tape import tape
 from sdpgrind.locus._problem.tape_kernels import run, work_size
 from sdpgrind.locus._trace.trace import Tracer
 
-SMALL = 1e-3
-"""Of the spread of cost and constraint: ranges of modifiers, which only say in what they are scaled."""
+SMALL = 1e-3  # chosen: ranges of modifiers over the spread of cost and constraint; they set the scaling only
 
 
 class Modified:
-    """A problem with one hidden state and one constraint, with modifiers as further hidden states.
+    """A problem with one hidden state and one constraint, extended by modifiers.
 
-    Modifiers (2 + 2n,) are the hidden state; what is added to the constraint; its further slopes by the controls; those of the
-    cost.
+    Its hidden states (2 + 2n,): that of the model, constraint bias, constraint gradient (n), cost gradient
+    (n).
     """
 
     def __init__(self, problem: Problem):
@@ -45,27 +44,27 @@ class Modified:
         return tape(ca.Function("f", [z, x], [ca.densify(ca.vertcat(*parts))]))
 
     def values(self, controls: Floats, x: float) -> tuple[float, float, Floats]:
-        """P and cost of the model, and the gradient of P by the controls."""
+        """Return P = response - limit, cost, and the gradient (n,) of P by the controls, of the model."""
         out = np.empty(2 + self.n)
         run(self._slope_tape, np.append(controls, x), np.empty(work_size(self._slope_tape)), out)
         return float(out[0]), float(out[1]), out[2:]
 
     @property
     def active(self) -> bool:
-        """Whether the constraint is, at the last best point."""
+        """Whether the constraint is active at the last optimum."""
         return bool(self.held[self.n] == 1)
 
     def limit(self, controls: Floats) -> float:
-        """P_b, which is computed."""
+        """Return the limit P_b at controls (n,)."""
         return float(self.model.values(controls, self.middle)[2][0])
 
     @cached_property
     def middle(self) -> Floats:
-        """Some hidden state: the limit does not know it."""
+        """Middle of the range of the hidden state (1,); the limit is independent of it."""
         return np.array([0.5 * sum(ends) for ends in self.problem.hidden.values()])
 
     def hidden_of(self, controls: Floats, response: float) -> float:
-        """Hidden state that explains a response, or the end of its range."""
+        """Return the hidden state that explains a response at controls (n,), clamped to its range."""
         (low, high), inputs = next(iter(self.problem.hidden.values())), self._inputs
         inputs[: self.n], inputs[self.n] = controls, 0.5 * (low + high)
         run(self.model.response_tape, inputs, self._work, self._out)
@@ -76,7 +75,7 @@ class Modified:
         return float(inputs[self.n])
 
     def begin(self, modifiers: Floats) -> bool:
-        """Find the best point from nowhere; says whether there is one."""
+        """Search the optimum globally; return whether one exists."""
         places = self.system.scaled(modifiers, self.n)
         found = list(Tracer(self.system, places).seeds(float(places[0])))
         if not found:
@@ -90,7 +89,7 @@ class Modified:
         return True
 
     def best(self, modifiers: Floats) -> Floats | None:
-        """Places of the best controls, from the last ones; None where there are none."""
+        """Return the scaled optimal controls (n,), by continuation from the last ones; None: no optimum."""
         places, n = self.system.scaled(modifiers, self.n), self.n
         point, held = self.point.copy(), self.held.copy()
         if resettle(self.system.kkt_tape, n, 1, 2 + 2 * n, places, point, held) > 0:

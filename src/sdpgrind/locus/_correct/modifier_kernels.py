@@ -1,4 +1,4 @@
-"""The best point of a problem that has changed a little, from the one before."""
+"""Continuation of an optimum after a small change of the problem."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from sdpgrind.locus._trace.seed_kernels import _mended
 
 @compiled(error_model="numpy")
 def resettle(kkt, n, m, h, hidden, point, held):
-    """Solve the conditions again and mend the set, in place; gives the curvature, -inf where no best point is near."""
+    """Solve the conditions again, correcting the active set, in place; return the curvature, -inf: failed."""
     work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
     row = np.zeros(point.size)
     row[point.size - 1] = 1.0

@@ -1,16 +1,17 @@
-"""Modifier adaptation: a model whose constraint and slopes are corrected by what the plant shows, so that its optimum is true.
+"""Modifier adaptation: correct a wrong model until its optimum is that of the plant.
 
-Where a locus trusts the model for the direction in which to look, this measures it. In iteration k the model's problem is
-corrected by a bias and by gradient modifiers (Marchetti, Chachuat and Bonvin 2009):
+In iteration k the problem of the model is corrected by a bias and by gradient modifiers (Marchetti, Chachuat
+and Bonvin 2009):
 
     minimise phi(z) + q . z   subject to   P(z) + b + p . (z - z_k) <= 0,
 
-with b, p, q such that value of P and gradients of P and phi are those of the plant at z_k. Where this comes to rest, the
-conditions of a best point hold for the plant: P = 0 and grad phi + mu grad P = 0 are the same equations for both. It needs slopes
-of the plant. Those along the limit are enough: there dP = 0 says that the direction is that of the plant's own limit, and the
-rest follows from dphi = 0; the multiplier does not matter. A dither along the limit costs to second order only, one across it to
-first. So the controls are moved along the corrected limit, in a pattern of signs, and what the corrected model does not explain
-is fitted by places and a trend.
+with b, p, q such that P and the gradients of P and phi equal those of the plant at z_k. At a fixed point the
+optimality conditions hold for the plant: P = 0 and grad phi + mu grad P = 0 are the same equations for both.
+
+Slopes of the plant along its limit are enough: dP = 0 fixes the direction of the limit, and dphi = 0 the
+rest, whatever the multiplier. A dither along the limit costs to second order, across it to first order. The
+controls therefore move along the corrected limit in a pattern of signs; a linear fit with a trend explains
+the rest of the readings.
 """
 
 from collections.abc import Mapping
@@ -29,14 +30,14 @@ from sdpgrind.locus._correct.modified import Modified
 from sdpgrind.locus._problem.problem import Problem
 
 FEEDBACK = ("state", "bias")
-STILL = 0.5
-"""Share of the dither: a direction in which the point moves by less says little about slopes (chosen)."""
+STILL = 0.5  # chosen: share of the dither; a direction in which the point moves less gives no reliable slope
 
 
 def pattern(n: int) -> Floats:
-    """Signs (2^(n+1), n) for n directions: columns are orthogonal to each other, to their products and to a trend.
+    """Signs (2^(n+1), n) for n directions, orthogonal to each other, their products and a trend.
 
-    Column i is the product of the signs of binary digits i to n + 1 of the row; the first is the sequence of Thue and Morse.
+    Column i is the product of the signs of binary digits i to n + 1 of the row; the first is the Thue-Morse
+    sequence.
     """
     rows = np.arange(2 ** (n + 1))
     digits = np.array([1.0 - 2.0 * (rows >> (n - j) & 1) for j in range(n + 1)])
@@ -44,7 +45,7 @@ def pattern(n: int) -> Floats:
 
 
 class ModifierAdaptation:
-    """What changes from sample to sample."""
+    """State of modifier adaptation; controls are scaled."""
 
     def __init__(self, n: int, hidden: float, center: Floats):
         self.hidden, self.bias, self.center = hidden, 0.0, center
@@ -54,7 +55,7 @@ class ModifierAdaptation:
         self.slack, self.failures, self.command, self.believed = nan, 0, center, hidden
 
     def modifiers(self) -> Floats:
-        """As `Modified` takes them."""
+        """Return the hidden states (2 + 2n,) of `Modified`."""
         return np.concatenate(
             [[self.hidden, self.bias - self.constraint @ self.reference], self.constraint, self.cost]
         )
@@ -62,38 +63,40 @@ class ModifierAdaptation:
 
 @described(eq=False)
 class ModifierController(Described):
-    """Correct the model by measured value and slopes of constraint and cost, and go to its optimum: modifier adaptation.
+    """Modifier adaptation: correct the model by measured values and slopes, and move to its optimum.
 
-    It reaches the optimum of a plant that differs from the model in kind, which no locus of that model does; it pays for that
-    with a dither along the limit, and with an answer that waits for slopes. Measured are the response and, where the model may
-    be wrong about it, the cost. Each reading must be of a plant that has settled: no lag is known of.
+    It reaches the optimum of a structurally different plant, which no locus of the model contains, at the
+    price of a dither along the limit and of slow convergence. Measured are the response and, where the cost
+    model may be wrong, the cost. Each reading must be of a settled plant.
 
     Parameters
     ----------
     problem : Problem
         The model: one hidden state, one constraint.
     feedback : {"state", "bias"}
-        What keeps the constraint at its limit from sample to sample: the hidden state that explains the reading, so that the
-        point moves along the locus of the corrected model; or a bias at a hidden state that stays.
+        Correction per sample that keeps the constraint at its limit. "state": the hidden state that explains
+        the reading, so that the point moves along the corrected locus. "bias": a constraint bias at a fixed
+        hidden state.
     hidden : float, optional
-        Hidden state at the start, in its unit; else the middle of its range.
+        Initial hidden state, in its unit. Default: middle of its range.
     dither : float
-        By how much controls are moved along the limit, as a share of their (logarithmic, where positive) ranges. Slopes are
-        believed less while the point itself moves by more.
+        Amplitude along the limit, share of the (logarithmic, where positive) ranges of the controls. Slopes
+        count less when the point itself moves farther.
     across : float
-        The same share across the limit; not needed. Where nothing is active, controls are moved in all directions by `dither`.
+        Amplitude across the limit, in the same unit. 0: none. Without an active constraint `dither` holds in
+        all directions.
     filter : float
-        Share (0, 1] of new slopes that is believed, once for each pattern: of 2^n samples for n controls, 2^(n+1) with `across`.
+        Weight (0, 1] of new slopes, once per pattern: 2^n samples for n controls, 2^(n+1) with `across`.
     gain : float
-        Share (0, 1] of a new hidden state or bias that is believed, at each sample.
+        Weight (0, 1] of a new hidden state or bias, per sample.
     trust : float
-        Greatest move from sample to sample, as a share of the ranges.
+        Greatest move per sample, share of the ranges.
     margin : float
-        By how much the limit is backed off, in its unit.
+        Distance kept from the limit, in its unit.
     cost : str, optional
-        Name of the measured cost; None: the model knows its cost.
+        Name of the measured cost. None: the cost model is exact.
     period : float, optional
-        Between two samples, s; None: a sample at each event of the plant.
+        Sampling period, s. None: one sample per event of the plant.
 
     Raises
     ------
@@ -102,14 +105,14 @@ class ModifierController(Described):
 
     Examples
     --------
-    A plant in which the speed counts with another power, which the model cannot follow:
+    A plant with another power of v, which the model cannot represent:
 
     >>> from sdpgrind import locus
     >>> controller = ModifierController(locus.preset("koren-example"), hidden=1.0, dither=1e-3)
     >>> for _ in range(400):
     ...     u, v = controller.command.values()
     ...     _ = controller.step(response=v**1.2 + 16 - 4 * v, cost=(u - 1) ** 2 + (v - 4) ** 2)
-    >>> {name: round(value, 3) for name, value in controller.center.items()}  # without units; the model alone says 2 and 3
+    >>> {name: round(value, 3) for name, value in controller.center.items()}  # the model alone: 2 and 3
     {'u': 2.027, 'v': 2.517}
     """
 
@@ -138,7 +141,7 @@ class ModifierController(Described):
 
     @property
     def start_hidden(self) -> float:
-        """Hidden state at the start, in its unit."""
+        """Initial hidden state, in its unit."""
         (name,) = self.problem.hidden_names
         low, high = self.problem.hidden[name]
         return (
@@ -149,7 +152,7 @@ class ModifierController(Described):
 
     @property
     def response(self) -> str:
-        """Name of the measurement that is to stay under its limit; `Problem.unit` tells the unit."""
+        """Name of the measured response; its unit: `Problem.unit`."""
         return self.problem.varying[0].name
 
     @cached_property
@@ -158,7 +161,7 @@ class ModifierController(Described):
 
     @cached_property
     def state(self) -> ModifierAdaptation:
-        """What it has learned (scaled, unit 1)."""
+        """Learned state (scaled, unit 1)."""
         n = self._modified.n
         modifiers = np.append(self.start_hidden, np.zeros(1 + 2 * n))
         if not self._modified.begin(modifiers):
@@ -169,7 +172,7 @@ class ModifierController(Described):
         return state
 
     def __deepcopy__(self, memo: object) -> Self:
-        """A controller in the same state."""
+        """Return a controller in the same state."""
         twin = self.replace()
         for name in ("state", "_modified"):
             if name in self.__dict__:
@@ -183,12 +186,12 @@ class ModifierController(Described):
 
     @property
     def commands(self) -> Mapping[str, str]:
-        """Names of the controls to their units."""
+        """Name of each control to its unit."""
         return {name: self.problem.unit(name) for name in self.problem.names}
 
     @property
     def reports(self) -> Mapping[str, str]:
-        """Names of what it reports to their units."""
+        """Name of each reported value to its unit."""
         (name,) = self.problem.hidden_names
         return {
             name: self.problem.unit(name),
@@ -197,33 +200,33 @@ class ModifierController(Described):
         }
 
     def reset(self) -> None:
-        """Forget what was learned."""
+        """Return to the initial state."""
         self.__dict__.pop("state", None)
 
     @property
     def command(self) -> dict[str, float]:
-        """The controls, with their dither, in the user's units."""
+        """Current controls with dither, in the user's units."""
         return dict(zip(self.problem.names, self.state.command.tolist(), strict=True))
 
     @property
     def center(self) -> dict[str, float]:
-        """The controls without dither, in the user's units."""
+        """Current controls without dither, in the user's units."""
         return dict(
             zip(self.problem.names, self._modified.model.unscaled(self.state.center).tolist(), strict=True)
         )
 
     def step(self, **measurement: float) -> dict[str, float]:
-        """Return all controls for the next sample, in the user's units.
+        """Return the controls of the next sample, in the user's units.
 
         Parameters
         ----------
         **measurement : float
-            Response and cost by their names, in their units (NaN: no reading). Others are not used.
+            Response and cost by name, in their units (NaN: no reading). Others are ignored.
 
         Raises
         ------
         ValueError
-            When one of them is missing.
+            When a measurement is missing.
         """
         for name in self.reads:
             if name not in measurement:
@@ -241,7 +244,7 @@ class ModifierController(Described):
         return self.command
 
     def _learn(self, response: float, cost: float) -> None:
-        """Take the reading into the rows of the pattern, and follow the constraint."""
+        """Add the reading to the pattern and correct hidden state or bias."""
         state, modified, z = self.state, self._modified, self.state.command
         limit = modified.limit(z)
         P = response - limit + self.margin
@@ -253,14 +256,12 @@ class ModifierController(Described):
         if self.feedback == "state":
             found = modified.hidden_of(z, P - tilt + limit)
             state.hidden += self.gain * (found - state.hidden)
-            state.bias = (
-                P - tilt - modified.values(z, found)[0]
-            )  # 0, unless no hidden state explains the reading
+            state.bias = P - tilt - modified.values(z, found)[0]  # 0, unless the hidden state is clamped
         else:
             state.bias += self.gain * (P - tilt - modified.values(z, state.hidden)[0] - state.bias)
 
     def _turn(self) -> None:
-        """Fit what is not explained by places and a trend: slopes along the directions, for the modifiers."""
+        """Correct the modifiers by the slopes fitted over the pattern."""
         state, model = self.state, self._modified.model
         rows, state.rows = np.array(state.rows), []
         k = state.directions.shape[1]
@@ -276,14 +277,14 @@ class ModifierController(Described):
             state.cost = state.cost + believed * slopes[:, 1]
 
     def _stillness(self, rows: Floats) -> float:
-        """Share of the slopes that is believed: less where the point moved by more than the dither, for it goes over curves."""
+        """Return the weight (0, 1] of the slopes: small when the point moved farther than the dither."""
         centers = rows[:, 3:] - (self.state.directions @ self.state.signs[rows[:, 2].astype(int)].T).T
         return float(1 / (1 + np.sum(np.var(centers, axis=0)) / self.dither**2))
 
     def _fitted(self, rows: Floats, k: int) -> Floats:
-        """Slopes (k, 2) along the directions of dither. The point also moves in others; what that explains is left out.
+        """Return slopes (k, 2) of constraint and cost along the k dithered directions.
 
-        A small weight keeps slopes in directions in which it does not move at 0.
+        Motion of the point in other directions is fitted too; `STILL` pulls slopes without motion to 0.
         """
         places = (rows[:, 3:] - rows[:, 3:].mean(axis=0)) @ self.state.units / self.dither
         planes = np.column_stack([places, np.ones(len(rows)), rows[:, 2] - rows[:, 2].mean()])
@@ -294,7 +295,7 @@ class ModifierController(Described):
         return np.asarray(np.linalg.lstsq(np.vstack([planes, still]), given, rcond=None)[0][:k] / self.dither)
 
     def _begin(self, state: ModifierAdaptation) -> None:
-        """Directions of the next pattern: along the limit of the corrected model, and across it where that is asked for."""
+        """Choose the directions of the next pattern: along the corrected limit and across it."""
         model, n = self._modified.model, self._modified.n
         z = model.unscaled(state.center)
         normal = (self._modified.values(z, state.hidden)[2] + state.constraint) * model.unscaled_slope(
@@ -310,7 +311,7 @@ class ModifierController(Described):
         state.row, state.believed = 0, state.hidden
 
     def _improve(self) -> None:
-        """Go to the best point of the corrected model, as far as it is trusted."""
+        """Move to the optimum of the corrected model, at most by `trust`."""
         state = self.state
         best = self._modified.best(state.modifiers())
         if best is None:
@@ -325,6 +326,6 @@ class ModifierController(Described):
         )
 
     def report(self) -> dict[str, float]:
-        """Return its hidden state, bias and the slack that it saw last; user's units."""
+        """Return hidden state, bias and last slack, in the user's units."""
         state = self.state
         return dict(zip(self.reports, (state.hidden, state.bias, state.slack), strict=True))
