@@ -1,1 +1,1 @@
-"""The traced locus: `Locus` of one hidden state, `Area` of several; tables, inversion, saved files."""
+"""The traced `Locus` of one hidden state and `Area` of several: tables, inversion, files, pictures."""

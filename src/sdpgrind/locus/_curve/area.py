@@ -1,4 +1,4 @@
-"""Best points over several hidden states: an area rather than a curve, looked up by following from the nearest points known."""
+"""Optima over several hidden states, followed from the nodes of a grid."""
 
 import itertools
 from functools import cached_property
@@ -20,17 +20,18 @@ from sdpgrind.locus._trace.trace import Tracer, TraceRun
 
 
 class Area(Plan):
-    """All best points of a problem with several hidden states, in the units of the problem; immutable.
+    """All optima of a problem with several hidden states, in the units of the problem; immutable.
 
-    A grid of exact points is kept; between them `at` follows from the nearest ones, through every change of what is active, and
-    takes the cheapest. Functions of one's own go into a file as expressions.
+    It keeps exact optima at the nodes of a grid. `at` follows the branches from the surrounding nodes,
+    through changes of the active set, and takes the cheapest. Files store a user's own functions as
+    expressions.
 
     Attributes
     ----------
     problem : Problem
-        What was planned.
+        The problem.
     degenerate : bool
-        Whether many points were as good: then the one of the most slack was taken.
+        Whether several points were optimal; the one of the largest slack was taken.
     """
 
     kind = "locus.area"
@@ -40,7 +41,7 @@ class Area(Plan):
 
     @property
     def system(self) -> System:
-        """The problem as expressions; private to this package."""
+        """Expressions of the problem; private to this package."""
         return system_of(self.problem, self.degenerate)
 
     @property
@@ -50,7 +51,7 @@ class Area(Plan):
 
     @property
     def responses(self) -> tuple[str, ...]:
-        """Names of what is measured; `Problem.unit` tells the units."""
+        """Names of the measured responses; their units: `Problem.unit`."""
         return self.problem.responses
 
     @cached_property
@@ -59,16 +60,16 @@ class Area(Plan):
 
     @property
     def known(self) -> Any:
-        """Whether a best point is known at each node of the grid: equal steps of the scaled hidden states (unit 1)."""
+        """Mask of grid nodes with a known optimum; scaled hidden states (unit 1) are equally spaced."""
         return np.isfinite(self.grid.residual)
 
     @property
     def error(self) -> float:
-        """Largest residual of the conditions of a best point, in scaled form (unit 1), over the grid."""
+        """Largest scaled residual (unit 1) of the optimality conditions over the grid."""
         return float(np.max(self.grid.residual[self.known]))
 
     def at(self, **hidden: float) -> Point:
-        """Return the best point for hidden states, exact.
+        """Return the exact optimum for hidden states.
 
         Parameters
         ----------
@@ -78,7 +79,7 @@ class Area(Plan):
         Raises
         ------
         ValueError
-            When a state is missing, beyond its range, or there is no feasible point.
+            When a state is missing or out of range, or no point is feasible.
         """
         names = self.problem.hidden_names
         if set(hidden) != set(names):
@@ -114,7 +115,7 @@ class Area(Plan):
         return [corner for corner in around if self.known[corner]]
 
     def _followed(self, corner: tuple[int, ...], place: Floats) -> TraceRun | None:
-        """From a node of the grid, one hidden state after the other, to a place; the last run, or None where the way ends."""
+        """Follow from a grid node to a place, one hidden state after the other; None: the branch ends."""
         point, held = self.grid.points[corner].copy(), self.grid.held[corner]
         hidden = self._places[list(corner)].copy()
         run = TraceRun(point[None], np.eye(1, len(point), len(point) - 1), held, end=("range", 0))
@@ -133,17 +134,17 @@ class Area(Plan):
         return TraceRun(point[None], np.eye(1, len(point), len(point) - 1), held)
 
     def retrieve(self, **measured: float) -> Point:
-        """Return the best point for what is measured at any point: the hidden states are inverted from it first.
+        """Return the optimum for hidden states inverted from responses measured at any controls.
 
         Parameters
         ----------
         **measured : float
-            All controls, and as many responses as there are hidden states, or more, by name, in their units.
+            All controls and at least as many responses as hidden states, by name, in their units.
 
         Raises
         ------
         ValueError
-            When a name is missing or unknown, a value is not finite, or there is no feasible point.
+            When a name is missing or unknown, a value is not finite, or no point is feasible.
         """
         responses = [name for name in self.responses if name in measured]
         h = len(self.problem.hidden)
@@ -172,7 +173,7 @@ class Area(Plan):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The grid as labelled arrays with units; NaN where no best point is known."""
+        """The grid as labelled arrays with units; NaN where no optimum is known."""
         from sdpgrind.locus._curve.record import area_dataset
 
         return area_dataset(self.problem, self.grid, self.degenerate)
@@ -184,12 +185,12 @@ class Area(Plan):
         return cls(*area_fields(dataset))
 
     def plot(self) -> Any:
-        """Draw each control over the first two hidden states; return the figure."""
+        """Draw each control over the first two hidden states and return the figure."""
         return pictures.drawn("sdpgrind.locus._curve.pictures:area_picture", self)
 
     @property
     def status(self) -> str:
-        """One sentence: what was found (residual in unit 1)."""
+        """Summary in one sentence (residual in unit 1)."""
         share = np.mean(self.known)
         told = f"{self.known.sum()} exact points, {100 * share:.0f} % of the grid, residual {self.error:.1g}"
         return told + (

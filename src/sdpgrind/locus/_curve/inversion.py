@@ -1,4 +1,4 @@
-"""From one measurement to the best point: the hidden state by inversion of the response, then a table by the state."""
+"""The optimum for a measured response: inversion for the hidden state, then a table by the state."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -25,22 +25,22 @@ from sdpgrind.locus._trace.table_kernels import INSIDE, NO_KEY
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Inversion:
-    """Solves response(controls, state) = measured for the state, and looks up the table there.
+    """Solve response(controls, state) = measured for the state and look up a table there.
 
-    `packed` is all of it in one flat array, for compiled code: ``retrieve(packed, controls, measured, out)``.
+    Compiled code calls ``retrieve(packed, controls, measured, out)`` with the flat array `packed`.
 
     Parameters
     ----------
     tape : array
-        Of controls and state: responses, then their slopes by the state.
+        Tape of controls and state: responses, then their slopes by the state.
     table : Table
-        By the state.
+        Table by the state.
     low, high : float
         Range of the state.
     rising : bool
-        Whether the response rises with the state, everywhere.
+        Whether the response rises with the state everywhere.
     count, index : int
-        How many responses the tape gives, and which of them is measured.
+        Number of responses of the tape, and index of the measured one.
 
     Examples
     --------
@@ -79,21 +79,21 @@ class Inversion:
         return f"Inversion(state in [{self.low:.6g}, {self.high:.6g}], {self.table!r})"
 
     def at(self, measured: float, *controls: float, out: Floats | None = None) -> tuple[Floats, bool]:
-        """Return the state with the columns of the table there (1 + n,), and whether an end stands for what is out of reach.
+        """Return state and table columns (1 + n,), and whether the state is clamped to its range.
 
         Parameters
         ----------
         measured : float
             Response, in its unit.
         *controls : float
-            At which it was measured.
+            Controls of the measurement.
         out : array (1 + n,), optional
-            Where the first is put, for loops in which nothing is to be made anew.
+            Array to fill. None: a new one.
 
         Raises
         ------
         ValueError
-            When the measurement is NaN, or the response has no value at the controls.
+            When the measurement is NaN, or the response is undefined at the controls.
         """
         if out is None:
             out = np.empty(self.places)

@@ -1,4 +1,4 @@
-"""The hidden state that a measurement tells of, and the best point for it, in one compiled call; see `inversion`."""
+"""Compiled inversion of a response for the hidden state; see `inversion`."""
 
 import numpy as np
 
@@ -7,26 +7,24 @@ from sdpgrind.locus._problem.tape_kernels import run, work_size
 from sdpgrind.locus._trace.table_kernels import ABOVE, BELOW, INSIDE, NO_KEY, look_up
 
 CONTROLS, RESPONSE, SLOPE, TAPE, LOW, HIGH, DIRECTION, GUESS, HEAD = range(9)
-"""Head of what is packed: how many controls, places of the response and of its slope in what the tape gives, numbers of the
-tape; range of the state, whether the response rises (1) or falls (-1) with it, where to begin. Then the tape, then the table."""
-INSET = 1e-3
-"""Share of the range by which a first guess stays off its ends."""
-STEPS = 200
-"""More than halving takes from one end of a range to what numbers can tell apart."""
+"""Head of the packed array, before tape and table: number of controls; indices of response and slope in the
+output of the tape; size of the tape; range of the state; sign of the slope (1 or -1); initial state."""
+INSET = 1e-3  # chosen: share of the range between the first guess and a pole that may lie at its end
+STEPS = 200  # chosen: more than bisection takes from a range to rounding
 CLOSE, ROUNDING = 1e-10, 1e-14
-"""Last step of Newton's method over the state (what is left is of the order of its square), and over the range: no distance."""
+"""Last Newton step relative to the state (error of second order; chosen), and to the range (rounding)."""
 
 
 @compiled(error_model="numpy")
 def find_state(tape, inputs, places, low, high, direction, measured, work, out):
-    """Change one of `inputs` until the response is what was measured, and say where that is.
+    """Change one of `inputs` until the response equals the measurement; return the flag.
 
-    `places`: of the state in `inputs`, of the response and its slope in `out`. Newton's method from the state given, within a
-    bracket: where a step leaves it or does not halve, next is its end, if nothing is known there, or else its middle. Out of
-    reach: the end, and a flag. Without a number measured, or where the response has none: NaN.
+    `places`: index of the state in `inputs`, of response and slope in `out`. Newton's method within a
+    bracket; a step that leaves it or is not halved goes to an end not yet tried, else to the middle. Out of
+    reach: the state is clamped. NO_KEY: measurement or response is NaN.
     """
     state, response, slope = places
-    inset = INSET * (high - low)  # a pole may stand at an end: steps beside it are small, and tell nothing
+    inset = INSET * (high - low)  # steps near a pole at an end are too small
     x, a, b, tried_low, tried_high = (
         min(max(inputs[state], low + inset), high - inset),
         low,
@@ -68,7 +66,7 @@ def find_state(tape, inputs, places, low, high, direction, measured, work, out):
 
 @compiled(forceinline=True, error_model="numpy")
 def _newton(miss, slope):
-    """The step to the root of the tangent; NaN where the slope tells nothing."""
+    """Return the Newton step; NaN without a positive slope."""
     if miss == 0.0:
         return 0.0
     return -miss / slope if 0.0 < slope < np.inf else np.nan
@@ -76,9 +74,7 @@ def _newton(miss, slope):
 
 @compiled(error_model="numpy")
 def retrieve(packed, controls, measured, out):
-    """Put the hidden state that a measurement at `controls` (array, or tuple of floats) tells of, and the columns of the table
-    for it, into `out`; say whether they are inside.
-    """
+    """Fill `out` with hidden state and table columns for a measurement at `controls`; return the flag."""
     counts = packed.view(np.int64)
     n, end = counts[CONTROLS], HEAD + counts[TAPE]
     tape = packed[HEAD:end]

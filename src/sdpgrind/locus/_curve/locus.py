@@ -1,4 +1,4 @@
-"""The optimal locus of a problem with one hidden state: pieces, events, jumps; the best point for a state or a measurement."""
+"""The optimal locus over one hidden state: pieces, events, and the optimum for a state or a measurement."""
 
 from collections.abc import Iterable
 from functools import cached_property
@@ -28,23 +28,24 @@ if TYPE_CHECKING:
     from sdpgrind.locus._trace.table import LocusTable
 
 
+# chosen: scaled distance, absolute and relative to that of the nodes, beyond which Newton found another
+# branch
 NEAR, FAR = 1e-6, 0.25
-"""A point that is farther from where it is looked for, scaled, and over the distance of its neighbours, is another one."""
 
 
 class Locus(Plan):
-    """All best points of a problem with one hidden state, in the units of the problem; immutable.
+    """All optima of a problem with one hidden state, in the units of the problem; immutable.
 
-    Functions of one's own go into a file as expressions.
+    Files store a user's own functions as expressions.
 
     Attributes
     ----------
     problem : Problem
-        What was planned.
+        The problem.
     pieces : tuple of Piece
-        The global ones and those that are only the best nearby, branch by branch.
+        Global and merely local optima, branch by branch.
     degenerate : bool
-        Whether many points were as good: then the one of the most slack was taken.
+        Whether several points were optimal; the one of the largest slack was taken.
     """
 
     kind = "locus.curve"
@@ -54,7 +55,7 @@ class Locus(Plan):
 
     @property
     def system(self) -> System:
-        """The problem as expressions; private to this package."""
+        """Expressions of the problem; private to this package."""
         return system_of(self.problem, self.degenerate)
 
     @property
@@ -64,17 +65,17 @@ class Locus(Plan):
 
     @property
     def hidden_name(self) -> str:
-        """Name of the hidden state; `Problem.unit` tells its unit."""
+        """Name of the hidden state; its unit: `Problem.unit`."""
         return self.problem.hidden_names[0]
 
     @property
     def responses(self) -> tuple[str, ...]:
-        """Names of what is measured; `Problem.unit` tells the units."""
+        """Names of the measured responses; their units: `Problem.unit`."""
         return self.problem.responses
 
     @property
     def error(self) -> float:
-        """Largest residual of the conditions of a best point, in scaled form (unit 1), over all points of the table."""
+        """Largest scaled residual (unit 1) of the optimality conditions over all points."""
         return float(np.max(self._table.residual))
 
     @cached_property
@@ -86,7 +87,7 @@ class Locus(Plan):
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
-        """What happens along all pieces, by rising hidden state (units of the problem)."""
+        """Events along all pieces, by rising hidden state (units of the problem)."""
         found: dict[tuple[str, float], Event] = {}
         for piece in self.pieces:
             for kind, k in ((piece.start, 0), (piece.end, -1)):
@@ -99,17 +100,17 @@ class Locus(Plan):
 
     @property
     def folds(self) -> tuple[Event, ...]:
-        """Where a branch turns back (units of the problem)."""
+        """Turning points of branches (units of the problem)."""
         return tuple(event for event in self.events if event.kind == "fold")
 
     @property
     def jumps(self) -> tuple[Event, ...]:
-        """Where another branch becomes cheaper, or the cheapest one ends (units of the problem)."""
+        """Changes to another branch (units of the problem)."""
         return tuple(event for event in self.events if event.kind == "jump")
 
     @cached_property
     def range(self) -> tuple[float, float]:
-        """Least and greatest hidden state with a best point, in its unit."""
+        """Least and greatest hidden state with an optimum, in its unit."""
         return self.best[0].range[0], self.best[-1].range[1]
 
     @cached_property
@@ -120,24 +121,25 @@ class Locus(Plan):
         return dict(zip(self.names, map(float, values), strict=True))
 
     def at(self, *, throw: bool = True, **hidden: float) -> Point:
-        """Return the best point for a hidden state, exact.
+        """Return the exact optimum for a hidden state.
 
         Parameters
         ----------
         **hidden : float
             The hidden state by its name, in its unit.
         throw : bool
-            Whether a state beyond the range is an error; False: the end of the range is taken, and the point says so.
+            Whether a state out of range is an error. False: it is clamped, and the point is marked so.
 
         Raises
         ------
         ValueError
-            When the state is not finite, of another name, beyond the range, or has no feasible point.
+            When the state is not finite, of another name, out of range, or without a feasible point.
         """
         name = self.hidden_name
         if set(hidden) != {name}:
             raise ValueError(
-                f"hidden state must be given by its name, {name}=...; got {', '.join(sorted(hidden)) or 'nothing'}"
+                f"hidden state must be given by its name, {name}=...;"
+                f" got {', '.join(sorted(hidden)) or 'nothing'}"
             )
         x = checks.number(name, hidden[name], self.problem.unit(name))
         point, (low, high) = self._at(x), self.range
@@ -149,13 +151,13 @@ class Locus(Plan):
 
     def _at(self, x: float, clamped: bool = False) -> Point:
         low, high = self.range
-        clamped = clamped or max(low - x, x - high) > ROUNDING * (high - low)  # by more than the ends are off
+        clamped = clamped or max(low - x, x - high) > ROUNDING * (high - low)  # error of the ends
         x = min(max(x, low), high)
         piece = self._piece(x)
         return named_point(self.problem, {self.hidden_name: x}, self.point_at(piece, x), piece.kind, clamped)
 
     def point_at(self, piece: Piece, x: float) -> Columns:
-        """What is known at one hidden state on a piece, exact; private to this package."""
+        """Return the exact row of a piece at a hidden state; private to this package."""
         table, n, m = piece.table, self.system.n, self.system.m
         place = self.system.scaled(np.array([x]), n)
         k = int(np.clip(np.searchsorted(table.hidden, x), 1, len(table.hidden) - 1))
@@ -180,19 +182,20 @@ class Locus(Plan):
         return piece
 
     def retrieve(self, *, throw: bool = False, **measured: float) -> Point:
-        """Return the best point for what is measured at any point: the hidden state is inverted from it first.
+        """Return the optimum for the hidden state inverted from one response measured at any controls.
 
         Parameters
         ----------
         **measured : float
-            All controls, where the response was measured, and one response, by name, in their units.
+            All controls and one response, by name, in their units.
         throw : bool
-            Whether a measurement that no hidden state explains is an error; False: the nearest end is taken, and told.
+            Whether a measurement that no hidden state explains is an error. False: the state is clamped.
 
         Raises
         ------
         ValueError
-            When a name is missing or unknown, a value is not finite, or the response tells nothing of the hidden state there.
+            When a name is missing or unknown, a value is not finite, or the response is independent of the
+            hidden state there.
         """
         responses = [name for name in self.responses if name in measured]
         if set(measured) != {*self.names, *responses} or len(responses) != 1:
@@ -224,58 +227,59 @@ class Locus(Plan):
         return float(inputs[-1]), flag == INSIDE
 
     def table(self, key: str | None = None, *, points: int = 200) -> "LocusTable":
-        """Return the best controls by one number, as a compiled table: cubic with exact slopes.
+        """Return the optimal controls as a compiled table: cubic with exact slopes.
 
         Parameters
         ----------
         key : str, optional
-            The hidden state (if None), a control, or a response, on the locus where it equals its limit: Koren, Fig. 2; in its
-            unit.
+            Hidden state, a control, or a response where it equals its limit (Koren, Fig. 2), in its unit.
+            None: the hidden state.
         points : int
-            About how many nodes.
+            Approximate number of nodes.
 
         Raises
         ------
         ValueError
-            When the key does not change one way along the locus.
+            When the key is not monotone along the locus.
         """
         from sdpgrind.locus._curve.tables import table
 
         return table(self, key, points)
 
     def inversion(self, response: str | None = None, *, points: int = 200) -> "Inversion":
-        """Return the way from a response, measured at any controls, to the hidden state and the best controls: one compiled call.
+        """Return the compiled map from a response at any controls to hidden state and optimal controls.
 
         Parameters
         ----------
         response : str, optional
-            Which, where there are several constraints; all numbers in the units of the problem.
+            Name of the response, in its unit. None: the first.
         points : int
-            About how many nodes the table has.
+            Approximate number of nodes of the table.
 
         Raises
         ------
         ValueError
-            When the response does not move one way with the hidden state.
+            When the response is not monotone in the hidden state.
         """
         from sdpgrind.locus._curve.tables import inversion
 
         return inversion(self, response, points)
 
     def stretch(self, along: str, x: tuple[float, float] | None = None) -> "Stretch":
-        """Return the part on which a controller may walk; see `Stretch`.
+        """Return the part on which a controller may move; see `Stretch`.
 
         Parameters
         ----------
         along : str
-            The coordinate: a control, or the hidden state, that is single-valued there.
+            Coordinate: a control or the hidden state, single-valued there.
         x : (float, float), optional
-            Least and greatest hidden state to reckon with, in its unit; else the range of the problem.
+            Least and greatest hidden state, in its unit. Default: range of the problem.
 
         Raises
         ------
         ValueError
-            When a fold, a jump, or a part without an active constraint lies between, or the coordinate is not single-valued.
+            When the range contains a fold, a jump, or a part without an active constraint, or the coordinate
+            is not single-valued.
         """
         from sdpgrind.locus._curve.stretch import stretch
 
@@ -295,12 +299,12 @@ class Locus(Plan):
         return cls(*fields_in(dataset))
 
     def plot(self) -> Any:
-        """Draw controls and responses over the hidden state, and the locus between the first two controls; return the figure."""
+        """Draw controls and responses over the hidden state and the first two controls; return the figure."""
         return pictures.drawn("sdpgrind.locus._curve.pictures:picture", self)
 
     @property
     def status(self) -> str:
-        """One sentence: what was found, and what stands in the way (units of the problem)."""
+        """Summary in one sentence (units of the problem)."""
         low, high = self.range
         count = f"{len(self.best)} piece{'s' if len(self.best) > 1 else ''}"
         told = f"{count} over {self.hidden_name} = {low:.6g} to {high:.6g}, residual {self.error:.1g}"

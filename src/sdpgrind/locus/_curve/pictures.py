@@ -13,15 +13,12 @@ if TYPE_CHECKING:
 
 _BEHIND = {"facecolor": "w", "edgecolor": "none", "alpha": 0.7, "pad": 0.3}
 COLOURS = {"interior": "#8a8a8a", "locus": pictures.ACTUAL, "bound": "#b08a3a", "vertex": "#7a5aa0"}
-"""Of the kinds of pieces."""
-FLAT = 1e-2
-"""Least height of a picture, relative to what it shows."""
-APART = 0.13
-"""Least distance of two numbers along the locus, in spans of the picture."""
+FLAT = 1e-2  # chosen: least height of an axis relative to its values; less would show rounding
+APART = 0.13  # chosen: least distance of two numbers along the locus, in spans of the picture; fewer overlap
 
 
 def picture(curve: "Locus") -> Any:
-    """The locus between two controls beside controls, and measurement, over the hidden state."""
+    """Draw the locus between two controls, and controls and responses over the hidden state."""
     n = len(curve.names)
     figure, axes = pictures.subplots(n + 1, 2 if n > 1 else 1, (10, 2.1 * (n + 1)), squeeze=False)
     right = axes[:, -1]
@@ -63,7 +60,7 @@ def _over_hidden(axis: Any, curve: "Locus", columns: list[checks.Floats]) -> Non
 
 
 def _few_ticks(axis: Any) -> None:
-    """1, 2 and 5 of each decade, as they are: powers of ten with a factor each run into one another."""
+    """Set ticks at 1, 2 and 5 of each decade, as plain numbers."""
     ticker = need("matplotlib.ticker", "plot")
     axis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
@@ -71,7 +68,7 @@ def _few_ticks(axis: Any) -> None:
 
 
 def _spread_out(axis: Any) -> None:
-    """What hardly changes is a level line, and no picture of rounding."""
+    """Widen the axis of nearly constant values, so that they appear level."""
     axis.ticklabel_format(axis="y", useOffset=False)
     low, high = axis.get_ylim()
     middle = 0.5 * (low + high)
@@ -80,7 +77,7 @@ def _spread_out(axis: Any) -> None:
 
 
 def _between(axis: Any, curve: "Locus") -> None:
-    """The first two controls, with values of the hidden state along the way."""
+    """Draw the first two controls, with values of the hidden state along the curve."""
     first, second = curve.names[:2]
     seen = set()
     for piece in curve.pieces:
@@ -120,7 +117,7 @@ def _between(axis: Any, curve: "Locus") -> None:
 
 
 def _numbered(curve: "Locus") -> list[tuple[float, checks.Floats]]:
-    """Hidden states along the way, with their places, so far apart that numbers can stand there."""
+    """Return hidden states and places of the numbers, `APART` from each other."""
     places = np.concatenate([piece.table.controls[:, :2] for piece in curve.best])
     hidden = np.concatenate([piece.table.hidden for piece in curve.best])
     span = np.maximum(np.ptp(places, axis=0), 1e-300)
@@ -132,7 +129,7 @@ def _numbered(curve: "Locus") -> list[tuple[float, checks.Floats]]:
 
 
 def area_picture(curve: "Area") -> Any:
-    """Each control over the first two hidden states, in the middle of the others."""
+    """Draw each control over the first two hidden states, at the middle of the others."""
     first, second = curve.problem.hidden_names[:2]
     data = curve.dataset
     for name in curve.problem.hidden_names[2:]:

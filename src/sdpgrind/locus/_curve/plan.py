@@ -1,4 +1,4 @@
-"""Plan: all best points of a problem, over the whole range of its hidden states."""
+"""Plan: all optima of a problem over the whole range of its hidden states."""
 
 from typing import Any
 
@@ -15,37 +15,35 @@ from sdpgrind.locus._trace.grid import trace_grid
 from sdpgrind.locus._trace.pieces import counts, pieces, tabulate
 from sdpgrind.locus._trace.trace import ROUNDING, Branch, Tracer
 
-POINTS = 200
-SIGN = 1e-9
-"""Of a slope by the hidden state, relative to the largest: what is less has no sign."""
+POINTS = 200  # chosen: fewer leave a coarse table, more cost time
+SIGN = 1e-9  # chosen: slope by the hidden state, relative to the largest; less is rounding and has no sign
 
 
 def plan(problem: Problem, *, points: int = POINTS) -> Any:
-    """Find all best points over the range of the hidden states, Koren (11)-(13).
+    """Find all optima over the range of the hidden states, Koren (11)-(13).
 
-    Best points are looked for at several hidden states, from all the least points of a lattice; each is followed along its
-    branch by pseudo-arclength, with exact derivatives, through every change of what is active, to the fold or the end of what is
-    feasible where it ends. Of branches that lie above each other the cheapest is marked global; where another takes over there is
-    a jump.
+    Searches start at several hidden states from all minima of a lattice. Pseudo-arclength continuation with
+    exact derivatives follows each optimum through changes of the active set to a fold or the end of
+    feasibility. The cheapest of overlapping branches is global; a change between branches is a jump.
 
     Parameters
     ----------
     problem : Problem
-        What is to be run at its best, in the user's units.
+        The problem, in the user's units.
     points : int
-        About how many points the table has.
+        Approximate number of points of the table.
 
     Returns
     -------
     Locus or Area
-        A curve for one hidden state, an area for several. Exact at its points: the scaled residual of the conditions of a best
-        point is `error`, at most 1e-10.
+        Curve for one hidden state, area for several. The scaled residual of the optimality conditions at its
+        points, `error`, is at most 1e-10.
 
     Raises
     ------
     ValueError
-        When there are more hidden states than measured constraints, the slope of a constraint by the hidden state changes its
-        sign, or there is no feasible point.
+        When hidden states outnumber measured constraints, the slope of a constraint by a hidden state changes
+        sign, or no point is feasible.
 
     Examples
     --------
@@ -55,7 +53,9 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
     ...     hidden={"x": (0.2, 20.0)},
     ...     cost=lambda s, c: (c.u - 1) ** 2 + (c.v - 4) ** 2,
     ...     constraints=[
-    ...         locus.Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v)
+    ...         locus.Varying(
+    ...             response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v
+    ...         )
     ...     ],
     ... )
     >>> curve = locus.plan(problem)
@@ -100,7 +100,7 @@ def _area(problem: Problem) -> Area:
 
 
 def marked(tracer: Tracer, branches: list[Branch]) -> Any:
-    """Every run with whether it is the cheapest, cut where it no longer is."""
+    """Yield all runs, cut where the cheapest branch changes, and whether each is the cheapest."""
     parts = cheapest(tracer, branches)
     for b, branch in enumerate(branches):
         own = [(low, high) for low, high, best in parts if best == b]
@@ -117,13 +117,13 @@ def _check_counts(problem: Problem) -> None:
     h, m = len(problem.hidden), len(problem.varying)
     if h > m:
         raise ValueError(
-            f"hidden must be no more states than there are measured constraints, {m}: no measurement tells more apart; got"
-            f" {h}: {', '.join(problem.hidden)}"
+            f"hidden must be no more states than there are measured constraints, {m}: no measurement tells"
+            f" more apart; got {h}: {', '.join(problem.hidden)}"
         )
 
 
 def _check_signs(problem: Problem, system: System) -> None:
-    """What is measured must tell the hidden states: no slope of a constraint by one of them may change its sign."""
+    """Refuse slopes of a constraint by a hidden state that change sign or vanish everywhere."""
     slopes = system.slopes_by_hidden
     for k, hidden in enumerate(problem.hidden_names):
         for j, name in enumerate(system.responses):
@@ -139,17 +139,19 @@ def _check_sign(name: str, hidden: str, slopes: Floats) -> None:
     small = SIGN * np.max(np.abs(known), initial=0.0)
     if np.any(known > small) and np.any(known < -small):
         raise ValueError(
-            f"hidden states must move a constraint one way all over the ranges; response - limit of {name} rises with {hidden} at"
-            " some controls and falls at others: narrow the ranges, or split the problem"
+            "hidden states must move a constraint one way all over the ranges; response - limit of"
+            f" {name} rises with {hidden} at some controls and falls at others: narrow the ranges,"
+            " or split the problem"
         )
 
 
 def _alike(problem: Problem) -> str:
-    """What to say where not even the slack tells the best points apart."""
-    return f"cost must single out a point: over {', '.join(problem.names)} many cost the same, and leave the same slack"
+    """Message: cost and slack of several points are equal."""
+    names = ", ".join(problem.names)
+    return f"cost must single out a point: over {names} many cost the same, and leave the same slack"
 
 
 def _nowhere(problem: Problem) -> str:
-    """What to say where there is no feasible point."""
+    """Message: no feasible point."""
     given = ", ".join(f"{name} = {low:g} to {high:g}" for name, (low, high) in problem.hidden.items())
     return f"constraints must leave a feasible point at some hidden state; none was found over {given}"

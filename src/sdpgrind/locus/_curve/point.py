@@ -1,4 +1,4 @@
-"""One best point with names and units."""
+"""One optimum with names and units."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,28 +11,29 @@ from sdpgrind.locus._trace.pieces import Columns
 
 @dataclass(frozen=True, repr=False)
 class Point:
-    """A best point (units of the problem).
+    """An optimum (units of the problem).
 
     Attributes
     ----------
     hidden : dict
-        The hidden states.
+        Hidden states.
     controls : dict
-        The best controls.
+        Optimal controls.
     cost : float
         Least cost.
     multipliers : dict
-        Of each constraint: cost for a unit of it.
+        Cost per unit of each constraint.
     response, limit : float or dict
-        P_c and P_b; by name where there are several constraints.
+        P_c and P_b; by name for several constraints.
     slope : dict
-        Of each control, by the first hidden state.
+        Slope of each control by the first hidden state.
     margin : float
-        Least curvature of the Lagrangian in directions left free, for controls over their whole ranges; inf where none is left.
+        Least curvature of the Lagrangian in free directions, with controls scaled to their ranges. inf: no
+        free direction.
     kind : str
-        That of the piece: "interior", "locus", "bound" or "vertex".
+        Kind of the piece: "interior", "locus", "bound" or "vertex".
     clamped : bool
-        Whether a state or a measurement beyond the range was taken to its end.
+        Whether a state or measurement out of range was clamped.
     """
 
     hidden: dict[str, float]
@@ -51,7 +52,7 @@ class Point:
 
 
 def named_point(problem: Problem, hidden: dict[str, float], row: Columns, kind: str, clamped: bool) -> Point:
-    """The one point of a table, by names."""
+    """Return the only row of a table as a point."""
     responses = list(problem.responses)
 
     def by_name(values: Floats) -> Any:

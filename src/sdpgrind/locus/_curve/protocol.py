@@ -1,4 +1,4 @@
-"""What tables and stretches ask of a locus, so that they need not import it; and its events."""
+"""Interface of a locus for tables and stretches; events."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -10,17 +10,17 @@ from sdpgrind.locus._trace.pieces import Columns, Piece
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens at one value of the hidden state.
+    """An event at one value of the hidden state.
 
     Attributes
     ----------
     kind : str
-        "<constraint> active" or "inactive", "<control> least", "greatest" or "released", as the hidden state rises; "fold",
-        "jump", "infeasible", "branch point".
+        "<constraint> active" or "inactive", "<control> least", "greatest" or "released", for a rising hidden
+        state; "fold", "jump", "infeasible", "branch point".
     hidden : float
-        Where, in the unit of the hidden state.
+        Hidden state, in its unit.
     controls : dict
-        The controls there.
+        Controls at the event.
     """
 
     kind: str
@@ -29,7 +29,7 @@ class Event:
 
 
 class Curve(Protocol):
-    """A locus, as far as others need it; see `Locus`."""
+    """Locus as seen by tables and stretches; see `Locus`."""
 
     @property
     def problem(self) -> Problem: ...

@@ -1,4 +1,4 @@
-"""A locus, or an area of best points, as labelled arrays, and back."""
+"""`Locus` and `Area` as labelled arrays, and back."""
 
 import json
 from typing import Any
@@ -28,7 +28,7 @@ _TOLD = {
 
 
 def dataset_of(problem: Problem, pieces: tuple[Piece, ...], degenerate: bool) -> xr.Dataset:
-    """All points of a locus, piece after piece; scaled ones too, so that a look-up goes on from them."""
+    """Return all points of a locus, piece after piece, in the user's units and scaled."""
     tables, name = [piece.table for piece in pieces], problem.hidden_names[0]
     table = Columns.joined(tables)
     variables = columns_of(problem, table, ("point",))
@@ -51,7 +51,7 @@ def dataset_of(problem: Problem, pieces: tuple[Piece, ...], degenerate: bool) ->
 def columns_of(
     problem: Problem, table: Columns, dims: tuple[str, ...], shape: tuple[int, ...] = (-1,)
 ) -> dict[str, Any]:
-    """Variables of a table whose points lie on dimensions."""
+    """Return the variables of a table over given dimensions."""
     found: dict[str, Any] = {}
     for name, second in (_WIDE | _TALL | {"points": "unknown", "along": "unknown"}).items():
         values = getattr(table, name)
@@ -67,7 +67,7 @@ def columns_of(
 
 
 def coordinates(problem: Problem) -> dict[str, Any]:
-    """Names of controls and constraints, with their units."""
+    """Return names and units of controls and constraints."""
     names, responses = list(problem.names), list(problem.responses)
     units = {"control_unit": ("control", [problem.unit(name) for name in names])}
     return {
@@ -83,7 +83,7 @@ def _described(pieces: tuple[Piece, ...]) -> list[list[Any]]:
 
 
 def fields_in(data: xr.Dataset) -> tuple[Problem, Columns, tuple[Piece, ...], bool]:
-    """What the locus was made of that `dataset_of` described."""
+    """Return the fields of a `Locus` from the arrays of `dataset_of`."""
     problem = read_problem(data.attrs["problem"])
     hidden = problem.hidden_names[0]
     rows = {name: data[hidden if name == "hidden" else name].values for name in Columns.__dataclass_fields__}
@@ -98,7 +98,7 @@ def fields_in(data: xr.Dataset) -> tuple[Problem, Columns, tuple[Piece, ...], bo
 
 
 def area_dataset(problem: Problem, grid: TraceGrid, degenerate: bool) -> xr.Dataset:
-    """The grid, with hidden states as coordinates."""
+    """Return the grid of an area, with hidden states as coordinates."""
     system, dims, shape = system_of(problem, degenerate), problem.hidden_names, grid.residual.shape
     places = np.linspace(0.0, 1.0, shape[0])
     states = system.unscaled(np.repeat(places[:, None], system.h, axis=1), system.n)
@@ -115,7 +115,7 @@ def area_dataset(problem: Problem, grid: TraceGrid, degenerate: bool) -> xr.Data
 
 
 def area_fields(data: xr.Dataset) -> tuple[Problem, TraceGrid, bool]:
-    """What the area was made of that `area_dataset` described."""
+    """Return the fields of an `Area` from the arrays of `area_dataset`."""
     problem = read_problem(data.attrs["problem"])
     degenerate = bool(data.attrs["degenerate"])
     grid = TraceGrid(data.points.values, data.held.values.astype(np.int64), data.residual.values)

@@ -1,4 +1,4 @@
-"""From pieces of a locus to the stretch on which a controller may walk."""
+"""The stretch of a locus for a controller."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,7 +14,7 @@ from sdpgrind.locus._trace.pieces import Piece
 
 
 def stretch(curve: Curve, along: str, x: tuple[float, float] | None) -> Stretch:
-    """The part of a locus on which one measured constraint is active, without fold or jump, for the hidden states declared."""
+    """Return the part of a locus with one active measured constraint, without fold or jump."""
     checks.one_of("along", along, (*curve.names, curve.hidden_name))
     low, high = _declared(curve, x)
     if curve.system.limit_varies:
@@ -26,8 +26,8 @@ def stretch(curve: Curve, along: str, x: tuple[float, float] | None) -> Stretch:
     ]
     if not chosen:
         raise ValueError(
-            f"x must hold states at which a measured constraint is active: from {low:g} to {high:g} none is, and nothing measured"
-            " can lead to the best point"
+            f"x must hold states at which a measured constraint is active: from {low:g} to {high:g} none is,"
+            " and nothing measured can lead to the best point"
         )
     _check_continuous(curve, chosen, low, high)
     j = _measured(curve, chosen)
@@ -66,18 +66,18 @@ def _declared(curve: Curve, x: tuple[float, float] | None) -> tuple[float, float
 
 
 def _check_continuous(curve: Curve, chosen: list[Piece], low: float, high: float) -> None:
-    """No controller gets over a jump, a fold, or a part without a feasible point."""
+    """Refuse jumps, folds and parts without a feasible point."""
     inside = [event for event in curve.jumps if low < event.hidden < high]
     if inside:
         raise ValueError(
-            f"x must not span a jump: at {curve.hidden_name} = {inside[0].hidden:.6g} another branch is cheaper, and no"
-            f" controller walks there; got {low:g} to {high:g}"
+            f"x must not span a jump: at {curve.hidden_name} = {inside[0].hidden:.6g} another branch is"
+            f" cheaper, and no controller walks there; got {low:g} to {high:g}"
         )
     for before, after in pairwise(chosen):
         if abs(after.range[0] - before.range[1]) > 1e-9 * (1 + abs(before.range[1])):
             raise ValueError(
-                f"x must not span a part where no measured constraint is active; {curve.hidden_name} from {before.range[1]:.6g}"
-                f" to {after.range[0]:.6g} has none"
+                f"x must not span a part where no measured constraint is active; {curve.hidden_name} from"
+                f" {before.range[1]:.6g} to {after.range[0]:.6g} has none"
             )
     for end, bad in ((chosen[0].range[0], low), (chosen[-1].range[1], high)):
         piece = chosen[0] if bad == low else chosen[-1]
@@ -100,7 +100,7 @@ def _measured(curve: Curve, chosen: list[Piece]) -> int:
 
 
 def _rows(curve: Curve, piece: Piece, low: float, high: float, j: int) -> tuple[Floats, ...]:
-    """Hidden states, controls and limit of a piece within the declared range, and their slopes by its length."""
+    """Return hidden states, controls and limit of a piece within a range, and their slopes by arclength."""
     system, table = curve.system, piece.table
     first, last = max(low, piece.range[0]), min(high, piece.range[1])
     inside = (table.hidden > first) & (table.hidden < last)

@@ -1,4 +1,4 @@
-"""A locus as a table by one number: the hidden state, a control, or what is measured; and the way from a measurement."""
+"""A locus as a table by hidden state, control or response; and its inversion."""
 
 from itertools import pairwise
 
@@ -12,12 +12,11 @@ from sdpgrind.locus._trace.pieces import Columns, counts, tabulate
 from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.locus._trace.trace import Tracer, TraceRun
 
-FINER = 5
-"""Points traced for each that a table keeps."""
+FINER = 5  # chosen: traced points per node; fewer leave `LocusTable.thinned` too little choice
 
 
 def table(curve: Curve, key: str | None, points: int) -> LocusTable:
-    """Controls by the hidden state, one control, or a response where it equals its limit."""
+    """Return controls by the hidden state, a control, or a response that equals its limit."""
     name = curve.hidden_name if key is None else key
     checks.one_of("key", name, (curve.hidden_name, *curve.names, *curve.responses))
     checks.count("points", points, 2 * len(curve.best))
@@ -38,7 +37,7 @@ def table(curve: Curve, key: str | None, points: int) -> LocusTable:
 
 
 def inversion(curve: Curve, response: str | None, points: int) -> Inversion:
-    """From a response measured anywhere to the hidden state, and the best controls for it."""
+    """Return the inversion from a response at any controls to hidden state and optimal controls."""
     name = curve.responses[0] if response is None else checks.one_of("response", response, curve.responses)
     j, m = curve.responses.index(name), len(curve.responses)
     slopes = curve.system.response_slopes()[:, j]
@@ -54,7 +53,7 @@ def inversion(curve: Curve, response: str | None, points: int) -> Inversion:
 
 
 def _fine(curve: Curve, points: int) -> list[Columns]:
-    """The global pieces with more points, by Newton's method from those that are known."""
+    """Refine the global pieces by Newton's method."""
     tracer = Tracer(curve.system, np.zeros(1))
     runs = [TraceRun(piece.table.points, piece.table.along, piece.held) for piece in curve.best]
     return [
@@ -63,7 +62,7 @@ def _fine(curve: Curve, points: int) -> list[Columns]:
 
 
 def _keyed(curve: Curve, rows: Columns, name: str) -> tuple[Floats, Floats]:
-    """The key along a piece, and its slope by the hidden state."""
+    """Return the key along a piece and its slope by the hidden state."""
     if name == curve.hidden_name:
         return rows.hidden, np.ones_like(rows.hidden)
     if name in curve.names:
@@ -78,13 +77,14 @@ def _part(rows: Columns, key: Floats, slope: Floats) -> LocusTable:
     known = np.isfinite(slope) & np.all(np.isfinite(rows.slope), axis=1)
     if not (np.all(slope[known] > 0) or np.all(slope[known] < 0)):
         raise ValueError(
-            "key must change one way along the locus, so that it belongs to one point; it turns, or stands still"
+            "key must change one way along the locus, so that it belongs to one point; it turns,"
+            " or stands still"
         )
     return LocusTable(key[known], rows.controls[known], rows.slope[known] / slope[known, None])
 
 
 def _joined(parts: list[LocusTable], name: str, hidden: str) -> LocusTable:
-    """One table of several; where they meet, two nodes stand next to each other, each with the slopes of its own side."""
+    """Join tables; two adjacent nodes at each joint carry the slopes of either side."""
     parts = sorted((_rising(part) for part in parts), key=lambda part: part.low)
     keys = [part.key.copy() for part in parts]
     for before, after in pairwise(keys):
@@ -98,11 +98,12 @@ def _joined(parts: list[LocusTable], name: str, hidden: str) -> LocusTable:
 
 
 def _check_joined(parts: list[LocusTable], name: str) -> None:
-    """Between the ends of a jump nothing is best."""
+    """Refuse jumps of the columns between parts."""
     for before, after in pairwise(parts):
         if not np.allclose(before.columns[-1], after.columns[0], rtol=1e-6, atol=1e-9):
             raise ValueError(
-                f"key must lead along the locus without a jump; {name} jumps from {before.high:.6g} to {after.low:.6g}"
+                f"key must lead along the locus without a jump; {name} jumps from {before.high:.6g}"
+                f" to {after.low:.6g}"
             )
 
 
