@@ -1,4 +1,4 @@
-"""The best point of a process whose limit drifts with a state that nobody can measure (Koren 1989)."""
+"""The optimal locus: best points of a process with an unmeasured, drifting state (Koren 1989)."""
 
 from sdpgrind.base import faces
 

@@ -1,10 +1,10 @@
-"""Compiled look-ups for loops in which every microsecond counts, and for compiled code: arrays in place, serial.
+"""Compiled look-ups for fast loops and for other compiled code; arrays are filled in place.
 
-``look_up(table.packed, key, out)`` puts the columns of a `Locus.table` at a key into ``out``;
-``retrieve(inversion.packed, controls, measured, out)`` the hidden state that a measurement at ``controls`` (a tuple of floats, or
-an array) tells of, and the best controls for it. Both say where the number was: ``INSIDE``, ``BELOW`` or ``ABOVE`` the range,
-whose end is taken, or ``NO_KEY``. `best_rates` within `Ranges` is what a simulated grinder could do at best;
-`GroundPart` is a part on it.
+``look_up(table.packed, key, out)`` fills ``out`` with the columns of a `Locus.table` at a key.
+``retrieve(inversion.packed, controls, measured, out)`` fills it with the hidden state and the optimal
+controls for a response measured at ``controls`` (tuple of floats, or array). Both return ``INSIDE``,
+``BELOW`` or ``ABOVE`` (clamped to the range), or ``NO_KEY``. `best_rates` within `Ranges` gives the burn-free
+optimum of a simulated grinder; `GroundPart` is a part on it.
 """
 
 from sdpgrind.locus._curve.inversion_kernels import retrieve

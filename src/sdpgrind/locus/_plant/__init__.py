@@ -1,1 +1,1 @@
-"""Hidden physics of the simulated adaptive grinder: what could be had at best."""
+"""Hidden physics of the simulated adaptive grinder: its true optimum."""

@@ -1,4 +1,4 @@
-"""What a grinding process truly is at a wear flat area: power, burning power, the fastest point that does not burn."""
+"""True optimum of a grinding process at a wear flat area: the greatest infeed rate without burning."""
 
 from math import exp, log
 from typing import NamedTuple
@@ -9,12 +9,12 @@ from scipy.optimize import minimize_scalar
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus.processes._grinding import Grinding
 
-_LOOKED_AT = 13  # rotations, evenly on a logarithmic scale, from the best of which the search goes on
-_EXACT = 1e-7  # of the logarithm of the rotation; of the rate at its maximum that is some 1e-14
+_LOOKED_AT = 13  # chosen: rotations on a logarithmic scale; fewer could miss the highest maximum
+_EXACT = 1e-7  # chosen: error of the logarithm of the rotation; about 1e-14 of the rate, flat at its maximum
 
 
 class Ranges(NamedTuple):
-    """What a machine can do: greatest infeed rate (mm/s), least and greatest work rotation (rad/s)."""
+    """Limits of a machine: greatest infeed rate (mm/s), least and greatest work rotation (rad/s)."""
 
     infeed_rate_max: float
     work_rotation_min: float
@@ -22,7 +22,7 @@ class Ranges(NamedTuple):
 
 
 def best_point(process: Grinding, ranges: Ranges, wear_flat_area: float) -> tuple[float, float]:
-    """Greatest infeed rate (mm/s) that does not burn, and its work rotation (rad/s); rate 0 where every one burns."""
+    """Return the greatest burn-free infeed rate (mm/s; 0: none) and its work rotation (rad/s)."""
 
     def lost(log_rotation: float) -> float:
         return -process.burn_free_rates(exp(log_rotation), wear_flat_area)[1]
@@ -37,7 +37,7 @@ def best_point(process: Grinding, ranges: Ranges, wear_flat_area: float) -> tupl
 
 
 def best_rates(process: Grinding, ranges: Ranges, areas: Floats) -> Floats:
-    """Best infeed rates (mm/s) of areas that lie close together: a parabola of their logarithm; NaN where one burns at any."""
+    """Return the best rates (mm/s) of close areas, interpolated by a parabola of logarithms; NaN: burning."""
     low, high = float(areas.min()), float(areas.max())
     if high - low <= 1e-12 * high:
         return np.full(areas.shape, best_point(process, ranges, high)[0] or np.nan)

@@ -1,1 +1,1 @@
-"""Problem and process, and their functions as compiled tapes with derivatives."""
+"""Problem and process; their functions as compiled tapes with exact derivatives."""

@@ -1,4 +1,4 @@
-"""A process whose best point drifts with what nobody can measure: controls, hidden states, cost, varying constraints."""
+"""The optimization problem with hidden states: controls, hidden states, cost, varying constraints."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -14,14 +14,14 @@ from sdpgrind.identify import Estimate
 from sdpgrind.locus._problem.process import Function, Ranges, Varying, check_function, check_name
 from sdpgrind.locus._problem.system import System, system_of
 
-BEYOND = 0.05
-"""Share of its range by which a measured control may lie outside (chosen)."""
+BEYOND = 0.05  # chosen: share of its range; a measured control may overshoot by it, more is another machine
 
 
 def _ranges(owner: str, given: Any) -> dict[str, tuple[float, float]]:
     if not isinstance(given, Mapping) or not given:
         raise TypeError(
-            f"{owner} must be a mapping of names to (least, greatest), with one name at least; got {checks.shown(given)}"
+            f"{owner} must be a mapping of names to (least, greatest), with one name at least;"
+            f" got {checks.shown(given)}"
         )
     found = {}
     for name, ends in given.items():
@@ -49,33 +49,33 @@ def _constraints(name: str, given: Any) -> tuple[Varying, ...]:
 
 @described("locus.problem")
 class Problem(Described):
-    """Least cost within limits that drift with hidden states.
+    """Minimise a cost under constraints that drift with hidden states.
 
-    For every hidden state: minimise ``cost(s, c)`` over the controls, with response <= limit for every constraint and controls in
-    their ranges. What is to be maximised is given with its sign changed. Functions are written once, with operators, ``**`` and
-    functions of numpy or CasADi that take symbols; they are read once, as expressions.
+    For every hidden state: minimise ``cost(s, c)`` over the controls in their ranges, with response <= limit
+    for every constraint. Functions use operators, ``**`` and functions of numpy or CasADi that take symbols.
+    To maximise, change the sign of the cost.
 
     Parameters
     ----------
     model : process, optional
-        A built-in process, which brings cost, constraints and units; see `preset`.
+        A built-in process with cost, constraints and units; see `preset`.
     controls : mapping
-        Name to (least, greatest), in the user's units.
+        Name of each control to (least, greatest), in the user's units.
     hidden : mapping
         Name of each hidden state to (least, greatest).
     cost : callable, optional
-        phi(s, c): Koren (2), (14); it may depend on the hidden states.
+        phi(s, c), Koren (2), (14); it may depend on the hidden states.
     constraints : sequence of Varying
-        What must hold: Koren (16), (19).
+        Constraints, Koren (16), (19).
     units : mapping, optional
-        Unit of each control and hidden state, and of the ``"cost"``, for labels.
+        Unit of each control, hidden state and of ``"cost"``, for labels.
 
     Raises
     ------
     ValueError
-        When a range is empty or reversed, a name is no identifier or used twice, or a cost is missing.
+        When a range is empty or reversed, a name is no identifier or not unique, or the cost is missing.
     TypeError
-        When something is of another kind.
+        When a value is of another type.
 
     Examples
     --------
@@ -123,25 +123,27 @@ class Problem(Described):
 
     @property
     def varying(self) -> tuple[Varying, ...]:
-        """The constraints, the model's or one's own, with their units."""
+        """Constraints of the model or the user, with their units."""
         return tuple(self.constraints) if self.model is None else tuple(self.model.constraints)
 
     @property
     def objective(self) -> Function:
-        """The cost, the model's or one's own (any unit)."""
+        """Cost of the model or the user (any unit)."""
         cost: Function | None = self.cost if self.model is None else self.model.cost
-        assert cost is not None  # checked where the problem was made
+        assert cost is not None  # checked by _check
         return cost
 
     def control(self, name: str, value: float) -> float:
-        """Return a control (in its unit) that was measured: within its range, or a little beyond; private to this package."""
+        """Return a measured control (in its unit), at most `BEYOND` outside its range; private to this
+        package.
+        """
         low, high = self.controls[name]
         room = BEYOND * (high - low)
-        least = max(low - room, 0.0) if low > 0 else low - room  # what is positive stays so
+        least = max(low - room, 0.0) if low > 0 else low - room
         return checks.within(name, value, least, high + room, self.unit(name))
 
     def unit(self, name: str) -> str:
-        """Return the unit of a control, a hidden state, a response or the ``"cost"`` by its name; empty where none is known."""
+        """Return the unit of a control, hidden state, response or ``"cost"`` by name; empty: unknown."""
         units = {one.name: one.unit for one in self.varying}
         if self.model is not None:
             units.update(self.model.units)
@@ -150,26 +152,26 @@ class Problem(Described):
 
     @property
     def responses(self) -> tuple[str, ...]:
-        """Names of what is measured; `unit` tells the units."""
+        """Names of the measured responses; their units: `unit`."""
         return tuple(one.name for one in self.varying)
 
     @property
     def system(self) -> System:
-        """The problem as expressions with exact derivatives; made once; private to this package."""
+        """Expressions with exact derivatives, made once; private to this package."""
         return system_of(self)
 
     def updated(self, estimate: Estimate) -> Self:
-        """Return the problem with what was measured: the loop from log back to model.
+        """Return the problem with estimated fields of its model.
 
         Parameters
         ----------
         estimate : Estimate
-            Fields of the model by their names, in their units.
+            Fields of the model by name, in their units.
 
         Raises
         ------
         ValueError
-            When the estimate has failed, names something else, or the problem has no model.
+            When the estimate failed or names other fields, or the problem has no model.
         """
         checks.kind("estimate", estimate, Estimate, " (see sdpgrind.identify)")
         if self.model is None:
@@ -181,16 +183,16 @@ class Problem(Described):
         return self.replace(model=self.model.replace(**{name: estimate[name] for name in estimate.names}))
 
     def __deepcopy__(self, memo: object) -> Self:
-        return self  # nothing in it changes
+        return self  # immutable
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Travel to other processes as text: expressions of CasADi cannot."""
+        """Pickle as text: CasADi expressions cannot be pickled."""
         return read_problem, (written(self),)
 
 
 @dataclass(frozen=True)
 class Expression:
-    """One of the functions of a problem that was written down: the k-th output of a function of CasADi."""
+    """One function of a stored problem: the k-th output of a CasADi function."""
 
     text: str = field(repr=False)
     k: int
@@ -198,7 +200,7 @@ class Expression:
     hidden: tuple[str, ...]
 
     def __call__(self, s: Any, c: Any) -> Any:
-        """Its value, of hidden states and controls."""
+        """Return its value for hidden states and controls by name."""
         given = [[getattr(c, name) for name in self.names], [getattr(s, name) for name in self.hidden]]
         return _function(self.text)(*(ca.vertcat(*values) for values in given))[self.k]
 
@@ -209,7 +211,7 @@ def _function(text: str) -> Any:
 
 
 def written(problem: Problem) -> str:
-    """The problem as text."""
+    """Return the problem as text."""
     if problem.model is not None:
         return stored.encode(problem)
     ranges = {
@@ -222,7 +224,7 @@ def written(problem: Problem) -> str:
 
 
 def read_problem(text: str) -> Problem:
-    """The problem that `written` told of."""
+    """Return the problem from the text of `written`."""
     known = json.loads(text)
     if "function" not in known:
         problem: Problem = stored.decode(text)

@@ -1,4 +1,4 @@
-"""What a problem is made of: functions of hidden states and controls, varying constraints, built-in processes."""
+"""Parts of a problem: functions of hidden states and controls, varying constraints, built-in processes."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
@@ -8,12 +8,12 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, custom, described
 
 Function: TypeAlias = Callable[[Any, Any], Any]
-"""Of hidden states and controls, both by name: ``f(s, c)``."""
+"""Function ``f(s, c)`` of hidden states and controls, both with named attributes."""
 Ranges: TypeAlias = Mapping[str, tuple[float, float]]
 
 
 def check_function(name: str, value: Any) -> Any:
-    """Return a function f(s, c)."""
+    """Return a callable, or raise TypeError."""
     if not callable(value):
         raise TypeError(
             f"{name} must be a function f(s, c) of hidden states and controls; got {checks.shown(value)}"
@@ -22,7 +22,7 @@ def check_function(name: str, value: Any) -> Any:
 
 
 def check_name(owner: str, value: Any) -> str:
-    """Return a name that can stand in code."""
+    """Return an identifier, or raise ValueError."""
     if not isinstance(value, str) or not value.isidentifier():
         raise ValueError(f"{owner} must be named by identifiers; got {checks.shown(value)}")
     return value
@@ -34,27 +34,27 @@ def _function_of_varying(name: str, value: Any) -> Any:
 
 @described()
 class Varying(Described):
-    """A constraint that varies with a hidden state: what is measured must stay under what can be computed, Koren (19).
+    """A constraint that varies with a hidden state: response <= limit, Koren (19).
 
     Parameters
     ----------
     response : callable
-        P_c(s, c): what a sensor would read, of the hidden states ``s`` and the controls ``c``.
+        P_c(s, c): measured response as a function of hidden states ``s`` and controls ``c``.
     limit : callable
-        P_b(s, c): what it must stay under, in the same unit.
+        P_b(s, c): computed limit, in the same unit.
     name : str
-        Of the measurement; a controller is given it by this name.
+        Name of the response.
     unit : str
-        Of both.
+        Unit of response and limit.
 
     Raises
     ------
     TypeError
-        When a function is none.
+        When a function is not callable.
 
     Examples
     --------
-    >>> Varying(response=lambda s, c: s.x * c.v + 16 - 4 * c.v, limit=lambda s, c: 17 + c.u - 4 * c.v).name
+    >>> Varying(response=lambda s, c: s.x * c.v, limit=lambda s, c: 17 + c.u).name
     'response'
     """
 
@@ -66,23 +66,23 @@ class Varying(Described):
 
 
 class Process(Protocol):
-    """A built-in process: what it costs, what limits it, and in which units; it may `check` the ranges too.
+    """A built-in process: cost, constraints and units. An optional method `check` validates the ranges.
 
     Attributes
     ----------
     constraints : tuple of Varying
-        All of them.
+        All constraints.
     units : mapping
-        Name of each control and hidden state, and ``"cost"``, to its unit.
+        Name of each control, each hidden state and ``"cost"`` to its unit.
     """
 
     @property
     def constraints(self) -> tuple[Varying, ...]:
-        """All varying constraints, with their units."""
+        """Constraints, with their units."""
 
     @property
     def units(self) -> Mapping[str, str]:
-        """Unit of each control and hidden state, and of the cost."""
+        """Unit of each control, each hidden state and ``"cost"``."""
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return what is minimised, of hidden states ``s`` and controls ``c`` (units: see `units`)."""
+        """Return the cost for hidden states ``s`` and controls ``c`` (units: see `units`)."""

@@ -1,4 +1,4 @@
-"""A problem as expressions: what it costs and what limits it, with exact derivatives, as tapes that compiled code runs."""
+"""Cost and constraints of a problem as expressions with exact derivatives, in compiled tapes."""
 
 import math
 import warnings
@@ -15,13 +15,13 @@ from sdpgrind.locus._problem.process import Function, Ranges, Varying
 from sdpgrind.locus._problem.tape import tape
 from sdpgrind.locus._problem.tape_kernels import run_many
 
+# chosen: starts and samples for scales, scaled; denser at the ends, where optima are frequent
 SPREAD = (0.003, 0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.97, 0.997)
-"""Places in a range at which scales are taken and searches begin: closer at the ends, where best points often are."""
+# chosen: lattice points per control, by their number; 3 beyond. Less: optima missed
 TICKS = {1: 11, 2: 11, 3: 7, 4: 5}
-"""Of the lattice of places where searches begin, for each control; 3 where there are more."""
 
 MADE = "_systems"
-"""Where a problem keeps what was made of it."""
+"""Attribute of a problem that caches its systems."""
 KINKED = {
     ca.OP_FABS: "abs",
     ca.OP_FMIN: "minimum",
@@ -38,13 +38,12 @@ KINKED = {
     ca.OP_FMOD: "a remainder",
     ca.OP_REMAINDER: "a remainder",
 }
-"""Operations that have kinks or steps, and what users call them."""
-TIE = 1e-6
-"""Weight of the sum of slacks where many points are of least cost."""
+"""Operations that are not smooth, with their names for users."""
+TIE = 1e-6  # chosen: weight of the summed slacks; more would raise the cost
 
 
 class Stated(Protocol):
-    """A problem as its system sees it: names and ranges, cost and constraints; see `Problem`."""
+    """Problem as seen by its system: names, ranges, cost and constraints; see `Problem`."""
 
     @property
     def controls(self) -> Ranges: ...
@@ -64,13 +63,13 @@ class Stated(Protocol):
 
 @cache
 def starts_of(n: int) -> Floats:
-    """Places of n controls where searches begin: a lattice (k, n)."""
+    """Return the scaled lattice (k, n) of starts for n controls."""
     ticks = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, TICKS.get(n, 3)).round().astype(int)]
     return np.stack(np.meshgrid(*[ticks] * n, indexing="ij"), axis=-1).reshape(-1, n)
 
 
 def system_of(problem: Stated, tie: bool = False) -> "System":
-    """The problem as expressions with exact derivatives, made once; see `System`."""
+    """Return the cached `System` of a problem."""
     made: dict[bool, System] = problem.__dict__.setdefault(MADE, {})
     if tie not in made:
         made[tie] = System(problem, tie)
@@ -78,11 +77,11 @@ def system_of(problem: Stated, tie: bool = False) -> "System":
 
 
 class System:
-    """Tapes of a problem, in the user's units and with every range scaled to 0..1 (logarithmic where it is positive).
+    """Tapes of a problem, in the user's units and scaled: ranges to 0..1, logarithmically where positive.
 
-    `value_tape`: of controls and hidden states: cost, responses, limits. `response_tape`: responses, and their slopes by the
-    hidden states, row by row. `kkt_tape`, scaled: what `kkt_kernels` reads, in its order. With `tie`, of many points of least
-    cost the one of the most slack is the best.
+    `value_tape`: controls and hidden states to cost, responses, limits. `response_tape`: to responses and
+    their slopes by the hidden states, row by row. `kkt_tape`, scaled: input of `kkt_kernels`, in its order.
+    `tie` selects the largest slack among several optima.
     """
 
     def __init__(self, problem: Stated, tie: bool = False):
@@ -115,7 +114,7 @@ class System:
         return tape(ca.Function("f", [self._z, self._x], [ca.densify(ca.vertcat(*outputs))]))
 
     def values(self, controls: Any, hidden: Any) -> tuple[Floats, Floats, Floats]:
-        """Cost (...), responses and limits (..., m) of controls (..., n) and hidden states (..., h), in the user's units."""
+        """Return cost (...), responses and limits (..., m) of controls (..., n) and hidden states (..., h)."""
         z, x = np.asarray(controls, dtype=float), np.asarray(hidden, dtype=float)
         shape = np.broadcast_shapes(z.shape[:-1], x.shape[:-1])
         inputs = np.concatenate(
@@ -125,18 +124,18 @@ class System:
         return cost.reshape(shape), response.reshape(*shape, self.m), limit.reshape(*shape, self.m)
 
     def values_of(self, inputs: Floats) -> tuple[Floats, Floats, Floats]:
-        """Cost (k,), responses and limits (k, m) of rows of controls and hidden states (k, n + h)."""
+        """Return cost (k,), responses and limits (k, m) of rows of controls and hidden states (k, n + h)."""
         out = np.empty((len(inputs), 1 + 2 * self.m))
         run_many(self.value_tape, inputs, out)
         return out[:, 0], out[:, 1 : 1 + self.m], out[:, 1 + self.m :]
 
     @property
     def function(self) -> Any:
-        """Cost, responses and limits as one function of CasADi."""
+        """Cost, responses and limits as one CasADi function."""
         return ca.Function("f", [self._z, self._x], [ca.vertcat(self._cost, self._response, self._limit)])
 
     def slopes(self, controls: Floats, hidden: Floats, direction: Floats) -> tuple[Floats, Floats]:
-        """Slopes (k, m) of responses and limits along a direction of the controls (k, n), at fixed hidden states."""
+        """Return slopes (k, m) of responses and limits along directions (k, n), at fixed hidden states."""
         out = np.empty((len(controls), 2 * self.m))
         run_many(self._slope_tape, np.hstack([controls, hidden, direction]), out)
         return out[:, : self.m], out[:, self.m :]
@@ -153,7 +152,7 @@ class System:
         return bool(ca.depends_on(self._limit, self._x))
 
     def scaled(self, values: Any, first: int = 0) -> Floats:
-        """Where values (..., k) of controls, or from index `first` on of hidden states, stand in their ranges, 0..1."""
+        """Scale values (..., k) of controls, or of hidden states from index `first` on, to 0..1."""
         x = np.asarray(values, dtype=float)
         part = slice(first, first + x.shape[-1])
         low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
@@ -163,7 +162,7 @@ class System:
         return places
 
     def unscaled(self, places: Any, first: int = 0) -> Floats:
-        """Values of places (..., k) in the ranges of controls, or from index `first` on of hidden states."""
+        """Return the values of scaled places (..., k); inverse of `scaled`."""
         q = np.asarray(places, dtype=float)
         part = slice(first, first + q.shape[-1])
         low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
@@ -173,7 +172,7 @@ class System:
         return values
 
     def unscaled_slope(self, places: Any, first: int = 0) -> Floats:
-        """Slope of the value by the place."""
+        """Return the slopes (..., k) of the values by the places."""
         q = np.asarray(places, dtype=float)
         part = slice(first, first + q.shape[-1])
         low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
@@ -183,40 +182,40 @@ class System:
         return slopes
 
     def stretch(self, values: Floats) -> Floats:
-        """Slopes (..., n + h) of controls and hidden states by their places, where they have these values."""
+        """Return the slopes (..., n + h) of all values by their places, at these values."""
         return np.where(self.logarithmic, values * self._growth, self.high - self.low)
 
     @cached_property
     def _growth(self) -> Floats:
-        """Logarithm of the greatest over the least value, where that is positive."""
+        """Logarithm of greatest over least value; 0 for linear scales."""
         growth: Floats = np.log(
             np.where(self.logarithmic, self.high, 1.0) / np.where(self.logarithmic, self.low, 1.0)
         )
         return growth
 
     def lattice(self, places: int) -> Floats:
-        """Points of a lattice over all controls and hidden states, scaled (k, n + h)."""
+        """Return a scaled lattice (k, n + h) over controls and hidden states."""
         ticks = np.asarray(SPREAD)[np.linspace(0, len(SPREAD) - 1, places).round().astype(int)]
         return np.stack(np.meshgrid(*[ticks] * (self.n + self.h), indexing="ij"), axis=-1).reshape(
             -1, self.n + self.h
         )
 
     def on_lattice(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Points of a lattice, scaled, with cost, responses and limits there."""
+        """Return a scaled lattice with cost, responses and limits."""
         total = self.n + self.h
         points = self.lattice(max(3, min(11, int(2000 ** (1 / total)))))
         values = self.unscaled(points)
         return points, *self.values(values[:, : self.n], values[:, self.n :])
 
     def _scales(self) -> tuple[float, Floats]:
-        """How far cost and slack spread over the ranges: what small means."""
+        """Return the spreads of cost and slacks (m,) over the ranges."""
         _, cost, response, limit = self.on_lattice()
         return _spread("cost", cost), np.array(
             [_spread(f"constraints[{j}]", e) for j, e in enumerate((response - limit).T)]
         )
 
     def response_slopes(self) -> Floats:
-        """Slope (k, m) of each response by the first hidden state over a lattice, where it is finite."""
+        """Return finite slopes (k, m) of the responses by the first hidden state over a lattice."""
         points, out = self.unscaled(self.lattice(5)), np.empty((len(self.lattice(5)), self.m * (1 + self.h)))
         run_many(self.response_tape, points, out)
         slopes: Floats = out[np.all(np.isfinite(out), axis=1), self.m :: self.h]
@@ -224,7 +223,7 @@ class System:
 
     @cached_property
     def slopes_by_hidden(self) -> Floats:
-        """Slope of each constraint by each hidden state over a lattice: (k, m, h)."""
+        """Slopes (k, m, h) of the constraints by the hidden states over a lattice."""
         points = self.lattice(5)
         slopes = np.empty((len(points), self.m * self.h))
         by_hidden = ca.jacobian(self._response - self._limit, self._x)
@@ -248,7 +247,9 @@ class System:
 
 
 def _by_controls(functions: list[Any], q: Any, p: Any) -> list[Any]:
-    """Gradients, Hessians, slopes of gradients by hidden states, and slopes by hidden states, of every function, row by row."""
+    """Return gradients, Hessians, mixed derivatives, and slopes by hidden states, of every function, row by
+    row.
+    """
     gradients = [ca.gradient(f, q) for f in functions]
     hessians = [ca.vec(ca.hessian(f, q)[0]) for f in functions]
     mixed = [ca.vec(ca.jacobian(g, p).T) for g in gradients]
@@ -261,11 +262,9 @@ def _unscaled(place: Any, low: float, high: float, logarithmic: bool) -> Any:
 
 
 def _expression(name: str, function: Function, states: SimpleNamespace, controls: SimpleNamespace) -> Any:
-    """The expression that a user's function gives for symbols."""
+    """Return the expression of a user's function."""
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", FutureWarning
-        )  # of numpy's functions on symbols, which do what is wanted
+        warnings.simplefilter("ignore", FutureWarning)  # of numpy functions on symbols
         try:
             found = function(states, controls)
         except AttributeError as error:
@@ -279,7 +278,7 @@ def _expression(name: str, function: Function, states: SimpleNamespace, controls
             ) from error
     try:
         value = ca.SX(found)
-    except (RuntimeError, TypeError):  # what CasADi raises for what it cannot hold
+    except (RuntimeError, TypeError):
         raise TypeError(f"{name} must give a number for each point; got {type(found).__name__}") from None
     if value.shape != (1, 1):
         raise ValueError(f"{name} must give one number for each point; got shape {value.shape}")
@@ -288,24 +287,24 @@ def _expression(name: str, function: Function, states: SimpleNamespace, controls
 
 
 def _check_smooth(name: str, value: Any) -> None:
-    """Conditions of a best point are those of smooth functions: best points at kinks and steps would be missed."""
+    """Refuse kinks and steps: optima there would be missed."""
     function = ca.Function("f", ca.symvar(value), [value])
     used = {function.instruction_id(k) for k in range(function.n_instructions())}
     bad = sorted(told for operation, told in KINKED.items() if operation in used)
     if bad:
         raise ValueError(
-            f"{name} must be smooth, for its slopes are followed; it has {', '.join(bad)}: take a smooth form, a polynomial or a"
-            " spline of powers, or split the range"
+            f"{name} must be smooth, for its slopes are followed; it has {', '.join(bad)}: take a smooth"
+            " form, a polynomial or a spline of powers, or split the range"
         )
 
 
 def _spread(name: str, values: Floats) -> float:
-    """Of finite values, without the outermost; 1 where they are all the same."""
+    """Return the spread of finite values between their deciles; their size, at least 1, where it is 0."""
     finite = values[np.isfinite(values)]
     if finite.size == 0:
         raise ValueError(
-            f"{name} must be finite somewhere in the ranges of controls and hidden states; it is nowhere: functions of math do"
-            " not take symbols, ** and those of numpy do"
+            f"{name} must be finite somewhere in the ranges of controls and hidden states; it is nowhere:"
+            " functions of math do not take symbols, ** and those of numpy do"
         )
     low, high = np.quantile(finite, (0.1, 0.9))
     return float(high - low) if high > low else max(1.0, abs(float(high)))

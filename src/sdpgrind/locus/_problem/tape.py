@@ -1,4 +1,4 @@
-"""A function of CasADi as a tape: one flat array of numbers that a compiled loop runs, without CasADi and without Python."""
+"""Translate a CasADi function into a tape: one flat array, run by compiled code."""
 
 from collections.abc import Callable, Sequence
 
@@ -15,11 +15,11 @@ _MADE_OF = "expressions: operators, ** and functions of numpy or CasADi that tak
 
 
 def tape(function: casadi.Function) -> Floats:
-    """Return the tape of a function: head, constants, runs (operation, how many, a pair of places for each), places of outputs.
+    """Return the tape of a function: head, constants, runs (operation, count, operand pairs), places of
+    outputs.
 
-    All inputs make one flat vector, and so do all outputs, dense and by columns. What is computed twice is computed once. Equal
-    operations stand together, so that a loop does many of them without asking what they are. Whole numbers stand in the array by
-    their bits, so that nothing has to be converted.
+    Inputs form one flat vector, outputs another, dense and by columns. Equal subexpressions are computed
+    once; equal operations are grouped into runs. Integers are stored by their bits.
     """
     listing = _Listing(_expanded(function))
     code, results = cheaper_powers(list(listing.operations), listing.results, listing.first, listing.values)
@@ -37,7 +37,7 @@ def tape(function: casadi.Function) -> Floats:
 
 
 def _expanded(function: casadi.Function) -> casadi.Function:
-    """A function of matrices as one of numbers."""
+    """Return a function of matrices as one of scalars."""
     if function.is_a("SXFunction"):
         return function
     try:
@@ -52,7 +52,7 @@ def _refused(function: casadi.Function, what: int) -> ValueError:
 
 
 class _Listing:
-    """The operations of a function, numbered: inputs, constants and each result have a place of their own."""
+    """Operations of a function with numbered places for inputs, constants and results."""
 
     def __init__(self, function: casadi.Function) -> None:
         self.function = function
@@ -60,12 +60,12 @@ class _Listing:
         self.outputs, self.n_out = _positions(function.n_out(), function.sparsity_out)
         self.constants: dict[bytes, int] = {}
         self.operations: dict[tuple[int, int, int], int] = {}
-        self.held: dict[int, int] = {}  # CasADi's places, which it uses again and again, to ours
+        self.held: dict[int, int] = {}  # from CasADi's work places, which it reuses, to ours
         steps = range(function.n_instructions())
-        for k in steps:  # constants first: results stand behind them
+        for k in steps:  # constants first: results follow them
             if function.instruction_id(k) == casadi.OP_CONST:
                 self.constant(function.instruction_constant(k))
-        self.results = [self.constant(0.0)] * self.n_out  # where the pattern of an output has nothing
+        self.results = [self.constant(0.0)] * self.n_out  # structural zeros of outputs
         self.first = self.n_in + len(self.constants)
         for k in steps:
             self.take(k)
@@ -76,7 +76,7 @@ class _Listing:
         return {self.n_in + k: float(np.frombuffer(one)[0]) for k, one in enumerate(self.constants)}
 
     def take(self, k: int) -> None:
-        """Follow one of CasADi's instructions."""
+        """Translate one CasADi instruction."""
         what, of, to = (
             self.function.instruction_id(k),
             self.function.instruction_input(k),
@@ -94,11 +94,11 @@ class _Listing:
             self.held[to[0]] = self.operation(what, self.held[of[0]], self.held[of[-1]])
 
     def constant(self, value: float) -> int:
-        """Place of a constant; those that are equal to the last bit share one."""
+        """Return the place of a constant; bit-equal ones share it."""
         return self.n_in + self.constants.setdefault(np.float64(value).tobytes(), len(self.constants))
 
     def operation(self, what: int, first: int, second: int) -> int:
-        """Place of a result; the same operation on the same places is done once."""
+        """Return the place of a result; equal operations share it."""
         if what not in _OPS:
             raise _refused(self.function, what)
         op = _OPS[what]
@@ -108,8 +108,9 @@ class _Listing:
 
 
 def _in_runs(code: list[tuple[int, int, int]], first: int) -> list[tuple[int, list[int]]]:
-    """Operations (what, of which places) as runs of equal ones, each after all that it needs: at every turn those, of all that
-    are ready, whose kind has the longest way to go.
+    """Group operations (kind, operands) into runs of one kind, in order of dependence.
+
+    Each step takes all ready operations of the kind with the longest remaining path.
     """
     users: list[list[int]] = [[] for _ in code]
     lacking = [0] * len(code)
@@ -137,7 +138,7 @@ def _in_runs(code: list[tuple[int, int, int]], first: int) -> list[tuple[int, li
 
 
 def _positions(count: int, sparsity: Callable[[int], casadi.Sparsity]) -> tuple[list[list[int]], int]:
-    """Where each entry that is not structurally zero stands in the flat vector, matrix by matrix; and how long that is."""
+    """Return the places of structural nonzeros in the flat vector, matrix by matrix, and its length."""
     found, start = [], 0
     for k in range(count):
         pattern = sparsity(k)
@@ -147,12 +148,12 @@ def _positions(count: int, sparsity: Callable[[int], casadi.Sparsity]) -> tuple[
 
 
 def _bits(numbers: Sequence[int]) -> Floats:
-    """Whole numbers as floats of the same bits."""
+    """Return integers as floats of the same bits."""
     return np.array(numbers, np.int64).view(np.float64)
 
 
 def _name(what: int) -> str:
-    """CasADi's name of an operation."""
+    """Return CasADi's name of an operation."""
     return next(
         (
             name[3:].lower()

@@ -1,4 +1,4 @@
-"""Run a tape: elementary operations on numbers, one after the other, packed in one flat array; see `tape`."""
+"""Run a tape: elementary operations packed in one flat array; see `tape`."""
 
 import math
 from enum import IntEnum
@@ -7,11 +7,9 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-COUNTS = 5
-"""Numbers at the head of a tape: inputs, outputs, constants, results, runs of one operation."""
-BLOCK = 32
-"""Points at which a tape is run at once: what it works on stays near the processor."""
-_ONE, _TWO = np.uint64(1), np.uint64(2)  # unsigned: an index that cannot be negative is not looked at twice
+COUNTS = 5  # derived: head of a tape: numbers of inputs, outputs, constants, results, runs
+BLOCK = 32  # chosen: points run at once; more leaves the first-level cache
+_ONE, _TWO = np.uint64(1), np.uint64(2)  # unsigned: no test for negative indices
 Op = IntEnum(
     "Op",
     "ADD SUB MUL DIV NEG SQ TWICE INV SQRT CONSTPOW POW EXP LOG FABS "
@@ -19,22 +17,22 @@ Op = IntEnum(
     "LT LE EQ NE NOT AND OR IF_ELSE_ZERO FMIN FMAX SIGN COPYSIGN FLOOR CEIL FMOD REMAINDER",
     start=0,
 )
-"""What a tape can do: the name of each is that of CasADi's operation, without its ``OP_``."""
+"""Operations of a tape, named as CasADi's without ``OP_``."""
 
 
 @compiled(error_model="numpy")
 def work_size(tape):
-    """Numbers that `run` needs to work with."""
+    """Return the size of the work array of `run`."""
     counts = tape[:COUNTS].view(np.int64)
     return counts[0] + counts[2] + counts[3]
 
 
 @compiled(error_model="numpy")
 def run(tape, inputs, work, out):
-    """Evaluate a tape at `inputs` (flat) into `out` (flat, by columns), in the room of `work` (at least `work_size`).
+    """Evaluate a tape at flat `inputs` into flat `out`, by columns; `work` has at least `work_size` numbers.
 
-    `work` holds inputs, constants, then the result of each operation: none is ever overwritten. A run of one operation is a loop
-    of its own; written out here, for a call with parts of arrays costs as much as a run.
+    `work` holds inputs, constants, then the result of each operation; nothing is overwritten. The loops stand
+    here because a call with array slices costs as much as a run.
     """
     code = tape.view(np.uint64)
     n_in, n_out, n_const, n_run = code[0], code[1], code[2], code[4]
@@ -72,7 +70,7 @@ def run(tape, inputs, work, out):
 
 @compiled(error_model="numpy")
 def _room(tape, count):
-    """Where `run_block` works on as many points at once: a row for each number, one after the other, constants filled in."""
+    """Return the work array of `_run_block` for `count` points, one row per place, with constants filled in."""
     counts = tape[:COUNTS].view(np.int64)
     work = np.empty(work_size(tape) * count)
     for k in range(counts[2]):
@@ -83,9 +81,10 @@ def _room(tape, count):
 
 @compiled(error_model="numpy")
 def _run_block(tape, work, out):
-    """Evaluate a tape at as many points as `out` (points, outputs) has rows; inputs are the first rows of `work`, see `room`.
+    """Evaluate a tape at all rows of `out` (points, outputs); the first rows of `work` hold inputs, see
+    `_room`.
 
-    Operation by operation for many points: what each is has to be asked once, and a processor does several numbers at a time.
+    Operation by operation over all points: one branch per operation, vectorised arithmetic.
     """
     code, size = tape.view(np.uint64), np.uint64(out.shape[0])
     n_out, n_const = code[1], code[2]
@@ -104,7 +103,7 @@ def _run_block(tape, work, out):
 
 @compiled(inline="always")
 def _row(op, work, x, y, to, size):
-    """Do one operation on the numbers from `x` and from `y` on: what is met most in loops of its own."""
+    """Apply one operation to numbers from `x` and `y` on."""
     if op == Op.MUL:
         for k in range(size):
             work[to + k] = work[x + k] * work[y + k]
@@ -143,7 +142,7 @@ def run_many(tape, inputs, out):
 
 @compiled(error_model="numpy")
 def _apply(op, x, y):
-    """What is not in `run`; rare ones are one call away."""
+    """Return the result of an operation without a loop of its own."""
     if op == Op.NEG:
         return -x
     if op == Op.SQ:
@@ -167,7 +166,7 @@ def _apply(op, x, y):
 
 @compiled(error_model="numpy")
 def _smooth(op, x, y):
-    """Functions of angles and the like."""
+    """Return the result of a transcendental function."""
     if op == Op.SIN:
         return math.sin(x)
     if op == Op.COS:
@@ -203,7 +202,7 @@ def _smooth(op, x, y):
 
 @compiled(error_model="numpy")
 def _choice(op, x, y):
-    """Comparisons, logic (what is not 0 is true, NaN as well), and functions with steps or corners."""
+    """Return the result of a comparison, logic (nonzero and NaN are true), or function with steps or kinks."""
     if op == Op.LT:
         return 1.0 if x < y else 0.0
     if op == Op.LE:
@@ -237,7 +236,7 @@ def _choice(op, x, y):
 
 @compiled(error_model="numpy")
 def _remainder(x, y):
-    """What x is from the nearest multiple of y, from the even one of two that are as near (IEEE 754)."""
+    """Return the IEEE 754 remainder: x minus the nearest multiple of y, the even one of two."""
     if np.isinf(y):
         return x if np.isfinite(x) else np.nan
     size = abs(y)

@@ -1,4 +1,4 @@
-"""Powers of one number whose exponents differ by whole numbers, as derivatives bring them: from one; quarters by roots."""
+"""Powers of one base with exponents that differ by integers: one power and products; quarter powers by roots."""
 
 from math import floor
 from typing import TypeAlias
@@ -6,16 +6,15 @@ from typing import TypeAlias
 from sdpgrind.locus._problem.tape_kernels import Op
 
 Operation: TypeAlias = tuple[int, int, int]
-FURTHEST = 4
-"""Whole numbers between exponents, up to which multiplying is sooner done than another power."""
+FURTHEST = 4  # chosen: largest difference of exponents bridged by products; beyond, a power is cheaper
 
 
 def cheaper_powers(
     code: list[Operation], results: list[int], first: int, constants: dict[int, float]
 ) -> tuple[list[Operation], list[int]]:
-    """Operations (what, of which two places), with powers of a constant exponent by roots and products; and places of results.
+    """Return operations (kind, two places) with cheaper constant powers, and places of results.
 
-    The last bit or two may change. Signs of exponents are never crossed: at 0, a power stays what it is, 0 or infinite.
+    The last bits may change. Exponents keep their sign, so that powers of 0 stay 0 or infinite.
     """
     writer = _Writer(first, _nearest_to_zero(code, constants))
     places: dict[int, int] = {}
@@ -29,7 +28,7 @@ def cheaper_powers(
 
 
 def _family(x: int, exponent: float) -> tuple[int, bool, float]:
-    """Of one number, one sign, and equal parts behind the point."""
+    """Key of powers that products connect: base, sign, fraction of the exponent."""
     size = abs(exponent)
     return x, exponent > 0, round(size - floor(size), 12)
 
@@ -37,7 +36,7 @@ def _family(x: int, exponent: float) -> tuple[int, bool, float]:
 def _nearest_to_zero(
     code: list[Operation], constants: dict[int, float]
 ) -> dict[tuple[int, bool, float], int]:
-    """Place of the exponent that is nearest to 0, of each family."""
+    """Return the place of the exponent nearest to 0 of each family."""
     found: dict[tuple[int, bool, float], int] = {}
     for op, x, y in code:
         if op == Op.CONSTPOW and abs(constants[y]) < 1e6:
@@ -48,17 +47,17 @@ def _nearest_to_zero(
 
 
 class _Writer:
-    """Operations as they are written, each once."""
+    """Growing list of distinct operations."""
 
     def __init__(self, first: int, anchors: dict[tuple[int, bool, float], int]) -> None:
         self.first, self.anchors, self.code = first, anchors, dict[Operation, int]()
 
     def do(self, op: int, x: int, y: int) -> int:
-        """Place of a result."""
+        """Return the place of a result."""
         return self.first + self.code.setdefault((int(op), x, y), len(self.code))
 
     def power(self, base: int, x: int, y: int, constants: dict[int, float]) -> int:
-        """Place of x to the power of the constant y; `base` is what x was called before."""
+        """Return the place of x to the constant y; `base` is the former place of x."""
         exponent = constants[y]
         anchor = self.anchors[_family(base, exponent)]
         steps = round(abs(exponent) - abs(constants[anchor]))
@@ -77,7 +76,7 @@ class _Writer:
         return place
 
     def _root(self, x: int, quarters: int) -> int:
-        """Place of x to the power of 1/4, 2/4 or 3/4."""
+        """Return the place of x to the power 1/4, 2/4 or 3/4."""
         root = self.do(Op.SQRT, x, x)
         if quarters == 2:
             return root
