@@ -134,9 +134,7 @@ class Problem(Described):
         return cost
 
     def control(self, name: str, value: float) -> float:
-        """Return a measured control (in its unit), at most `BEYOND` outside its range; private to this
-        package.
-        """
+        """Return a measured control (in its unit) at most `BEYOND` its range; private to this package."""
         low, high = self.controls[name]
         room = BEYOND * (high - low)
         least = max(low - room, 0.0) if low > 0 else low - room

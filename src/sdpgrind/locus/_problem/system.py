@@ -114,7 +114,7 @@ class System:
         return tape(ca.Function("f", [self._z, self._x], [ca.densify(ca.vertcat(*outputs))]))
 
     def values(self, controls: Any, hidden: Any) -> tuple[Floats, Floats, Floats]:
-        """Return cost (...), responses and limits (..., m) of controls (..., n) and hidden states (..., h)."""
+        """Return cost (...), responses and limits (..., m) of controls (..., n), hidden states (..., h)."""
         z, x = np.asarray(controls, dtype=float), np.asarray(hidden, dtype=float)
         shape = np.broadcast_shapes(z.shape[:-1], x.shape[:-1])
         inputs = np.concatenate(
@@ -247,9 +247,7 @@ class System:
 
 
 def _by_controls(functions: list[Any], q: Any, p: Any) -> list[Any]:
-    """Return gradients, Hessians, mixed derivatives, and slopes by hidden states, of every function, row by
-    row.
-    """
+    """Return gradients, Hessians, mixed derivatives and slopes by hidden states, function by function."""
     gradients = [ca.gradient(f, q) for f in functions]
     hessians = [ca.vec(ca.hessian(f, q)[0]) for f in functions]
     mixed = [ca.vec(ca.jacobian(g, p).T) for g in gradients]

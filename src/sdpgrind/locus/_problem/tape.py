@@ -15,8 +15,7 @@ _MADE_OF = "expressions: operators, ** and functions of numpy or CasADi that tak
 
 
 def tape(function: casadi.Function) -> Floats:
-    """Return the tape of a function: head, constants, runs (operation, count, operand pairs), places of
-    outputs.
+    """Return the tape of a function: head, constants, runs (kind, count, operand pairs), output places.
 
     Inputs form one flat vector, outputs another, dense and by columns. Equal subexpressions are computed
     once; equal operations are grouped into runs. Integers are stored by their bits.

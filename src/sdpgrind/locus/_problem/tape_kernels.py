@@ -70,7 +70,7 @@ def run(tape, inputs, work, out):
 
 @compiled(error_model="numpy")
 def _room(tape, count):
-    """Return the work array of `_run_block` for `count` points, one row per place, with constants filled in."""
+    """Return the work array of `_run_block` for `count` points, a row per place, with constants."""
     counts = tape[:COUNTS].view(np.int64)
     work = np.empty(work_size(tape) * count)
     for k in range(counts[2]):
@@ -81,8 +81,7 @@ def _room(tape, count):
 
 @compiled(error_model="numpy")
 def _run_block(tape, work, out):
-    """Evaluate a tape at all rows of `out` (points, outputs); the first rows of `work` hold inputs, see
-    `_room`.
+    """Evaluate a tape at all rows of `out` (points, outputs); the first rows of `work` are inputs.
 
     Operation by operation over all points: one branch per operation, vectorised arithmetic.
     """
@@ -202,7 +201,7 @@ def _smooth(op, x, y):
 
 @compiled(error_model="numpy")
 def _choice(op, x, y):
-    """Return the result of a comparison, logic (nonzero and NaN are true), or function with steps or kinks."""
+    """Return the result of a comparison, logic (nonzero, NaN: true), or function with kinks."""
     if op == Op.LT:
         return 1.0 if x < y else 0.0
     if op == Op.LE:

@@ -1,4 +1,4 @@
-"""Powers of one base with exponents that differ by integers: one power and products; quarter powers by roots."""
+"""Constant powers of one base, by one power and products where exponents differ by integers."""
 
 from math import floor
 from typing import TypeAlias

@@ -1,1 +1,1 @@
-"""A locus that holds for most of many drawn models."""
+"""A locus for several models that disagree: least mean or worst loss under feedback."""

@@ -1,15 +1,15 @@
-"""A locus for models that disagree: the one whose points cost least where feedback stops the true process.
+"""The robust locus: least loss under feedback over several models.
 
-Feedback stops a process where its own constraint crosses the locus that is walked on, whatever model that locus came from. At a
-point z sample j stops for the hidden state X_j(z), with P_j(z, X_j) = 0, and loses l_j(z) = phi_j(z, X_j) - phi_j*(X_j). Over
-hidden states that are equally likely, a locus z(s) loses the sum over j of w_j times the integral of l_j dX_j. That is linear in
-dz/ds, so that its variation holds no derivative of the locus: with two controls, (u, v), it is
+Feedback stops a process where its own constraint crosses the locus of the controller. At a point z the hidden
+state of sample j is X_j(z), P_j(z, X_j) = 0, and its loss l_j(z) = phi_j(z, X_j) - phi_j*(X_j). With equally
+likely hidden states the loss of a locus z(s) is the sum over j of w_j times the integral of l_j dX_j. It is
+linear in dz/ds; its variation is therefore free of derivatives of the locus. With two controls (u, v) it is
 
     sum over j of w_j Q_j(z, X_j) / |dP_j/dx| = 0,    Q = phi_u P_v - phi_v P_u of Koren (12).
 
-The best locus in the mean is that of the weighted mean of the equations of all samples, point by point, whatever coordinate is
-used, and no optimum has to be known. Where hidden states are not equally likely, each term counts by the density at its X_j. The
-worst loss is made least point by point, too: at each v the u whose largest l_j is least.
+The locus of least mean loss solves this weighted mean of the conditions of all samples, point by point, for
+any coordinate and without knowing the optima. Other distributions weight each term by the density at X_j. The
+worst loss is minimised point by point too: at each v, over u, the largest l_j.
 """
 
 from collections.abc import Sequence
@@ -32,30 +32,28 @@ from sdpgrind.locus._stretch.stretch import Stretch
 
 OBJECTIVES = ("mean", "worst")
 WAYS = ("nominal", "robust", "open loop")
-"""Of walking, whose losses are compared."""
-GOLDEN = 0.5 * (5**0.5 - 1)
-ROUNDS = 64
-"""Of the golden section: the bracket shrinks to rounding."""
+GOLDEN = 0.5 * (5**0.5 - 1)  # derived: golden section
+ROUNDS = 64  # derived: steps of the golden section that shrink a bracket to rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RobustLocus:
-    """A locus for several models, to be walked on with feedback; `robust_locus` makes it. Units are those of the problems.
+    """A locus for several models under feedback, from `robust_locus`. Units are those of the problems.
 
     Attributes
     ----------
     samples : tuple of Problem
-        The models that disagree; the first is the nominal one, which gives limit and calibration.
+        The models; the first is nominal and gives limit and calibration.
     weights : array, (samples,)
-        Of the samples; their sum is 1.
+        Weights of the samples; their sum is 1.
     objective : {"mean", "worst"}
-        What was made least.
+        Minimised loss.
     x : (float, float)
         Range of the hidden state.
     path, nominal : Stretch
-        The robust locus, and that of the nominal model.
+        The robust locus, and the locus of the nominal model.
     curves : tuple of Locus
-        What each sample alone holds for best.
+        The locus of each sample.
     """
 
     samples: tuple[Problem, ...]
@@ -67,19 +65,19 @@ class RobustLocus:
     curves: tuple[Locus, ...]
 
     def stretch(self, along: str | None = None, x: tuple[float, float] | None = None) -> Stretch:
-        """Return the robust locus, as a controller takes it.
+        """Return the robust locus for a controller.
 
         Parameters
         ----------
         along : str, optional
-            Its coordinate.
+            Its coordinate; checked only.
         x : (float, float), optional
-            Range of the hidden state: not used, for it was declared before (in its unit).
+            Not used (hidden state, in its unit).
 
         Raises
         ------
         ValueError
-            When another coordinate is asked for.
+            When another coordinate is given.
         """
         if along not in (None, self.path.along):
             raise checks.refuse("along", f"{self.path.along!r}, the coordinate of the robust locus", along)
@@ -87,22 +85,21 @@ class RobustLocus:
 
     @cached_property
     def losses(self) -> xr.Dataset:
-        """What is lost: `losses_with` of a sensor without bias (units of cost and response)."""
+        """Losses without sensor bias, see `losses_with` (units of cost and response)."""
         return self.losses_with()
 
     def losses_with(self, *, points: int = 33, bias: float = 0.0) -> xr.Dataset:
-        """Return what every sample loses at every hidden state: on the nominal locus, on the robust one, and open loop.
+        """Return the losses of every sample over the hidden state: nominal locus, robust locus, open loop.
 
-        ``loss`` is the cost beyond the sample's own optimum there; below 0 where the limit is violated for it. ``violation`` is
-        how far the sample's response passes its limit (below 0: slack). Open loop: the nominal model's controls for the true
-        hidden state, which nobody knows.
+        ``loss`` is the cost above the sample's optimum, negative with a violated limit. ``violation`` is
+        response - limit of the sample. Open loop: the nominal model's controls for the true hidden state.
 
         Parameters
         ----------
         points : int
-            Hidden states.
+            Number of hidden states.
         bias : float
-            What the sensor reads too much, in the unit of the response.
+            Sensor bias (reading minus response), in the unit of the response.
         """
         return loss_table(
             self,
@@ -112,7 +109,8 @@ class RobustLocus:
 
     def __repr__(self) -> str:
         worst = float(self.losses.loss.sel(way="robust").max())
-        return f"RobustLocus({len(self.samples)} samples, {self.objective}; {self.path!r}; loses at most {worst:.3g})"
+        told = f"{len(self.samples)} samples, {self.objective}; {self.path!r}"
+        return f"RobustLocus({told}; loses at most {worst:.3g})"
 
 
 def robust_locus(
@@ -124,37 +122,38 @@ def robust_locus(
     x: tuple[float, float] | None = None,
     points: int = 200,
 ) -> RobustLocus:
-    """Find the locus on which a process loses least, with feedback, when models of it disagree.
+    """Find the locus of least loss under feedback for models that disagree.
 
-    Feedback keeps the true response at its limit, so that a locus that is a little wrong loses only to second order. Where models
-    disagree by more, no locus is right for all of them; this is the one with the least mean or worst loss.
+    Feedback keeps the true response at its limit, so a small error of the locus costs to second order only.
+    For models with larger differences this locus has the least mean or worst loss.
 
     Parameters
     ----------
     samples : sequence of Problem
-        Models that disagree, or one problem with models drawn from what is known: two or more, with the same two controls, the
-        same hidden state, and one constraint, whose limit, which is computed, is the same in all. The first is nominal.
+        At least two problems with the same two controls, the same hidden state, and one constraint with the
+        same limit. The first is nominal.
     along : str
-        The coordinate: a control that is single-valued on the locus of every sample.
+        Coordinate: a control, single-valued on the locus of every sample.
     objective : {"mean", "worst"}
-        Mean over samples and hidden states; or the worst of all samples, point by point.
+        Mean loss over samples and hidden states, or the worst of all samples, point by point.
     weights : array, (samples,), optional
-        Of the samples in the mean; else equal.
+        Weights of the mean. Default: equal.
     x : (float, float), optional
-        Range of the hidden state, in its unit; else that of the nominal problem.
+        Range of the hidden state, in its unit. Default: that of the nominal problem.
     points : int
+        Approximate number of points of the table.
         About how many points the table has.
 
     Raises
     ------
-    ValueError
+            When samples do not fit each other or have no common coordinate.
         When samples do not fit each other, or have no coordinate in common.
     TypeError
-        When a sample is no problem.
+        When a sample is not a problem.
 
     Examples
     --------
-    Two models whose speed counts with another power:
+    Two models with different powers of v:
 
     >>> from sdpgrind import locus
     >>> def model(power):
@@ -190,7 +189,7 @@ def robust_locus(
 
 
 def _mean(models: list[Sample], weights: Floats, places: Floats, free: int) -> tuple[Floats, Floats]:
-    """Other control and its slope by the coordinate, where the weighted mean of all conditions is 0."""
+    """Return the other control (K,) at which the weighted mean condition is 0, and its slope."""
 
     def total(others: Floats) -> Floats:
         controls = _controls(places, others, free)
@@ -202,7 +201,7 @@ def _mean(models: list[Sample], weights: Floats, places: Floats, free: int) -> t
 
 
 def _worst(models: list[Sample], weights: Floats, places: Floats, free: int) -> tuple[Floats, Floats]:
-    """Other control whose largest loss is least, by the golden section; the weights do not matter."""
+    """Return the other control (K,) of the least worst loss and its slope, by golden section."""
 
     def worst(others: Floats) -> Floats:
         controls = _controls(places, others, free)
@@ -218,13 +217,12 @@ def _worst(models: list[Sample], weights: Floats, places: Floats, free: int) -> 
         tried = worst(np.where(left, c, d))
         fc, fd = np.where(left, tried, kept), np.where(left, kept, tried)
     found = 0.5 * (a + b)
-    return found, np.asarray(
-        PchipInterpolator(places, found).derivative()(places)
-    )  # it has kinks where the worst two change
+    # kinks: the worst two change
+    return found, np.asarray(PchipInterpolator(places, found).derivative()(places))
 
 
 def _between(models: list[Sample], places: Floats, free: int) -> tuple[Floats, Floats]:
-    """Least and greatest of what all samples want at the coordinates."""
+    """Return the least and greatest other control of all samples at the coordinates."""
     own = np.array([one.stretch.rows(places)[:, free] for one in models])
     return own.min(axis=0), own.max(axis=0)
 
@@ -234,7 +232,7 @@ def _controls(places: Floats, others: Floats, free: int) -> Floats:
 
 
 def _places(models: list[Sample]) -> tuple[Floats, tuple[str, str]]:
-    """Coordinates of the nodes, as far as the loci of all samples are known; and why they end there."""
+    """Return the coordinates common to the loci of all samples, and the causes of their ends."""
     lows, highs = [one.stretch.low for one in models], [one.stretch.high for one in models]
     first, last = int(np.argmax(lows)), int(np.argmin(highs))
     low, high = lows[first], highs[last]
@@ -251,7 +249,7 @@ def _places(models: list[Sample]) -> tuple[Floats, tuple[str, str]]:
 def _path(
     nominal: Sample, along: str, places: Floats, others: Floats, slopes: Floats, ends: tuple[str, str]
 ) -> Stretch:
-    """The robust locus with the limit of the nominal model, and calibrated by its hidden state."""
+    """Return the robust locus with limit and hidden states of the nominal model."""
     problem, free = nominal.problem, 1 - nominal.problem.names.index(along)
     controls, direction = _controls(places, others, free), _controls(np.ones_like(places), slopes, free)
     hidden = nominal.hidden(controls)
@@ -274,7 +272,7 @@ def _path(
 
 
 def loss_table(robust: RobustLocus, points: int, bias: float) -> xr.Dataset:
-    """Loss and violation by sample, way and hidden state; unknown where a sample has no optimum."""
+    """Return loss and violation by sample, way and hidden state; NaN where a sample has no optimum."""
     path = robust.path
     x = np.linspace(*robust.x, points)
     nominal = _optima(robust.curves[0], x)[0]
@@ -316,9 +314,10 @@ def loss_table(robust: RobustLocus, points: int, bias: float) -> xr.Dataset:
 
 
 def feedback_points(stretch: Stretch, truth: Locus, x: Floats, bias: float = 0.0) -> Floats:
-    """Controls (k, n) at which feedback on a stretch stops a true process for hidden states (k,).
+    """Return the controls (k, n) at which feedback on a stretch stops a true process at hidden states (k,).
 
-    That is where the reading meets the computed limit, or the end next to it.
+    There the biased reading equals the computed limit; without such a point it is the nearer end of the
+    stretch.
     """
 
     def slack(s: Floats) -> Floats:
@@ -331,7 +330,7 @@ def feedback_points(stretch: Stretch, truth: Locus, x: Floats, bias: float = 0.0
 
 
 def _optima(curve: Locus, x: Floats) -> tuple[Floats, Floats]:
-    """Controls (k, n) and cost (k,) of the optima; NaN where there is none."""
+    """Return controls (k, n) and cost (k,) of the optima; NaN without one."""
     controls, cost = np.full((len(x), len(curve.names)), np.nan), np.full(len(x), np.nan)
     for k, state in enumerate(x):
         if curve.range[0] <= state <= curve.range[1]:

@@ -1,4 +1,4 @@
-"""Models that disagree, each with its own locus, and what they say at points that are not on it."""
+"""Models that disagree, each with its locus, evaluated at points off the locus."""
 
 from functools import cached_property
 from typing import Any
@@ -17,27 +17,26 @@ from sdpgrind.locus._problem.tape_kernels import run_many
 from sdpgrind.locus._stretch.inverse import hidden_of
 from sdpgrind.locus._stretch.stretch import Stretch
 
-WIDER = (3.0, 1.5)
-"""By which ranges of the hidden state are stretched, if models allow: samples meet a point at other states than the first."""
-SOFT, FAINT = 0.05, 1e-9
-"""Width of the edges of the range of hidden states, as a share of it; likelihood of what is far beyond."""
+WIDER = (3.0, 1.5)  # chosen: factors on the range of the hidden state; samples meet a point at other states
+SOFT = 0.05  # chosen: relative width of the soft edges of the range; less is a kink of the locus
+FAINT = 1e-9  # chosen: likelihood far beyond; 0 would leave no condition there
 
 
 class Sample:
-    """A model with its own locus, and what it says at points that are not on that."""
+    """A model with its locus, evaluated at any controls."""
 
     def __init__(self, problem: Problem, curve: Locus, stretch: Stretch, x: tuple[float, float]):
         self.problem, self.curve, self.stretch, self.x = problem, curve, stretch, x
 
     def hidden(self, controls: Floats) -> Floats:
-        """X (k,): hidden states for which controls (k, 2) just meet the limit."""
+        """Return the hidden states X (k,) at which controls (k, 2) meet the limit."""
         limit = self.stretch.values(controls, np.full(len(controls), self.stretch.x[0]))[1]
         return hidden_of(
             self.stretch.values, controls, limit, self.curve.problem.hidden[self.stretch.hidden_name]
         )
 
     def condition(self, controls: Floats) -> Floats:
-        """Q/|P_x|, by how likely its hidden state is, and its two slopes by the controls (k, 3)."""
+        """Return Q/|P_x|, weighted by likelihood, and its slopes by the two controls: (k, 3)."""
         out = np.empty((len(controls), 3))
         run_many(self._tape, np.column_stack([controls, self.hidden(controls)]), out)
         return out
@@ -50,15 +49,14 @@ class Sample:
         (phi_u, phi_v), (P_u, P_v) = (ca.vertsplit(ca.gradient(f, z)) for f in (cost, P))
         P_x = ca.gradient(P, x)
         condition = _likely(x, *self.x) * (phi_u * P_v - phi_v * P_u) / ca.fabs(P_x)
-        slopes = (
-            ca.gradient(condition, z) - ca.gradient(condition, x) * ca.gradient(P, z) / P_x
-        )  # x moves with z, on P = 0
+        # x moves with z, on P = 0
+        slopes = ca.gradient(condition, z) - ca.gradient(condition, x) * ca.gradient(P, z) / P_x
         return tape(ca.Function("f", [z, x], [ca.vertcat(condition, slopes)]))
 
     def loss(self, controls: Floats) -> Floats:
-        """Cost (k,) beyond the optimum of the hidden state that belongs to controls.
+        """Return the cost (k,) above the optimum at the hidden states of controls.
 
-        As a difference of Lagrangians: what the table of optima is wrong by counts squared.
+        It is a difference of Lagrangians: errors of the table of optima enter squared.
         """
         x = np.clip(self.hidden(controls), *self.curve.range)
         best, multiplier = np.empty((len(x), 2)), np.empty(len(x))
@@ -74,7 +72,7 @@ class Sample:
 
     @cached_property
     def _optima(self) -> list[tuple[float, Any, Floats]]:
-        """Best controls and multipliers by the hidden state, piece by piece."""
+        """Controls and multipliers of the optima by the hidden state, piece by piece."""
         found = []
         for piece in self.curve.best:
             table, (low, high) = piece.table, piece.range
@@ -87,13 +85,13 @@ class Sample:
 
 
 def _likely(x: Any, low: float, high: float) -> Any:
-    """Density of a hidden state: equal in its range; beyond it falls softly, so that the locus bends where a sample drops out."""
+    """Likelihood of a hidden state: 1 in its range with soft edges, so that the locus stays smooth."""
     beyond = ca.fmax(ca.fmax(low - x, x - high), 0) / (SOFT * (high - low))
     return ca.exp(-0.5 * beyond**2) + FAINT
 
 
 def traced(problem: Problem, along: str, points: int) -> tuple[Locus, Stretch]:
-    """Locus and stretch of a sample over a wider range of its hidden state, or over its own where that cannot be."""
+    """Return locus and stretch of a sample over a widened range of its hidden state, if possible."""
     name = problem.hidden_names[0]
     low, high = problem.hidden[name]
     for factor in WIDER:
@@ -101,7 +99,7 @@ def traced(problem: Problem, along: str, points: int) -> tuple[Locus, Stretch]:
         wider = (low / factor, high * factor) if low > 0 else (low - (room if low < 0 else 0.0), high + room)
         try:
             return _on(problem.replace(hidden={name: wider}), along, points)
-        except ValueError:  # there the model makes no sense, or its locus folds
+        except ValueError:  # the model is invalid there, or its locus folds
             pass
     return _on(problem, along, points)
 
@@ -112,12 +110,13 @@ def _on(problem: Problem, along: str, points: int) -> tuple[Locus, Stretch]:
 
 
 def _walkable(curve: Locus, middle: float) -> tuple[float, float]:
-    """Hidden states around one, on pieces that follow each other, on which the constraint is active and all controls are free."""
+    """Return the range around `middle` of adjacent pieces with an active constraint and free controls."""
     pieces = list(curve.best)
     free = [bool(piece.active) and not piece.bounds for piece in pieces]
     if not any(free):
         raise ValueError(
-            f"samples must have a locus on which the constraint is active and both controls are free; got {curve}"
+            "samples must have a locus on which the constraint is active and both controls are free;"
+            f" got {curve}"
         )
     k = min(
         (k for k, good in enumerate(free) if good),
@@ -128,9 +127,7 @@ def _walkable(curve: Locus, middle: float) -> tuple[float, float]:
         first -= 1
     while last < len(pieces) - 1 and free[last + 1] and pieces[last].end != "jump":
         last += 1
-    beyond = 1e-9 * (
-        pieces[last].range[1] - pieces[first].range[0]
-    )  # so far that an end where nothing is active is seen as one
+    beyond = 1e-9 * (pieces[last].range[1] - pieces[first].range[0])  # beyond an inactive end
     low = beyond if first > 0 and not pieces[first - 1].active else 0.0
     high = beyond if last < len(pieces) - 1 and not pieces[last + 1].active else 0.0
     return pieces[first].range[0] - low, pieces[last].range[1] + high
@@ -151,21 +148,23 @@ def checked(samples: Any, along: str) -> tuple[Problem, ...]:
             )
         if dict(one.controls) != dict(first.controls) or one.hidden_names != first.hidden_names:
             raise ValueError(
-                f"samples[{k}] must have controls and hidden state of samples[0], {_told(first)}; got {_told(one)}"
+                f"samples[{k}] must have controls and hidden state of samples[0], {_told(first)};"
+                f" got {_told(one)}"
             )
     _check_limits(given)
     return given
 
 
 def _check_limits(samples: tuple[Problem, ...]) -> None:
-    """What is computed is the same for all; else nobody would know at which limit feedback keeps the process."""
+    """Refuse different limits: feedback needs a single computed one."""
     points = samples[0].system.unscaled(samples[0].system.lattice(5))
     limits = np.array([one.system.values(points[:, :2], points[:, 2:])[2][:, 0] for one in samples])
     apart = np.abs(limits - limits[0]) > 1e-9 * np.abs(limits[0])
     if np.any(apart & np.isfinite(limits)):
         k = int(np.flatnonzero(np.any(apart, axis=1))[0])
         raise ValueError(
-            f"samples[{k}] must have the limit of samples[0], which is computed; models may differ in response and cost"
+            f"samples[{k}] must have the limit of samples[0], which is computed; models may differ in"
+            " response and cost"
         )
 
 

@@ -1,1 +1,1 @@
-"""The part of a locus that a controller can walk along: single-valued in the measurement, calibrated, with its inverse."""
+"""The part of a locus for a controller, one active constraint over one coordinate; its control law."""

@@ -1,4 +1,4 @@
-"""A stretch that is read off by the response: whether that can be, and whether reading again and again converges."""
+"""Read a stretch by the response: monotone limit, convergence of repeated readings."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,18 +14,18 @@ from sdpgrind.locus._trace.segments import bends
 
 @dataclass(frozen=True)
 class Calibration:
-    """Whether a stretch can be read off by the response: a table in units of P_c, Koren Fig. 2.
+    """Properties of a stretch read by the response, a table in units of P_c: Koren, Fig. 2.
 
     Attributes
     ----------
     monotone : bool
-        Whether P_b changes strictly one way along the stretch, so that a response belongs to one point.
+        Whether P_b is strictly monotone along the stretch: a response fixes one point.
     rho : array, (K,)
-        What one reading leaves of an error of the place: slope of P_c at fixed hidden state over that of P_b.
+        Error factor of one reading: slope of P_c at fixed hidden state over slope of P_b.
     hidden : array, (K,)
         Hidden states of `rho`.
     usable : tuple of (float, float)
-        Ranges of the hidden state (in its unit) in which ``|rho|`` < 1: reading again and again converges there.
+        Ranges of the hidden state (in its unit) with ``|rho|`` < 1, where repeated readings converge.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def calibration(
     slopes: tuple[Floats, Floats],
     hidden_at: Callable[[Floats], Floats],
 ) -> Calibration:
-    """Calibration of a stretch: coordinate, hidden states, P_b, slopes of P_c and P_b, hidden state anywhere."""
+    """Return the calibration for s, hidden states, P_b, slopes of P_c and P_b, and hidden state of s."""
     of_response, of_limit = slopes
     rho = np.divide(of_response, of_limit, out=np.full(of_limit.shape, np.inf), where=of_limit != 0)
     monotone = strictly(limit) and bool(np.all(np.sign(of_limit) == np.sign(of_limit[0])))
@@ -58,7 +58,7 @@ def calibration(
 def _converging(
     s: Floats, slopes: Floats, hidden_at: Callable[[Floats], Floats]
 ) -> tuple[tuple[float, float], ...]:
-    """Where |P_c,s| < |P_b,s|, from splines of the two slopes; the ends are found by halving."""
+    """Return the ranges of |P_c,s| < |P_b,s|, from splines of both slopes, by bisection."""
     both = CubicHermiteSpline(s, slopes, bends(s, slopes))
 
     def room(at: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""The hidden state that explains a reading, and the place whose slack is a given one; for many at once."""
+"""Roots of many functions at once: hidden states that explain readings, coordinates of a given slack."""
 
 from collections.abc import Callable
 
@@ -7,15 +7,14 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._stretch.stretch import Stretch, Values
 
-ROUNDS = 100
-CLOSE = 4e-16
-"""Change of a root, relative, that is rounding."""
+ROUNDS = 100  # chosen: more than Illinois steps take to rounding
+CLOSE = 4e-16  # derived: relative rounding of two doubles
 
 
 def root(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
-    """Roots (N,) of a function that changes sign once in each bracket; the end of smaller value where it does not.
+    """Return roots (N,) of a function, one sign change per bracket; without one, the end of smaller value.
 
-    Illinois' rule. What has been found is left alone, so that each root is the same whatever stands beside it.
+    Illinois rule. A converged root stays unchanged, independent of its neighbours.
     """
     a, b = low.copy(), high.copy()
     fa, fb = function(a), function(b)
@@ -36,15 +35,15 @@ def root(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Flo
 
 
 def hidden_of(values: Values, controls: Floats, reading: Floats, x: tuple[float, float]) -> Floats:
-    """Hidden states (N,) for which the model responds to controls (N, n) as was read (N,), within a range."""
+    """Return hidden states (N,) that explain readings (N,) at controls (N, n), clamped to the range x."""
     ends = [np.full(reading.shape, end) for end in x]
     return root(lambda state: values(controls, state)[0] - reading, *ends)
 
 
 def balanced(stretch: Stretch, x: Floats, slack: float) -> Floats:
-    """Places (N,) at which hidden states (N,) leave so much slack; the end of the stretch where they nowhere do.
+    """Return coordinates (N,) at which hidden states (N,) leave a given slack, clamped to the stretch.
 
-    The root next to the optimum is meant: from there it lies on the side of more slack, or of less where `slack` is negative.
+    Of several roots the one next to the optimum, on its side of more slack (of less for negative `slack`).
     """
     best = np.asarray(stretch.coordinate_of(x, clamp=True))
     if slack == 0:

@@ -1,4 +1,4 @@
-"""Compiled core of controllers on a locus: `step` and batches run through here."""
+"""Compiled control law on a locus, shared by `step` and batches."""
 
 from typing import NamedTuple
 
@@ -9,28 +9,28 @@ from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._trace.table_kernels import look_up
 
 PLACE, LAST, LAST_BUT_ONE, UPDATES, SAMPLES, ACTUAL, WAITED, HELD = range(8)
-"""State: coordinate, last two errors, updates since one was missing, samples since the start, estimated actual coordinate,
-samples that were waited for it, samples in a row that asked for less than the end of the stretch allows (step alone counts)."""
+"""State: coordinate, last two errors, updates since a missing reading, samples since the start, estimated
+actual coordinate, samples waited for it, successive saturated readings with negative slack (`step` only)."""
 STATES = 8
 
 
 class WalkLaw(NamedTuple):
-    """What a controller on a locus knows; places are coordinates along it, in the user's unit."""
+    """Parameters of the control law; coordinates are in the user's unit."""
 
     low: float
     high: float
-    direction: float  # in which the error falls: +1 or -1
-    integral: float  # gain, or the share theta of deadbeat where it is scheduled
+    direction: float  # of falling slack: +1 or -1
+    integral: float  # gain; theta of a schedule
     proportional: float
     derivative: float
     scheduled: bool
-    decay: float  # of the difference between commanded and actual coordinate, in a period
+    decay: float  # of command - actual coordinate, per period
     slopes: Floats  # packed table of the loop slope
 
 
 @compiled(inline="always")
 def _hermite(t, step, first, last, first_slope, last_slope):
-    """Cubic with these values and slopes at the ends of an interval, at the share `t` of it."""
+    """Cubic Hermite interpolant at the share `t` of an interval."""
     rise = last - first
     square = 3.0 * rise - step * (2.0 * first_slope + last_slope)
     cube = step * (first_slope + last_slope) - 2.0 * rise
@@ -39,7 +39,7 @@ def _hermite(t, step, first, last, first_slope, last_slope):
 
 @compiled(inline="always")
 def _find(value, knots, values, slopes):
-    """Coordinate at which a monotone column has a value, clamped: Newton's steps, halving where they leave the interval."""
+    """Return the coordinate at which a monotone column has a value, clamped: safeguarded Newton."""
     rising = values[-1] > values[0]
     low, high = 0, knots.size - 1
     while high - low > 1:
@@ -76,7 +76,7 @@ def _find(value, knots, values, slopes):
 
 @compiled(inline="always")
 def _slope(t, step, first, last, first_slope, last_slope):
-    """Of `hermite` by the share."""
+    """Derivative of `_hermite` by the share."""
     rise = last - first
     square = 3.0 * rise - step * (2.0 * first_slope + last_slope)
     cube = step * (first_slope + last_slope) - 2.0 * rise
@@ -85,21 +85,21 @@ def _slope(t, step, first, last, first_slope, last_slope):
 
 @compiled(error_model="numpy")
 def find_many(value, knots, values, slopes, out):
-    """Fill `out` (N,) with the coordinates of values (N,)."""
+    """Fill `out` (N,) with the coordinates of values (N,), see `_find`."""
     for k in range(value.size):
         out[k] = _find(value[k], knots, values, slopes)
 
 
 @compiled(error_model="numpy")
 def begin(state, start, actual):
-    """Make the state of the next run, at the place `start`; the actual coordinate begins at `actual`."""
+    """Initialise a state at a coordinate `start`, its actual value `actual`."""
     state[:] = 0.0
     state[PLACE], state[ACTUAL] = start, actual
 
 
 @compiled(error_model="numpy")
 def follow(state, law):
-    """Count a sample, and let the estimate of the actual coordinate go on for the period since the last one."""
+    """Count a sample and advance the estimate of the actual coordinate by one period."""
     if state[SAMPLES] > 0.0:
         state[ACTUAL] = state[PLACE] + law.decay * (state[ACTUAL] - state[PLACE])
     state[SAMPLES] += 1.0
@@ -107,25 +107,25 @@ def follow(state, law):
 
 @compiled(error_model="numpy")
 def advance(state, law, error, base):
-    """Koren (36) and Fig. 3: the next place, from an error that is limit less response at the place `base`; NaN: it is kept."""
+    """Koren (36), Fig. 3: move on from the coordinate `base` by its error, limit - response; NaN: keep it."""
     if np.isnan(error):
         state[UPDATES] = 0.0
         return state[PLACE]
     change = _gain_at(law, base) * error
-    if state[UPDATES] >= 1.0:  # the first update knows no change of the error
+    if state[UPDATES] >= 1.0:  # the first update has no change of the error
         change += law.proportional * (error - state[LAST])
     if state[UPDATES] >= 2.0:
         change += law.derivative * (error - 2.0 * state[LAST] + state[LAST_BUT_ONE])
     state[LAST_BUT_ONE], state[LAST] = state[LAST], error
     state[UPDATES] += 1.0
-    # What is kept is the clamped place: nothing winds up beyond the end of the stretch.
+    # The clamped coordinate is kept: no wind-up.
     state[PLACE] = min(max(base + law.direction * change, law.low), law.high)
     return state[PLACE]
 
 
 @compiled(inline="always")
 def _gain_at(law, place):
-    """Integral gain at a place."""
+    """Return the integral gain at a coordinate."""
     if not law.scheduled:
         return law.integral
     slope = np.empty(1)
@@ -135,7 +135,7 @@ def _gain_at(law, place):
 
 @compiled(error_model="numpy")
 def advance_many(states, law, errors):
-    """`advance` of every run from its own place: states (N, STATES), errors (N,)."""
+    """Call `follow` and `advance` for every run: states (N, STATES), errors (N,)."""
     for k in range(errors.size):
         follow(states[k], law)
         advance(states[k], law, errors[k], states[k, PLACE])

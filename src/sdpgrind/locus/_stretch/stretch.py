@@ -1,4 +1,4 @@
-"""A stretch of the locus that a controller may walk on: continuous, without fold or jump, by one coordinate."""
+"""The stretch of a locus for a controller: continuous, without fold or jump, over one coordinate."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StretchPoint:
-    """A point of a stretch, or many of them.
+    """A point of a stretch, or many.
 
     Attributes
     ----------
     controls : dict
-        Name of each control to its value.
+        Value of each control.
     hidden : float or array
-        Hidden state for which the point is the best one.
+        Hidden state with this optimum.
     limit : float or array
-        P_b there, which is the response there too.
+        P_b, equal to the response.
     loop_slope : float or array
-        e_s: by what the slack changes along the locus at this hidden state, per unit of the coordinate.
+        e_s: slope of the slack along the locus at this hidden state, per unit of the coordinate.
 
     Examples
     --------
@@ -50,47 +50,46 @@ class StretchPoint:
 Values: TypeAlias = Callable[[Floats, Floats], tuple[Floats, Floats]]
 """Response and limit (...,) of controls (..., n) and hidden state (...,)."""
 ENDS = ("range", "interior", "bound", "fold", "jump")
-OUTSIDE = 1e-9
-"""Share of the range by which a place may lie outside by rounding."""
+OUTSIDE = 1e-9  # chosen: share of the range; a coordinate may lie outside by rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Stretch:
-    """The part of a locus that a controller may walk on, as tables with exact slopes by one coordinate.
+    """The part of a locus for a controller, as tables with exact slopes by one coordinate.
 
-    On it one measured constraint is active: response = limit. `curve.stretch` makes one of a traced locus.
+    One measured constraint is active: response = limit. See `Locus.stretch`.
 
     Parameters
     ----------
     along : str
-        The coordinate s: name of a control, or of the hidden state.
+        Coordinate s: name of a control or of the hidden state.
     names : tuple of str
-        Of the controls (n of them).
+        Names of the n controls.
     hidden_name : str
-        Of the hidden state x.
+        Name of the hidden state x.
     coordinate : array, (K,)
-        Rising.
+        s, strictly rising.
     controls, controls_slope : array, (K, n)
-        And by the coordinate.
+        Controls and their slopes by s.
     hidden, hidden_slope : array, (K,)
         x, strictly monotone, and dx/ds.
     limit, limit_slope : array, (K,)
         P_b, and dP_b/ds along the locus.
     response_slope : array, (K,)
-        dP_c/ds along the locus at fixed hidden state.
+        dP_c/ds along the locus at fixed x.
     ends : (str, str)
-        Why it ends at either end: "range", "interior" (the constraint is active no longer), "bound", "fold", "jump".
+        Causes of the ends: "range", "interior" (the constraint becomes inactive), "bound", "fold", "jump".
     values : callable
-        Response and limit (...,) of controls (..., n) and hidden state (...,).
+        Response and limit (...,) of controls (..., n) and x (...,).
     response : str
-        Name of the measurement.
+        Name of the response.
     units : mapping
         Units of controls, hidden state and response.
 
     Raises
     ------
     ValueError
-        When tables do not fit each other, or the coordinate or the hidden state is not strictly monotone.
+        When tables do not fit each other, or s or x is not strictly monotone.
 
     Examples
     --------
@@ -98,8 +97,10 @@ class Stretch:
     >>> stretch = locus.plan(locus.preset("koren-example")).stretch("v")
     >>> stretch
     Stretch(v from 0.109726 to 4, x from 0.5 to 20; ends: range, interior)
-    >>> round(stretch.coordinate_of(1.0), 6), round(stretch.at(3.0).loop_slope, 6), round(float(stretch.slack(3.0, 1.1)), 6)
-    (3.0, -1.5, -0.3)
+    >>> round(stretch.coordinate_of(1.0), 6), round(stretch.at(3.0).loop_slope, 6)
+    (3.0, -1.5)
+    >>> round(float(stretch.slack(3.0, 1.1)), 6)
+    -0.3
     """
 
     along: str
@@ -148,7 +149,7 @@ class Stretch:
         return f"Stretch({told}; ends: {', '.join(self.ends)})"
 
     def __deepcopy__(self, memo: object) -> Self:
-        return self  # nothing in it changes
+        return self  # immutable
 
     @classmethod
     def of_curve(
@@ -166,21 +167,22 @@ class Stretch:
         response: str = "response",
         units: Mapping[str, str] | None = None,
     ) -> Self:
-        """Make a stretch of points in order along a curve, turned so that the coordinate rises.
+        """Make a stretch from points in order along a curve.
 
         Parameters
         ----------
         along : str
-            The coordinate.
+            Coordinate.
         names, hidden_name, controls, hidden, limit, ends, values, response, units
-            As for the class, but in the order of the curve.
+            As of the class, in the order of the curve.
         tangents : arrays, (K, n), (K,), (K,), (K,)
-            Slopes of controls, hidden state, limit, and of the response at fixed hidden state, by any parameter of the curve.
+            Slopes of controls, hidden state, limit, and response at fixed hidden state, by a parameter of the
+            curve.
 
         Raises
         ------
         ValueError
-            When the coordinate is not single-valued; one that is gets named.
+            When the coordinate is not single-valued.
         """
         checks.one_of("along", along, (*names, hidden_name))
         controls, hidden, limit = apart(
@@ -226,7 +228,7 @@ class Stretch:
 
     @cached_property
     def loop_slope(self) -> Floats:
-        """e_s (K,): slope of the slack along the locus at fixed hidden state (units of response over coordinate)."""
+        """e_s (K,): slope of the slack along the locus at fixed x (units of response over coordinate)."""
         return self.limit_slope - self.response_slope
 
     @cached_property
@@ -247,14 +249,14 @@ class Stretch:
         return bends(self.coordinate, self.loop_slope)
 
     def rows(self, s: Any) -> Floats:
-        """Return the columns of `table` (..., n + 3) at coordinates `s` (...,), clamped to the stretch, in their units."""
+        """Return the columns of `table` (..., n + 3) at coordinates `s` (...,), clamped, in their units."""
         out = self.table.at(s)
         if self.along in self.names:
             out[..., self.names.index(self.along)] = np.clip(s, self.low, self.high)
         return out
 
     def at(self, s: Any) -> StretchPoint:
-        """Return the point at a coordinate, or the points at many.
+        """Return the point at a coordinate, or many.
 
         Parameters
         ----------
@@ -264,7 +266,7 @@ class Stretch:
         Raises
         ------
         ValueError
-            When it lies outside the stretch.
+            When a coordinate is outside the stretch.
         """
         given = checks.finite_array(self.along, s, self.unit)
         room = OUTSIDE * (self.high - self.low)
@@ -281,19 +283,19 @@ class Stretch:
         return self.units.get(self.along, "")
 
     def coordinate_of(self, x: Any, *, clamp: bool = False) -> Any:
-        """Return s*(x): where the best point for a hidden state is.
+        """Return s*(x), the coordinate of the optimum for a hidden state.
 
         Parameters
         ----------
         x : float or array
             Hidden state, in its unit.
         clamp : bool
-            Whether what lies outside is taken to the end of the stretch; else it is refused.
+            Whether to clamp hidden states to the stretch. False: refuse those outside.
 
         Raises
         ------
         ValueError
-            When it lies outside, without `clamp`.
+            When a hidden state is outside, without `clamp`.
         """
         given = checks.finite_array(self.hidden_name, x, self.units.get(self.hidden_name, ""))
         (low, high), room = self.x, OUTSIDE * (self.x[1] - self.x[0])
@@ -305,13 +307,13 @@ class Stretch:
         return out.reshape(given.shape) if given.ndim else float(out[0])
 
     def _told(self, low: float, high: float) -> str:
-        """A range, with what the ends are where they tell something."""
+        """Return a range as text, with the causes of its ends."""
         ends = {end for end in self.ends if end != "range"}
         why = f", where the stretch ends ({', '.join(sorted(ends))})" if ends else ""
         return f"[{low:g}, {high:g}]{why}"
 
     def slack(self, s: Any, x: Any) -> Any:
-        """Return P_b - P_c of the model at a point of the locus and any hidden state; negative: the limit is violated.
+        """Return P_b - P_c of the model at a coordinate and any hidden state; negative: violation.
 
         Parameters
         ----------
@@ -325,10 +327,7 @@ class Stretch:
         return limit - response
 
     def calibrated(self) -> "Calibration":
-        """Return whether the stretch can be read off by the response, and for which hidden states reading converges.
-
-        Units are those of the stretch. See `Calibration`.
-        """
+        """Return whether and where the response can read the stretch (in its units); see `Calibration`."""
         from sdpgrind.locus._stretch.calibration import calibration
 
         slopes = self.response_slope, self.limit_slope
