@@ -1,1 +1,1 @@
-"""Tracing best points: conditions of Karush, Kuhn and Tucker followed through folds and changes of what is active."""
+"""Tracing of optima: KKT conditions, continued through changes of the active set up to folds."""

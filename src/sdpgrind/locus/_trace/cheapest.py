@@ -1,4 +1,4 @@
-"""Which branch is the cheapest, and whether many points are as good."""
+"""The cheapest branch at each place; degenerate problems."""
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
@@ -8,16 +8,14 @@ from scipy import optimize
 
 from sdpgrind.locus._trace.trace import ROUNDING, Branch, Tracer
 
+# chosen: places between two ends of branches, and their inset; fewer miss two crossings
 COMPARED, BESIDE = 33, 1e-6
-"""Places at which the costs of two branches are compared, between ends of branches; how far from the ends."""
-CLOSE_BY = 0.01
-"""Of a place, where an end of a branch is there, too."""
-EQUAL = 1e-10
-"""Costs, scaled."""
+CLOSE_BY = 0.01  # chosen: scaled distance at which the end of a branch counts as being there
+EQUAL = 1e-10  # chosen: scaled difference of equal costs; less is rounding
 
 
 def cheapest(tracer: Tracer, branches: list[Branch]) -> list[tuple[float, float, int]]:
-    """Parts of the range, (low, high, which branch is of least cost there); where there is none, none."""
+    """Return the parts of the range (low, high, cheapest branch); gaps where no branch exists."""
     parts: list[tuple[float, float, int]] = []
     for low, high in pairwise(
         _distinct(end for branch in branches for end in (branch[0].low, branch[-1].high))
@@ -27,7 +25,7 @@ def cheapest(tracer: Tracer, branches: list[Branch]) -> list[tuple[float, float,
             for b, branch in enumerate(branches)
             if branch[0].low <= low + ROUNDING and branch[-1].high >= high - ROUNDING
         ]
-        if parts and parts[-1][2] in alive:  # where costs are equal, the branch goes on
+        if parts and parts[-1][2] in alive:  # at equal costs the same branch continues
             alive.sort(key=parts[-1][2].__ne__)
         for part in _between(tracer, branches, alive, low, high):
             if parts and parts[-1][2] == part[2] and parts[-1][1] == part[0]:
@@ -62,7 +60,7 @@ def _between(
 
 
 def _crossing(tracer: Tracer, old: Branch, new: Branch, low: float, high: float) -> float:
-    """Where a branch becomes cheaper than another, between two places."""
+    """Return the place between two at which a branch becomes cheaper than another."""
 
     def gap(place: float) -> float:
         return tracer.cost(old, place) - tracer.cost(new, place)
@@ -71,7 +69,7 @@ def _crossing(tracer: Tracer, old: Branch, new: Branch, low: float, high: float)
 
 
 def is_degenerate(tracer: Tracer, branches: list[Branch]) -> bool:
-    """Whether many points are as good somewhere, and none that is alone is as good, there or close by."""
+    """Return whether somewhere several points are optimal and no isolated one is as good nearby."""
     return any(_unmatched(tracer, branches, *flat) for flat in tracer.flat)
 
 
@@ -86,7 +84,7 @@ def _unmatched(tracer: Tracer, branches: list[Branch], place: float, cost: float
 
 
 def _distinct(places: Iterable[float]) -> list[float]:
-    """By rising place, without those that are the same but for rounding."""
+    """Return rising places without duplicates to rounding."""
     found: list[float] = []
     for place in sorted(places):
         if not found or place > found[-1] + ROUNDING:

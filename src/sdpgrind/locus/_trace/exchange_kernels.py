@@ -1,4 +1,4 @@
-"""What gives way where something becomes active that cannot be held beside all that is: at corners."""
+"""Exchange of active bounds and constraints at corners, where their gradients become dependent."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from sdpgrind.locus._trace.row_kernels import _made_unit
 
 @compiled(error_model="numpy")
 def _column(d, k, held, n, m, out):
-    """Gradient by the controls of the k-th of all bounds and constraints."""
+    """Fill `out` with the gradient by the controls of the k-th bound or constraint."""
     if k < n:
         out[:] = 0.0
         out[k] = float(held[k])
@@ -20,7 +20,7 @@ def _column(d, k, held, n, m, out):
 
 @compiled(inline="always")
 def _multiplier(d, point, k, held, n, m, h, t):
-    """Of the k-th of all bounds and constraints, over the weight of the cost's own scale."""
+    """Return the multiplier of the k-th bound or constraint, over the weight of the scaled cost."""
     if k >= n:
         return point[1 + k]
     return -held[k] * _gradient_row(d, point, k, n, m, h, t, np.empty(point.size))
@@ -28,10 +28,10 @@ def _multiplier(d, point, k, held, n, m, h, t):
 
 @compiled(inline="always")
 def _exchange(d, point, held, new, n, m, h, t):
-    """Let the member of a set go whose multiplier is the first to vanish as that of the new one grows, and say which.
+    """Release the member whose multiplier vanishes first as that of the new one grows; return its index.
 
-    The gradient of the new one depends on those of the others. Multipliers are left as they are then. Gives -1 where none
-    vanishes: there feasibility ends.
+    The gradient of the new member depends on those of the others. The multipliers move to that point. -1:
+    none vanishes, feasibility ends.
     """
     others = _held_but(held, new)
     columns, column = np.empty((others.size, n)), np.empty(n)
@@ -63,7 +63,7 @@ def _exchange(d, point, held, new, n, m, h, t):
 
 @compiled(inline="always")
 def _held_but(held, new):
-    """Return what is held, without the new one."""
+    """Return the held indices except the new one."""
     found, count = np.empty(held.size, dtype=np.int64), 0
     for k in range(held.size):
         if held[k] != 0 and k != new:

@@ -1,4 +1,4 @@
-"""Best points at a grid of several hidden states: lines of the first are traced for each of the others."""
+"""Optima at a grid over several hidden states, traced along the first."""
 
 import itertools
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ from sdpgrind.locus._problem.system import System
 from sdpgrind.locus._trace.pieces import Columns, point_of
 from sdpgrind.locus._trace.trace import Ints, Tracer, run_at
 
+# chosen: per hidden state, by their number; 5 beyond. More cost time, fewer miss branches
 NODES = {2: 17, 3: 7}
-"""Of the grid, for each hidden state; 5 where there are more."""
 
 
 @dataclass(frozen=True)
 class TraceGrid:
-    """Scaled unknowns (..., n + m + 2), sets (..., n + m) and residuals (...) at the nodes; NaN where no best point is known."""
+    """Scaled unknowns (..., n + m + 2), sets (..., n + m), residuals (...) at the nodes; NaN: no optimum."""
 
     points: Floats
     held: Ints
@@ -24,12 +24,12 @@ class TraceGrid:
 
     @property
     def places(self) -> Floats:
-        """Places of all nodes in the ranges of the hidden states (..., h)."""
+        """Scaled hidden states (..., h) of all nodes."""
         along = np.linspace(0.0, 1.0, self.residual.shape[0])
         return np.stack(np.meshgrid(*[along] * self.residual.ndim, indexing="ij"), axis=-1)
 
     def table(self, system: System) -> Columns:
-        """What is known at the nodes, one after the other; rows of NaN where nothing is."""
+        """Return the columns of all nodes; NaN without an optimum."""
         size = self.points.shape[-1]
         flat = zip(
             self.points.reshape(-1, size),
@@ -51,7 +51,7 @@ class TraceGrid:
 
 
 def trace_grid(system: System) -> tuple[TraceGrid, bool]:
-    """The cheapest points at a grid; and whether there were places at which many points were as good."""
+    """Return the cheapest optima at a grid, and whether several points are optimal somewhere."""
     nodes = NODES.get(system.h, 5)
     shape, flat = (nodes,) * system.h, False
     points = np.full((*shape, system.n + system.m + 2), np.nan)
@@ -70,7 +70,7 @@ def trace_grid(system: System) -> tuple[TraceGrid, bool]:
 
 
 def _line(tracer: Tracer, places: Floats) -> list[tuple[int, Columns, Ints]]:
-    """The cheapest points along one line: number of the node, what is known there, the set."""
+    """Return node number, columns and set of the cheapest optima along a line."""
     branches, found = tracer.branches(), []
     for k, place in enumerate(places):
         costs = [tracer.cost(branch, place) for branch in branches]

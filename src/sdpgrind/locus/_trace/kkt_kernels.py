@@ -1,9 +1,9 @@
-"""Conditions of a best point, their Jacobian, and Newton's method on them: plain loops for numba.
+"""Optimality conditions, their Jacobian, and Newton's method.
 
-An unknown point is Y = (q, mu_0, mu, p): places q of the n controls, the weight mu_0 of the cost and mu_j of the m constraints
-(their squares sum to 1: multipliers are mu/mu_0, and mu_0 = 0 is where feasibility ends), the place p of the hidden state that is
-followed. A set says of each control whether it is free (0) or held at its least (-1) or greatest (1) value, and of each
-constraint whether it is active (1).
+The unknowns are Y = (q, mu_0, mu, p): scaled controls q (n), weight mu_0 of the cost, weights mu of the m
+constraints, scaled hidden state p. The squares of the weights sum to 1; multipliers are mu/mu_0, and mu_0 = 0
+is the end of feasibility. A set `held` (n + m,) marks each control as free (0), at its least (-1) or greatest
+(1) value, and each constraint as active (1) or inactive (0).
 """
 
 import numpy as np
@@ -11,22 +11,21 @@ import numpy as np
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run
 
-CLOSE = 1e-13
-"""Residual at which Newton's method stops; what it cannot better any more is good enough at `GOOD`."""
+CLOSE = 1e-13  # chosen: residual that ends Newton's method; rounding prevents less
+# chosen: last step of a point accepted at `GOOD`; near crossings small residuals are far from the root
 STILL = 1e-8
-"""Last step of such a point: where branches cross, a residual is small far away."""
-GOOD = 1e-10
+GOOD = 1e-10  # chosen: residual of an accepted point that cannot be improved
 
 
 @compiled(error_model="numpy")
 def _sizes(kkt, n, m, h):
-    """How long what the tape gives is."""
+    """Return the number of outputs of the tape."""
     return (1 + m) * (1 + n + n * n + n * h + h)
 
 
 @compiled(error_model="numpy")
 def _evaluate(kkt, n, h, point, hidden, t, work, out):
-    """Run the tape at a point: `hidden` are the places of all hidden states, of which the t-th is the point's own."""
+    """Run the tape at a point; `hidden` are scaled hidden states, the t-th replaced by the point's own."""
     for i in range(n):
         work[i] = point[i]
     for k in range(h):
@@ -37,7 +36,7 @@ def _evaluate(kkt, n, h, point, hidden, t, work, out):
 
 @compiled(error_model="numpy")
 def _gradient_row(d, point, i, n, m, h, t, row):
-    """Slope of the Lagrangian by the i-th control, and its derivatives by all unknowns into `row`."""
+    """Return the slope of the Lagrangian by the i-th control; `row`: its derivatives by all unknowns."""
     f = 1 + m
     hess, mixed = f * (1 + n), f * (1 + n + n * n)
     row[:] = 0.0
@@ -55,7 +54,7 @@ def _gradient_row(d, point, i, n, m, h, t, row):
 
 @compiled(error_model="numpy")
 def _constraint_row(d, j, n, m, h, t, row):
-    """The j-th constraint (1..m), and its derivatives by all unknowns into `row`."""
+    """Return the j-th constraint (1..m); `row`: its derivatives by all unknowns."""
     f = 1 + m
     row[:] = 0.0
     for k in range(n):
@@ -66,7 +65,7 @@ def _constraint_row(d, j, n, m, h, t, row):
 
 @compiled(error_model="numpy")
 def _conditions(d, point, held, n, m, h, t, residual, jacobian):
-    """F(Y) and F_Y, n + 1 + m rows: slopes or bounds, the sum of squares, constraints or multipliers."""
+    """Fill F(Y) and F_Y, n + 1 + m rows: stationarity or bounds, norm, constraints or multipliers."""
     f = 1 + m
     for i in range(n):
         if held[i] == 0:
@@ -92,7 +91,7 @@ def _conditions(d, point, held, n, m, h, t, residual, jacobian):
 
 @compiled(error_model="numpy")
 def _solve(a, b):
-    """Solve a x = b in place by elimination with the largest pivots; gives the determinant (0: none solved)."""
+    """Solve a x = b in place by Gaussian elimination with pivoting; return the determinant (0: unsolved)."""
     size = b.size
     determinant = 1.0
     for k in range(size):
@@ -123,7 +122,7 @@ def _solve(a, b):
 
 @compiled(error_model="numpy")
 def _tangent_at(d, point, held, n, m, h, t, along, tangent):
-    """Unit vector along the curve on the side of `along`; gives the determinant of the bordered Jacobian."""
+    """Fill the unit tangent on the side of `along`; return the determinant of the bordered Jacobian."""
     size = point.size
     a, residual = np.empty((size, size)), np.empty(size)
     _conditions(d, point, held, n, m, h, t, residual, a)
@@ -143,9 +142,9 @@ def _tangent_at(d, point, held, n, m, h, t, along, tangent):
 
 @compiled(error_model="numpy")
 def _newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
-    """Solve F(Y) = 0 with row.(Y - anchor) = 0 from `point`, in place; gives steps taken and the residual left.
+    """Solve F(Y) = 0 and row.(Y - anchor) = 0 from `point`, in place; return steps and residual.
 
-    `d` holds what the tape gives at the point reached.
+    `d` receives the output of the tape at the solution.
     """
     size = point.size
     a, b = np.empty((size, size)), np.empty(size)
@@ -176,15 +175,15 @@ def _newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d):
 
 @compiled(inline="always")
 def _free_directions(d, held, n, m, basis):
-    """Orthonormal rows in `basis`: first the span of active gradients over free controls, then what is left; gives both numbers.
+    """Fill `basis` with orthonormal rows, active gradients over free controls, then others; return counts.
 
-    The second is negative where active gradients depend on each other.
+    A negative second count means dependent active gradients.
     """
     f = 1 + m
-    rows, dependent = np.int64(0), False  # no literal 0, of which numba would make kernels of their own
+    rows, dependent = np.int64(0), False  # a literal 0 would compile other kernels a second time
     for j in range(1, f):
         if held[n + j - 1] == 1:
-            whole = 0.0  # the largest slope of all: what is rounding beside it is none
+            whole = 0.0  # largest slope, the scale of rounding
             for i in range(n):
                 basis[rows, i] = d[f + j * n + i] if held[i] == 0 else 0.0
                 whole = max(whole, abs(d[f + j * n + i]))
@@ -204,7 +203,7 @@ def _free_directions(d, held, n, m, basis):
 
 @compiled(error_model="numpy")
 def _orthonormal(basis, k, n, least):
-    """Make row k orthogonal to those above and of length 1; says whether enough was left."""
+    """Make row k orthonormal to those above; return whether enough remains."""
     before = _length(basis, k, n)
     for _ in range(2 if k else 0):
         for r in range(k):
@@ -231,7 +230,7 @@ def _length(basis, k, n):
 
 @compiled(error_model="numpy")
 def _curvature(d, point, held, n, m):
-    """Least curvature of the Lagrangian in directions that active gradients leave free; inf: none is left."""
+    """Return the least curvature of the Lagrangian in free directions; inf: none, -inf: dependent set."""
     basis = np.zeros((n + m + 1, n))
     active, free = _free_directions(d, held, n, m, basis)
     if free < 0:
@@ -252,7 +251,7 @@ def _curvature(d, point, held, n, m):
 
 @compiled(error_model="numpy")
 def _curved(d, point, basis, a, b, n, m):
-    """Second derivative of the Lagrangian along rows a and b, for a unit of the cost."""
+    """Return the second derivative of the Lagrangian along rows a and b, over the weight of the cost."""
     hess, total = (1 + m) * (1 + n), 0.0
     for j in range(1 + m):
         for i in range(n):

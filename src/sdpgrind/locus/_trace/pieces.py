@@ -1,4 +1,4 @@
-"""Pieces of a locus as tables: points of equal steps along it, with multipliers, slopes and margins, in the user's units."""
+"""Pieces of a locus as tables of points at equal arclength, in the user's units."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -10,34 +10,34 @@ from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._trace.spread_kernels import spread
 from sdpgrind.locus._trace.trace import Ints, Tracer, TraceRun
 
-NONE = 1e-12
-"""Weight of the cost that is none: its multipliers have no limit."""
+NONE = 1e-12  # chosen: least weight of the cost; below it multipliers are infinite
 
 
 @dataclass(frozen=True)
 class Columns:
-    """What is known at k points of one or more pieces, one after the other.
+    """Columns of k points of one or more pieces, in order.
 
     Attributes
     ----------
     points, along : array (k, n + m + 2)
-        Places of controls, weights, place of the hidden state; and the unit tangent.
+        Scaled unknowns (controls, weights, hidden state) and unit tangents.
     controls, slope : array (k, n)
-        In the user's units; d controls / d hidden state.
+        Controls in the user's units, and their slopes by the hidden state.
     hidden : array (k,)
-        The hidden state that was followed.
+        The traced hidden state.
     multipliers : array (k, m)
-        Cost for a unit of each constraint.
+        Cost per unit of each constraint.
     bound_multipliers : array (k, n)
-        Cost for a unit by which a control's bound would give way; 0 where it is free.
+        Cost per unit of a shifted bound of each control; 0: free.
     cost : array (k,)
         Least cost.
     response, limit : array (k, m)
         P_c and P_b.
     margin : array (k,)
-        Least curvature of the Lagrangian in directions left free, for controls over their whole ranges; inf where none is left.
+        Least curvature of the Lagrangian in free directions, with controls scaled to their ranges. inf: no
+        free direction.
     residual : array (k,)
-        Of the conditions of a best point, in scaled form.
+        Scaled residual of the optimality conditions.
     """
 
     points: Floats
@@ -54,39 +54,40 @@ class Columns:
     residual: Floats
 
     def part(self, piece: slice) -> "Columns":
-        """Some of the points; private to this package."""
+        """Return some of the points; private to this package."""
         return Columns(*(getattr(self, column.name)[piece] for column in fields(self)))
 
     @classmethod
     def joined(cls, tables: Sequence["Columns"]) -> "Columns":
-        """All points of several tables, one after the other; private to this package."""
+        """Concatenate tables; private to this package."""
         return cls(
             *(np.concatenate([getattr(table, column.name) for table in tables]) for column in fields(cls))
         )
 
     def blank(self) -> "Columns":
-        """As many points, of which nothing is known; private to this package."""
+        """Return as many rows of NaN; private to this package."""
         return Columns(*(np.full_like(getattr(self, column.name), np.nan) for column in fields(self)))
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A stretch of the locus on which the same constraints are active and the same controls are held.
+    """A part of the locus with a constant active set.
 
     Attributes
     ----------
     kind : {"interior", "locus", "bound", "vertex"}
-        Nothing is active; a constraint is; a control is held at its bound; as many constraints as controls are active.
+        No active constraint; active constraints; a control at its bound; as many active constraints as
+        controls.
     active : tuple of str
-        Names of active constraints.
+        Names of the active constraints.
     bounds : dict
-        Name of each control that is held, to "least" or "greatest".
+        Name of each control at a bound to "least" or "greatest".
     is_global : bool
-        Whether it is the best of all that were found, where it is.
+        Whether it is the best known optimum.
     start, end : str
-        What happens at the ends, where the hidden state is least and greatest.
+        Events at the least and greatest hidden state.
     table : Columns
-        Its points, by rising hidden state (units of the problem).
+        Points by rising hidden state (units of the problem).
     """
 
     kind: str
@@ -115,13 +116,13 @@ class Piece:
 
 
 def counts(runs: Sequence[TraceRun], points: int) -> list[int]:
-    """How many points each run gets of about as many as asked for: by length of arc, two at least."""
+    """Return the number of points of each run, shared by arclength, at least 2."""
     lengths = np.array([np.sum(np.sqrt(np.sum(np.diff(run.nodes, axis=0) ** 2, axis=1))) for run in runs])
     return [max(2, round(share)) for share in points * lengths / np.sum(lengths)]
 
 
 def tabulate(tracer: Tracer, runs: Sequence[TraceRun], sizes: Sequence[int]) -> Columns:
-    """All points of runs, exact."""
+    """Return the exact points of runs."""
     system, total = tracer.system, sum(sizes)
     n, m, h = system.n, system.m, system.h
     points, along, pulls = np.empty((total, n + m + 2)), np.empty((total, n + m + 2)), np.empty((total, n))
@@ -161,14 +162,14 @@ def columns(
 
 
 def point_of(tracer: Tracer, held: Ints, point: Floats, along: Floats) -> Columns:
-    """What is known at one exact point; `along` is a tangent near it."""
+    """Return the columns of one exact point; `along` is a tangent near it."""
     return tabulate(tracer, [TraceRun(np.vstack([point, point]), np.vstack([along, along]), held)], [1])
 
 
 def pieces(
     problem: Problem, runs: Sequence[tuple[TraceRun, bool]], table: Columns, sizes: Sequence[int]
 ) -> tuple[Piece, ...]:
-    """Name what the runs are, with their points."""
+    """Return the runs as named pieces with their points."""
     names, responses = problem.names, list(problem.responses)
     n, found, since = len(names), [], 0
     for (run, best), size in zip(runs, sizes, strict=True):
@@ -182,7 +183,7 @@ def pieces(
 
 
 def kind_of(held: Ints, n: int) -> str:
-    """What a set is called."""
+    """Return the kind of a set."""
     if np.any(held[:n]):
         return "bound"
     active = int(np.sum(held[n:]))

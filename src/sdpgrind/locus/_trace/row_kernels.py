@@ -1,4 +1,4 @@
-"""Rows of numbers, number by number: numba takes seconds to compile the shape checks of whole arrays, and none for loops."""
+"""Operations on rows by loops: numba compiles array expressions and their shape checks for seconds."""
 
 import numpy as np
 
@@ -7,21 +7,21 @@ from sdpgrind.base.compiled import compiled
 
 @compiled(error_model="numpy")
 def _copied(row, out):
-    """Copy a row into the beginning of another."""
+    """Copy a row into the beginning of `out`."""
     for k in range(row.size):
         out[k] = row[k]
 
 
 @compiled(error_model="numpy")
 def _ahead(start, length, direction, out):
-    """Put the point at a length along a direction into `out`."""
+    """Fill `out` with start + length * direction."""
     for k in range(out.size):
         out[k] = start[k] + length * direction[k]
 
 
 @compiled(error_model="numpy")
 def _dot(a, b):
-    """Return the sum of products."""
+    """Return the scalar product."""
     total = 0.0
     for k in range(a.size):
         total += a[k] * b[k]
@@ -30,7 +30,7 @@ def _dot(a, b):
 
 @compiled(error_model="numpy")
 def _farthest(a, b):
-    """Return the greatest difference of two rows; NaN where one is no number."""
+    """Return the greatest absolute difference; NaN if a difference is NaN."""
     most = 0.0
     for k in range(a.size):
         gap = abs(a[k] - b[k])

@@ -1,4 +1,4 @@
-"""Best points from nowhere: the least places of a lattice, down a barrier, to the conditions of a best point."""
+"""Optima without a start: lattice minima, a barrier method, then Newton on the optimality conditions."""
 
 import numpy as np
 
@@ -16,24 +16,18 @@ from sdpgrind.locus._trace.kkt_kernels import (
 from sdpgrind.locus._trace.row_kernels import _copied, _dot, _made_unit
 
 FIRST, SHRINK, LAST = 0.1, 0.03, 2e-12
-"""Of the barrier: its weight goes down from 0.1 of the room around the start to 2e-12."""
-LONGEST = 0.15
-"""Step: a longer one may leave the valley."""
-LOW, NEAR = 1e-4, 0.05
-"""Weight below which a way over to a best point is looked for, and how far that may lead, in places of controls."""
-FLAT = 1e-8
-"""Curvature that is none."""
-AIM = 1e-8
-"""How far inside the limits a feasible place is looked for, scaled: there is room for a barrier (chosen)."""
-EDGE = 1e-4
-"""Least distance from the bounds of controls, scaled, while a feasible place is looked for (chosen)."""
-STARTS, STEPS = 5, 60
-"""Points of the lattice from which a feasible place is looked for, and steps from each (chosen)."""
+"""Barrier weight: first over the distance of the start from its limits, factor per round, last (chosen)."""
+LONGEST = 0.15  # chosen: step in scaled controls; a longer one may leave the valley
+LOW, NEAR = 1e-4, 0.05  # chosen: first barrier weight to try Newton's method, and its longest accepted way
+FLAT = 1e-8  # chosen: curvature that counts as 0
+AIM = 1e-8  # chosen: scaled slack of a feasible start; it leaves room for a barrier
+EDGE = 1e-4  # chosen: least scaled distance of that start from bounds
+STARTS, STEPS = 5, 60  # chosen: lattice points tried for it, and steps from each
 
 
 @compiled(error_model="numpy")
 def lattice_minima(first, n, m, hidden, lattice, ticks):
-    """Indices of feasible points of a lattice that are no worse than all their neighbours, along controls and across."""
+    """Return the indices of feasible lattice points no worse than all neighbours, diagonals included."""
     cost = _costs(first, n, m, hidden, lattice)
     chosen, count = np.empty(cost.size, dtype=np.int64), 0
     for k in range(cost.size):
@@ -45,7 +39,7 @@ def lattice_minima(first, n, m, hidden, lattice, ticks):
 
 @compiled(error_model="numpy")
 def lattice_best(first, n, m, hidden, t, places, lattice):
-    """For each place of the t-th hidden state, index and cost of the cheapest feasible point of a lattice; inf: none."""
+    """Return index and cost of the cheapest feasible lattice point at each place of the t-th hidden state."""
     found, costs, all_hidden = np.zeros(places.size, dtype=np.int64), np.empty(places.size), hidden.copy()
     for k in range(places.size):
         all_hidden[t] = places[k]
@@ -57,7 +51,7 @@ def lattice_best(first, n, m, hidden, t, places, lattice):
 
 @compiled(error_model="numpy")
 def _costs(first, n, m, hidden, lattice):
-    """At all points of a lattice; inf where one is not feasible."""
+    """Return the costs of all lattice points; inf: infeasible."""
     given, out = np.empty((len(lattice), n + hidden.size)), np.empty((len(lattice), 1 + m))
     for k in range(len(lattice)):
         _copied(lattice[k], given[k])
@@ -88,7 +82,7 @@ def _has_better_neighbour(cost, k, n, ticks):
 
 @compiled(error_model="numpy")
 def _merit(first, n, m, given, weight, work, out):
-    """Cost with the barrier; inf outside."""
+    """Return cost plus barrier; inf outside."""
     inside = 1.0
     for i in range(n):
         if not 0.0 < given[i] < 1.0:
@@ -123,7 +117,7 @@ def _barrier_system(d, q, n, m, weight, hessian, gradient):
 
 @compiled(inline="always")
 def _downhill(hessian, gradient, factor, step):
-    """Newton's step, or one as if the curvature were greater where it does not lead down."""
+    """Fill the Newton step, with the diagonal increased until the Hessian is positive definite."""
     extra = 0.0
     for i in range(step.size):
         step[i] = -gradient[i]
@@ -136,7 +130,7 @@ def _downhill(hessian, gradient, factor, step):
 
 @compiled(inline="always")
 def _factored(a, extra, factor):
-    """Cholesky's factor of a + extra; False where that has a direction that does not curve up."""
+    """Fill the Cholesky factor of a + extra I; return whether it is positive definite."""
     for i in range(a.shape[0]):
         for k in range(i + 1):
             left = a[i, k]
@@ -155,7 +149,7 @@ def _factored(a, extra, factor):
 
 @compiled(inline="always")
 def _solved(factor, b):
-    """Solve with a factor, in place."""
+    """Solve with a Cholesky factor, in place."""
     n = b.size
     for i in range(n):
         for c in range(i):
@@ -169,7 +163,7 @@ def _solved(factor, b):
 
 @compiled(inline="always")
 def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d, work_first, out):
-    """Down to the least cost with a barrier of this weight, from `given`, in place."""
+    """Minimise cost plus barrier of this weight from `given`, in place."""
     hessian, factor, gradient, step = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
     trial = given.copy()
     before = _merit(first, n, m, given, weight, work_first, out)
@@ -201,7 +195,7 @@ def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d
 
 @compiled(inline="always")
 def _guess(d, q, weight, n, m, held, point):
-    """Set and multipliers where the barrier ended."""
+    """Estimate set and multipliers at the end of the barrier method."""
     near = np.sqrt(weight)
     f = 1 + m
     for i in range(n):
@@ -216,7 +210,7 @@ def _guess(d, q, weight, n, m, held, point):
 
 @compiled(inline="always")
 def _mended(d, point, held, n, m, h, t):
-    """Drop what pulls the wrong way, add what is violated; says whether anything was wrong."""
+    """Correct the worst member of a set with wrong multiplier or violation; return whether there was one."""
     row, worst, index = np.empty(point.size), -1e-9, -1
     for i in range(n):
         slope = _gradient_row(d, point, i, n, m, h, t, row)
@@ -238,7 +232,7 @@ def _mended(d, point, held, n, m, h, t):
 
 @compiled(error_model="numpy")
 def best_points(kkt, first, n, m, h, hidden, t, starts):
-    """Best points below feasible starts: points (k, n + m + 2), sets (k, n + m), curvatures (k,); see `best_point`."""
+    """Return points (k, n + m + 2), sets (k, n + m), curvatures (k,) of `_best_point` for feasible starts."""
     count = len(starts)
     points, sets, curvatures = (
         np.zeros((count, n + m + 2)),
@@ -252,11 +246,10 @@ def best_points(kkt, first, n, m, h, hidden, t, starts):
 
 @compiled(inline="always")
 def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
-    """A best point below a feasible start, into `point` and `held`.
+    """Fill `point` and `held` with an optimum below a feasible start; return its curvature.
 
-    Gives the curvature there: positive for a least cost, 0 where there is none (many points are as good), -inf if none was found.
-    As soon as the barrier is low, a way over to the conditions of a best point is looked for; a long one is not trusted, nor one
-    to a limit that hardly pulls.
+    Positive: an isolated optimum; 0: several points are optimal; -inf: failed. From barrier weight `LOW` on
+    Newton's method is tried; a far solution or one with a nearly vanishing multiplier is rejected.
     """
     work, d, row = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h)), np.zeros(n + m + 2)
     work_first, out, given = np.empty(work_size(first)), np.empty(1 + m), np.empty(n + h)
@@ -298,14 +291,14 @@ def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
             ):
                 return found
             if last:
-                _copied(given[:n], point)  # the middle of all that are as good
+                _copied(given[:n], point)  # centre of all optima
                 return 0.0 if found > -FLAT or (flat and found == -np.inf) else -np.inf
         weight = max(weight * SHRINK, LAST)
 
 
 @compiled(inline="always")
 def _pulled(d, point, held, n, m, h, t):
-    """Least pull at what is held or active; where there is hardly any, many points may be as good, and this is only one end."""
+    """Return the least multiplier of the active set; near 0 several points may be optimal."""
     row, least = np.empty(point.size), np.inf
     for i in range(n):
         if held[i] != 0:
@@ -318,7 +311,7 @@ def _pulled(d, point, held, n, m, h, t):
 
 @compiled(inline="always")
 def _room(first, n, m, given, work, out):
-    """Least distance to a bound or a limit, at most 1: a barrier of more weight would push a start out of its valley."""
+    """Return the least distance to a bound or limit, in [1e-6, 1]; it bounds the barrier weight."""
     run(first, given, work, out)
     least = 1.0
     for i in range(n):
@@ -330,7 +323,7 @@ def _room(first, n, m, given, work, out):
 
 @compiled(inline="always")
 def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
-    """Solve the conditions from a guess of point and set, and mend the set; gives the curvature, -inf if that leads nowhere."""
+    """Solve the conditions from a guess, correcting the set; return the curvature, -inf: failed."""
     for _ in range(2 * (n + m) + 2):
         left = _newton(kkt, n, m, h, hidden, t, held, point.copy(), row, np.int64(12), point, work, d)[1]
         if not left <= GOOD:
@@ -342,7 +335,7 @@ def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
 
 @compiled(error_model="numpy")
 def reach(kkt, n, m, h, hidden, t, lattice):
-    """From the points of a lattice that are the least infeasible to a feasible place (n,); NaN: none was found."""
+    """Return a feasible place (n,) found from the least infeasible lattice points; NaN: none."""
     work, d, point = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h)), np.zeros(n + m + 2)
     point[n + m + 1] = hidden[t]
     worst = np.empty(lattice.shape[0])
@@ -359,7 +352,7 @@ def reach(kkt, n, m, h, hidden, t, lattice):
 
 @compiled(error_model="numpy")
 def _excess(d, m):
-    """By how much limits are exceeded: sum of squares; inf where there is no value."""
+    """Return the sum of squared violations; inf without a value."""
     total = 0.0
     for j in range(1, m + 1):
         total += max(d[j] + AIM, 0.0) ** 2
@@ -368,7 +361,7 @@ def _excess(d, m):
 
 @compiled(error_model="numpy")
 def _gone_inside(kkt, n, m, h, hidden, t, point, work, d):
-    """Least squares on what is exceeded, by Levenberg's method; says whether nothing is in the end."""
+    """Minimise the violations by Levenberg's method, in place; return whether none remains."""
     damping, before = 1e-3, np.inf
     a, b, old = np.empty((n, n)), np.empty(n), point.copy()
     for _ in range(STEPS):

@@ -1,4 +1,4 @@
-"""Tables along a run of nodes: guesses by cubics, made exact by one step of Newton's method for whole blocks of points."""
+"""Tables along a run of nodes: cubic guesses, corrected by Newton's method in blocks of points."""
 
 import numpy as np
 
@@ -15,15 +15,15 @@ from sdpgrind.locus._trace.kkt_kernels import (
 )
 from sdpgrind.locus._trace.row_kernels import _copied, _made_unit
 
-EXACT = 1e-11
-"""Residual that one step must leave; where it leaves more there are further ones."""
+EXACT = 1e-11  # chosen: residual after one step; a larger one gets further steps
 
 
 @compiled(error_model="numpy")
 def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls, residuals, curvatures):
-    """Fill a table of `points` along nodes of one set, at equal lengths of arc.
+    """Fill a table of `points` along the nodes of one run, at equal arclength.
 
-    `along` are unit tangents; `pulls` slopes of the Lagrangian by controls (0 where they are free), over the weight of the cost.
+    `along`: unit tangents; `pulls`: slopes of the Lagrangian by held controls over the weight of the cost (0:
+    free).
     """
     size, count, arc, segment = n + m + 2, points.shape[0], _lengths(nodes), 0
     work, d, rows = _room(kkt, BLOCK), np.empty((BLOCK, _sizes(kkt, n, m, h))), np.empty((BLOCK, size))
@@ -63,7 +63,7 @@ def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls,
 
 @compiled(inline="always")
 def _lengths(nodes):
-    """Length of the polygon up to each node."""
+    """Return the length of the polygon up to each node."""
     arc = np.zeros(len(nodes))
     for k in range(len(nodes) - 1):
         total = 0.0
@@ -75,7 +75,7 @@ def _lengths(nodes):
 
 @compiled(inline="always")
 def _cubic(nodes, tangents, arc, k, s, point, row):
-    """Near the point at length s, in segment k; and near the tangent there."""
+    """Fill the Hermite guess of point and tangent at arclength s in segment k."""
     span = arc[k + 1] - arc[k]
     u = (s - arc[k]) / span if span > 0.0 else 0.0
     a, b, c, e = (
@@ -91,7 +91,7 @@ def _cubic(nodes, tangents, arc, k, s, point, row):
 
 @compiled(error_model="numpy")
 def _run(kkt, n, h, hidden, t, points, work, d):
-    """Run the tape at all of the points; what is left of the block is done like the last of them."""
+    """Run the tape at all points; the rest of the block repeats the last."""
     for k in range(BLOCK):
         place = min(k, len(points) - 1)
         for i in range(n):
@@ -104,19 +104,19 @@ def _run(kkt, n, h, hidden, t, points, work, d):
 
 @compiled(inline="always")
 def _step(d, point, row, held, n, m, h, t, a, b):
-    """One step of Newton's method across the curve."""
+    """Do one Newton step across the curve."""
     _conditions(d, point, held, n, m, h, t, b, a)
     last = point.size - 1
     _copied(row, a[last])
     b[last] = 0.0
-    if _largest(b) > CLOSE and _solve(a, b) != 0.0:  # what is exact stays as it is: ends of the range
+    if _largest(b) > CLOSE and _solve(a, b) != 0.0:  # exact ends of the range stay
         for i in range(point.size):
             point[i] -= b[i]
 
 
 @compiled(error_model="numpy")
 def _largest(values):
-    """Of their sizes; inf where one is no number."""
+    """Return the largest absolute value; inf if one is not finite."""
     largest = 0.0
     for value in values:
         if not np.isfinite(value):
@@ -127,7 +127,7 @@ def _largest(values):
 
 @compiled(inline="always")
 def _finish(kkt, d, point, row, held, n, m, h, hidden, t, a, b, work, tangent, pulls):
-    """Residual of a point, after further steps where it is too large; its tangent, and how bounds are pulled at."""
+    """Refine a point if necessary, fill its tangent and `pulls`, and return its residual."""
     last = point.size - 1
     _conditions(d, point, held, n, m, h, t, b, a)
     b[last] = 0.0

@@ -1,4 +1,4 @@
-"""Tables by a monotone key, with exact slopes: cubic between two nodes (Hermite), the end and a flag outside."""
+"""Tables by a monotone key with exact slopes: cubic Hermite interpolation, clamped with a flag."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,34 +10,29 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._trace.table_kernels import NO_KEY, look_up, look_up_many, pack
 
-CELLS = 2
-"""Cells of the guide for each node."""
-ROUNDING = 1e-12
-"""Of a column that does not change, over its size."""
-LEAST_DENSITY = 0.05
-"""Of nodes, over the mean: where hardly anything bends there are still some."""
-
-KINK = 1e-9
-"""Of the range of the key: nodes that are closer stand for one place with two slopes."""
+CELLS = 2  # chosen: guide cells per node; fewer need more bisection
+ROUNDING = 1e-12  # chosen: relative span of a constant column
+LEAST_DENSITY = 0.05  # chosen: least density of nodes over the mean; 0 leaves none where nothing bends
+KINK = 1e-9  # chosen: share of the range; closer nodes are one place with two slopes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LocusTable:
-    """Columns by a key that rises or falls strictly, with their exact slopes by the key.
+    """Columns by a strictly monotone key, with their exact slopes.
 
-    `packed` is all of it in one flat array, for compiled code: ``look_up(table.packed, key, out)``, with `width` columns.
+    Compiled code calls ``look_up(table.packed, key, out)`` with the flat array `packed` and `width` columns.
 
     Parameters
     ----------
     key : array, (K,)
         Nodes.
     columns, slopes : array, (K, n)
-        Values at the nodes, and their derivatives by the key.
+        Values at the nodes and their derivatives by the key.
 
     Raises
     ------
     ValueError
-        When the key does not rise or fall strictly, or shapes do not fit.
+        When the key is not strictly monotone, or shapes do not fit.
 
     Examples
     --------
@@ -81,7 +76,7 @@ class LocusTable:
         )
 
     def __deepcopy__(self, memo: object) -> Self:
-        return self  # nothing in it changes
+        return self  # immutable
 
     @cached_property
     def low(self) -> float:
@@ -94,21 +89,21 @@ class LocusTable:
         return float(max(self.key[0], self.key[-1]))
 
     def at(self, key: Any, *, out: Floats | None = None) -> Floats:
-        """Return the columns at a key (n,), or at many (..., n); outside the table those of its end.
+        """Return the columns at a key (n,), or at many (..., n), clamped to the table.
 
         Parameters
         ----------
         key : float or array
-            Where; see `clamped`.
+            Key or keys.
         out : array (n,), optional
-            Where the columns at one float are put, for loops in which nothing is to be made anew.
+            Array to fill for one float. None: a new one.
 
         Raises
         ------
         ValueError
             When a key is NaN.
         """
-        if type(key) is float:  # in a loop of control: nothing but the look-up
+        if type(key) is float:  # fast path of control loops
             if out is None:
                 out = np.empty(self.width)
             if look_up(self.packed, key, out) == NO_KEY:
@@ -122,40 +117,38 @@ class LocusTable:
         return rows.reshape(*keys.shape, -1)
 
     def clamped(self, key: Any) -> Any:
-        """Return whether a key, or each of many, lies outside, so that the end of the table stands for it.
+        """Return whether a key, or each of many, is outside the table.
 
         Parameters
         ----------
         key : float or array
-            Where.
+            Key or keys.
         """
         outside = (np.asarray(key) < self.low) | (np.asarray(key) > self.high)
         return outside if outside.ndim else bool(outside)
 
     def errors(self) -> Floats:
-        """Return what each column (n,) errs by between nodes, at most: h^4/384 |f''''|, from how f''' changes.
+        """Return the error bound h^4/384 |f''''| of each column (n,), from differences of f'''.
 
-        Infinity where nothing can be told: with 2 nodes, or 2 between kinks (nodes next to each other, each with a slope).
+        Infinity where unknown: 2 nodes in all or between kinks (adjacent nodes with different slopes).
         """
         widths = np.abs(np.diff(self.key))
         found: Floats = np.max(widths[:, None] ** 4 / 384.0 * self._fourth(), axis=0)
         return found
 
     def thinned(self, count: int) -> "LocusTable":
-        """Return a table of about `count` of the nodes, so chosen that all intervals err alike, each column over its span.
-
-        Ends and kinks always stay.
+        """Return a table of about `count` nodes with equal relative errors; ends and kinks stay.
 
         Parameters
         ----------
         count : int
-            Nodes, at least 2.
+            Number of nodes, at least 2.
         """
         checks.count("count", count, at_least=2)
         if count >= self.key.size:
             return self
         span, size = np.ptp(self.columns, axis=0), np.max(np.abs(self.columns), axis=0)
-        changes = span > ROUNDING * size  # what only rounding changes bends nowhere
+        changes = span > ROUNDING * size
         bends = (self._fourth() / np.where(changes, span, np.inf)).max(axis=1)
         weights = np.where(np.isinf(bends), 0.0, bends) ** 0.25 * np.abs(np.diff(self.key))
         shares = np.cumsum(weights + LEAST_DENSITY * weights.mean() + np.finfo(float).tiny)
@@ -165,11 +158,11 @@ class LocusTable:
         return LocusTable(self.key[kept], self.columns[kept], self.slopes[kept])
 
     def _kinks(self) -> Any:
-        """Which intervals are so narrow that they only join two smooth parts."""
+        """Return the mask of intervals that only join two smooth parts."""
         return np.abs(np.diff(self.key)) < KINK * (self.high - self.low)
 
     def _fourth(self) -> Floats:
-        """|f''''| (K - 1, n), the greater of what is found at both nodes of an interval; none across a kink."""
+        """Return |f''''| (K - 1, n), the greater of both nodes of an interval; 0 across a kink."""
         widths, rises, kinks = np.diff(self.key)[:, None], np.diff(self.columns, axis=0), self._kinks()
         third = 6.0 * (widths * (self.slopes[:-1] + self.slopes[1:]) - 2.0 * rises) / widths**3
         third[kinks] = np.nan
@@ -180,21 +173,20 @@ class LocusTable:
 
 
 def _nearest(edges: Floats, count: int) -> Any:
-    """Indices of the edges that are nearest to equal shares."""
+    """Return the indices of the edges nearest to equal shares."""
     wanted = np.linspace(0.0, 1.0, count)
     after = np.clip(np.searchsorted(edges, wanted), 1, edges.size - 1)
     return np.where(wanted - edges[after - 1] < edges[after] - wanted, after - 1, after)
 
 
 def _check_monotone(key: Floats) -> None:
-    """It goes on as it begins."""
+    """Refuse a key that is not strictly monotone."""
     steps = np.diff(key)
     wrong = np.flatnonzero((np.sign(steps) != np.sign(steps[0])) | (steps == 0))
     if wrong.size:
         k = int(wrong[0])
-        raise ValueError(
-            f"key must rise or fall strictly; key[{k}] and key[{k + 1}] are {key[k]:.12g} and {key[k + 1]:.12g}"
-        )
+        told = f"{key[k]:.12g} and {key[k + 1]:.12g}"
+        raise ValueError(f"key must rise or fall strictly; key[{k}] and key[{k + 1}] are {told}")
 
 
 def _no_key(name: str, value: float) -> ValueError:

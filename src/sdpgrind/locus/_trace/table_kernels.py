@@ -1,33 +1,31 @@
-"""Look up a table of values and exact slopes, packed in one flat array; see `table`."""
+"""Look up a packed table of values and exact slopes; see `table`."""
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
 INSIDE, BELOW, ABOVE, NO_KEY = range(4)
-"""What a look-up says of its key: in the table, below or above it (the end is given), or NaN."""
-HEAD = 5
-"""Numbers at the head: nodes, columns, cells of the guide (all by their bits), least key, cells per unit of the key."""
+"""Result of a look-up: key in the table, below or above it (clamped), or NaN."""
+HEAD = (
+    5  # derived: numbers of nodes, columns, guide cells (by their bits); least key; cells per unit of the key
+)
 
 
 @compiled(inline="always")
 def _packed_size(n_node, n_column, n_cell):
-    """Numbers of a packed table: head, keys, values and slopes node by node, guide."""
+    """Return the size: head, keys, values and slopes node by node, guide."""
     return HEAD + n_node * (1 + 2 * n_column) + n_cell + 1
 
 
 @compiled(error_model="numpy")
 def pack(key, columns, slopes, n_cell):
-    """Pack a table whose key rises: the guide says of each cell of equal width which interval its start lies in."""
+    """Pack a table with a rising key; the guide holds, per cell of equal width, the interval at its start."""
     n_node, n_column = columns.shape
     packed = np.empty(_packed_size(n_node, n_column, n_cell))
     whole = packed.view(np.int64)
     whole[0], whole[1], whole[2] = n_node, n_column, n_cell
     scale = n_cell / (key[-1] - key[0])
-    packed[3], packed[4] = (
-        key[0],
-        scale if scale < np.inf else 0.0,
-    )  # where all is closer than numbers can tell: one cell
+    packed[3], packed[4] = key[0], scale if scale < np.inf else 0.0  # a range of rounding: one cell
     for k in range(n_node):
         packed[HEAD + k], row = key[k], HEAD + n_node + 2 * n_column * k
         for j in range(n_column):
@@ -44,13 +42,13 @@ def pack(key, columns, slopes, n_cell):
 
 @compiled(forceinline=True, error_model="numpy")
 def _cell(packed, key):
-    """The cell of a key; rounding is the same for nodes and for what is looked up, so that the guide never misleads."""
+    """Return the cell of a key; equal rounding of nodes and looked-up keys keeps the guide exact."""
     return np.int64((key - packed[3]) * packed[4])
 
 
 @compiled(inline="always")
 def _locate(packed, key):
-    """Index of the interval that a key of the table lies in: from the guide, then by halving what the cell leaves."""
+    """Return the interval of a key: guide, then bisection."""
     whole = packed.view(np.int64)
     n_node, n_column = whole[0], whole[1]
     guide = HEAD + n_node * (1 + 2 * n_column)
@@ -67,7 +65,7 @@ def _locate(packed, key):
 
 @compiled(error_model="numpy")
 def look_up(packed, key, out):
-    """Put the columns at a key into `out` and say where the key is; outside the table: those of the end; NaN: nothing."""
+    """Fill `out` with the columns at a key, clamped, and return the flag; NaN fills nothing."""
     whole = packed.view(np.int64)
     n_node, n_column = whole[0], whole[1]
     rows = HEAD + n_node
@@ -78,7 +76,7 @@ def look_up(packed, key, out):
         return NO_KEY
     below = key <= packed[HEAD]
     end = 0 if below else n_node - 1
-    for j in range(n_column):  # nodes to the last bit: an end may be a limit
+    for j in range(n_column):  # bit-equal to the node
         out[j] = packed[rows + 2 * n_column * end + j]
     if key == packed[HEAD + end]:
         return INSIDE
@@ -87,7 +85,7 @@ def look_up(packed, key, out):
 
 @compiled(inline="always")
 def _interpolate(packed, k, key, out):
-    """The cubic of interval k."""
+    """Fill `out` with the cubic of interval k."""
     whole = packed.view(np.int64)
     n_node, n_column = whole[0], whole[1]
     width = packed[HEAD + k + 1] - packed[HEAD + k]
@@ -101,7 +99,7 @@ def _interpolate(packed, k, key, out):
 
 @compiled(error_model="numpy")
 def look_up_many(packed, keys, out):
-    """Look up many keys (k,) into `out` (k, columns) and return the index of the first that is NaN, -1 if none is."""
+    """Look up keys (k,) into `out` (k, columns); return the index of the first NaN, -1: none."""
     bad = -1
     for k in range(keys.size - 1, -1, -1):
         if look_up(packed, keys[k], out[k]) == NO_KEY:

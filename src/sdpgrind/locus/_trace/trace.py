@@ -1,4 +1,4 @@
-"""All branches of best points over the range of one hidden state, cut where a set changes or another branch is better."""
+"""All branches of optima over one hidden state, cut where the active set or the cheapest branch changes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -15,16 +15,12 @@ from sdpgrind.locus._trace.kkt_kernels import GOOD
 from sdpgrind.locus._trace.seed_kernels import best_points, lattice_best, lattice_minima, reach
 
 Ints: TypeAlias = npt.NDArray[np.int64]
-PLACES = (0.0, 1.0, 0.5, 0.25, 0.75)
-"""In the range of the hidden state, where best points are looked for."""
+PLACES = (0.0, 1.0, 0.5, 0.25, 0.75)  # chosen: scaled hidden states of searches; fewer miss branches
 BETWEEN = np.setdiff1d(np.arange(1, 16), [4, 8, 12]) / 16.0
-"""Places where only points of the lattice are compared with the branches that were found."""
-MOST = 2000
-"""Nodes of a branch to one side."""
-SAME = 1e-6
-"""Places of controls that are no further apart are one point."""
-ROUNDING = 1e-9
-"""By which ends of runs are off."""
+"""Places where lattice points are only compared with known branches."""
+MOST = 2000  # chosen: nodes of a branch to one side; a longer one is cut as lost
+SAME = 1e-6  # chosen: scaled distance of controls that are one point
+ROUNDING = 1e-9  # chosen: scaled error of the ends of runs
 KINDS = {
     kernels.NONE: "",
     kernels.LOW: "least",
@@ -39,12 +35,12 @@ KINDS = {
     kernels.LOST: "lost",
     kernels.FULL: "lost",
 }
-"""Names of what happens where a piece ends."""
+"""Names of events at ends of pieces."""
 
 
 @dataclass(frozen=True)
 class TraceRun:
-    """Part of a branch with one set: nodes (k, n + m + 2) with unit tangents, by rising place; what happens at its ends."""
+    """Part of a branch with one set: nodes (k, n + m + 2), unit tangents, by rising place; events at ends."""
 
     nodes: Floats
     tangents: Floats
@@ -54,12 +50,12 @@ class TraceRun:
 
     @property
     def low(self) -> float:
-        """Least place of the hidden state."""
+        """Least scaled hidden state."""
         return float(self.nodes[0, -1])
 
     @property
     def high(self) -> float:
-        """Greatest place."""
+        """Greatest scaled hidden state."""
         return float(self.nodes[-1, -1])
 
 
@@ -68,20 +64,20 @@ Branch: TypeAlias = list[TraceRun]
 
 @dataclass(frozen=True)
 class Tracer:
-    """Traces over the t-th hidden state; `hidden` are the places of all of them."""
+    """Tracer over the t-th hidden state; `hidden` are all scaled hidden states."""
 
     system: System
     hidden: Floats
     t: int = 0
     flat: list[tuple[float, float]] = field(default_factory=list)
-    """Places at which many points were as good, with their cost."""
+    """Places with several optima, and their cost."""
 
     @property
     def _sizes(self) -> tuple[int, int, int]:
         return self.system.n, self.system.m, self.system.h
 
     def seeds(self, place: float, starts: Floats | None = None) -> Iterator[tuple[Floats, Ints]]:
-        """Best points at one place of the hidden state, from the least points of a lattice, or from feasible points given."""
+        """Yield optima at one place, from lattice minima or given feasible points (k, n)."""
         n, m, h = self._sizes
         hidden = self._hidden_at(place)
         kkt, first, lattice = self.system.kkt_tape, self.system.first_tape, starts_of(n)
@@ -100,7 +96,7 @@ class Tracer:
     def follow(
         self, point: Floats, held: Ints, rising: float, low: float = 0.0, high: float = 1.0
     ) -> list[TraceRun]:
-        """Runs to one side of a best point, in the order in which they are met."""
+        """Return the runs to one side of an optimum, in order."""
         n, m, h = self._sizes
         nodes, tangents = np.empty((MOST, n + m + 2)), np.empty((MOST, n + m + 2))
         sets, events = np.empty((MOST, n + m), dtype=np.int64), np.zeros((MOST, 2), dtype=np.int64)
@@ -124,7 +120,7 @@ class Tracer:
         return list(_runs(nodes[:count], tangents[:count], sets[:count], events[:count]))
 
     def grow(self, point: Floats, held: Ints) -> Branch:
-        """The whole branch through a best point."""
+        """Return the whole branch through an optimum."""
         down, up = self.follow(point, held, -1.0), self.follow(point, held, 1.0)
         backward = [_reversed(run) for run in reversed(down)]
         last, first = backward[-1], up[0]
@@ -140,7 +136,7 @@ class Tracer:
         )
 
     def at(self, run: TraceRun, place: float) -> Floats | None:
-        """The point of a run at a place of the hidden state; None where it cannot be found."""
+        """Return the point of a run at a place; None: not found."""
         n, m, h = self._sizes
         point = np.empty(n + m + 2)
         left = kernels.reach(
@@ -149,13 +145,13 @@ class Tracer:
         return point if left <= GOOD else None
 
     def cost(self, branch: Branch, place: float) -> float:
-        """Cost of a branch at a place of the hidden state; inf where there is none."""
+        """Return the cost of a branch at a place; inf: none."""
         run = run_at(branch, place)
         point = None if run is None else self.at(run, place)
         return np.inf if point is None else float(self._costs(point[None])[0])
 
     def _costs(self, points: Floats) -> Floats:
-        """Cost (k,) at points (k, n + m + 2)."""
+        """Return the cost (k,) of points (k, n + m + 2)."""
         hidden, n = np.repeat(self.hidden[None], len(points), axis=0), self.system.n
         hidden[:, self.t] = points[:, -1]
         values: tuple[Floats, ...] = self.system.values(
@@ -164,7 +160,7 @@ class Tracer:
         return values[0]
 
     def branches(self) -> list[Branch]:
-        """Every branch that is found from the places, and from beside the ends of those that were found."""
+        """Return all branches found from `PLACES` and near the ends of known branches."""
         found: list[Branch] = []
         for place in PLACES:
             self._add(found, place)
@@ -178,7 +174,7 @@ class Tracer:
         return sorted(found, key=lambda branch: branch[0].low)
 
     def _reach(self, found: list[Branch]) -> None:
-        """Begin where the limits leave too little room for a point of the lattice."""
+        """Search from feasible points where the limits leave no room for lattice points."""
         n, m, h = self._sizes
         for place in PLACES:
             start = reach(self.system.kkt_tape, n, m, h, self._hidden_at(place), self.t, starts_of(n))
@@ -191,7 +187,7 @@ class Tracer:
         return hidden
 
     def _challenge(self, found: list[Branch]) -> None:
-        """Between the places, look for better ones where a point of the lattice is cheaper than every branch."""
+        """Search at `BETWEEN` where a lattice point is cheaper than every branch."""
         n, m, _ = self._sizes
         best, costs = lattice_best(self.system.first_tape, n, m, self.hidden, self.t, BETWEEN, starts_of(n))
         known = np.min([self._about(branch) for branch in found], axis=0, initial=np.inf)
@@ -200,7 +196,7 @@ class Tracer:
                 self._add(found, float(place), starts_of(n)[start][None])
 
     def _about(self, branch: Branch) -> Floats:
-        """Cost of a branch between the places, scaled: straight between its nodes; inf where it is not."""
+        """Return the scaled cost of a branch at `BETWEEN`, linear between nodes; inf outside."""
         nodes = np.concatenate([run.nodes for run in branch])
         scaled = self._costs(nodes) / self.system.cost_scale
         about: Floats = np.interp(BETWEEN, nodes[:, -1], scaled, left=np.inf, right=np.inf)
@@ -218,7 +214,7 @@ class Tracer:
         return there is not None and bool(np.max(np.abs(there[:n] - point[:n])) < SAME)
 
     def cut(self, run: TraceRun, places: list[float]) -> Iterator[TraceRun]:
-        """A run in parts, cut at places between its ends where another branch takes over."""
+        """Yield a run in parts, cut at places where another branch becomes cheaper."""
         rest = run
         for place in sorted(places):
             point = self.at(rest, place)
@@ -250,7 +246,7 @@ class Tracer:
 
 
 def run_at(branch: Branch, place: float) -> TraceRun | None:
-    """The run of a branch at a place of the hidden state."""
+    """Return the run of a branch at a place; None: outside."""
     for run in branch:
         if run.low - ROUNDING <= place <= run.high + ROUNDING:
             return run
@@ -258,7 +254,7 @@ def run_at(branch: Branch, place: float) -> TraceRun | None:
 
 
 def _runs(nodes: Floats, tangents: Floats, sets: Ints, events: Ints) -> Iterator[TraceRun]:
-    """Cut what was followed where something happens."""
+    """Yield the runs of a followed branch, cut at events."""
     since, start = 0, ("", 0)
     for k in np.flatnonzero(events[:, 0] != kernels.NONE):
         end = (KINDS[int(events[k, 0])], int(events[k, 1]))
@@ -267,7 +263,7 @@ def _runs(nodes: Floats, tangents: Floats, sets: Ints, events: Ints) -> Iterator
 
 
 def _rising(branch: Branch, n: int) -> Branch:
-    """Name what happens between runs as it does when the hidden state rises."""
+    """Name the events between runs as for a rising hidden state."""
     for k, (before, after) in enumerate(pairwise(branch)):
         event = _change(before.held, after.held, n)
         branch[k], branch[k + 1] = replace(before, end=event), replace(after, start=event)
@@ -276,7 +272,7 @@ def _rising(branch: Branch, n: int) -> Branch:
 
 def _change(before: Ints, after: Ints, n: int) -> tuple[str, int]:
     changed = np.flatnonzero(before != after)
-    new = changed[after[changed] != 0]  # at a corner one gives way to another: that is told
+    new = changed[after[changed] != 0]  # the new member of an exchange
     i = int([*new, *changed][0])
     if i < n:
         return ("released" if after[i] == 0 else "least" if after[i] < 0 else "greatest"), i

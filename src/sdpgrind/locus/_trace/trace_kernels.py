@@ -1,4 +1,4 @@
-"""Follow a branch of best points by pseudo-arclength, through changes of what is held and active, to where it ends."""
+"""Follow a branch of optima by pseudo-arclength continuation through changes of the active set."""
 
 import numpy as np
 
@@ -18,23 +18,21 @@ from sdpgrind.locus._trace.kkt_kernels import (
 from sdpgrind.locus._trace.row_kernels import _ahead, _copied, _dot, _farthest
 
 NONE, LOW, HIGH, RELEASE, DROP, ADD, RANGE, INFEASIBLE, FOLD, BRANCH, LOST, FULL = range(12)
-"""What happens at a node. Up to ADD the set changes; from RANGE on the branch ends."""
-_NOTHING, _FIRST = np.int64(NONE), np.int64(0)
-"""Numbers that do not make a kernel of their own, as numba has it of a whole number that stands in the code."""
-LONGEST, SHORTEST = 0.06, 1e-9
-NEAREST = 1e-6
-"""Step with which a crossing of branches is near enough."""
-SLACKEN = 1e-10
-"""How far a sign may be wrong by rounding."""
-COSINE = 0.966
-"""Of the largest angle between neighbouring tangents, 15 degrees."""
-STEPS = 5
-"""Of Newton's method in one corrector."""
+"""Events at a node. Up to ADD the set changes; from RANGE on the branch ends."""
+_NOTHING, _FIRST = np.int64(NONE), np.int64(0)  # literal integers would compile their callees a second time
+LONGEST, SHORTEST = (
+    0.06,
+    1e-9,
+)  # chosen: steps of arclength; longer ones skip events, shorter ones are rounding
+NEAREST = 1e-6  # chosen: step near a crossing of branches at which an inexact event is accepted
+SLACKEN = 1e-10  # chosen: rounding of signs
+COSINE = 0.966  # derived: of 15 degrees, largest angle between neighbouring tangents
+STEPS = 5  # chosen: Newton steps of a corrector; slower convergence shortens the step
 
 
 @compiled(error_model="numpy")
 def _signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, found):
-    """What must stay >= 0: two for each control, one for each constraint, the ends of the range, feasibility, fold, branch."""
+    """Fill what must stay >= 0: two per control, one per constraint, range, feasibility, fold, branch."""
     row = np.empty(point.size)
     for i in range(n):
         if held[i] == 0:
@@ -53,7 +51,7 @@ def _signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, 
 
 @compiled(inline="always")
 def _event_of(k, held, n, m):
-    """Kind and index of the sign that failed."""
+    """Return kind and index of the event of the k-th sign."""
     if k < 2 * n:
         i = k // 2
         if held[i] != 0:
@@ -67,7 +65,7 @@ def _event_of(k, held, n, m):
 
 @compiled(inline="always")
 def _switch(kind, index, held, n):
-    """Change the set."""
+    """Change the set by an event."""
     if kind == LOW:
         held[index] = -1
     elif kind == HIGH:
@@ -82,7 +80,7 @@ def _switch(kind, index, held, n):
 
 @compiled(inline="always")
 def _away(kind, index, was, d, point, tangent, n, m, h, t):
-    """How fast what has changed moves along the tangent into what is allowed; negative: the tangent points the wrong way."""
+    """Return the rate along the tangent of what an event changed; negative: out of the feasible region."""
     row = np.empty(point.size)
     if kind == RELEASE:
         return -was * tangent[index]
@@ -100,7 +98,7 @@ def _locate(
     kkt, n, m, h, hidden, t, held, low, high, rising, orientation, start, direction, k, left, right, span,
     point, tangent, work, d, found,
 ):  # fmt: skip
-    """Where sign k fails between two lengths of arc, by the Illinois rule; leaves point and tangent there, gives the length."""
+    """Find the length at which sign k fails, by the Illinois rule; fill point and tangent there."""
     a, b, fa, fb = 0.0, span, left, right
     s, side, guess = span, 0, np.empty(point.size)
     for _ in range(80):
@@ -125,7 +123,7 @@ def _locate(
 
 @compiled(error_model="numpy")
 def _record(points, tangents, sets, events, count, point, tangent, held, kind, index):
-    """Write a node down, and return how many there are."""
+    """Write a node and return the count."""
     _copied(point, points[count])
     _copied(tangent, tangents[count])
     _copied(held, sets[count])
@@ -135,7 +133,7 @@ def _record(points, tangents, sets, events, count, point, tangent, held, kind, i
 
 @compiled(inline="always")
 def _advanced(old, point, along):
-    """Length from one point to another, along a direction."""
+    """Return the length from one point to another along a direction."""
     total = 0.0
     for k in range(along.size):
         total += (point[k] - old[k]) * along[k]
@@ -144,11 +142,11 @@ def _advanced(old, point, along):
 
 @compiled(error_model="numpy")
 def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points, tangents, sets, events):
-    """Follow the branch through `first` to the side where the place of the hidden state rises (1) or falls (-1).
+    """Follow the branch through `first` in the direction of rising (1) or falling (-1) hidden state.
 
-    Nodes go into `points` and `tangents` (k, n + m + 2), `sets` (k, n + m), `events` (k, 2), each the kind and index of what
-    happens there; where the set changes there are two nodes at one place, one of each set. Gives their number; the last says how
-    it ends.
+    Fills nodes: `points` and `tangents` (k, n + m + 2), `sets` (k, n + m), `events` (k, 2) of kind and index.
+    A change of the set gives two nodes at one place, one per set. Returns their number; the last event is the
+    end of the branch.
     """
     size = n + m + 2
     work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
@@ -210,16 +208,15 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         if left > GOOD or _farthest(point, guess) > step or not _dot(tangent, along) >= COSINE:
             _copied(old, point)
             _copied(along, tangent)
-            if (
-                step > NEAREST
-            ):  # Newton's method may leave for another branch, where two cross or come near: nearer, it does not
+            # Newton's method may reach another branch near a crossing; a smaller step does not
+            if step > NEAREST:
                 step *= 0.4
                 suspected = kind if kind in (FOLD, BRANCH) else LOST
                 continue
             _evaluate(kkt, n, h, point, hidden, t, work, d)
         if kind == FOLD and point[n] < 1e-6:
             kind = INFEASIBLE
-        if kind == RANGE:  # exactly, so that all branches end at one place
+        if kind == RANGE:  # exact: all branches end at one place
             point[size - 1] = low if failed == 2 * n + m else high
         count = _record(
             points, tangents, sets, events, count, point, tangent, held, np.int64(kind), np.int64(index)
@@ -255,7 +252,7 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
 
 @compiled(error_model="numpy")
 def settle_at(kkt, n, m, h, hidden, t, held, point, most):
-    """Solve the conditions at the point's own place of the hidden state, in place; gives the residual."""
+    """Solve the conditions at the point's own hidden state, in place; return the residual."""
     work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
     anchor, row = point.copy(), np.zeros(point.size)
     row[point.size - 1] = 1.0
@@ -264,7 +261,7 @@ def settle_at(kkt, n, m, h, hidden, t, held, point, most):
 
 @compiled(error_model="numpy")
 def reach(kkt, n, m, h, hidden, t, held, nodes, place, point):
-    """The point of a run at a place of the hidden state, in place: straight between nodes, then exact; gives the residual."""
+    """Fill the point of a run at a place, from a linear guess; return the residual."""
     last = nodes.shape[1] - 1
     k = 1
     while k < nodes.shape[0] - 1 and nodes[k, last] < place:
@@ -279,7 +276,7 @@ def reach(kkt, n, m, h, hidden, t, held, nodes, place, point):
 
 @compiled(error_model="numpy")
 def between(left, right, along_left, along_right, place, point):
-    """Where a cubic between two nodes has a place of the hidden state, into `point`; gives the length between the nodes."""
+    """Fill the point at a place of the cubic between two nodes; return the distance of the nodes."""
     last = left.size - 1
     total = 0.0
     for k in range(left.size):
@@ -305,7 +302,7 @@ def between(left, right, along_left, along_right, place, point):
 
 @compiled(error_model="numpy")
 def tangent_of(kkt, n, m, h, hidden, t, held, point, along, tangent):
-    """Unit vector along the curve at a point on it, on the side of `along`."""
+    """Fill the unit tangent at a point of the curve, on the side of `along`."""
     work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
     _evaluate(kkt, n, h, point, hidden, t, work, d)
     _tangent_at(d, point, held, n, m, h, t, along, tangent)
