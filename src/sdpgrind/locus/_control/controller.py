@@ -45,11 +45,10 @@ class LocusController(Walking, Described):
     the integral term only. The coordinate is clamped to the stretch and the law continues from the clamped
     value, so it cannot wind up. A missing reading (NaN) keeps the command.
 
-    A coordinate that lags behind its command makes the response lag too: a limit taken at the command
-    overstates the slack of a rising coordinate, and the loop overshoots. Where the actual coordinate is
-    measured (under its own name) or its `lag` is known, the limit is therefore taken there, readings wait
-    until it has settled, and a scheduled gain continues from it. Koren's own form is ``at="command",
-    hold="none"``.
+    A lagging coordinate makes the response lag: a limit taken at the command overstates the slack of a rising
+    coordinate, and the loop overshoots. With a measured coordinate (under its own name) or a known `lag`, the
+    limit is taken at the actual one, readings wait until it has settled, and a scheduled gain continues from
+    it. Koren's own form is ``at="command", hold="none"``.
 
     Parameters
     ----------
@@ -61,8 +60,7 @@ class LocusController(Walking, Described):
         Integral gain ki, unit of the coordinate over that of the response; or a gain inverse to the loop
         slope. None: the recommended schedule, see `design_gain`.
     x : (float, float), optional
-        Range of the hidden state for which the loop must be stable, in its unit. Default: that of the
-        stretch.
+        Range of the hidden state to be stable in, in its unit. Default: that of the stretch.
     start : "feasible", "learned", float or mapping
         Initial coordinate. "feasible": optimum of the tightest hidden state. "learned": the same, and after
         `reset` the last coordinate (for parts run by `hwsim`, see `LearnedStart`). Mapping: coordinate or
@@ -82,8 +80,7 @@ class LocusController(Walking, Described):
     period : float, optional
         Sampling period, s. None: one sample per event of the plant.
     method : {"feedback", "inversion"}
-        Feedback, or a step to the optimum of the hidden state that explains the reading: exact for an exact
-        model.
+        Feedback, or a step to the optimum of the hidden state that explains the reading.
     filter : float
         Weight (0, 1] of a new estimate of the hidden state; "inversion" only.
     floor : float, optional
@@ -92,8 +89,7 @@ class LocusController(Walking, Described):
     Raises
     ------
     ValueError
-        When the gain is unstable for a hidden state of the range, the range contains a fold or a jump, or the
-        coordinate is not single-valued.
+        When the gain is unstable in the range, the range contains a fold or a jump, or `along` is not unique.
 
     Warns
     -----

@@ -97,8 +97,7 @@ class Walking(Stateful):
         Parameters
         ----------
         **measurement : float
-            The response by name, in its unit (NaN or infinity: no reading); the actual coordinate by name,
-            where it is measured. Others are ignored.
+            The response by name, in its unit (NaN or infinity: no reading); the coordinate, where measured.
 
         Raises
         ------

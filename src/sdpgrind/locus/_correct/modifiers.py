@@ -1,7 +1,6 @@
 """Modifier adaptation: correct a wrong model until its optimum is that of the plant.
 
-In iteration k the problem of the model is corrected by a bias and by gradient modifiers (Marchetti, Chachuat
-and Bonvin 2009):
+In iteration k a bias and gradient modifiers correct the problem (Marchetti, Chachuat and Bonvin 2009):
 
     minimise phi(z) + q . z   subject to   P(z) + b + p . (z - z_k) <= 0,
 
@@ -9,9 +8,8 @@ with b, p, q such that P and the gradients of P and phi equal those of the plant
 optimality conditions hold for the plant: P = 0 and grad phi + mu grad P = 0 are the same equations for both.
 
 Slopes of the plant along its limit are enough: dP = 0 fixes the direction of the limit, and dphi = 0 the
-rest, whatever the multiplier. A dither along the limit costs to second order, across it to first order. The
-controls therefore move along the corrected limit in a pattern of signs; a linear fit with a trend explains
-the rest of the readings.
+rest, whatever the multiplier. A dither costs to second order along the limit, to first order across it. The
+controls move along the corrected limit in a pattern of signs; a linear fit with a trend gives the slopes.
 """
 
 from collections.abc import Mapping
@@ -36,8 +34,7 @@ STILL = 0.5  # chosen: share of the dither; a direction in which the point moves
 def pattern(n: int) -> Floats:
     """Signs (2^(n+1), n) for n directions, orthogonal to each other, their products and a trend.
 
-    Column i is the product of the signs of binary digits i to n + 1 of the row; the first is the Thue-Morse
-    sequence.
+    Column i is the product of the signs of binary digits i to n + 1 of the row; the first is Thue-Morse.
     """
     rows = np.arange(2 ** (n + 1))
     digits = np.array([1.0 - 2.0 * (rows >> (n - j) & 1) for j in range(n + 1)])
@@ -74,17 +71,15 @@ class ModifierController(Described):
     problem : Problem
         The model: one hidden state, one constraint.
     feedback : {"state", "bias"}
-        Correction per sample that keeps the constraint at its limit. "state": the hidden state that explains
-        the reading, so that the point moves along the corrected locus. "bias": a constraint bias at a fixed
-        hidden state.
+        Correction per sample of the constraint. "state": the hidden state that explains the reading; the
+        point moves along the corrected locus. "bias": a constraint bias at a fixed hidden state.
     hidden : float, optional
         Initial hidden state, in its unit. Default: middle of its range.
     dither : float
         Amplitude along the limit, share of the (logarithmic, where positive) ranges of the controls. Slopes
         count less when the point itself moves farther.
     across : float
-        Amplitude across the limit, in the same unit. 0: none. Without an active constraint `dither` holds in
-        all directions.
+        Amplitude across the limit, in the same unit. 0: none, unless no constraint is active (`dither`).
     filter : float
         Weight (0, 1] of new slopes, once per pattern: 2^n samples for n controls, 2^(n+1) with `across`.
     gain : float

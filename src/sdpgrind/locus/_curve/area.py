@@ -22,9 +22,8 @@ from sdpgrind.locus._trace.trace import Tracer, TraceRun
 class Area(Plan):
     """All optima of a problem with several hidden states, in the units of the problem; immutable.
 
-    It keeps exact optima at the nodes of a grid. `at` follows the branches from the surrounding nodes,
-    through changes of the active set, and takes the cheapest. Files store a user's own functions as
-    expressions.
+    `at` follows the branches from the surrounding nodes of a grid of exact optima, through changes of the
+    active set, and takes the cheapest. Files store a user's own functions as expressions.
 
     Attributes
     ----------

@@ -194,8 +194,7 @@ class Locus(Plan):
         Raises
         ------
         ValueError
-            When a name is missing or unknown, a value is not finite, or the response is independent of the
-            hidden state there.
+            When a name or value is invalid, or the response is independent of the hidden state there.
         """
         responses = [name for name in self.responses if name in measured]
         if set(measured) != {*self.names, *responses} or len(responses) != 1:
@@ -232,8 +231,7 @@ class Locus(Plan):
         Parameters
         ----------
         key : str, optional
-            Hidden state, a control, or a response where it equals its limit (Koren, Fig. 2), in its unit.
-            None: the hidden state.
+            Hidden state (None), control, or response equal to its limit (Koren, Fig. 2), in its unit.
         points : int
             Approximate number of nodes.
 
@@ -278,8 +276,7 @@ class Locus(Plan):
         Raises
         ------
         ValueError
-            When the range contains a fold, a jump, or a part without an active constraint, or the coordinate
-            is not single-valued.
+            When the range has a fold, a jump, a part without active constraint, or `along` is not unique.
         """
         from sdpgrind.locus._curve.stretch import stretch
 

@@ -36,14 +36,13 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
     Returns
     -------
     Locus or Area
-        Curve for one hidden state, area for several. The scaled residual of the optimality conditions at its
-        points, `error`, is at most 1e-10.
+        Curve for one hidden state, area for several; its `error`, a scaled residual, is at most 1e-10.
 
     Raises
     ------
     ValueError
-        When hidden states outnumber measured constraints, the slope of a constraint by a hidden state changes
-        sign, or no point is feasible.
+        When hidden states outnumber constraints, a slope by a hidden state changes sign, or nothing is
+        feasible.
 
     Examples
     --------

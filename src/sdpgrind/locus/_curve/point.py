@@ -28,8 +28,7 @@ class Point:
     slope : dict
         Slope of each control by the first hidden state.
     margin : float
-        Least curvature of the Lagrangian in free directions, with controls scaled to their ranges. inf: no
-        free direction.
+        Least curvature of the Lagrangian in free directions, controls scaled to their ranges. inf: none.
     kind : str
         Kind of the piece: "interior", "locus", "bound" or "vertex".
     clamped : bool

@@ -53,7 +53,6 @@ class Problem(Described):
 
     For every hidden state: minimise ``cost(s, c)`` over the controls in their ranges, with response <= limit
     for every constraint. Functions use operators, ``**`` and functions of numpy or CasADi that take symbols.
-    To maximise, change the sign of the cost.
 
     Parameters
     ----------

@@ -130,8 +130,8 @@ def robust_locus(
     Parameters
     ----------
     samples : sequence of Problem
-        At least two problems with the same two controls, the same hidden state, and one constraint with the
-        same limit. The first is nominal.
+        Two or more; same two controls, one hidden state, one constraint with the same limit. The first:
+        nominal.
     along : str
         Coordinate: a control, single-valued on the locus of every sample.
     objective : {"mean", "worst"}
@@ -142,12 +142,11 @@ def robust_locus(
         Range of the hidden state, in its unit. Default: that of the nominal problem.
     points : int
         Approximate number of points of the table.
-        About how many points the table has.
 
     Raises
     ------
-            When samples do not fit each other or have no common coordinate.
-        When samples do not fit each other, or have no coordinate in common.
+    ValueError
+        When samples do not fit each other or have no common coordinate.
     TypeError
         When a sample is not a problem.
 
@@ -316,8 +315,7 @@ def loss_table(robust: RobustLocus, points: int, bias: float) -> xr.Dataset:
 def feedback_points(stretch: Stretch, truth: Locus, x: Floats, bias: float = 0.0) -> Floats:
     """Return the controls (k, n) at which feedback on a stretch stops a true process at hidden states (k,).
 
-    There the biased reading equals the computed limit; without such a point it is the nearer end of the
-    stretch.
+    There the biased reading equals the computed limit; else it is the nearer end of the stretch.
     """
 
     def slack(s: Floats) -> Floats:

@@ -176,8 +176,7 @@ class Stretch:
         names, hidden_name, controls, hidden, limit, ends, values, response, units
             As of the class, in the order of the curve.
         tangents : arrays, (K, n), (K,), (K,), (K,)
-            Slopes of controls, hidden state, limit, and response at fixed hidden state, by a parameter of the
-            curve.
+            Slopes of controls, hidden state, limit, and response at fixed hidden state, by any parameter.
 
         Raises
         ------

@@ -34,8 +34,7 @@ class Columns:
     response, limit : array (k, m)
         P_c and P_b.
     margin : array (k,)
-        Least curvature of the Lagrangian in free directions, with controls scaled to their ranges. inf: no
-        free direction.
+        Least curvature of the Lagrangian in free directions, controls scaled to their ranges. inf: none.
     residual : array (k,)
         Scaled residual of the optimality conditions.
     """
@@ -76,8 +75,7 @@ class Piece:
     Attributes
     ----------
     kind : {"interior", "locus", "bound", "vertex"}
-        No active constraint; active constraints; a control at its bound; as many active constraints as
-        controls.
+        No active constraint; active ones; a control at its bound; as many active constraints as controls.
     active : tuple of str
         Names of the active constraints.
     bounds : dict

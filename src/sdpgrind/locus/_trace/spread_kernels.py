@@ -22,8 +22,7 @@ EXACT = 1e-11  # chosen: residual after one step; a larger one gets further step
 def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls, residuals, curvatures):
     """Fill a table of `points` along the nodes of one run, at equal arclength.
 
-    `along`: unit tangents; `pulls`: slopes of the Lagrangian by held controls over the weight of the cost (0:
-    free).
+    `along`: unit tangents; `pulls`: slopes of the Lagrangian by held controls over the cost's weight, or 0.
     """
     size, count, arc, segment = n + m + 2, points.shape[0], _lengths(nodes), 0
     work, d, rows = _room(kkt, BLOCK), np.empty((BLOCK, _sizes(kkt, n, m, h))), np.empty((BLOCK, size))

@@ -144,9 +144,8 @@ def _advanced(old, point, along):
 def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points, tangents, sets, events):
     """Follow the branch through `first` in the direction of rising (1) or falling (-1) hidden state.
 
-    Fills nodes: `points` and `tangents` (k, n + m + 2), `sets` (k, n + m), `events` (k, 2) of kind and index.
-    A change of the set gives two nodes at one place, one per set. Returns their number; the last event is the
-    end of the branch.
+    Fills `points`, `tangents` (k, n + m + 2), `sets` (k, n + m), `events` (k, 2) of kind and index; a change
+    of the set gives a node per set. Returns the number of nodes; the last event ends the branch.
     """
     size = n + m + 2
     work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))

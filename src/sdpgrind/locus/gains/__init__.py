@@ -1,4 +1,4 @@
-"""Gains of the controller that walks along a locus: their design, and their decoupling."""
+"""Gain design by stability, violation, noise and drift; schedules; gains of several constraints."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""Gains of several active measured constraints at once."""
+"""Gains for several active measured constraints."""
 
 import numpy as np
 import numpy.typing as npt
@@ -8,21 +8,21 @@ from sdpgrind.base.checks import Floats
 
 
 def decoupling_gains(slopes: npt.ArrayLike, theta: float = 1.0) -> Floats:
-    """Design the gains of several active measured constraints at once: K = -theta E_s^-1.
+    """Return the gains K = -theta E_s^-1 for several active measured constraints.
 
-    Then every eigenvalue of I + K E_s is 1 - theta: the errors fall together, and no constraint disturbs another.
+    All eigenvalues of I + K E_s are 1 - theta: the errors fall together, and no constraint disturbs another.
 
     Parameters
     ----------
     slopes : array, (m, m)
-        E_s: row i is the slope of slack i by the m coordinates, at fixed hidden states.
+        E_s: row i holds the slopes of slack i by the m coordinates, at fixed hidden states.
     theta : float
         Share of deadbeat, in (0, 1], dimensionless.
 
     Returns
     -------
     array, (m, m)
-        K; the coordinates move by K e, with e the slacks: units of coordinates over those of responses.
+        K, units of coordinates over those of responses; the coordinates move by K e, e the slacks.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def decoupling_gains(slopes: npt.ArrayLike, theta: float = 1.0) -> Floats:
 
 
 def spectral_radius(slopes: npt.ArrayLike, gains: npt.ArrayLike) -> float:
-    """Return the largest modulus of the eigenvalues of I + K E_s, dimensionless; the loop is stable below 1.
+    """Return the spectral radius of I + K E_s, dimensionless; the loop is stable below 1.
 
     Parameters
     ----------

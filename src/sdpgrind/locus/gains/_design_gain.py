@@ -1,4 +1,4 @@
-"""Design the gain of a controller on the locus: stable, and without violation on the way to every optimum."""
+"""Design the gain of a controller: stable, without violation from the start to any optimum."""
 
 from collections.abc import Callable
 from typing import Any
@@ -12,10 +12,9 @@ from sdpgrind.locus._stretch.stretch import Stretch
 from sdpgrind.locus.gains._gain_design import GainDesign, tight_end
 from sdpgrind.locus.gains._least_value import least
 
-NEAR = 0.999
-"""Share of the way to the optimum up to which the slack is divided by; there the loop slope takes over."""
-TOUCHING, CLOSE = 1e-9, 1e-6
-"""Shares of a range that are rounding, and too short to divide by."""
+NEAR = 0.999  # chosen: share of the way to the optimum searched; beyond, the ratio is that of the loop slope
+TOUCHING = 1e-9  # chosen: share of a range that is rounding
+CLOSE = 1e-6  # chosen: share of a range too short to divide by
 
 
 def design_gain(
@@ -25,28 +24,28 @@ def design_gain(
     x: tuple[float, float] | None = None,
     start: str | float = "feasible",
 ) -> GainDesign:
-    """Design the gain of a controller that walks along a locus by one measurement.
+    """Design the gain of a controller on a locus with one measured response.
 
-    Koren found k = 0.6 by trial; it is stable for part of his range only, and violates the limit in more of it. Here the loop
-    slope e_s along the locus tells what is stable and how noise passes through, and the way from the start to every optimum of
-    the range tells up to which gain the limit is never violated while the hidden state stands still.
+    Koren's k = 0.6, found by trial, is stable in a part of his range only. Here the loop slope e_s gives
+    stability and noise gain; the ways from the start to every optimum of the range give the greatest gain
+    without violation at a constant hidden state.
 
     Parameters
     ----------
     curve : Locus or Stretch
         The traced locus.
     along : str
-        The coordinate: a control, or the hidden state, that is single-valued on the locus.
+        Coordinate: a control or the hidden state, single-valued on the locus.
     x : (float, float), optional
-        Range of the hidden state for which it shall hold, in its unit; else that of the stretch.
+        Range of the hidden state, in its unit. Default: that of the stretch.
     start : "feasible" or float
-        Coordinate of the start, in its unit; "feasible": the optimum of the tightest hidden state, which has slack for all.
+        Initial coordinate, in its unit. "feasible": optimum of the tightest hidden state.
 
     Raises
     ------
     ValueError
-        When the range holds a fold or a jump, the coordinate is not single-valued, or the start has no slack for a hidden state
-        of the range.
+        When the range has a fold or a jump, `along` is not unique, or the start violates the limit in the
+        range.
 
     Examples
     --------
@@ -72,7 +71,7 @@ def design_gain(
 
 
 def stretch_of(curve: Any, along: str | None, x: tuple[float, float] | None) -> Stretch:
-    """The stretch of a locus, or the one given."""
+    """Return the stretch of a locus, or the given one."""
     if isinstance(curve, Stretch):
         if along not in (None, curve.along):
             raise checks.refuse("along", f"{curve.along!r}, the coordinate of the stretch", along)
@@ -86,15 +85,15 @@ def stretch_of(curve: Any, along: str | None, x: tuple[float, float] | None) -> 
     if along is None:
         raise checks.refuse("along", "the name of a control or of the hidden state", along)
     if x is not None:
-        try:  # the more there is to walk on, the further a controller may draw back
+        try:  # the whole stretch gives the controller more room
             return checks.kind("curve.stretch(along)", curve.stretch(along), Stretch)
-        except ValueError:  # a fold or a jump elsewhere
+        except ValueError:  # fold or jump outside x
             pass
     return checks.kind("curve.stretch(along)", curve.stretch(along, x=x), Stretch)
 
 
 def declared_range(stretch: Stretch, x: Any) -> tuple[float, float]:
-    """A range of the hidden state within the stretch; beyond an interior end the clamped place is the optimum anyway."""
+    """Return a range of the hidden state, cut to the stretch at an interior end: the clamp is optimal."""
     low, high = stretch.x
     if x is None:
         return low, high
@@ -115,12 +114,13 @@ def declared_range(stretch: Stretch, x: Any) -> tuple[float, float]:
 
 
 def _check_slope(stretch: Stretch, x: tuple[float, float]) -> None:
-    """The slack must change one way along the locus, or no gain works."""
+    """Refuse a slack that is not strictly monotone along the locus."""
     low, high = sorted(stretch.coordinate_of(np.array(x)).tolist())
     slopes = stretch.rows(np.linspace(low, high, 257))[:, -1]
     if np.any(slopes == 0) or np.any(np.sign(slopes) != np.sign(slopes[0])):
         raise ValueError(
-            f"along must be a coordinate along which the slack changes one way; along {stretch.along!r} it does not"
+            "along must be a coordinate along which the slack changes one way;"
+            f" along {stretch.along!r} it does not"
         )
 
 
@@ -136,8 +136,8 @@ def _start(stretch: Stretch, x: tuple[float, float], start: Any) -> float:
     if slack[worst] < -TOUCHING * float(np.ptp(stretch.limit) + np.abs(slack).max()):
         best = stretch.coordinate_of(tight_end(stretch, x))
         raise ValueError(
-            f"start must have slack for every {stretch.hidden_name} in {x[0]:g}..{x[1]:g}, as {best:.6g} has; got {place:g}, with"
-            f" {slack[worst]:.4g} at {states[worst]:.4g}"
+            f"start must have slack for every {stretch.hidden_name} in {x[0]:g}..{x[1]:g}, as {best:.6g} has;"
+            f" got {place:g}, with {slack[worst]:.4g} at {states[worst]:.4g}"
         )
     return place
 
@@ -149,13 +149,13 @@ def _free(
     weight: Callable[[Floats], Floats],
     at_optimum: float,
 ) -> float:
-    """The least of weight(s) (s* - s)/e(s) between the start and every optimum s*; next to it this is `at_optimum` or more."""
+    """Return the least weight(s) (s* - s)/e(s) from the start to every optimum s*, at most `at_optimum`."""
     room = CLOSE * (stretch.high - stretch.low)
 
     def allowed(best: Floats, share: Floats) -> Floats:
         s = start + share * (best - start)
         x = stretch.rows(best)[:, len(stretch.names)]
-        slack = stretch.slack(s, x) - stretch.slack(best, x)  # the second is rounding of the tables only
+        slack = stretch.slack(s, x) - stretch.slack(best, x)  # less the rounding of the tables
         way = np.abs(best - s)
         ratio = weight(s) * way / np.where(slack > 0, slack, np.inf)
         return np.where(way > room, ratio, np.inf)
@@ -163,6 +163,7 @@ def _free(
     found = min(at_optimum, least(allowed, places, (0.0, NEAR), places=129)[0])
     if found == 0:
         raise ValueError(
-            f"start must have slack all the way to the optimum, or no gain leads there; from {start:.6g} it has not"
+            "start must have slack all the way to the optimum, or no gain leads there;"
+            f" from {start:.6g} it has not"
         )
     return found

@@ -1,8 +1,8 @@
-"""What a hidden state that drifts does to a controller on the locus, at worst; for any sequence of steps up to a rate.
+"""Worst case of a controller under a drifting hidden state, for all sequences of steps up to a rate.
 
-Without overshoot the loop s -> s + k e(s, x) keeps the order of places, and a looser state moves them further; so no sequence is
-worse for a state than the one that came there as late as it could, from a loop that had settled at the loose end. What
-overshoots is covered by the furthest place that any place before may lead to, which keeps the order too.
+Without overshoot the loop s -> s + k e(s, x) is monotone in s, and a looser state moves it further. The worst
+sequence for a state therefore reaches it as late as possible, from a loop settled at the loose end. With
+overshoot the furthest successor of all smaller coordinates takes the place of the loop; it is monotone too.
 """
 
 from collections.abc import Callable
@@ -15,18 +15,15 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.locus._stretch.inverse import balanced
 from sdpgrind.locus._stretch.stretch import Stretch
 
-PHASES = 48
-"""Parts of a step in which the ramp is begun; what lies between is covered by its ends."""
-LONGEST = 1000
-"""Steps of a ramp that is played; slower ones are bounded state by state."""
-LATTICE, STATES = 65, 257
-ROOM = 1.002
-"""For what lies between the places of a lattice; a margin is so much greater."""
+PHASES = 48  # chosen: starts of the ramp within a step; the ends of each part bound its inside
+LONGEST = 1000  # chosen: steps of a simulated ramp; slower ones are bounded state by state
+LATTICE, STATES = 65, 257  # chosen: places and states of a lattice; fewer loosen the bound
+ROOM = 1.002  # chosen: factor on the margin for values between lattice places
 
 
 @dataclass(frozen=True)
 class Drift:
-    """A loop s -> s + direction k(s) (e - margin) on a stretch while the hidden state drifts from `loose` towards `tight`."""
+    """Loop s -> s + direction k(s) (e - margin); the hidden state drifts from `loose` to `tight`."""
 
     stretch: Stretch
     loose: float
@@ -37,34 +34,34 @@ class Drift:
 
     @property
     def direction(self) -> float:
-        """In which the slack falls."""
+        """Direction of falling slack: 1 or -1."""
         return 1.0 if self.stretch.loop_slope[0] < 0 else -1.0
 
     def moved(self, s: Floats, x: Floats, margin: float) -> Floats:
-        """Where the loop goes next."""
+        """Return the next coordinates."""
         change = self.direction * self.gain(s) * (self.stretch.slack(s, x) - margin)
         return np.asarray(np.clip(s + change, *self.ends))
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and greatest place of the controller."""
+        """Least and greatest coordinate of the controller."""
         low, high = self.stretch.low, self.stretch.high
         return (self.floor, high) if self.direction > 0 else (low, self.floor)
 
     def furthest(self, s: Floats, x: Floats, margin: float) -> Floats:
-        """Where the loop may go next from anywhere up to `s`."""
+        """Return the furthest next coordinates from anywhere up to `s`."""
         shares = np.linspace(0.0, 1.0, LATTICE)[:, None]
         places = self.floor + shares * (s - self.floor)
         reached = self.direction * self.moved(places, np.broadcast_to(x, places.shape), margin)
         return np.asarray(self.direction * reached.max(axis=0))
 
     def worst(self, margin: float) -> float:
-        """Bound on response - limit, with the limit backed off by `margin`."""
+        """Return a bound on response - limit, with the limit reduced by `margin`."""
         steps = abs(self.tight - self.loose) / self.rate
         return self._by_ramp(margin) if steps <= LONGEST else self._by_state(margin)
 
     def _start(self, margin: float) -> float:
-        """Where the loop has settled at the loose end, or may have come to before."""
+        """Return the settled coordinate at the loose end."""
         settled = balanced(self.stretch, np.array([self.loose]), margin)
         return float(np.clip(settled, *self.ends)[0])
 
@@ -75,7 +72,7 @@ class Drift:
         return bool(np.all(np.diff(moved, axis=0) >= -1e-12 * (self.stretch.high - self.stretch.low)))
 
     def _by_ramp(self, margin: float) -> float:
-        """The latest ramp, played from every part of its first step."""
+        """Simulate the latest ramp from every phase of its first step."""
         worst, reach, states = self._played(margin, self.moved)
         picked = np.unique(np.linspace(0, len(reach) - 1, 2 * LATTICE).astype(int))
         if self._keeps_order(reach[picked], states[picked], margin):
@@ -102,7 +99,7 @@ class Drift:
         return worst, np.concatenate(reach), np.concatenate(states)
 
     def _settled(self, first: float, margin: float) -> Floats:
-        """The furthest place of a loop that stays at the loose end, overshoot counted."""
+        """Return the furthest settled coordinate at the loose end, with overshoot."""
         s, state = np.array([first]), np.array([self.loose])
         for _ in range(LONGEST):
             after = self.furthest(s, state, margin)
@@ -112,7 +109,7 @@ class Drift:
         return np.broadcast_to(s, (PHASES + 1,))
 
     def _by_state(self, margin: float) -> float:
-        """The least violation that the loop, once within it, never leaves, whatever the state does: an invariant set."""
+        """Return the least violation of an invariant set, whatever the state does."""
         states = np.linspace(self.loose, self.tight, STATES)
         bound = self._invariant(states, margin, self.moved)
         if np.isfinite(bound) and self._keeps_order(self._reach(states, bound), states, margin):
@@ -120,7 +117,7 @@ class Drift:
         return self._invariant(states, margin, self.furthest)
 
     def _reach(self, states: Floats, bound: float) -> Floats:
-        """Places up to which the violation is no more than `bound`."""
+        """Return the coordinates up to which the violation is at most `bound`."""
         return np.clip(balanced(self.stretch, states, -bound), *self.ends)
 
     def _invariant(

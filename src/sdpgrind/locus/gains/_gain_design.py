@@ -1,4 +1,4 @@
-"""What gains do on a stretch: stability, violation, noise, drift."""
+"""Properties of gains on a stretch: stability, violation, noise, drift."""
 
 import warnings
 from collections.abc import Callable
@@ -17,35 +17,33 @@ from sdpgrind.locus.gains._gain_schedule import GainSchedule
 from sdpgrind.locus.gains._least_value import least
 from sdpgrind.locus.gains._loops import Lag, Pid, radius, sampled_radius
 
-FACTOR = 0.9
-"""Share of the largest gain without violation that is recommended: the rest is for a model that is a little wrong."""
-ROUNDING = 1e-6
-"""Share by which a gain may be above what is free of violation."""
+FACTOR = 0.9  # chosen: recommended share of the largest gain without violation; the rest covers model errors
+ROUNDING = 1e-6  # chosen: share by which a gain may exceed the violation-free one
 
 
 @dataclass(frozen=True, eq=False)
 class GainDesign(Frozen):
-    """What gains do on a stretch of the locus, over a declared range of the hidden state; `design_gain` makes it.
+    """Limits and properties of gains over a range of the hidden state, from `design_gain`.
 
-    A gain k is >= 0 and in units of the coordinate over those of the response; the controller moves the coordinate by k (limit -
-    response), the way in which the slack falls.
+    A gain k >= 0 has the units of the coordinate over those of the response. The controller moves the
+    coordinate by k (limit - response) in the direction of falling slack.
 
     Attributes
     ----------
     gain : float
-        Recommended: `FACTOR` times `violation_free`, and stable.
+        Recommended gain: `FACTOR` times the lesser of `violation_free` and `deadbeat`.
     stable : float
-        Gains below it are stable at every hidden state of the range: ``2/max|e_s|``.
+        Upper bound of gains stable at every hidden state of the range: ``2/max|e_s|``.
     violation_free : float
-        Up to it no step goes beyond the optimum of a hidden state that stands still: least (s* - s)/e on the way from the start.
+        Greatest gain without a step beyond the optimum of a constant state: least (s* - s)/e from the start.
     deadbeat : float
-        ``1/max|e_s|``: no overshoot near the optimum up to it.
+        ``1/max|e_s|``: greatest gain without overshoot near the optimum.
     theta : float
-        The same share of `theta_free`, dimensionless.
+        Recommended theta of a `schedule`: `FACTOR` times `theta_free`, dimensionless.
     theta_free : float
-        Up to it no step of a `schedule` goes beyond the optimum of a hidden state that stands still, dimensionless.
+        Greatest theta of a `schedule` without a step beyond the optimum of a constant state, dimensionless.
     start : float
-        Coordinate of the start, which has slack for every hidden state of the range.
+        Initial coordinate, with slack for every hidden state of the range.
     x : (float, float)
         Range of the hidden state.
 
@@ -56,7 +54,7 @@ class GainDesign(Frozen):
     >>> design = locus.gains.design_gain(curve, along="v", x=(0.5, 20.0))
     >>> [round(k, 4) for k in (design.stable, design.violation_free, design.gain)]  # dimensionless here
     [0.1086, 0.0543, 0.0489]
-    >>> [(round(a, 3), round(b, 3)) for a, b in design.stable_range(0.6)]  # where Koren's gain is stable
+    >>> [(round(a, 3), round(b, 3)) for a, b in design.stable_range(0.6)]  # stable with Koren's gain
     [(0.5, 4.052)]
     >>> round(design.drift_margin(0.01), 2)
     0.43
@@ -81,28 +79,28 @@ class GainDesign(Frozen):
 
     @property
     def deadbeat(self) -> float:
-        """Gain that corrects in one step where the loop slope is steepest, in units of the coordinate over the response's."""
+        """Gain of one-step convergence at the steepest loop slope: units of coordinate over response."""
         return 0.5 * self.stable
 
     @cached_property
     def noise_gain(self) -> float:
-        """std(s)/std(reading) with `gain`, at the worst hidden state: units of the coordinate over those of the response."""
+        """std(s)/std(reading) of `gain` at the worst hidden state: units of coordinate over response."""
         return self.noise_gain_at(self.gain)
 
     def noise_gain_at(self, gain: float, *, x: float | None = None) -> float:
-        """Return k / sqrt(1 - (1 + k e_s)^2): standard deviation of the coordinate for white noise of 1 on the reading.
+        """Return k / sqrt(1 - (1 + k e_s)^2), the standard deviation of the coordinate for unit white noise.
 
         Parameters
         ----------
         gain : float
             k, in units of the coordinate over those of the response.
         x : float, optional
-            One hidden state; else the worst of the range.
+            Hidden state. None: the worst of the range.
 
         Raises
         ------
         ValueError
-            When the gain is not stable.
+            When the gain is unstable.
         """
         k = checks.positive("gain", gain)
         place = None if x is None else self.stretch.coordinate_of(x)
@@ -132,7 +130,7 @@ class GainDesign(Frozen):
     def stable_range(
         self, gain: float, *, kp: float = 0.0, kd: float = 0.0
     ) -> tuple[tuple[float, float], ...]:
-        """Return the hidden states of the range for which a gain is stable, as ranges in its unit.
+        """Return the ranges of the hidden state with a stable loop, in its unit.
 
         Parameters
         ----------
@@ -167,20 +165,20 @@ class GainDesign(Frozen):
         at: str = "command",
         x: float | None = None,
     ) -> float:
-        """Return the largest modulus of the loop's poles, dimensionless; it is stable below 1.
+        """Return the largest modulus of the poles of the loop, dimensionless; stable below 1.
 
         Parameters
         ----------
         gain, kp, kd : float
             Integral, proportional and derivative gain, in units of the coordinate over those of the response.
         lag, sensor_lag : float
-            Time constants of the coordinate behind its command, and of the reading, s. What else is commanded follows at once.
+            Time constants of the coordinate and of the reading, s. The other controls have no lag.
         period : float
-            Between two samples, s; of no matter without lag.
+            Sampling period, s; without effect where there is no lag.
         at : {"command", "actual"}
-            Where the limit is taken.
+            Coordinate of the limit.
         x : float, optional
-            One hidden state; else the worst of the range.
+            Hidden state. None: the worst of the range.
         """
         for name, time in (("lag", lag), ("sensor_lag", sensor_lag)):
             checks.nonnegative(name, time, "s")
@@ -207,34 +205,33 @@ class GainDesign(Frozen):
         return low, high
 
     def schedule(self, theta: float | None = None) -> GainSchedule:
-        """Return ``k(s) = theta/|e_s(s)|``, in units of the coordinate over those of the response.
+        """Return the schedule ``k(s) = theta/|e_s(s)|``, in units of coordinate over response.
 
         Parameters
         ----------
         theta : float, optional
-            Share of deadbeat, in (0, 1], dimensionless; else the recommended one.
+            Share of deadbeat, in (0, 1], dimensionless. None: the recommended one.
         """
         return GainSchedule(self.stretch, self.theta if theta is None else theta)
 
     def drift_margin(self, rate: float, *, gain: float | GainSchedule | None = None) -> float:
-        """Return by how much to back the limit off, in its unit, so that a hidden state that drifts violates nothing.
+        """Return the margin of the limit, in its unit, that prevents violations by a drifting hidden state.
 
-        It bounds two things for every sequence of hidden states in the range with steps up to `rate`, tightening and relaxing,
-        from a start with slack: the violation of a controller that is not backed off, and what one that is backed off by it
-        needs. To first order it is ``|ds*/dx| rate/k``, and at least the first step of a sudden onset, P_x rate.
+        It is enough for every sequence of hidden states in the range with steps up to `rate`, from a start with
+        slack, and is at least the violation without margin. First order: ``|ds*/dx| rate/k``, no less than the
+        first step of a sudden drift, P_x rate.
 
         Parameters
         ----------
         rate : float
-            Largest change of the hidden state from one reading to the next, in its unit.
+            Largest change of the hidden state between two readings, in its unit.
         gain : float or GainSchedule, optional
-            Integral gain; else the recommended one. Of one that overshoots, the overshoot is in the margin. Proportional and
-            derivative gains are not in it.
+            Integral gain, with its overshoot, without `kp` and `kd`. None: the recommended one.
 
         Raises
         ------
         ValueError
-            When the gain is not stable, or nothing bounds what the drift does.
+            When the gain is unstable, or the loop cannot follow the drift.
         """
         checks.positive("rate", rate)
         if not isinstance(gain, GainSchedule):
@@ -258,16 +255,16 @@ class GainDesign(Frozen):
 
     @property
     def loose(self) -> float:
-        """End of the range, in the unit of the hidden state, at which the constraint leaves most room."""
+        """End of the range, in the unit of the hidden state, with the largest slack."""
         return self.x[1] if self.tight == self.x[0] else self.x[0]
 
     @property
     def tight(self) -> float:
-        """End of the range, in the unit of the hidden state, at which the constraint leaves least room."""
+        """End of the range, in the unit of the hidden state, with the least slack."""
         return tight_end(self.stretch, self.x)
 
     def check(self, gain: float, *, kp: float = 0.0, kd: float = 0.0, warn: bool = True) -> None:
-        """Refuse gains that are not stable at every hidden state of the range; warn of those that may violate the limit.
+        """Refuse gains unstable at a hidden state of the range; warn of those that may violate the limit.
 
         Parameters
         ----------
@@ -279,7 +276,7 @@ class GainDesign(Frozen):
         Raises
         ------
         ValueError
-            When they are not stable.
+            When the gains are unstable.
         """
         checks.positive("gain", gain)
         low, high = self._places
@@ -291,21 +288,25 @@ class GainDesign(Frozen):
             )
             rule = f"< {self.stable:.4g}" if kp == kd == 0 else "smaller with these kp and kd"
             raise ValueError(
-                f"gain must be {rule} to be stable for {name} in {a:g}..{b:g}; got {gain:g}, stable for {ranges}"
+                f"gain must be {rule} to be stable for {name} in {a:g}..{b:g};"
+                f" got {gain:g}, stable for {ranges}"
             )
         if warn and gain + kp > self.violation_free * (1 + ROUNDING):
             self._warn(f"gain {gain + kp:g}", self.violation_free)
         elif warn and kd > 0:
-            told = f"kd = {kd:g} may step beyond the limit: what is known of that holds for integral and proportional gains"
-            warnings.warn(told, stacklevel=4)
+            warnings.warn(
+                f"kd = {kd:g} may step beyond the limit:"
+                " what is known of that holds for integral and proportional gains",
+                stacklevel=4,
+            )
 
     def check_schedule(self, schedule: GainSchedule) -> None:
-        """Warn of a schedule that may violate the limit on its way from the start.
+        """Warn of a schedule that may violate the limit after the start.
 
         Parameters
         ----------
         schedule : GainSchedule
-            Its share `theta` counts, dimensionless.
+            Schedule with its `theta`, dimensionless.
         """
         if checks.kind("schedule", schedule, GainSchedule).theta > self.theta_free * (1 + ROUNDING):
             self._warn(f"theta {schedule.theta:g}", self.theta_free)
@@ -318,5 +319,5 @@ class GainDesign(Frozen):
 
 
 def tight_end(stretch: Stretch, x: tuple[float, float]) -> float:
-    """P_x = e_s ds/dx, so that its sign is that of the two slopes."""
+    """Return the tight end of the range: P_x = e_s ds/dx, and its sign is that of both slopes."""
     return x[1] if stretch.loop_slope[0] * (stretch.hidden[-1] - stretch.hidden[0]) > 0 else x[0]

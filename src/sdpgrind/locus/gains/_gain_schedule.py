@@ -1,4 +1,4 @@
-"""A gain that follows the loop slope."""
+"""Gain inverse to the loop slope."""
 
 from typing import Any
 
@@ -10,12 +10,12 @@ from sdpgrind.locus._stretch.stretch import Stretch
 
 @described()
 class GainSchedule(Described):
-    """Gain that follows the loop slope: ``k(s) = theta / |e_s(s)|``.
+    """Gain inverse to the loop slope: ``k(s) = theta / |e_s(s)|``.
 
     Parameters
     ----------
     stretch : Stretch
-        Where the loop slope is read, per unit of the coordinate.
+        Stretch with the loop slope, per unit of the coordinate.
     theta : float
         Share of deadbeat, in (0, 1].
 
@@ -31,7 +31,7 @@ class GainSchedule(Described):
     theta: float = quantity("1", above=0, at_most=1, default=1.0)
 
     def __call__(self, s: Any) -> Any:
-        """Return the gain at a coordinate, clamped to the stretch; units of the coordinate over those of the response.
+        """Return the gain at a coordinate, clamped to the stretch; units of coordinate over response.
 
         Parameters
         ----------

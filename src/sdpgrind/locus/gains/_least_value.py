@@ -1,4 +1,4 @@
-"""The least value of a smooth function in a box, from lattices that close in on it."""
+"""Minimum of a smooth function in a box, by successively finer lattices."""
 
 from collections.abc import Callable
 
@@ -6,14 +6,13 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 
-FINE = 17
-"""Places on each side of the lattices that close in."""
+FINE = 17  # chosen: places per side of the refining lattices; fewer may lose the minimum
 
 
 def least(
     function: Callable[..., Floats], *sides: tuple[float, float], places: int = 257, rounds: int = 9
 ) -> tuple[float, tuple[float, ...]]:
-    """Least value and where it is; `function` takes one array for each side of the box."""
+    """Return the least value and its place; `function` takes one array per side of the box."""
     box, count = [*sides], places
     value, where = np.inf, tuple(low for low, _ in sides)
     for _ in range(rounds):

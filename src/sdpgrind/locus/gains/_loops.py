@@ -1,4 +1,4 @@
-"""The loop around a point of the locus, as a linear map from sample to sample."""
+"""The loop linearised at a point of the locus, sample by sample."""
 
 from typing import NamedTuple
 
@@ -8,24 +8,23 @@ from scipy.linalg import expm
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._stretch.stretch import Stretch
 
-SMALL = 1e-6
-"""Share of the stretch over which slopes by one control are taken."""
+SMALL = 1e-6  # chosen: share of the stretch for differences by one control
 
 
 class Pid(NamedTuple):
-    """Gains of the incremental form: integral, proportional, derivative; Koren (36) and Fig. 3."""
+    """Gains of the incremental law: integral, proportional, derivative; Koren (36), Fig. 3."""
 
     ki: float
     kp: float = 0.0
     kd: float = 0.0
 
     def row(self) -> Floats:
-        """What errors now, one and two samples ago change in the coordinate."""
+        """Return the coefficients of the present, last and last but one error."""
         return np.array([self.ki + self.kp + self.kd, -self.kp - 2 * self.kd, self.kd])
 
 
 class Lag(NamedTuple):
-    """What stands between a command and its reading: time constants of the coordinate and of the sensor, and the period, s."""
+    """Time constants of coordinate and sensor, and sampling period, s."""
 
     coordinate: float = 0.0
     sensor: float = 0.0
@@ -33,7 +32,7 @@ class Lag(NamedTuple):
 
 
 def radius(slope: Floats, pid: Pid) -> Floats:
-    """Largest modulus of the poles where the error falls by `slope` > 0 per unit of the coordinate; plants without lag."""
+    """Return the largest pole modulus without lag; the error falls by `slope` > 0 per coordinate."""
     now, once, twice = pid.row()
     slope = np.asarray(slope, dtype=float)
     companion = np.zeros((*slope.shape, 3, 3))
@@ -44,10 +43,10 @@ def radius(slope: Floats, pid: Pid) -> Floats:
 
 
 def lagged_map(limit: tuple[float, float], response: tuple[float, float], pid: Pid, lag: Lag) -> Floats:
-    """Map (5, 5) of the loop from sample to sample, by its state: actual coordinate, reading, command, last two errors.
+    """Return the loop map (5, 5) by its state: actual coordinate, reading, command, last two errors.
 
-    Slopes of limit and response are given as pairs: by the actual coordinate, which lags, and by what follows at once. A limit
-    that is taken at the command has no slope of the first kind.
+    Slopes of limit and response are pairs: by the lagging coordinate, and by what follows at once. A limit
+    taken at the command has no slope of the first kind.
     """
     A = np.zeros((3, 3))  # actual, reading, and the held command
     A[0] = np.array([-1.0, 0.0, 1.0]) / lag.coordinate
@@ -55,7 +54,7 @@ def lagged_map(limit: tuple[float, float], response: tuple[float, float], pid: P
         A[1] = np.array([response[0], -1.0, response[1]]) / lag.sensor
     step = expm(A * lag.period)
     if lag.sensor == 0:
-        step[1] = 0.0  # nothing is kept of a reading
+        step[1] = 0.0  # readings have no memory
     seen = [0.0, 1.0, 0.0] if lag.sensor > 0 else [response[0], 0.0, response[1]]
     error = (np.array([limit[0], 0.0, limit[1]]) - seen) @ step  # of the sample after the hold
     now, once, twice = pid.row()
@@ -69,7 +68,7 @@ def lagged_map(limit: tuple[float, float], response: tuple[float, float], pid: P
 
 
 def sampled_radius(stretch: Stretch, s: float, pid: Pid, lag: Lag, at: str) -> float:
-    """Largest modulus of the poles at a place where coordinate and reading lag; the other controls follow at once."""
+    """Return the largest pole modulus where coordinate and reading lag; the other controls follow at once."""
     row, n = stretch.rows(s), len(stretch.names)
     k, x = stretch.names.index(stretch.along), row[n : n + 1]
     small = SMALL * (stretch.high - stretch.low)

@@ -1,4 +1,4 @@
-"""Processes whose limit drifts: Koren's example, turning, grinding, a motor axis."""
+"""Processes with drifting constraints: Koren's example, cutting, grinding, a motor axis; presets."""
 
 from sdpgrind.base import faces
 

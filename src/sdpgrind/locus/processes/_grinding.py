@@ -1,4 +1,4 @@
-"""Cylindrical plunge grinding as fast as a wheel that dulls allows without burning the work."""
+"""Cylindrical plunge grinding at the greatest rate without burning, with a dulling wheel."""
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY
@@ -16,62 +16,62 @@ from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.locus._problem.process import Varying
 from sdpgrind.locus.processes._roughness import Roughness
 
-FASTEST_INFEED = 1.0
-"""Infeed rate (mm/s) above which another unit is meant (chosen)."""
-RPM_LIKE = 5.0
-"""Wheel speed over work speed below which a rotation in rev/min is meant (chosen)."""
+FASTEST_INFEED = 1.0  # chosen: mm/s; a greater infeed rate is in another unit
+RPM_LIKE = 5.0  # chosen: least ratio of wheel speed to work speed; below it the rotation is in rev/min
 
 
 def _published() -> physics.BurningLimit:
-    """Malkin's coefficients to the two digits of Koren's nominal set."""
+    """Return Malkin's coefficients to the two digits of Koren's nominal set."""
     return physics.BurningLimit(u0=6.2, B=7.2)
 
 
 @described("locus.grinding")
 class Grinding(Described):
-    """Grind off most without burning while the wheel dulls: Koren (29), section 6; Malkin's laws as in Brown (1988) (4.2), (4.3).
+    """Plunge grinding without burning: Koren (29), section 6; Malkin's laws, Brown (1988) (4.2), (4.3).
 
-    Controls are ``infeed_rate`` v_f (of the radius, mm/s) and ``work_rotation`` n_w (rad/s); hidden is ``wear_flat_area`` A (part
-    of the wheel's surface, 0..1). The work's surface runs at v_w = n_w d_w/2, and a = 2 pi v_f/n_w is ground off in a turn.
+    Controls: ``infeed_rate`` v_f (radial, mm/s), ``work_rotation`` n_w (rad/s). Hidden: ``wear_flat_area`` A,
+    0..1 of the wheel's surface. The work speed is v_w = n_w d_w/2, the depth of cut a = 2 pi v_f/n_w.
 
-    * cost -Z', with the specific removal rate Z' = v_w a = pi d_w v_f, mm^2/s. It is linear in the infeed rate, so that all
-      curvature of the optimum is that of the limit;
-    * ``grinding_power`` stays under the burning power, both over the whole width, W;
-    * with a `roughness`, ``roughness`` (mm) stays under its greatest value; hidden besides is ``dressing_state``. With the
-      dressing as it is, this only caps Z': on the cap every work speed with burning power to spare is as good as another. See
-      `DressedGrinding`, where the dressing lead is a control, too.
+    * Cost -Z', with the specific removal rate Z' = v_w a = pi d_w v_f, mm^2/s, linear in the infeed rate.
+    * Constraint ``grinding_power`` <= burning power, both over the whole width, W.
+    * With a `roughness`: constraint ``roughness`` (mm), hidden state ``dressing_state``. It only caps Z'; on
+      the cap every work speed with spare burning power is optimal. `DressedGrinding` makes the dressing lead
+      a control.
 
     Parameters
     ----------
     wheel_diameter, work_diameter : float
         d_s and d_w, mm.
     width : float
-        Of the cut b, mm.
+        Width of cut b, mm.
     wheel_speed : float
-        Speed of the wheel's surface V_s, mm/s: units.m_per_s(30).
+        Wheel surface speed V_s, mm/s: units.m_per_s(30).
     power : GrindingPower
-        Chips, ploughing and sliding. The closed forms of this class need `physics.MalkinSliding`.
+        Power of chips, ploughing and sliding. The closed forms of this class need `physics.MalkinSliding`.
     burning : BurningLimit
-        Power that the work stands.
+        Burning power.
     internal : bool
-        A bore; False: a shaft.
+        Whether a bore is ground.
     roughness : Roughness, optional
-        Second limit.
+        Second constraint.
 
     Raises
     ------
     ValueError
-        When a value is out of range, or smells of another unit.
+        When a value is out of range, or typical of another unit.
 
     Examples
     --------
     >>> from sdpgrind import units
-    >>> grinding = Grinding(wheel_diameter=300.0, work_diameter=60.0, width=9.3, wheel_speed=units.m_per_s(30))
+    >>> grinding = Grinding(
+    ...     wheel_diameter=300.0, work_diameter=60.0, width=9.3, wheel_speed=units.m_per_s(30))
     >>> grinding.equivalent_diameter  # mm
     50.0
     >>> removal = 1.4913694  # mm^2/s
-    >>> round(float(grinding.work_speed_on_locus(removal)), 2), round(float(grinding.wear_flat_area_on_locus(removal)), 6)
-    (249.66, 0.0075)
+    >>> round(float(grinding.work_speed_on_locus(removal)), 2)  # mm/s
+    249.66
+    >>> round(float(grinding.wear_flat_area_on_locus(removal)), 6)
+    0.0075
     """
 
     _: KW_ONLY
@@ -91,12 +91,12 @@ class Grinding(Described):
     def check(
         self, controls: Mapping[str, tuple[float, float]], hidden: Mapping[str, tuple[float, float]]
     ) -> None:
-        """Refuse ranges (low, high) of controls and hidden states that smell of another unit (rad/s, parts of 1).
+        """Refuse ranges (low, high) of controls and hidden states in another unit (rad/s, shares of 1).
 
         Raises
         ------
         ValueError
-            When an area is no part of 1, an infeed rate above 1 mm/s, or the work's surface above a fifth of the wheel's.
+            When an area is outside 0..1, an infeed rate above 1 mm/s, or a work speed above a fifth of V_s.
         """
         for area in hidden.get("wear_flat_area", (0.0, 0.0)):
             if not 0 <= area <= 1:
@@ -106,18 +106,19 @@ class Grinding(Described):
         infeed = controls.get("infeed_rate", (0.0, 0.0))[1]
         if infeed > FASTEST_INFEED:
             raise ValueError(
-                f"infeed_rate must be in mm/s, up to {FASTEST_INFEED:g}; units.um(...) for um/s; got {infeed!r}"
+                f"infeed_rate must be in mm/s, up to {FASTEST_INFEED:g}; units.um(...) for um/s;"
+                f" got {infeed!r}"
             )
         rotation = controls.get("work_rotation", (0.0, 0.0))[1]
         if rotation * self.work_diameter / 2 > self.wheel_speed / RPM_LIKE:
             raise ValueError(
-                f"work_rotation must be in rad/s, with the work's surface below {self.wheel_speed / RPM_LIKE:g} mm/s;"
-                f" units.rpm(...) for rev/min; got {rotation!r}"
+                "work_rotation must be in rad/s, with the work's surface below"
+                f" {self.wheel_speed / RPM_LIKE:g} mm/s; units.rpm(...) for rev/min; got {rotation!r}"
             )
 
     @property
     def constraints(self) -> tuple[Varying, ...]:
-        """Grinding power under burning power (W), and roughness (mm) where one is given."""
+        """Grinding power <= burning power (W), and roughness (mm) where given."""
         burning = Varying(response=self._power, limit=self._burning, name="grinding_power", unit="W")
         if self.roughness is None:
             return (burning,)
@@ -132,7 +133,7 @@ class Grinding(Described):
         return of_all if self.roughness is None else {**of_all, "dressing_state": "1"}
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return -Z' (mm^2/s) by the controls ``c``, the removal rate with its sign changed; no hidden state ``s`` is in it."""
+        """Return -Z' (mm^2/s) for controls ``c``; it does not depend on the hidden states ``s``."""
         return -self.specific_removal_rate(c.infeed_rate)
 
     def _power(self, s: Any, c: Any) -> Any:
@@ -153,34 +154,34 @@ class Grinding(Described):
 
     @property
     def job(self) -> Mapping[str, object]:
-        """Wheel and work (mm, mm/s), which a controller's plan and a machine must share; nothing that is estimated."""
+        """Wheel and work (mm, mm/s), which plan and machine must share."""
         shared = valued(self, ("wheel_diameter", "work_diameter", "width", "wheel_speed"))
         return {**shared, "internal": self.internal}
 
     @property
     def equivalent_diameter(self) -> float:
-        """Diameter D_e of a wheel that meets a plane in the same contact, mm: Koren's Fig. 7."""
+        """Equivalent diameter D_e of the contact, mm: Koren, Fig. 7."""
         sign = -1.0 if self.internal else 1.0
         return self.wheel_diameter * self.work_diameter / (self.work_diameter + sign * self.wheel_diameter)
 
     def specific_removal_rate(self, infeed_rate: Any) -> Any:
-        """Return Z' = pi d_w v_f (mm^2/s) of an infeed rate (mm/s)."""
+        """Return Z' = pi d_w v_f (mm^2/s) for an infeed rate (mm/s)."""
         return pi * self.work_diameter * infeed_rate
 
     def infeed_rate(self, specific_removal_rate: Any) -> Any:
-        """Return the infeed rate (mm/s) of a specific removal rate (mm^2/s)."""
+        """Return the infeed rate (mm/s) for a specific removal rate (mm^2/s)."""
         return specific_removal_rate / (pi * self.work_diameter)
 
     def work_speed(self, work_rotation: Any) -> Any:
-        """Return v_w = n_w d_w/2 (mm/s) of a work rotation (rad/s)."""
+        """Return v_w = n_w d_w/2 (mm/s) for a work rotation (rad/s)."""
         return work_rotation * self.work_diameter / 2
 
     def work_rotation(self, work_speed: Any) -> Any:
-        """Return the rotation (rad/s) of a work speed (mm/s)."""
+        """Return the rotation (rad/s) for a work speed (mm/s)."""
         return 2 * work_speed / self.work_diameter
 
     def grinding_power(self, infeed_rate: Any, work_rotation: Any, wear_flat_area: Any) -> Any:
-        """Return P_c over the whole width (W) at an infeed rate (mm/s), work rotation (rad/s) and wear flat area (0..1)."""
+        """Return P_c (W) for an infeed rate (mm/s), work rotation (rad/s) and wear flat area (0..1)."""
         return self.power.power(
             depth_of_cut=2 * pi * infeed_rate / work_rotation, work_speed=self.work_speed(work_rotation),
             wheel_speed=self.wheel_speed, equivalent_diameter=self.equivalent_diameter,
@@ -188,31 +189,32 @@ class Grinding(Described):
         )  # fmt: skip
 
     def burning_power(self, infeed_rate: Any, work_rotation: Any) -> Any:
-        """Return P_b over the whole width (W) at an infeed rate (mm/s) and work rotation (rad/s): Koren (29), with l = 1/4."""
+        """Return P_b (W) for an infeed rate (mm/s) and work rotation (rad/s): Koren (29), l = 1/4."""
         return self.burning.power(
             depth_of_cut=2 * pi * infeed_rate / work_rotation, work_speed=self.work_speed(work_rotation),
             equivalent_diameter=self.equivalent_diameter, width=self.width,
         )  # fmt: skip
 
     def burn_free_rates(self, work_rotation: float, wear_flat_area: float) -> tuple[float, float]:
-        """Return the infeed rates (mm/s) between which nothing burns, at a work rotation (rad/s) and wear flat area (0..1).
+        """Return least and greatest burn-free infeed rate, mm/s; (inf, 0): all rates burn.
 
-        Ploughing needs its power at any infeed rate while burning power goes to 0 with it: "an arbitrary small" rate burns. A
-        controller is to start at the lower rate or above. Where the work burns at every rate: (inf, 0).
+        `work_rotation` is in rad/s, `wear_flat_area` in 0..1. Ploughing takes power at any infeed rate, while
+        the burning power goes to 0 with it: "an arbitrary small" rate burns.
         """
         rotation = checks.positive("work_rotation", work_rotation, "rad/s")
         onset = physics.burn_onset(
             self.power, self.burning, work_speed=self.work_speed(rotation), wheel_speed=self.wheel_speed,
-            equivalent_diameter=self.equivalent_diameter, wear_flat_area=checks.share("wear_flat_area", wear_flat_area),
+            equivalent_diameter=self.equivalent_diameter,
+            wear_flat_area=checks.share("wear_flat_area", wear_flat_area),
         )  # fmt: skip
         turns = rotation / (2 * pi)
         return onset.lower * turns, onset.upper * turns
 
     def work_speed_on_locus(self, specific_removal_rate: npt.ArrayLike) -> Floats:
-        """Return v_w (mm/s) of the locus at a specific removal rate Z' (mm^2/s): there power is furthest below burning.
+        """Return v_w (mm/s) of the locus at a specific removal rate Z' (mm^2/s), with the largest slack.
 
-        With R = c3 v_w/(c2 V_s D_e) the area can be eliminated from power = burning power and its stationarity in v_w:
-        B (D_e Z' v_w)^(1/4) (R - 3)/(2 (R - 1)) = (u_ch - u_b) Z' + F_pl V_s. Its left side rises with v_w, from 0 at R = 3.
+        With R = c3 v_w/(c2 V_s D_e), power = burning power and its stationarity in v_w give B (D_e Z'
+        v_w)^(1/4) (R - 3)/(2 (R - 1)) = (u_ch - u_b) Z' + F_pl V_s. The left side rises from 0 at R = 3.
         """
         Z = checks.finite_array("specific_removal_rate", specific_removal_rate, "mm^2/s")
         power = self._chip_excess * Z + self._ploughing
@@ -225,7 +227,7 @@ class Grinding(Described):
         )
 
     def wear_flat_area_on_locus(self, specific_removal_rate: npt.ArrayLike) -> Floats:
-        """Return the area A (0..1) at which a specific removal rate Z' (mm^2/s) is optimal: the calibration of the locus.
+        """Return the area (0..1) at which a specific removal rate Z' (mm^2/s) is optimal.
 
         It falls strictly: A = B (D_e Z' v_w)^(1/4)/[2 (R - 1) c2 V_s (D_e Z'/v_w)^(1/2)].
         """
@@ -238,14 +240,14 @@ class Grinding(Described):
 
     @property
     def slowest_removal_rate(self) -> float:
-        """Z' (mm^2/s) at which the work runs slowest on the locus: F_pl V_s/(3 (u_ch - u_b)), whatever the diameters.
+        """Z' (mm^2/s) of the least work speed on the locus: F_pl V_s/(3 (u_ch - u_b)), for all diameters.
 
-        A dulling wheel wants a slower work down to here, and a faster one beyond.
+        A dulling wheel needs a slower work down to it, and a faster one beyond.
 
         Raises
         ------
         ValueError
-            When chips need no more than the energy that leaves with them: the work's speed falls all the way.
+            When u_ch <= u_b: the work speed falls everywhere.
         """
         if self._chip_excess <= 0:
             rule = f"> burning.u0 = {self.burning.u0:g} for a least work speed"
@@ -254,12 +256,12 @@ class Grinding(Described):
 
     @property
     def _chip_excess(self) -> float:
-        """Energy of chips beyond what leaves with them, J/mm^3."""
+        """u_ch - u_b: chip energy above that carried off by chips, J/mm^3."""
         return self.power.specific_energy - self.burning.u0
 
     @property
     def _ploughing(self) -> float:
-        """Power of ploughing for each width, W/mm."""
+        """Ploughing power per width, W/mm."""
         return self.power.ploughing_force * self.wheel_speed / N_MM_S_PER_W
 
     @property
@@ -270,14 +272,14 @@ class Grinding(Described):
 
     @property
     def _curvature_speed(self) -> float:
-        """Work speed at which R = 1, mm/s."""
+        """Work speed of R = 1, mm/s."""
         law = self._malkin
         checks.positive("curvature_pressure", law.curvature_pressure, "N/mm")
         return law.pressure * self.wheel_speed * self.equivalent_diameter / law.curvature_pressure
 
 
 def _speed_ratio(size: Floats) -> Floats:
-    """R > 3 with R^(1/4) (R - 3)/(R - 1) = size: Newton from below, which never passes the root of a concave function."""
+    """Return R > 3 with R^(1/4) (R - 3)/(R - 1) = size: Newton from below, monotone on a concave function."""
     ratio = np.maximum(3.0, size**4)
     for _ in range(60):
         slope = 0.25 * ratio**-0.75 * (ratio - 3) / (ratio - 1) + 2 * ratio**0.25 / (ratio - 1) ** 2

@@ -1,4 +1,4 @@
-"""A motor turns a joint whose inertia drifts: Koren's example of a response and its limit."""
+"""A motor moves a joint with drifting inertia: Koren's example of a response and its limit."""
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY
@@ -9,32 +9,31 @@ from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.locus._problem.process import Varying
 
-KG_MM2_PER_N_MM_S2 = 1000.0
-"""Inertia (kg mm^2) that a torque of 1 N mm accelerates by 1 rad/s^2 (derived)."""
+KG_MM2_PER_N_MM_S2 = 1000.0  # derived: inertia (kg mm^2) accelerated by 1 N mm at 1 rad/s^2
 
 
 @described("locus.motor_axis")
 class MotorAxis(Described):
-    """Turn by an angle in the least time, with a motor whose load's inertia nobody measures: Koren (20) to (22).
+    """Turn a joint by an angle in least time, with a load of unmeasured inertia: Koren (20) to (22).
 
-    Controls are ``speed`` omega (rad/s), up to which the axis runs, and ``acceleration`` (rad/s^2), with which it starts and
-    stops; hidden is ``inertia`` x (kg mm^2), which the other axes of a robot change.
+    Controls: ``speed`` omega (rad/s), the greatest of the move; ``acceleration`` (rad/s^2) at start and stop.
+    Hidden state: ``inertia`` x (kg mm^2), changed by the other axes of a robot.
 
-    * cost angle/omega + omega/acceleration: time of the move, from rest to rest, s. It holds up to omega^2 = angle
-      acceleration, where the speed is reached just when braking begins; no optimum lies beyond;
-    * ``motor_power`` omega (J_0 + x) acceleration (22), the greatest of the move, stays under omega T_m (21), W.
+    * Cost angle/omega + omega/acceleration: duration of the move, s; valid for omega^2 <= angle acceleration.
+    * Constraint ``motor_power`` omega (J_0 + x) acceleration (22), the greatest of the move, <= omega T_m
+      (21), W.
 
-    Koren prints response and limit; the cost is ours. The locus is omega^2 = angle acceleration (a triangle of speed over time),
-    and it ends at the greatest speed: a lighter load runs at that speed.
+    Koren prints response and limit; the cost is chosen. The locus is omega^2 = angle acceleration (a
+    triangular speed profile), up to the greatest speed; lighter loads run at that speed.
 
     Parameters
     ----------
     inertia_base : float
-        J_0, of the motor, kg mm^2.
+        J_0, inertia of the motor, kg mm^2.
     torque_max : float
         T_m, greatest torque, N mm.
     angle : float
-        Of the move, rad.
+        Angle of the move, rad.
 
     Raises
     ------
@@ -55,7 +54,7 @@ class MotorAxis(Described):
 
     @property
     def constraints(self) -> tuple[Varying, ...]:
-        """Power of the motor under what its torque allows at that speed, W."""
+        """Motor power <= its limit by the torque at that speed, W."""
         return (Varying(response=self._power, limit=self._limit, name="motor_power", unit="W"),)
 
     @property
@@ -64,7 +63,7 @@ class MotorAxis(Described):
         return {"speed": "rad/s", "acceleration": "rad/s^2", "inertia": "kg mm^2", "cost": "s"}
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return the time of the move (s) by the controls ``c``, angle/omega + omega/acceleration; no state ``s`` is in it."""
+        """Return the duration (s) for controls ``c``, angle/omega + omega/acceleration; ``s`` is unused."""
         return self.angle / c.speed + c.speed / c.acceleration
 
     def _power(self, s: Any, c: Any) -> Any:
@@ -77,7 +76,7 @@ class MotorAxis(Described):
         return c.speed * self.torque_max / N_MM_S_PER_W
 
     def best_acceleration(self, inertia: Any) -> Any:
-        """Return the acceleration (rad/s^2) at which the torque is spent on a load of `inertia` (kg mm^2)."""
+        """Return the acceleration (rad/s^2) of a load of `inertia` (kg mm^2) at the greatest torque."""
         return KG_MM2_PER_N_MM_S2 * self.torque_max / (self.inertia_base + inertia)
 
     def speed_on_locus(self, acceleration: Any) -> Any:
@@ -85,6 +84,6 @@ class MotorAxis(Described):
         return (self.angle * acceleration) ** 0.5
 
     def onset_inertia(self, speed_max: float) -> float:
-        """Return the inertia (kg mm^2) from which on the best speed stays below the greatest one, `speed_max` (rad/s)."""
+        """Return the inertia (kg mm^2) above which the optimal speed is below `speed_max` (rad/s)."""
         speed = checks.positive("speed_max", speed_max, "rad/s")
         return float(KG_MM2_PER_N_MM_S2 * self.torque_max * self.angle / speed**2 - self.inertia_base)

@@ -13,7 +13,7 @@ from sdpgrind.locus.processes._motor import MotorAxis
 from sdpgrind.locus.processes._roughness import Roughness
 from sdpgrind.locus.processes._turning import Turning
 
-MINUTE = 60.0  # s
+MINUTE = 60.0  # derived: s
 
 
 def _m_per_min(value: float) -> float:
@@ -112,15 +112,19 @@ _PRESETS: dict[str, tuple[Callable[[], Problem], str, str, str]] = {
     ),
     "milling": (
         _milling,
-        "face milling while a worn cutter nears the power of the machine; the best feed is always the greatest",
+        "face milling while a worn cutter nears the power of the machine;"
+        " the best feed is always the greatest",
         "forms: Koren (1989), (1) to (6), (30), and (28) as what cutting needs",
         "all numbers: 7.5 mm of edge in medium carbon steel, so that the limit is met at 0.1 mm of wear",
     ),
     "grinding": (
         _grinding,
-        "plunge grinding of a shaft while a wheel that dulls nears the burning power; Koren's Fig. 7 at D_e = 50 mm",
-        "power: Brown (1988), (4.2), units mended; burning: Malkin, as in Brown (4.3); wheel speed: Koren (1989), Fig. 7",
-        "diameters and width: to the published 28 s and 4 s of his cycles; beyond an area of 0.01054 everything burns",
+        "plunge grinding of a shaft while a wheel that dulls nears the burning power;"
+        " Koren's Fig. 7 at D_e = 50 mm",
+        "power: Brown (1988), (4.2), units mended; burning: Malkin, as in Brown (4.3);"
+        " wheel speed: Koren (1989), Fig. 7",
+        "diameters and width: to the published 28 s and 4 s of his cycles;"
+        " beyond an area of 0.01054 everything burns",
     ),
     "grinding-roughness": (
         _grinding_roughness,
@@ -138,23 +142,23 @@ _PRESETS: dict[str, tuple[Callable[[], Problem], str, str, str]] = {
 
 
 def preset(name: str) -> Problem:
-    """Return a problem ready to use.
+    """Return a problem of the literature.
 
-    ``"koren-example"``: the example of Koren (1989). ``"turning"`` and ``"milling"``: a worn tool that may break, and one that
-    takes the power of the machine; he prints forms but no numbers, all of which are *chosen*. ``"grinding"``: a wheel that dulls,
-    Malkin's laws; diameters and width are *calibrated* to Koren's 28 s and 4 s, so that these prove nothing.
-    ``"grinding-roughness"``: two hidden states, two limits, three controls; its dressing is *chosen*. ``"motor"``: Koren's motor,
-    with a cost and numbers that are *chosen*.
+    ``"koren-example"``: the example of Koren (1989). ``"turning"``, ``"milling"``: a worn tool that may
+    break, or exceeds the power of the machine; forms of Koren, all numbers *chosen*. ``"grinding"``: a
+    dulling wheel, Malkin's laws; diameters and width are *calibrated* to Koren's 28 s and 4 s, which are
+    therefore no test. ``"grinding-roughness"``: two hidden states, two constraints, three controls; its
+    dressing is *chosen*. ``"motor"``: Koren's motor; cost and numbers are *chosen*.
 
     Parameters
     ----------
     name : {"koren-example", "turning", "milling", "grinding", "grinding-roughness", "motor"}
-        Which. Units of the problem: mm, s, N, W, J, rad.
+        Name. Units of the problem: mm, s, N, W, J, rad.
 
     Raises
     ------
     ValueError
-        When there is no such preset.
+        When the name is unknown.
 
     Examples
     --------
@@ -166,7 +170,7 @@ def preset(name: str) -> Problem:
 
 
 def presets() -> tuple[PresetInfo, ...]:
-    """Return name, content, source and calibration of every preset (units of the problems: mm, s, N, W, J, rad).
+    """Return name, content, source and calibration of all presets (units: mm, s, N, W, J, rad).
 
     Examples
     --------

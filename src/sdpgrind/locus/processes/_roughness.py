@@ -1,41 +1,40 @@
-"""Roughness of a ground surface by the chips and by how the wheel was dressed."""
+"""Roughness of a ground surface by chip thickness and dressing."""
 
 from dataclasses import KW_ONLY
 from typing import Any
 
 from sdpgrind.base.quantities import Described, described, quantity
 
-ROUGHEST = 0.1
-"""Roughness (mm) from which on another unit is meant (chosen)."""
+ROUGHEST = 0.1  # chosen: mm; a greater roughness is in another unit
 
 
 @described("locus.roughness")
 class Roughness(Described):
-    """Roughness R_a = rho R_0 (s_d/s_ref)^(1/2) (a_d/a_ref)^(1/4) (h/h_ref)^gamma, h = Z'/V_s, and what it must stay under.
+    """Roughness R_a = rho R_0 (s_d/s_ref)^(1/2) (a_d/a_ref)^(1/4) (h/h_ref)^gamma, h = Z'/V_s, and its limit.
 
-    R_0 and gamma are the user's: no source prints them. rho, the state that the wheel was dressed into, is hidden.
+    The user must know R_0 and gamma: no source prints them. The dressing state rho is hidden.
 
     Parameters
     ----------
     roughness_max : float
         Greatest roughness R_a, mm: units.um(0.8).
     base : float
-        R_0, roughness at the reference lead, depth and chip thickness and at rho = 1, mm.
+        R_0, roughness at reference lead, depth and chip thickness and at rho = 1, mm.
     exponent : float
         gamma, unit 1.
     chip_thickness : float
         h_ref, equivalent chip thickness of `base`, mm.
     lead : float
-        s_d, lead of dressing in a turn of the wheel where it is no control, mm.
+        s_d, dressing lead per turn of the wheel where it is no control, mm.
     lead_reference : float
         s_ref, mm.
     depth_ratio : float
-        a_d/a_ref, depth of dressing relative to that of `base`.
+        a_d/a_ref, dressing depth over that of `base`.
 
     Raises
     ------
     ValueError
-        When a value is not positive, or smells of micrometres.
+        When a value is not positive, or typical of micrometres.
 
     Examples
     --------
@@ -62,11 +61,11 @@ class Roughness(Described):
                 )
 
     def roughness(self, chip_thickness: Any, lead: Any, state: Any) -> Any:
-        """Return R_a (mm) of an equivalent chip thickness Z'/V_s (mm), a dressing lead (mm) and a dressing state (unit 1)."""
+        """Return R_a (mm) for a chip thickness Z'/V_s (mm), dressing lead (mm), dressing state (unit 1)."""
         dressed = (lead / self.lead_reference) ** 0.5 * self.depth_ratio**0.25
         return state * self.base * dressed * (chip_thickness / self.chip_thickness) ** self.exponent
 
     def chip_thickness_max(self, lead: Any, state: Any) -> Any:
-        """Return the chip thickness Z'/V_s (mm) of the greatest roughness at a dressing lead (mm) and state (unit 1)."""
+        """Return the chip thickness Z'/V_s (mm) of the greatest roughness, for a lead (mm) and state."""
         room = self.roughness_max / self.roughness(self.chip_thickness, lead, state)
         return self.chip_thickness * room ** (1 / self.exponent)

@@ -1,4 +1,4 @@
-"""Turning, milling and drilling: the price of a surface, a tool that wears, a tooth that breaks, a spindle that tires."""
+"""Turning, milling and drilling: cost of a surface, tool life, tool breakage, spindle power."""
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY
@@ -16,20 +16,19 @@ def tool_change_time(
 ) -> float:
     """Return the time tau (s) that a worn edge is worth: t1 + C2/(C1 + profit rate), after Koren (3).
 
-    Nothing earned besides: least cost, t1 + C2/C1. An unbounded `profit_rate`: greatest production rate, t1, as an edge costs
-    nothing beside the time. Between them lies the greatest profit for each unit of time, which is where what is earned in a
-    unit of time at the best point itself is `profit_rate`.
+    Profit rate 0: least cost. Infinite: greatest production rate. The greatest profit per time lies between,
+    where `profit_rate` equals the profit rate at the optimum itself.
 
     Parameters
     ----------
     change : float
-        Time t1 to change the tool, s.
+        Time t1 of a tool change, s.
     edge_cost : float
-        Price C2 of an edge, or of its regrind, $.
+        Cost C2 of an edge, or of its regrinding, $.
     machine_rate : float
-        Price C1 of machine and operator, $/s.
+        Cost C1 of machine and operator, $/s.
     profit_rate : float
-        What is earned in a unit of time when all is paid, $/s; ``math.inf`` for the greatest production rate.
+        Profit per time, $/s. ``math.inf``: greatest production rate.
 
     Raises
     ------
@@ -52,17 +51,16 @@ def tool_change_time(
 
 @described("locus.turning")
 class Turning(Described):
-    """Cut at the least cost while the tool wears: Koren (1) to (6), (27) to (35).
+    """Cutting at least cost with a wearing tool: Koren (1) to (6), (27) to (35).
 
-    Controls are ``cutting_speed`` v (mm/s) and ``feed`` f (mm in a turn; of a milling cutter, mm for each tooth); hidden is
-    ``flank_wear`` W (mm), the width of the worn land. With the tool life T = life (v/life_speed)^-n (f/life_feed)^-p:
+    Controls: ``cutting_speed`` v (mm/s), ``feed`` f (mm per turn; milling: mm per tooth). Hidden state:
+    ``flank_wear`` W (mm), width of the wear land. Tool life T = life (v/life_speed)^-n (f/life_feed)^-p.
 
-    * cost (1 + tau/T)/(v f): the time for each mm^2 of surface, tool changes included, s/mm^2;
-    * ``cutting_force`` K_c f^q - C_v v + C_w W (30) stays under the force at which the tool breaks, K_b f^nb (27), N;
-    * ``cutting_power``, that force at the speed v, stays under the greatest power of the machine, W.
+    * Cost (1 + tau/T)/(v f): time per surface with tool changes, s/mm^2.
+    * Constraint ``cutting_force`` K_c f^q - C_v v + C_w W (30) <= breaking force K_b f^nb (27), N.
+    * Constraint ``cutting_power``, that force times v, <= greatest power of the machine, W.
 
-    One of both limits at least is to be given. Koren's (28) has K v f^m as a limit of power; but that is what cutting needs,
-    not what a machine has, and it stands here on the side of the response.
+    At least one limit is needed. Koren's (28), K v f^m, is the power that cutting takes, here the response.
 
     Parameters
     ----------
@@ -77,29 +75,29 @@ class Turning(Described):
     feed_force, force_exponent : float
         K_c, force at a feed of 1 mm, N/mm^q, and its exponent q, unit 1.
     speed_force : float
-        C_v, by which speed softens the force, N/(mm/s).
+        C_v, decrease of the force per speed, N/(mm/s).
     wear_force : float
-        C_w, force for each mm of flank wear, N/mm.
+        C_w, force per flank wear, N/mm.
     breaking_force, breaking_exponent : float, optional
-        K_b, the force at which the tool breaks at a feed of 1 mm, N/mm^nb, and its exponent nb, unit 1; None: it does not
-        break.
+        K_b, breaking force at a feed of 1 mm, N/mm^nb, and its exponent nb, unit 1. None: unbreakable.
     power_max : float, optional
         Greatest power at the tool, W.
 
     Raises
     ------
     ValueError
-        When n <= 1 (no speed is best), nb >= q (no feed is too great), neither limit is given, or a value is out of range.
+        When n <= 1 (cost falls with speed), nb >= q (any feed is safe), no limit or a value out of range.
 
     Examples
     --------
     >>> turning = Turning(
-    ...     tool_change_time=210.0, life=900.0, life_speed=3000.0, life_feed=0.3, taylor_v_exp=4.0, taylor_f_exp=1.6,
-    ...     feed_force=3400.0, force_exponent=0.75, speed_force=0.072, wear_force=1200.0, breaking_force=2860.0)
+    ...     tool_change_time=210.0, life=900.0, life_speed=3000.0, life_feed=0.3,
+    ...     taylor_v_exp=4.0, taylor_f_exp=1.6, feed_force=3400.0, force_exponent=0.75,
+    ...     speed_force=0.072, wear_force=1200.0, breaking_force=2860.0)
     >>> speed = turning.taylor_speed(feed=0.5)  # mm/s
     >>> round(speed, 2), round(turning.tool_life(speed, 0.5), 2)  # mm/s, s
     (2673.67, 630.0)
-    >>> round(turning.onset_wear(feed_max=0.5), 6)  # mm: from here on the force limits
+    >>> round(turning.onset_wear(feed_max=0.5), 6)  # mm: the force limits beyond
     0.160981
     """
 
@@ -129,7 +127,7 @@ class Turning(Described):
 
     @property
     def constraints(self) -> tuple[Varying, ...]:
-        """Force under the force that breaks the tool (N), and power under that of the machine (W), as they are given."""
+        """Force <= breaking force (N) and power <= that of the machine (W), as given."""
         force = Varying(response=self._force, limit=self._breaking, name="cutting_force", unit="N")
         power = Varying(response=self._power, limit=self._power_limit, name="cutting_power", unit="W")
         given = (self.breaking_force, force), (self.power_max, power)
@@ -141,7 +139,7 @@ class Turning(Described):
         return {"cutting_speed": "mm/s", "feed": "mm", "flank_wear": "mm", "cost": "s/mm^2"}
 
     def cost(self, s: Any, c: Any) -> Any:
-        """Return (1 + tau/T)/(v f) by the controls ``c``, Koren (2): s for each mm^2; no hidden state ``s`` is in it."""
+        """Return (1 + tau/T)/(v f) (s/mm^2) for controls ``c``, Koren (2); ``s`` is unused."""
         v, f = c.cutting_speed, c.feed
         return (1 + self.tool_change_time / self.tool_life(v, f)) / (v * f)
 
@@ -158,12 +156,12 @@ class Turning(Described):
         return self.power_max
 
     def tool_life(self, cutting_speed: Any, feed: Any) -> Any:
-        """Return the tool life (s) of a cutting speed (mm/s) and a feed (mm): T v^n f^p = const; Koren (5) at one feed."""
+        """Return the tool life (s) for a cutting speed (mm/s) and feed (mm), Koren (5) at one feed."""
         slower = (cutting_speed / self.life_speed) ** -self.taylor_v_exp
         return self.life * slower * (feed / self.life_feed) ** -self.taylor_f_exp
 
     def cutting_force(self, cutting_speed: Any, feed: Any, flank_wear: Any) -> Any:
-        """Return the force (N) of a cutting speed (mm/s), feed (mm) and flank wear (mm): K_c f^q - C_v v + C_w W, Koren (30)."""
+        """Return the force (N), Koren (30), for a cutting speed (mm/s), feed (mm) and flank wear (mm)."""
         return (
             self.feed_force * feed**self.force_exponent
             - self.speed_force * cutting_speed
@@ -171,31 +169,31 @@ class Turning(Described):
         )
 
     def breaking(self, feed: Any) -> Any:
-        """Return the force (N) that breaks the tool at a feed (mm): K_b f^nb, Koren (27)."""
+        """Return the breaking force (N) at a feed (mm): K_b f^nb, Koren (27)."""
         return self._breaks("breaking") * feed**self.breaking_exponent
 
     def taylor_speed(self, feed: Any) -> Any:
-        """Return the cheapest speed (mm/s) at a feed (mm) that nothing limits: T = tau (n - 1), Koren (6)."""
+        """Return the cheapest unlimited speed (mm/s) at a feed (mm): T = tau (n - 1), Koren (6)."""
         longer = self.life / (self.tool_change_time * (self.taylor_v_exp - 1))
         n = self.taylor_v_exp
         return self.life_speed * longer ** (1 / n) * (feed / self.life_feed) ** (-self.taylor_f_exp / n)
 
     @property
     def strongest_feed(self) -> float:
-        """Feed f_pk = (nb K_b/(q K_c))^(1/(q - nb)) (mm) at which the tool can bear most wear."""
+        """Feed f_pk = (nb K_b/(q K_c))^(1/(q - nb)) (mm) of the greatest admissible wear."""
         ratio = (
             self.breaking_exponent * self._breaks("strongest_feed") / (self.force_exponent * self.feed_force)
         )
         return float(ratio ** (1 / (self.force_exponent - self.breaking_exponent)))
 
     def wear_at_limit(self, cutting_speed: Any, feed: Any) -> Any:
-        """Return the flank wear (mm) of which the tool breaks at a cutting speed (mm/s) and a feed (mm): (34) solved for W."""
+        """Return the flank wear (mm) at breakage for a cutting speed (mm/s) and feed (mm): (34)."""
         return (self.breaking(feed) - self.cutting_force(cutting_speed, feed, 0.0)) / self.wear_force
 
     def onset_wear(self, feed_max: float) -> float:
-        """Return the flank wear (mm) from which on the force limits a cut at the greatest feed, `feed_max` (mm).
+        """Return the flank wear (mm) above which the force limits a cut at the feed `feed_max` (mm).
 
-        The speed is the Taylor speed of that feed.
+        The speed is its Taylor speed.
 
         Raises
         ------
@@ -209,26 +207,26 @@ class Turning(Described):
         return float(self.wear_at_limit(self.taylor_speed(feed), feed))
 
     def end_wear(self, cutting_speed_max: float) -> float:
-        """Return the flank wear (mm) that no feed stands, up to a greatest speed `cutting_speed_max` (mm/s)."""
+        """Return the flank wear (mm) of breakage at any feed up to `cutting_speed_max` (mm/s)."""
         speed = checks.positive("cutting_speed_max", cutting_speed_max, "mm/s")
         return float(self.wear_at_limit(speed, self.strongest_feed))
 
     def force_residual(self, cutting_speed: Any, feed: Any) -> Any:
-        """Return left less right side (N) of Koren (35) at a cutting speed (mm/s) and feed (mm): 0 on the locus of the force.
+        """Return the residual (N) of Koren (35), 0 on the locus, for a cutting speed (mm/s), feed (mm).
 
-        No wear is in it: [1 + (1 - n) tau/T] (nb P_b - q K_c f^q) - [1 + (1 - p) tau/T] C_v v. On it v is above the Taylor
-        speed of its feed, as force falls with speed: the optimum buys feed with speed.
+        [1 + (1 - n) tau/T] (nb P_b - q K_c f^q) - [1 + (1 - p) tau/T] C_v v, free of wear. On the locus v is
+        above the Taylor speed of its feed, as the force falls with speed.
         """
         by_speed, by_feed = self._savings(cutting_speed, feed)
         gap = self.breaking_exponent * self.breaking(feed) - self._feed_slope(feed)
         return by_speed * gap - by_feed * self.speed_force * cutting_speed
 
     def power_residual(self, cutting_speed: Any, feed: Any) -> Any:
-        """Return what is 0 on the locus of the power (W), at a cutting speed (mm/s) and feed (mm).
+        """Return the residual (W) of the locus of the power, at a cutting speed (mm/s) and feed (mm).
 
-        With P_c v = P_max put into stationarity no wear is in it: [1 + (1 - n) tau/T] q K_c f^q v - [1 + (1 - p) tau/T]
-        (P_max - C_v v^2). Where C_v is small it is nowhere 0: a spindle at its limit wants the greatest feed, and the speed
-        gives way.
+        P_c v = P_max in the stationarity condition gives, free of wear, [1 + (1 - n) tau/T] q K_c f^q v
+        - [1 + (1 - p) tau/T] (P_max - C_v v^2). With small C_v it has no zero: the optimum keeps the greatest
+          feed and reduces the speed.
         """
         if self.power_max is None:
             raise ValueError(
@@ -241,12 +239,12 @@ class Turning(Described):
         )
 
     def _savings(self, cutting_speed: Any, feed: Any) -> tuple[Any, Any]:
-        """By how much the cost falls with speed and with feed, in shares of 1/(v f): the brackets of (35)."""
+        """Return the brackets of (35): relative fall of the cost with speed and with feed, times v f."""
         changes = self.tool_change_time / self.tool_life(cutting_speed, feed)
         return 1 + changes * (1 - self.taylor_v_exp), 1 + changes * (1 - self.taylor_f_exp)
 
     def _feed_slope(self, feed: Any) -> Any:
-        """How the force rises with the logarithm of the feed, N."""
+        """Return the slope of the force by the logarithm of the feed, N."""
         return self.force_exponent * self.feed_force * feed**self.force_exponent
 
     def _breaks(self, what: str) -> float:
