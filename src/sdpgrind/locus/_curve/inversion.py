@@ -25,22 +25,11 @@ from sdpgrind.locus._trace.table_kernels import INSIDE, NO_KEY
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Inversion:
-    """Solve response(controls, state) = measured for the state and look up a table there.
+    """Solve response(controls, state) = measured for the state in [low, high] and look up `table` there.
 
-    Compiled code calls ``retrieve(packed, controls, measured, out)`` with the flat array `packed`.
-
-    Parameters
-    ----------
-    tape : array
-        Tape of controls and state: responses, then their slopes by the state.
-    table : Table
-        Table by the state.
-    low, high : float
-        Range of the state.
-    rising : bool
-        Whether the response rises with the state everywhere.
-    count, index : int
-        Number of responses of the tape, and index of the measured one.
+    `tape`: controls and state to `count` responses, then their slopes by the state; the `index`-th is
+    measured and `rising` with the state or falling. Compiled code calls ``retrieve(packed, controls,
+    measured, out)``.
 
     Examples
     --------
@@ -79,21 +68,9 @@ class Inversion:
         return f"Inversion(state in [{self.low:.6g}, {self.high:.6g}], {self.table!r})"
 
     def at(self, measured: float, *controls: float, out: Floats | None = None) -> tuple[Floats, bool]:
-        """Return state and table columns (1 + n,), and whether the state is clamped to its range.
+        """Return state and table columns (1 + n,), in `out` if given, and whether the state is clamped.
 
-        Parameters
-        ----------
-        measured : float
-            Response, in its unit.
-        *controls : float
-            Controls of the measurement.
-        out : array (1 + n,), optional
-            Array to fill. None: a new one.
-
-        Raises
-        ------
-        ValueError
-            When the measurement is NaN, or the response is undefined at the controls.
+        Raises ValueError when the response `measured` is NaN or the model has none at the `controls`.
         """
         if out is None:
             out = np.empty(self.places)

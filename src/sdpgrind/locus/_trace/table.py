@@ -18,21 +18,9 @@ KINK = 1e-9  # chosen: share of the range; closer nodes are one place with two s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LocusTable:
-    """Columns by a strictly monotone key, with their exact slopes.
+    """Columns (K, n) by a strictly monotone key (K,), with their exact slopes by the key.
 
-    Compiled code calls ``look_up(table.packed, key, out)`` with the flat array `packed` and `width` columns.
-
-    Parameters
-    ----------
-    key : array, (K,)
-        Nodes.
-    columns, slopes : array, (K, n)
-        Values at the nodes and their derivatives by the key.
-
-    Raises
-    ------
-    ValueError
-        When the key is not strictly monotone, or shapes do not fit.
+    Compiled code calls ``look_up(table.packed, key, out)`` with `width` columns.
 
     Examples
     --------
@@ -89,20 +77,7 @@ class LocusTable:
         return float(max(self.key[0], self.key[-1]))
 
     def at(self, key: Any, *, out: Floats | None = None) -> Floats:
-        """Return the columns at a key (n,), or at many (..., n), clamped to the table.
-
-        Parameters
-        ----------
-        key : float or array
-            Key or keys.
-        out : array (n,), optional
-            Array to fill for one float. None: a new one.
-
-        Raises
-        ------
-        ValueError
-            When a key is NaN.
-        """
+        """Return the columns at a key (n,), in `out` if given, or at many (..., n), clamped; NaN is refused."""
         if type(key) is float:  # fast path of control loops
             if out is None:
                 out = np.empty(self.width)
@@ -117,33 +92,18 @@ class LocusTable:
         return rows.reshape(*keys.shape, -1)
 
     def clamped(self, key: Any) -> Any:
-        """Return whether a key, or each of many, is outside the table.
-
-        Parameters
-        ----------
-        key : float or array
-            Key or keys.
-        """
+        """Return whether a key, or each of many, is outside the table."""
         outside = (np.asarray(key) < self.low) | (np.asarray(key) > self.high)
         return outside if outside.ndim else bool(outside)
 
     def errors(self) -> Floats:
-        """Return the error bound h^4/384 |f''''| of each column (n,), from differences of f'''.
-
-        Infinity where unknown: 2 nodes in all or between kinks (adjacent nodes with different slopes).
-        """
+        """Return the error bound h^4/384 |f''''| of each column (n,), from differences; inf: too few nodes."""
         widths = np.abs(np.diff(self.key))
         found: Floats = np.max(widths[:, None] ** 4 / 384.0 * self._fourth(), axis=0)
         return found
 
     def thinned(self, count: int) -> "LocusTable":
-        """Return a table of about `count` nodes with equal relative errors; ends and kinks stay.
-
-        Parameters
-        ----------
-        count : int
-            Number of nodes, at least 2.
-        """
+        """Return a table of about `count` >= 2 nodes with equal relative errors; ends and kinks stay."""
         checks.count("count", count, at_least=2)
         if count >= self.key.size:
             return self

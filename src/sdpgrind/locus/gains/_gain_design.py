@@ -217,9 +217,9 @@ class GainDesign(Frozen):
     def drift_margin(self, rate: float, *, gain: float | GainSchedule | None = None) -> float:
         """Return the margin of the limit, in its unit, that prevents violations by a drifting hidden state.
 
-        It is enough for every sequence of hidden states in the range with steps up to `rate`, from a start with
-        slack, and is at least the violation without margin. First order: ``|ds*/dx| rate/k``, no less than the
-        first step of a sudden drift, P_x rate.
+        It is enough for every sequence of hidden states in the range with steps up to `rate`, from a start
+        with slack, and is at least the violation without margin. First order: ``|ds*/dx| rate/k``, no less
+        than the first step of a sudden drift, P_x rate.
 
         Parameters
         ----------
