@@ -108,7 +108,7 @@ THEMES = {
     "sdpgrind.weldbead": ("force", "sequence", "_identify", "passes", "_hierarchy", "_plant"),
     "sdpgrind.plunge": ("_model", "_control", "_plant", "_stages", "_plan", "_identify", "_learn"),
     "sdpgrind.locus": (
-        "_problem", "processes", "_trace", "_stretch", "_curve", "gains", "_correct", "_robust", "_control", "_plant",
+        "_problem", "processes", "_trace", "_path", "_curve", "gains", "_adaptation", "_robust", "_control", "_plant",
     ),
     "sdpgrind.finishing": ("study", "surface", "path", "arm", "timing", "torque", "roughness", "_problem", "_plant"),
     "centering": (

@@ -1,6 +1,6 @@
 """What tests of the locus reach inside the package: twins of kernels, and parts that no user names."""
 
-from sdpgrind.locus._correct.modifiers import pattern as pattern
+from sdpgrind.locus._adaptation.modifiers import pattern as pattern
 from sdpgrind.locus._curve import inversion_kernels as inversion_kernels
 from sdpgrind.locus._curve.inversion import Inversion as Inversion
 from sdpgrind.locus._curve.inversion_kernels import find_state as find_state

@@ -8,8 +8,8 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._control.walking import Walking
-from sdpgrind.locus._stretch import law_kernels as core
-from sdpgrind.locus._stretch.inverse import balanced, hidden_of
+from sdpgrind.locus._path import law_kernels as core
+from sdpgrind.locus._path.inverse import balanced, hidden_of
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,11 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, choice, custom, described, quantity
 from sdpgrind.locus._control.batch import LoopRecord, simulate
 from sdpgrind.locus._control.walking import Walking
-from sdpgrind.locus._stretch import law_kernels as core
-from sdpgrind.locus._stretch.single_valued import placed
-from sdpgrind.locus._stretch.stretch import Stretch
-from sdpgrind.locus.gains._design_gain import declared_range, design_gain, stretch_of
-from sdpgrind.locus.gains._gain_design import GainDesign
+from sdpgrind.locus._path import law_kernels as core
+from sdpgrind.locus._path.single_valued import placed
+from sdpgrind.locus._path.stretch import Stretch
+from sdpgrind.locus.gains._analysis import GainDesign
+from sdpgrind.locus.gains._design import declared_range, design_gain, stretch_of
 from sdpgrind.locus.gains._gain_schedule import GainSchedule
 
 METHODS, PLACES, HOLDS, STARTS = (

@@ -10,9 +10,9 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
-from sdpgrind.locus._stretch import law_kernels as core
-from sdpgrind.locus._stretch.inverse import balanced, hidden_of
-from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus._path import law_kernels as core
+from sdpgrind.locus._path.inverse import balanced, hidden_of
+from sdpgrind.locus._path.stretch import Stretch
 
 SETTLED = 0.05  # chosen: relative distance to the command; less would let a slow axis wait for `PATIENCE`
 PATIENCE = 20  # chosen: samples; a coordinate that never settles must not stop the control of the response

@@ -24,7 +24,7 @@ from sdpgrind.locus._trace.trace import ROUNDING, Tracer
 
 if TYPE_CHECKING:
     from sdpgrind.locus._curve.inversion import Inversion
-    from sdpgrind.locus._stretch.stretch import Stretch
+    from sdpgrind.locus._path.stretch import Stretch
     from sdpgrind.locus._trace.table import LocusTable
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._curve.protocol import Curve
+from sdpgrind.locus._path.stretch import Stretch
 from sdpgrind.locus._problem.problem import Problem
-from sdpgrind.locus._stretch.stretch import Stretch
 from sdpgrind.locus._trace.pieces import Piece
 
 

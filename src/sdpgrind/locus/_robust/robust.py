@@ -24,11 +24,11 @@ from scipy.interpolate import PchipInterpolator
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._curve.locus import Locus
+from sdpgrind.locus._path.inverse import root
+from sdpgrind.locus._path.stretch import Stretch
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.tape_kernels import run_many
 from sdpgrind.locus._robust.samples import Sample, checked, declared_range, shares, traced
-from sdpgrind.locus._stretch.inverse import root
-from sdpgrind.locus._stretch.stretch import Stretch
 
 OBJECTIVES = ("mean", "worst")
 WAYS = ("nominal", "robust", "open loop")

@@ -11,11 +11,11 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.locus._curve.locus import Locus
 from sdpgrind.locus._curve.plan import plan
+from sdpgrind.locus._path.inverse import hidden_of
+from sdpgrind.locus._path.stretch import Stretch
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.tape import tape
 from sdpgrind.locus._problem.tape_kernels import run_many
-from sdpgrind.locus._stretch.inverse import hidden_of
-from sdpgrind.locus._stretch.stretch import Stretch
 
 WIDER = (3.0, 1.5)  # chosen: factors on the range of the hidden state; samples meet a point at other states
 SOFT = 0.05  # chosen: relative width of the soft edges of the range; less is a kink of the locus

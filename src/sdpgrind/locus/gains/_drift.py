@@ -12,8 +12,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._stretch.inverse import balanced
-from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus._path.inverse import balanced
+from sdpgrind.locus._path.stretch import Stretch
 
 PHASES = 48  # chosen: starts of the ramp within a step; the ends of each part bound its inside
 LONGEST = 1000  # chosen: steps of a simulated ramp; slower ones are bounded state by state

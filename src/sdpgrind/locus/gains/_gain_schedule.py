@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.quantities import Described, custom, described, quantity
-from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus._path.stretch import Stretch
 
 
 @described()

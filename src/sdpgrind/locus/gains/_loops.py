@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus._path.stretch import Stretch
 
 SMALL = 1e-6  # chosen: share of the stretch for differences by one control
 

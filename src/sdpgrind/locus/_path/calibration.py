@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._stretch.single_valued import strictly
+from sdpgrind.locus._path.single_valued import strictly
 from sdpgrind.locus._trace.segments import bends
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, text
-from sdpgrind.locus._correct.modified import Modified
+from sdpgrind.locus._adaptation.modified import Modified
 from sdpgrind.locus._problem.problem import Problem
 
 FEEDBACK = ("state", "bias")

@@ -11,7 +11,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.locus._stretch.stretch import Stretch
+from sdpgrind.locus._path.stretch import Stretch
 from sdpgrind.locus.gains._drift import ROOM, Drift
 from sdpgrind.locus.gains._gain_schedule import GainSchedule
 from sdpgrind.locus.gains._least_value import least

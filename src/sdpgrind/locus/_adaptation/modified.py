@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._correct.modifier_kernels import resettle
+from sdpgrind.locus._adaptation.modifier_kernels import resettle
 from sdpgrind.locus._curve.inversion_kernels import find_state
 from sdpgrind.locus._problem.problem import Problem
 from sdpgrind.locus._problem.process import Varying

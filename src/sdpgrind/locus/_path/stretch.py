@@ -9,13 +9,13 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._stretch.law_kernels import find_many
-from sdpgrind.locus._stretch.single_valued import check_hidden, check_single, told
+from sdpgrind.locus._path.law_kernels import find_many
+from sdpgrind.locus._path.single_valued import check_hidden, check_single, told
 from sdpgrind.locus._trace.segments import apart, bends
 from sdpgrind.locus._trace.table import LocusTable
 
 if TYPE_CHECKING:
-    from sdpgrind.locus._stretch.calibration import Calibration
+    from sdpgrind.locus._path.calibration import Calibration
 
 
 @dataclass(frozen=True)
@@ -327,7 +327,7 @@ class Stretch:
 
     def calibrated(self) -> "Calibration":
         """Return whether and where the response can read the stretch (in its units); see `Calibration`."""
-        from sdpgrind.locus._stretch.calibration import calibration
+        from sdpgrind.locus._path.calibration import calibration
 
         slopes = self.response_slope, self.limit_slope
         return calibration(

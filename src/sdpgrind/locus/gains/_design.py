@@ -7,9 +7,9 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._stretch.single_valued import placed
-from sdpgrind.locus._stretch.stretch import Stretch
-from sdpgrind.locus.gains._gain_design import GainDesign, tight_end
+from sdpgrind.locus._path.single_valued import placed
+from sdpgrind.locus._path.stretch import Stretch
+from sdpgrind.locus.gains._analysis import GainDesign, tight_end
 from sdpgrind.locus.gains._least_value import least
 
 NEAR = 0.999  # chosen: share of the way to the optimum searched; beyond, the ratio is that of the loop slope

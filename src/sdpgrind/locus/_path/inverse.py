@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._stretch.stretch import Stretch, Values
+from sdpgrind.locus._path.stretch import Stretch, Values
 
 ROUNDS = 100  # chosen: more than Illinois steps take to rounding
 CLOSE = 4e-16  # derived: relative rounding of two doubles
