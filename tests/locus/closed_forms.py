@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.optimize import brentq, minimize, minimize_scalar
 
-M_PER_MIN = 1000 / 60  # mm/s
+M_PER_MIN = 1000 / 60  # derived: mm/s
 
 GAINS = {  # hidden state of Koren's example -> greatest stable gain, greatest gain without overshoot
     0.5: (0.8, 0.4),
@@ -37,7 +37,7 @@ def named(**values):
 
 
 def slacks(problem, hidden, controls):
-    """Limit less response of every constraint, of what Problem gives, at one point."""
+    """Limit - response of every constraint of a problem at one point."""
     s, c = named(**hidden), named(**controls)
     return [one.limit(s, c) - one.response(s, c) for one in problem.varying]
 

@@ -1,10 +1,10 @@
-"""Koren's example in closed form: the stretch of its locus, by v, and what it measures."""
+"""Koren's example in closed form: the stretch of its locus by v, and its response."""
 
 import numpy as np
 
 from sdpgrind.locus import Stretch
 
-START = 44 / 401  # v at x = 20
+START = 44 / 401  # derived: v at x = 20
 
 
 def v_of(x):

@@ -1,4 +1,4 @@
-"""Controllers on the locus: Koren's runs, his claims both ways, lags, learned starts, what is refused."""
+"""Controllers on the locus: Koren's runs, his claims both ways, lags, learned starts, refusals."""
 
 import copy
 import re
@@ -51,7 +51,7 @@ def test_the_printed_run():
     np.testing.assert_allclose(errors[:, 5], [0.046, 0.034, 0.088], atol=1e-3)
     np.testing.assert_allclose(errors[:, 4], [0.45, 0.33, 0.86], atol=5e-3)
     np.testing.assert_allclose(errors[:, 3], [3.715, 2.597, 7.110], atol=1e-3)
-    assert errors[2, 3] > 4  # what the paper gets wrong
+    assert errors[2, 3] > 4  # an error of the paper
     assert run.worst_violation == 0
 
 
@@ -286,7 +286,7 @@ def test_reports():
 
 @pytest.mark.parametrize("options", [{}, {"margin": 0.2}, {"method": "inversion"}, {"floor": 1.0}])
 def test_a_command_that_is_saturated_while_the_limit_is_broken_says_so(options):
-    """A process that is worse than any hidden state that was planned for: the place stands at the end."""
+    """The process is worse than at any planned hidden state; the coordinate stays at the end."""
     controller = LocusController(KOREN, **options)
     for _ in range(19):
         controller.step(response=100.0)
@@ -360,9 +360,7 @@ def test_koren_36(curve):
 
 
 def test_the_designed_controller_on_the_grinder(curve):
-    """Nothing is told to it of the plant: it sees the actual infeed. What the dulling costs, a margin takes
-    back.
-    """
+    """It knows the actual infeed only; a margin covers the dulling of the wheel."""
     became = ground(LocusController(curve, along="infeed_rate"))
     assert became.convergence_time[0] < 20 and np.all(became.convergence_time[1:] < 5)
     assert np.all(became.slack > -2.0) and np.all(became.slack < 0.0)

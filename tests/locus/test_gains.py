@@ -1,4 +1,4 @@
-"""Gains by design: Koren's example in closed form, brute force, drifts at their worst, and what is refused."""
+"""Gains by design: Koren's example in closed form, brute force, worst drifts, refusals."""
 
 import re
 import warnings
@@ -178,7 +178,7 @@ def adversaries(rate, runs, steps, rng, low=0.5, high=20.0):
 
 @pytest.mark.parametrize("rate", [0.003, 0.03, 0.3, 3.0])
 def test_drifts_stay_within_the_margin_and_come_near_it(rate):
-    """10 000 drifts in four batches; the margin is at most 1.5 times what the worst of them reaches."""
+    """10 000 drifts in four batches; the margin is at most 1.5 times the worst violation."""
     margin = WHOLE.drift_margin(rate)
     controller = locus.LocusController(KOREN, gain=WHOLE.gain, x=(0.5, 20.0))
     x = adversaries(rate, 2500, 700, np.random.default_rng(3))

@@ -95,7 +95,7 @@ def test_a_larger_equivalent_diameter_bears_more_wear():
     greatest = [of_diameter(wide).wear_flat_area_on_locus(rates).max() for wide in sorted(DIAMETERS)]
     assert np.all(np.diff(greatest) > 0)
     for wide, bound in zip(sorted(DIAMETERS), greatest, strict=True):
-        assert bound < 250 * wide * 7.2**2 / (2.1e6 * 0.962 * 30)  # what they tend to without any infeed
+        assert bound < 250 * wide * 7.2**2 / (2.1e6 * 0.962 * 30)  # limit without infeed
 
 
 @pytest.mark.parametrize("wide", sorted(DIAMETERS))

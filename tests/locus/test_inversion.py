@@ -1,6 +1,4 @@
-"""The hidden state that a measurement tells of: against scipy's brentq, at the ends, out of reach; and the
-best point there.
-"""
+"""Inversion of a response for the hidden state, against scipy's brentq, at the ends, out of reach; optimum there."""
 
 from functools import partial
 
@@ -83,7 +81,7 @@ def test_the_root_that_brentq_finds(form, sign):
         assert flag == INSIDE
         residual = partial(off, packed, control, measured)
         reference = brentq(residual, LOW + 1e-12, HIGH, xtol=1e-13, rtol=1e-14)
-        # where it is flat, rounding of the response tells
+        # where it is flat, the response's rounding counts
         slope = max(abs(both(packed, control, wanted)[1]), 1e-11)
         assert abs(x - reference) < 1e-11 + 1e-15 * (1 + abs(measured)) / slope
         miss = abs(value(packed, control, x) - measured)
@@ -99,7 +97,7 @@ def test_whatever_is_measured_the_answer_is_the_state_or_an_end(form, share, gue
     measured = ends[0] + share * (ends[1] - ends[0])
     x, flag = found(packed, control, measured, guess)
     assert LOW <= x <= HIGH
-    if flag == INSIDE:  # the response goes through what was measured there; at a stair it jumps over it
+    if flag == INSIDE:  # the response crosses the measurement there; at a stair it jumps
         around = [value(packed, control, np.clip(x * (1 + side * 1e-9), LOW, HIGH)) for side in (-1, 1)]
         room = 1e-9 * (1 + abs(measured))
         assert around[0] - room <= measured <= around[1] + room

@@ -175,7 +175,7 @@ def test_functions_are_read_once_and_told_of(given, error, told):
 
 
 def test_costs_that_single_out_nothing():
-    """By the most slack where that tells points apart; told where not even that does."""
+    """The largest slack decides; where it is equal too, the problem is refused."""
     curve = locus.plan(
         made(cost=lambda s, c: 1.0, response=lambda s, c: s.x - c.u * (1 - c.u) - c.v * (1.2 - c.v))
     )
@@ -329,7 +329,7 @@ def test_a_table_does_not_lead_over_a_jump():
 
 
 def test_readings_that_are_none_leave_the_command():
-    """NaN, infinite; what is no number is refused by its name."""
+    """NaN and infinity are no readings; a value that is no number is refused by its name."""
     controller = locus.LocusController(example(), along="v", x=(0.76, 1.72))
     before = controller.step(response=9.0)
     for bad in (math.nan, math.inf, -math.inf):

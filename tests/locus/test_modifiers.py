@@ -1,6 +1,4 @@
-"""Modifier adaptation: the conditions of a best point of the plant, what slopes cost, and when it beats a
-locus.
-"""
+"""Modifier adaptation: the optimum of the plant, the cost of slopes, comparison with a locus."""
 
 from copy import deepcopy
 from itertools import product
@@ -212,9 +210,7 @@ def charge(controller, power, rate, noise):
 
 
 def test_when_it_beats_the_locus(ways):
-    """A right model: the locus. A wrong one, still: modifiers. One of the models that were reckoned with: the
-    robust locus.
-    """
+    """Exact model: the locus wins. Wrong model, constant state: modifiers. One of its samples: the robust locus."""
     still = {power: {name: charge(one, power, 0.0, 0.0) for name, one in ways.items()} for power in POWERS}
     assert still[1.0]["nominal"] < 1e-3 < still[1.0]["both"] < 0.006  # the dither
     for power in (1.15, 1.3):

@@ -1,4 +1,4 @@
-"""The motor whose load's inertia drifts: closed forms against a search, and what is refused."""
+"""The motor whose load's inertia drifts: closed forms against a search, refusals."""
 
 import math
 
@@ -47,7 +47,7 @@ def test_torque_is_spent_and_the_speed_is_stationary(inertia):
 def test_time_of_a_move_is_that_of_its_speed_over_time():
     speed, acceleration = 100.0, 500.0
     ramp = speed / acceleration
-    rest = (AXIS.angle - ramp * speed) / speed  # what is left for the constant speed, s
+    rest = (AXIS.angle - ramp * speed) / speed  # time at constant speed, s
     assert AXIS.cost(None, named(speed=speed, acceleration=acceleration)) == pytest.approx(2 * ramp + rest)
 
 

@@ -1,4 +1,4 @@
-"""Pieces as tables: how many points, what they are called, what is in them."""
+"""Pieces as tables: number of points, names, contents."""
 
 import numpy as np
 import pytest

@@ -166,9 +166,7 @@ def shifted(stretch, by):
 
 @pytest.mark.parametrize("bias", [0.02, -0.02, 0.3, -0.3])
 def test_a_biased_sensor_shifts_to_first_order_and_bends_to_second(bias):
-    """With the true locus, what is lost beyond the shifted limit's own optimum is of second order; the shift
-    itself is not.
-    """
+    """With the true locus the loss above the optimum of the shifted limit is of second order, unlike the shift."""
     truth = robust_locus([model(), model()], along="v")
     loss = truth.losses_with(points=9, bias=bias)
     for k, x in enumerate(loss.x.values):

@@ -147,7 +147,7 @@ def test_example_at_one():
 
 
 def test_example_is_found_from_one_measurement():
-    # what x = 1 gives there
+    # the response of x = 1 there
     retrieved = traced("koren-example").retrieve(u=2.1, v=2.8, response=2.8 + 16 - 4 * 2.8)
     np.testing.assert_allclose(list(retrieved.controls.values()), (2, 3), atol=1e-9)
 

@@ -1,4 +1,4 @@
-"""Stretches: tables against Koren's closed forms, calibration, what is refused."""
+"""Stretches: tables against Koren's closed forms, calibration, refusals."""
 
 import copy
 import re
@@ -32,7 +32,7 @@ def test_a_stretch_is_the_closed_form(x):
 @settings(deadline=None)
 @given(STATES, st.floats(-0.05, 0.05))
 def test_the_loop_slope_is_that_of_the_slack(x, off):
-    """Two ways: from the tables, and by differences of what the model says at fixed hidden state."""
+    """Two ways: from the tables, and by differences of the model at fixed hidden state."""
     s, h = float(np.clip(v_of(x) + off, KOREN.low + 1e-3, KOREN.high - 1e-3)), 1e-4
     state = KOREN.at(s).hidden
     slope = (KOREN.slack(s + h, state) - KOREN.slack(s - h, state)) / (2 * h)
@@ -162,9 +162,7 @@ def test_a_clamped_state():
 
 
 def test_pieces_that_meet_at_a_kink():
-    """Where pieces meet a point stands twice, with the slopes of either side: cos t goes over into a straight
-    line.
-    """
+    """A joint of pieces has two points, with the slopes of either side: cos t continues as a straight line."""
     t = np.concatenate([np.linspace(0.0, 1.0, 41), np.linspace(1.0, 2.0, 21)])
     second = np.arange(62) > 40
     x = np.where(second, np.cos(1.0) - 3 * (t - 1), np.cos(t))

@@ -1,4 +1,4 @@
-"""Tapes give what CasADi itself gives: every operation, whole expressions, derivatives, patterns with holes."""
+"""Tapes equal CasADi: every operation, whole expressions, derivatives, patterns with holes."""
 
 import casadi
 import numpy as np
@@ -170,8 +170,7 @@ def _joined(depth):
 @given(_joined(25), st.lists(st.floats(-4, 4), min_size=3, max_size=3))
 def test_composed_expressions_and_their_gradients(expression, point):
     function = casadi.Function("f", [X], [casadi.SX(expression), casadi.gradient(expression, X)])
-    # the same operations in the same order: the last bits of sinh and its like apart, and what later
-    # operations make of them
+    # same operations in the same order, but for the last bits of sinh and its like, and their consequences
     got, wanted = evaluated(function, point), expected(function, point)
     np.testing.assert_array_equal(np.isnan(got), np.isnan(wanted))
     usual = np.isfinite(wanted) & (np.abs(wanted) < 1e6)
@@ -189,7 +188,7 @@ def test_powers_of_grinding_with_gradient_and_hessian():
     for point in ([4.21736, 430.734, 0.005], [0.218862, 514.491, 0.01], [1e-8, 200.0, 0.0]):
         # roots for powers of a quarter, and products of them: the last bits may differ
         np.testing.assert_allclose(evaluated(function, point), expected(function, point), rtol=4e-15)
-    # a second way to a column of the Hessian: the slope of the gradient, which stands behind it
+    # a second way to a column of the Hessian: the slope of the gradient
     step, point = 1e-4, np.array([4.21736, 430.734, 0.005])
     sides = [evaluated(function, point + side * np.array([step, 0, 0]))[10:] for side in (1, -1)]
     np.testing.assert_allclose(evaluated(function, point)[1:4], (sides[0] - sides[1]) / (2 * step), rtol=1e-6)

@@ -50,7 +50,7 @@ def cost_at(curve, x):
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_least_cost_is_that_of_brute_force(name):
-    """To what SLSQP can: at nine hidden states that are no nodes of anything."""
+    """To the accuracy of SLSQP, at nine hidden states that are no nodes."""
     curve = traced(name)
     low, high = state_range(curve)
     for x in low + (high - low) * (np.arange(9) + 0.37) / 9:
@@ -230,13 +230,13 @@ def test_corners_by_hand():
     curve = traced("corners")
     for x in (0.0, 0.2, 0.42, 0.43, 1.0, 3.0, 4.0):
         u, v = (1.0, 1.5 - x) if x < 0 else (min(1.0, 0.5 / (1 + x)), 2.0)
-        if 2.5 - (1 + x) <= 2 and 1 - 0.7 * (1 + x) > 0:  # the gain of u is greater than what it takes from v
+        if 2.5 - (1 + x) <= 2 and 1 - 0.7 * (1 + x) > 0:  # u gains more than it takes from v
             u, v = 1.0, 1.5 - x
         assert cost_at(curve, x)[1] == pytest.approx([u, v], rel=1e-9)
 
 
 def test_one_bound_gives_way_where_a_limit_reaches_a_corner():
-    """From the corner (1, 1) the dearer control is held, the other gives way: it was told as a fold once."""
+    """From the corner (1, 1) the dearer control stays held and the other is released; this is no fold."""
     curve = locus.plan(
         problem(
             lambda s, c: -2 * c.u - c.v,
@@ -282,7 +282,7 @@ def test_feasibility_ends_where_the_disc_is_a_point():
 
 @pytest.mark.parametrize("steep", [4e4, 4e6])
 def test_a_sliver_between_all_points_of_the_lattice(steep):
-    """Least squares lead into it: it was told as empty once."""
+    """Least squares lead into it."""
     narrow = problem(
         lambda s, c: (c.u - 0.7) ** 2 + (c.v - 0.1) ** 2,
         one(lambda s, c: s.x + steep * (c.u - 0.37 * c.v - 0.123) ** 2 + c.u, lambda s, c: 1.4),

@@ -1,4 +1,4 @@
-"""Turning and milling: published forms, searches that know nothing of a locus, and what is refused."""
+"""Turning and milling: published forms, searches without a locus, refusals."""
 
 import math
 
