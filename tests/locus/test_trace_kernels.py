@@ -14,7 +14,7 @@ exchange = opened(_exchange)
 
 def given(system, point, hidden):
     """What the tape gives at a point."""
-    d = np.empty(opened(kkt._sizes)(system.kkt_tape, system.n, system.m, system.h))
+    d = np.empty(opened(kkt._sizes)(system.n, system.m, system.h))
     opened(kkt._evaluate)(
         system.kkt_tape, system.n, system.h, point, hidden, 0, np.empty(work_size(system.kkt_tape)), d
     )

@@ -7,18 +7,8 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.locus._curve.inversion_kernels import (
-    CONTROLS,
-    DIRECTION,
-    GUESS,
-    HEAD,
-    HIGH,
-    LOW,
-    RESPONSE,
-    SLOPE,
-    TAPE,
-    retrieve,
-)
+from sdpgrind.locus._curve import inversion_kernels as kernels
+from sdpgrind.locus._curve.inversion_kernels import retrieve
 from sdpgrind.locus._trace.table import LocusTable
 from sdpgrind.locus._trace.table_kernels import INSIDE, NO_KEY
 
@@ -28,8 +18,7 @@ class Inversion:
     """Solve response(controls, state) = measured for the state in [low, high] and look up `table` there.
 
     `tape`: controls and state to `count` responses, then their slopes by the state; the `index`-th is
-    measured and `rising` with the state or falling. Compiled code calls ``retrieve(packed, controls,
-    measured, out)``.
+    measured and `rising` with the state or falling. For compiled code: ``retrieve(packed, ...)``.
 
     Examples
     --------
@@ -55,12 +44,13 @@ class Inversion:
 
     def __post_init__(self) -> None:
         n = int(self.tape[:1].view(np.int64)[0]) - 1
-        head = np.zeros(HEAD)
+        head = np.zeros(kernels.HEAD)
         whole = head.view(np.int64)
-        whole[CONTROLS], whole[TAPE] = n, self.tape.size
-        whole[RESPONSE], whole[SLOPE] = self.index, self.count + self.index
-        head[LOW], head[HIGH], head[DIRECTION] = self.low, self.high, 1.0 if self.rising else -1.0
-        head[GUESS] = np.sqrt(self.low * self.high) if self.low > 0 else 0.5 * (self.low + self.high)
+        whole[kernels.CONTROLS], whole[kernels.TAPE] = n, self.tape.size
+        whole[kernels.RESPONSE], whole[kernels.SLOPE] = self.index, self.count + self.index
+        head[kernels.LOW], head[kernels.HIGH] = self.low, self.high
+        head[kernels.DIRECTION] = 1.0 if self.rising else -1.0
+        head[kernels.GUESS] = np.sqrt(self.low * self.high) if self.low > 0 else 0.5 * (self.low + self.high)
         object.__setattr__(self, "packed", np.concatenate([head, self.tape, self.table.packed]))
         object.__setattr__(self, "places", 1 + self.table.width)
 

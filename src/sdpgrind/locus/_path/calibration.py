@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -61,18 +62,25 @@ def _converging(
     """Return the ranges of |P_c,s| < |P_b,s|, from splines of both slopes, by bisection."""
     both = CubicHermiteSpline(s, slopes, bends(s, slopes))
 
-    def room(at: Floats) -> Floats:
+    def converges(at: Floats) -> Any:
         response, limit = both(at).T
-        return np.asarray(np.abs(limit) - np.abs(response))
+        return np.abs(limit) - np.abs(response) > 0
 
-    inside = room(s) > 0
+    return hidden_ranges(converges, s, hidden_at, 60)
+
+
+def hidden_ranges(
+    holds: Callable[[Floats], Any], s: Floats, hidden_at: Callable[[Floats], Floats], rounds: int
+) -> tuple[tuple[float, float], ...]:
+    """Return ranges of the hidden state with a condition, by bisections between coordinates s (K,)."""
+    inside = holds(s)
     turns = np.flatnonzero(np.diff(inside))
     low, high, first = s[turns], s[turns + 1], inside[turns]
-    for _ in range(60):
+    for _ in range(rounds if turns.size else 0):
         middle = 0.5 * (low + high)
-        same = (room(middle) > 0) == first
+        same = holds(middle) == first
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    cuts = [float(s[0]), *(0.5 * (low + high)), float(s[-1])]
+    cuts = [s[0], *(0.5 * (low + high)), s[-1]]
     kept = [pair for k, pair in enumerate(pairwise(cuts)) if inside[0] == (k % 2 == 0)]
     ends = [sorted(hidden_at(np.array(pair)).tolist()) for pair in kept]
     return tuple((a, b) for a, b in sorted(ends))

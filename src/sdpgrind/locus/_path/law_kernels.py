@@ -11,7 +11,7 @@ from sdpgrind.locus._trace.table_kernels import look_up
 PLACE, LAST, LAST_BUT_ONE, UPDATES, SAMPLES, ACTUAL, WAITED, HELD = range(8)
 """State: coordinate, last two errors, updates since a missing reading, samples since the start, estimated
 actual coordinate, samples waited for it, successive saturated readings with negative slack (`step` only)."""
-STATES = 8
+STATES = 8  # derived: numbers of a state
 
 
 class WalkLaw(NamedTuple):
@@ -30,11 +30,12 @@ class WalkLaw(NamedTuple):
 
 @compiled(inline="always")
 def _hermite(t, step, first, last, first_slope, last_slope):
-    """Cubic Hermite interpolant at the share `t` of an interval."""
+    """Return the cubic Hermite interpolant at the share `t` of an interval, and its slope by the share."""
     rise = last - first
     square = 3.0 * rise - step * (2.0 * first_slope + last_slope)
     cube = step * (first_slope + last_slope) - 2.0 * rise
-    return first + t * (step * first_slope + t * (square + t * cube))
+    value = first + t * (step * first_slope + t * (square + t * cube))
+    return value, step * first_slope + t * (2.0 * square + 3.0 * t * cube)
 
 
 @compiled(inline="always")
@@ -58,12 +59,12 @@ def _find(value, knots, values, slopes):
     a, b = ends
     t = (value - values[low]) / (values[high] - values[low])
     for _ in range(60):
-        off = _hermite(t, step, values[low], values[high], slopes[low], slopes[high]) - value
+        found, by = _hermite(t, step, values[low], values[high], slopes[low], slopes[high])
+        off = found - value
         if sign * off > 0.0:
             b = t
         else:
             a = t
-        by = _slope(t, step, values[low], values[high], slopes[low], slopes[high])
         guess = t - off / by if by != 0.0 else a
         if not a <= guess <= b:
             guess = 0.5 * (a + b)
@@ -72,15 +73,6 @@ def _find(value, knots, values, slopes):
             break
         t = guess
     return knots[low] + t * step
-
-
-@compiled(inline="always")
-def _slope(t, step, first, last, first_slope, last_slope):
-    """Derivative of `_hermite` by the share."""
-    rise = last - first
-    square = 3.0 * rise - step * (2.0 * first_slope + last_slope)
-    cube = step * (first_slope + last_slope) - 2.0 * rise
-    return step * first_slope + t * (2.0 * square + 3.0 * t * cube)
 
 
 @compiled(error_model="numpy")

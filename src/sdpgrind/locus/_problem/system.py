@@ -151,11 +151,15 @@ class System:
         """Whether a limit depends on a hidden state."""
         return bool(ca.depends_on(self._limit, self._x))
 
+    def _ends(self, values: Floats, first: int) -> tuple[Floats, Floats, Any]:
+        """Return the ranges of columns from index `first` on, and whether they are logarithmic."""
+        part = slice(first, first + values.shape[-1])
+        return self.low[part], self.high[part], self.logarithmic[part]
+
     def scaled(self, values: Any, first: int = 0) -> Floats:
-        """Scale values (..., k) of controls, or of hidden states from index `first` on, to 0..1."""
+        """Scale values (..., k) of controls, or from index `first` on of hidden states, to 0..1."""
         x = np.asarray(values, dtype=float)
-        part = slice(first, first + x.shape[-1])
-        low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
+        low, high, logarithmic = self._ends(x, first)
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.log(x / low) / np.log(high / low)
         places: Floats = np.where(logarithmic, ratio, (x - low) / (high - low))
@@ -164,8 +168,7 @@ class System:
     def unscaled(self, places: Any, first: int = 0) -> Floats:
         """Return the values of scaled places (..., k); inverse of `scaled`."""
         q = np.asarray(places, dtype=float)
-        part = slice(first, first + q.shape[-1])
-        low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
+        low, high, logarithmic = self._ends(q, first)
         safe = np.where(logarithmic, low, 1.0)
         grown = low * (np.where(logarithmic, high, 1.0) / safe) ** q
         values: Floats = np.where(logarithmic, grown, low + q * (high - low))
@@ -174,8 +177,7 @@ class System:
     def unscaled_slope(self, places: Any, first: int = 0) -> Floats:
         """Return the slopes (..., k) of the values by the places."""
         q = np.asarray(places, dtype=float)
-        part = slice(first, first + q.shape[-1])
-        low, high, logarithmic = self.low[part], self.high[part], self.logarithmic[part]
+        low, high, logarithmic = self._ends(q, first)
         safe = np.where(logarithmic, low, 1.0)
         grow = np.log(np.where(logarithmic, high, math.e) / safe)
         slopes: Floats = np.where(logarithmic, self.unscaled(q, first) * grow, high - low)

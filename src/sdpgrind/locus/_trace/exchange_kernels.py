@@ -4,7 +4,7 @@ import numpy as np
 
 from sdpgrind.base.compiled import compiled
 from sdpgrind.locus._trace.kkt_kernels import _gradient_row, _solve
-from sdpgrind.locus._trace.row_kernels import _made_unit
+from sdpgrind.locus._trace.row_kernels import _dot, _made_unit
 
 
 @compiled(error_model="numpy")
@@ -38,8 +38,12 @@ def _exchange(d, point, held, new, n, m, h, t):
     for r in range(others.size):
         _column(d, others[r], held, n, m, columns[r])
     _column(d, new, held, n, m, column)
-    rates = -columns @ column
-    if others.size == 0 or _solve(columns @ columns.T, rates) == 0.0:
+    gram, rates = np.empty((others.size, others.size)), np.empty(others.size)
+    for r in range(others.size):
+        rates[r] = -_dot(columns[r], column)
+        for q in range(others.size):
+            gram[r, q] = _dot(columns[r], columns[q])
+    if others.size == 0 or _solve(gram, rates) == 0.0:
         return -1
     first, grown = -1, np.inf
     for r in range(others.size):

@@ -18,7 +18,7 @@ GOOD = 1e-10  # chosen: residual of an accepted point that cannot be improved
 
 
 @compiled(error_model="numpy")
-def _sizes(kkt, n, m, h):
+def _sizes(n, m, h):
     """Return the number of outputs of the tape."""
     return (1 + m) * (1 + n + n * n + n * h + h)
 

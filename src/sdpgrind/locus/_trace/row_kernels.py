@@ -19,6 +19,12 @@ def _ahead(start, length, direction, out):
         out[k] = start[k] + length * direction[k]
 
 
+@compiled(inline="always")
+def _hermite(u, span):
+    """Return the cubic Hermite basis at the share `u` of an interval: value and slope at each end."""
+    return (1 + 2 * u) * (1 - u) ** 2, u * (1 - u) ** 2 * span, u * u * (3 - 2 * u), u * u * (u - 1) * span
+
+
 @compiled(error_model="numpy")
 def _dot(a, b):
     """Return the scalar product."""

@@ -15,8 +15,8 @@ from sdpgrind.locus._trace.kkt_kernels import (
 )
 from sdpgrind.locus._trace.row_kernels import _copied, _dot, _made_unit
 
+# chosen: barrier weight, first over the distance of the start from its limits, factor per round, last
 FIRST, SHRINK, LAST = 0.1, 0.03, 2e-12
-"""Barrier weight: first over the distance of the start from its limits, factor per round, last (chosen)."""
 LONGEST = 0.15  # chosen: step in scaled controls; a longer one may leave the valley
 LOW, NEAR = 1e-4, 0.05  # chosen: first barrier weight to try Newton's method, and its longest accepted way
 FLAT = 1e-8  # chosen: curvature that counts as 0
@@ -161,7 +161,7 @@ def _solved(factor, b):
         b[i] /= factor[i, i]
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy")
 def _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d, work_first, out):
     """Minimise cost plus barrier of this weight from `given`, in place."""
     hessian, factor, gradient, step = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty(n)
@@ -251,7 +251,7 @@ def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
     Positive: an isolated optimum; 0: several points are optimal; -inf: failed. From barrier weight `LOW` on
     Newton's method is tried; a far solution or one with a nearly vanishing multiplier is rejected.
     """
-    work, d, row = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h)), np.zeros(n + m + 2)
+    work, d, row = np.empty(work_size(kkt)), np.empty(_sizes(n, m, h)), np.zeros(n + m + 2)
     work_first, out, given = np.empty(work_size(first)), np.empty(1 + m), np.empty(n + h)
     _copied(start, given)
     _copied(hidden, given[n:])
@@ -260,23 +260,8 @@ def _best_point(kkt, first, n, m, h, hidden, t, start, point, held):
     weight = FIRST * _room(first, n, m, given, work_first, out)
     while True:
         last = weight <= LAST
-        _centre(
-            kkt,
-            first,
-            n,
-            m,
-            h,
-            hidden,
-            t,
-            weight,
-            1e-3 if last else 0.1,
-            given,
-            point,
-            work,
-            d,
-            work_first,
-            out,
-        )
+        close = 1e-3 if last else 0.1
+        _centre(kkt, first, n, m, h, hidden, t, weight, close, given, point, work, d, work_first, out)
         if weight <= LOW or last:
             _copied(given[:n], point)
             _evaluate(kkt, n, h, point, hidden, t, work, d)
@@ -321,7 +306,7 @@ def _room(first, n, m, given, work, out):
     return max(least, 1e-6)
 
 
-@compiled(inline="always")
+@compiled(error_model="numpy")
 def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
     """Solve the conditions from a guess, correcting the set; return the curvature, -inf: failed."""
     for _ in range(2 * (n + m) + 2):
@@ -336,7 +321,7 @@ def _crossed(kkt, n, m, h, hidden, t, row, point, held, work, d):
 @compiled(error_model="numpy")
 def reach(kkt, n, m, h, hidden, t, lattice):
     """Return a feasible place (n,) found from the least infeasible lattice points; NaN: none."""
-    work, d, point = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h)), np.zeros(n + m + 2)
+    work, d, point = np.empty(work_size(kkt)), np.empty(_sizes(n, m, h)), np.zeros(n + m + 2)
     point[n + m + 1] = hidden[t]
     worst = np.empty(lattice.shape[0])
     for k in range(worst.size):

@@ -7,10 +7,8 @@ from scipy.interpolate import CubicSpline
 
 from sdpgrind.base.checks import Floats
 
-SAME, APART = (
-    1e-12,
-    1e-9,
-)  # chosen: shares of a range; closer points are one, joints are separated by the second
+SAME = 1e-12  # chosen: share of the range up to which two points are one
+APART = 1e-9  # chosen: share of the range by which the points of a joint are separated
 
 
 def apart(

@@ -13,7 +13,7 @@ from sdpgrind.locus._trace.kkt_kernels import (
     _sizes,
     _solve,
 )
-from sdpgrind.locus._trace.row_kernels import _copied, _made_unit
+from sdpgrind.locus._trace.row_kernels import _copied, _hermite, _made_unit
 
 EXACT = 1e-11  # chosen: residual after one step; a larger one gets further steps
 
@@ -25,7 +25,7 @@ def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls,
     `along`: unit tangents; `pulls`: slopes of the Lagrangian by held controls over the cost's weight, or 0.
     """
     size, count, arc, segment = n + m + 2, points.shape[0], _lengths(nodes), 0
-    work, d, rows = _room(kkt, BLOCK), np.empty((BLOCK, _sizes(kkt, n, m, h))), np.empty((BLOCK, size))
+    work, d, rows = _room(kkt, BLOCK), np.empty((BLOCK, _sizes(n, m, h))), np.empty((BLOCK, size))
     a, b, single = np.empty((size, size)), np.empty(size), np.empty(work_size(kkt))
     for since in range(0, count, BLOCK):
         here = min(BLOCK, count - since)
@@ -41,22 +41,9 @@ def spread(kkt, n, m, h, hidden, t, held, nodes, tangents, points, along, pulls,
         for k in range(here):
             place = since + k
             residuals[place] = _finish(
-                kkt,
-                d[k],
-                points[place],
-                rows[k],
-                held,
-                n,
-                m,
-                h,
-                hidden,
-                t,
-                a,
-                b,
-                single,
-                along[place],
-                pulls[place],
-            )
+                kkt, d[k], points[place], rows[k], held, n, m, h, hidden, t, a, b, single,
+                along[place], pulls[place],
+            )  # fmt: skip
             curvatures[place] = _curvature(d[k], points[place], held, n, m)
 
 
@@ -77,12 +64,7 @@ def _cubic(nodes, tangents, arc, k, s, point, row):
     """Fill the Hermite guess of point and tangent at arclength s in segment k."""
     span = arc[k + 1] - arc[k]
     u = (s - arc[k]) / span if span > 0.0 else 0.0
-    a, b, c, e = (
-        (1 + 2 * u) * (1 - u) ** 2,
-        u * (1 - u) ** 2 * span,
-        u * u * (3 - 2 * u),
-        u * u * (u - 1) * span,
-    )
+    a, b, c, e = _hermite(u, span)
     for i in range(point.size):
         point[i] = a * nodes[k, i] + b * tangents[k, i] + c * nodes[k + 1, i] + e * tangents[k + 1, i]
         row[i] = (1 - u) * tangents[k, i] + u * tangents[k + 1, i]

@@ -77,7 +77,7 @@ class LocusTable:
         return float(max(self.key[0], self.key[-1]))
 
     def at(self, key: Any, *, out: Floats | None = None) -> Floats:
-        """Return the columns at a key (n,), in `out` if given, or at many (..., n), clamped; NaN is refused."""
+        """Return the clamped columns at a key (n,), in `out` if given, or at many (..., n); refuse NaN."""
         if type(key) is float:  # fast path of control loops
             if out is None:
                 out = np.empty(self.width)
@@ -97,7 +97,7 @@ class LocusTable:
         return outside if outside.ndim else bool(outside)
 
     def errors(self) -> Floats:
-        """Return the error bound h^4/384 |f''''| of each column (n,), from differences; inf: too few nodes."""
+        """Return the error bound h^4/384 |f''''| of each column (n,), by differences; inf: unknown."""
         widths = np.abs(np.diff(self.key))
         found: Floats = np.max(widths[:, None] ** 4 / 384.0 * self._fourth(), axis=0)
         return found

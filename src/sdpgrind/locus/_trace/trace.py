@@ -101,22 +101,9 @@ class Tracer:
         nodes, tangents = np.empty((MOST, n + m + 2)), np.empty((MOST, n + m + 2))
         sets, events = np.empty((MOST, n + m), dtype=np.int64), np.zeros((MOST, 2), dtype=np.int64)
         count = kernels.follow(
-            self.system.kkt_tape,
-            n,
-            m,
-            h,
-            self.hidden,
-            self.t,
-            point,
-            held,
-            rising,
-            low,
-            high,
-            nodes,
-            tangents,
-            sets,
-            events,
-        )
+            self.system.kkt_tape, n, m, h, self.hidden, self.t, point, held, rising, low, high,
+            nodes, tangents, sets, events,
+        )  # fmt: skip
         return list(_runs(nodes[:count], tangents[:count], sets[:count], events[:count]))
 
     def grow(self, point: Floats, held: Ints) -> Branch:

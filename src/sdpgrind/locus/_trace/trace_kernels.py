@@ -15,15 +15,13 @@ from sdpgrind.locus._trace.kkt_kernels import (
     _sizes,
     _tangent_at,
 )
-from sdpgrind.locus._trace.row_kernels import _ahead, _copied, _dot, _farthest
+from sdpgrind.locus._trace.row_kernels import _ahead, _copied, _dot, _farthest, _hermite
 
 NONE, LOW, HIGH, RELEASE, DROP, ADD, RANGE, INFEASIBLE, FOLD, BRANCH, LOST, FULL = range(12)
 """Events at a node. Up to ADD the set changes; from RANGE on the branch ends."""
 _NOTHING, _FIRST = np.int64(NONE), np.int64(0)  # literal integers would compile their callees a second time
-LONGEST, SHORTEST = (
-    0.06,
-    1e-9,
-)  # chosen: steps of arclength; longer ones skip events, shorter ones are rounding
+# chosen: first, longest, shortest step of arclength; longer ones skip events, shorter ones are rounding
+FIRST, LONGEST, SHORTEST = 0.02, 0.06, 1e-9
 NEAREST = 1e-6  # chosen: step near a crossing of branches at which an inexact event is accepted
 SLACKEN = 1e-10  # chosen: rounding of signs
 COSINE = 0.966  # derived: of 15 degrees, largest angle between neighbouring tangents
@@ -31,8 +29,9 @@ STEPS = 5  # chosen: Newton steps of a corrector; slower convergence shortens th
 
 
 @compiled(error_model="numpy")
-def _signs(d, point, tangent, determinant, held, low, high, rising, n, m, h, t, found):
-    """Fill what must stay >= 0: two per control, one per constraint, range, feasibility, fold, branch."""
+def _signs(model, limits, d, point, tangent, determinant, held, found):
+    """Fill values that must stay >= 0: of controls, constraints, range, feasibility, fold, branch."""
+    (_, n, m, h, _, t), (low, high, rising) = model, limits
     row = np.empty(point.size)
     for i in range(n):
         if held[i] == 0:
@@ -80,7 +79,7 @@ def _switch(kind, index, held, n):
 
 @compiled(inline="always")
 def _away(kind, index, was, d, point, tangent, n, m, h, t):
-    """Return the rate along the tangent of what an event changed; negative: out of the feasible region."""
+    """Return the rate of the changed quantity along the tangent; negative: out of the feasible region."""
     row = np.empty(point.size)
     if kind == RELEASE:
         return -was * tangent[index]
@@ -93,23 +92,34 @@ def _away(kind, index, was, d, point, tangent, n, m, h, t):
     return tangent[n + 1 + index]
 
 
+@compiled(error_model="numpy")
+def _corrected(model, held, start, length, direction, most, guess, point, tangent, work, d):
+    """Predict the point at a length along a direction, correct it by Newton's method, and fill its tangent.
+
+    Returns the steps taken, the residual, and the determinant of the bordered Jacobian.
+    """
+    kkt, n, m, h, hidden, t = model
+    _ahead(start, length, direction, guess)
+    _copied(guess, point)
+    taken, left = _newton(kkt, n, m, h, hidden, t, held, guess, direction, most, point, work, d)
+    return taken, left, _tangent_at(d, point, held, n, m, h, t, direction, tangent)
+
+
 @compiled(inline="always")
 def _locate(
-    kkt, n, m, h, hidden, t, held, low, high, rising, orientation, start, direction, k, left, right, span,
-    point, tangent, work, d, found,
-):  # fmt: skip
-    """Find the length at which sign k fails, by the Illinois rule; fill point and tangent there."""
+    model, limits, held, orientation, start, direction, k, left, right, span, point, tangent, work, d, found
+):
+    """Return the length at which sign k fails, by the Illinois rule."""
     a, b, fa, fb = 0.0, span, left, right
     s, side, guess = span, 0, np.empty(point.size)
     for _ in range(80):
         s = (a * fb - b * fa) / (fb - fa) if fb != fa else 0.5 * (a + b)
         if not a < s < b:
             s = 0.5 * (a + b)
-        _ahead(start, s, direction, guess)
-        _copied(guess, point)
-        _newton(kkt, n, m, h, hidden, t, held, guess, direction, np.int64(8), point, work, d)
-        determinant = _tangent_at(d, point, held, n, m, h, t, direction, tangent)
-        _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
+        determinant = _corrected(
+            model, held, start, s, direction, np.int64(8), guess, point, tangent, work, d
+        )[2]
+        _signs(model, limits, d, point, tangent, orientation * determinant, held, found)
         if abs(found[k]) <= 1e-15 or b - a <= 1e-15:
             break
         if found[k] > 0.0:
@@ -122,8 +132,28 @@ def _locate(
 
 
 @compiled(error_model="numpy")
-def _record(points, tangents, sets, events, count, point, tangent, held, kind, index):
+def _first_failed(model, limits, held, orientation, old, along, signs, old_signs, point, tangent, work, d):
+    """Return the sign that fails first between two points (-1: none), and the length there."""
+    failed, earliest, span = -1, np.inf, _advanced(old, point, along)
+    beyond, ahead = np.empty(point.size), np.empty(signs.size)
+    for k in range(signs.size):
+        if signs[k] < -SLACKEN * (1.0 if k < signs.size - 1 else 0.0):
+            if old_signs[k] <= 0.0:
+                where = 0.0
+            else:
+                where = _locate(
+                    model, limits, held, orientation, old, along, k, old_signs[k], signs[k], span,
+                    beyond, tangent, work, d, ahead,
+                )  # fmt: skip
+            if where < earliest:
+                failed, earliest = k, where
+    return failed, earliest
+
+
+@compiled(error_model="numpy")
+def _record(nodes, count, point, tangent, held, kind, index):
     """Write a node and return the count."""
+    points, tangents, sets, events = nodes
     _copied(point, points[count])
     _copied(tangent, tangents[count])
     _copied(held, sets[count])
@@ -140,6 +170,40 @@ def _advanced(old, point, along):
     return total
 
 
+@compiled(inline="always")
+def _exact(kind, failed, point, n, m, low, high):
+    """Return the event, INFEASIBLE at a vanished weight of the cost; put a point exactly on the range."""
+    if kind == FOLD and point[n] < 1e-6:
+        return INFEASIBLE
+    if kind == RANGE:  # all branches end at one place
+        point[point.size - 1] = low if failed == 2 * n + m else high
+    return kind
+
+
+@compiled(error_model="numpy")
+def _passed(model, kind, index, d, point, held, along, rising, tangent):
+    """Change the set by an event and turn the tangent.
+
+    Returns the end of the branch (NONE: it continues) and the determinant of the bordered Jacobian.
+    """
+    _, n, m, h, _, t = model
+    was = held[index] if index < n else 0
+    _switch(kind, index, held, n)
+    bent, exchanged = _curvature(d, point, held, n, m), False
+    if bent == -np.inf and kind in (LOW, HIGH, ADD):
+        exchanged = _exchange(d, point, held, n + index if kind == ADD else index, n, m, h, t) >= 0
+        if not exchanged:
+            return INFEASIBLE, 0.0
+        bent = _curvature(d, point, held, n, m)
+    if bent <= 0.0:
+        return FOLD, 0.0
+    along[:] = 0.0
+    along[point.size - 1] = rising
+    determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
+    turned = not exchanged and _away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0
+    return (FOLD if determinant == 0.0 or turned else NONE), determinant
+
+
 @compiled(error_model="numpy")
 def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points, tangents, sets, events):
     """Follow the branch through `first` in the direction of rising (1) or falling (-1) hidden state.
@@ -147,112 +211,73 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
     Fills `points`, `tangents` (k, n + m + 2), `sets` (k, n + m), `events` (k, 2) of kind and index; a change
     of the set gives a node per set. Returns the number of nodes; the last event ends the branch.
     """
-    size = n + m + 2
-    work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
+    size, model, limits = n + m + 2, (kkt, n, m, h, hidden, t), (low, high, rising)
+    nodes = (points, tangents, sets, events)
+    work, d = np.empty(work_size(kkt)), np.empty(_sizes(n, m, h))
     point, tangent, held = first.copy(), np.zeros(size), first_held.copy()
     old, along, guess = np.empty(size), np.zeros(size), np.empty(size)
-    old_signs, found, ahead = np.empty(2 * n + m + 5), np.empty(2 * n + m + 5), np.empty(2 * n + m + 5)
+    signs, old_signs = np.empty(2 * n + m + 5), np.empty(2 * n + m + 5)
     along[size - 1] = rising
     _evaluate(kkt, n, h, point, hidden, t, work, d)
     determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
     orientation = 1.0 if determinant > 0.0 else -1.0
-    _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
-    count = _record(points, tangents, sets, events, _FIRST, point, tangent, held, _NOTHING, _FIRST)
-    step, suspected = 0.02, LOST
+    _signs(model, limits, d, point, tangent, orientation * determinant, held, old_signs)
+    count = _record(nodes, _FIRST, point, tangent, held, _NOTHING, _FIRST)
+    step, suspected = FIRST, LOST
     while count < points.shape[0] - 2:
         _copied(point, old)
         _copied(tangent, along)
-        _ahead(old, step, along, guess)
-        _copied(guess, point)
-        taken, left = _newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(STEPS), point, work, d)
-        if left <= GOOD:
-            determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
-        if (
-            left > GOOD
-            or determinant == 0.0
-            or _dot(tangent, along) < COSINE
-            or _farthest(point, guess) > step
-        ):
+        taken, left, determinant = _corrected(
+            model, held, old, step, along, np.int64(STEPS), guess, point, tangent, work, d
+        )
+        leaps = left > GOOD or _farthest(point, guess) > step
+        if leaps or determinant == 0.0 or _dot(tangent, along) < COSINE:
             step *= 0.4
             _copied(old, point)
             _copied(along, tangent)
             if step < SHORTEST:
-                return _record(
-                    points, tangents, sets, events, count, point, tangent, held, np.int64(suspected), _FIRST
-                )
+                return _record(nodes, count, point, tangent, held, np.int64(suspected), _FIRST)
             continue
-        _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, found)
-        failed, earliest, span = -1, np.inf, _advanced(old, point, along)
-        for k in range(found.size):
-            if found[k] < -SLACKEN * (1.0 if k < found.size - 1 else 0.0):
-                if old_signs[k] <= 0.0:
-                    where = 0.0
-                else:
-                    where = _locate(
-                        kkt, n, m, h, hidden, t, held, low, high, rising, orientation, old, along, k, old_signs[k], found[k],
-                        span, guess, tangent, work, d, ahead,
-                    )  # fmt: skip
-                if where < earliest:
-                    failed, earliest = k, where
+        _signs(model, limits, d, point, tangent, orientation * determinant, held, signs)
+        failed, earliest = _first_failed(
+            model, limits, held, orientation, old, along, signs, old_signs, point, tangent, work, d
+        )
         if failed < 0:
-            _copied(found, old_signs)
-            count = _record(points, tangents, sets, events, count, point, tangent, held, _NOTHING, _FIRST)
+            _copied(signs, old_signs)
+            count = _record(nodes, count, point, tangent, held, _NOTHING, _FIRST)
             step = min(LONGEST, step * (2.0 if taken <= 3 else 1.2))
             continue
-        _ahead(old, earliest, along, guess)
-        _copied(guess, point)
-        left = _newton(kkt, n, m, h, hidden, t, held, guess, along, np.int64(8), point, work, d)[1]
-        determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
+        _, left, determinant = _corrected(
+            model, held, old, earliest, along, np.int64(8), guess, point, tangent, work, d
+        )
         kind, index = _event_of(failed, held, n, m)
         if left > GOOD or _farthest(point, guess) > step or not _dot(tangent, along) >= COSINE:
             _copied(old, point)
             _copied(along, tangent)
-            # Newton's method may reach another branch near a crossing; a smaller step does not
-            if step > NEAREST:
+            if step > NEAREST:  # near a crossing Newton's method may reach another branch
                 step *= 0.4
                 suspected = kind if kind in (FOLD, BRANCH) else LOST
                 continue
             _evaluate(kkt, n, h, point, hidden, t, work, d)
-        if kind == FOLD and point[n] < 1e-6:
-            kind = INFEASIBLE
-        if kind == RANGE:  # exact: all branches end at one place
-            point[size - 1] = low if failed == 2 * n + m else high
-        count = _record(
-            points, tangents, sets, events, count, point, tangent, held, np.int64(kind), np.int64(index)
-        )
+        kind = _exact(kind, failed, point, n, m, low, high)
+        count = _record(nodes, count, point, tangent, held, np.int64(kind), np.int64(index))
         if kind >= RANGE:
             return count
-        was = held[index] if index < n else 0
-        _switch(kind, index, held, n)
-        bent, exchanged = _curvature(d, point, held, n, m), False
-        if bent == -np.inf and kind in (LOW, HIGH, ADD):
-            exchanged = _exchange(d, point, held, n + index if kind == ADD else index, n, m, h, t) >= 0
-            if not exchanged:
-                events[count - 1, 0] = INFEASIBLE
-                return count
-            bent = _curvature(d, point, held, n, m)
-        if bent <= 0.0:
-            events[count - 1, 0] = FOLD
-            return count
-        along[:] = 0.0
-        along[size - 1] = rising
-        determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
-        if determinant == 0.0 or (
-            not exchanged and _away(kind, index, was, d, point, tangent, n, m, h, t) < 0.0
-        ):
-            events[count - 1, 0] = FOLD
+        end, determinant = _passed(model, kind, index, d, point, held, along, rising, tangent)
+        if end != NONE:
+            events[count - 1, 0] = end
             return count
         orientation = 1.0 if determinant > 0.0 else -1.0
-        _signs(d, point, tangent, orientation * determinant, held, low, high, rising, n, m, h, t, old_signs)
-        count = _record(points, tangents, sets, events, count, point, tangent, held, _NOTHING, _FIRST)
-        step = 0.02
-    return _record(points, tangents, sets, events, count, point, tangent, held, np.int64(FULL), _FIRST)
+        _signs(model, limits, d, point, tangent, orientation * determinant, held, old_signs)
+        count = _record(nodes, count, point, tangent, held, _NOTHING, _FIRST)
+        step = FIRST
+    return _record(nodes, count, point, tangent, held, np.int64(FULL), _FIRST)
 
 
 @compiled(error_model="numpy")
 def settle_at(kkt, n, m, h, hidden, t, held, point, most):
     """Solve the conditions at the point's own hidden state, in place; return the residual."""
-    work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
+    work, d = np.empty(work_size(kkt)), np.empty(_sizes(n, m, h))
     anchor, row = point.copy(), np.zeros(point.size)
     row[point.size - 1] = 1.0
     return _newton(kkt, n, m, h, hidden, t, held, anchor, row, most, point, work, d)[1]
@@ -283,12 +308,7 @@ def between(left, right, along_left, along_right, place, point):
     span, low, high = np.sqrt(total), 0.0, 1.0
     for _ in range(54):
         u = 0.5 * (low + high)
-        a, b, c, e = (
-            (1 + 2 * u) * (1 - u) ** 2,
-            u * (1 - u) ** 2 * span,
-            u * u * (3 - 2 * u),
-            u * u * (u - 1) * span,
-        )
+        a, b, c, e = _hermite(u, span)
         if a * left[last] + b * along_left[last] + c * right[last] + e * along_right[last] < place:
             low = u
         else:
@@ -302,6 +322,6 @@ def between(left, right, along_left, along_right, place, point):
 @compiled(error_model="numpy")
 def tangent_of(kkt, n, m, h, hidden, t, held, point, along, tangent):
     """Fill the unit tangent at a point of the curve, on the side of `along`."""
-    work, d = np.empty(work_size(kkt)), np.empty(_sizes(kkt, n, m, h))
+    work, d = np.empty(work_size(kkt)), np.empty(_sizes(n, m, h))
     _evaluate(kkt, n, h, point, hidden, t, work, d)
     _tangent_at(d, point, held, n, m, h, t, along, tangent)

@@ -11,6 +11,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
+from sdpgrind.locus._path.calibration import hidden_ranges
 from sdpgrind.locus._path.stretch import Stretch
 from sdpgrind.locus.gains._drift import ROOM, Drift
 from sdpgrind.locus.gains._gain_schedule import GainSchedule
@@ -137,21 +138,8 @@ class GainDesign(Frozen):
         gain, kp, kd : float
             Integral, proportional and derivative gain, in units of the coordinate over those of the response.
         """
-        pid = Pid(gain, kp, kd)
-        low, high = self._places
-        s = np.linspace(low, high, 513)
-        inside = self._radius(s, pid) < 1
-        turns = np.flatnonzero(np.diff(inside))
-        a, b, first = s[turns], s[turns + 1], inside[turns]
-        for _ in range(50 if turns.size else 0):
-            middle = 0.5 * (a + b)
-            same = (self._radius(middle, pid) < 1) == first
-            a, b = np.where(same, middle, a), np.where(same, b, middle)
-        cuts = np.array([low, *(0.5 * (a + b)), high])
-        kept = [
-            sorted(self._hidden(cuts[k : k + 2])) for k in range(len(cuts) - 1) if inside[0] == (k % 2 == 0)
-        ]
-        return tuple((a, b) for a, b in sorted(kept))
+        pid, s = Pid(gain, kp, kd), np.linspace(*self._places, 513)
+        return hidden_ranges(lambda s: self._radius(s, pid) < 1, s, self._hidden, 50)
 
     def radius(
         self,
@@ -196,8 +184,8 @@ class GainDesign(Frozen):
     def _radius(self, s: Floats, pid: Pid) -> Floats:
         return radius(self.slope_at(s), pid)
 
-    def _hidden(self, s: Floats) -> list[float]:
-        return [float(x) for x in self.stretch.rows(s)[:, len(self.stretch.names)]]
+    def _hidden(self, s: Floats) -> Floats:
+        return self.stretch.rows(s)[:, len(self.stretch.names)]
 
     @property
     def _places(self) -> tuple[float, float]:

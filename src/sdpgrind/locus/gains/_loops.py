@@ -45,7 +45,7 @@ def radius(slope: Floats, pid: Pid) -> Floats:
 def lagged_map(limit: tuple[float, float], response: tuple[float, float], pid: Pid, lag: Lag) -> Floats:
     """Return the loop map (5, 5) by its state: actual coordinate, reading, command, last two errors.
 
-    Slopes of limit and response are pairs: by the lagging coordinate, and by what follows at once. A limit
+    Slopes of limit and response are pairs: by the lagging coordinate, and by the other controls. A limit
     taken at the command has no slope of the first kind.
     """
     A = np.zeros((3, 3))  # actual, reading, and the held command
