@@ -161,6 +161,31 @@ def _record(nodes, count, point, tangent, held, kind, index):
     return count + 1
 
 
+@compiled(error_model="numpy")
+def _begun(model, limits, nodes, count, determinant, d, point, tangent, held, signs):
+    """Fill the signs at the first node of a run and write it; return the orientation and the count."""
+    orientation = 1.0 if determinant > 0.0 else -1.0
+    _signs(model, limits, d, point, tangent, orientation * determinant, held, signs)
+    return orientation, _record(nodes, count, point, tangent, held, _NOTHING, _FIRST)
+
+
+@compiled(error_model="numpy")
+def _met(model, held, failed, old, length, along, step, guess, point, tangent, work, d):
+    """Go to the event of a failed sign at a length; return its kind, index, and whether it is on the branch.
+
+    Elsewhere the point stays at `old`.
+    """
+    kkt, n, m, h, hidden, t = model
+    left = _corrected(model, held, old, length, along, np.int64(8), guess, point, tangent, work, d)[1]
+    kind, index = _event_of(failed, held, n, m)
+    met = not (left > GOOD or _farthest(point, guess) > step) and _dot(tangent, along) >= COSINE
+    if not met:
+        _copied(old, point)
+        _copied(along, tangent)
+        _evaluate(kkt, n, h, point, hidden, t, work, d)
+    return kind, index, met
+
+
 @compiled(inline="always")
 def _advanced(old, point, along):
     """Return the length from one point to another along a direction."""
@@ -220,9 +245,7 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
     along[size - 1] = rising
     _evaluate(kkt, n, h, point, hidden, t, work, d)
     determinant = _tangent_at(d, point, held, n, m, h, t, along, tangent)
-    orientation = 1.0 if determinant > 0.0 else -1.0
-    _signs(model, limits, d, point, tangent, orientation * determinant, held, old_signs)
-    count = _record(nodes, _FIRST, point, tangent, held, _NOTHING, _FIRST)
+    orientation, count = _begun(model, limits, nodes, _FIRST, determinant, d, point, tangent, held, old_signs)
     step, suspected = FIRST, LOST
     while count < points.shape[0] - 2:
         _copied(point, old)
@@ -247,18 +270,13 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
             count = _record(nodes, count, point, tangent, held, _NOTHING, _FIRST)
             step = min(LONGEST, step * (2.0 if taken <= 3 else 1.2))
             continue
-        _, left, determinant = _corrected(
-            model, held, old, earliest, along, np.int64(8), guess, point, tangent, work, d
+        kind, index, met = _met(
+            model, held, failed, old, earliest, along, step, guess, point, tangent, work, d
         )
-        kind, index = _event_of(failed, held, n, m)
-        if left > GOOD or _farthest(point, guess) > step or not _dot(tangent, along) >= COSINE:
-            _copied(old, point)
-            _copied(along, tangent)
-            if step > NEAREST:  # near a crossing Newton's method may reach another branch
-                step *= 0.4
-                suspected = kind if kind in (FOLD, BRANCH) else LOST
-                continue
-            _evaluate(kkt, n, h, point, hidden, t, work, d)
+        if not met and step > NEAREST:  # near a crossing Newton's method may reach another branch
+            step *= 0.4
+            suspected = kind if kind in (FOLD, BRANCH) else LOST
+            continue
         kind = _exact(kind, failed, point, n, m, low, high)
         count = _record(nodes, count, point, tangent, held, np.int64(kind), np.int64(index))
         if kind >= RANGE:
@@ -267,9 +285,9 @@ def follow(kkt, n, m, h, hidden, t, first, first_held, rising, low, high, points
         if end != NONE:
             events[count - 1, 0] = end
             return count
-        orientation = 1.0 if determinant > 0.0 else -1.0
-        _signs(model, limits, d, point, tangent, orientation * determinant, held, old_signs)
-        count = _record(nodes, count, point, tangent, held, _NOTHING, _FIRST)
+        orientation, count = _begun(
+            model, limits, nodes, count, determinant, d, point, tangent, held, old_signs
+        )
         step = FIRST
     return _record(nodes, count, point, tangent, held, np.int64(FULL), _FIRST)
 
