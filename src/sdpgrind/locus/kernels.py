@@ -3,7 +3,8 @@
 ``look_up(table.packed, key, out)`` fills ``out`` with the columns of a `Locus.table` at a key.
 ``retrieve(inversion.packed, controls, measured, out)`` fills it with hidden state and optimal controls for a
 response measured at ``controls`` (tuple of floats, or array). Both return ``INSIDE``, ``BELOW`` or ``ABOVE``
-(clamped), or ``NO_KEY``. `best_rates` within `Ranges` is the burn-free optimum of a simulated grinder.; `GroundPart` is a part on it.
+(clamped), or ``NO_KEY``. `best_rates` within `Ranges` is the burn-free optimum of a simulated
+grinder; `GroundPart` is a part on it.
 """
 
 from sdpgrind.locus._curve.inversion_kernels import retrieve

@@ -89,7 +89,7 @@ class LocusController(Walking, Described):
     Raises
     ------
     ValueError
-        When the gain is unstable in the range, the range contains a fold or a jump, or `along` is not unique.
+        When the gain is unstable in the range, the range has a fold or a jump, or `along` turns in it.
 
     Warns
     -----

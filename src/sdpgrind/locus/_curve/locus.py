@@ -276,7 +276,7 @@ class Locus(Plan):
         Raises
         ------
         ValueError
-            When the range has a fold, a jump, a part without active constraint, or `along` is not unique.
+            When the range has a fold, a jump, a part without active constraint, or `along` turns in it.
         """
         from sdpgrind.locus._curve.stretch import stretch
 
