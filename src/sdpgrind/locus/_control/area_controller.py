@@ -22,9 +22,9 @@ class AreaController(Stateful, Described):
     The coordinates of the loop are the estimated hidden states; the controls are optimal for the estimate.
     Along the optima the slacks change with these coordinates like the responses with the hidden states, E_s.
     The gain matrix is ``theta`` times the inverse of E_s (see `decoupling_gains`): each sample removes the
-    share theta of all errors, and no constraint disturbs another. The error of an active constraint is limit
-    - reading, free of errors of the response model; the error of an inactive one is model - reading. The
-    estimate is clamped to the ranges of the hidden states, without wind-up.
+    share theta of all errors, and no constraint disturbs another. The reading of an active constraint is
+    compared with its limit, free of errors of the response model, that of an inactive one with the model.
+    The estimate is clamped to the ranges of the hidden states, without wind-up.
 
     Parameters
     ----------

@@ -214,7 +214,7 @@ class GainDesign(Frozen):
         rate : float
             Largest change of the hidden state between two readings, in its unit.
         gain : float or GainSchedule, optional
-            Integral gain, with its overshoot, without `kp` and `kd`. None: the recommended one.
+            Integral gain; the margin covers its overshoot, no `kp` and `kd`. None: the recommended one.
 
         Raises
         ------
