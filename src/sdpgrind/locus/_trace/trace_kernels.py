@@ -161,7 +161,7 @@ def _record(nodes, count, point, tangent, held, kind, index):
     return count + 1
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _begun(model, limits, nodes, count, determinant, d, point, tangent, held, signs):
     """Fill the signs at the first node of a run and write it; return the orientation and the count."""
     orientation = 1.0 if determinant > 0.0 else -1.0
@@ -169,7 +169,7 @@ def _begun(model, limits, nodes, count, determinant, d, point, tangent, held, si
     return orientation, _record(nodes, count, point, tangent, held, _NOTHING, _FIRST)
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _met(model, held, failed, old, length, along, step, guess, point, tangent, work, d):
     """Go to the event of a failed sign at a length; return its kind, index, and whether it is on the branch.
 
