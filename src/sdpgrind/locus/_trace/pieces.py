@@ -86,6 +86,8 @@ class Piece:
         Events at the least and greatest hidden state.
     table : Columns
         Points by rising hidden state (units of the problem).
+    held : array (n + m,)
+        -1, 1: control at its least, greatest value; 1: constraint active; else 0.
     """
 
     kind: str

@@ -24,7 +24,7 @@ ROUNDING = 1e-6  # chosen: share by which a gain may exceed the violation-free o
 
 @dataclass(frozen=True, eq=False)
 class GainDesign(Frozen):
-    """Limits and properties of gains over a range of the hidden state, from `design_gain`.
+    """Limits and properties of gains on a stretch, over a range of the hidden state; from `design_gain`.
 
     A gain k >= 0 has the units of the coordinate over those of the response. The controller moves the
     coordinate by k (limit - response) in the direction of falling slack.
