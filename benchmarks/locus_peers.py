@@ -43,7 +43,7 @@ def slsqp(scaled: Scaled) -> Callable[[], np.ndarray]:
     system, kkt = scaled.system, scaled.system.kkt_tape
     n, m = system.n, system.m
     f, point = 1 + m, np.zeros(n + m + 2)
-    d, work, hidden = np.empty(sizes(kkt, n, m, 1)), np.empty(work_size(kkt)), np.zeros(1)
+    d, work, hidden = np.empty(sizes(n, m, 1)), np.empty(work_size(kkt)), np.zeros(1)
 
     def at(q: np.ndarray) -> np.ndarray:
         if not np.array_equal(point[:n], q):
