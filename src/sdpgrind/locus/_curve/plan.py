@@ -41,8 +41,7 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
     Raises
     ------
     ValueError
-        When hidden states outnumber constraints, a slope by a hidden state changes sign, or nothing is
-        feasible.
+        When hidden states outnumber constraints, a slope by a state changes sign, or all is infeasible.
 
     Examples
     --------

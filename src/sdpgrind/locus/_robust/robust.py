@@ -130,8 +130,7 @@ def robust_locus(
     Parameters
     ----------
     samples : sequence of Problem
-        Two or more; same two controls, one hidden state, one constraint with the same limit. The first:
-        nominal.
+        Two or more, with the same two controls, hidden state and limit; the first is nominal.
     along : str
         Coordinate: a control, single-valued on the locus of every sample.
     objective : {"mean", "worst"}

@@ -30,8 +30,7 @@ def _multiplier(d, point, k, held, n, m, h, t):
 def _exchange(d, point, held, new, n, m, h, t):
     """Release the member whose multiplier vanishes first as that of the new one grows; return its index.
 
-    The gradient of the new member depends on the others. Multipliers move to that point. -1: infeasible
-    beyond.
+    The gradient of the new member depends on the others. Multipliers move to that point. -1: none vanishes.
     """
     others = _held_but(held, new)
     columns, column = np.empty((others.size, n)), np.empty(n)

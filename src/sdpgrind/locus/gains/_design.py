@@ -44,8 +44,7 @@ def design_gain(
     Raises
     ------
     ValueError
-        When the range has a fold or a jump, `along` turns in it, or the start violates the limit in the
-        range.
+        When the range has a fold or a jump, `along` turns in it, or the start violates the limit in it.
 
     Examples
     --------

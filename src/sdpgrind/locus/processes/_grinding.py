@@ -35,8 +35,7 @@ class Grinding(Described):
     * Cost -Z', with the specific removal rate Z' = v_w a = pi d_w v_f, mm^2/s, linear in the infeed rate.
     * Constraint ``grinding_power`` <= burning power, both over the whole width, W.
     * With a `roughness`: constraint ``roughness`` (mm), hidden state ``dressing_state``. It only caps Z'; on
-      the cap every work speed with spare burning power is optimal. `DressedGrinding` makes the dressing lead
-      a control.
+      the cap every work speed with spare burning power is optimal; see `DressedGrinding`.
 
     Parameters
     ----------
