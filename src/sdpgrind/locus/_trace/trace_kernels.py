@@ -131,7 +131,7 @@ def _locate(
     return s
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _first_failed(model, limits, held, orientation, old, along, signs, old_signs, point, tangent, work, d):
     """Return the sign that fails first between two points (-1: none), and the length there."""
     failed, earliest, span = -1, np.inf, _advanced(old, point, along)
@@ -205,7 +205,7 @@ def _exact(kind, failed, point, n, m, low, high):
     return kind
 
 
-@compiled(error_model="numpy")
+@compiled(inline="always")
 def _passed(model, kind, index, d, point, held, along, rising, tangent):
     """Change the set by an event and turn the tangent.
 
