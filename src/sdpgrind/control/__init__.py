@@ -1,7 +1,4 @@
-"""Sampled control, shared by the areas: exact sampling, margins, laws that do not wind up.
-
-Thin over `scipy`: what is here is what the areas need beyond it.
-"""
+"""Sampled control shared by the areas: exact sampling, margins, laws with anti-windup."""
 
 from sdpgrind.base import faces
 

@@ -1,4 +1,4 @@
-"""Compiled step of a sampled feedback law that knows what its command became, and the quantiser."""
+"""Compiled step of a sampled feedback law with anti-windup, and the quantiser."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from sdpgrind.base.compiled import compiled
 
 
 class LawCore(NamedTuple):
-    """u = C x + D e; x' = A x + B e + L (u applied - u): `L` tells the state what limits left of the command."""
+    """u = C x + D e; x' = A x + B e + L (u applied - u): `L` feeds back what limits cut off the command."""
 
     A: Floats
     B: Floats
@@ -29,7 +29,7 @@ def law_output(core, state, error):
 
 @compiled
 def law_update(core, state, error, missed, work):
-    """Advance the state of a law in place; `missed` is the command applied less the one asked for."""
+    """Advance the state of a law in place; `missed` is the applied minus the requested command."""
     order = core.B.size
     for i in range(order):
         total = core.B[i] * error + core.L[i] * missed
@@ -42,7 +42,7 @@ def law_update(core, state, error, missed, work):
 
 @compiled
 def quantised(value, quantum):
-    """Nearest whole multiple of a quantum; the value itself where the quantum is 0."""
+    """Round to the nearest multiple of `quantum`; 0: no rounding."""
     if quantum <= 0.0:
         return value
     return quantum * np.floor(value / quantum + 0.5)

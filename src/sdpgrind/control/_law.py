@@ -1,4 +1,4 @@
-"""A sampled feedback law that is told what limits left of its command: anti-windup in one form for all laws."""
+"""Sampled feedback law with anti-windup: the applied command is fed back into its state."""
 
 import dataclasses
 
@@ -14,21 +14,21 @@ from sdpgrind.control._sampled import Sampled, same_sample_time
 class Law:
     """Feedback law u = C x + D e, x' = A x + B e + L (applied u - u), in the units of its user.
 
-    The last term makes the state agree with the command that limits let through, so that nothing winds up and the
-    law goes on without a bump.
+    The last term makes the state consistent with the applied command: no windup, and no bump on return from a
+    limit.
 
     Parameters
     ----------
     system : Sampled
         The linear law from error to command.
     L : array, (n,)
-        What a command that was not applied changes in the state.
+        Anti-windup gain: change of the state per unit of command that was cut off.
 
     Examples
     --------
     >>> integrator = Sampled([[1.0]], [1.0], [0.5], 0.75, 0.1)
-    >>> law = Law(integrator, [1 / 0.5])  # the command's shortfall taken out of the sum of errors
-    >>> law.simulate([10.0, 10.0, -10.0], high=1.0).tolist()  # no winding up: it turns at once
+    >>> law = Law(integrator, [1 / 0.5])  # back-calculation
+    >>> law.simulate([10.0, 10.0, -10.0], high=1.0).tolist()  # no windup: the command reverses at once
     [1.0, 1.0, -9.0]
     """
 
@@ -43,10 +43,9 @@ class Law:
 
     @classmethod
     def internal_model(cls, model: Sampled, filter: Sampled) -> "Law":
-        """Return the law that feeds back through `filter` only what `model` of the plant did not foresee.
+        """Return the internal-model law C = Q/(1 - P Q), in units of command over error.
 
-        This is C = Q/(1 - P Q) of the Q-parametrisation; the model is driven by the command that was applied, so
-        limits wind nothing up (units: command over error).
+        The applied command drives the internal model: limits cause no windup.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""How good and how robust a sampled loop is: margins, peaks of sensitivity, bandwidths that cannot be gamed."""
+"""Performance and robustness of a sampled loop: margins, peaks of sensitivity, bandwidths."""
 
 import dataclasses
 from collections.abc import Callable
@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.control._sampled import Sampled
 
-HALF_POWER = 0.5**0.5
-_POINTS = 3000
+HALF_POWER = 0.5**0.5  # derived: gain of half the power
+_POINTS = 3000  # chosen: fewer frequencies miss narrow peaks, more cost time
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,9 +21,9 @@ class Margins:
     Attributes
     ----------
     gain_margin : float
-        By how much the loop gain can grow, dimensionless (inf: by any factor).
+        Factor by which the loop gain may grow before instability, dimensionless. inf: any factor.
     phase_margin : float
-        By how much the phase can lag more, rad.
+        Additional phase lag before instability, rad.
     sensitivity_peak, complementary_peak : float
         Ms = max abs(S) and Mt = max abs(T), dimensionless.
     bandwidth : float
@@ -31,7 +31,7 @@ class Margins:
     sensitivity_bandwidth, tracking_bandwidth : float
         Where abs(S) first rises above and abs(T) first falls below 0.7071, rad/s.
     runout_response : float
-        Largest response to disc runout over the band asked for, force per force, dimensionless; NaN when not asked for.
+        Largest response to disk runout over a given band, force per force, dimensionless. NaN: no band given.
     stable : bool
         Whether all poles of the closed loop are inside the unit circle.
     """
@@ -55,8 +55,10 @@ class Margins:
         hertz, state = 2 * pi, "stable" if self.stable else "UNSTABLE"
         return (
             f"{state}: GM {self.gain_margin_db:.2f} dB, PM {np.degrees(self.phase_margin):.1f} deg, "
-            f"Ms {self.sensitivity_peak:.2f}, Mt {self.complementary_peak:.2f}, f_b {self.bandwidth / hertz:.2f} Hz, "
-            f"-3 dB of T {self.tracking_bandwidth / hertz:.2f} Hz, of S {self.sensitivity_bandwidth / hertz:.2f} Hz, "
+            f"Ms {self.sensitivity_peak:.2f}, Mt {self.complementary_peak:.2f}, "
+            f"f_b {self.bandwidth / hertz:.2f} Hz, "
+            f"-3 dB of T {self.tracking_bandwidth / hertz:.2f} Hz, "
+            f"of S {self.sensitivity_bandwidth / hertz:.2f} Hz, "
             f"runout {self.runout_response:.3f}"
         )
 
@@ -92,7 +94,7 @@ def loop_margins(loop: Sampled) -> Margins:
 
 
 def grid(sample_time: float, points: int = _POINTS) -> Floats:
-    """Angular frequencies (rad/s) up to half the sampling rate: logarithmic low down, even above."""
+    """Angular frequencies up to half the sampling rate, rad/s: logarithmic below, uniform above."""
     top = pi / sample_time
     low = np.geomspace(1e-5 * top, 0.1 * top, points // 2, endpoint=False)
     return np.concatenate([low, np.linspace(0.1 * top, top, points - points // 2)])
@@ -104,7 +106,7 @@ def slope_bandwidth(frequency: Floats, sensitivity: Floats) -> float:
     Parameters
     ----------
     frequency : array
-        Angular frequencies, increasing, rad/s; where the last one is within the limit, it is the answer.
+        Angular frequencies, increasing, rad/s. The last one bounds the result.
     sensitivity : array
         abs(S) there, dimensionless.
 
@@ -118,7 +120,7 @@ def slope_bandwidth(frequency: Floats, sensitivity: Floats) -> float:
 
 
 def _first(frequency: Floats, above: Floats) -> float:
-    """First frequency where `above` turns positive, on a straight line between grid points; inf where it never does."""
+    """First frequency where `above` turns positive, by linear interpolation; inf: never."""
     found = np.flatnonzero(above > 0)
     if not found.size:
         return inf

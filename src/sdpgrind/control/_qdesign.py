@@ -1,4 +1,4 @@
-"""The best linear feedback that there is: convex design over all stabilising laws of a stable sampled plant."""
+"""Linear feedback of the largest bandwidth: convex design over the stabilising laws of a stable plant."""
 
 import importlib
 import warnings
@@ -15,14 +15,13 @@ from sdpgrind.base.quantities import Described, custom, described, quantity
 from sdpgrind.control._margins import HALF_POWER
 from sdpgrind.control._sampled import Sampled
 
-_GRID = 220
-_SLACK = 5e-4
-"""Constraints are held tighter by this share on the grid of the design, so that they hold between its points."""
+_GRID = 220  # chosen: fewer frequencies violate the limits between them, more cost solver time
+_SLACK = 5e-4  # chosen: relative tightening of the limits on the grid, so that they hold between its points
 
 
 @described()
 class QLimits(Described):
-    """What a feedback design must keep.
+    """Constraints of a feedback design.
 
     Parameters
     ----------
@@ -31,11 +30,11 @@ class QLimits(Described):
     complementary_max : float
         Mt, largest abs(T), unit 1.
     frequency : array
-        Angular frequencies at which the law's own gain abs(C S) is limited, rad/s.
+        Angular frequencies at which abs(C S) is limited, rad/s.
     weight : array
-        What abs(C S) is multiplied by there, in units of output over command.
+        Weights on abs(C S) there, in units of output over command.
     weighted_max : float
-        Limit of the product, unit 1.
+        Limit of the weighted abs(C S), unit 1.
 
     Examples
     --------
@@ -59,17 +58,17 @@ def q_design(
 ) -> tuple[Sampled, float]:
     """Return the filter Q of the largest bandwidth, and that bandwidth, by bisection over convex problems.
 
-    T = P Q, S = 1 - P Q, C = Q/(1 - P Q); Q has `taps` coefficients whose sum is 1/P(1). The bandwidth is the largest f with
-    abs(S(v)) <= 0.7071 v/f for all v <= f. cvxpy states the problems, Clarabel solves them.
+    T = P Q, S = 1 - P Q, C = Q/(1 - P Q); Q has `taps` coefficients whose sum is 1/P(1). The bandwidth is the
+    largest f with abs(S(v)) <= 0.7071 v/f for all v <= f. cvxpy states the problems, Clarabel solves them.
 
     Parameters
     ----------
     plant : Sampled
         Stable plant with all delays.
     limits : QLimits, optional
-        What must be kept.
+        Constraints. Default: ``QLimits()``.
     taps : int
-        Number of coefficients, a whole number; the result grows with it to a limit.
+        Number of coefficients, a whole number; the bandwidth grows with it to a limit.
     tolerance : float
         Relative width at which the bisection stops, dimensionless.
 
@@ -83,7 +82,7 @@ def q_design(
     Raises
     ------
     ValueError
-        When the plant is not stable, or no filter keeps the limits however low the bandwidth.
+        When the plant is not stable, or no bandwidth is feasible.
 
     Examples
     --------
@@ -105,7 +104,7 @@ def q_design(
 
 
 def _largest(problem: "_Problem", start: float, tolerance: float) -> float:
-    """The largest bandwidth (rad/s) that is reached, its coefficients kept."""
+    """Largest feasible bandwidth, rad/s; `problem` keeps its coefficients."""
     low, high = _bracket(problem, start)
     while high - low > tolerance * low:
         middle = 0.5 * (low + high)
@@ -115,7 +114,7 @@ def _largest(problem: "_Problem", start: float, tolerance: float) -> float:
 
 
 def _bracket(problem: "_Problem", start: float) -> tuple[float, float]:
-    """A bandwidth that is reached and twice as much, which is not; from a guess, downwards first."""
+    """Feasible and infeasible bandwidth, rad/s, a factor of 2 apart; searched from `start`."""
     low = start
     while not problem.reaches(low):
         low /= 4
@@ -127,7 +126,7 @@ def _bracket(problem: "_Problem", start: float) -> tuple[float, float]:
 
 
 class _Problem:
-    """Stated once with the bandwidth as a parameter: the least factor by which the slope limit has to give way."""
+    """Convex problem with the bandwidth as parameter: least factor on the slope limit that is feasible."""
 
     def __init__(self, plant: Sampled, limits: QLimits, gain: float, taps: int) -> None:
         cp: Any = importlib.import_module("cvxpy")  # 1 s to import, needed nowhere else
@@ -149,7 +148,7 @@ class _Problem:
         self._problem = cp.Problem(cp.Minimize(self._factor), keep)
 
     def reaches(self, bandwidth: float) -> bool:
-        """Solve for one bandwidth; keep the coefficients where it is reached."""
+        """Solve for one bandwidth, rad/s; keep the coefficients if it is feasible."""
         slope = HALF_POWER * self._frequency / bandwidth
         last = self._frequency[
             min(int(np.searchsorted(self._frequency, bandwidth)), len(self._frequency) - 1)
@@ -180,7 +179,7 @@ def _rows(frequency: Floats, sample_time: float, taps: int) -> npt.NDArray[np.co
 
 
 def _size(cp: Any, rows: npt.NDArray[np.complex128], constant: Floats, q: Any) -> Any:
-    """Modulus of constant + rows q, one for each row."""
+    """Modulus of constant + rows @ q, elementwise."""
     return cp.norm(cp.vstack([rows.real @ q + constant, rows.imag @ q]), axis=0)
 
 

@@ -1,4 +1,4 @@
-"""Sampled linear systems with one input and one output: made exactly from continuous ones, chained, delayed, closed."""
+"""Sampled linear systems with one input and one output: exact sampling, series, delay, feedback."""
 
 import dataclasses
 from functools import cached_property
@@ -19,13 +19,13 @@ class Sampled:
     Parameters
     ----------
     A : array, (n, n)
-        How the state goes on, in the units of the state.
+        Transition matrix, in the units of the state.
     B : array, (n,)
-        What the input adds to the state.
+        Input vector.
     C : array, (n,)
-        What the output reads from the state.
+        Output vector.
     D : float
-        What the input adds to the output at once.
+        Feedthrough.
     sample_time : float
         Time between two samples, s.
 
@@ -107,7 +107,7 @@ class Sampled:
         values : array, (samples,)
             The inputs.
         start : array, (n,), optional
-            First state; 0 when left out.
+            Initial state. Default: 0.
         """
         inputs = checks.finite_array("values", values)
         state = np.zeros(self.order) if start is None else np.array(start, dtype=float)
@@ -118,12 +118,12 @@ class Sampled:
         return out
 
     def then(self, after: "Sampled") -> "Sampled":
-        """Return this system followed by another one of the same sample time (s).
+        """Return the series connection with a system of the same sample time (s).
 
         Parameters
         ----------
         after : Sampled
-            The system that reads this one's output.
+            System driven by the output of this one.
         """
         same_sample_time(self, after)
         top = np.hstack([self.A, np.zeros((self.order, after.order))])
@@ -133,12 +133,12 @@ class Sampled:
         return Sampled(np.vstack([top, low]), B, C, self.D * after.D, self.sample_time)
 
     def scaled(self, gain: float) -> Self:
-        """Return the system with its output times a gain, dimensionless or in units of a conversion.
+        """Return the system with its output scaled, dimensionless or in units of a conversion.
 
         Parameters
         ----------
         gain : float
-            What the output is multiplied by.
+            Factor on the output.
         """
         return dataclasses.replace(self, C=gain * self.C, D=gain * self.D)
 
@@ -148,7 +148,7 @@ class Sampled:
         Parameters
         ----------
         delay_samples : int
-            A whole number of samples >= 0.
+            Delay >= 0, a whole number of samples.
         """
         if checks.count("delay_samples", delay_samples, at_least=0) == 0:
             return self
@@ -162,18 +162,18 @@ class Sampled:
         return line.then(self)
 
     def closed(self) -> "Sampled":
-        """Return the system under unit negative feedback: from a set-point to the output, in units of the output."""
+        """Return the system under unit negative feedback: set-point to output, in units of the output."""
         gain = 1.0 / (1.0 + self.D)
         A = self.A - gain * np.outer(self.B, self.C)
         return Sampled(A, gain * self.B, gain * self.C, gain * self.D, self.sample_time)
 
     def every(self, number: int) -> "Sampled":
-        """Return the system seen at every `number`-th sample, with the input held in between (s to `number` s).
+        """Return the system at every `number`-th sample, its input held in between.
 
         Parameters
         ----------
         number : int
-            Whole number of samples of this system in one of the new one.
+            Ratio of the new sample time (s) to that of this system, a whole number.
         """
         checks.count("number", number)
         A, B = np.eye(self.order), np.zeros(self.order)
@@ -183,17 +183,17 @@ class Sampled:
 
 
 def same_sample_time(first: Any, second: Any) -> None:
-    """Refuse two sampled things that are not sampled alike.
+    """Refuse two systems of different sample times (s).
 
     Parameters
     ----------
     first, second : Sampled
-        Or anything else with a ``sample_time`` (s).
+        Or other objects with a ``sample_time``.
 
     Raises
     ------
     ValueError
-        When the sample times (s) differ.
+        When the sample times differ.
     """
     if abs(first.sample_time - second.sample_time) > 1e-9 * first.sample_time:
         raise checks.refuse(
@@ -202,7 +202,7 @@ def same_sample_time(first: Any, second: Any) -> None:
 
 
 def sampled(numerator: npt.ArrayLike, denominator: npt.ArrayLike, sample_time: float) -> Sampled:
-    """Sample a continuous transfer function exactly for an input that is held between samples (zero-order hold).
+    """Sample a continuous transfer function exactly for a zero-order hold of its input.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def sampled(numerator: npt.ArrayLike, denominator: npt.ArrayLike, sample_time: f
 
 
 def continuous(numerator: npt.ArrayLike, denominator: npt.ArrayLike) -> tuple[Floats, Floats, Floats, float]:
-    """Return the state space of a continuous transfer function, its time scaled so that states are of one size.
+    """Return a state space of a continuous transfer function, with states of like size.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ def continuous(numerator: npt.ArrayLike, denominator: npt.ArrayLike) -> tuple[Fl
 
 
 def held(A: Floats, B: Floats, C: Floats, D: float, sample_time: float) -> Sampled:
-    """Sample a continuous state space exactly for an input that is held between samples.
+    """Sample a continuous state space exactly for a zero-order hold of its input.
 
     Parameters
     ----------
@@ -281,7 +281,7 @@ def held(A: Floats, B: Floats, C: Floats, D: float, sample_time: float) -> Sampl
 
 
 def ramped(A: Floats, B: Floats, step: float) -> tuple[Floats, Floats, Floats]:
-    """Return the exact step of a continuous state space for an input that is a straight line in each step.
+    """Return the exact step of a continuous state space for an input that is linear in each step.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""Density of an amount that cannot be negative, from a sample: kernels, or a smooth curve through quantiles.
+"""Density of an amount >= 0 from a sample: kernels, or the derivative of a curve through quantiles.
 
-Differentiating a smooth curve through ALL points of the cumulative plot, as Brown (1988), section 8.3, proposes, is far
-worse than a kernel; a monotone curve through a few quantiles is bearable. The kernel is the default.
+Brown (1988), section 8.3, differentiates a smooth curve through all points of the cumulative plot; a kernel
+is far
+more accurate, a monotone curve through a few quantiles lies between.
 """
 
 import dataclasses
@@ -30,7 +31,7 @@ class KernelDensity:
     bandwidth : float
         Standard deviation of the kernels, in the unit of the amount; of its logarithm (unit 1) for "log".
     method : {"truncated", "reflected", "log"}
-        How the density is kept on amounts >= 0.
+        Treatment of the boundary at 0.
 
     Examples
     --------
@@ -66,7 +67,7 @@ class KernelDensity:
 
     @property
     def leak(self) -> float:
-        """Probability (unit 1) that the bare kernels put below 0, before it is cut off, folded back or avoided."""
+        """Probability (unit 1) below 0 of normal kernels without a treatment of the boundary."""
         return 0.0 if self.method == "log" else float(self._steps(np.zeros(()), self.data))
 
     @property
@@ -89,9 +90,10 @@ class KernelDensity:
         return drawn
 
     def standardised(self) -> tuple[tuple[float, ...], float]:
-        """Return the sample brought to mean 0 and sd 1, and the bandwidth in its standard deviations (both unit 1).
+        """Return the sample standardised to mean 0 and sd 1, and the bandwidth in its standard deviations
+        (both unit 1).
 
-        What an empirical outcome law is made of. Of a kernel in logarithms the width at the mean is taken.
+        An empirical outcome law is made of them. For "log" the bandwidth is that at the mean.
         """
         mean, sd = self.data.mean(), self.data.std()
         width = self.bandwidth * mean if self.method == "log" else self.bandwidth
@@ -115,10 +117,10 @@ def kernel_density(
     sample : array_like
         At least two different amounts >= 0 (> 0 for "log"), any unit.
     bandwidth : float, optional
-        Standard deviation of the kernels, in the unit of the amount; of its logarithm (unit 1) for "log". By default
-        Silverman's rule, (3n/4)^(-1/5) standard deviations of the sample (of its logarithms).
+        Standard deviation of the kernels, in the unit of the amount; of its logarithm (unit 1) for "log".
+        Default: Silverman's rule, (3n/4)^(-1/5) standard deviations of the sample (of its logarithms).
     method : {"truncated", "reflected", "log"}
-        Cut at 0 and scale back to 1 (default); fold back at 0; kernels on the logarithm.
+        Truncate at 0 and renormalise (default); reflect at 0; kernels on the logarithm.
 
     Returns
     -------
@@ -128,7 +130,7 @@ def kernel_density(
     Raises
     ------
     ValueError
-        When the sample is empty, not finite, without spread, or has negative amounts (the error says how many).
+        When the sample is empty, not finite, without spread, or has negative amounts.
 
     Examples
     --------
@@ -197,7 +199,7 @@ def quantile_density(sample: npt.ArrayLike, *, bins: int = 8) -> QuantileDensity
     sample : array_like
         At least two different amounts >= 0, any unit.
     bins : int
-        Number of parts of equal probability, >= 1. As many as there are points is far too many.
+        Number of intervals of equal probability, >= 1; few compared with the points.
 
     Returns
     -------

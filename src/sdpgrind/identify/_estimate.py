@@ -1,4 +1,4 @@
-"""What every estimator gives: values with their covariance, a status and a sentence."""
+"""Result of every estimator: values with their covariance, a status and a sentence."""
 
 import dataclasses
 from enum import StrEnum
@@ -14,9 +14,10 @@ from sdpgrind.base.stored import stored
 
 
 class Status(StrEnum):
-    """How an estimation ended; the text says what happened and what to try. No unit.
+    """Outcome of an estimation: its cause and the remedy, in words. No unit.
 
-    Of "not identified" the message of the estimate gives the reason: faulty readings, too few, or none that tell.
+    For "not identified" the message of the estimate gives the reason: faulty, too few or uninformative
+    readings.
     """
 
     OK = "the data determine the values"
@@ -40,13 +41,13 @@ class Estimate(Frozen):
     covariance : array, shape (p, p)
         Their covariance, in products of `units`.
     status : Status
-        How it ended.
+        Outcome.
     message : str
-        A sentence on the data; by default that of the status.
+        Sentence on the data. Default: that of the status.
     units : tuple of str
-        Unit of each value; shown, never converted.
+        Unit of each value, for display only.
     freedom : float
-        Degrees of freedom that the covariance rests on, unit 1; inf where the noise was known.
+        Degrees of freedom of the covariance, unit 1. inf: the noise was known.
 
     Raises
     ------
@@ -88,7 +89,7 @@ class Estimate(Frozen):
         object.__setattr__(self, "units", tuple(self.units) or ("",) * size)
 
     def __getitem__(self, name: str) -> float:
-        """Return the value of that name, in its unit."""
+        """Return the value of `name`, in its unit."""
         return float(self.value[self.names.index(checks.one_of("name", name, self.names))])
 
     @property
@@ -135,14 +136,14 @@ class Estimate(Frozen):
 
 
 def finished(estimate: Estimate, throw: bool) -> Estimate:
-    """Return `estimate`, or raise its message when it failed and `throw` is set."""
+    """Return `estimate`; raise its message if it failed and `throw` is set."""
     if throw and not estimate.ok:
         raise ValueError(estimate.message)
     return estimate
 
 
 def columns(**arrays: npt.ArrayLike) -> tuple[Floats, ...]:
-    """Return finite one-dimensional float arrays of one length; the error names the offender."""
+    """Return finite one-dimensional float arrays of one length; an error names the array at fault."""
     checked = [checks.finite_array(name, values) for name, values in arrays.items()]
     for name, values in zip(arrays, checked, strict=True):
         if values.ndim != 1 or values.size != checked[0].size:

@@ -1,4 +1,4 @@
-"""Kalman filter of values that walk at random: read one by one, or through known rows; and its steady state."""
+"""Kalman filter of random walks, and its steady state."""
 
 from collections.abc import Sequence
 from math import sqrt
@@ -15,8 +15,10 @@ from sdpgrind.identify.kernels import walk_step
 class RandomWalk:
     """Kalman filter of p values that change by independent random steps between updates.
 
-    Each value is read itself, or one reading tells a known combination of all (`row`): with rows ``[1, cos, sin]`` of the
-    spindle angle it tracks a slowly moving part. The one-value filter is Mears (4.35)-(4.39); it lags what it follows, see
+    An update reads each value, or one known linear combination of all (`row`): with rows ``[1, cos, sin]`` of
+    the
+    spindle angle the filter tracks a slowly moving part. The one-value filter is Mears (4.35)-(4.39); its lag
+    is
     `random_walk_response`.
 
     Parameters
@@ -24,14 +26,15 @@ class RandomWalk:
     names : sequence of str
         Names of the p values.
     walk_variance : float or array, shape (p,)
-        Variance of the step of each value between two updates (Q), >= 0, squared unit of the value.
+        Variance Q of the step of each value between two updates, >= 0, squared unit of the value.
     noise_variance : float or array, shape (p,)
-        Variance of the noise of each reading (R), >= 0, squared unit of the reading; one number for rows. It and
-        `walk_variance` are not both 0.
+        Variance R of the noise of each reading, >= 0, squared unit of the reading; one number for rows. Q and
+        R are
+        not both 0.
     units : sequence of str
         Units of the values.
     prior : Estimate, optional
-        What was known before the first update, of the same names; by default the first reading of a value starts it.
+        Knowledge before the first update, of the same names. Default: the first reading of a value starts it.
 
     Raises
     ------
@@ -40,7 +43,7 @@ class RandomWalk:
 
     Examples
     --------
-    A closing gap over parts; of the third there is no reading:
+    A closing gap over parts; the third part has no reading:
 
     >>> track = RandomWalk(("stroke_offset",), walk_variance=1e-6, noise_variance=4e-6, units=("mm",))
     >>> for gap in (0.120, 0.122, float("nan"), 0.131):
@@ -70,7 +73,7 @@ class RandomWalk:
         self.reset()
 
     def reset(self) -> None:
-        """Forget every reading, and go back to the prior."""
+        """Return to the prior."""
         size, prior = len(self._names), self._prior
         self._value, self._known, self._covariance = (
             np.zeros(size),
@@ -86,36 +89,37 @@ class RandomWalk:
 
     @property
     def count(self) -> int:
-        """Number of updates, those without any reading included."""
+        """Number of updates, with or without a reading."""
         return self._count
 
     @property
     def innovation(self) -> Floats:
-        """Reading less what was expected, of the last update; shape (p,), or (1,) with a row, in the unit of the reading.
+        """Reading minus prediction at the last update; shape (p,), or (1,) with a row, in the unit of the
+        reading.
 
-        NaN: there was no reading, or nothing was known before it.
+        NaN: no reading, or no prediction.
         """
         return self._innovation.copy()
 
     @property
     def innovation_sd(self) -> Floats:
-        """Standard deviation of `innovation` if the model holds, same shape and unit; infinite where nothing was known."""
+        """Standard deviation of `innovation` under the model, same shape and unit. inf: no prediction."""
         return self._innovation_sd.copy()
 
     def update(self, reading: npt.ArrayLike, row: npt.ArrayLike | None = None) -> None:
-        """Let the values walk one step, then take in what was read.
+        """Let the values walk one step, then correct them by the reading.
 
         Parameters
         ----------
         reading : array_like, shape (p,), or float
-            One reading of each value, with `row` one of them all, in its own unit. NaN: none, the values walk on.
+            Reading of each value, or with `row` of the combination, in its own unit. NaN: no reading.
         row : array_like, shape (p,), optional
             ``reading = row @ value + noise``.
 
         Raises
         ------
         ValueError
-            For a wrong shape, an infinite reading, or a row while nothing is known (no prior) or without noise.
+            For a wrong shape, an infinite reading, or a row without a prior or without noise.
         """
         readings = np.array(reading, dtype=float, ndmin=1)
         rows = self._unit if row is None else self._row(row)
@@ -150,14 +154,14 @@ class RandomWalk:
 
     @property
     def estimate(self) -> Estimate:
-        """Values after the last update, with their covariance; `Status.UNDETERMINED` while one has never been read."""
+        """Values after the last update, with their covariance; `Status.UNDETERMINED` until each is read."""
         status = Status.OK if self._known.all() else Status.UNDETERMINED
         endless = np.diag(np.where(self._known, 0.0, np.inf))
         return Estimate(self._names, self._value, self._covariance + endless, status, units=self._units)
 
 
 def _checked(prior: Estimate, names: tuple[str, ...]) -> Estimate:
-    """A prior of these values, with variances."""
+    """Return a prior of these values, with variances."""
     if checks.kind("prior", prior, Estimate).names != names:
         raise checks.refuse("prior", f"an estimate of {', '.join(names)}", ", ".join(prior.names))
     variance = np.diag(prior.covariance)
@@ -177,7 +181,7 @@ def _variances(name: str, value: npt.ArrayLike, size: int) -> Floats:
 
 
 def random_walk_gain(walk_variance: float, noise_variance: float) -> float:
-    """Return the gain that the one-value `RandomWalk` settles to: how much of an innovation it believes.
+    """Return the steady Kalman gain of the one-value `RandomWalk`, unit 1.
 
     ``K = P/(P + R)`` with ``P = (Q + sqrt(Q^2 + 4 Q R))/2``, the steady state of Mears (4.36)-(4.39).
 
@@ -214,19 +218,19 @@ def random_walk_gain(walk_variance: float, noise_variance: float) -> float:
 
 
 def random_walk_response(gain: float, step: npt.ArrayLike) -> Complex:
-    """Return what the settled one-value `RandomWalk` makes of a wave: its modulus scales it, its angle shifts it.
+    """Return the frequency response of the steady one-value `RandomWalk`.
 
     Parameters
     ----------
     gain : float
         Steady gain in (0, 1], unit 1: `random_walk_gain`.
     step : array_like
-        Phase of the wave from one reading to the next, rad: undulations per revolution times the angle between readings.
+        Phase of the wave from one reading to the next, rad: undulations per revolution times the interval.
 
     Returns
     -------
     complex or array, shape of `step`
-        ``K/(1 - (1 - K) exp(-i step))``, unit 1. A negative angle (rad) is a lag.
+        ``K/(1 - (1 - K) exp(-i step))``, unit 1. A negative angle is a lag.
 
     Raises
     ------
@@ -235,7 +239,7 @@ def random_walk_response(gain: float, step: npt.ArrayLike) -> Complex:
 
     Examples
     --------
-    The -0.9 % of Mears, Table 4.4, is this filter at 1 degree a reading; it lags 7.2 degrees as well:
+    At 1 degree a reading: the -0.9 % of Mears, Table 4.4, with a lag of 7.2 degrees:
 
     >>> response = random_walk_response(random_walk_gain(0.0005, 0.03), np.deg2rad(1.0))
     >>> np.round([100 * (abs(response) - 1), np.rad2deg(np.angle(response))], 4).tolist()

@@ -1,8 +1,9 @@
-"""Mean and standard deviation of a function of uncertain quantities: Brown (1988), Table 2-1 corrected, (2.15), (2.16).
+"""Moments of a function of uncertain quantities: Brown (1988), Table 2-1 corrected, (2.15), (2.16).
 
-``method="printed"`` gives the table as it is printed: its correlated variance of a product is wrong (it does not know
-the sign of the correlation) and its mean lacks the covariance; its variance of a ratio of independent quantities is
-worse than first order and disagrees with its own correlated column.
+``method="printed"`` gives the table as printed: its correlated variance of a product ignores the sign of the
+correlation and its mean the covariance; its variance of a ratio of independent quantities is less accurate
+than first
+order and contradicts its correlated column.
 """
 
 from collections.abc import Callable
@@ -112,7 +113,7 @@ def product_moments(
     correlation : float
         Coefficient of correlation in [-1, 1], unit 1.
     method : {"corrected", "printed"}
-        "printed": Table 2-1 as it stands.
+        "printed": Table 2-1 as printed.
 
     Raises
     ------
@@ -140,11 +141,11 @@ def ratio_moments(
     Parameters
     ----------
     x, y : Moments or (mean, sd)
-        Any units; Y must keep away from 0: abs(mean) > 2 sd.
+        Any units; Y keeps away from 0: abs(mean) > 2 sd.
     correlation : float
         Coefficient of correlation in [-1, 1], unit 1.
     method : {"corrected", "printed"}
-        "printed": Table 2-1 as it stands, its independent column where the correlation is 0.
+        "printed": Table 2-1 as printed, its independent column where the correlation is 0.
 
     Raises
     ------
@@ -172,13 +173,14 @@ def delta_method(
 ) -> Moments:
     """Return the moments of a function of several quantities, by its derivatives at their means.
 
-    Variance: Brown (1988) (2.16) with the covariances kept. Mean: to second order, f + 1/2 tr(H C); with ``order=1``
-    f at the means alone, (2.15). Derivatives by central differences of a 100th of the standard deviations.
+    Variance: Brown (1988) (2.16) with covariances. Mean: to second order, f + 1/2 tr(H C); with ``order=1`` f
+    at the
+    means, (2.15). Derivatives are central differences over a 100th of the standard deviations.
 
     Parameters
     ----------
     function : callable
-        Takes an array of shape (p,), gives a float; any units.
+        Function of an array of shape (p,) that returns a float; any units.
     mean : array_like, shape (p,)
         Means, in the units of the quantities.
     covariance : array_like, shape (p, p) or (p,)
@@ -194,7 +196,7 @@ def delta_method(
     Raises
     ------
     ValueError
-        For NaN, shapes that do not agree, or a covariance that is not one.
+        For NaN, shapes that do not agree, or a matrix that is no covariance.
 
     Examples
     --------
@@ -206,7 +208,7 @@ def delta_method(
     if centre.ndim != 1 or matrix.shape != (centre.size, centre.size):
         raise ValueError(f"covariance must fit {centre.size} quantities; got shape {matrix.shape}")
     checks.one_of("order", order, (1, 2))
-    # Along the principal axes of the covariance, scaled to it, the quantities are independent of variance 1.
+    # On the scaled principal axes of the covariance the quantities are independent, of variance 1.
     spread, axes = np.linalg.eigh(matrix)
     if spread[0] < -1e-9 * max(abs(spread[-1]), 1e-300):
         raise checks.refuse("covariance", "without negative eigenvalues", float(spread[0]))

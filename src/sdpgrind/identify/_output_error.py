@@ -1,4 +1,4 @@
-"""Output error: the values with which a model, run on what was commanded, comes closest to what was read."""
+"""Output-error method: parameters of a simulated model by nonlinear least squares on its outputs."""
 
 from collections.abc import Callable, Sequence
 
@@ -10,7 +10,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify._estimate import Estimate, Status, finished
 
-_RANK = 1e-10
+_RANK = 1e-10  # chosen: relative singular value below which the residuals do not determine a value
 
 
 def output_error(
@@ -25,22 +25,22 @@ def output_error(
     units: Sequence[str] = (),
     throw: bool = True,
 ) -> Estimate:
-    """Fit values to readings through any model: the sum of squared residuals is least.
+    """Fit the values of a model to readings by nonlinear least squares.
 
-    With white noise on the readings, and on them alone, it reaches the bound of Cramer and Rao.
+    With white noise on the readings alone it reaches the Cramer-Rao bound.
 
     Parameters
     ----------
     residual : callable
-        Readings less what the model gives, shape (n,), any unit, as a function of the values, shape (p,).
+        Readings minus model outputs, shape (n,), any unit, as a function of the values, shape (p,).
     start : array_like, shape (p,)
-        Where the search begins, in `units`.
+        Initial values, in `units`.
     scale : array_like, shape (p,)
-        Changes of the values that matter alike, > 0, in `units`.
+        Changes of the values of equal importance, > 0, in `units`.
     low, high : array_like, shape (p,)
         Bounds, in `units`.
     nuisance : int
-        How many values were fitted inside of `residual` (a mean that it takes off), unit 1.
+        Number of values that `residual` itself fits (a mean that it subtracts), unit 1.
     names, units : sequence of str
         Names and units of the values.
     throw : bool

@@ -1,4 +1,4 @@
-"""Readings: from arrays by name, or from the log of a run."""
+"""Readings from arrays by name, or from the log of a run."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -21,9 +21,9 @@ class Readings:
     units : mapping
         Units by name.
     each : str
-        What one entry is, in the plural.
+        Noun for the entries, in the plural.
     dropped : int
-        How many rows of a log had no reading.
+        Number of rows of a log without a reading.
     """
 
     arrays: dict[str, Floats]
@@ -36,11 +36,11 @@ class Readings:
 
     @property
     def points(self) -> int:
-        """How many entries each array has, unit 1."""
+        """Number of entries of each array, unit 1."""
         return next(iter(self.arrays.values())).size
 
     def only(self, kept: Any) -> "Readings":
-        """Return the rows that are `kept` (boolean, unit 1); the others count as dropped."""
+        """Return the rows where the mask `kept` (unit 1) is true; the others count as dropped."""
         arrays = {name: values[kept] for name, values in self.arrays.items()}
         return dataclasses.replace(self, arrays=arrays, dropped=self.dropped + int(np.sum(~kept)))
 
@@ -52,7 +52,7 @@ class Readings:
         return self
 
     def levels(self, name: str) -> "Readings":
-        """Refuse the quantity `name` where it was the same everywhere, in its unit."""
+        """Refuse the quantity `name` (in its unit) if it is constant."""
         values = self[name]
         if np.ptp(values) <= 1e-9 * np.abs(values).max():
             only = f"{float(values[0])!r} in all {self.each}"
@@ -61,7 +61,7 @@ class Readings:
 
     @property
     def message(self) -> str:
-        """What the estimate rests on."""
+        """Origin of the estimate, in words."""
         return f"from {self.points} {self.each}" + (
             f", {self.dropped} more were of no use" if self.dropped else ""
         )
@@ -72,20 +72,21 @@ def readings(
 ) -> Readings:
     """Return named quantities of `data`: arrays by name, or one table of a log.
 
-    NaN means "no reading" in a log, whose row is dropped and counted; in arrays it is refused.
+    In a log, a row with NaN (no reading) is dropped and counted; in arrays NaN is refused.
 
     Parameters
     ----------
     data : mapping of arrays, or log
         Arrays of one length, or a log with a table `tier`.
     units : mapping
-        Names of what is wanted, and their units (for messages).
+        Names of the quantities, and their units (for messages).
     tier : str
-        Which table of a log.
+        Table of a log.
     each : str
-        What one entry is, in the plural, for messages.
+        Noun for the entries, in the plural, for messages.
     commanded : sequence of str
-        Names that are taken, of a log, from the command that led to the row's readings, where it holds one: no sensor's noise.
+        Quantities of a log taken from the command that led to the readings of a row, if there is one: free of
+        sensor noise.
 
     Raises
     ------
@@ -117,7 +118,7 @@ def readings(
 
 
 def table_of(data: Any, tier: str) -> tuple[Any, bool]:
-    """Return the table `tier` of a log, or the arrays themselves; and whether it was a log (private to this package)."""
+    """Return the table `tier` of a log, or the arrays; and whether it is a log (private to this package)."""
     try:
         return data[tier], True
     except (KeyError, IndexError):
@@ -127,7 +128,7 @@ def table_of(data: Any, tier: str) -> tuple[Any, bool]:
 
 
 def _led_to(table: Any, name: str, unit: str) -> Floats:
-    """The command of the row before, in the same part: a row holds what was measured, then what was commanded."""
+    """Command of the row before, in the same part: the command in a row follows its measurement."""
     command, part = column_of(table, f"{name}_command", unit), np.asarray(table["part"])
     before = np.concatenate([[np.nan], command[:-1]])
     return np.where(np.concatenate([[False], part[1:] == part[:-1]]), before, np.nan)

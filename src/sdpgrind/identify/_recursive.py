@@ -1,4 +1,4 @@
-"""Least squares row by row, older rows forgotten: the square-root form, and the covariance form for comparison."""
+"""Recursive least squares with forgetting: square-root form, and covariance form for comparison."""
 
 from collections.abc import Sequence
 from math import inf, isfinite, sqrt
@@ -14,47 +14,46 @@ from sdpgrind.identify._regression import SquareRoot
 from sdpgrind.identify.kernels import covariance_step, rotate
 
 METHODS = ("square_root", "covariance")
-_FULL = 1e-9  # share of the weights that must be left over to tell the noise
+_FULL = 1e-9  # chosen: least degrees of freedom, over the weights, that determine the noise; less is rounding
 _EPS = float(np.finfo(float).eps)
-_LOST = 0.01  # of a standard deviation that rounding may have made; the bound is some ten times what it does
+_LOST = 0.01  # chosen: tolerated rounding error (a bound, ten times the error) over a standard deviation
 
 
 class RecursiveLeastSquares:
-    """Least squares row by row, older rows forgotten at a rate.
+    """Recursive least squares with exponential forgetting.
 
-    At every step the value is the least of ``sum w_i (target_i - row_i value)^2 + w_0 (value - b0)' P0^-1 (value - b0)``, w the
-    product of the forgetting of all later rows, b0 and ``P0 = covariance/noise_sd^2`` of the prior. It is Mears (4.40) with its
-    errata put right. Without prior and forgetting the estimate is that of `least_squares` on all rows so far. With forgetting
-    the covariance counts the weights as what they are, not as inverse variances, so that it is right for constant noise.
-    A row takes as long as with plain matrices of numpy, a tenth of that with `sdpgrind.identify.kernels` and
-    a hundredth in a compiled loop of them.
+    The value minimises ``sum w_i (target_i - row_i value)^2 + w_0 (value - b0)' P0^-1 (value - b0)``, w the
+    product of the forgetting of all later rows, b0 and ``P0 = covariance/noise_sd^2`` of the prior: Mears
+    (4.40), errata corrected. Without prior and forgetting the estimate is that of `least_squares` on all rows
+    so far. The covariance holds for noise of constant variance, also with forgetting. Per row,
+    `sdpgrind.identify.kernels` take a tenth of the time, in a compiled loop a hundredth.
 
     Parameters
     ----------
     names : sequence of str
         Names of the p values.
     forgetting : float
-        Weight that older rows keep when one is added, in (0, 1], unit 1; 1 remembers everything, the memory is about
-        1/(1 - forgetting) rows. Where rows tell nothing new (a spindle at rest) give `update` 1, else what was known fades.
+        Weight that older rows keep when one is added, in (0, 1], unit 1; the memory is about 1/(1 -
+        forgetting) rows. For rows without information (a spindle at rest) pass 1 to `update`, or the
+        knowledge fades.
     units : sequence of str
         Units of the values.
     prior : Estimate, optional
-        What was known before, of the same names, with a covariance; forgotten with the rest. An infinite variance: nothing.
+        Prior knowledge of the same names, with a covariance; forgotten like rows. Infinite variance: none.
     noise_sd : float, optional
-        Standard deviation of the noise of a target, in its unit; needed with a prior. By default it is estimated from the
-        residuals.
+        Standard deviation of the noise of a target, in its unit; needed with a prior. Default: estimated from
+        the residuals.
     method : {"square_root", "covariance"}
-        Carry the triangle of the information matrix, into which each row is rotated, so that rounding makes no variance
-        negative (default); or the covariance itself, from a prior with finite variances: that takes 6.6 times
-        as long for three values.
-        Where nothing new is seen and the old is forgotten, digits of both are lost in the end, and the status says so:
-        the triangle finds back with new rows, the covariance does not until `reset`.
+        Triangle of the information matrix, whose variances stay positive (default); or the covariance, which
+        needs a prior of finite variances and takes 6.6 times as long for three values. Forgetting without new
+        information loses the digits of both in the end, and the status says so: the triangle recovers with
+        new rows, the covariance after `reset`.
 
     Raises
     ------
     ValueError, TypeError
-        When the forgetting is out of range, the prior is of other values or its covariance is not positive definite, or
-        something that is needed is missing.
+        For a forgetting out of range, a prior of other values or without positive definite covariance, or a
+        missing argument.
 
     Examples
     --------
@@ -87,26 +86,26 @@ class RecursiveLeastSquares:
         self.reset()
 
     def reset(self) -> None:
-        """Forget every row, and go back to the prior."""
+        """Return to the prior."""
         self._count = 0
         self._form: _Form = _start(len(self._names), self._prior, self._noise_sd, self._method)
 
     @property
     def count(self) -> int:
-        """Number of rows taken in."""
+        """Number of rows so far."""
         return self._count
 
     def update(self, row: npt.ArrayLike, target: float, forgetting: float | None = None) -> None:
-        """Take in ``target = row @ value + noise``.
+        """Add one row, ``target = row @ value + noise``.
 
         Parameters
         ----------
         row : array_like, shape (p,)
-            Known exactly.
+            Regressors, known exactly.
         target : float
             Reading, any unit.
         forgetting : float, optional
-            Weight that the rows before this one keep, in (0, 1], unit 1; by default that of the whole.
+            Weight that the rows before this one keep, in (0, 1], unit 1. Default: that of the estimator.
 
         Raises
         ------
@@ -127,7 +126,7 @@ class RecursiveLeastSquares:
 
 
 class _Form(Protocol):
-    """What is carried from row to row."""
+    """State of a recursion."""
 
     def take(self, row: Floats, target: float, forgetting: float) -> None: ...
     def estimate(self, names: tuple[str, ...], units: tuple[str, ...]) -> Estimate: ...
@@ -154,7 +153,7 @@ def _check_prior(prior: Estimate, names: tuple[str, ...], noise_sd: float | None
 
 
 def _known(prior: Estimate) -> tuple[Bools, Floats]:
-    """Which values have a finite variance, and the correlation of these."""
+    """Return the mask of values with a finite variance, and their correlation."""
     variance = np.diag(prior.covariance)
     known = ~np.isinf(variance)
     if np.any(variance[known] <= 0):
@@ -165,7 +164,7 @@ def _known(prior: Estimate) -> tuple[Bools, Floats]:
 
 
 class _Triangle:
-    """Triangle of the rows with their targets, and that of the rows with their weights squared."""
+    """Triangle of the rows and targets, and that of the rows with squared weights."""
 
     def __init__(self, size: int, prior: Estimate | None, noise_sd: float | None) -> None:
         self._array, self._entry = np.zeros((size, size + 1)), np.zeros(size + 1)
@@ -211,19 +210,19 @@ class _Triangle:
         freedom = self._weight - float(np.sum(half**2))
         if self._count <= size or freedom <= _FULL * self._weight:
             solver.determined, freedom = False, 1.0
-        # Weights squared, so many rows of equal weight would know as much about the noise.
+        # Equivalent number of rows of equal weight (Kish).
         effective = self._weight**2 / self._squares if self._squares else 0.0
         return solver.estimate(solver.square / freedom * sandwich, max(effective - size, 1.0), names, units)
 
     def _say_lost(self, solver: SquareRoot, double: Floats, root: Floats) -> None:
-        """Say which values have lost their digits: squared weights fade twice as fast as those that the rank is of."""
+        """Name the values that have lost their digits: squared weights fade twice as fast as weights."""
         rounding = _EPS * sqrt(self._weight) * np.linalg.norm(double) * np.linalg.norm(solver.backward)
         lost = rounding * np.linalg.norm(solver.backward, axis=1) > _LOST * np.linalg.norm(root, axis=0)
         solver.loose, solver.determined = solver.loose | lost, solver.determined and not np.any(lost)
 
 
 def _root(prior: Estimate, noise_sd: float) -> Floats:
-    """Triangle of the prior's information in units of one row's."""
+    """Triangle of the prior's information, in units of that of one row."""
     known, correlation = _known(prior)
     root = np.zeros((known.size, known.size))
     lower = np.linalg.cholesky(np.linalg.inv(correlation))
@@ -236,7 +235,7 @@ def _symmetric(matrix: Floats) -> Floats:
 
 
 class _Covariance:
-    """Value, inverse information, and the true covariance (weights as weights), both over the noise's variance."""
+    """Value, inverse information, and covariance under constant noise, both over the noise variance."""
 
     def __init__(self, prior: Estimate, noise_sd: float) -> None:
         self._value, self._noise_sd = prior.value.copy(), noise_sd
@@ -256,7 +255,7 @@ class _Covariance:
         self._lost = not self._sound()
 
     def _sound(self) -> bool:
-        """Whether rounding has left the least variance of any combination its digits."""
+        """Whether the least variance of any combination is well above rounding."""
         variance = self._inv_info.diagonal()
         if not (isfinite(self._true.sum()) and isfinite(self._inv_info.sum()) and variance.min() > 0):
             return False

@@ -1,4 +1,4 @@
-"""Least squares of all rows at once: weighted, total (noise on both sides)."""
+"""Weighted least squares, and total least squares (noise on both coordinates)."""
 
 from collections.abc import Sequence
 
@@ -9,8 +9,10 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.identify._estimate import Estimate, Status, columns, finished
 
-_RANK = 1e-11  # least singular value, over the greatest, of columns scaled to length 1
-_SHARE = 1e-6  # of a column in a direction that nothing determines, from which on it is named
+_RANK = 1e-11  # chosen: least over greatest singular value of unit columns; smaller ones are rounding
+_SHARE = (
+    1e-6  # chosen: component along an undetermined direction that names a column; smaller ones are rounding
+)
 
 
 def least_squares(
@@ -23,20 +25,20 @@ def least_squares(
     units: Sequence[str] = (),
     throw: bool = True,
 ) -> Estimate:
-    """Fit ``target = matrix @ value`` with the least weighted sum of squared residuals.
+    """Fit ``target = matrix @ value`` by weighted least squares.
 
-    By QR of columns scaled to length 1, so that the units of the columns do not matter.
+    QR of columns scaled to length 1: their units do not matter.
 
     Parameters
     ----------
     matrix : array_like, shape (n, p)
-        Known exactly; n > p rows, or n >= p when `noise_sd` is given.
+        Regressors, known exactly; n > p rows, n >= p with `noise_sd`.
     target : array_like, shape (n,)
-        Where the noise is, any unit.
+        Noisy readings, any unit.
     weights : array_like, shape (n,), optional
-        Inverse variances of the noise up to a common factor, > 0; equal by default.
+        Inverse variances of the noise up to a common factor, > 0. Default: equal.
     noise_sd : float, optional
-        Standard deviation of the noise of a row of weight 1, in the unit of `target`; by default it is estimated from
+        Standard deviation of the noise of a row of weight 1, in the unit of `target`. Default: estimated from
         the residuals.
     names, units : sequence of str
         Names and units of the values.
@@ -71,7 +73,7 @@ def least_squares(
 
 
 class SquareRoot:
-    """Solution of a least-squares problem by QR and the singular values of its scaled triangle."""
+    """Least-squares solution by QR and the singular values of the scaled triangle."""
 
     def __init__(self, rows: Floats, goal: Floats) -> None:
         length = np.sqrt(np.sum(rows**2, axis=0))
@@ -85,7 +87,7 @@ class SquareRoot:
         self.value = backward @ (u.T @ (q.T @ goal)) / length
         self.square = float(np.sum((goal - rows @ self.value) ** 2))
         self.inverse = backward @ backward.T / np.outer(length, length)
-        self.length, self.backward = length, backward  # inverse of the scaled triangle, but for a rotation
+        self.length, self.backward = length, backward  # inverse of the scaled triangle, up to a rotation
 
     def estimate(
         self, covariance: Floats, freedom: float, names: Sequence[str], units: Sequence[str]
@@ -127,18 +129,18 @@ def total_least_squares(
     units: Sequence[str] = (),
     throw: bool = True,
 ) -> Estimate:
-    """Fit the line ``y = intercept + slope x`` where both x and y are noisy, their noises in a known ratio.
+    """Fit the line ``y = intercept + slope x`` to noisy x and y, their noises in a known ratio.
 
-    The sum of (y - intercept - slope x)^2/(noise_ratio^2 + slope^2) is least: distances across the line in the metric
-    of the noise. The covariance is that of large samples of constant noise.
+    Minimises the sum of (y - intercept - slope x)^2/(noise_ratio^2 + slope^2), squared distances in the
+    metric of the noise. The covariance is that of large samples of constant noise.
 
     Parameters
     ----------
     x, y : array_like, shape (n,)
         At least 3 points.
     noise_ratio : float
-        Standard deviation of the noise of y over that of x, > 0, unit of y over unit of x. Large: all noise on y, which
-        is `least_squares` of y on x; small: all noise on x.
+        Standard deviation of the noise of y over that of x, > 0, unit of y over unit of x. Large:
+        `least_squares` of y on x; small: of x on y.
     names, units : sequence of str
         Names and units of intercept and slope.
     throw : bool
@@ -152,7 +154,7 @@ def total_least_squares(
     Raises
     ------
     ValueError
-        For NaN, fewer than 3 points, a ratio that is not positive, or (with `throw`) a cloud without a direction.
+        For NaN, fewer than 3 points, a ratio <= 0, or (with `throw`) a cloud without a direction.
 
     Examples
     --------
@@ -174,7 +176,7 @@ def total_least_squares(
 
 
 def _principal(dx: Floats, dy: Floats) -> tuple[Floats, Floats]:
-    """Squared spreads (least, greatest) of a centred cloud, and the direction of the greatest."""
+    """Eigenvalues (least, greatest) of the scatter of a centred cloud, and the direction of the greatest."""
     spread, axes = np.linalg.eigh(np.array([[dx @ dx, dx @ dy], [dx @ dy, dy @ dy]]))
     return spread, axes[:, 1]
 
@@ -182,8 +184,10 @@ def _principal(dx: Floats, dy: Floats) -> tuple[Floats, Floats]:
 def _line(
     x: Floats, y: Floats, slope: float, ratio: float, names: tuple[str, ...], units: tuple[str, ...]
 ) -> Estimate:
-    """The line of that slope through the centre. With v = e - slope u the noise across, x + slope v/(ratio^2 + slope^2)
-    is the best guess of the true x, and its own noise is independent of v.
+    """Line of this slope through the centre.
+
+    With v = e - slope u the noise across it, x + slope v/(ratio^2 + slope^2) estimates the true x, with noise
+    independent of v.
     """
     count, metric = x.size, ratio**2 + slope**2
     intercept = float(y.mean() - slope * x.mean())

@@ -1,4 +1,4 @@
-"""Readings over time, part by part: from arrays by name, or from the log of a run; a missing reading keeps its place."""
+"""Readings over time, part by part, from arrays by name or from a log; a missing reading stays NaN."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -18,11 +18,11 @@ class Series:
     Attributes
     ----------
     label : str
-        Which part, for messages; empty where there is one alone.
+        Part, for messages; empty if there is only one.
     time : array, shape (n,)
-        When the readings were taken, s, rising.
+        Times of the readings, s, rising.
     arrays : dict
-        Arrays of shape (n,) by name, each in its unit. NaN: no reading. Commands hold from that time on.
+        Arrays of shape (n,) by name, each in its unit. NaN: no reading. A command holds from its time on.
     """
 
     label: str
@@ -50,22 +50,23 @@ def series(
     Parameters
     ----------
     data : mapping of arrays, or log
-        Arrays of one length with ``time`` (s), and ``part`` where there are several; or a log with a table `tier`.
+        Arrays of one length with ``time`` (s), and ``part`` for several; or a log with a table `tier`.
     units : mapping
-        Names of what is wanted, and their units (for messages).
+        Names of the quantities, and their units (for messages).
     tier : str
-        Which table of a log.
+        Table of a log.
     commands : sequence of str
-        Names that are commands, from that time on: of a log the column ``<name>_command``. None: the last one holds.
+        Quantities that are commands; in a log the column ``<name>_command``. A missing command: the last one
+        holds.
     optional : sequence of str
-        Names that may be missing.
+        Quantities that may be missing.
     part : int or sequence of int, optional
-        Which parts, by their numbers (unit 1); all by default.
+        Numbers (unit 1) of the parts. Default: all.
 
     Raises
     ------
     ValueError, TypeError
-        For a missing quantity, unequal lengths, a time that does not rise within a part, or a part that is not there.
+        For a missing quantity, unequal lengths, a time that does not rise within a part, or an absent part.
 
     Examples
     --------
@@ -96,7 +97,7 @@ def series(
 
 
 def _parts(table: Any, size: int, part: int | Sequence[int] | None) -> list[tuple[str, slice]]:
-    """Label and rows of each part that is wanted."""
+    """Label and rows of each requested part."""
     if "part" not in table:
         if part is not None:
             raise checks.refuse("part", "left out of data without a column part", part)
@@ -116,7 +117,7 @@ def _parts(table: Any, size: int, part: int | Sequence[int] | None) -> list[tupl
 
 
 def _held(values: Floats) -> Floats:
-    """Commands, the last one held where there is none; 0 before the first."""
+    """Commands, each held until the next; 0 before the first."""
     given = np.isfinite(values)
     last = np.maximum.accumulate(np.where(given, np.arange(values.size), -1))
     return np.where(last >= 0, np.where(given, values, 0.0)[last], 0.0)

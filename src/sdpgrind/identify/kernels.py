@@ -1,8 +1,8 @@
-"""The one recursion, for compiled loops of other packages: plain arrays, in place, serial; nothing is allocated.
+"""Recursive least squares and Kalman filter for compiled loops: plain arrays, in place, without allocation.
 
-As a square root (the default of `RecursiveLeastSquares`), the triangle R of all rows so far and its right-hand sides Q stand
-side by side in one array ``[R | Q]`` of shape (p, p + k): R'R is their information, and R value = Q[:, 0] the least-squares
-solution. One row is::
+Square-root form: one array ``[R | Q]`` of shape (p, p + k) holds the triangle R of all rows so far and its
+right-hand sides Q; R'R is the information, and R value = Q[:, 0] the least-squares solution. One row is::
+
 
     array *= sqrt(forgetting)          # the weight, in (0, 1], that older rows keep
     row[:] = ...                       # regressors, then targets, shape (p + k,)
@@ -10,8 +10,9 @@ solution. One row is::
     rotate(array, row)                          # row[p]**2 adds to the sum of squared residuals
     solve(array, value); inverse(array, inv_info)
 
-As a covariance it is `covariance_step`, or Kalman's correction `measure`, which is the same for a noise that is known;
-`walk_step` is one step of a Kalman filter whose values walk at random.
+
+Covariance form: `covariance_step`, or for a known noise Kalman's correction `measure`; `walk_step` is one
+step of a Kalman filter of random walks.
 """
 
 from math import inf, isnan, nan, sqrt
@@ -21,14 +22,15 @@ from sdpgrind.base.compiled import compiled
 
 @compiled(error_model="numpy")
 def rotate(array, row):
-    """Take one more row into the triangle, in place, by Givens rotations.
+    """Add one row to the triangle, in place, by Givens rotations.
 
     Parameters
     ----------
     array : array, shape (p, p + k)
-        Triangle and right-hand sides, ``[R | Q]``; below R's diagonal nothing is read or written. All zero: no rows yet.
+        Triangle and right-hand sides, ``[R | Q]``; entries below R's diagonal are not used. All zero: no rows
+        yet.
     row : array, shape (p + k,)
-        Regressors and targets, each times the square root of its weight. Used up: what stays in ``row[p:]`` is the part
+        Regressors and targets, times the square root of the weight. Overwritten: ``row[p:]`` becomes the part
         that no value explains; its square adds to the sum of squared residuals.
     """
     size, width = array.shape
@@ -47,16 +49,13 @@ def rotate(array, row):
 
 @compiled(error_model="numpy")
 def solve(array, out):
-    """Write the least-squares solution of the first right-hand side into `out`, shape (p,).
-
-    A value whose pivot is 0 (the rows do not determine all values) is given 0.
-    """
+    """Write the least-squares solution of the first right-hand side into `out` (p,); 0 where a pivot is 0."""
     back_substitute(array, array.shape[0], out)
 
 
 @compiled(error_model="numpy")
 def back_substitute(array, column, out):
-    """Write the solution of the triangle for any of its columns into `out`; a value whose pivot is 0 is 0."""
+    """Write the solution of the triangle for any of its columns into `out` (p,); 0 where a pivot is 0."""
     size = out.shape[0]
     for i in range(size - 1, -1, -1):
         rest = array[i, column]
@@ -67,9 +66,9 @@ def back_substitute(array, column, out):
 
 @compiled(error_model="numpy")
 def spread(array, row, work):
-    """Return ``h' (R'R)^-1 h``, h = `row` (its first p entries): the variance of the prediction of a row, noise of variance 1.
+    """Return ``h' (R'R)^-1 h``, h = ``row[:p]``: variance of the prediction of a row for noise of variance 1.
 
-    Infinite where the rows so far do not determine all values. `row` is only read; `work`, shape (p,), is written to.
+    Infinite until the rows determine all values. `work`, shape (p,), is scratch space.
     """
     total = 0.0
     for i in range(array.shape[0]):
@@ -85,7 +84,7 @@ def spread(array, row, work):
 
 @compiled(error_model="numpy")
 def inverse(array, out):
-    """Write ``(R'R)^-1`` into `out`, shape (p, p); infinite on the diagonal, 0 beside it, where R is singular."""
+    """Write ``(R'R)^-1`` into `out`, shape (p, p); where R is singular, inf on the diagonal and 0 off it."""
     size = array.shape[0]
     for i in range(size - 1, -1, -1):
         if array[i, i] == 0.0:
@@ -117,20 +116,20 @@ def _endless(out):
 
 @compiled(error_model="numpy")
 def measure(value, covariance, row, target, noise_variance, gain):
-    """Take one reading ``target = row @ value + noise`` into a value and its covariance, in place (Kalman's correction).
+    """Correct a value and its covariance by one reading ``target = row @ value + noise``, in place (Kalman).
 
     Parameters
     ----------
     value, covariance : array, shape (p,) and (p, p)
-        What is known; kept exactly symmetric.
+        Estimate and its covariance, kept exactly symmetric.
     row : array, shape (p,)
-        Known exactly; only read.
+        Regressors.
     target : float
         Reading.
     noise_variance : float
-        Of the reading; it and the variance of the prediction are not both 0.
+        Variance of the noise; it and the variance of the prediction are not both 0.
     gain : array, shape (p,)
-        Written to: what one unit of innovation moves the values by.
+        Output: Kalman gain.
     """
     size = value.shape[0]
     variance, error = noise_variance, target
@@ -153,10 +152,12 @@ def measure(value, covariance, row, target, noise_variance, gain):
 
 @compiled(error_model="numpy")
 def covariance_step(value, inv_info, row, target, forgetting, gain):
-    """Recursive least squares in the covariance form, one row, in place: Mears (4.40) with its errata, and forgetting.
+    """Add one row to least squares in covariance form, in place: Mears (4.40), errata corrected, with
+    forgetting.
 
-    `inv_info` is the inverse information, the covariance over the noise's variance, shape (p, p); `forgetting` the weight
-    (0, 1] that the rows before keep, unit 1; the rest as in `measure`. Forgotten directions wind up: see `rotate`.
+    `inv_info` is the inverse information (covariance over noise variance), shape (p, p); `forgetting` the
+    weight in (0, 1] that earlier rows keep, unit 1; the rest as in `measure`. Directions without new rows
+    wind up; `rotate` does not.
     """
     measure(value, inv_info, row, target, forgetting, gain)
     if forgetting != 1.0:
@@ -168,24 +169,26 @@ def covariance_step(value, inv_info, row, target, forgetting, gain):
 
 @compiled(error_model="numpy")
 def walk_step(value, covariance, known, walk, readings, rows, noise, innovation, innovation_sd, gain):
-    """Let the values walk, then take in independent readings, in place (Kalman's filter with unit transition).
+    """Let the values walk, then correct them by independent readings, in place (Kalman filter, unit
+    transition).
 
     Parameters
     ----------
     value, covariance : array, shape (p,) and (p, p)
-        What is known; rows and columns of a value of which nothing is known are 0.
+        Estimate and its covariance; 0 in rows and columns of unknown values.
     known : array of bool, shape (p,)
-        Of which values something is known. The first reading of one (a unit row, row k for value k) starts it.
+        Known values. The first reading of an unknown one (a unit row, row k for value k) starts it.
     walk : array, shape (p,)
         Variances of the step.
     readings : array, shape (q,)
         NaN: none.
     rows, noise : array, shape (q, p) and (q,)
-        What is read, and the variance of its noise.
+        Regressors, and variances of the noise.
     innovation, innovation_sd : array, shape (q,)
-        Written to: reading less what was expected before any of them, and its standard deviation; NaN and inf if unknown.
+        Output: reading minus prediction before all of them, and its standard deviation; NaN and inf if
+        unknown.
     gain : array, shape (p,)
-        To work in.
+        Scratch space.
     """
     size = value.shape[0]
     for i in range(size):
