@@ -1,1 +1,1 @@
-"""Distributions of what a move does: moments and partial moments in closed form."""
+"""Distributions of random amounts: moments and partial moments in closed form."""

@@ -1,4 +1,4 @@
-"""Laws of finitely many values, and of one."""
+"""Laws with finitely many values."""
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ class Discrete(Law):
     values : array_like
         The values, on the last axis, in the unit of D; the other axes make the `shape` of the array of laws.
     weights : array_like, optional
-        Their probabilities, scaled to sum to 1, broadcast against `values`; equal by default.
+        Probabilities, scaled to sum to 1, broadcast against `values`. Default: equal.
 
     Raises
     ------
@@ -67,7 +67,7 @@ class Discrete(Law):
         return np.take_along_axis(values, rank[..., None], axis=-1)[..., 0]
 
     def nodes(self, n: int = 1) -> tuple[Floats, Floats]:
-        """Return all the values (unit of D) and their weights, whatever `n`: the exact rule."""
+        """Return all values (unit of D) and weights for any `n`: the exact rule."""
         return self._values, self._weights
 
     def _fine(self) -> tuple[Floats, Floats]:
@@ -75,7 +75,7 @@ class Discrete(Law):
 
 
 class Point(Discrete):
-    """A sure amount: D = value.
+    """Deterministic amount, D = value.
 
     Parameters
     ----------

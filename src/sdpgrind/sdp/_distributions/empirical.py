@@ -1,4 +1,4 @@
-"""Laws cut off at 0, and the law of a sample, both through the partial moments of a law without the cut."""
+"""Laws truncated at 0, and the law of a sample, by partial moments of the untruncated law."""
 
 from functools import lru_cache
 
@@ -15,21 +15,21 @@ from sdpgrind.sdp._distributions.normal import NORMAL_REACH, Normal, hermite, no
 
 
 class Rectified(Law):
-    """max(D, 0) of another law: what lies below 0 becomes an atom at 0."""
+    """max(D, 0) of another law: the probability below 0 becomes an atom at 0."""
 
     def __init__(self, base: Law) -> None:
         self._base, self.shape = base, base.shape
         self._lack = base.under(0.0, 1)
         self._lack2 = base.under(0.0, 2)
         self.mean = base.over(0.0, 1)
-        # The first form loses nothing where little is cut, the second where nearly all is.
+        # The first form keeps its digits if little is below 0, the second if nearly all is.
         kept = base.sd**2 - self._lack2 - 2 * base.mean * self._lack - self._lack**2
         left = base.over(0.0, 2) - self.mean**2
         self.sd = np.sqrt(np.maximum(np.where(base.mean > 0, kept, left), 0.0))
 
     @property
     def lost(self) -> Floats:
-        """Probability that lay below 0 and now sits at 0, unit 1: the normal law's Phi(-mean/sd)."""
+        """Probability moved from below 0 to 0, unit 1: Phi(-mean/sd) of a normal law."""
         return self._base.under(np.nextafter(0.0, -1.0), 0)
 
     def under(self, y: npt.ArrayLike, power: int = 1) -> Floats:
@@ -52,7 +52,7 @@ class Rectified(Law):
 
     @property
     def support(self) -> tuple[Floats, Floats]:
-        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        """Ends (two arrays of `shape`, unit of D) beyond each of which the probability is below 1e-17."""
         low, high = self._base.support
         return np.maximum(low, 0.0), np.maximum(high, 0.0)
 
@@ -68,13 +68,13 @@ class Rectified(Law):
 
 
 class RectifiedNormal(Rectified):
-    """max(N, 0) of a normal N: an amount removed cannot be negative.
+    """max(N, 0) of a normal N.
 
     Parameters
     ----------
     mean, sd : array_like
-        Mean and standard deviation >= 0 of N, before the cut at 0, in the unit of D. The law's own ``mean`` and ``sd``
-        are those after it.
+        Mean and standard deviation >= 0 of N, in the unit of D; the attributes ``mean`` and ``sd`` are those
+        of max(N, 0).
 
     Raises
     ------
@@ -101,14 +101,14 @@ def _panels(number: int) -> tuple[Floats, Floats]:
 
 
 def _above_zero(base: "Normal | _Smoothed", lost: Floats) -> tuple[Floats, Floats]:
-    """Points of the density above 0, and the atom at 0."""
+    """Quadrature of the density above 0, and the atom at 0."""
     low, high = (np.maximum(end, 0.0) for end in base.support)
     x, w = _panels(base._panel_count)
     points = low[..., None] + (high - low)[..., None] * x
     scale = np.where(base._scale > 0, base._scale, 1.0)[..., None]
     weights = w * base._unit_density((points - base._location[..., None]) / scale)
     total = weights.sum(axis=-1, keepdims=True)
-    # A point mass, or a law wholly below 0, has no density: its one point stands at the low end.
+    # A point mass, or a law wholly below 0, has no density: one point at the low end.
     first = np.where(np.arange(x.size) == 0, 1.0, 0.0)
     weights = np.where(total > 0, weights / np.where(total > 0, total, 1.0), first)
     share = np.where(base._scale > 0, 1 - lost, 1.0)[..., None]
@@ -119,7 +119,7 @@ def _above_zero(base: "Normal | _Smoothed", lost: Floats) -> tuple[Floats, Float
 
 
 class _Steps(LocationScale):
-    """location + scale * (one of the sorted sample): sums over the sample from either end."""
+    """location + scale * (member of a sorted sample), by running sums from either end."""
 
     def __init__(self, mean: Floats, sd: Floats, sample: Floats) -> None:
         self._set(mean, sd)
@@ -149,7 +149,7 @@ class _Steps(LocationScale):
 
 
 def _running(ordered: Floats) -> Floats:
-    """Running sums of the 0th, 1st and 2nd powers, from none to all."""
+    """Running sums of the 0th, 1st and 2nd powers, over the sample size."""
     powers = np.stack([np.ones(ordered.size), ordered, ordered**2])
     return np.concatenate([np.zeros((3, 1)), np.cumsum(powers, axis=1)], axis=1) / ordered.size
 
@@ -165,8 +165,8 @@ def _step_moment(v: Floats, sums: Floats, rank: npt.NDArray[np.intp], power: int
 class _Smoothed(LocationScale):
     """location + scale * (the sample smoothed by a normal kernel).
 
-    The sum over the kernels is done once, at knots a 32nd of the kernel's sd apart; between them stands the polynomial
-    of degree 5 that has the same value, probability and density (error below 1e-13 of the scale).
+    Sums over the kernels are tabulated at knots a 32nd of the kernel's sd apart and interpolated by
+    polynomials of degree 5 (error below 1e-13 of the scale).
     """
 
     def __init__(self, mean: Floats, sd: Floats, sample: Floats, width: float) -> None:
@@ -229,7 +229,7 @@ def _kernel_tables(sample_bytes: bytes, width: float) -> tuple[PPoly, PPoly, PPo
 
 
 def _hermite_spline(knots: Floats, value: Floats, slope: Floats, curvature: Floats) -> PPoly:
-    """Polynomials of degree 5 with given values and two derivatives at the knots."""
+    """Quintic Hermite spline of values and two derivatives at the knots."""
     h = np.diff(knots)
     rise, first, second = np.diff(value), slope * h[0], curvature * h[0] ** 2
     f0, f1, s0, s1 = first[:-1], first[1:], second[:-1], second[1:]
@@ -241,7 +241,7 @@ def _hermite_spline(knots: Floats, value: Floats, slope: Floats, curvature: Floa
 
 
 def _kernel_moment(v: Floats, near: tuple[PPoly, ...], far: tuple[PPoly, ...], power: int) -> Floats:
-    """E((v - U)+)^power: below the mean 0 by its own table, above it by what the other side leaves of the whole."""
+    """E((v - U)+)^power: below the mean 0 by its own table, above it as complement of the other side."""
     whole = (1.0, v, 1 + v * v)[power]
     other = _looked_up(np.minimum(-v, 0.0), far[power])
     return np.where(
@@ -256,21 +256,21 @@ def _looked_up(v: Floats, table: PPoly) -> Floats:
 
 
 class Empirical(Law):
-    """Law with the shape of a sample, moved and stretched to a given mean and standard deviation.
+    """Law with the shape of a sample, and a given mean and standard deviation.
 
-    D = mean + sd U, where U is the sample brought to mean 0 and variance 1, each member blurred by a normal kernel of
-    sd `bandwidth` and the whole brought back to variance 1; max(D, 0) when `rectified`.
+    D = mean + sd U, U the sample standardised, smoothed by a normal kernel of sd `bandwidth`, and rescaled to
+    variance 1; max(D, 0) if `rectified`.
 
     Parameters
     ----------
     mean, sd : array_like
-        Mean and standard deviation >= 0 before the cut at 0, in the unit of D.
+        Mean and standard deviation >= 0 before rectification, in the unit of D.
     sample : array_like
         At least two different numbers, any unit.
     bandwidth : float
-        Sd of the kernel in standard units (of the sample's sd), 0 or in [0.01, 10]; 0 leaves the sample as it is.
+        Sd of the kernel over that of the sample, 0 (no smoothing) or in [0.01, 10], unit 1.
     rectified : bool
-        Cut at 0; the law's own ``mean`` and ``sd`` are those after the cut.
+        Truncate at 0; the attributes ``mean`` and ``sd`` are those of the result.
 
     Raises
     ------
@@ -301,7 +301,7 @@ class Empirical(Law):
 
     @property
     def lost(self) -> Floats:
-        """Probability that the cut at 0 moved to 0, unit 1; 0 when not rectified."""
+        """Probability that rectification moved to 0, unit 1; else 0."""
         return self._law.lost if isinstance(self._law, Rectified) else np.zeros(self.shape)
 
     def under(self, y: npt.ArrayLike, power: int = 1) -> Floats:
@@ -314,7 +314,7 @@ class Empirical(Law):
 
     @property
     def support(self) -> tuple[Floats, Floats]:
-        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        """Ends (two arrays of `shape`, unit of D) beyond each of which the probability is below 1e-17."""
         return self._law.support
 
     def sample(self, rng: Seed, size: Size | None = None) -> Floats:

@@ -1,4 +1,4 @@
-"""What the solver asks of a random amount: partial moments on either side of a point, a quadrature, samples."""
+"""Law of a random amount: partial moments on either side of a point, quadrature, samples."""
 
 from abc import ABC, abstractmethod
 
@@ -13,18 +13,18 @@ Size = int | tuple[int, ...]
 
 
 class Law(ABC):
-    """An array of laws of a random amount D, one for each control: closed forms, never a sampled density.
+    """Array of laws of a random amount D, one for each control, in closed form.
 
-    Arguments ``y`` have the unit of D and broadcast against `shape`. Since ``(y - D)+ - (D - y)+ = y - D``, the second
-    differences of `under` and of `over` in y are the same numbers; those of `under` are the accurate ones below the
-    mean, those of `over` above it.
+    Arguments ``y`` have the unit of D and broadcast against `shape`. `under` and `over` have equal second
+    differences in y, since ``(y - D)+ - (D - y)+ = y - D``; those of `under` are accurate below the mean,
+    those of `over` above it.
 
     Attributes
     ----------
     shape : tuple of int
         Shape of the array of laws.
     mean, sd : array
-        Mean and standard deviation of D as the law really has them, of `shape`, in the unit of D.
+        Mean and standard deviation of D, of `shape`, in the unit of D.
     """
 
     shape: tuple[int, ...]
@@ -42,7 +42,7 @@ class Law(ABC):
     @property
     @abstractmethod
     def support(self) -> tuple[Floats, Floats]:
-        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        """Ends (two arrays of `shape`, unit of D) beyond each of which the probability is below 1e-17."""
 
     @abstractmethod
     def sample(self, rng: Seed, size: Size | None = None) -> Floats:
@@ -50,13 +50,13 @@ class Law(ABC):
 
     @abstractmethod
     def _fine(self) -> tuple[Floats, Floats]:
-        """Give points and weights, last axis the points, that stand for the law as closely as floats allow."""
+        """Points and weights, on the last axis, of a quadrature exact to rounding."""
 
     def nodes(self, n: int) -> tuple[Floats, Floats]:
         """Return a quadrature of the law with `n` points on the last axis.
 
-        The Gauss rule of the law itself: exact for polynomials of D up to degree 2n - 1, up to rounding. A law that has
-        no more than `n` atoms comes back as these atoms.
+        The Gauss rule of the law: exact for polynomials of D up to degree 2n - 1. A law of at most `n` atoms
+        gives its atoms.
 
         Parameters
         ----------
@@ -66,8 +66,8 @@ class Law(ABC):
         Returns
         -------
         points, weights : array
-            Points in the unit of D and weights (they sum to 1), shape ``(*shape, n)``, or fewer on the last axis where
-            the law has fewer atoms.
+            Points in the unit of D and weights of sum 1, shape ``(*shape, n)``; fewer on the last axis for
+            fewer atoms.
         """
         checks.count("n", n)
         points, weights = self._fine()
@@ -80,7 +80,7 @@ def checked_power(power: int) -> int:
 
 
 def amounts(name: str, value: npt.ArrayLike, least: float = -np.inf) -> Floats:
-    """Return a finite float array, no entry of it below `least`."""
+    """Return a finite float array with no entry below `least`."""
     array = checks.finite_array(name, value)
     if np.any(array < least):
         raise checks.refuse(name, f">= {least:g}", float(array.min()))
@@ -107,7 +107,7 @@ class LocationScale(Law):
         location, scale = np.broadcast_arrays(location, scale)
         self.shape = location.shape
         self._location = location.copy()
-        self._scale = np.where(scale < 1e-100, 0.0, scale)  # beneath it, squares of y/scale would overflow
+        self._scale = np.where(scale < 1e-100, 0.0, scale)  # smaller ones overflow in (y/scale)**2
 
     @abstractmethod
     def _unit_under(self, v: Floats, power: int) -> Floats: ...
@@ -132,13 +132,13 @@ class LocationScale(Law):
         return np.asarray(y, dtype=float) - self._location, np.where(spread, self._scale, 1.0), spread
 
     def _placed(self, unit: npt.ArrayLike) -> Floats:
-        """Location and scale put on standard values, the last axis being theirs."""
+        """Map the standard values `unit` (last axis) to location + scale * unit."""
         placed: Floats = self._location[..., None] + self._scale[..., None] * np.asarray(unit)
         return placed
 
 
 def gauss_rule(points: Floats, weights: Floats, n: int) -> tuple[Floats, Floats]:
-    """Return the n-point Gauss rule of each discrete measure (last axis), by Lanczos with full orthogonalisation."""
+    """Return n-point Gauss rules of discrete measures (last axis), by Lanczos with reorthogonalisation."""
     centre = np.sum(points * weights, axis=-1, keepdims=True)
     spread = np.sqrt(np.sum((points - centre) ** 2 * weights, axis=-1, keepdims=True))
     unit = np.divide(points - centre, spread, out=np.zeros_like(points), where=spread > 0)
@@ -152,7 +152,7 @@ def _jacobi(points: Floats, start: Floats, n: int) -> Floats:
     basis = np.zeros((*points.shape[:-1], n, points.shape[-1]))
     vector, norm = start, np.sqrt(np.sum(start**2, axis=-1))
     for k in range(n):
-        # A measure of fewer atoms than n ends the recurrence: what follows is cut off and gets weight 0.
+        # Fewer than n atoms end the recurrence: further nodes get weight 0.
         basis[..., k, :] = np.divide(
             vector, norm[..., None], out=np.zeros_like(vector), where=norm[..., None] > 1e-12
         )

@@ -1,4 +1,4 @@
-"""The normal and the log-normal law of a random amount, accurate in both tails."""
+"""Normal and log-normal laws, accurate in both tails."""
 
 from functools import lru_cache
 from math import pi, sqrt
@@ -22,11 +22,11 @@ from sdpgrind.sdp._distributions.law import (
 
 ROOT2 = sqrt(2.0)
 HALF_PI = sqrt(pi / 2)
-NORMAL_REACH = 8.5  # P(Z > 8.5) < 1e-17
+NORMAL_REACH = 8.5  # derived: P(Z > 8.5) < 1e-17
 
 
 def _mills(x: Floats) -> Floats:
-    """Phi(x)/phi(x), meant for x <= 0, where both vanish."""
+    """Phi(x)/phi(x) for x <= 0."""
     ratio: Floats = HALF_PI * erfcx(-x / ROOT2)
     return ratio
 
@@ -57,7 +57,7 @@ def hermite(n: int) -> tuple[Floats, Floats]:
 
 
 class Normal(LocationScale):
-    """Normal law, of two signs.
+    """Normal law.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Normal(LocationScale):
 
     @property
     def support(self) -> tuple[Floats, Floats]:
-        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        """Ends (two arrays of `shape`, unit of D) beyond each of which the probability is below 1e-17."""
         reach = NORMAL_REACH * self._scale
         return self._location - reach, self._location + reach
 
@@ -114,7 +114,7 @@ class Normal(LocationScale):
 class LogNormal(Law):
     """Log-normal law with a given mean and standard deviation.
 
-    ln D is normal with variance ln(1 + sd^2/mean^2) and mean ln(mean) less half of it: Brown (1988), Table 4-1.
+    ln D has variance ln(1 + sd^2/mean^2) and mean ln(mean) minus half of it: Brown (1988), Table 4-1.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ class LogNormal(Law):
         relative = np.divide(sd, mean, out=np.zeros(mean.shape), where=mean > 0)
         self.shape, self.mean = mean.shape, mean.copy()
         self._sigma = np.sqrt(np.log1p(relative**2))
-        self._spread = self._sigma > 1e-100  # beneath it, squares of standard values would overflow
+        self._spread = self._sigma > 1e-100  # smaller ones overflow in squares of standard values
         self.sd = np.where(self._spread, sd, 0.0)
         self._safe_mean = np.where(self._spread, mean, 1.0)
         self._safe_sigma = np.where(self._spread, self._sigma, 1.0)
@@ -168,7 +168,7 @@ class LogNormal(Law):
 
     @property
     def support(self) -> tuple[Floats, Floats]:
-        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        """Ends (two arrays of `shape`, unit of D) beyond each of which the probability is below 1e-17."""
         reach, shift = NORMAL_REACH * self._sigma, 0.5 * self._sigma**2
         return self.mean * np.exp(-reach - shift), self.mean * np.exp(reach - shift)
 
@@ -184,7 +184,7 @@ class LogNormal(Law):
         return points, np.broadcast_to(weights, points.shape)
 
     def _standard(self, y: Floats, power: int) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
-        """Standard value of ln y, where y > 0, and y there (the mean elsewhere)."""
+        """Standard value of ln y, the mask y > 0, and y there (the mean elsewhere)."""
         inside = y > 0
         top = np.where(inside, y, self._safe_mean)
         return (
@@ -194,7 +194,7 @@ class LogNormal(Law):
         )
 
     def _incomplete(self, y: Floats, z: Floats, power: int) -> Floats:
-        """E((y - D)^power; D <= y), by the incomplete moments of D."""
+        """E((y - D)^power; D <= y), by incomplete moments of D."""
         m, s = self._safe_mean, self._safe_sigma
         if power == 0:
             return np.asarray(ndtr(z))
@@ -204,7 +204,7 @@ class LogNormal(Law):
 
 
 def _difference(x: Floats, step: Floats, power: int) -> Floats:
-    """Differences of Mills' ratio of order `power`: since y^k phi(z) = E(D^k) phi(z - k s), they are what is left."""
+    """Difference of order `power` of Mills' ratio, by y^k phi(z) = E(D^k) phi(z - k s)."""
     if power == 0:
         return _mills(x)
     if power == 1:

@@ -1,4 +1,4 @@
-"""The Rayleigh law of a random amount, translated or scaled."""
+"""Rayleigh law, translated or scaled."""
 
 from functools import lru_cache
 from math import factorial, pi, sqrt
@@ -14,9 +14,9 @@ from sdpgrind.base.rng import Seed, generator
 from sdpgrind.sdp._distributions.law import LocationScale, Size, amounts, gauss_rule
 
 ROOT2 = sqrt(2.0)
-HALF_PI = sqrt(pi / 2)  # mean of the unit Rayleigh law
-RAYLEIGH_SD = sqrt(2 - pi / 2)
-RAYLEIGH_REACH = 8.85
+HALF_PI = sqrt(pi / 2)  # derived: mean of the unit Rayleigh law
+RAYLEIGH_SD = sqrt(2 - pi / 2)  # derived: its standard deviation
+RAYLEIGH_REACH = 8.85  # derived: P(Rho > 8.85) < 1e-17
 
 
 def _rayleigh_series(power: int) -> Floats:
@@ -33,9 +33,9 @@ _SERIES = {power: _rayleigh_series(power) for power in (1, 2)}
 class Rayleigh(LocationScale):
     """Rayleigh law with a given mean and standard deviation, translated or scaled: Brown (1988), section 4.2.
 
-    With q = sd/sqrt(2 - pi/2) and unit Rayleigh Rho: where mean/sd >= `SWITCH` the law is translated,
-    D = (mean - q sqrt(pi/2)) + q Rho; where it is below, that would begin beneath 0, so the law is scaled,
-    D = mean/sqrt(pi/2) Rho, and its standard deviation is cut to mean/`SWITCH`.
+    With q = sd/sqrt(2 - pi/2) and Rho of the unit Rayleigh law: for mean/sd >= `SWITCH`, D = (mean - q
+    sqrt(pi/2)) + q Rho. Below, that law would reach negative values; D = mean/sqrt(pi/2) Rho with standard
+    deviation mean/`SWITCH` replaces it.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Rayleigh(LocationScale):
     Attributes
     ----------
     SWITCH : float
-        mean/sd at which the scaled law becomes the translated one: sqrt(pi/2)/sqrt(2 - pi/2), unit 1.
+        Least mean/sd of a translated law, sqrt(pi/2)/sqrt(2 - pi/2), unit 1.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class Rayleigh(LocationScale):
 
     @property
     def support(self) -> tuple[Floats, Floats]:
-        """Two arrays of `shape`, in the unit of D: less than 1e-17 of the probability lies below resp. above them."""
+        """Ends (two arrays of `shape`, unit of D) beyond each of which the probability is below 1e-17."""
         return self._location, self._location + RAYLEIGH_REACH * self._scale
 
     def sample(self, rng: Seed, size: Size | None = None) -> Floats:

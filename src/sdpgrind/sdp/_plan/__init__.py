@@ -1,1 +1,1 @@
-"""`plan`: refine the grid until the answer is known to a tolerance; `check` of a user's problem."""
+"""`plan`: refine the grid to a tolerance; `check` of a user's problem."""

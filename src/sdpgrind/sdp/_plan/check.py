@@ -1,4 +1,4 @@
-"""Check: tell a user what is wrong with his problem, all of it at once, before a long solve."""
+"""Check a user's problem before a long solve, and report all faults at once."""
 
 import pickle
 from collections.abc import Callable
@@ -20,14 +20,14 @@ from sdpgrind.sdp._transitions.sampled import Sampled
 
 @dataclass(frozen=True)
 class Report:
-    """What `check` found.
+    """Findings of `check`.
 
     Attributes
     ----------
     problems : tuple of str
-        What would stop or spoil a solve.
+        Faults that stop or spoil a solve.
     notes : tuple of str
-        What merely limits it (a callback that does not pickle cannot go to processes).
+        Limitations (a callback that does not pickle cannot go to processes).
     """
 
     problems: tuple[str, ...]
@@ -35,7 +35,7 @@ class Report:
 
     @property
     def ok(self) -> bool:
-        """Whether nothing is wrong."""
+        """Whether there are no problems."""
         return not self.problems
 
     def __str__(self) -> str:
@@ -44,26 +44,27 @@ class Report:
 
 
 def check(problem: Problem) -> Report:
-    """Try every callback of a problem on a small grid and say what is wrong.
+    """Test every callback of a problem on a small grid.
 
-    Shapes and finiteness of charges, transitions that leave an axis, a stop that cannot be reached, numpy and compiled
-    evaluation of sampled steps agreeing on random points, and pickling (for executors of processes).
+    Tested: shapes and finiteness of charges, transitions that leave an axis, unreachable stops, agreement of
+    numpy and compiled sampled steps on random points, and pickling (for executors of processes).
 
     Parameters
     ----------
     problem : Problem
-        What one is about to solve (all units are the problem's own).
+        Problem to be solved (units are its own).
 
     Returns
     -------
     Report
-        ``report.ok``, ``report.problems``, ``report.notes``; print it.
+        Findings; print it.
 
     Examples
     --------
     >>> from sdpgrind import sdp
     >>> problem = sdp.Problem(
-    ...     [sdp.Axis("x", 0.1, 1.0, 11)], [sdp.Move("go", {"a": [1.0]}, sdp.Sampled(lambda s, c, e: (2 * s.x,)))],
+    ...     [sdp.Axis("x", 0.1, 1.0, 11)],
+    ...     [sdp.Move("go", {"a": [1.0]}, sdp.Sampled(lambda s, c, e: (2 * s.x,)))],
     ...     [], sdp.Forever())
     >>> print(sdp.check(problem))
     wrong: move 'go' must keep x in [0.1, 1], or the axis needs another edge than 'refuse'; got 2
@@ -98,13 +99,13 @@ def _edges(problem: Problem) -> bool:
 def _try(problems: list[str], what: str, run: Callable[[], None]) -> None:
     try:
         run()
-    except Exception as error:  # whatever a user's callback raises is the finding
+    except Exception as error:  # a finding, of any type
         text = _readable(error)
         problems.append(text if text.startswith(what) else f"{what}: {text}")
 
 
 def _readable(error: Exception) -> str:
-    """One line that says what a user can do about an error of his callback."""
+    """Message and remedy for an error of a user's callback, one line."""
     text = next((line for line in str(error).splitlines() if line.strip()), type(error).__name__)
     if isinstance(error, AttributeError) and hasattr(error.obj, "_fields"):
         fields = ", ".join(error.obj._fields) or "none"
@@ -112,7 +113,10 @@ def _readable(error: Exception) -> str:
     if type(error).__module__.startswith("numba."):
         return f"step does not compile; pass compiled=False, or write it with what numba knows ({text})"
     if "truth value of an array" in text:
-        return "callbacks must be written elementwise: operators and numpy functions such as np.where, no if, and, or, min, max"
+        return (
+            "callbacks must be written elementwise: operators and numpy functions such as np.where, no "
+            "if, and, or, min, max"
+        )
     return text
 
 
@@ -125,7 +129,7 @@ def _stop(problem: Problem, grid: Grid) -> None:
 
 
 def _move(problem: Problem, grid: Grid, k: int, notes: list[str]) -> None:
-    """Evaluate one move into zero and look at what comes."""
+    """Evaluate one move into the value-to-go 0 and test the result."""
     alone = replace(problem, moves=(problem.moves[k],))
     last = problem.stages.count if isinstance(problem.stages, Stages) else None
     bundles = Bundles(alone, grid)
@@ -135,22 +139,23 @@ def _move(problem: Problem, grid: Grid, k: int, notes: list[str]) -> None:
             raise ValueError("its charge or transition must give numbers; got NaN")
         if np.all(np.isinf(found.q)):
             notes.append(
-                f"move {problem.moves[k].name!r} is not allowed at any of {found.q.size} places tried (s.mode is a number)"
+                f"move {problem.moves[k].name!r} is not allowed at any of {found.q.size} places "
+                "tried (s.mode is a number)"
             )
     if isinstance(problem.moves[k].to, Sampled) and _compiles(Menu(alone, grid, 0)):
         _agree(Menu(alone, grid, 0))
 
 
 def _steps(problem: Problem, k: int) -> bool:
-    """Whether the step of a move compiles; True where it does not even run, which is another finding."""
+    """Whether the step of a move compiles; True if it does not run, which is another finding."""
     try:
         return _compiles(Menu(problem, Grid.of(problem), k))
-    except Exception:  # found already
+    except Exception:  # reported already
         return True
 
 
 def _compiles(menu: Menu) -> bool:
-    """Whether a sampled step compiles; an error only where it must."""
+    """Whether a sampled step compiles; an error if the move requires it."""
     from numba.core.errors import NumbaError
 
     move = menu.move.to
@@ -167,16 +172,17 @@ def _compiles(menu: Menu) -> bool:
 
 
 def _agree(menu: Menu) -> None:
-    """The step in a compiled kernel and in numpy, on eight random points."""
+    """Compare the compiled step with numpy on eight random points."""
     for s, c, e, numpy_says, kernel_says in _agreement(menu, 8):
         if not np.allclose(numpy_says, kernel_says, rtol=1e-12, atol=1e-12, equal_nan=True):
             raise ValueError(
-                f"step must give the same in numpy and compiled; got {numpy_says} and {kernel_says} at {s}, {c}, {e}"
+                f"step must give the same in numpy and compiled; got {numpy_says} and {kernel_says} "
+                f"at {s}, {c}, {e}"
             )
 
 
 def _agreement(menu: Menu, points: int) -> list[Any]:
-    """State, control and noise, and what the step makes of them in numpy and compiled, at random points."""
+    """State, control, noise, and the next states by numpy and compiled code, at random points."""
     from sdpgrind.sdp._transitions.step_kernels import compiled_step
 
     move = menu.move.to
@@ -205,15 +211,17 @@ def _notes(problem: Problem, small: Problem) -> list[str]:
     for k, move in enumerate(problem.moves):
         if isinstance(move.to, Sampled) and move.to.compiled is None and not _steps(small, k):
             notes.append(
-                f"move {move.name!r}: step does not compile: fine while its table is small enough to be kept, "
+                f"move {move.name!r}: step does not compile: fine while its table is small enough "
+                "to be kept, "
                 "else pass compiled=False"
             )
         for name, callback in _callbacks(move):
             try:
                 pickle.dumps(callback)
-            except Exception:  # pickle raises whatever it likes
+            except Exception:  # pickle raises errors of any type
                 notes.append(
-                    f"move {move.name!r}: {name} does not pickle (a lambda or closure?): fine here and on threads, "
+                    f"move {move.name!r}: {name} does not pickle (a lambda or closure?): fine here "
+                    "and on threads, "
                     "not on executors of processes"
                 )
     return notes

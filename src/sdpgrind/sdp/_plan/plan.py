@@ -1,4 +1,4 @@
-"""Plan: solve on a grid, or refine the grid until the answer is known to a tolerance."""
+"""Solve on a grid, or refine the grid to a tolerance."""
 
 from collections.abc import Callable
 from concurrent.futures import Executor
@@ -21,23 +21,20 @@ from sdpgrind.sdp._solve.stages import solve_stages
 from sdpgrind.sdp._transitions.sampled import Sampled
 from sdpgrind.sdp._transitions.shift import Shift
 
-REFINEMENTS = 10
-"""Largest number of times that every cell is halved (chosen)."""
-STALLED = 0.6
-"""Share of the last change but one that the last change must come down to (chosen)."""
-LARGEST = 2.0 * 2**30
-"""Bytes that tables may take (chosen)."""
+REFINEMENTS = 10  # chosen: most halvings of the cells; memory ends most problems before
+STALLED = 0.6  # chosen: least ratio of changes at which halving is useless; second order gives 0.25
+LARGEST = 2.0 * 2**30  # chosen: bytes of tables; more does not fit a small machine
 
 
 class ToleranceError(ValueError):
-    """A tolerance that cannot be reached.
+    """Unreachable tolerance.
 
     Attributes
     ----------
     message : str
-        What could be, $.
+        Sentence with the reachable error, $.
     policy : Policy
-        The best that was reached; its ``error`` ($) is above the tolerance.
+        The best policy; its ``error`` ($) is above the tolerance.
     """
 
     def __init__(self, message: str, policy: Policy) -> None:
@@ -58,18 +55,19 @@ def plan(
     Parameters
     ----------
     problem : Problem
-        What to solve.
+        Problem to be solved.
     tolerance : float, optional
-        Halve the cells of all axes, and go finer in controls and sampled noise where that is needed, until the estimated
-        error of the value-to-go ($), at nodes and between them, is at most this. None: solve on the grid as given; the
-        policy's ``error`` is then None.
+        Largest estimated error of the value-to-go ($), at nodes and between them: cells of all axes are
+        halved, and controls and sampled noise refined, to reach it. None: solve on the given grid; the
+        policy's ``error`` is None.
     executor : concurrent.futures.Executor, optional
-        Where to evaluate the blocks of problems with two or three axes; results do not depend on it. On one axis a
-        barrier a stage would cost more than the work, and it is ignored.
+        Executor for blocks of problems with two or three axes; results do not depend on it. Ignored on one
+        axis.
     progress : callable(share, text), optional
-        By default one line on a terminal when it takes long, silent elsewhere.
+        Default: one line on a terminal for long solves, silent elsewhere.
     throw : bool
-        Whether a tolerance that cannot be reached is an error; False: the best that was reached, its ``error`` above it.
+        Raise if the tolerance is unreachable; False: return the best policy, its ``error`` above the
+        tolerance.
 
     Returns
     -------
@@ -79,16 +77,17 @@ def plan(
     Raises
     ------
     ValueError
-        When nothing is allowed in some state, the process never ends, or an edge is passed that must not be.
+        When a state allows no action, the process never ends, or a refused edge is passed.
     ToleranceError
-        When the tolerance cannot be reached: a ValueError with the best policy that was.
+        When the tolerance is unreachable; holds the best policy.
 
     Examples
     --------
     >>> from sdpgrind import sdp
     >>> bend = sdp.Problem(
     ...     [sdp.Axis("error", -3, 3, 121, "mm", below="stop", above="stop")],
-    ...     [sdp.Move("bend", {"by": sdp.Levels(0, 5, 101)}, sdp.Shift("error", lambda s, c: sdp.Normal(c.by, 0.1 * c.by)))],
+    ...     [sdp.Move("bend", {"by": sdp.Levels(0, 5, 101)},
+    ...               sdp.Shift("error", lambda s, c: sdp.Normal(c.by, 0.1 * c.by)))],
     ...     [sdp.Stop("done", sdp.Charge(under=sdp.Linear(1.0), over=sdp.Linear(4.0)))],
     ...     sdp.Stages(2, 1.0, "hits_left", ""),
     ... )
@@ -118,7 +117,7 @@ def _refined(
     before = _solve(problem, 1, executor, tell)
     changes: list[float] = []
     at_nodes: list[float] = []
-    hopeless = 0  # halvings in a row that promise nothing: one may be that which first resolves a kink
+    hopeless = 0  # halvings in a row without promise; a single one may first resolve a kink
     for halvings in range(1, REFINEMENTS + 1):
         if before.table.search_error > tolerance / 4 or _stalls(changes):
             problem = _with_finer_levels(problem)
@@ -128,12 +127,12 @@ def _refined(
         at_nodes.append(shared)
         if (
             grid_error(changes) <= tolerance / 2 < policy.table.search_error
-        ):  # the grid will do, the search will not
+        ):  # the grid suffices, the search does not
             problem = _with_finer_levels(problem)
             policy = _solve(problem, 2**halvings, executor, tell)
         error = grid_error(changes) + policy.table.search_error
         room = _halvings_left(problem, halvings)
-        if halvings > 2:  # the first changes are those of a grid that may have missed much
+        if halvings > 2:  # the first grids may be too coarse to judge by
             hopeless = hopeless + 1 if _within_reach(error, changes, room) > tolerance else 0
         last = room == 0 or (throw and hopeless > 1)
         if (halvings > 1 and error <= tolerance) or last:
@@ -153,7 +152,7 @@ def _refined(
 
 
 def _stalls(changes: list[float]) -> bool:
-    """Whether halving the cells no longer helps: then the search may have missed something between its levels."""
+    """Whether halving the cells no longer helps; the search between levels may then be at fault."""
     return len(changes) > 2 and changes[-1] > STALLED * changes[-2]
 
 
@@ -162,12 +161,12 @@ def _rate(changes: list[float]) -> float:
 
 
 def _within_reach(error: float, changes: list[float], room: int) -> float:
-    """The error that is left if each halving that memory holds halves it at least."""
+    """Least error ($) within `room` further halvings, each of which halves it at least."""
     return float(error / max(2.0, _rate(changes)) ** room)
 
 
 def _out_of_reach(tolerance: float, policy: Policy, changes: list[float], room: int) -> ToleranceError:
-    assert policy.error is not None  # it is what was refined
+    assert policy.error is not None  # refined policies have one
     reachable = 1.5 * policy.error / _rate(changes) ** room
     return ToleranceError(
         f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}: try"
@@ -177,7 +176,7 @@ def _out_of_reach(tolerance: float, policy: Policy, changes: list[float], room: 
 
 
 def _halvings_left(problem: Problem, done: int) -> int:
-    """How often the cells can be halved again."""
+    """Number of further halvings that memory allows."""
     room = 0
     while done + room < REFINEMENTS and _table_bytes(problem, 2 ** (done + room + 1)) <= LARGEST:
         room += 1
@@ -185,7 +184,7 @@ def _halvings_left(problem: Problem, done: int) -> int:
 
 
 def _table_bytes(problem: Problem, refine: int) -> float:
-    """Size of the tables of the shifts, which are the largest: weight and charge of every row, lag and other node."""
+    """Bytes of the tables of shifts, the largest: weight and charge of every row, lag and other node."""
     nodes = float(np.prod([(axis.nodes - 1) * refine + 1 for axis in problem.axes], dtype=float))
     rows = (m.choices * (m.levels.count if m.levels else 1) for m in problem.moves if isinstance(m.to, Shift))
     return 16.0 * nodes * sum(rows)
@@ -205,7 +204,7 @@ def _with_finer_levels(problem: Problem) -> Problem:
 def _with_enough_noise(
     problem: Problem, policy: Policy, tolerance: float, solve: Callable[[Problem], Policy]
 ) -> tuple[Problem, Policy, float]:
-    """Double the quadrature points of sampled noise until that changes little; return the last change, too."""
+    """Double the quadrature points of sampled noise until the value settles; return its last change, $."""
     change = 0.0
     while (finer := _with_finer_noise(problem)) is not None:
         problem, before, policy = finer, policy, solve(finer)
@@ -216,7 +215,7 @@ def _with_enough_noise(
 
 
 def _with_finer_noise(problem: Problem) -> Problem | None:
-    """Twice the quadrature points for sampled noise; None where that changes nothing."""
+    """Problem with twice the quadrature points of sampled noise; None without such noise."""
     moves = []
     for move in problem.moves:
         to = move.to
@@ -229,12 +228,14 @@ def _with_finer_noise(problem: Problem) -> Problem | None:
 
 
 def grid_error(changes: list[float]) -> float:
-    """Return the estimated error ($) of the last of several solutions, from the largest changes that each halving made.
+    """Return the estimated error ($) of the last of several solutions, from the largest changes at each
+    halving.
 
-    If the error falls by a factor r at each halving, the last change is (r - 1) times the error. Linear interpolation gives
-    r = 4 on average, but kinks of the value-to-go fall unevenly between nodes and into cells: r is taken from the last two
-    changes, never above 3 and never below 1.25 (many passes of laws narrower than a cell converge slower than at first
-    order). A change may be small by luck: the one before it bounds the error from below, as if both orders were second.
+    If a halving divides the error by r, the last change is (r - 1) times the error. Linear interpolation
+    gives r = 4 on average; kinks of the value-to-go fall unevenly into cells, so r is the ratio of the last
+    two changes, within [1.25, 3] (many passes of laws narrower than a cell converge slower than at first
+    order). A change may be small by chance: the one before it, with second order assumed, bounds the error
+    from below.
     """
     if len(changes) < 2:
         return changes[-1]
@@ -243,7 +244,7 @@ def grid_error(changes: list[float]) -> float:
 
 
 def _changes(coarse: Policy, fine: Policy) -> tuple[float, float]:
-    """Largest change at the nodes of the finer grid, as the coarser looks them up, and at the nodes that the two share."""
+    """Largest change at the nodes of the finer grid, and at the nodes that both grids share, $."""
     shape = fine.grid.shape
     row, mode, *node = (x.ravel() for x in np.indices((*fine.table.value.shape[:2], *shape)))
     index = 0.5 * np.array(node).reshape(len(shape), row.size)

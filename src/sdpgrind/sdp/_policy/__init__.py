@@ -1,1 +1,1 @@
-"""The solved policy: look-up, simulation, distribution of the final penalty, alternatives, pictures."""
+"""Solved policy: look-up, simulation, distribution of the final penalty, alternatives, pictures."""

@@ -1,4 +1,4 @@
-"""What else is nearly as good at a state."""
+"""Alternatives to the best action at a state."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from sdpgrind.sdp._solve.bundles import Bundles
 
 
 def alternatives(solution: Solution, within: float, state: dict[str, Any]) -> dict[str, float]:
-    """Return stops and moves within `within` $ of the best at one state, cheapest first."""
+    """Return costs ($) of stops and moves within `within` $ of the best at one state, cheapest first."""
     problem = solution.need_problem("alternatives")
     place = solution.locate(state)
     if place.row.size != 1:
@@ -24,7 +24,7 @@ def alternatives(solution: Solution, within: float, state: dict[str, Any]) -> di
     late = float(solution.locator.late_at(place)[0])
     costs = {stop.name: float(np.ravel(charge_of(problem, stop, s))[0]) + late for stop in problem.stops}
     node, part = (np.ravel(x) for x in solution.grid.corners(place.index))
-    node, part = node[part > 0], part[part > 0]  # infinite costs at a corner without weight do not count
+    node, part = node[part > 0], part[part > 0]  # 0 * inf is no cost
     for k, q in enumerate(_move_costs(solution, problem, row, mode, float(place.time[0]))):
         costs[problem.moves[k].name] = float(part @ q[node])
     best = min(costs.values())
@@ -32,7 +32,7 @@ def alternatives(solution: Solution, within: float, state: dict[str, Any]) -> di
 
 
 def _move_costs(solution: Solution, problem: Problem, row: int, mode: int, time: float) -> list[Floats]:
-    """Cost [node] of the best control of every move in one slice of the table, which serves the stage coordinate `time`."""
+    """Cost [node] of the best control of every move in one slice, at the stage coordinate `time`, $."""
     layout, t = solution.layout, solution.table
     bundles = Bundles(problem, solution.grid, keep=False)
     extra = np.asarray(layout.edge_extra) if layout.edge_extra else np.zeros(len(layout.modes))

@@ -1,4 +1,4 @@
-"""The exact distribution of a policy's final penalty, by the forward recursion that is adjoint to the backward one."""
+"""Exact distribution of a policy's final penalty, by the forward recursion adjoint to the backward one."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -16,13 +16,12 @@ from sdpgrind.sdp._problem.stops import charge_of, stop_state
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import Tail
 
-NEGLIGIBLE = 1e-15
-"""Probability that is not followed any further (chosen)."""
+NEGLIGIBLE = 1e-15  # chosen: probability that is dropped; a smaller one is rounding
 
 
 @dataclass(frozen=True)
 class Left:
-    """Mass that left the grid into a stop: where from, with which probabilities, and what it is charged besides."""
+    """Mass that left the grid into a stop: origin, probabilities, and further charge."""
 
     tail: Tail
     probability: Floats
@@ -31,23 +30,24 @@ class Left:
 
 @dataclass(frozen=True)
 class Distribution:
-    """Distribution of the final penalty: atoms at nodes where the policy stops, and exact tails beyond stopping edges.
+    """Distribution of the final penalty: atoms at nodes where the policy stops, and exact tails beyond
+    stopping edges.
 
-    In-path charges are not part of the final penalty; their expectation is `on_the_way`. Exact for the process whose
-    outcomes are put on neighbour nodes at random, which is the one that the table solves.
+    In-path charges are not part of it; their expectation is `on_the_way`. Exact for the process that the
+    table solves, with outcomes put on neighbour nodes at random.
 
     Attributes
     ----------
     charge, probability : array
         Penalties ($) and probabilities of the atoms.
     final : array (axes, atoms)
-        Coordinates at which the atoms end.
+        Final coordinates of the atoms.
     on_the_way : float
         Expected in-path charge, $.
     moves : float
         Expected number of moves.
     outside : tuple of float
-        Share of the atoms that begins, and ends, beyond the low and the high end of an axis.
+        Probability of the atoms beyond the low and the high end of an axis.
     """
 
     charge: Floats
@@ -65,7 +65,7 @@ class Distribution:
 
     @property
     def _least(self) -> float:
-        """A level ($) that no penalty lies below: 0, unless stopping earns something."""
+        """Lower bound of the penalty, $: 0, unless a stop charge is negative."""
         extra = (left.extra for left in self.tails)
         return min(0.0, float(self.charge.min(initial=0.0)), *extra)
 
@@ -97,9 +97,10 @@ class Distribution:
         return (self.excess(level) - self.excess(level + step)) / step
 
     def cvar(self, confidence: float) -> float:
-        """Return the conditional value at risk: the mean penalty ($) of the worst ``1 - confidence`` of all cases.
+        """Return the conditional value at risk: mean penalty ($) of the worst ``1 - confidence`` of all
+        cases.
 
-        By Rockafellar and Uryasev: the least of ``c + E (penalty - c)+ / (1 - confidence)`` over c.
+        Rockafellar and Uryasev: the least of ``c + E (penalty - c)+ / (1 - confidence)`` over c.
         """
         checks.within("confidence", confidence, 0.0, 1.0 - 1e-9)
         low = self._least
@@ -140,7 +141,7 @@ def distribution(policy: Solution, state: dict[str, Any], nodes: npt.ArrayLike |
 
 
 def _ended(policy: Solution, place: Any, charge: float) -> Distribution:
-    """The distribution from a state beyond an edge at which the process ends."""
+    """Distribution from a state beyond an edge at which the process ends."""
     final = np.array(place.points).reshape(len(place.points), 1)
     axes = zip(policy.layout.axes, place.points, strict=True)
     below = any(x[0] < axis.low and axis.below not in ("hold", "refuse") for axis, x in axes)
@@ -151,7 +152,7 @@ Points: TypeAlias = tuple[Floats, ...]
 
 
 class _Spread:
-    """Probability [mode, node] by stage, and what has been charged."""
+    """Probability [mode, node] by stage, and the charges so far."""
 
     def __init__(self, policy: Solution, problem: Any, grid: Grid) -> None:
         self.policy, self.problem, self.layout, self.grid = policy, problem, policy.layout, grid
@@ -162,7 +163,7 @@ class _Spread:
         self.on_the_way = self.moves = 0.0
 
     def run(self, place: Any) -> Distribution:
-        # The first step is that of the state itself: between nodes whose actions differ it is no mixture of theirs.
+        # The first action is that of the state itself, no mixture of those at the nodes around it.
         stage, self.offset = self.policy.begin(place)
         best, entry, control, _ = self.policy.act(place)
         self._act(stage, int(best[0]), place.points, place.mode, entry, control, np.ones(1))
@@ -186,7 +187,7 @@ class _Spread:
             self._act(stage, int(k), points, *at)
 
     def _decided(self, stage: int, mode: Ints, node: Ints) -> tuple[Any, Any, Floats]:
-        """What is done at nodes: read off the table, or looked up where they are none of its own."""
+        """Actions at nodes: from the table, or looked up at nodes that the table lacks."""
         t = self.policy.table
         if self.grid is self.policy.grid:
             at = int(self.policy.countdown.row(stage)), mode, node

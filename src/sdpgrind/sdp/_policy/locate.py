@@ -1,4 +1,4 @@
-"""Where states lie in a policy table, what lies beyond its edges, and the refusal of what lies nowhere."""
+"""Position of states in a policy table, and states beyond its edges."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,9 +17,10 @@ Mask = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Place:
-    """States located in the table: slice, late charge, mode, position on every axis (cells), coordinates, stage coordinate.
+    """States located in the table: slice, late charge, mode, position on every axis (cells), coordinates,
+    stage coordinate.
 
-    The late charge is what the slice lacks: only the one before the first stage ("base") lacks any.
+    The late charge is the one missing in the slice, 0 except in the slice before the first stage ("base").
     """
 
     row: Ints
@@ -33,13 +34,13 @@ class Place:
 
 @dataclass(frozen=True)
 class Locator:
-    """Finds states."""
+    """Locates states."""
 
     layout: Layout
     countdown: Countdown
 
     def locate(self, state: dict[str, Any]) -> Place:
-        """Find states (numbers or arrays by name) in the table, or refuse them."""
+        """Locate states (numbers or arrays by name) in the table; refuse those outside."""
         layout = self.layout
         names = [axis.name for axis in layout.axes] + ([] if layout.endless else [layout.stage_name])
         if set(state) - {"mode"} != set(names):
@@ -57,7 +58,7 @@ class Locator:
         return Place(row, late, mode, index, points, modes.shape, time)
 
     def mode(self, mode: Any) -> Any:
-        """Return the number of a mode given by name or number, or refuse it."""
+        """Return the number of a mode given by name or number; refuse unknown ones."""
         modes = self.layout.modes
         if isinstance(mode, str):
             if mode not in modes:
@@ -69,7 +70,7 @@ class Locator:
         return mode
 
     def _rows(self, time: Floats) -> tuple[Ints, Floats]:
-        """Slices of stage coordinates, and the late charge that the base slice lacks."""
+        """Slices of stage coordinates, and the late charge missing in the base slice."""
         layout, stage = self.layout, time / self.layout.step
         self._refuse(
             time,
@@ -104,7 +105,7 @@ class Locator:
         return np.asarray(index)
 
     def _exits(self, place: Place) -> list[tuple[Mask, Any, Floats]]:
-        """States beyond each edge that ends the process, that edge, and the coordinate."""
+        """Masks of states beyond each edge that ends the process, the edge, and the coordinate."""
         out = []
         for axis, x in zip(self.layout.axes, place.points, strict=True):
             for beyond, edge, _ in passed(axis, x):
@@ -113,14 +114,14 @@ class Locator:
         return out
 
     def outside(self, place: Place) -> Mask:
-        """Tell which states lie beyond an edge at which the process ends."""
+        """Return the mask of states beyond an edge at which the process ends."""
         gone = np.zeros(place.row.size, dtype=bool)
         for beyond, _, _ in self._exits(place):
             gone |= beyond
         return gone
 
     def with_exits(self, place: Place, value: Floats) -> Floats:
-        """Put the exact charge where a state lies beyond an edge at which the process ends."""
+        """Replace values of states beyond an edge at which the process ends by the exact charge."""
         charge = self.layout.edge_charge
         for beyond, edge, x in self._exits(place):
             if edge != "stop":
@@ -131,13 +132,13 @@ class Locator:
         return value
 
     def with_exit_slopes(self, place: Place, slope: Floats) -> Floats:
-        """Put the slope of that charge instead."""
+        """Replace slopes there by that of the charge."""
         charge = self.layout.edge_charge
         for beyond, edge, x in self._exits(place):
             slope[beyond] = charge.slope(x[beyond]) if edge == "stop" and charge is not None else 0.0
         return slope
 
     def late_at(self, place: Place) -> Floats:
-        """Late charge of located states, in the base slice or out of it."""
+        """Late charge of located states, $."""
         count = self.countdown
         return np.where(count.in_base(place.row), place.late, count.late(count.time(place.row)))

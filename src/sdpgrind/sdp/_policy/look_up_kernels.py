@@ -7,7 +7,7 @@ from sdpgrind.base.compiled import compiled
 
 @compiled
 def _cell(shape, index, point, corner, low):
-    """Flat node and weight of a corner (bits of `corner`) of the cell around index[:, point]; `low` is its lowest node."""
+    """Flat node and weight of a corner (bits of `corner`) of a point's cell; `low` is its lowest node."""
     node, weight = 0, 1.0
     for axis in range(shape.size):
         part = min(max(index[axis, point] - low[axis], 0.0), 1.0)
@@ -39,7 +39,7 @@ def interpolate(table, row, mode, shape, index, out):
 
 @compiled
 def _crossing(at, row, mode, index, nodes):
-    """Number of the cell of kinks (-1: none) that a point is inside of, the cell, and where in it the point lies."""
+    """Number of the kink cell around a point (-1: none), the cell, and the position in it."""
     cell = max(0, min(int(np.floor(index)), nodes - 2))
     part = min(max(index - cell, 0.0), 1.0)
     return at[row, mode, cell] if 0.0 < part < 1.0 else -1, cell, part
@@ -47,7 +47,7 @@ def _crossing(at, row, mode, index, nodes):
 
 @compiled
 def _least(first, last, cost, part):
-    """The first of the lowest lines, and its height."""
+    """Index of the first of the lowest lines, and its height."""
     line, low = first, np.inf
     for k in range(first, last):
         here = (1 - part) * cost[k, 0] + part * cost[k, 1]
@@ -58,7 +58,7 @@ def _least(first, last, cost, part):
 
 @compiled
 def _next_least(first, last, cost, act, part, chosen):
-    """Height of the lowest line of any other action than `chosen`."""
+    """Height of the lowest line of actions other than `chosen`."""
     low = np.inf
     for k in range(first, last):
         if act[k] != chosen:
@@ -68,7 +68,7 @@ def _next_least(first, last, cost, act, part, chosen):
 
 @compiled
 def least_move(kinks, row, mode, index, out):
-    """Set out[p] to the number of the lowest line of a move in the cell of each point, -1 where there is none."""
+    """Set out[p] to the number of the lowest line of a move in the cell of each point, -1: none."""
     at, start, cost, _, act, _ = kinks
     for point in range(out.size):
         number, _, part = _crossing(at, row[point], mode[point], index[0, point], at.shape[2] + 1)
@@ -82,7 +82,7 @@ def least_move(kinks, row, mode, index, out):
 
 @compiled
 def least_line(at, start, cost, row, mode, index, out):
-    """On one axis, set out[p] to the least of the lines of cost where the action changes inside a cell."""
+    """Set out[p] to the least line of cost where the action changes inside a cell of the one axis."""
     for point in range(out.size):
         number, _, part = _crossing(at, row[point], mode[point], index[0, point], at.shape[2] + 1)
         if number >= 0:
@@ -91,10 +91,10 @@ def least_line(at, start, cost, row, mode, index, out):
 
 @compiled
 def act(table, kinks, row, mode, shape, index, out):
-    """Action at every point: interpolated inside one move; where the action changes inside a cell, that of the least line.
+    """Action at every point: interpolated within one move, else that of the least line.
 
-    `table` = (best, entry, control, gap)[row, mode, node]. Without lines (on more than one axis) the corner of the greatest
-    weight decides.
+    `table` = (best, entry, control, gap)[row, mode, node]. Without lines (several axes) the corner of the
+    greatest weight decides.
     """
     best, entry, control, gap = table
     at, start, cost, line_control, line_act, line_entry = kinks

@@ -10,7 +10,7 @@ from sdpgrind.sdp._policy.table import Solution
 
 
 def plot(policy: Solution, mode: int) -> Any:
-    """Draw the value-to-go beside the chosen move: over (stage, axis), or over two axes in the last slice."""
+    """Draw value-to-go and chosen move: over (stage, axis), or over two axes in the last slice."""
     layout, t, grid = policy.layout, policy.table, policy.grid
     figure, (left, right) = pictures.subplots(1, 2, (10, 4))
     skip = 1 if layout.has_base else 0
@@ -44,7 +44,7 @@ def _label(policy: Solution, k: int) -> str:
 
 
 def _moves(policy: Solution, figure: Any, ax: Any, x: Any, y: Any, best: Any) -> None:
-    """Colour each state by its stop or move; only those that occur are listed."""
+    """Colour each state by its stop or move; list those that occur."""
     plt = need("matplotlib.pyplot", "plot")
     labels = [*policy.layout.stops, *(m.name for m in policy.layout.moves)]
     which = np.where(best < 0, -1 - best, best + len(policy.layout.stops))

@@ -1,4 +1,4 @@
-"""Policy: the solved table, looked up by state, plotted, saved and loaded."""
+"""Policy: solved table with look-up by state, pictures and files."""
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
@@ -25,7 +25,7 @@ from sdpgrind.sdp._solve.stages import TABLES, StageTable
 
 @dataclass(frozen=True)
 class Action:
-    """What a policy says to do; for arrays of states every field is an array.
+    """Action of a policy; every field is an array for arrays of states.
 
     Attributes
     ----------
@@ -34,11 +34,11 @@ class Action:
     name : str
         Name of the stop or move.
     duration : float
-        Time the move takes, in the stages' unit (0 for a stop).
+        Time of the move, in the stages' unit (0 for a stop).
     controls : dict
-        Values of the move's controls (NaN where another move, or none, is chosen); also attributes of the action.
+        Values of all moves' controls (NaN: move not chosen); also attributes of the action.
     gap : float
-        By how much ($) the best alternative among the other moves and stops is worse.
+        Extra cost of the best other move or stop, $.
     """
 
     stop: Any
@@ -52,26 +52,26 @@ class Action:
         if name in controls:
             return controls[name]
         raise AttributeError(
-            f"an action has stop, name, duration, gap and the controls {', '.join(controls)}; it has no {name!r}",
+            f"an action has stop, name, duration, gap and the controls {', '.join(controls)}; it "
+            f"has no {name!r}",
             name=name,
             obj=self,
         )
 
 
 class Policy(Solution, Plan):
-    """A solved problem; made by `plan`, immutable.
+    """Solved problem, made by `plan`; immutable.
 
-    A file holds what look-ups need; functions of the problem cannot be saved.
+    A file holds the data for look-ups, not the functions of the problem.
 
     Attributes
     ----------
     problem : Problem or None
-        What was solved (None after loading a problem made of functions, which no file can hold).
+        Solved problem; None after loading if it is made of functions.
     layout : Layout
         Names, axes and stages as plain data.
     error : float or None
-        Estimated distance of the value-to-go from the converged one ($), grid and search together; None where a single
-        grid was solved.
+        Estimated error of the value-to-go ($), of grid and search; None: solved on a single grid.
     """
 
     kind = "sdp.policy"
@@ -82,7 +82,7 @@ class Policy(Solution, Plan):
         super().__init__(problem, layout, table)
         self.error = error
 
-    # -- looking up ------------------------------------------------------------------------------------------------
+    # -- looking up --------------------------------------------------------------------------------
 
     def value(self, **state: Any) -> Any:
         """Return the expected penalty-to-go ($) at states.
@@ -90,8 +90,8 @@ class Policy(Solution, Plan):
         Parameters
         ----------
         **state
-            The coordinates, the stage coordinate and, where there are modes, ``mode`` (name or number; the first by
-            default); numbers or arrays. Between stages the answer is that of the stage below (fewer left).
+            Coordinates, stage coordinate and, with modes, ``mode`` (name or number; default: the first);
+            numbers or arrays. Between stages the stage below (fewer left) answers.
 
         Returns
         -------
@@ -100,15 +100,15 @@ class Policy(Solution, Plan):
         Raises
         ------
         ValueError
-            Where a state lies outside the table.
+            For a state outside the table.
         """
         place = self.locate(state)
         return _shaped(self.value_at(place), place.shape)
 
     def gradient(self, **state: Any) -> Any:
-        """Return the derivative of the value-to-go with respect to each axis, $ per its unit; see `value` for states.
+        """Return the derivative of the value-to-go by each axis, $ per its unit; see `value` for states.
 
-        Central differences of the table, interpolated: second order where the value-to-go is smooth, a blend of both
+        Interpolated central differences of the table: second order for a smooth value-to-go, a blend of both
         sides within a cell of a kink.
 
         Returns
@@ -125,7 +125,7 @@ class Policy(Solution, Plan):
         return out
 
     def action(self, **state: Any) -> Action:
-        """Return what to do at states; see `value`. Its gap is in $, its controls in their own units."""
+        """Return the action at states; see `value`. Its gap is in $, its controls in their own units."""
         place = self.locate(state)
         best, entry, control, gap = self.act(place)
         durations = np.array(
@@ -155,7 +155,7 @@ class Policy(Solution, Plan):
         ]
         return [slope.reshape(self.table.value.shape) for slope in slopes]
 
-    # -- predicting ------------------------------------------------------------------------------------------------
+    # -- predicting --------------------------------------------------------------------------------
 
     def simulate(
         self,
@@ -168,26 +168,26 @@ class Policy(Solution, Plan):
         executor: Executor | None = None,
         **state: Any,
     ) -> Any:
-        """Follow the policy on the model, by Monte-Carlo (no machine, no sensor).
+        """Simulate the policy on the model, by Monte-Carlo.
 
         Parameters
         ----------
         runs : int
             Number of runs.
         rng : int, SeedSequence or Generator
-            Source of randomness; results depend on it and on `runs`, not on the executor.
+            Source of randomness; results do not depend on the executor.
         problem : Problem, optional
-            Another truth, with the same axes and moves.
+            True process, with the same axes and moves. Default: the solved problem.
         snap : bool
-            Put every outcome on one of its neighbour nodes at random, as the table's interpolation does: the mean is then
-            exactly the table's value. False: states are continuous, as in life.
+            Put every outcome on a neighbour node at random: the mean penalty is then exactly the table's
+            value. False: continuous states.
         noise : mapping, optional
-            Standard deviation of the measured coordinates by their names, in their units: the policy decides by what is
-            measured, and is charged by what is.
+            Standard deviation of measured coordinates by name, in their units: decisions use the measured,
+            charges the true state.
         executor : concurrent.futures.Executor, optional
-            Where to run blocks of runs.
+            Executor for blocks of runs.
         **state
-            Where to start (one state).
+            Initial state.
 
         Returns
         -------
@@ -202,26 +202,27 @@ class Policy(Solution, Plan):
         return simulate(self, runs, rng, problem, snap, executor, state, noise)
 
     def distribution(self, *, nodes: npt.ArrayLike | None = None, **state: Any) -> Any:
-        """Return the distribution of the final penalty ($) from one state, by a forward recursion on the table's nodes.
+        """Return the distribution of the final penalty ($) from one state, by a forward recursion on the
+        table's nodes.
 
-        So it is exact for the process that the table solves. `nodes` (of the only axis, in its unit, from end to end) carry the
-        probability instead where moves are smaller than a cell.
+        Exact for the process that the table solves. For moves smaller than a cell, give finer `nodes` of the
+        only axis (its unit, from end to end) for the probability.
         """
         from sdpgrind.sdp._policy.distribution import distribution
 
         return distribution(self, state, nodes)
 
     def alternatives(self, within: float, **state: Any) -> dict[str, float]:
-        """Return the stops and moves that cost at most `within` $ more than the best, with what each costs ($), at one state."""
+        """Return the cost ($) of each stop and move within `within` $ of the best at one state."""
         from sdpgrind.sdp._policy.alternatives import alternatives
 
         return alternatives(self, within, state)
 
-    # -- keeping ---------------------------------------------------------------------------------------------------
+    # -- keeping -----------------------------------------------------------------------------------
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The table with labels and units (dimensions: stage, mode, axes)."""
+        """Table with labels and units (dimensions: stage, mode, axes)."""
         layout, t = self.layout, self.table
         dims = ("stage", "mode", *(axis.name for axis in layout.axes))
         shape = (*t.value.shape[:2], *self.grid.shape)
@@ -269,7 +270,7 @@ class Policy(Solution, Plan):
         )
 
     def _kink_variables(self) -> dict[str, Any]:
-        """Where the action changes inside cells; nothing where that is nowhere (a file cannot hold empty arrays)."""
+        """Variables of the kinks; none if there are no kinks (a file cannot hold empty arrays)."""
         k = self.kinks
         if k.start.size < 2:
             return {}
@@ -296,7 +297,7 @@ class Policy(Solution, Plan):
 
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset, problem: Problem | None) -> Self:
-        """Rebuild a policy from its `dataset`, for `problem` where that is known."""
+        """Rebuild a policy from its `dataset`, and its `problem` if known."""
         if missing := {*TABLES} - {*dataset.data_vars}:
             raise ValueError(
                 f"the file was saved by another version, it lacks {', '.join(sorted(missing))}: plan again"
@@ -317,7 +318,7 @@ class Policy(Solution, Plan):
         return policy
 
     def plot(self, mode: str | int = 0) -> Any:
-        """Draw value-to-go and actions of one mode (one axis: against stage; two: the last slice); return the figure."""
+        """Return a figure of value-to-go and actions of one mode (one axis: over stage; two: last slice)."""
         return pictures.drawn("sdpgrind.sdp._policy.plot:plot", self, int(self.locator.mode(mode)))
 
     def _told(self) -> str:

@@ -1,4 +1,4 @@
-"""Monte-Carlo of a policy on the model: many runs at once, in blocks that do not depend on who works on them."""
+"""Monte-Carlo of a policy on the model, in blocks that do not depend on the executor."""
 
 import hashlib
 import pickle
@@ -25,22 +25,20 @@ from sdpgrind.sdp._problem.stops import charge_of, stop_state
 from sdpgrind.sdp._transitions.edges import passed
 from sdpgrind.sdp._transitions.menu import Menu
 
-BLOCK = 32_768
-"""Runs in one block (chosen)."""
-LONGEST = 100_000
-"""Moves after which a run is taken for endless (chosen)."""
+BLOCK = 32_768  # chosen: runs in a block; smaller ones cost overhead, larger ones memory
+LONGEST = 100_000  # chosen: moves of a run taken for endless; fewer would refuse long processes
 
 
 @dataclass(frozen=True)
 class Runs:
-    """What many runs of a policy came to.
+    """Outcome of simulated runs of a policy.
 
     Attributes
     ----------
     penalty : array (runs,)
-        Everything charged in a run, $.
+        Total charge of a run, $.
     moves : int array (runs,)
-        Moves made.
+        Number of moves.
     final : dict of array (runs,)
         Final coordinates, in the axes' units, and the stage coordinate at the end.
     units : dict
@@ -66,7 +64,7 @@ class Runs:
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """All of it, labelled (dimension: run)."""
+        """Labelled data (dimension: run)."""
         final = {
             f"final_{name}": ("run", x, {"units": self.units.get(name, "")}) for name, x in self.final.items()
         }
@@ -75,7 +73,7 @@ class Runs:
         )
 
     def plot(self) -> Any:
-        """Draw the distribution of the penalty and of the moves; return the figure."""
+        """Return a figure of the distributions of penalty and number of moves."""
         figure, (left, right) = pictures.subplots(1, 2, (9, 3.4))
         left.hist(self.penalty, bins=80, color=pictures.ACTUAL)
         left.axvline(self.mean, color="k", lw=1, label=f"mean {self.mean:.4g} $")
@@ -137,7 +135,7 @@ def _work(token: str, recipe: bytes, job: tuple[int, np.random.Generator]) -> tu
 
 
 class _Block:
-    """Runs that are advanced together, a move at a time."""
+    """Runs advanced together, move by move."""
 
     def __init__(
         self,
@@ -174,7 +172,7 @@ class _Block:
         return self.policy.placed(self.stage[alive], self.mode[alive], read)
 
     def _read(self, axis: int, true: Floats) -> Floats:
-        """Coordinates as they are measured; one beyond the high end is taken for that end."""
+        """Measured coordinates, clamped at the high end."""
         if not self.noise[axis]:
             return true
         high = self.layout.axes[axis].high
@@ -204,7 +202,7 @@ class _Block:
         return self.countdown.late(self.stage[who] * self.countdown.step + self.offset)
 
     def _move(self, who: Ints, menu: Menu, entry: Ints, control: Floats) -> Any:
-        """Make one move; return which runs go on."""
+        """Make one move; return the mask of runs that go on."""
         points = tuple(p[who] for p in self.points)
         mode = self.mode[who] if len(self.truth.modes) > 1 else None
         stage = self.stage[who] * self.truth.step
@@ -223,7 +221,7 @@ class _Block:
         return self._leave(who)
 
     def _leave(self, who: Ints) -> Any:
-        """Charge and end runs that went beyond an edge; clamp those that an edge holds."""
+        """Charge and end runs beyond an edge; clamp those at a holding edge."""
         going = np.ones(who.size, dtype=bool)
         for k, axis in enumerate(self.layout.axes):
             for gone, edge, end in passed(axis, self.points[k][who]):
@@ -239,7 +237,7 @@ class _Block:
         return going
 
     def _snap(self, who: Ints) -> None:
-        """Put coordinates inside the grid on a neighbour node at random, as linear interpolation does."""
+        """Put coordinates on a neighbour node at random, with the weights of linear interpolation."""
         for k, axis in enumerate(self.layout.axes):
             x = self.points[k][who]
             inside = (x > axis.low) & (x < axis.high)

@@ -1,4 +1,4 @@
-"""A solved problem and what it says at a state: the moves of the table, and between two nodes that differ the better one."""
+"""Solved problem and its look-ups: actions of the table, between two different nodes the better one."""
 
 from functools import cached_property
 from typing import Any
@@ -18,7 +18,7 @@ from sdpgrind.sdp._solve.steps import Steps
 
 
 class Solution:
-    """Table, layout and, unless it was loaded from a file that cannot hold it, the problem."""
+    """Table, layout and, unless it was loaded without, the problem."""
 
     def __init__(self, problem: Problem | None, layout: Layout, table: StageTable) -> None:
         self.problem, self.layout, self.table = problem, layout, table
@@ -26,18 +26,18 @@ class Solution:
         self.locator = Locator(layout, self.countdown)
 
     def locate(self, state: dict[str, Any]) -> Place:
-        """Find states in the table, or refuse them."""
+        """Locate states in the table; refuse those outside."""
         return self.locator.locate(state)
 
     def placed(self, stage: Ints, mode: Ints, points: tuple[Floats, ...]) -> Place:
-        """Locate states on given stages, in given modes (`mode`), unchecked: `points` in the axes' units, an array for each."""
+        """Locate states on given stages, in modes `mode`, unchecked: `points` in the axes' units."""
         index = [np.nan_to_num(self.grid.index(k, p), nan=-1.0, neginf=-1.0) for k, p in enumerate(points)]
         none = np.zeros(mode.size)
         at = np.array(index).reshape(len(points), mode.size)
         return Place(self.countdown.row(stage), none, mode, at, points, (mode.size,), none)
 
     def begin(self, place: Place) -> tuple[int, float]:
-        """Return the stage at which a located state begins, and how much time it has beyond it (0 unless late in the base)."""
+        """Return the stage of a located state, and its time beyond that stage (0 unless late in the base)."""
         return self.countdown.begin(int(place.row[0]), float(place.time[0]))
 
     def value_at(self, place: Place) -> Floats:
@@ -57,7 +57,7 @@ class Solution:
         return out
 
     def act(self, place: Place) -> tuple[Any, Any, Floats, Floats]:
-        """Return move (stops are negative), entry of the lists, continuous control and gap at located states."""
+        """Return move (stops < 0), entry of the lists, continuous control and gap at located states."""
         n = place.row.size
         best, entry, control, gap = np.empty(n, np.int16), np.empty(n, np.int32), np.empty(n), np.empty(n)
         t = self.table
@@ -79,7 +79,7 @@ class Solution:
 
     @cached_property
     def bent(self) -> Any:
-        """Cells [row, mode, cell] of the one axis where one may stop and the charge ($) of a stopping edge is bent."""
+        """Mask [row, mode, cell] of cells of the one axis with a stop whose charge ($) is bent."""
         best, charge = self.table.best, self.layout.edge_charge
         if charge is None or len(self.grid.axes) != 1:
             return np.zeros((*best.shape[:2], 0), bool)
@@ -93,20 +93,20 @@ class Solution:
         return curved & ((best[:, :, 1:] < 0) | (best[:, :, :-1] < 0))
 
     def _bent(self, row: Ints, mode: Ints, index: Floats) -> tuple[Ints, Floats]:
-        """Which positions lie inside those cells, and what stopping there is charged, exactly."""
+        """Positions inside those cells, and the exact charge of stopping there, $."""
         bent = self.bent
         if not bent.any():
             return np.empty(0, np.int64), np.empty(0)
         cell = np.clip(np.floor(index[0]).astype(np.int64), 0, bent.shape[2] - 1)
         at = np.flatnonzero(bent[row, mode, cell] & (index[0] > cell) & (index[0] < cell + 1))
         count, charge = self.countdown, self.layout.edge_charge
-        assert charge is not None  # no cell is bent else
+        assert charge is not None  # else no cell is bent
         late = np.where(count.in_base(row[at]), 0.0, count.late(count.time(row[at])))
         extra = np.asarray(self.layout.edge_extra)[mode[at]]
         return at, charge(self.grid.coordinate(0, index[0, at])) + extra + late
 
     def _moves(self, row: Ints, mode: Ints, index: Floats) -> tuple[Ints, Floats]:
-        """Line and cost of the best move inside cells of one axis; infinite where no move is any good there."""
+        """Line and cost of the best move inside cells of one axis; infinite where no move is allowed."""
         line = np.empty(row.size, np.int64)
         _lookup.least_move(self.kinks, row, mode, index, line)
         if not self.kinks.act.size:
@@ -115,7 +115,7 @@ class Solution:
         return line, np.where(line >= 0, (1 - part) * cost[:, 0] + part * cost[:, 1], np.inf)
 
     def controls(self, best: Any, entry: Any, control: Floats) -> dict[str, Floats]:
-        """Return the value of every control of every move, NaN where that move is not the chosen one."""
+        """Return the value of every control of every move, NaN where that move is not chosen."""
         out: dict[str, Floats] = {}
         for k, move in enumerate(self.layout.moves):
             chosen = best == k
@@ -125,10 +125,11 @@ class Solution:
         return out
 
     def need_problem(self, purpose: str) -> Problem:
-        """Return the problem, or say that a loaded policy has none."""
+        """Return the problem; refuse a loaded policy without one."""
         if self.problem is None:
             raise ValueError(
-                f"{purpose} needs the problem, whose functions no file can hold: plan it again, or pass problem="
+                f"{purpose} needs the problem, whose functions no file can hold: plan it again, or "
+                "pass problem="
             )
         return self.problem
 
@@ -139,7 +140,7 @@ class Solution:
 
     @cached_property
     def kinks(self) -> Kinks:
-        """On one axis: what the actions cost in the cells where they change; empty on more axes."""
+        """Costs of the actions in cells where they change; empty on several axes."""
         rows, modes, nodes = self.table.value.shape
         lines = self.table.changes.all() if self.table.changes else None
         if lines is None:
@@ -148,5 +149,5 @@ class Solution:
 
     @property
     def steps(self) -> Steps:
-        """Single moves from anywhere and what they cost ($), the policy being followed from then on."""
+        """Costs ($) of single moves from any point, followed by the policy."""
         return Steps(self.need_problem("a step"), self.layout, self.countdown, self.table.value)

@@ -1,1 +1,1 @@
-"""What is asked: axes, moves, stops, stages, charges, and the grid on which they are laid."""
+"""Description of a problem: axes, moves, stops, stages, charges, and its grid."""

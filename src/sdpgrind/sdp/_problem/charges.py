@@ -1,4 +1,4 @@
-"""What it costs to end off the target: one charge for each side."""
+"""Charge for ending off the target: one for each side."""
 
 import dataclasses
 from collections.abc import Callable
@@ -19,20 +19,20 @@ Function = Callable[[Floats], npt.ArrayLike]
 @stored("sdp.charge")
 @dataclasses.dataclass(frozen=True)
 class Charge(Frozen):
-    """What it costs to end at x: one charge for each side of the target 0.
+    """Charge for ending at x: one for each side of the target 0.
 
     Parameters
     ----------
     under : OneSided or callable, optional
-        Charge ($) on the distance x where x > 0 (not enough has been done). A plain function of an array of distances
-        will do where no closed form is needed; `check` tests it.
+        Charge ($) on the distance x > 0 (too little done). A function of an array of distances is allowed
+        where no closed form is needed; `check` tests it.
     over : OneSided, optional
-        Charge ($) on the distance -x where x < 0 (too much has been done).
+        Charge ($) on the distance -x where x < 0 (too much done).
 
     Raises
     ------
     TypeError
-        When a side is something else.
+        For any other side.
 
     Examples
     --------
@@ -62,7 +62,7 @@ class Charge(Frozen):
         return total
 
     def slope(self, x: npt.ArrayLike) -> Floats:
-        """Return the derivative of the charge ($ per unit of x) at `x`; of a plain function by differences."""
+        """Return the derivative of the charge ($ per unit of x) at `x`; differences for a plain function."""
         x = np.asarray(x, dtype=float)
         total = np.zeros(x.shape)
         if self.under is not None:
@@ -77,14 +77,14 @@ class Charge(Frozen):
         Parameters
         ----------
         law : Law
-            Law of the amount D that is taken from `x`.
+            Law of the amount D taken from `x`.
         x : array_like
-            Where one starts, unit of D; broadcasts with the law's shape.
+            Initial coordinate, unit of D; broadcasts with the law's shape.
 
         Returns
         -------
         array
-            Expected charge, $. Exact for one-sided charges; a plain function is taken as linear between 2001 points.
+            Expected charge, $. Exact for one-sided charges; a plain function is linear between 2001 points.
         """
         x = np.asarray(x, dtype=float)
         total = np.zeros(np.broadcast_shapes(x.shape, law.shape))
@@ -97,7 +97,7 @@ class Charge(Frozen):
         return total
 
     def check(self, limit: float) -> None:
-        """Refuse a plain function that is no charge, on 1001 distances from 0 to `limit` (unit of x).
+        """Test a plain function on 1001 distances from 0 to `limit` (unit of x).
 
         Raises
         ------
@@ -117,7 +117,7 @@ def _slope(under: OneSided | Function, z: Floats) -> Floats:
 
 
 def _expected_function(under: Function, law: Law, x: Floats) -> Floats:
-    """E under((x - D)+) of the polygon through 2001 points: each of its kinks adds a multiple of E(x - z - D)+."""
+    """E under((x - D)+) of the polygon through 2001 points: each kink z adds a multiple of E(x - z - D)+."""
     limit = float(np.max(x - law.support[0], initial=0.0))
     total = np.zeros(np.broadcast_shapes(x.shape, law.shape))
     if limit <= 0:

@@ -1,4 +1,4 @@
-"""Slices of a table, counted down to the deadline, and what lies beyond it: the late side."""
+"""Slices of a table by stage, to the deadline and beyond it (late side)."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -8,12 +8,11 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem.problem import Stages
 
-ROUNDING = 1e-9
-"""Share of a cell or stage that counts as rounding (chosen)."""
+ROUNDING = 1e-9  # chosen: share of a cell or stage that counts as rounding; larger hides real offsets
 
 
 class CountdownArrival(NamedTuple):
-    """Where a move ends: slice of the table, the late charge that its values lack, the late charge there, and its stage."""
+    """End of a move: slice of the table, late charge missing in its values, late charge there, stage."""
 
     row: int
     lacks: float
@@ -23,9 +22,9 @@ class CountdownArrival(NamedTuple):
 
 @dataclass(frozen=True)
 class Countdown:
-    """Which slice serves which stage. `first` is the stage of the first slice.
+    """Map of stages to slices. `first` is the stage of the first slice.
 
-    Where `has_base` the first slice ("base") serves all stages up to its own; its values lack the late charge.
+    With `has_base` the first slice ("base") serves all stages up to its own; its values lack the late charge.
     """
 
     step: float
@@ -45,7 +44,7 @@ class Countdown:
 
     @property
     def lowest(self) -> int:
-        """The first stage that has a slice of its own."""
+        """First stage with a slice of its own."""
         return self.first + (1 if self.has_base else 0)
 
     def time(self, row: Any) -> Any:
@@ -65,11 +64,11 @@ class Countdown:
         return np.zeros(np.shape(stage), np.int64) if self.endless else np.maximum(stage - self.first, 0)
 
     def in_base(self, row: Any) -> Any:
-        """Tell whether a slice is the base."""
+        """Whether a slice is the base."""
         return (row == 0) & self.has_base
 
     def begin(self, row: int, time: float) -> tuple[int, float]:
-        """Return the stage at which a state of slice `row` begins, and its time beyond that (0 unless late in the base)."""
+        """Return the stage of a state of slice `row`, and its time beyond it (0 unless late in the base)."""
         if self.endless:
             return 0, 0.0
         if not self.in_base(row):
@@ -78,9 +77,9 @@ class Countdown:
         return stage, float(max(0.0, time - stage * self.step))
 
     def arrival(self, row: int, duration: int, begin: float | None = None) -> CountdownArrival | None:
-        """Return where a move from slice `row` ends; None before a table without base.
+        """Return the end of a move from slice `row`; None before a table without base.
 
-        `begin` is the stage coordinate at which it begins if that is in the base; otherwise the lowest that is not.
+        `begin`: stage coordinate of its start in the base. None: the lowest stage out of it.
         """
         if self.endless:
             return CountdownArrival(0, 0.0, 0.0, None)

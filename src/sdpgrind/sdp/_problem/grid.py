@@ -1,7 +1,7 @@
-"""The grid of a problem: node coordinates, the named tuples that callbacks see, and multilinear interpolation.
+"""Grid of a problem: node coordinates, named tuples of callbacks, multilinear interpolation.
 
-A table of values has the shape (modes, nodes of all axes flattened in C order). Position on an axis is measured in cells
-("index"), uniform in the coordinate or in its logarithm.
+A table of values has the shape (modes, nodes of all axes flattened in C order). The position on an axis
+("index") is in cells, uniform in the coordinate or in its logarithm.
 """
 
 from collections import namedtuple
@@ -23,7 +23,7 @@ Ints = npt.NDArray[np.int64]
 
 @lru_cache(maxsize=256)
 def record(kind: str, names: tuple[str, ...]) -> Any:
-    """Return the named-tuple class of kind "S", "C", "E" or "N" with these fields: one class for each."""
+    """Return the named-tuple class of kind "S", "C", "E" or "N" with these fields; always the same class."""
     return namedtuple(kind, names)
 
 
@@ -69,7 +69,7 @@ class Grid:
         return tuple(np.ravel(mesh) for mesh in np.meshgrid(*self.coordinates, indexing="ij"))
 
     def surrounded(self, axis: int) -> Floats:
-        """Return the node coordinates of a linear axis, with one more beyond each end, as far as the next one inside."""
+        """Return the node coordinates of a linear axis, extended by one cell at each end."""
         ax = self.axes[axis]
         return np.asarray(ax.low + self.spacing[axis] * np.arange(-1, ax.nodes + 1))
 
@@ -84,36 +84,36 @@ class Grid:
         return np.log(value) if axis.scale == "log" else value
 
     def index(self, axis: int, value: Any) -> Any:
-        """Return the position of coordinates on an axis, in cells from the low end (may lie outside the grid)."""
+        """Return positions on an axis, in cells from the low end, also outside the grid."""
         ax = self.axes[axis]
         return (self._scaled(ax, value) - self._scaled(ax, ax.low)) / self.spacing[axis]
 
     def coordinate(self, axis: int, index: Any) -> Any:
-        """Return the coordinates at positions on an axis, in cells from the low end: the inverse of `index`."""
+        """Return the coordinates at positions on an axis: the inverse of `index`."""
         ax = self.axes[axis]
         scaled = self._scaled(ax, ax.low) + self.spacing[axis] * np.asarray(index)
         return np.exp(scaled) if ax.scale == "log" else scaled
 
     def corners(self, index: Any) -> tuple[Ints, Floats]:
-        """Return flat nodes and weights, shape (2**axes, ...), of multilinear interpolation at positions inside the grid."""
+        """Return flat nodes and weights, (2**axes, ...), of multilinear interpolation inside the grid."""
         return corners(self.shape, index)
 
 
 @dataclass(frozen=True)
 class Graded(Grid):
-    """A grid of one linear axis whose nodes stand where they are wanted: what carries probability, never a value-to-go.
+    """Grid of one linear axis with given nodes, for probability.
 
     Attributes
     ----------
     places : tuple of float
-        The nodes, rising, from the low to the high end of the axis, in its unit.
+        Nodes, rising, from the low to the high end of the axis, in its unit.
     """
 
     places: tuple[float, ...]
 
     @classmethod
     def on(cls, axes: Sequence[Axis], nodes: npt.ArrayLike) -> "Graded":
-        """Return the grid of the only one of `axes` with these nodes (its unit)."""
+        """Return the grid of the only one of `axes` with `nodes` (its unit)."""
         if len(axes) != 1 or axes[0].scale != "linear":
             raise ValueError(
                 f"nodes must be left out unless there is one axis, a linear one; there are {len(axes)}"
@@ -135,13 +135,13 @@ class Graded(Grid):
         return (np.array(self.places),)
 
     def surrounded(self, axis: int) -> Floats:
-        """Return the node coordinates, with one more beyond each end, as far as the next one inside."""
+        """Return the node coordinates, extended by one cell at each end."""
         x = self.coordinates[axis]
         return np.concatenate([[2 * x[0] - x[1]], x, [2 * x[-1] - x[-2]]])
 
 
 def corners(shape: Sequence[int], index: Sequence[Any]) -> tuple[Ints, Floats]:
-    """Return flat nodes and weights, shape (2**axes, ...), of multilinear interpolation on a grid of this `shape`."""
+    """Return flat nodes and weights, (2**axes, ...), of multilinear interpolation on a grid of `shape`."""
     if not shape:
         return np.zeros((1,), dtype=np.int64), np.ones((1,))
     low = [np.clip(np.floor(i).astype(np.int64), 0, n - 2) for i, n in zip(index, shape, strict=True)]

@@ -1,4 +1,4 @@
-"""What a policy must know of its problem to be looked up: names, axes, stages, edges. Plain data, saved with the policy."""
+"""Names, axes, stages and edges of a problem for look-ups: plain data, saved with the policy."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,7 +16,7 @@ from sdpgrind.sdp._problem.stops import StopCharges
 @stored("sdp.action_names")
 @dataclass(frozen=True)
 class ActionNames(Frozen):
-    """A move as a policy shows it: its name, duration in stages, continuous control and listed controls."""
+    """Move in a policy: name, duration in stages, continuous control and listed controls."""
 
     name: str
     duration: int
@@ -29,7 +29,7 @@ class ActionNames(Frozen):
 class Layout(Frozen):
     """Names and numbers of a problem.
 
-    `count` is -1 where it goes on for ever; `has_base` says that the first slice is what holds before all stages of the table.
+    `count`: -1 without deadline; `has_base`: the first slice serves all stages before the table.
     """
 
     axes: tuple[Axis, ...]
@@ -78,7 +78,7 @@ class Layout(Frozen):
         return Grid(self.axes)
 
     def countdown(self, first: int) -> Countdown:
-        """Return which slices serve which stages, where the first is that of stage `first`."""
+        """Return the map of stages to slices, the first one that of stage `first`."""
         return Countdown(self.step, self.late, first, self.has_base, self.endless)
 
 

@@ -1,4 +1,4 @@
-"""What a distance from the target costs on one side of it; expectations through a law's partial moments."""
+"""Charges on the distance from the target, on one side; expectations by a law's partial moments."""
 
 import dataclasses
 from abc import ABC, abstractmethod
@@ -14,9 +14,9 @@ from sdpgrind.sdp._distributions.law import Law
 
 
 class OneSided(ABC):
-    """A charge ($) on the distance z >= 0 from the target, on one side of it: Brown (1988), section 2.2.
+    """Charge ($) on the distance z >= 0 from the target, on one side: Brown (1988), section 2.2.
 
-    It is 0 at the target and never falls with distance.
+    It is 0 at the target and does not fall with distance.
     """
 
     tolerance: float
@@ -27,15 +27,15 @@ class OneSided(ABC):
 
     @abstractmethod
     def slope(self, z: npt.ArrayLike) -> Floats:
-        """Return the derivative of the charge ($ per unit of z) at distance `z` >= 0; at a kink, of the inner side."""
+        """Return the derivative of the charge ($ per unit of z) at `z` >= 0; the inner one at a kink."""
 
     @abstractmethod
     def expected_over(self, law: Law, x: npt.ArrayLike) -> Floats:
-        """Return E charge((D - x)+), $, for D of `law`; `x` in the unit of D, broadcast with the law's shape."""
+        """Return E charge((D - x)+), $, for D of `law`; `x` in the unit of D broadcasts with `law`."""
 
     @abstractmethod
     def expected_under(self, law: Law, x: npt.ArrayLike) -> Floats:
-        """Return E charge((x - D)+), $, for D of `law`; `x` in the unit of D, broadcast with the law's shape."""
+        """Return E charge((x - D)+), $, for D of `law`; `x` in the unit of D broadcasts with `law`."""
 
     @property
     @abstractmethod
@@ -51,16 +51,16 @@ class OneSided(ABC):
 @stored("sdp.constant")
 @dataclasses.dataclass(frozen=True)
 class Constant(OneSided, Frozen):
-    """The same charge at any distance outside the tolerance: `amount` where z > 0 and z >= tolerance.
+    """Constant charge outside the tolerance: `amount` where z > 0 and z >= tolerance.
 
-    Its expectation is the amount times the probability of being out, Brown (2.3).
+    Its expectation is the amount times the probability of a distance outside, Brown (2.3).
 
     Parameters
     ----------
     amount : float
         Charge >= 0, $.
     tolerance : float
-        Distance, >= 0 and in the unit of z, from which on is charged.
+        Least charged distance >= 0, in the unit of z.
 
     Raises
     ------
@@ -105,14 +105,14 @@ class Constant(OneSided, Frozen):
 
     @property
     def convex(self) -> bool:
-        """Whether the charge is a convex function of distance: only where it is nothing."""
+        """Whether the charge is a convex function of distance: only if it is 0."""
         return self.zero
 
 
 @stored("sdp.linear")
 @dataclasses.dataclass(frozen=True)
 class Linear(OneSided, Frozen):
-    """A charge in proportion to the distance beyond the tolerance: rate (z - tolerance)+.
+    """Charge proportional to the distance beyond the tolerance: rate (z - tolerance)+.
 
     Parameters
     ----------
@@ -168,9 +168,9 @@ class Linear(OneSided, Frozen):
 @stored("sdp.quadratic")
 @dataclasses.dataclass(frozen=True)
 class Quadratic(OneSided, Frozen):
-    """A charge in proportion to the square of the distance beyond the tolerance: factor ((z - tolerance)+)^2.
+    """Charge proportional to the squared distance beyond the tolerance: factor ((z - tolerance)+)^2.
 
-    A charge A0 at the distance D0 makes the factor A0/D0^2, Brown (2.6).
+    A charge A0 at the distance D0 gives the factor A0/D0^2, Brown (2.6).
 
     Parameters
     ----------

@@ -1,8 +1,9 @@
-"""The description of a problem: axes, moves, stops, stages, modes. Nothing here computes.
+"""Description of a problem: axes, moves, stops, stages, modes.
 
-Callbacks get named tuples ``s`` (state coordinates; the stage coordinate where the move is ``timed``; ``mode``, a whole
-number, where the problem has modes), ``c`` (controls) and ``e`` (noise). They are written elementwise (operators and numpy
-functions, no ``if``), so that one body runs on floats in a compiled kernel and on broadcast arrays in numpy.
+Callbacks get named tuples ``s`` (state coordinates; the stage coordinate of a ``timed`` move; ``mode``, a
+whole number, of a problem with modes), ``c`` (controls) and ``e`` (noise). They are written elementwise
+(operators and numpy functions, no ``if``): one body runs on floats in a compiled kernel and on broadcast
+arrays in numpy.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,7 +26,7 @@ Callback: TypeAlias = Callable[..., Any]
 @stored("sdp.axis")
 @dataclass(frozen=True)
 class Axis:
-    """One continuous state coordinate on a uniform grid.
+    """Continuous state coordinate on a uniform grid.
 
     Parameters
     ----------
@@ -34,14 +35,14 @@ class Axis:
     low, high : float
         Ends of the grid, in `unit`.
     nodes : int
-        Number of grid nodes (>= 3). Never an array: the solver must be able to refine.
+        Number of grid nodes >= 3.
     unit : str
         Unit of the coordinate.
     scale : {"linear", "log"}
         Nodes uniform in the coordinate or in its logarithm.
     below, above : {"refuse", "hold", "stop"} or float
-        What a next state beyond the end means: an error; the end itself; the process ends there and is charged exactly
-        by the (single) stop's `Charge`; or a value-to-go of this many $.
+        Treatment of a next state beyond the end: an error; clamped to the end; the process ends there,
+        charged exactly by the `Charge` of the only stop; or a value-to-go of this number of $.
     """
 
     name: str
@@ -72,29 +73,29 @@ class Axis:
 
     @property
     def interval(self) -> str:
-        """The interval in words, with its unit."""
+        """Interval in words, with its unit."""
         return checks.with_unit(f"[{self.low:g}, {self.high:g}]", self.unit)
 
 
 @dataclass(frozen=True)
 class Stages:
-    """A countdown of `count` stages of length `step`; need not be time.
+    """Countdown of `count` stages of length `step`, in time or another quantity.
 
     Parameters
     ----------
     count : int
-        Stages from the start to the deadline.
+        Number of stages from the start to the deadline.
     step : float
-        Length of one, in `unit`.
+        Length of a stage, in `unit`.
     name, unit : str
-        The stage coordinate's field of ``s`` (in timed moves) and unit.
+        Field of the stage coordinate in ``s`` (of timed moves), and its unit.
     late : OneSided or callable, optional
-        Charge ($) on the time by which the end comes late; 0 at 0 and never falling. None: moves longer than what is left
-        are inadmissible.
-        `Linear`: late states are solved exactly for all times. `Quadratic`: a finite window is enough.
+        Charge ($) on the delay of the end, 0 at 0 and never falling. None: moves longer than the time left
+        are inadmissible. `Linear`: late states are solved exactly for all times. `Quadratic`: a finite window
+        suffices.
     late_window : float, optional
-        Length (in `unit`) of the late side in the table; by default what is provably enough. A concave `late`
-        (`Constant`, a plain function) needs one.
+        Length of the late side of the table, in `unit`. Default: a provably sufficient one. A concave `late`
+        (`Constant`, a plain function) requires it.
     """
 
     count: int
@@ -117,23 +118,23 @@ class Stages:
 
 @dataclass(frozen=True)
 class Forever:
-    """No deadline: moves until a stop or a stopping edge is reached; no discount."""
+    """No deadline: moves until a stop or a stopping edge, without discount."""
 
 
 @dataclass(frozen=True)
 class Levels:
-    """One continuous control: `count` levels, refined by search inside each regime.
+    """Continuous control: `count` levels, refined by search inside each regime.
 
     Parameters
     ----------
     low, high : float
         Interval of the control, in its own unit.
     count : int
-        Levels in all. They lie densely at the ends of each regime (Chebyshev-Lobatto points).
+        Number of levels, in all regimes. They are dense at the ends of each (Chebyshev-Lobatto points).
     breaks : sequence of float
-        Interior values at which the law or the charge has a kink. Each is a level, and no search crosses it.
+        Interior values at which the law or the charge has a kink: each is a level, and no search crosses it.
     search : bool
-        False: the levels are all there is (a plain finite Markov decision process).
+        False: only the levels are allowed (a finite Markov decision process).
     """
 
     low: float
@@ -150,11 +151,11 @@ class Levels:
 
 
 class Transition(Protocol):
-    """How a move changes the coordinates: `Shift`, `Sampled`, `Stay`, or a user's own class with these two methods.
+    """Change of the coordinates by a move: `Shift`, `Sampled`, `Stay`, or a user's class with these two
+    methods.
 
-    Both get P points (one array for each axis), their modes (None where a problem has but one), the stage coordinate, and
-    for each point an entry of the move's lists and a value of its continuous control; `menu.state` and `menu.controls` make
-    ``s`` and ``c`` of them.
+    Both get P points, with an entry of the move's lists and a value of its continuous control for each;
+    `menu.state` and `menu.controls` make ``s`` and ``c`` of them.
     """
 
     def rows(
@@ -165,11 +166,11 @@ class Transition(Protocol):
         Parameters
         ----------
         menu : object
-            Gives ``state``, ``controls``, ``penalty``, ``grid``.
+            Provides ``state``, ``controls``, ``penalty``, ``grid``.
         points : tuple of array
             Coordinates, one array (P,) for each axis, in its unit.
         mode, stage : array or None
-            Mode and stage coordinate of each point.
+            Mode and stage coordinate of each point; mode None: the problem has only one.
         choice, level : array
             Entry of the move's lists, and value of its continuous control, of each point.
         """
@@ -184,7 +185,7 @@ class Transition(Protocol):
         level: Floats,
         rng: np.random.Generator,
     ) -> tuple[tuple[Floats, ...], Any]:
-        """Draw next coordinates, and what is charged ($) besides the move's own charge.
+        """Draw next coordinates, and charges ($) besides the move's own charge.
 
         Parameters
         ----------
@@ -197,26 +198,26 @@ class Transition(Protocol):
 
 @dataclass(frozen=True)
 class Move:
-    """What one may do.
+    """Action that changes the state.
 
     Parameters
     ----------
     name : str
-        Its name in the policy.
+        Name in the policy.
     controls : mapping
-        At most one `Levels`; the rest lists of equal length, read together, entry by entry.
+        At most one `Levels`; all others are lists of equal length, combined entry by entry.
     to : Transition
-        Where it leads.
+        Change of the coordinates.
     duration : int
-        Stages it takes (>= 0 for modes-only problems without stages, else >= 1).
+        Number of stages, >= 1.
     charge : float or callable(s, c)
         In-path charge, $.
     allowed : callable(s, c), optional
-        True where the move may be chosen.
+        Whether the move is allowed.
     into : str or sequence of str, optional
-        Mode on arrival: one, or one for each entry of the lists. None keeps the mode.
+        Mode on arrival: one, or one for each entry of the lists. None: unchanged.
     timed : bool
-        True: ``s`` has the stage coordinate, and everything is evaluated anew at every stage.
+        True: ``s`` has the stage coordinate, and the move is evaluated anew at every stage.
     """
 
     name: str
@@ -255,29 +256,29 @@ class Move:
 
     @property
     def lists(self) -> dict[str, Floats]:
-        """The listed controls as arrays of equal length."""
+        """Listed controls, as arrays of equal length."""
         return {k: np.ravel(np.asarray(v)) for k, v in self.controls.items() if not isinstance(v, Levels)}
 
     @property
     def choices(self) -> int:
-        """Number of entries of the lists (1 where there are none)."""
+        """Number of entries of the lists; 1 without lists."""
         return next((entry.size for entry in self.lists.values()), 1)
 
 
 @dataclass(frozen=True)
 class Stop:
-    """End here and be charged.
+    """Action that ends the process.
 
     Parameters
     ----------
     name : str
-        Its name in the policy.
+        Name in the policy.
     charge : Charge or callable(s)
-        $. A `Charge` is taken of the one axis; it is needed where an axis has the edge "stop".
+        Charge, $. A `Charge` is applied to the coordinate of the one axis; an edge "stop" requires it.
     extra : callable(s), optional
-        A further charge ($) that may depend on the mode alone; it is charged beyond a stopping edge too.
+        Further charge ($) by mode, also beyond a stopping edge.
     allowed : callable(s), optional
-        True where one may stop.
+        Whether stopping is allowed.
     """
 
     name: str
@@ -288,21 +289,21 @@ class Stop:
 
 @dataclass(frozen=True)
 class Problem:
-    """Axes, moves, stops, stages and modes: all that the solver knows.
+    """Problem for the solver: axes, moves, stops, stages and modes.
 
     Parameters
     ----------
     axes : sequence of Axis
         Zero to three continuous coordinates.
     moves : sequence of Move
-        In the order in which ties are broken.
+        Moves, in the order in which ties are broken.
     stops : sequence of Stop
-        Tried before any move.
+        Stops; they win ties with moves.
     stages : Stages or Forever
-        The countdown.
+        Countdown.
     modes : sequence of str
-        Names of the discrete part of the state. In callbacks ``s.mode`` is the number of the mode in this order, a whole
-        number or an array of them, never its name.
+        Names of the discrete part of the state. In callbacks ``s.mode`` is the number of the mode in this
+        order, a whole number or an array.
     """
 
     axes: Sequence[Axis]
@@ -332,7 +333,8 @@ class Problem:
                 checks.one_of(f"move {move.name!r}: into", name, self.modes)
             if not isinstance(move.into, str) and into and len(into) != move.choices:
                 raise ValueError(
-                    f"move {move.name!r}: into must name {move.choices} modes, one for each control; got {len(into)}"
+                    f"move {move.name!r}: into must name {move.choices} modes, one for each "
+                    f"control; got {len(into)}"
                 )
             if move.timed and isinstance(self.stages, Forever):
                 raise ValueError(f"move {move.name!r}: timed must be False where stages is Forever; got True")
@@ -343,7 +345,8 @@ class Problem:
         two_axes = len(stopping) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
         if stopping and not (exact or two_axes):
             raise ValueError(
-                f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a Charge of that axis"
+                f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a "
+                "Charge of that axis"
             )
 
         numbers = [
@@ -359,7 +362,7 @@ class Problem:
 
     @property
     def stop_axis(self) -> int:
-        """Index of the axis that a `Charge` is taken of: the one with a stopping edge, else the first."""
+        """Index of the axis of a `Charge`: the one with a stopping edge, else the first."""
         return next((k for k, axis in enumerate(self.axes) if "stop" in (axis.below, axis.above)), 0)
 
     @property

@@ -11,7 +11,7 @@ from sdpgrind.sdp._problem.problem import Problem, Stages, Stop
 
 
 class StopCharges:
-    """Charges of all stops at the nodes of a grid, [stop, mode, node], and their part that is the same beyond an edge."""
+    """Charges of all stops at the nodes of a grid, [stop, mode, node], and those by mode beyond an edge."""
 
     def __init__(self, problem: Problem, grid: Grid) -> None:
         self.problem, self.grid = problem, grid
@@ -24,7 +24,7 @@ class StopCharges:
         self._level = self._levels()
 
     def at(self, stage: int, late: float) -> Floats:
-        """Return [stop, mode, node] at a stage; infinite where one may not stop."""
+        """Return [stop, mode, node] at a stage; infinite where stopping is not allowed."""
         if self.still is not None:
             return self.still + late
         shape = (len(self.problem.stops), len(self.problem.modes), self.grid.size)
@@ -34,7 +34,7 @@ class StopCharges:
         return out
 
     def level(self, stage: int, late: float) -> Floats:
-        """Return what a stop beyond an edge is charged besides its charge of the axis, [mode]."""
+        """Return the charges [mode] of a stop beyond an edge besides that of the axis."""
         return self._level + late
 
     def largest(self) -> float:
@@ -44,7 +44,7 @@ class StopCharges:
         return float(finite.max()) if finite.size else 0.0
 
     def _fixed(self, stop: Stop) -> Floats | None:
-        """Charges that do not depend on the stage, else None."""
+        """Charges independent of the stage, else None."""
         try:
             return self._evaluate(stop, self._state(None))
         except AttributeError as error:
@@ -77,7 +77,7 @@ class StopCharges:
 
 
 def stop_state(problem: Problem, points: Any, mode: Any, stage: Any) -> Any:
-    """Return the ``s`` of stop callbacks: coordinates, mode where there are modes, stage coordinate where it is known."""
+    """Return the ``s`` of stop callbacks: coordinates, mode if there are several, stage if known."""
     fields = {axis.name: x for axis, x in zip(problem.axes, points, strict=True)}
     if len(problem.modes) > 1:
         fields["mode"] = mode
@@ -87,7 +87,7 @@ def stop_state(problem: Problem, points: Any, mode: Any, stage: Any) -> Any:
 
 
 def charge_of(problem: Problem, stop: Stop, s: Any) -> Any:
-    """Return what `stop` charges at ``s``; infinite where it is not allowed."""
+    """Return the charge of `stop` at ``s``; infinite where it is not allowed."""
     charge = stop.charge(s[problem.stop_axis]) if isinstance(stop.charge, Charge) else stop.charge(s)
     if stop.extra is not None:
         charge = charge + stop.extra(s)

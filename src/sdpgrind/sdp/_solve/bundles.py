@@ -1,8 +1,8 @@
-"""Moves grouped by how they are evaluated, cut into blocks by the grid, here or on an executor.
+"""Moves in bundles, cut into blocks of the grid, in this process or on an executor.
 
-Shifts go together, everything else one by one. The cut depends on the grid alone, never on the number of workers, and a
-block's result on nothing but the block: so results are bit-equal on any executor. A worker prepares a block when it first
-gets it and keeps it; from then on only slices of the value-to-go travel.
+Shifts form one bundle, any other move its own. The cut depends on the grid alone and a result on its block
+alone: results are bit-equal on any executor. A worker prepares a block once; later calls send only slices of
+the value-to-go.
 """
 
 import hashlib
@@ -25,13 +25,12 @@ from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import RowsFound
 from sdpgrind.sdp._transitions.shift import Shift
 
-LINES, NODES = 4, 2048
-"""Lines along the falling axis, and nodes, in one block (chosen)."""
+LINES, NODES = 4, 2048  # chosen: lines along the falling axis, nodes, of a block; smaller ones cost overhead
 
 
 @dataclass(frozen=True)
 class BundlePiece:
-    """What a worker needs to prepare and evaluate one block of one bundle."""
+    """One block of one bundle, for a worker to prepare and evaluate."""
 
     moves: tuple[int, ...]
     per_mode: bool
@@ -46,7 +45,7 @@ class BundlePiece:
 
 
 class Bundles:
-    """All moves of a problem on a grid, ready to be evaluated into a value-to-go."""
+    """All moves of a problem on a grid."""
 
     def __init__(
         self, problem: Problem, grid: Grid, executor: Executor | None = None, keep: bool = True
@@ -72,9 +71,9 @@ class Bundles:
     def best(
         self, value: Floats, level: Floats, stage: int | None, last: int | None
     ) -> Iterator[tuple[list[int], RowsFound]]:
-        """Yield the moves of each bundle with what is best into value[mode, node], which is that of `stage`.
+        """Yield the moves of each bundle with their best into value[mode, node], which is that of `stage`.
 
-        Moves that would begin beyond the stage `last` are left out where that saves work; `stage` None: the late side.
+        Timed moves that begin beyond the stage `last` are skipped; `stage` None: the late side.
         """
         for moves, pieces in self._groups:
             yield moves, self._join(moves, pieces, self._evaluate(pieces, value, level))
@@ -85,7 +84,7 @@ class Bundles:
             yield [move], self.timed(move, value, level, departure)
 
     def timed(self, move: int, value: Floats, level: Floats, departure: int) -> RowsFound:
-        """Return what is best of one timed move that begins at the stage `departure` and leads into value[mode, node]."""
+        """Return the best of one timed move from the stage `departure` into value[mode, node]."""
         pieces = self._cut([move])
         ready = [
             piece.prepare(self.problem, self.grid, departure * self.problem.step, keep=False)
@@ -94,7 +93,7 @@ class Bundles:
         return self._join([move], pieces, [(b.best(value, level), b.search_error) for b in ready])
 
     def alone(self) -> ShiftBundle | None:
-        """Return the bundle where all moves are shifts of one axis and mode, here; else None."""
+        """Return the bundle if all moves are shifts of one axis and mode, in this process; else None."""
         if len(self.grid.shape) != 1 or len(self.problem.modes) > 1 or self._timed or len(self._here) != 1:
             return None
         bundle = next(iter(self._here.values()))
@@ -110,7 +109,7 @@ class Bundles:
     def _join(
         self, moves: list[int], pieces: list[BundlePiece], results: list[tuple[RowsFound, float]]
     ) -> RowsFound:
-        """Put blocks together: [move, mode or 0, node]."""
+        """Join blocks: [move, mode or 0, node]."""
         self.search_error = max(self.search_error, *(error for _, error in results))
         shift = self.problem.moves[moves[0]].to
         if len(pieces) == 1:
@@ -131,7 +130,7 @@ class Bundles:
         return RowsFound(*(p.reshape(*p.shape[:2], self.grid.size) for p in lines))
 
     def _together(self, moves: list[int]) -> list[list[int]]:
-        """Shifts that share the falling axis and the treatment of modes go together; the order of the moves is kept."""
+        """Groups of moves, in their order: shifts of equal axis and treatment of modes together."""
         groups: dict[Any, list[int]] = {}
         for k in moves:
             to = self.problem.moves[k].to
@@ -151,12 +150,12 @@ class Bundles:
 
 
 def _per_mode(menu: Menu) -> bool:
-    """Whether a move is evaluated for each mode: where it keeps the mode, or where a callback reads it."""
+    """Whether a move is evaluated for each mode: it keeps the mode, or a callback reads it."""
     return len(menu.problem.modes) > 1 and (menu.move.into is None or _reads_mode(menu))
 
 
 def _reads_mode(menu: Menu) -> bool:
-    """Evaluate the move at one node without the mode: a callback that asks for it is found out."""
+    """Whether a callback fails at one node without the mode."""
     stages = menu.problem.stages
     stage = np.array([stages.step]) if isinstance(stages, Stages) else None
     first = tuple(x[:1] for x in menu.grid.points)
@@ -170,7 +169,7 @@ def _reads_mode(menu: Menu) -> bool:
 
 
 class _Remote:
-    """Bundles that live in workers."""
+    """Bundles in workers."""
 
     def __init__(self, problem: Problem, grid: Grid, executor: Executor) -> None:
         self.executor = executor
@@ -180,7 +179,7 @@ class _Remote:
     def evaluate(
         self, pieces: list[BundlePiece], value: Floats, level: Floats
     ) -> list[tuple[RowsFound, float]]:
-        """Evaluate every piece; the recipe travels along, and is unpacked once in each worker."""
+        """Evaluate every piece; each worker unpacks the recipe once."""
         return execute(partial(_work, self.token, self.recipe, value, level), pieces, self.executor)
 
 

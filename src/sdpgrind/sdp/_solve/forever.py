@@ -1,4 +1,4 @@
-"""Problems without a deadline: value iteration to get near, then exact evaluation of the policy found, until nothing changes."""
+"""Problems without a deadline: value iteration, then policy iteration until nothing changes."""
 
 import dataclasses
 from typing import Any
@@ -23,14 +23,12 @@ from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import Rows
 from sdpgrind.sdp._transitions.sampled import Sampled
 
-SETTLED = 1e-11
-"""Relative Bellman residual at which the value counts as solved (chosen)."""
-DIRECT = 6000
-"""States up to which a policy is evaluated by a direct solve (chosen)."""
+SETTLED = 1e-11  # chosen: relative Bellman residual of a solution; a smaller one is rounding
+DIRECT = 6000  # chosen: most states of a direct policy evaluation; more fill too much memory
 
 
 def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Progress) -> StageTable:
-    """Solve ``J = min(stop, min charge + E J)`` on the grid; with a searched control, J is what the policy found costs."""
+    """Solve ``J = min(stop, min charge + E J)``; with a searched control, J is the cost of the policy."""
     refuse_endless(problem, grid)
     stops = StopCharges(problem, grid)
     value = np.zeros((len(problem.modes), grid.size))
@@ -44,8 +42,8 @@ def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Prog
         if change <= SETTLED * scale:
             _refuse_idle(problem, grid, table)
             return table
-        # Of actions that tie the first is taken, whose exact cost is off the least by the width of a tie at every sweep; and a
-        # search between levels leaves a residual of its own. There, go on as long as following the policy gets cheaper.
+        # Ties and the search between levels leave a residual: there, go on as long as the policy gets
+        # cheaper.
         near = searched or _tied(table.value[0], value)
         swept = value = table.value[0]
         if change <= 1e-2 * scale or sweep % 20 == 19:
@@ -59,7 +57,7 @@ def solve_forever(problem: Problem, grid: Grid, bundles: Bundles, progress: Prog
 
 
 def _tied(new: Floats, old: Floats) -> bool:
-    """Whether values differ by no more than actions that tie."""
+    """Whether values differ by no more than a tie."""
     return bool(np.all(np.abs(new - old) <= _kernels.TIE_ABS + _kernels.TIE_REL * np.abs(new)))
 
 
@@ -84,7 +82,7 @@ def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges,
 def policy_rows(
     problem: Problem, grid: Grid, best: Any, control: Floats, entry: Any
 ) -> list[tuple[Any, Any, Rows]]:
-    """Return, for each move that a policy [mode, node] uses: the modes and nodes where it does, and its exact rows there."""
+    """Return for each move of a policy [mode, node]: the modes and nodes that use it, and its exact rows."""
     out = []
     for k in range(len(problem.moves)):
         mode, node = np.nonzero(best == k)
@@ -100,7 +98,7 @@ def policy_rows(
 
 
 def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: StageTable, value: Floats) -> Floats:
-    """The cost of following the table's policy for ever; `value` where that policy never ends."""
+    """Cost of following the table's policy; `value` if that policy never ends."""
     size = value.size
     rest = np.zeros(size)
     best = table.best[0]
@@ -120,7 +118,7 @@ def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: StageTab
 
 
 def _transitions(found: list[tuple[Any, Any, Rows]], grid: Grid, size: int) -> Any:
-    """The sparse matrix of one step of a policy over all (mode, node); rows of states where it stops are empty."""
+    """Sparse matrix of one step of a policy over all (mode, node); empty rows where it stops."""
     step = sparse.csr_array((size, size))
     for mode, node, rows in found:
         matrix = sparse.coo_array(rows.matrix)
@@ -132,7 +130,7 @@ def _transitions(found: list[tuple[Any, Any, Rows]], grid: Grid, size: int) -> A
 
 
 def _refuse_idle(problem: Problem, grid: Grid, table: StageTable) -> None:
-    """Raise where the best policy itself never ends: moves that charge nothing and lead nowhere look cheaper than any stop."""
+    """Raise if the best policy never ends: moves without charge or progress look cheaper than any stop."""
     best = table.best[0]
     found = policy_rows(problem, grid, best, table.control[0], table.entry[0])
     step = _transitions(found, grid, best.size)
@@ -145,7 +143,8 @@ def _refuse_idle(problem: Problem, grid: Grid, table: StageTable) -> None:
     if np.any(away):
         mode, node = np.argwhere(away.reshape(best.shape))[0]
         raise ValueError(
-            f"the best policy never ends from {_place(problem, grid, mode, node)}: a move that leads nowhere must be charged"
+            f"the best policy never ends from {_place(problem, grid, mode, node)}: a move that "
+            "leads nowhere must be charged"
         )
 
 
@@ -160,7 +159,7 @@ def _solve(step: Any, rest: Floats, start: Floats) -> Floats:
     if start.size <= DIRECT:
         try:
             return np.asarray(splu(sparse.csc_array(sparse.eye_array(start.size) - step)).solve(rest))
-        except RuntimeError:  # singular: the policy never ends
+        except RuntimeError:  # singular: endless policy
             return np.full(start.size, np.nan)
     value = start
     for _ in range(5000):
@@ -172,7 +171,7 @@ def _solve(step: Any, rest: Floats, start: Floats) -> Floats:
 
 
 def refuse_endless(problem: Problem, grid: Grid) -> None:
-    """Raise where no policy can end: one backward sweep after the other over what can reach a stop or a stopping edge."""
+    """Raise if some state cannot reach a stop or a stopping edge, by backward sweeps."""
     bare = dataclasses.replace(
         problem,
         axes=[dataclasses.replace(a, below=_free(a.below), above=_free(a.above)) for a in problem.axes],

@@ -1,35 +1,29 @@
-"""Compiled kernels of the shift transition and of the backward step. Plain arrays in, plain arrays out.
+"""Compiled kernels of the shift transition and of the backward step.
 
-Symbols: `weight[group, row, k]` is the probability weight of moving down `first_lag + k` cells; `gone` the probability of
-leaving the grid for a given value-to-go (into a stop: `stopped`), `above` what a full hat at the top node counts too much,
-`charge` everything charged on the way and beyond the edges. `value[target, node]` is the value-to-go, target = (mode,
-nodes of other axes). `rough[group, row]` marks laws so narrow that their expectations
-have a kink at every node: no curve is laid through them.
+Symbols: `weight[group, row, k]` is the probability weight of moving down `first_lag + k` cells; `gone` the
+probability of leaving the grid for a given value-to-go (into a stop: `stopped`); `above` the excess weight of
+a full hat at the top node; `charge` the charges in the path and beyond the edges. `value[target, node]` is
+the value-to-go, target = (mode, nodes of other axes). `rough[group, row]` marks narrow laws, whose
+expectations have a kink at every node and are not interpolated.
 """
 
 import numpy as np
 
 from sdpgrind.base.compiled import compiled
 
-REORDER = {"contract", "nsz", "reassoc"}
-"""What a sum may do for the sake of speed: another order, fused products; NaN and infinity stay (chosen)."""
-UNFUSED = REORDER - {"contract"}
-"""For lines that are corrected term by term: each product is rounded before it is subtracted (chosen)."""
-
-TIE_ABS, TIE_REL = 1e-9, 1e-7
-"""Differences of cost, $ and relative, up to which two actions tie (chosen)."""
-CUBIC = 0.8
-"""Share of the difference between cubic and parabola that counts as error of the cubic (0.01 to 0.74 was measured)."""
-UNSEEN = 0.5
-"""Share of what a level lies below its neighbours that may hide in a kink between them (chosen)."""
+REORDER = {"contract", "nsz", "reassoc"}  # chosen: fast sums, reordered and fused; NaN and infinity stay
+UNFUSED = REORDER - {"contract"}  # chosen: sums corrected term by term round each product before subtraction
+TIE_ABS, TIE_REL = 1e-9, 1e-7  # chosen: cost difference of a tie, $ and relative; smaller ones are rounding
+CUBIC = 0.8  # measured: error of the cubic was 0.01 to 0.74 of its difference from the parabola
+UNSEEN = 0.5  # chosen: share of a level's depth below its neighbours that a kink may hide; less misses some
 
 
 @compiled(fastmath=REORDER)
 def _expect(group, row, node, tables, value, flipped, level):
-    """E value(next) + charges of one row at one node. `flipped` is the value from the top down, less that of node 0."""
+    """E value(next) + charges of one row at one node; `flipped`: value from the top down, 0 at node 0."""
     weight, first_lag, reach, gone, stopped, above, charge, target, part, _ = tables
     nodes = value.shape[1]
-    begin = max(reach[group, row, 0], node - (nodes - 1))  # the lags that lead to the targets 1..nodes-1
+    begin = max(reach[group, row, 0], node - (nodes - 1))  # lags to the targets 1..nodes-1
     count = max(0, min(reach[group, row, 1], node - 1) + 1 - begin)
     shift = nodes - 1 - node + begin
     a = weight[group, row, begin - first_lag : begin - first_lag + count]
@@ -40,7 +34,7 @@ def _expect(group, row, node, tables, value, flipped, level):
             continue
         to = target[group, row, corner]
         bottom, inner = value[to, 0], 0.0
-        b = flipped[to, shift : shift + count]  # slices from 0 on: the loop compiles to vector instructions
+        b = flipped[to, shift : shift + count]  # slices from 0 on vectorise
         for k in range(count):
             inner += a[k] * b[k]
         if above.shape[2] > 0:
@@ -55,7 +49,7 @@ def _expect(group, row, node, tables, value, flipped, level):
 
 @compiled(fastmath=UNFUSED)
 def _scan(group, rows, tables, value, flipped, level, dense, use_dense, out):
-    """Fill out[k, node] = E of the coarse rows; `dense[k, node]` already holds the inner sums where `use_dense`."""
+    """Fill out[k, node] = E of the coarse rows; with `use_dense`, `dense[k, node]` holds their inner sums."""
     _, _, _, gone, stopped, above, charge, target, _, _ = tables
     nodes = value.shape[1]
     for k in range(rows.size):
@@ -88,11 +82,11 @@ def _tie(value):
 
 @compiled(fastmath=REORDER)
 def _vertex(levels, a, qa, qb, qc, e, qe):
-    """Least point of the cubic through the levels a, a + 1, a + 2 (the middle one the lowest) and e.
+    """Minimum of the cubic through the levels a, a + 1, a + 2 (the middle one the lowest) and e.
 
-    Return control, value, and an estimate of its error: a share of what the cubic differs by from the parabola through the
-    first three. Where there is no fourth level (`qe` not finite), or no cubic with a least point, the parabola serves, and
-    all that it promises beyond the best level is in doubt.
+    Return control, value, and its estimated error: a share of the difference between cubic and parabola
+    through the first three. Without a fourth level (`qe` not finite), or a minimum of the cubic, the parabola
+    serves; its whole gain over the best level counts as error.
     """
     xa, xb, xc = levels[a], levels[a + 1], levels[a + 2]
     left, right = (qb - qa) / (xb - xa), (qc - qb) / (xc - xb)
@@ -117,14 +111,14 @@ def _vertex(levels, a, qa, qb, qc, e, qe):
             return u, flat, qb - flat
         x = min(max(x - slope / curve, xa), xc)
     value = qa + left * (x - xa) + bend * (x - xa) * (x - xb) + twist * (x - xa) * (x - xb) * (x - xc)
-    if abs(value - flat) > qb - flat:  # a kink, where a curve would promise what no control keeps
+    if abs(value - flat) > qb - flat:  # a kink, which no curve follows
         return xb, qb, qb - flat
     return x, value, CUBIC * abs(value - flat)
 
 
 @compiled(fastmath=REORDER)
 def _next(a, b, c, qa, qb, qc, halve):
-    """Level to try inside the bracket a < b < c: the vertex of the parabola (in the number of the level), or a halving."""
+    """Next level inside the bracket a < b < c: vertex of the parabola over the levels' numbers, or half."""
     if b - a <= 0 or (halve and c - b >= b - a):
         return b + 1 if b - a <= 0 else (b + c) // 2 if c - b > 1 else b - 1
     if c - b <= 0 or halve:
@@ -143,10 +137,11 @@ def _next(a, b, c, qa, qb, qc, halve):
 def _descend(
     group, base, node, f, low, high, stride, q, before, after, tables, value, flipped, level, levels
 ):
-    """Follow the minimum around level `f` (value `q`, scanned neighbours `before` and `after`) inside the regime [low, high].
+    """Find the minimum around level `f` (value `q`, scanned neighbours `before`, `after`) inside the regime
+    [low, high].
 
-    A bracket a < b < c of levels is closed until they are neighbours; at an end of the regime a or c coincides with b.
-    Return control, value, and an estimate of the value's error.
+    A bracket a < b < c of levels closes until they are neighbours; at an end of the regime a or c equals b.
+    Return control, value, and its estimated error.
     """
     a, b, c = max(f - stride, low), f, min(f + stride, high)
     qa, qb, qc = before, q, after
@@ -179,10 +174,10 @@ def _descend(
 def _search(
     group, base, levels, regimes, stride, refine, coarse_q, tables, value, flipped, level, out, state
 ):
-    """Best row of one move at every node: every local minimum of the scan, in every regime, is followed down.
+    """Best row of one move at every node, from every local minimum of the scan in every regime.
 
-    `out`: (least value, control, entry of the lists) by node. `state`: [largest estimated error so far]. Ties go to the
-    lowest control. The loops run along the nodes, as the scan lies in memory.
+    `out`: (least value, control, entry of the lists) by node. `state`: [largest estimated error so far]. Ties
+    go to the lowest control. Loops run along the nodes, as memory does.
     """
     out_q, out_u, out_a = out
     count, nodes = levels.size, value.shape[1]
@@ -219,7 +214,7 @@ def _search(
 
 @compiled(fastmath=REORDER)
 def _first_least(q, levels, out):
-    """Least row at every node where only the levels count; ties go to the first. Two passes that run along the nodes."""
+    """Least row at every node, without search between levels; ties go to the first."""
     out_q, out_u, out_a = out
     count, nodes = levels.size, out_q.size
     out_q[:] = np.inf
@@ -257,11 +252,12 @@ def push(
     out_a,
     state,
 ):
-    """Moves begin to end of a bundle, all groups: out[move, group, node] = least expectation, with its control and entry.
+    """Moves begin to end of a bundle, all groups: out[move, group, node] = least expectation, with its
+    control and entry.
 
-    `dense` holds the inner sums of the scanned rows where `use_dense`, and all of their expectations where `complete`.
+    `dense` holds the inner sums of the scanned rows (`use_dense`), or their expectations (`complete`).
 
-    `plan`: row, level, regime and scan offsets of each move, levels, regimes, strides, refine flags, scan rows.
+    `plan`: row, level, regime and scan offsets of each move, levels, regimes, strides, refinement, scan rows.
     """
     row_at, level_at, regime_at, scan_at, levels, regimes, strides, refine, rows = plan
     for move in range(begin, end):
@@ -276,14 +272,15 @@ def push(
                 _first_least(part, own, out)
             else:
                 _search(
-                    group, row_at[move], own, regimes[regime_at[move] : regime_at[move + 1]], strides[move], refine[move],
+                    group, row_at[move], own, regimes[regime_at[move] : regime_at[move + 1]],
+                    strides[move], refine[move],
                     part, tables, value, flipped, level, out, state,
                 )  # fmt: skip
 
 
 @compiled(fastmath=REORDER)
 def _promising(q, before, after, minimum):
-    """Whether the neighbourhood of a scanned level may hold less than `minimum`: twice what convexity would let it hide."""
+    """Whether a scanned level may have less than `minimum` near it: twice the depth that convexity allows."""
     hidden = 0.0
     if before < np.inf:
         hidden = max(hidden, before - q)
@@ -294,7 +291,7 @@ def _promising(q, before, after, minimum):
 
 @compiled(fastmath=REORDER)
 def least(q, levels, regimes, refine, out_q, out_u, out_a, state):
-    """Best row at every node where all rows q[row, node] are known: the level, or the parabola through its neighbours."""
+    """Best row at every node of known q[row, node]: the level, or the parabola through its neighbours."""
     count = levels.size
     for node in range(q.shape[1]):
         best, u_best, a_best, minimum = np.inf, levels[0], 0, np.inf

@@ -1,12 +1,12 @@
-"""Cells of one axis in which the best action changes: what each action that matters costs at both ends of the cell.
+"""Cells of one axis in which the best action changes, with the cost of each relevant action at both ends.
 
-Between two nodes the value-to-go is the least of the costs of several actions. Each cost is smooth, and straight to second
-order; their minimum has a kink, which a straight line between the nodes would cut, to first order. So where the action
-changes, the costs are kept, one line each, and a look-up takes the least.
+Between two nodes the value-to-go is the least cost of several actions. Each cost is smooth, linear to second
+order; their minimum has a kink, where linear interpolation is of first order only. Cells in which the action
+changes keep one line of cost for each action; a look-up takes the least.
 
-A move may do another thing at each end of a cell. Where only the control differs it may go over from one end to the other, or
-jump to another minimum; then half of the way costs more than the line says. Such a line is replaced by two, each with what is
-done at one end (`split`), where the least of both is nearer to the best cost in the middle.
+A move may differ at the ends of a cell. A control may vary from one end to the other, or jump to another
+minimum: then the cost half-way is above the line. Such a line is replaced by two, each with the action of one
+end (`split`), if their least is nearer to the best cost in the middle.
 """
 
 import itertools
@@ -24,18 +24,18 @@ from sdpgrind.sdp._solve.kernels import TIE_REL
 from sdpgrind.sdp._solve.steps import Steps
 from sdpgrind.sdp._transitions.menu import levels_of
 
+# chosen: a control jumps inside a cell if its change exceeds LARGE of its interval, or the first number of a
+# pair in
+# JUMPS and the second times its change in the adjoining cells; smaller shares split smooth lines
 LARGE, JUMPS = 0.1, ((1e-4, 1.1), (1e-5, 4.0))
-"""Shares of its interval by which a control jumps to another minimum inside a cell: more than `LARGE` always is one, more than
-each of `JUMPS` where the control changes so many times less in the cells beside."""
 
 
 class Kinks(NamedTuple):
-    """Lines of cost in the cells where the action changes.
+    """Lines of cost in cells where the action changes.
 
-    `at[row, mode, cell]` is the number of such a cell (-1: none), whose lines are ``start[number]:start[number + 1]``;
-    `cost[line, end]` ($) and `control[line, end]` at the left and right node, `act[line]` (stops -1, -2, ..., moves 0, 1, ...)
-    and `entry[line]` of the lists.
-    """
+    `at[row, mode, cell]` is the number of such a cell (-1: none), ``start[number]:start[number + 1]`` its
+    lines; `cost[line, end]` ($), `control[line, end]` at the left and right node; `act[line]` (stops -1, -2,
+    ..., moves 0, 1, ...); `entry[line]` of the lists."""
 
     at: npt.NDArray[np.int32]
     start: npt.NDArray[np.int32]
@@ -46,7 +46,7 @@ class Kinks(NamedTuple):
 
     @classmethod
     def none(cls, shape: tuple[int, int, int]) -> "Kinks":
-        """Return no kinks for so many rows, modes and cells."""
+        """Return empty kinks for `shape` = (rows, modes, cells)."""
         empty = np.zeros(0, dtype=np.int32)
         return cls(
             np.full(shape, -1, np.int32),
@@ -59,7 +59,7 @@ class Kinks(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """Lines of cost in the order found: where (row, mode, cell), action (stops -1, -2, ...), and both ends."""
+    """Lines of cost in the order found: (row, mode, cell), action (stops -1, -2, ...), and both ends."""
 
     row: Ints
     mode: Ints
@@ -68,8 +68,8 @@ class Lines(NamedTuple):
     entry: Ints  # [line, end]
     control: Floats  # [line, end]
     cost: Floats  # [line, end]
-    differ: Any  # whether what a move does differs at the ends
-    onward: Floats  # [line, end]: where the control of the other end would be here if it went on as in the cell beside
+    differ: Any  # whether the move differs at the ends
+    onward: Floats  # [line, end]: control of the other end, extrapolated to this one from the adjoining cell
 
     def select(self, kept: Any) -> "Lines":
         """Return some of the lines."""
@@ -77,12 +77,10 @@ class Lines(NamedTuple):
 
 
 class Spans(NamedTuple):
-    """Of each move's continuous control: the length of its interval (infinite where there is none), its breaks, [move, k], and
-    whether it may fall between its levels.
-    """
+    """Continuous control of each move: length of its interval (inf without), breaks [move, k], search."""
 
     length: Floats
-    breaks: Floats  # filled up with inf
+    breaks: Floats  # padded with inf
     search: Any
 
     @classmethod
@@ -100,14 +98,14 @@ class Spans(NamedTuple):
         return Spans(*(column[move] for column in self))
 
     def jumps(self, four: tuple[Floats, ...]) -> Any:
-        """Whether a control jumps, or meets a break, between the middle two of four nodes; NaN where it is not known."""
+        """Whether a control jumps, or meets a break, between the middle two of four nodes (NaN: unknown)."""
         left, right = four[1][..., None], four[2][..., None]
         low, high = np.minimum(left, right), np.maximum(left, right)
         met = ((low < self.breaks) & (high >= self.breaks)) | ((low <= self.breaks) & (high > self.breaks))
         return _jumps(four, self.length) | met.any(axis=-1)
 
     def around(self, control: Floats) -> tuple[Floats, Floats]:
-        """Return the breaks next below and next above a control of each move (infinite where there is none)."""
+        """Return the nearest breaks below and above a control of each move (inf without)."""
         below, above = self.breaks < control[:, None], self.breaks > control[:, None]
         low = np.where(below, self.breaks, -np.inf).max(axis=1, initial=-np.inf)
         return low, np.where(above, self.breaks, np.inf).min(axis=1, initial=np.inf)
@@ -115,10 +113,10 @@ class Spans(NamedTuple):
 
 @dataclass
 class Changes:
-    """Collects lines while stages are solved, as the costs of single moves are known only then.
+    """Collects lines during the solve of stages, when the costs of single moves are known.
 
-    `shared`: the moves that mode 0 tells for all modes. `history`: the costs [row, move, mode, node] of a small problem, not
-    yet looked through.
+    `shared`: moves evaluated for mode 0 only. `history`: costs [row, move, mode, node] of a small problem,
+    not yet evaluated.
     """
 
     spans: "Spans"
@@ -140,14 +138,14 @@ class Changes:
         entry: Any,
         control: Floats,
     ) -> None:
-        """Look through one row: costs of stops [stop, mode, node] and moves [move, mode, node], and what was chosen."""
+        """Collect the lines of one row: costs of stops [stop, mode, node] and moves [move, mode, node]."""
         mode, cell = np.nonzero(_changes(best, entry, control, self.spans))
         if cell.size:
             own = np.where(self.shared[:, None], 0, mode)
             self.found.append(_lines(Cells(np.full(cell.size, row), mode, cell), (mode, own), stop_q, moves))
 
     def all(self) -> Lines | None:
-        """Return everything found, without the lines that are nowhere the least."""
+        """Return all lines, without those that are nowhere the least."""
         if self.history is not None:
             self._look_through(*self.history)
             self.history = None
@@ -156,14 +154,14 @@ class Changes:
         return Lines(*(np.concatenate(columns) for columns in zip(*self.found, strict=True)))
 
     def shifted(self, other: "Changes | None") -> "Changes":
-        """Return these one row later, after those of the base."""
+        """Return these lines shifted by one row, after those of the base."""
         later = [lines._replace(row=lines.row + 1) for lines in _listed(self)]
         return Changes(self.spans, self.shared, (_listed(other) if other else []) + later)
 
     def _look_through(
         self, stop_q: Floats, moves: tuple[Floats, Floats, Any], best: Any, entry: Any, control: Floats
     ) -> None:
-        """All rows of a problem of one mode at once: they take the place of the modes."""
+        """Collect the lines of all rows of a problem of one mode: rows take the place of modes."""
         row, cell = np.nonzero(_changes(best, entry, control, self.spans))
         if cell.size:
             own = np.broadcast_to(row, (self.spans.length.size, row.size))
@@ -171,7 +169,7 @@ class Changes:
 
 
 class Cells(NamedTuple):
-    """Cells in which something changes."""
+    """Cells in which the action changes."""
 
     row: Ints
     mode: Ints
@@ -179,7 +177,7 @@ class Cells(NamedTuple):
 
 
 def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Floats, Floats, Any]) -> Lines:
-    """Read the lines of all actions in these cells; `at` says where the costs of stops, and of each move, stand."""
+    """Lines of all actions in these cells; `at` are the indices of the costs of stops and of each move."""
     ends = np.stack([cells.cell, cells.cell + 1], axis=1)
     stop, move = np.arange(stop_q.shape[0])[:, None, None], np.arange(moves[0].shape[0])[:, None, None]
     stops = stop_q[stop, at[0][:, None], ends]
@@ -197,7 +195,7 @@ def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Flo
     control, entry = np.concatenate([nothing, control]), np.concatenate([nothing.astype(np.int32), entry])
     lower = _lower(cost)
     split &= lower == 0
-    kept = (lower >= 0) & (lower < 2)  # the least anywhere, or the next
+    kept = (lower >= 0) & (lower < 2)  # least or second
     line, number = np.nonzero(kept)
     act = np.where(line < stop.size, -1 - line, line - stop.size)
     row, mode, cell = (column[number] for column in cells)
@@ -210,7 +208,7 @@ def _listed(changes: Changes) -> list[Lines]:
 
 
 def _changes(best: Any, entry: Any, control: Floats, spans: Spans) -> Any:
-    """Cells [mode, cell] whose nodes differ in the move, in the entry of its lists, or by a jump or break of its control."""
+    """Mask [mode, cell] of cells whose nodes differ in move or entry, or by a jump or break of control."""
     same = best[:, 1:] == best[:, :-1]
     going = same & (best[:, 1:] >= 0)
     around = np.pad(np.where(best < 0, np.nan, control), ((0, 0), (1, 1)), constant_values=np.nan)
@@ -220,7 +218,7 @@ def _changes(best: Any, entry: Any, control: Floats, spans: Spans) -> Any:
 
 
 def _jumps(four: tuple[Floats, ...], span: Floats) -> Any:
-    """Whether a control jumps between the middle two of four nodes, NaN where it is not known."""
+    """Whether a control jumps between the middle two of four nodes (NaN: unknown)."""
     with np.errstate(invalid="ignore"):
         before, here, after = (np.abs(b - a) for a, b in itertools.pairwise(four))
         beside = np.fmax(before, after)
@@ -229,7 +227,7 @@ def _jumps(four: tuple[Floats, ...], span: Floats) -> Any:
 
 
 def _lower(cost: Floats) -> Any:
-    """How many other lines are lower at both ends (of equals the first is), for each of the lines [line, number]; -1: unknown."""
+    """Number of lines that are lower at both ends (ties: the first), [line, number]; -1: unknown cost."""
     finite = np.asarray(np.isfinite(cost).all(axis=2))
     one, other = cost[:, None], cost[None]
     earlier = np.tri(cost.shape[0], k=-1, dtype=bool).T[:, :, None]
@@ -238,7 +236,7 @@ def _lower(cost: Floats) -> Any:
 
 
 def sorted_kinks(lines: Lines, shape: tuple[int, int, int]) -> Kinks:
-    """Number the cells and put their lines side by side, stops first, then moves in their order."""
+    """Number the cells and sort their lines: stops first, then moves in their order."""
     flat = np.ravel_multi_index((lines.row, lines.mode, lines.cell), shape)
     rank = np.where(lines.act < 0, -1 - lines.act - 2**15, lines.act)
     order = np.lexsort((lines.entry[:, 0], rank, flat))
@@ -256,7 +254,7 @@ def sorted_kinks(lines: Lines, shape: tuple[int, int, int]) -> Kinks:
 
 
 class Try(NamedTuple):
-    """A choice, for each of some lines, somewhere in its cell (0: left node, 1: right node)."""
+    """Trial action of some lines, at a position in the cell (0: left node, 1: right node)."""
 
     part: float
     entry: Ints
@@ -264,7 +262,7 @@ class Try(NamedTuple):
 
 
 def split(lines: Lines, steps: Steps) -> Lines:
-    """Replace the lines of moves that do another thing at each end by two, where these are nearer to the best."""
+    """Replace lines of moves that differ at the ends by two, where these are nearer to the best cost."""
     two = _doubtful(lines, steps)
     if not np.any(two):
         return lines
@@ -279,7 +277,7 @@ def split(lines: Lines, steps: Steps) -> Lines:
 
 
 def _doubtful(lines: Lines, steps: Steps) -> Any:
-    """Lines with another entry at each end, and those that half of the way between the controls of both ends would belie."""
+    """Lines with different entries at the ends, and those below the cost of the control half-way."""
     apart = lines.entry[:, 0] != lines.entry[:, 1]
     differ = lines.differ & ~apart
     some = lines.select(differ)
@@ -290,7 +288,7 @@ def _doubtful(lines: Lines, steps: Steps) -> Any:
 
 
 def _half_way(lines: Lines, steps: Steps) -> Try:
-    """The control half-way between those of both ends, or the level next to it where only the levels count."""
+    """Control half-way between those of both ends; the nearest level without search."""
     control = lines.control.mean(axis=1)
     for k, move in enumerate(steps.problem.moves):
         here = lines.act == k
@@ -302,7 +300,7 @@ def _half_way(lines: Lines, steps: Steps) -> Try:
 
 
 def _nearer(lines: Lines, pair: list[Lines], middle: Floats) -> Any:
-    """Whether the least of two lines is nearer than one to the best that is known in the middle."""
+    """Whether the least of two lines is nearer than one line to the best known cost in the middle."""
     one, *each = (line.cost.mean(axis=1) for line in (lines, *pair))
     return (lines.entry[:, 0] != lines.entry[:, 1]) | (
         np.abs(np.minimum(*each) - middle) < np.abs(one - middle)
@@ -310,13 +308,13 @@ def _nearer(lines: Lines, pair: list[Lines], middle: Floats) -> Any:
 
 
 def _choices(lines: Lines, end: int, steps: Steps) -> list[Try]:
-    """What is done at one end, tried at the other: with the same control, and with that which goes on as it came."""
+    """Action of one end tried at the other: with the same control, and with the extrapolated one."""
     far, entry, held = 1 - end, lines.entry[:, end], lines.control[:, end]
     return [Try(far, entry, held), Try(far, entry, _within(lines.act, held, lines.onward[:, far], steps))]
 
 
 def _carried(lines: Lines, end: int, choices: list[Try], costs: Floats) -> Lines:
-    """Lines of what is done at one end, the other end being the better of two choices."""
+    """Lines of the action of one end; at the other end the better of two choices."""
     cost, control, onward = lines.cost.copy(), lines.control.copy(), costs[1] < costs[0]
     cost[:, 1 - end] = np.minimum(*costs)
     control[:, 1 - end] = np.where(onward, choices[1].control, choices[0].control)
@@ -324,7 +322,7 @@ def _carried(lines: Lines, end: int, choices: list[Try], costs: Floats) -> Lines
 
 
 def _within(act: Ints, held: Floats, onward: Floats, steps: Steps) -> Floats:
-    """Controls of moves that go on from `held`, kept inside its regime."""
+    """Controls `onward`, clamped to the regime of `held`."""
     levels = [move.levels for move in steps.problem.moves]
     ends = np.array([[one.low, one.high] if one else [0.0, 0.0] for one in levels])[act]
     spans = Spans.of(steps.problem).select(act)
@@ -335,7 +333,7 @@ def _within(act: Ints, held: Floats, onward: Floats, steps: Steps) -> Floats:
 
 
 def _costs(lines: Lines, tries: Sequence[Try], steps: Steps) -> Floats:
-    """Cost of the moves of `lines` for each of several choices, [choice, line]; all choices of a move in one go."""
+    """Cost of the moves of `lines` for several choices, [choice, line]; all choices of a move at once."""
     x = np.asarray([steps.grid.coordinate(0, lines.cell + one.part) for one in tries])
     entry, control = np.array([one.entry for one in tries]), np.array([one.control for one in tries])
     row, mode = (np.broadcast_to(column, x.shape) for column in (lines.row, lines.mode))

@@ -1,4 +1,4 @@
-"""The backup of sampled and staying moves: every (row, node) is evaluated on its own, by table, by numpy or compiled."""
+"""Backup of sampled and staying moves: each (row, node) by table, by numpy or by compiled code."""
 
 from typing import Any
 
@@ -14,25 +14,14 @@ from sdpgrind.sdp._transitions.rows import Rows, RowsFound
 from sdpgrind.sdp._transitions.sampled import CHUNK, Sampled, land, masked
 from sdpgrind.sdp._transitions.stay import Stay
 
-KEEP = 30_000_000
-"""Largest number of table entries that is kept; beyond it every sweep evaluates anew (chosen)."""
+KEEP = 30_000_000  # chosen: most table entries kept; more cost memory, fewer an evaluation each sweep
 
 
 class PointBundle:
     """One sampled or staying move on a block of nodes.
 
-    Parameters
-    ----------
-    menu : Menu
-        The move.
-    per_mode : bool
-        Whether it is evaluated for each mode one starts from.
-    block : slice
-        The nodes.
-    stage : float, optional
-        The stage coordinate of departure, for timed moves.
-    keep : bool
-        Whether `best` will be called more than once.
+    `per_mode`: evaluated for each mode of departure. `stage`: stage coordinate of departure, for timed moves.
+    `keep`: `best` is called more than once.
     """
 
     def __init__(
@@ -44,7 +33,7 @@ class PointBundle:
         self.tells_mode = per_mode and self.modes > 1
         self.nodes = tuple(x[block] for x in menu.grid.points)
         self.count = block.stop - block.start
-        self.difference = np.zeros(1)  # of values, by the search between levels: the largest so far
+        self.difference = np.zeros(1)  # largest error of the search between levels so far, $
         self.penalty = self._penalty()
         self.target = self._targets()
         self._table: Any = None
@@ -110,7 +99,7 @@ class PointBundle:
             return np.asarray(inner + charge + stopped * level[self.target][:, :, None])
         if self.compiled:
             move = self.menu.move.to
-            assert isinstance(move, Sampled)  # only these are compiled
+            assert isinstance(move, Sampled)  # others are not compiled
             return _compiled.expect(self, move, value, level)
         out = np.empty(shape)
         for source, rows in self._chunks():
@@ -131,7 +120,7 @@ class PointBundle:
         ]
 
     def _land(self, source: int, rows: slice) -> tuple[Any, Any]:
-        """Where rows lead: arrays [row, node, noise]."""
+        """Next states of rows: arrays [row, node, noise]."""
         move = self.menu.move.to
         assert isinstance(move, Sampled)
         c = self.menu.row_controls()
@@ -150,7 +139,7 @@ class PointBundle:
         return land(self.menu, after), extra
 
     def _tabulate_rows(self) -> tuple[Any, Floats, Floats]:
-        """The same of a user's own transition, by its `rows`; they hold the in-path charges."""
+        """`_tabulate` of a user's own transition, by its `rows`, in-path charges included."""
         menu, shape = self.menu, (self.sources.size, self.menu.rows, self.count)
         points = tuple(np.tile(x, menu.rows) for x in self.nodes)
         choice = np.repeat(np.arange(menu.move.choices), menu.levels.size * self.count)
@@ -173,7 +162,7 @@ class PointBundle:
         return sparse.vstack(parts, format="csr"), np.reshape(charge, shape), np.reshape(stopped, shape)
 
     def _tabulate(self) -> tuple[Any, Floats, Floats]:
-        """The sparse matrix from value[mode, node] to expectations [source, row, node], and the charges of leaving."""
+        """Sparse matrix from value[mode, node] to expectations [source, row, node]; charges of leaving."""
         size = self.menu.grid.size
         parts, charge, stopped = (
             [],

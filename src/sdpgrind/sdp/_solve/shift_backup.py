@@ -1,7 +1,7 @@
-"""The fast backup of shift moves: tables once for each grid, then one matrix product and one kernel call a stage.
+"""Fast backup of shift moves: tables once for each grid, then one matrix product and one kernel call a stage.
 
-All shift moves of a problem form one bundle, so that a stage costs a few microseconds of Python. Scanned rows are summed by
-a matrix product with the Toeplitz matrix of the value-to-go; the search between them uses single rows.
+All shift moves of a problem form one bundle. Scanned rows are a matrix product with the Toeplitz matrix of
+the value-to-go; the search between them evaluates single rows.
 """
 
 import itertools
@@ -20,29 +20,18 @@ from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import RowsFound
 from sdpgrind.sdp._transitions.shift import Shift, refuse_leak
 
-ROUGH = 0.05
-"""Standard deviations, in cells, of a law below which expectations have a kink wherever the law passes a node."""
-LONG = 600
-"""Nodes from which sums are convolutions by Fourier transform: n log n instead of n^2 operations a row."""
-CHUNK = 32
-"""Rows that are transformed back together (chosen)."""
-BLOCKS = 4
-"""Column blocks of the matrix product: the lower triangle is not multiplied (chosen; fixed, so that no result depends on it)."""
+ROUGH = 0.05  # chosen: sd, cells, below which expectations have kinks at nodes; more would forbid good curves
+LONG = 600  # chosen: least nodes of sums by Fourier transform, n log n instead of n^2 operations a row
+CHUNK = 32  # chosen: rows transformed back together; more cost memory, fewer overhead
+BLOCKS = 4  # chosen: column blocks of the matrix product without its lower triangle; fixed for equal bits
 
 
 class ShiftBundle:
-    """Shift moves of one problem on one grid.
+    """Shift moves of one problem along one axis of a grid.
 
-    Parameters
-    ----------
-    menus : sequence of Menu
-        Their moves share the falling axis.
-    per_mode : bool
-        Whether tables depend on the mode one starts from (a callback reads it, or the mode stays).
-    block : slice
-        The lines along the falling axis (nodes of the other axes, flattened) that one starts from.
-    stage : float, optional
-        The stage coordinate of departure, for timed moves.
+    `per_mode`: tables for each mode of departure (a callback reads it, or it stays). `block`: lines along the
+    falling axis (nodes of the other axes, flattened). `stage`: stage coordinate of departure, for timed
+    moves.
     """
 
     def __init__(
@@ -56,7 +45,7 @@ class ShiftBundle:
         self.nodes = self.grid.shape[self.axis]
         self.sources = self.modes if per_mode else 1
         self.groups = (block.stop - block.start) * self.sources
-        self.difference = np.zeros(1)  # of values, by the search between levels: the largest so far
+        self.difference = np.zeros(1)  # largest error of the search between levels so far, $
         self._layout()
         self._tables()
 
@@ -136,7 +125,7 @@ class ShiftBundle:
         n, h, axis = self.nodes, self.grid.spacing[self.axis], self.grid.axes[self.axis]
         lag = np.arange(self.first_lag - 1, n + 1)
         curve = law.under((h * lag)[:, None, None])
-        # What lies beyond the law's support is nothing, not the rounding of differences: sums skip it.
+        # Weights beyond the law's support are rounding of differences: sums skip them.
         far = (h * lag[1:-1])[:, None, None] > law.support[1] + h
         _put(self.weight, here, np.where(far, 0.0, (curve[2:] - 2 * curve[1:-1] + curve[:-2]) / h))
         self.rough[:, here] = _rough(menu, law, self.groups, h)
@@ -166,7 +155,7 @@ class ShiftBundle:
         return allowed
 
     def _penalties(self, menu: Menu, here: slice) -> Any:
-        """Put the in-path charges into the table; tell where the move is allowed."""
+        """Put the in-path charges into the table; return the mask of allowed moves."""
         if menu.move.allowed is None and not callable(menu.move.charge):
             self.charge[:, here] += menu.move.charge
             return True
@@ -181,7 +170,7 @@ class ShiftBundle:
         return np.isfinite(penalty)
 
     def _aim(self, menu: Menu, here: slice, s: Any, c: Any, allowed: Any) -> None:
-        """Put where each row (groups, rows) arrives, where it is allowed: mode on arrival and the corners of the other axes."""
+        """Set the target of each allowed row (groups, rows): mode and corners of the other axes."""
         points, mode = self._starts()
         if not points and menu.into is None and mode is None:
             return
@@ -237,7 +226,7 @@ class ShiftBundle:
         return RowsFound(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
 
     def _starts(self) -> tuple[list[Floats], Ints | None]:
-        """Coordinates on the other axes of every group, and its mode (None where there is but one or none matters)."""
+        """Coordinates of every group on the other axes, and its mode (None: only one, or irrelevant)."""
         rest = [x for k, x in enumerate(self.grid.coordinates) if k != self.axis]
         points = [np.ravel(m)[self.block] for m in np.meshgrid(*rest, indexing="ij")]
         lines = self.block.stop - self.block.start
@@ -245,7 +234,7 @@ class ShiftBundle:
         return [np.tile(p, self.sources) for p in points], mode
 
     def _laws(self, menu: Menu) -> tuple[Law, Any, Any]:
-        """The laws of all (groups, rows), with the ``s`` and ``c`` they were made from."""
+        """Laws of all (groups, rows), with their ``s`` and ``c``."""
         points, mode = self._starts()
         places = [p[:, None] for p in points]
         places.insert(self.axis, np.empty(0))
@@ -254,7 +243,7 @@ class ShiftBundle:
         return _shift(menu).law(s, c), s, c
 
     def tabulate_stopped(self) -> None:
-        """Probabilities of ending beyond an edge: wanted only where that is charged otherwise than ending at the first node."""
+        """Tabulate probabilities of ending beyond an edge, for charges unlike those at the first node."""
         self.stopped = np.zeros((self.groups, int(self.row_at[-1]), self.nodes))
         x = (self.grid.axes[self.axis].low + self.grid.spacing[self.axis] * np.arange(self.nodes))[
             :, None, None
@@ -280,12 +269,12 @@ class ShiftBundle:
 
 
 def _shift(menu: Menu) -> Shift:
-    assert isinstance(menu.move.to, Shift)  # the caller bundles only these
+    assert isinstance(menu.move.to, Shift)  # others are not in the bundle
     return menu.move.to
 
 
 def _scan_rows(menu: Menu) -> Ints:
-    """Rows of the first scan: every stride-th level of every entry of the lists."""
+    """Scanned rows: every stride-th level of every entry of the lists."""
     return np.add.outer(
         np.arange(menu.move.choices) * menu.levels.size, np.arange(0, menu.levels.size, menu.stride)
     ).ravel()
@@ -298,13 +287,13 @@ def _row_controls(menu: Menu, extra: int = 1) -> Any:
 
 
 def _rough(menu: Menu, law: Law, groups: int, h: float) -> Any:
-    """Laws narrower than the step of their mean from level to level: the levels do not resolve the cost between them."""
+    """Mask of laws narrower than the step of their mean between levels, which do not resolve the cost."""
     shape = (groups, menu.move.choices, menu.levels.size)
     mean, sd = (np.broadcast_to(x, (groups, menu.rows)).reshape(shape) for x in (law.mean, law.sd))
     step = np.abs(np.diff(mean, axis=2, prepend=mean[:, :, :1], append=mean[:, :, -1:]))
     wide = np.maximum(step[:, :, 1:], step[:, :, :-1])
     rough = (wide > 0) & (sd < np.maximum(wide, ROUGH * h))
-    # A law that jumps from nothing to something: no curve may use the level that removes nothing.
+    # A law that jumps from 0 to an amount: no curve may use the level that removes nothing.
     for near in (1, 2):
         rough[:, :, near:] |= (sd[:, :, near:] > 0) & (sd[:, :, :-near] == 0)
         rough[:, :, :-near] |= (sd[:, :, :-near] > 0) & (sd[:, :, near:] == 0)
@@ -325,21 +314,21 @@ def _add(table: Floats, here: slice, found: Any) -> None:
 
 
 def _runs(targets: Ints) -> list[tuple[int, slice]]:
-    """Stretches of rows with the same target: each is one matrix product."""
+    """Runs of rows with the same target: each is one matrix product."""
     ends = [0, *(np.flatnonzero(np.diff(targets)) + 1), targets.size]
     return [(int(targets[a]), slice(int(a), int(b))) for a, b in itertools.pairwise(ends)]
 
 
 class Product:
-    """out[row, node] = sum of weight[row, lag] * value[node - lag] over the targets 1..n-1, by blocks of nodes."""
+    """out[row, node] = sum of weight[row, lag] * value[node - lag] over targets 1..n-1, by node blocks."""
 
     def __init__(self, weight: Floats, nodes: int, lags: int, first_lag: int) -> None:
         self._weight = weight
         self._padded = np.zeros(nodes + 2 * lags)
         self._inside = self._padded[
             lags : lags + nodes - 1
-        ]  # node 0 is the origin of the values: its weight does not matter
-        # Entry (lag, node) of the Toeplitz matrix is the value of node - lag = flipped[nodes - 1 - node + lag].
+        ]  # node 0 is the origin of the values: its weight is irrelevant
+        # Entry (lag, node) of the Toeplitz matrix: value[node - lag] = flipped[nodes - 1 - node + lag].
         start, item = lags + nodes - 1 + first_lag, self._padded.itemsize
         view = np.lib.stride_tricks.as_strided(self._padded[start:], (lags, nodes), (item, -item))
         edges = np.linspace(0, nodes, (BLOCKS if nodes >= 64 else 1) + 1).astype(int)
@@ -359,7 +348,7 @@ class Product:
 
 
 class Convolution:
-    """The same for many nodes: the transform of each row is kept, that of the value is taken once a call."""
+    """`Product` for many nodes: transforms of rows are kept, that of the value is taken once a call."""
 
     def __init__(self, weight: Floats, nodes: int, lags: int, first_lag: int) -> None:
         self._first, self._nodes = -first_lag, nodes
@@ -367,7 +356,7 @@ class Convolution:
         self._spectrum = fft.rfft(weight, self._size, axis=1)
 
     def __call__(self, rows: slice, flipped: Floats, out: Floats) -> None:
-        """Convolve; `flipped` is the value from the top node down, that of node 0 being 0."""
+        """Convolve; `flipped` is the value from the top node down, 0 at node 0."""
         value = fft.rfft(flipped[::-1], self._size)
         for k in range(rows.start, rows.stop, CHUNK):
             some = slice(k, min(k + CHUNK, rows.stop))

@@ -1,11 +1,12 @@
-"""Backward induction over a countdown, stops and moves of several durations, on time and late.
+"""Backward induction over a countdown, with stops and moves of several durations, on time and late.
 
-The value-to-go of stage n is finished first; then every move is evaluated *into* it and the result is kept until the stage
-at which that move would have been begun (``n + duration``). So each slice is multiplied once, by all rows of all moves.
+The value-to-go of stage n is finished first; then every move is evaluated *into* it, and the result kept
+until the stage ``n + duration`` of its start. Each slice is multiplied once, by all rows of all moves.
 
-Before the first stage of the table the value-to-go is ``base + late(time)``: for a late charge that is linear in the end,
-base is the stationary solution ``V = min{stop, min charge + rate * T + E V}`` (exact for all late times); for a convex one it
-is the stop charge, because no pass can pay any more once ``late(t + T_min) - late(t)`` exceeds every stop charge.
+Before the first stage of the table the value-to-go is ``base + late(time)``. For a linear late charge, base
+is the stationary solution ``V = min{stop, min charge + rate * T + E V}``, exact for all late times; for a
+convex one it is the stop charge, as no move pays once ``late(t + T_min) - late(t)`` exceeds every stop
+charge.
 """
 
 from dataclasses import dataclass, replace
@@ -25,21 +26,18 @@ from sdpgrind.sdp._solve import sweep_kernels as _sweep_kernels
 from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.sdp._solve.kinks import Changes
 
-SMALL = 64
-"""Nodes below which the induction is one compiled call (chosen)."""
-HISTORY = 2**26
-"""Bytes up to which all that is found is kept, to be looked through when the kinks are asked for."""
+SMALL = 64  # chosen: nodes below which the induction is one compiled call; on more, Python's share is small
+HISTORY = 2**26  # chosen: bytes of costs kept for the kinks; more cost memory
 TABLES = ("value", "best", "move", "control", "entry", "gap")
-CONVERGED = 1e-13
-"""Relative change at which the stationary late tail counts as solved (chosen)."""
+CONVERGED = 1e-13  # chosen: relative change of a solved stationary late side; a smaller one is rounding
 
 
 @dataclass(frozen=True)
 class StageTable:
-    """The solution on the grid; the first axis is the stage, from `first` on (one entry for `Forever`).
+    """Solution on the grid; the first axis is the stage, from `first` on (one entry for `Forever`).
 
-    `best` counts stops as -1, -2, ... and moves as 0, 1, ...; `move`, `control` and `entry` are those of the best move, also
-    where it is better to stop (-1 and NaN where no move is allowed); `base` is what holds before the first stage.
+    `best` counts stops as -1, -2, ... and moves as 0, 1, ...; `move`, `control` and `entry` are those of the
+    best move, also where a stop is better (-1 and NaN: no move allowed); `base` holds before the first stage.
     """
 
     first: int
@@ -49,28 +47,28 @@ class StageTable:
     control: Floats
     entry: npt.NDArray[np.int32]
     gap: Floats
-    search_error: float = 0.0  # estimated, of the search between levels, $
+    search_error: float = 0.0  # of the search between levels, $
     changes: Changes | None = None  # on one axis
     base: "StageTable | None" = None
 
     @classmethod
     def empty(cls, first: int, stages: int, modes: int, nodes: int) -> "StageTable":
-        """Return a table to be filled."""
+        """Return an empty table."""
         shape = (stages, modes, nodes)
         best, move, entry = np.empty(shape, np.int16), np.empty(shape, np.int16), np.empty(shape, np.int32)
         return cls(first, np.empty(shape), best, move, np.empty(shape), entry, np.empty(shape))
 
     @property
     def arrays(self) -> tuple[Any, ...]:
-        """The arrays in the order of `TABLES`."""
+        """Arrays in the order of `TABLES`."""
         return self.value, self.best, self.move, self.control, self.entry, self.gap
 
     def slice(self, row: int) -> tuple[Any, ...]:
-        """The arrays of one stage, [mode, node]."""
+        """Arrays of one stage, [mode, node]."""
         return tuple(array[row] for array in self.arrays)
 
     def stacked(self) -> "StageTable":
-        """Return the table with its base as the slice before the first."""
+        """Return the table with its base as first slice."""
         if self.base is None:
             return self
         joined: Any = [np.concatenate(pair) for pair in zip(self.base.arrays, self.arrays, strict=True)]
@@ -81,7 +79,7 @@ class StageTable:
 
 
 def late_stages(problem: Problem, stop_max: float) -> tuple[int, bool]:
-    """Return the first stage of the table (<= 0) and whether what lies before it is the stationary tail."""
+    """Return the first stage of the table (<= 0), and whether its base is the stationary solution."""
     stages = problem.stages
     assert isinstance(stages, Stages)
     late = stages.late
@@ -126,7 +124,7 @@ def solve_stages(problem: Problem, grid: Grid, bundles: Bundles, progress: Progr
 
 
 def _refuse_late(problem: Problem, stops: StopCharges, first: int, stationary: bool) -> None:
-    """Refuse what has no late side: before the table begins one must be able to stop, and the tail has no stage coordinate."""
+    """Refuse problems without a late side: no stop there, or a need of the stage coordinate."""
     stages = problem.stages
     if not isinstance(stages, Stages) or stages.late is None:
         return
@@ -173,10 +171,7 @@ class _Sweep:
         return float(self.countdown.late(stage * self.countdown.step))
 
     def at_once(self) -> bool:
-        """Do the whole induction in one compiled call where the problem is of the common small kind; tell whether it was.
-
-        On few nodes Python would take longer than the arithmetic.
-        """
+        """Do the whole induction of a small problem in one compiled call; return whether it was small."""
         bundle, stop_q = self.bundles.alone(), self.stops.still
         if not self.small or bundle is None or stop_q is None:
             return False
@@ -203,7 +198,7 @@ class _Sweep:
         return True
 
     def _history(self, stop_q: Floats) -> tuple[Any, ...]:
-        """All that was found, with the rows of the table where `Changes` has the modes."""
+        """Costs found, with rows of the table in place of modes, for `Changes`."""
         late = self.countdown.late(self.countdown.time(np.arange(len(self.value))))
         found = tuple(
             np.moveaxis(ring[: len(self.value), :, 0], 1, 0) for ring in (self.q, self.control, self.entry)
@@ -243,13 +238,14 @@ class _Sweep:
             for axis, x in zip(self.grid.axes, self.grid.points, strict=True)
         )
         raise ValueError(
-            f"no stop and no move is allowed at stage {stage}, mode {self.problem.modes[mode]!r}, {where or 'no coordinates'}"
+            f"no stop and no move is allowed at stage {stage}, mode {self.problem.modes[mode]!r}, "
+            f"{where or 'no coordinates'}"
         )
 
     def _push(self, stage: int, value: Floats, level: Floats) -> None:
         last = self.first + len(self.value) - 1
         for moves, found in self.bundles.best(value, level, stage, last):
-            # All moves of a bundle share the treatment of modes; their departures fall into different slots.
+            # Moves of a bundle share the treatment of modes; their departures are in different slots.
             at = ((stage - self.first + self.duration[moves]) % self.slots, moves)
             if self.bundles.shared[moves[0]]:
                 self.q[:, :, 0][at], self.control[:, :, 0][at], self.entry[:, :, 0][at] = (
@@ -261,7 +257,7 @@ class _Sweep:
                 self.q[at], self.control[at], self.entry[at] = found.q, found.control, found.entry
 
     def _from_base(self, stage: int, slot: int) -> None:
-        """Moves that end before the table begins."""
+        """Take moves that end before the first stage from the base."""
         for move, duration in enumerate(self.duration):
             if stage - duration < self.first:
                 q, control, entry = self._base_found[move] or self._timed_from_base(move, stage)
@@ -270,32 +266,32 @@ class _Sweep:
                 self.control[slot, move, used], self.entry[slot, move, used] = control, entry
 
     def _timed_from_base(self, move: int, stage: int) -> Any:
-        """What a timed move that begins at `stage` finds in the base."""
-        assert self.base is not None  # the caller saw to it
+        """Best of a timed move from `stage` into the base."""
+        assert self.base is not None  # checked by the caller
         found = self.bundles.timed(move, self.base.value[0], self.stops.level(self.first - 1, 0.0), stage)
         return found.q[0], found.control[0], found.entry[0]
 
     def stopped(self) -> StageTable:
-        """Beyond the late window one stops."""
+        """Base of a convex late charge: stop."""
         stop_q = self.stops.at(self.first - 1, 0.0)
         return self._settle(stop_q, stop_q.min(axis=0))
 
     def stationary(self, late: Any) -> StageTable:
-        """The late side of a charge of constant rate: the same at all times."""
+        """Base of a linear late charge: the stationary solution."""
         stop_q = self.stops.at(self.first - 1, 0.0)
         value = stop_q.min(axis=0)
         step = self.problem.step
         for _ in range(100_000):
             before = value
             base = self._settle(stop_q, before, late.rate * step)
-            # Late, the value-to-go only falls from sweep to sweep; a search between coarse levels may waver by its error.
+            # The exact value-to-go falls from sweep to sweep; the search between coarse levels may raise it.
             value = np.minimum(base.value[0], before)
             if np.max(before - value) <= CONVERGED * max(1.0, float(np.max(np.abs(value)))):
                 return replace(base, value=value[None])
         raise ValueError("the late side does not settle: some move costs no time and charges nothing")
 
     def _settle(self, stop_q: Floats, value: Floats, rate: float | None = None) -> StageTable:
-        """One sweep of the base (`rate` None: one only stops); keeps what each move finds in `value`."""
+        """One sweep of the base (`rate` None: only stops); keeps the best of each move into `value`."""
         found_all: list[Any] = [None] * len(self.duration)
         q = np.full(self.q.shape[1:], np.inf)
         for moves, found in self.bundles.best(value, self.stops.level(self.first - 1, 0.0), None, None):
@@ -316,7 +312,7 @@ class _Sweep:
         return replace(base, changes=changes)
 
     def table(self) -> StageTable:
-        """The finished table."""
+        """Finished table."""
         if self.keeps and self.changes is not None and self.stops.still is not None:
             self.changes.history = self._history(self.stops.still)
         return replace(

@@ -1,4 +1,4 @@
-"""What single moves from arbitrary points cost, the policy being followed from then on."""
+"""Costs of single moves from any points, followed by the policy."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,8 +13,7 @@ from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import Rows
 
-TOGETHER = 2_000_000
-"""Weights of one-step distributions that are worked out together (chosen)."""
+TOGETHER = 2_000_000  # chosen: weights of distributions computed together; more cost memory, fewer overhead
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Steps:
     def cost(
         self, move: int, row: Ints, mode: Ints, points: tuple[Floats, ...], entry: Any, control: Floats
     ) -> Floats:
-        """Return what one move costs from points in slices (row, mode), $; infinite where it is not allowed."""
+        """Return the cost ($) of one move from points in slices (row, mode); infinite where not allowed."""
         together = max(1, TOGETHER // max(1, self.grid.size))
         cost = np.empty(row.size)
         for k in range(0, row.size, together):

@@ -1,6 +1,6 @@
 """Compiled kernels of the backward step: the best of stops and moves, and a whole small problem in one call.
 
-Symbols as in `_kernels`.
+Symbols as in `kernels`.
 """
 
 import numpy as np
@@ -11,11 +11,12 @@ from sdpgrind.sdp._solve.kernels import REORDER, _tie, push
 
 @compiled(fastmath=REORDER)
 def choose(stop_q, found, shared, out):
-    """One backward step: value[mode, node] = min over stops and moves; tell whether all are finite.
+    """One backward step: value[mode, node] = min over stops and moves; return whether all are finite.
 
-    Ties go to stops, then to the first move. `stop_q[stop, mode, node]`; `found` = (value, control, entry)[move, mode, node],
-    mode 0 serving all where `shared[move]`; `out` = (value, best, move, control, entry, gap)[mode, node], where `best` counts
-    stops as -1, -2, ... and moves as 0, 1, ..., and `move` is the best of the moves (-1: none), also where one stops.
+    Ties go to stops, then to the first move. `stop_q[stop, mode, node]`; `found` = (value, control,
+    entry)[move, mode, node], mode 0 for all modes where `shared[move]`; `out` = (value, best, move, control,
+    entry, gap)[mode, node], where `best` counts stops as -1, -2, ... and moves as 0, 1, ..., and `move` is
+    the best of the moves (-1: none), also where a stop is better.
     """
     move_q, move_u, move_a = found
     value, best, move, control, entry, gap = out
@@ -54,7 +55,7 @@ def choose(stop_q, found, shared, out):
 
 @compiled(fastmath=REORDER)
 def _complete(sums, low, high, scan_tables, bottom, top, level):
-    """Turn inner sums of the scanned rows low to high into expectations; as `_scan` does for one row after another."""
+    """Turn inner sums of the scanned rows low to high into expectations, as `_scan` does row by row."""
     charge, gone, stopped, above = scan_tables
     for row in range(low, high):
         for node in range(sums.shape[1]):
@@ -72,7 +73,7 @@ def _complete(sums, low, high, scan_tables, bottom, top, level):
 
 @compiled(fastmath=REORDER)
 def _wanted(duration, left):
-    """First and last (exclusive) of the moves that begin within the `left` rows still to come; none: 0, 0."""
+    """First and last (exclusive) of the moves that begin within the `left` remaining rows; none: 0, 0."""
     begin, end = 0, 0
     for move in range(duration.size - 1, -1, -1):
         if duration[move] < left:
@@ -97,12 +98,11 @@ def sweep(
     table,
     state,
 ):
-    """A whole backward induction in one axis and one mode; see `stages` for what it does stage by stage.
+    """Whole backward induction on one axis and one mode, as in `stages`.
 
-    `ring[row, move, 0, node]` keeps all that is found; `late[k]` is the late charge at stage ``first - longest duration + k``.
-    Return -1, or the row at which no stop and no move
-    is allowed, or -2 where the probabilities of stopping beyond the edge are needed and missing.
-    """
+    `ring[row, move, 0, node]` keeps all costs; `late[k]` is the late charge at the stage ``first + k`` less
+    the longest duration. Return -1; or the row at which no stop and no move is allowed; or -2 if the
+    probabilities of stopping beyond the edge are missing."""
     ring_q, ring_u, ring_a = ring
     value, best, move_table, control, entry, gap = table
     nodes, lags = value.shape[2], scan_weight.shape[1]

@@ -1,1 +1,1 @@
-"""How a move changes the state: shift by a random amount, sampled step, rows given, stay; as tables for the backward step."""
+"""Change of the state by a move, and its tables for the backward step."""

@@ -1,4 +1,4 @@
-"""What leaves the grid of a falling coordinate: its probability and its exact charge."""
+"""Mass that leaves the grid of a falling coordinate: probability and exact charge."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,15 +12,13 @@ from sdpgrind.sdp._problem.charges import Charge
 from sdpgrind.sdp._problem.one_sided import Constant, Linear, OneSided, Quadratic
 from sdpgrind.sdp._problem.problem import Axis, Problem
 
-LEAK = 1e-12
-"""Probability below which a refused exit counts as rounding (chosen)."""
+LEAK = 1e-12  # chosen: probability of a refused exit that counts as rounding; larger hides real exits
 
 
 def passed(axis: Axis, x: Any) -> Iterator[tuple[Any, Any, float]]:
-    """Yield, for both ends of an axis: which coordinates lie beyond it, its edge, and where it is.
+    """Yield for both ends of an axis: mask of coordinates beyond it, its edge, and its place.
 
-    Where the edge is a number, the value-to-go is that from the end itself on: whoever arrives there is done. (The compiled
-    sweep says the same of single numbers.)
+    An edge that is a number holds from the end itself on (the compiled step does the same).
     """
     for outward, edge, end in ((-1, axis.below, axis.low), (1, axis.above, axis.high)):
         gone = outward * (x - end) > 0
@@ -28,7 +26,7 @@ def passed(axis: Axis, x: Any) -> Iterator[tuple[Any, Any, float]]:
 
 
 def beyond(charge: OneSided, start: float) -> list[OneSided]:
-    """Return charges of ``z - start`` that add up to ``charge(z)`` for every z > start >= 0, and to nothing before."""
+    """Return charges of ``z - start`` with the sum ``charge(z)`` for z > start >= 0, and 0 before."""
     if charge.tolerance >= start:
         return [_moved(charge, charge.tolerance - start)]
     jump: list[OneSided] = [Constant(float(charge(start)))]
@@ -40,13 +38,13 @@ def beyond(charge: OneSided, start: float) -> list[OneSided]:
 
 
 def _moved(charge: OneSided, tolerance: float) -> OneSided:
-    assert isinstance(charge, Constant | Linear | Quadratic)  # the one-sided charges there are
+    assert isinstance(charge, Constant | Linear | Quadratic)  # all one-sided charges
     return charge.replace(tolerance=tolerance)
 
 
 @dataclass(frozen=True)
 class Exit:
-    """One end of an axis: what happens to the mass that would fall (or rise) beyond it.
+    """One end of an axis, for mass beyond it.
 
     `sign` is +1 for the low end (the amount is too large) and -1 for the high end (too small).
     """
@@ -72,7 +70,7 @@ class Exit:
         return law.over(y, 0) if self.sign > 0 else law.under(np.nextafter(y, -np.inf), 0)
 
     def charge(self, law: Law, x: Any, probability: Floats) -> Floats | float:
-        """Expected charge for what lies beyond: the stop's, or the given value-to-go."""
+        """Expected charge of the mass beyond: the stop's, or the given value-to-go, $."""
         if self.edge == "stop":
             y = np.subtract(x, self.place)
             return sum(
@@ -82,7 +80,7 @@ class Exit:
         return 0.0 if isinstance(self.edge, str) else self.edge * probability
 
     def full_hat(self, law: Law, x: Any, h: float, probability: Floats) -> Floats:
-        """How much of the end node's hat lies beyond the end: E (1 - distance/h)+ there."""
+        """Part of the end node's hat function beyond the end: E (1 - distance/h)+ there."""
         y = np.subtract(x, self.place)
         if self.sign > 0:
             return probability - (law.over(y) - law.over(y + h)) / h
@@ -93,11 +91,12 @@ def _parts(problem: Problem, edge: Any, start: float, side: str) -> tuple[OneSid
     if edge != "stop":
         return ()
     charge = problem.stops[0].charge
-    assert isinstance(charge, Charge)  # Problem saw to it
+    assert isinstance(charge, Charge)  # checked by Problem
     one = getattr(charge, side)
     if start < 0 or not isinstance(one, OneSided):
         raise ValueError(
-            f"the edge 'stop' needs a Charge with a Constant, Linear or Quadratic {side} side and its target on the axis;"
+            f"the edge 'stop' needs a Charge with a Constant, Linear or Quadratic {side} side and "
+            "its target on the axis;"
             f" got {charge!r}"
         )
     return tuple(part for part in beyond(one, start) if not part.zero)

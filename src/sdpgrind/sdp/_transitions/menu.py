@@ -1,4 +1,4 @@
-"""A move written out for a grid: its rows of controls, and the named tuples its callbacks get."""
+"""Move on a grid: rows of controls, and named tuples for callbacks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,15 +11,14 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem.grid import Grid, Ints, record
 from sdpgrind.sdp._problem.problem import Levels, Move, Problem, Stages
 
-SCANNED, SKIPPED = 50, 8
-"""About so many levels are tried at every node, and at least one in so many; the search then goes on from the best of them."""
+SCANNED, SKIPPED = 50, 8  # chosen: levels scanned, most levels to one of them; a coarser scan misses minima
 
 
 def levels_of(levels: Levels) -> tuple[Floats, Ints, int]:
-    """Return the levels, the index at which each regime begins (and the last ends), and the stride of the first scan.
+    """Return the levels, the first index of each regime (and the last of all), and the stride of the scan.
 
-    Each regime gets half of its share by length and half by number, so that a short one is not starved, and its levels are
-    Chebyshev-Lobatto points: dense at its ends, where the best force often hides.
+    The share of a regime is the mean of those by length and by number; its levels are Chebyshev-Lobatto
+    points, dense at its ends, where the optimum often lies.
     """
     inside = sorted({float(b) for b in levels.breaks if levels.low < b < levels.high})
     ends = [levels.low, *inside, levels.high]
@@ -40,7 +39,7 @@ def levels_of(levels: Levels) -> tuple[Floats, Ints, int]:
 
 @dataclass(frozen=True)
 class Menu:
-    """A move of a problem on a grid; its rows are all pairs (entry of the lists, level)."""
+    """Move of a problem on a grid; its rows are all pairs (entry of the lists, level)."""
 
     problem: Problem
     grid: Grid
@@ -58,22 +57,22 @@ class Menu:
 
     @property
     def levels(self) -> Floats:
-        """Values of the continuous control (one NaN where the move has none)."""
+        """Values of the continuous control; one NaN without."""
         return self._levels[0]
 
     @property
     def regimes(self) -> Ints:
-        """Level at which each regime begins, and the last level."""
+        """First level of each regime, and the last level of all."""
         return self._levels[1]
 
     @property
     def stride(self) -> int:
-        """Distance between the levels that are tried everywhere."""
+        """Distance between scanned levels."""
         return self._levels[2]
 
     @property
     def search(self) -> bool:
-        """Whether the control may fall between the levels."""
+        """Whether controls between the levels are allowed."""
         return self.move.levels is not None and self.move.levels.search
 
     @property
@@ -83,7 +82,7 @@ class Menu:
 
     @cached_property
     def into(self) -> Ints | None:
-        """Mode on arrival for each entry of the lists, or None where the mode stays."""
+        """Mode on arrival for each entry of the lists; None: unchanged."""
         move, names = self.move, self.problem.modes
         if move.into is None:
             return None
@@ -107,17 +106,17 @@ class Menu:
     def state(
         self, coordinates: Sequence[Any], mode: Any = None, stage: Any = None, without: str | None = None
     ) -> Any:
-        """Return ``s``: the coordinates (less the axis `without`), the stage coordinate if timed, the mode if given."""
+        """Return ``s``: coordinates (except the axis `without`), stage coordinate if timed, mode if given."""
         fields = {a.name: x for a, x in zip(self.grid.axes, coordinates, strict=True) if a.name != without}
         if self.move.timed and stage is not None:
-            assert isinstance(self.problem.stages, Stages)  # the problem refuses timed moves without
+            assert isinstance(self.problem.stages, Stages)  # checked by Problem
             fields[self.problem.stages.name] = stage
         if mode is not None:
             fields["mode"] = mode
         return record("S", tuple(fields))(**fields)
 
     def penalty(self, s: Any, c: Any) -> Any:
-        """Return the in-path charge, infinite where the move is not allowed."""
+        """Return the in-path charge, $; infinite where the move is not allowed."""
         move = self.move
         charge = move.charge(s, c) if callable(move.charge) else move.charge
         if np.any(np.isnan(np.asarray(charge, dtype=float))):

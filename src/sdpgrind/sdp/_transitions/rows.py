@@ -1,4 +1,4 @@
-"""Results of moves: the best of each at the nodes of a grid, and exact one-step distributions from arbitrary points."""
+"""Results of moves: the best of each at grid nodes, and exact one-step distributions from any points."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +15,7 @@ from sdpgrind.sdp._transitions.edges import Exit, beyond
 
 @dataclass(frozen=True)
 class RowsFound:
-    """Best of each move: least expectation ($), control and entry of the lists, each [move, mode or 0, node]."""
+    """Best of each move: expectation ($), control and entry of the lists, each [move, mode or 0, node]."""
 
     q: Floats
     control: Floats
@@ -24,14 +24,14 @@ class RowsFound:
 
 @dataclass(frozen=True)
 class Tail:
-    """Where mass left the grid into a stop: enough to get the exact distribution of its charge."""
+    """Mass that left the grid into a stop, for the exact distribution of its charge."""
 
     end: Exit
     law: Law
     x: Floats
 
     def excess(self, level: float) -> Floats:
-        """Return E (charge - level)+ over what left, for each of the points; the level ($) may be negative."""
+        """Return E (charge - level)+ over the mass that left, for each point, $; `level` may be < 0."""
         y = np.subtract(self.x, self.end.place)
         if level <= 0:
             gone = self.end.probability(self.law, self.x)
@@ -46,7 +46,7 @@ class Tail:
         return np.asarray(sum(getattr(piece, moment)(self.law, place) for piece in pieces) - level * passed)
 
     def _distance(self, level: float) -> float:
-        """Distance beyond the end at which the charge reaches `level`; infinite where it never does."""
+        """Distance beyond the end at which the charge reaches `level`; inf: never."""
 
         def over(z: float) -> float:
             return float(sum(part(z) for part in self.end.parts)) - level
@@ -72,11 +72,11 @@ class Rows:
     mode : int array (P,)
         Mode on arrival.
     charge : array (P,)
-        Expected in-path charge and charge beyond the edges, $.
+        Expected charge in the path and beyond the edges, $.
     stopped : array (P,)
         Probability of ending beyond a stopping edge.
     tails : tuple of Tail
-        The exits of a falling coordinate.
+        Exits of a falling coordinate.
     """
 
     matrix: Any
@@ -86,11 +86,11 @@ class Rows:
     tails: tuple[Tail, ...] = ()
 
     def select(self, kept: Any) -> "Rows":
-        """Return weights (1) and charges ($) of the points that are `kept`, a mask, without the tails."""
+        """Return weights (1) and charges ($) of the points in the mask `kept`, without tails."""
         return Rows(self.matrix[kept], self.mode[kept], self.charge[kept], self.stopped[kept])
 
     def expect(self, value: Floats, level: Floats) -> Floats:
-        """Return E value(next) + charges, (P,), from the `value` [mode, node] and the stops' further charge `level` [mode], $."""
+        """Return E value(next) + charges, (P,), $; `value` [mode, node], `level` [mode] of stops."""
         inner = np.empty(self.mode.shape)
         for mode in np.unique(self.mode):
             chosen = self.mode == mode
@@ -98,7 +98,7 @@ class Rows:
         return np.asarray(inner + self.charge + self.stopped * level[self.mode])
 
     def spread(self, probability: Floats, modes: int) -> Floats:
-        """Return the distribution [mode, node] after the step, from the `probability` (1) of each point, in `modes` modes."""
+        """Return the distribution [mode, node] after the step, `probability` (1) that of the points."""
         after = np.zeros((modes, self.matrix.shape[1]))
         for mode in np.unique(self.mode):
             chosen = self.mode == mode

@@ -1,4 +1,4 @@
-"""Sampled: any transition; the expectation is a quadrature over noise, the value-to-go multilinear in the axes."""
+"""Any transition: expectation by quadrature over noise, value-to-go multilinear in the axes."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -16,8 +16,7 @@ from sdpgrind.sdp._transitions.edges import passed
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.rows import Rows
 
-CHUNK = 1_000_000
-"""Next states evaluated at a time by numpy (chosen)."""
+CHUNK = 1_000_000  # chosen: next states in one numpy call; more cost memory, fewer overhead
 
 
 @dataclass(frozen=True)
@@ -31,11 +30,11 @@ class Sampled:
     noise : mapping of str to Law, optional
         Independent noises, the fields of ``e``; each a single law (of shape ()).
     charge : callable(s, c, n), optional
-        A further in-path charge ($) that needs the next coordinates ``n``.
+        Further in-path charge ($) that depends on the next coordinates ``n``.
     points : int
-        Quadrature points for each noise (discrete laws are exact).
+        Quadrature points of each noise (discrete laws are exact).
     compiled : bool, optional
-        Evaluate `step` in a compiled kernel. None: only where the table of a move would be too large to keep.
+        Evaluate `step` in a compiled kernel. None: only if the table of a move is too large to keep.
 
     Examples
     --------
@@ -54,7 +53,8 @@ class Sampled:
     def __post_init__(self) -> None:
         if not callable(self.step):
             raise TypeError(
-                f"step must be a function f(s, c, e) that gives the coordinates after the move; got {self.step!r}"
+                "step must be a function f(s, c, e) that gives the coordinates after the move; got "
+                f"{self.step!r}"
             )
         if not isinstance(self.noise, Mapping) or not all(
             isinstance(law, Law) for law in self.noise.values()
@@ -64,7 +64,7 @@ class Sampled:
             )
 
     def quadrature(self) -> tuple[dict[str, Floats], Floats]:
-        """Return the noise points by name and their joint weights, each (Q,)."""
+        """Return noise points by name and joint weights, each (Q,)."""
         pairs = {name: law.nodes(self.points) for name, law in self.noise.items()}
         axes = np.meshgrid(*(np.ravel(x) for x, _ in pairs.values()), indexing="ij")
         weight = np.ones(())
@@ -73,12 +73,13 @@ class Sampled:
         return {name: np.ravel(x) for name, x in zip(pairs, axes, strict=True)}, np.ravel(weight)
 
     def arrive(self, menu: Menu, s: Any, c: Any, e: Any) -> tuple[tuple[Floats, ...], Any]:
-        """Return the next coordinates and the charge that depends on them, all of one shape."""
+        """Return the next coordinates and their further charge, all of one shape."""
         after = self.step(s, c, e)
         if not isinstance(after, tuple) or len(after) != len(menu.grid.axes):
             got = f"a tuple of {len(after)}" if isinstance(after, tuple) else type(after).__name__
             raise TypeError(
-                f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}"
+                f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} "
+                f"coordinates; got {got}"
             )
         charge = (
             0.0
@@ -129,7 +130,7 @@ class Sampled:
         level: Floats,
         rng: np.random.Generator,
     ) -> tuple[tuple[Floats, ...], Any]:
-        """Draw the next coordinates and the charge that depends on them."""
+        """Draw the next coordinates and their further charge."""
         e = record("E", tuple(self.noise))(
             **{name: law.sample(rng, points[0].shape) for name, law in self.noise.items()}
         )
@@ -138,7 +139,7 @@ class Sampled:
 
 @dataclass(frozen=True)
 class Landing:
-    """Where next states fall: corners (2**axes, ...) with weights (0 where the grid was left), and what leaving costs."""
+    """Next states on the grid: corners (2**axes, ...), weights (0 outside), and charges of leaving."""
 
     node: Ints
     part: Floats
@@ -147,14 +148,15 @@ class Landing:
 
 
 def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats, Floats, Floats]:
-    """Return clamped positions, whether the state is still inside (1.0), the charge of having left, and whether into a stop."""
+    """Return clamped positions, 1.0 for states inside, charge of leaving, 1.0 for exits into a stop."""
     shape = after[0].shape if after else ()
     inside, stopped, charge = np.ones(shape), np.zeros(shape), np.zeros(shape)
     index = []
     for k, (axis, x) in enumerate(zip(menu.grid.axes, after, strict=True)):
         if np.any(np.isnan(x)):
             raise ValueError(
-                f"move {menu.move.name!r}: step must give {checks.with_unit('numbers', axis.unit)}; got NaN for {axis.name}"
+                f"move {menu.move.name!r}: step must give {checks.with_unit('numbers', axis.unit)}; "
+                f"got NaN for {axis.name}"
             )
         with np.errstate(divide="ignore", invalid="ignore"):
             i = menu.grid.index(k, x)
@@ -181,7 +183,7 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
 def masked(
     menu: Menu, after: tuple[Floats, ...], extra: Any, allowed: Any, shape: tuple[int, ...]
 ) -> tuple[tuple[Floats, ...], Floats]:
-    """Return next coordinates and charges of this shape; where the move is not allowed: on the grid, for nothing."""
+    """Return next coordinates and charges of this shape; a grid point and 0 where not allowed."""
     inside = tuple(
         np.where(allowed, np.broadcast_to(x, shape), axis.low)
         for axis, x in zip(menu.grid.axes, after, strict=True)
@@ -190,7 +192,7 @@ def masked(
 
 
 def land(menu: Menu, after: tuple[Floats, ...]) -> Landing:
-    """Return where next coordinates (all of one shape) fall."""
+    """Return the corners and weights of next coordinates of one shape."""
     index, inside, charge, stopped = outside(menu, after)
     node, part = menu.grid.corners(index)
     return Landing(node, part * inside, charge, stopped)

@@ -1,8 +1,8 @@
-"""Shift: a coordinate falls by a random amount whose law does not depend on that coordinate.
+"""Shift: a coordinate falls by a random amount whose law does not depend on it.
 
-On a uniform grid of spacing h the expectation of a piecewise linear value-to-go is exact: the weight of falling k cells is
-the second difference ``[G((k+1)h) - 2 G(kh) + G((k-1)h)]/h`` of ``G(y) = E (y-D)+``, whatever the node (Toeplitz). Mass
-that leaves the grid is charged through the law's tail moments.
+On a uniform grid of spacing h the expectation of a piecewise linear value-to-go is exact: the weight of
+falling k cells is the second difference ``[G((k+1)h) - 2 G(kh) + G((k-1)h)]/h`` of ``G(y) = E (y-D)+``, equal
+for all nodes (Toeplitz). Mass that leaves the grid is charged by the law's tail moments.
 """
 
 from collections.abc import Callable
@@ -26,12 +26,11 @@ class Shift:
     Parameters
     ----------
     axis : str
-        Name of the coordinate that falls (any unit; its scale must be linear). D, in the same unit, may have two signs.
+        Name of the falling coordinate (any unit, linear scale). D, in the same unit, may be negative.
     law : callable(s, c) -> Law
-        The law of D, one for each control. ``s`` has no field `axis`: nobody can break the shift by accident.
+        Law of D, one for each control. ``s`` has no field `axis`.
     others : callable(s, c) -> tuple, optional
-        Where the remaining coordinates go (deterministic, from what ``s`` and ``c`` hold), in the order of the axes.
-        None leaves them where they are.
+        Next values of the other coordinates (deterministic), in the order of the axes. None: unchanged.
 
     Examples
     --------
@@ -82,7 +81,7 @@ class Shift:
 
     @staticmethod
     def _targets(menu: Menu, ax: int, after: Any, allowed: Any) -> tuple[Ints, Floats]:
-        """Nodes (flat, over the other axes) and weights, (corners, *shape of `allowed`), of where the others arrive."""
+        """Nodes (flat) and weights of the other coordinates, (corners, *shape of `allowed`)."""
         rest, shape = [k for k in range(len(menu.grid.axes)) if k != ax], allowed.shape
         index = [
             arrived(menu, k, np.where(allowed, value, menu.grid.axes[k].low))
@@ -113,14 +112,15 @@ class Shift:
 
 
 def arrived(menu: Menu, axis: int, value: Any) -> Any:
-    """Return the position (cells) of a deterministic coordinate on its axis; "hold" clamps it, anything else must not be left."""
+    """Return the position (cells) of a deterministic coordinate: clamped by "hold", else refused outside."""
     ax, top = menu.grid.axes[axis], menu.grid.shape[axis] - 1
     index = menu.grid.index(axis, value)
     for outside, edge in ((index < -1e-9, ax.below), (index > top + 1e-9, ax.above)):
         if edge != "hold" and np.any(outside):
             worst = float(np.asarray(value)[outside].ravel()[0]) if np.ndim(value) else float(value)
             raise ValueError(
-                f"move {menu.move.name!r}: {ax.name} must stay in {ax.interval} or have the edge 'hold'; got {worst!r}"
+                f"move {menu.move.name!r}: {ax.name} must stay in {ax.interval} or have the edge "
+                f"'hold'; got {worst!r}"
             )
     return np.clip(index, 0.0, top)
 
@@ -128,10 +128,10 @@ def arrived(menu: Menu, axis: int, value: Any) -> Any:
 def _line(
     menu: Menu, ax: int, law: Law, x: Floats, allowed: Any
 ) -> tuple[Floats, Floats, Floats, tuple[Tail, ...]]:
-    """Weights (P, nodes of the falling axis) from points x, expected charge and probability of the exits, and their tails."""
+    """Weights (P, nodes of the falling axis) from points x, charge and probability of exits, tails."""
     axis, place = menu.grid.axes[ax], menu.grid.surrounded(ax)
     y, h = x - place[:, None], np.diff(place)
-    # Below the mean the differences of E (y-D)+ are the accurate ones, above it those of E (D-y)+: noise has no sign.
+    # Differences of E (y-D)+ are accurate below the mean, those of E (D-y)+ above it.
     below, above = (
         np.diff(np.diff(curve, axis=0) / h[:, None], axis=0) for curve in (law.under(y), law.over(y))
     )
@@ -152,7 +152,7 @@ def _line(
 
 
 def refuse_leak(menu: Menu, end: Exit, probability: Floats) -> None:
-    """Raise where a refused end would be passed."""
+    """Raise if a refused end is passed."""
     if np.any(probability > LEAK):
         side = "below" if end.sign > 0 else "above"
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Stay: the coordinates do not change; only the mode moves."""
+"""Stay: only the mode changes."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -54,5 +54,5 @@ class Stay:
         level: Floats,
         rng: np.random.Generator,
     ) -> tuple[tuple[Floats, ...], Any]:
-        """Return the coordinates as they are."""
+        """Return the coordinates unchanged."""
         return points, 0.0

@@ -1,4 +1,4 @@
-"""A user's step in a compiled kernel: the same body that numpy broadcasts, on floats, for moves too large to tabulate."""
+"""User's step in a compiled kernel, on floats, for moves too large to tabulate."""
 
 from functools import lru_cache
 from typing import Any, Protocol
@@ -19,7 +19,7 @@ _KINDS = {Constant: 0, Linear: 1, Quadratic: 2}
 
 
 class Block(Protocol):
-    """A move on some nodes: what the kernel goes through."""
+    """Move on some nodes, as the kernel reads it."""
 
     menu: Menu
     sources: Ints
