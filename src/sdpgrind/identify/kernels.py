@@ -3,13 +3,11 @@
 Square-root form: one array ``[R | Q]`` of shape (p, p + k) holds the triangle R of all rows so far and its
 right-hand sides Q; R'R is the information, and R value = Q[:, 0] the least-squares solution. One row is::
 
-
     array *= sqrt(forgetting)          # the weight, in (0, 1], that older rows keep
     row[:] = ...                       # regressors, then targets, shape (p + k,)
     variance = spread(array, row, work)         # of the prediction h'value, if the noise's is 1
     rotate(array, row)                          # row[p]**2 adds to the sum of squared residuals
     solve(array, value); inverse(array, inv_info)
-
 
 Covariance form: `covariance_step`, or for a known noise Kalman's correction `measure`; `walk_step` is one
 step of a Kalman filter of random walks.
@@ -26,7 +24,8 @@ def rotate(array, row):
 
     Entries below R's diagonal are not used; all zero: no rows yet. `row`, (p + k,), holds regressors and
     targets times the square root of their weight; it is overwritten: ``row[p:]`` becomes the part that no
-    value explains, whose square adds to the sum of squared residuals."""
+    value explains, whose square adds to the sum of squared residuals.
+    """
     size, width = array.shape
     for i in range(size):
         pivot, entry = array[i, i], row[i]
@@ -160,7 +159,8 @@ def walk_step(value, covariance, known, walk, readings, rows, noise, innovation,
     a value (a unit row, row k for value k) starts it. `walk`, (p,), are variances of the step; `readings`,
     (q,), NaN: none; `rows`, (q, p), and `noise`, (q,), their regressors and variances of noise. Output:
     `innovation` and `innovation_sd`, (q,), reading minus prediction before all of them and its standard
-    deviation, NaN and inf if unknown. `gain`, (p,), is scratch space."""
+    deviation, NaN and inf if unknown. `gain`, (p,), is scratch space.
+    """
     size = value.shape[0]
     for i in range(size):
         if known[i]:

@@ -25,8 +25,7 @@ from sdpgrind.sdp._solve.steps import Steps
 from sdpgrind.sdp._transitions.menu import levels_of
 
 # chosen: a control jumps inside a cell if its change exceeds LARGE of its interval, or the first number of a
-# pair in
-# JUMPS and the second times its change in the adjoining cells; smaller shares split smooth lines
+# pair in JUMPS and the second times its change in the adjoining cells; smaller shares split smooth lines
 LARGE, JUMPS = 0.1, ((1e-4, 1.1), (1e-5, 4.0))
 
 
@@ -35,7 +34,8 @@ class Kinks(NamedTuple):
 
     `at[row, mode, cell]` is the number of such a cell (-1: none), ``start[number]:start[number + 1]`` its
     lines; `cost[line, end]` ($), `control[line, end]` at the left and right node; `act[line]` (stops -1, -2,
-    ..., moves 0, 1, ...); `entry[line]` of the lists."""
+    ..., moves 0, 1, ...); `entry[line]` of the lists.
+    """
 
     at: npt.NDArray[np.int32]
     start: npt.NDArray[np.int32]

@@ -102,7 +102,8 @@ def sweep(
 
     `ring[row, move, 0, node]` keeps all costs; `late[k]` is the late charge at the stage ``first + k`` less
     the longest duration. Return -1; or the row at which no stop and no move is allowed; or -2 if the
-    probabilities of stopping beyond the edge are missing."""
+    probabilities of stopping beyond the edge are missing.
+    """
     ring_q, ring_u, ring_a = ring
     value, best, move_table, control, entry, gap = table
     nodes, lags = value.shape[2], scan_weight.shape[1]

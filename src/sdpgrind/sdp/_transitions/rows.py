@@ -98,7 +98,7 @@ class Rows:
         return np.asarray(inner + self.charge + self.stopped * level[self.mode])
 
     def spread(self, probability: Floats, modes: int) -> Floats:
-        """Return the distribution [mode, node] after the step, `probability` (1) that of the points."""
+        """Return the distribution [mode, node] in `modes` modes after the step, by `probability` (1)."""
         after = np.zeros((modes, self.matrix.shape[1]))
         for mode in np.unique(self.mode):
             chosen = self.mode == mode
