@@ -20,11 +20,16 @@ from sdpgrind.base.compiled import compiled
 
 @compiled(error_model="numpy")
 def rotate(array, row):
-    """Add one row to the triangle `array` = ``[R | Q]``, (p, p + k), in place, by Givens rotations.
+    """Add one row to the triangle, in place, by Givens rotations.
 
-    Entries below R's diagonal are not used; all zero: no rows yet. `row`, (p + k,), holds regressors and
-    targets times the square root of their weight; it is overwritten: ``row[p:]`` becomes the part that no
-    value explains, whose square adds to the sum of squared residuals.
+    Parameters
+    ----------
+    array : array, shape (p, p + k)
+        Triangle and right-hand sides, ``[R | Q]``; entries below R's diagonal are not used. All zero: no rows
+        yet.
+    row : array, shape (p + k,)
+        Regressors and targets, times the square root of the weight. Overwritten: ``row[p:]`` becomes the part
+        that no value explains; its square adds to the sum of squared residuals.
     """
     size, width = array.shape
     for i in range(size):
@@ -111,8 +116,18 @@ def _endless(out):
 def measure(value, covariance, row, target, noise_variance, gain):
     """Correct a value and its covariance by one reading ``target = row @ value + noise``, in place (Kalman).
 
-    `value`, (p,), and `covariance`, (p, p), kept exactly symmetric; `noise_variance` and the variance of the
-    prediction are not both 0; `gain`, (p,), is the output Kalman gain.
+    Parameters
+    ----------
+    value, covariance : array, shape (p,) and (p, p)
+        Estimate and its covariance, kept exactly symmetric.
+    row : array, shape (p,)
+        Regressors.
+    target : float
+        Reading.
+    noise_variance : float
+        Variance of the noise; it and the variance of the prediction are not both 0.
+    gain : array, shape (p,)
+        Output: Kalman gain.
     """
     size = value.shape[0]
     variance, error = noise_variance, target
@@ -155,11 +170,23 @@ def walk_step(value, covariance, known, walk, readings, rows, noise, innovation,
     """Let the values walk, then correct them by independent readings, in place (Kalman filter, unit
     transition).
 
-    `value`, (p,), and `covariance`, (p, p), are 0 for values not yet `known`, (p,); the first reading of such
-    a value (a unit row, row k for value k) starts it. `walk`, (p,), are variances of the step; `readings`,
-    (q,), NaN: none; `rows`, (q, p), and `noise`, (q,), their regressors and variances of noise. Output:
-    `innovation` and `innovation_sd`, (q,), reading minus prediction before all of them and its standard
-    deviation, NaN and inf if unknown. `gain`, (p,), is scratch space.
+    Parameters
+    ----------
+    value, covariance : array, shape (p,) and (p, p)
+        Estimate and its covariance; 0 in rows and columns of unknown values.
+    known : array of bool, shape (p,)
+        Known values. The first reading of an unknown one (a unit row, row k for value k) starts it.
+    walk : array, shape (p,)
+        Variances of the step.
+    readings : array, shape (q,)
+        NaN: none.
+    rows, noise : array, shape (q, p) and (q,)
+        Regressors, and variances of the noise.
+    innovation, innovation_sd : array, shape (q,)
+        Output: reading minus prediction before all of them, and its standard deviation; NaN and inf if
+        unknown.
+    gain : array, shape (p,)
+        Scratch space.
     """
     size = value.shape[0]
     for i in range(size):

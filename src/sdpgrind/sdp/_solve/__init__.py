@@ -9,8 +9,7 @@ The value-to-go ($) of mode i and coordinates x, n stages before the deadline, o
 ``E V`` of a shift, x' = x - D    `shift_backup`: tables and a matrix product; single rows: `kernels._expect`
 ``E V`` of any other move         `point_backup`: every row and node by itself
 ``min_u``, also between levels    `kernels.push` for shifts, `kernels.least` for other moves
-``min_j``, ``min_k``, ties        `sweep_kernels.choose`; small problems: all n in one call of
-`sweep_kernels.sweep`
+``min_j``, ``min_k``, ties        `sweep_kernels.choose`; small problems: all n in `sweep_kernels.sweep`
 all moves, in blocks of nodes     `bundles`, here or on an executor
 n = first, ..., last              `stages`; without a deadline `forever` repeats the step until V settles
 V inside a cell                   `kinks`, where the best action changes; `steps`: cost of one move from any
