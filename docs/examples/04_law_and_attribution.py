@@ -24,19 +24,14 @@ process = problem.model
 #
 # .. math:: m = \\frac{\\Pi - K_2}{K_1 w V}
 #
-# =====  =====================================================
-# ========================================================
-# name   what scatters                                          scatter of the depth
-# =====  =====================================================
-# ========================================================
-# "C1"   1/K1, while K2/K1 stays (Brown's canonical choice)     grows with the whole power, also the part that
-# is lost
-# "K1"   the specific energy alone                              a fixed share of the depth, at any force and
-# feed
-# "K2"   the idle power alone                                   the same at any force; less at a fast feed
-# "mu"   the friction between disc and work                     as "C1" while the disc keeps its speed
-# =====  =====================================================
-# ========================================================
+# =====  ===============================================  ================================================
+# name   what scatters                                    scatter of the depth
+# =====  ===============================================  ================================================
+# "C1"   1/K1, while K2/K1 stays (Brown's own choice)     grows with the whole power, the lost part too
+# "K1"   the specific energy alone                        a fixed share of the depth, at any force, feed
+# "K2"   the idle power alone                             the same at any force; less at a fast feed
+# "mu"   the friction between disc and work               as "C1" while the disc keeps its speed
+# =====  ===============================================  ================================================
 #
 # The practical difference: with "C1", "K2" or "mu" a light pass is relatively *less* certain, and of two
 # passes that
