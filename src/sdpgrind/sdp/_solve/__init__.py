@@ -12,6 +12,5 @@ The value-to-go ($) of mode i and coordinates x, n stages before the deadline, o
 ``min_j``, ``min_k``, ties        `sweep_kernels.choose`; small problems: all n in `sweep_kernels.sweep`
 all moves, in blocks of nodes     `bundles`, here or on an executor
 n = first, ..., last              `stages`; without a deadline `forever` repeats the step until V settles
-V inside a cell                   `kinks`, where the best action changes; `steps`: cost of one move from any
-point
+V inside a cell                   `kinks`, where the best action changes; `steps`: single moves from any point
 """

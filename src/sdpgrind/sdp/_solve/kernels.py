@@ -235,30 +235,13 @@ def _first_least(q, levels, out):
 
 
 @compiled(fastmath=REORDER)
-def push(
-    begin,
-    end,
-    plan,
-    tables,
-    value,
-    flipped,
-    level,
-    dense,
-    use_dense,
-    complete,
-    coarse_q,
-    out_q,
-    out_u,
-    out_a,
-    state,
-):
-    """Moves begin to end of a bundle, all groups: out[move, group, node] = least expectation, with its
-    control and entry.
+def push(begin, end, plan, tables, value, flipped, level, dense, use_dense, complete, coarse_q, found, state):
+    """Fill `found` = (least expectation, control, entry)[move, group, node], moves begin to end of a bundle.
 
     `dense` holds the inner sums of the scanned rows (`use_dense`), or their expectations (`complete`).
-
     `plan`: row, level, regime and scan offsets of each move, levels, regimes, strides, refinement, scan rows.
     """
+    out_q, out_u, out_a = found
     row_at, level_at, regime_at, scan_at, levels, regimes, strides, refine, rows = plan
     for move in range(begin, end):
         scanned, own = rows[scan_at[move] : scan_at[move + 1]], levels[level_at[move] : level_at[move + 1]]

@@ -201,28 +201,11 @@ class ShiftBundle:
         if self._stops and not self.stopped.size and np.any(targets != v[:, 0]):
             self.tabulate_stopped()
         _kernels.push(
-            0,
-            len(self.menus),
-            self.plan,
-            self.tables,
-            v,
-            flipped,
-            targets,
-            self._products,
-            self.dense,
-            False,
-            self.coarse,
-            q,
-            control,
-            entry,
-            self.difference,
-        )
-        lines = (
-            len(self.menus),
-            self.sources,
-            -1,
-            self.nodes,
-        )  # [move, mode or 0, line, node of the falling axis]
+            0, len(self.menus), self.plan, self.tables, v, flipped, targets,
+            self._products, self.dense, False, self.coarse, (q, control, entry), self.difference,
+        )  # fmt: skip
+        # [move, mode or 0, line, node of the falling axis]
+        lines = (len(self.menus), self.sources, -1, self.nodes)
         return RowsFound(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
 
     def _starts(self) -> tuple[list[Floats], Ints | None]:

@@ -185,7 +185,7 @@ class _Sweep:
         code = -2
         while code == -2:
             code = _sweep_kernels.sweep(
-                self.first, late, self.duration, stop_q, self.stops.level(self.first, 0.0),
+                late, self.duration, stop_q, self.stops.level(self.first, 0.0),
                 tuple(base), (self.q, self.control, self.entry),
                 bundle.scan_weight, bundle.scan_tables, bundle.plan, bundle.tables, self.bundles.shared,
                 self.filled.arrays, bundle.difference,

@@ -83,20 +83,7 @@ def _wanted(duration, left):
 
 @compiled(fastmath=REORDER)
 def sweep(
-    first,
-    late,
-    duration,
-    stop_q,
-    level,
-    base,
-    ring,
-    scan_weight,
-    scan_tables,
-    plan,
-    tables,
-    shared,
-    table,
-    state,
+    late, duration, stop_q, level, base, ring, scan_weight, scan_tables, plan, tables, shared, table, state
 ):
     """Whole backward induction on one axis and one mode, as in `stages`.
 
@@ -108,14 +95,11 @@ def sweep(
     value, best, move_table, control, entry, gap = table
     nodes, lags = value.shape[2], scan_weight.shape[1]
     first_lag, before = tables[1], late.size - value.shape[0]
-    matrix, dense, coarse_q = (
-        np.zeros((lags, nodes)),
-        np.empty((scan_weight.shape[0], nodes)),
-        np.empty((0, nodes)),
-    )
+    matrix, dense = np.zeros((lags, nodes)), np.empty((scan_weight.shape[0], nodes))
+    unused = np.empty((0, nodes))
     flipped, here, stop_here = np.empty((1, nodes)), np.empty(1), np.empty(stop_q.shape)
     shape = (duration.size, 1, nodes)
-    found_q, found_u, found_a = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
+    found = (np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32))
     for row in range(value.shape[0]):
         for move in range(duration.size):
             if row < duration[move] and base[0].size > 0:
@@ -127,9 +111,9 @@ def sweep(
         for stop in range(stop_q.shape[0]):
             for node in range(nodes):
                 stop_here[stop, 0, node] = stop_q[stop, 0, node] + late[row + before]
-        found = (ring_q[row], ring_u[row], ring_a[row])
+        kept = (ring_q[row], ring_u[row], ring_a[row])
         out = (value[row], best[row], move_table[row], control[row], entry[row], gap[row])
-        if not choose(stop_here, found, shared, out):
+        if not choose(stop_here, kept, shared, out):
             return row
         v = value[row]
         if tables[4].shape[2] == 0 and here[0] != v[0, 0]:
@@ -145,27 +129,11 @@ def sweep(
         low, high = plan[3][begin], plan[3][end]
         np.dot(scan_weight[low:high], matrix, dense[low:high])
         _complete(dense, low, high, scan_tables, v[0, 0], v[0, nodes - 1], here[0])
-        push(
-            begin,
-            end,
-            plan,
-            tables,
-            v,
-            flipped,
-            here,
-            dense,
-            True,
-            True,
-            coarse_q,
-            found_q,
-            found_u,
-            found_a,
-            state,
-        )
+        push(begin, end, plan, tables, v, flipped, here, dense, True, True, unused, found, state)
         for move in range(begin, end):
             to = row + duration[move]
             for node in range(nodes):
-                ring_q[to, move, 0, node] = found_q[move, 0, node]
-                ring_u[to, move, 0, node] = found_u[move, 0, node]
-                ring_a[to, move, 0, node] = found_a[move, 0, node]
+                ring_q[to, move, 0, node] = found[0][move, 0, node]
+                ring_u[to, move, 0, node] = found[1][move, 0, node]
+                ring_a[to, move, 0, node] = found[2][move, 0, node]
     return -1
