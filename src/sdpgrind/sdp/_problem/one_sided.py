@@ -2,6 +2,7 @@
 
 import dataclasses
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -109,9 +110,42 @@ class Constant(OneSided, Frozen):
         return self.zero
 
 
+class _Power(OneSided, Frozen):
+    """Charge ``factor ((z - tolerance)+)^power``."""
+
+    _power: ClassVar[int]
+
+    @property
+    @abstractmethod
+    def _factor(self) -> float: ...
+
+    def __call__(self, z: npt.ArrayLike) -> Floats:
+        """Return the charge ($) at distance `z` >= 0."""
+        charged: Floats = np.maximum(np.subtract(z, self.tolerance), 0.0)
+        return self._factor * charged**self._power
+
+    def expected_over(self, law: Law, x: npt.ArrayLike) -> Floats:
+        """Return E charge((D - x)+), $; see `OneSided`."""
+        return self._factor * law.over(np.add(x, self.tolerance), self._power)
+
+    def expected_under(self, law: Law, x: npt.ArrayLike) -> Floats:
+        """Return E charge((x - D)+), $; see `OneSided`."""
+        return self._factor * law.under(np.subtract(x, self.tolerance), self._power)
+
+    @property
+    def zero(self) -> bool:
+        """Whether nothing is ever charged."""
+        return self._factor == 0
+
+    @property
+    def convex(self) -> bool:
+        """Whether the charge is a convex function of distance: it is."""
+        return True
+
+
 @stored("sdp.linear")
 @dataclasses.dataclass(frozen=True)
-class Linear(OneSided, Frozen):
+class Linear(_Power):
     """Charge proportional to the distance beyond the tolerance: rate (z - tolerance)+.
 
     Parameters
@@ -135,39 +169,23 @@ class Linear(OneSided, Frozen):
     rate: float
     tolerance: float = 0.0
 
+    _power = 1
+
     def __post_init__(self) -> None:
         _check(self, "rate", "$ per unit of distance")
 
-    def __call__(self, z: npt.ArrayLike) -> Floats:
-        """Return the charge ($) at distance `z` >= 0."""
-        return self.rate * np.maximum(np.subtract(z, self.tolerance), 0.0)
+    @property
+    def _factor(self) -> float:
+        return self.rate
 
     def slope(self, z: npt.ArrayLike) -> Floats:
         """Return the derivative of the charge ($ per unit of z) at distance `z` >= 0."""
         return np.where(np.greater(z, self.tolerance), self.rate, 0.0)
 
-    def expected_over(self, law: Law, x: npt.ArrayLike) -> Floats:
-        """Return E charge((D - x)+), $; see `OneSided`."""
-        return self.rate * law.over(np.add(x, self.tolerance), 1)
-
-    def expected_under(self, law: Law, x: npt.ArrayLike) -> Floats:
-        """Return E charge((x - D)+), $; see `OneSided`."""
-        return self.rate * law.under(np.subtract(x, self.tolerance), 1)
-
-    @property
-    def zero(self) -> bool:
-        """Whether nothing is ever charged."""
-        return self.rate == 0
-
-    @property
-    def convex(self) -> bool:
-        """Whether the charge is a convex function of distance: it is."""
-        return True
-
 
 @stored("sdp.quadratic")
 @dataclasses.dataclass(frozen=True)
-class Quadratic(OneSided, Frozen):
+class Quadratic(_Power):
     """Charge proportional to the squared distance beyond the tolerance: factor ((z - tolerance)+)^2.
 
     A charge A0 at the distance D0 gives the factor A0/D0^2, Brown (2.6).
@@ -193,34 +211,18 @@ class Quadratic(OneSided, Frozen):
     factor: float
     tolerance: float = 0.0
 
+    _power = 2
+
     def __post_init__(self) -> None:
         _check(self, "factor", "$ per squared unit of distance")
 
-    def __call__(self, z: npt.ArrayLike) -> Floats:
-        """Return the charge ($) at distance `z` >= 0."""
-        return self.factor * np.maximum(np.subtract(z, self.tolerance), 0.0) ** 2
+    @property
+    def _factor(self) -> float:
+        return self.factor
 
     def slope(self, z: npt.ArrayLike) -> Floats:
         """Return the derivative of the charge ($ per unit of z) at distance `z` >= 0."""
         return 2 * self.factor * np.maximum(np.subtract(z, self.tolerance), 0.0)
-
-    def expected_over(self, law: Law, x: npt.ArrayLike) -> Floats:
-        """Return E charge((D - x)+), $; see `OneSided`."""
-        return self.factor * law.over(np.add(x, self.tolerance), 2)
-
-    def expected_under(self, law: Law, x: npt.ArrayLike) -> Floats:
-        """Return E charge((x - D)+), $; see `OneSided`."""
-        return self.factor * law.under(np.subtract(x, self.tolerance), 2)
-
-    @property
-    def zero(self) -> bool:
-        """Whether nothing is ever charged."""
-        return self.factor == 0
-
-    @property
-    def convex(self) -> bool:
-        """Whether the charge is a convex function of distance: it is."""
-        return True
 
 
 def _check(charge: OneSided, name: str, unit: str) -> None:
