@@ -146,7 +146,8 @@ class LogNormal(Law):
     def under(self, y: npt.ArrayLike, power: int = 1) -> Floats:
         """Return E((y - D)+)^power for power 1 and 2, P(D <= y) for power 0; unit of D to that power."""
         y = np.asarray(y, dtype=float)
-        z, inside, top = self._standard(y, checked_power(power))
+        power = checked_power(power)
+        z, inside, top = self._standard(y)
         low, s = np.minimum(z, 0.0), self._safe_sigma
         tail = top**power * normal_density(low) * _difference(low, -s, power)
         body = self._incomplete(top, z, power)
@@ -156,7 +157,8 @@ class LogNormal(Law):
     def over(self, y: npt.ArrayLike, power: int = 1) -> Floats:
         """Return E((D - y)+)^power for power 1 and 2, P(D > y) for power 0; unit of D to that power."""
         y = np.asarray(y, dtype=float)
-        z, inside, top = self._standard(y, checked_power(power))
+        power = checked_power(power)
+        z, inside, top = self._standard(y)
         s = self._safe_sigma
         far = np.maximum(z, power * s)
         tail = top**power * normal_density(far) * _difference(-far, s, power)
@@ -183,7 +185,7 @@ class LogNormal(Law):
         points = self.mean[..., None] * np.exp(sigma * unit - 0.5 * sigma**2)
         return points, np.broadcast_to(weights, points.shape)
 
-    def _standard(self, y: Floats, power: int) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
+    def _standard(self, y: Floats) -> tuple[Floats, npt.NDArray[np.bool_], Floats]:
         """Standard value of ln y, the mask y > 0, and y there (the mean elsewhere)."""
         inside = y > 0
         top = np.where(inside, y, self._safe_mean)

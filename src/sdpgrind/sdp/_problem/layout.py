@@ -50,7 +50,7 @@ class Layout(Frozen):
         """Read a problem on its final grid."""
         stages = problem.stages if isinstance(problem.stages, Stages) else None
         stopping = any("stop" in (axis.below, axis.above) for axis in problem.axes)
-        extra = tuple(float(x) for x in StopCharges(problem, grid).level(0, 0.0)) if stopping else ()
+        extra = tuple(float(x) for x in StopCharges(problem, grid).level()) if stopping else ()
         charge = problem.stops[0].charge if stopping else None
         return cls(
             axes=grid.axes,

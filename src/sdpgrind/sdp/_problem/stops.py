@@ -33,7 +33,7 @@ class StopCharges:
             out[k] = (still if still is not None else self._evaluate(stop, self._state(stage))) + late
         return out
 
-    def level(self, stage: int, late: float) -> Floats:
+    def level(self, late: float = 0.0) -> Floats:
         """Return the charges [mode] of a stop beyond an edge besides that of the axis."""
         return self._level + late
 

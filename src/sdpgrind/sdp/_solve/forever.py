@@ -65,7 +65,7 @@ def _improve(problem: Problem, grid: Grid, bundles: Bundles, stops: StopCharges,
     """One Bellman sweep."""
     shape = (len(problem.moves), *value.shape)
     q, u, a = np.full(shape, np.inf), np.zeros(shape), np.zeros(shape, dtype=np.int32)
-    for moves, found in bundles.best(value, stops.level(0, 0.0), None, None):
+    for moves, found in bundles.best(value, stops.level(), None, None):
         for k, move in enumerate(moves):
             used = slice(0, 1) if bundles.shared[move] else slice(None)
             q[move, used], u[move, used], a[move, used] = found.q[k], found.control[k], found.entry[k]
@@ -108,7 +108,7 @@ def _evaluated(problem: Problem, grid: Grid, stops: StopCharges, table: StageTab
             rest.reshape(value.shape)[best == -1 - k] = stop_q[k][best == -1 - k]
     found_rows = policy_rows(problem, grid, best, table.control[0], table.entry[0])
     for mode, node, rows in found_rows:
-        rest[mode * grid.size + node] = rows.charge + rows.stopped * stops.level(0, 0.0)[rows.mode]
+        rest[mode * grid.size + node] = rows.charge + rows.stopped * stops.level()[rows.mode]
     step = _transitions(found_rows, grid, size)
     found = _solve(step, rest, value.ravel())
     good = np.all(np.isfinite(found)) and np.max(np.abs(step @ found + rest - found)) <= 1e-8 * max(

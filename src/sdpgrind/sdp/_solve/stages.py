@@ -185,7 +185,7 @@ class _Sweep:
         code = -2
         while code == -2:
             code = _sweep_kernels.sweep(
-                late, self.duration, stop_q, self.stops.level(self.first, 0.0),
+                late, self.duration, stop_q, self.stops.level(),
                 tuple(base), (self.q, self.control, self.entry),
                 bundle.scan_weight, bundle.scan_tables, bundle.plan, bundle.tables, self.bundles.shared,
                 self.filled.arrays, bundle.difference,
@@ -220,7 +220,7 @@ class _Sweep:
             self.changes.add(row, stop_q, found, t.best[row], t.entry[row], t.control[row])
         if not self.keeps:
             self.q[slot] = np.inf
-        self._push(stage, self.value[row], self.stops.level(stage, self.late(stage)))
+        self._push(stage, self.value[row], self.stops.level(self.late(stage)))
 
     def _choose(self, stop_q: Floats, slot: int, row: int) -> bool:
         finite: bool = _sweep_kernels.choose(
@@ -268,7 +268,7 @@ class _Sweep:
     def _timed_from_base(self, move: int, stage: int) -> Any:
         """Best of a timed move from `stage` into the base."""
         assert self.base is not None  # checked by the caller
-        found = self.bundles.timed(move, self.base.value[0], self.stops.level(self.first - 1, 0.0), stage)
+        found = self.bundles.timed(move, self.base.value[0], self.stops.level(), stage)
         return found.q[0], found.control[0], found.entry[0]
 
     def stopped(self) -> StageTable:
@@ -294,7 +294,7 @@ class _Sweep:
         """One sweep of the base (`rate` None: only stops); keeps the best of each move into `value`."""
         found_all: list[Any] = [None] * len(self.duration)
         q = np.full(self.q.shape[1:], np.inf)
-        for moves, found in self.bundles.best(value, self.stops.level(self.first - 1, 0.0), None, None):
+        for moves, found in self.bundles.best(value, self.stops.level(), None, None):
             for k, move in enumerate(moves):
                 found_all[move] = (found.q[k], found.control[k], found.entry[k])
                 used = slice(0, 1) if self.bundles.shared[move] else slice(None)
