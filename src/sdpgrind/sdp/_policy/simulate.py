@@ -1,6 +1,5 @@
 """Monte-Carlo of a policy on the model, in blocks that do not depend on the executor."""
 
-import hashlib
 import pickle
 from collections.abc import Mapping
 from concurrent.futures import Executor
@@ -112,7 +111,7 @@ def simulate(
         ]
     else:
         recipe = pickle.dumps((policy, truth, snap, dict(noise), place))
-        work = partial(_work, hashlib.sha256(recipe).hexdigest(), recipe)
+        work = partial(_work, recipe)
         blocks = execute(work, list(zip(sizes, seeds, strict=True)), executor)
     penalty, moves, *final = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     names = [axis.name for axis in policy.layout.axes] + (
@@ -125,12 +124,12 @@ def simulate(
 
 
 @lru_cache(maxsize=4)
-def _unpacked(token: str, recipe: bytes) -> Any:
+def _unpacked(recipe: bytes) -> Any:
     return pickle.loads(recipe)
 
 
-def _work(token: str, recipe: bytes, job: tuple[int, np.random.Generator]) -> tuple[Any, ...]:
-    policy, truth, snap, noise, place = _unpacked(token, recipe)
+def _work(recipe: bytes, job: tuple[int, np.random.Generator]) -> tuple[Any, ...]:
+    policy, truth, snap, noise, place = _unpacked(recipe)
     return _Block(policy, truth, snap, noise, *job).run(place)
 
 

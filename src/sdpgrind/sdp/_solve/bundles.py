@@ -5,7 +5,6 @@ alone: results are bit-equal on any executor. A worker prepares a block once; la
 the value-to-go.
 """
 
-import hashlib
 import pickle
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -174,29 +173,26 @@ class _Remote:
     def __init__(self, problem: Problem, grid: Grid, executor: Executor) -> None:
         self.executor = executor
         self.recipe = pickle.dumps((problem, grid))
-        self.token = hashlib.sha256(self.recipe).hexdigest()
 
     def evaluate(
         self, pieces: list[BundlePiece], value: Floats, level: Floats
     ) -> list[tuple[RowsFound, float]]:
         """Evaluate every piece; each worker unpacks the recipe once."""
-        return execute(partial(_work, self.token, self.recipe, value, level), pieces, self.executor)
+        return execute(partial(_work, self.recipe, value, level), pieces, self.executor)
 
 
 @lru_cache(maxsize=4)
-def _unpacked(token: str, recipe: bytes) -> tuple[Problem, Grid]:
+def _unpacked(recipe: bytes) -> tuple[Problem, Grid]:
     problem, grid = pickle.loads(recipe)
     return problem, grid
 
 
 @lru_cache(maxsize=256)
-def _prepared(token: str, recipe: bytes, piece: BundlePiece) -> Any:
-    return piece.prepare(*_unpacked(token, recipe))
+def _prepared(recipe: bytes, piece: BundlePiece) -> Any:
+    return piece.prepare(*_unpacked(recipe))
 
 
-def _work(
-    token: str, recipe: bytes, value: Floats, level: Floats, piece: BundlePiece
-) -> tuple[RowsFound, float]:
-    bundle = _prepared(token, recipe, piece)
+def _work(recipe: bytes, value: Floats, level: Floats, piece: BundlePiece) -> tuple[RowsFound, float]:
+    bundle = _prepared(recipe, piece)
     with one_blas_thread():
         return bundle.best(value, level), bundle.search_error
