@@ -10,10 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import types
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 
 from sdpgrind.base import kernel_digest
 from sdpgrind.base.compiled import ClosedKernel, Kernel, compiled, opened
+from sdpgrind.base.kernel_library import LinkedLibrary
 
 CALLER = '''
 import toy_callee
@@ -353,3 +355,25 @@ def test_numba_still_has_what_the_cache_stands_on():
     assert public == {"cache_path", "load_overload", "save_overload", "enable", "disable", "flush"}
     assert isinstance(even._cache, type(odd._cache)) and type(even._cache).__name__ == "KernelCache"
     assert even._type.dispatcher is even
+
+
+def test_a_closed_kernel_has_no_machine_code_of_its_own():
+    """Its callers have it: what it raises comes through them."""
+
+    @compiled
+    def _rooted(x):
+        if x < 0.0:
+            raise ValueError("x must be >= 0")
+        return np.sqrt(x)
+
+    @compiled
+    def summed(x):
+        return _rooted(x) + _rooted(x + 5.0)
+
+    _rooted.compile((types.float64,))
+    (made,) = _rooted.overloads.values()
+    assert isinstance(made.library, LinkedLibrary)
+    assert not made.library.codegen._engine.is_symbol_defined(made.fndesc.llvm_func_name)
+    assert summed(4.0) == 5.0
+    with pytest.raises(ValueError, match="x must be >= 0"):
+        summed(-1.0)

@@ -14,6 +14,7 @@ from numba.core import config
 from numba.core.registry import CPUDispatcher
 
 from sdpgrind.base.kernel_cache import KernelCache
+from sdpgrind.base.kernel_library import LinkedCompiler
 
 
 class Kernel(CPUDispatcher):
@@ -33,6 +34,9 @@ class Kernel(CPUDispatcher):
 
 class ClosedKernel(Kernel):
     """A kernel that Python cannot call: numba would follow a null pointer."""
+
+    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None, **more: Any) -> None:
+        super().__init__(py_func, locals, targetoptions, **more, pipeline_class=LinkedCompiler)
 
     def __call__(self, *args: Any, **kwargs: Any) -> NoReturn:
         """Raise TypeError."""

@@ -1,0 +1,47 @@
+"""Code of closed kernels: bitcode that callers link in, without machine code of its own."""
+
+from typing import Any
+
+from llvmlite.binding import parse_assembly
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+
+_ENVIRONMENT = "_ZN08NumbaEnv"  # source: numba, `CompileResult._find_referenced_environments`
+
+
+class LinkedLibrary(JITCodeLibrary):
+    """Library of a kernel that only kernels call: each caller links a copy of its code."""
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0: no machine code."""
+        library: Any = self
+        library._ensure_finalized()
+        return 0
+
+    def serialize_using_object_code(self) -> Any:
+        """Return name, kind and bitcode for the disk."""
+        library: Any = self
+        return library.serialize_using_bitcode()
+
+    def _finalize_final_module(self) -> None:
+        """Define the environments, which all copies of the code share, and nothing else."""
+        library: Any = self
+        library._finalize_dynamic_globals()
+        library._verify_declare_only_symbols()
+        variables = library._final_module.global_variables
+        shared = "\n".join(str(one) for one in variables if one.name.startswith(_ENVIRONMENT))
+        library._environments = parse_assembly(shared)
+        library._codegen._add_module(library._environments)
+        library._codegen._engine.finalize_object()
+        library._finalized = True
+
+
+class LinkedCompiler(Compiler):
+    """Compiler of closed kernels."""
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a function into a `LinkedLibrary`."""
+        library: Any = LinkedLibrary
+        compiler: Any = super()
+        self.state.library = library(self.state.targetctx.codegen(), func.__qualname__)
+        return compiler.compile_extra(func)
