@@ -8,7 +8,6 @@ from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.compiled import compiled
 from sdpgrind.sdp._problem.charges import Charge
 from sdpgrind.sdp._problem.grid import Ints, record
 from sdpgrind.sdp._problem.one_sided import Constant, Linear, Quadratic
@@ -41,73 +40,39 @@ def compiled_step(menu: Menu) -> Any:
     return njit(move.step)
 
 
-@compiled
-def _leave(y, a, box, beyond, here, inside):
-    """Treat the coordinate `y` beyond an end of axis `a`: charges so far, whether inside, whether refused."""
-    axes, _, edges, _, extra, sides = box
-    refused = False
-    for side in range(2):
-        out = y < axes[a, 0] if side == 0 else y > axes[a, 1]
-        kind = edges[a, side]
-        if out and kind == REFUSE and abs(y - axes[a, side]) > 1e-9 * (axes[a, 1] - axes[a, 0]):
-            refused = True
-        if inside and kind == STOP and out:
-            inside = False
-            z = abs(y) - sides[side, 2]
-            if sides[side, 0] == 0.0:
-                here += sides[side, 1] if z >= 0.0 else 0.0
-            elif z > 0.0:
-                here += sides[side, 1] * (z if sides[side, 0] == 1.0 else z * z)
-            here += beyond
-        elif inside and kind == NUMBER and (out or y == axes[a, side]):
-            inside = False
-            here += extra[a, side]
-    return here, inside, refused
-
-
-@compiled
-def _placed(y, a, box):
-    """Cell of the coordinate `y` on axis `a`, and the position in it."""
-    axes, logs, _, shape, _, _ = box
-    i = 0.0
-    if y > axes[a, 0] or not logs[a]:
-        i = ((np.log(y) - np.log(axes[a, 0])) if logs[a] else (y - axes[a, 0])) / axes[a, 2]
-    i = min(max(i, 0.0), shape[a] - 1.0)
-    low = min(int(i), shape[a] - 2)
-    return low, i - low
-
-
-@compiled
-def _interpolated(here, ahead, shape, low, part):
-    """`here` plus the value-to-go `ahead` in the cell `low`, multilinear in `part`."""
-    for corner in range(1 << shape.size):
-        at, w = 0, 1.0
-        for a in range(shape.size):
-            up = (corner >> a) & 1
-            at = at * shape[a] + low[a] + up
-            w *= part[a] if up else 1.0 - part[a]
-        if w > 0.0:
-            here += w * ahead[at]
-    return here
-
-
 @lru_cache(maxsize=32)
 def _kernel(
     step: Any, charge: Any, state: Any, control: Any, noise: Any, after: Any, sizes: tuple[int, int, int, int]
 ) -> Any:
-    """Return the sweep over rows, nodes and noise for one step function; compiled once for each."""
+    """The sweep over rows, nodes and noise for one step function; compiled once for each."""
     n_state, n_control, n_noise, n_axes = sizes
     step = njit(step)
     charge = njit(charge) if charge is not None else None
     charged = charge is not None
 
     @njit(nogil=True)
-    def sweep(points, controls, noises, weight, box, value, target, level, penalty, q):
+    def sweep(
+        points,
+        controls,
+        noises,
+        weight,
+        axes,
+        logs,
+        edges,
+        shape,
+        extra,
+        sides,
+        value,
+        target,
+        level,
+        penalty,
+        q,
+    ):
         """q[row, node] = E (value(next) + charges), 0 where the penalty is infinite.
 
-        Return the worst coordinate that left a refused edge (NaN: none; inf: one was no number).
+        Return the worst coordinate that left a refused edge (NaN: none did; infinite: one was no number).
         """
-        worst, axes, shape = np.nan, box[0], box[3]
+        worst = np.nan
         low, part = np.empty(n_axes, dtype=np.int64), np.empty(n_axes)
         for row in range(controls.shape[0]):
             c = control(*to_fixed_tuple(controls[row], n_control))
@@ -127,11 +92,43 @@ def _kernel(
                         y = x[a]
                         if np.isnan(y):
                             worst, y = np.inf, axes[a, 0]
-                        here, inside, refused = _leave(y, a, box, beyond, here, inside)
-                        worst = y if refused else worst
-                        low[a], part[a] = _placed(y, a, box)
+                        for side in range(2):
+                            out = y < axes[a, 0] if side == 0 else y > axes[a, 1]
+                            kind = edges[a, side]
+                            if (
+                                out
+                                and kind == REFUSE
+                                and abs(y - axes[a, side]) > 1e-9 * (axes[a, 1] - axes[a, 0])
+                            ):
+                                worst = y
+                            if inside and kind == STOP and out:
+                                inside = False
+                                z = abs(y) - sides[side, 2]
+                                if sides[side, 0] == 0.0:
+                                    here += sides[side, 1] if z >= 0.0 else 0.0
+                                elif z > 0.0:
+                                    here += sides[side, 1] * (z if sides[side, 0] == 1.0 else z * z)
+                                here += beyond
+                            elif inside and kind == NUMBER and (out or y == axes[a, side]):
+                                inside = False
+                                here += extra[a, side]
+                        i = 0.0
+                        if y > axes[a, 0] or not logs[a]:
+                            i = ((np.log(y) - np.log(axes[a, 0])) if logs[a] else (y - axes[a, 0])) / axes[
+                                a, 2
+                            ]
+                        i = min(max(i, 0.0), shape[a] - 1.0)
+                        low[a] = min(int(i), shape[a] - 2)
+                        part[a] = i - low[a]
                     if inside:
-                        here = _interpolated(here, ahead, shape, low, part)
+                        for corner in range(1 << n_axes):
+                            at, w = 0, 1.0
+                            for a in range(n_axes):
+                                up = (corner >> a) & 1
+                                at = at * shape[a] + low[a] + up
+                                w *= part[a] if up else 1.0 - part[a]
+                            if w > 0.0:
+                                here += w * ahead[at]
                     total += weight[k] * here
                 q[row, node] = total
         return worst
@@ -161,7 +158,7 @@ def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats
         worst = sweep(
             _columns(s, bundle.count), _columns(c, menu.rows),
             _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
-            _box(menu), value, bundle.target[k], level, bundle.penalty[k], out[k],
+            *_edges(menu), value, bundle.target[k], level, bundle.penalty[k], out[k],
         )  # fmt: skip
         if np.isinf(worst):
             raise ValueError(f"move {menu.move.name!r}: step must give numbers; got NaN or an infinity")
@@ -180,8 +177,7 @@ def _columns(fields: Any, length: int) -> Floats:
     )
 
 
-def _box(menu: Menu) -> tuple[Any, ...]:
-    """Ends and spacing of the axes, log scales, kinds of edges, nodes, values of edges, stop charges."""
+def _edges(menu: Menu) -> tuple[Any, ...]:
     grid = menu.grid
     axes = np.array([[a.low, a.high, h] for a, h in zip(grid.axes, grid.spacing, strict=True)]).reshape(-1, 3)
     kinds, extra = np.zeros((len(grid.axes), 2), dtype=np.int64), np.zeros((len(grid.axes), 2))
