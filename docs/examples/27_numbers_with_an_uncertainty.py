@@ -4,7 +4,7 @@ Numbers with an uncertainty
 
 Before there is a log there are a few tests and a calculator: a specific energy from one pass, the force on a
 coarser disc, the scatter of thirty depths. This page carries the uncertainty of such numbers along, first
-through a formula, then into a law to plan with. The formulas are those of Brown (1988), sections 2.5 and 8.3."""
+through a formula, then into a law to plan with. The formulas are Brown's (1988), sections 2.5 and 8.3."""
 
 import matplotlib.pyplot as plt
 import numpy as np
