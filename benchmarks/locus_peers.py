@@ -12,7 +12,7 @@ import numpy as np
 from scipy import optimize
 
 from sdpgrind import locus
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 from sdpgrind.locus._problem.tape_kernels import work_size
 from sdpgrind.locus._trace.kkt_kernels import _evaluate, _sizes
 

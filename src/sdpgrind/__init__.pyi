@@ -7,7 +7,7 @@ from . import plunge as plunge
 from . import sdp as sdp
 from . import weldbead as weldbead
 from .base import units as units
+from .base.compiling.warm import warm as warm
 from .base.records import load as load
-from .base.warm import warm as warm
 
 __version__: str

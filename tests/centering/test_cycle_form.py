@@ -11,7 +11,7 @@ from push_inside import LAST, SIZE, PartView, RingFilter, _write_row
 import hwsim
 from centering import CycleSettings, preset
 from hwsim import Ring
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 
 write_row = opened(_write_row)
 

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.stats import binom, chi2
 
 from centering.circle import GeometryEstimator, circle_reading
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 from sdpgrind.identify import Status
 
 has_moved = opened(_has_moved)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from centering.circle import circle_derivatives, circle_reading, fit_circle
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 from sdpgrind.identify import Status
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01

@@ -19,7 +19,7 @@ from centering.circle import (
     residual_checks,
 )
 from centering.roundness import Spectrum
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01
 TRUE = np.array([RADIUS, OFFSET * np.cos(PHI), OFFSET * np.sin(PHI)])

@@ -7,7 +7,7 @@ from push_inside import at
 from centering import plan_push, preset
 from centering.push import Arrival
 from sdpgrind import units
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 
 PRINTED = preset("printed")
 

@@ -22,7 +22,7 @@ from scipy.integrate import solve_ivp
 from centering import TipProfile, preset, simulate_push
 from centering.push import plan_touch
 from sdpgrind import units
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 
 push_on_table = opened(_push_on_table)
 

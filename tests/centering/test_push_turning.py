@@ -10,7 +10,7 @@ from centering import FrictionEstimator, TipProfile, plan_push, preset, simulate
 from centering.push import plan_touch
 from centering.push.turning import TableProfile, TablePushTrace, simulate_table_push, turning_profile
 from sdpgrind import units
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 
 PROBLEM = preset("printed")
 MODEL = PROBLEM.model

@@ -21,7 +21,7 @@ from circle_inside import (
 from circle_twins import distances, on_rays, random_profile
 from scipy.spatial import ConvexHull
 
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 
 across = opened(_across)
 cell_bound = opened(_cell_bound)

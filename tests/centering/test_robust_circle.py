@@ -8,7 +8,7 @@ from circle_inside import triples
 from scipy.optimize import least_squares
 
 from centering.circle import circle_derivatives, circle_reading, fit_circle
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01
 LOSSES = ("huber", "soft_l1")

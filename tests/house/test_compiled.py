@@ -13,14 +13,14 @@ import pytest
 from numba import types
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 
-from sdpgrind.base import kernel_digest
-from sdpgrind.base.compiled import ClosedKernel, Kernel, compiled, opened
-from sdpgrind.base.kernel_library import LinkedLibrary
+from sdpgrind.base.compiling import kernel_digest
+from sdpgrind.base.compiling.compiled import ClosedKernel, Kernel, compiled, opened
+from sdpgrind.base.compiling.kernel_library import LinkedLibrary
 
 CALLER = '''
 import toy_callee
 from toy_callee import Pair, direct
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 @compiled
 def _helped(x):
@@ -38,7 +38,7 @@ def applied(function, x):
 CALLEE = '''
 from typing import NamedTuple
 import numpy as np
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 SHIFT = 100.0
 TABLE = np.array([1.0, 2.0])
@@ -76,7 +76,7 @@ def toy(tmp_path):
 
 def run(folder, text=RUN, **more):
     """What a fresh process prints, in words."""
-    source = Path(kernel_digest.__file__).parents[2]
+    source = Path(kernel_digest.__file__).parents[3]
     known = {
         **os.environ,
         "PYTHONPATH": f"{source}{os.pathsep}{folder}",
@@ -182,7 +182,7 @@ def test_where_nothing_can_be_written_one_line_says_so(toy):
 
 
 def test_what_was_typed_at_a_prompt_is_compiled_in_silence(toy):
-    text = "from sdpgrind.base.compiled import compiled\n@compiled\ndef twice(x):\n    return 2.0 * x\nprint(twice(4.0))"
+    text = "from sdpgrind.base.compiling.compiled import compiled\n@compiled\ndef twice(x):\n    return 2.0 * x\nprint(twice(4.0))"
     assert run(toy, text) == ["8.0"]
 
 
@@ -302,7 +302,7 @@ def test_what_cannot_be_read_has_the_digest_of_its_file(toy):
     (toy / "toy_strange.py").write_text(strange)
     text = """
 from toy_strange import strange
-from sdpgrind.base import kernel_digest
+from sdpgrind.base.compiling import kernel_digest
 def f(x):
     return strange
 print(kernel_digest.digest(f))
@@ -323,8 +323,8 @@ def test_a_global_that_is_not_there_yet_is_not_remembered_as_missing():
 
 def test_sets_have_one_digest_whatever_their_order(toy):
     text = """
-from sdpgrind.base import kernel_digest
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling import kernel_digest
+from sdpgrind.base.compiling.compiled import compiled
 NAMES = frozenset(("a", "b", "c", "d", "e"))
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def f(x):

@@ -6,8 +6,8 @@ import pickle
 import numpy as np
 import pytest
 
-from sdpgrind.base.compiled import compiled
-from sdpgrind.base.kernel_digest import digest
+from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.base.compiling.kernel_digest import digest
 from sdpgrind.base.states import floats, named, places, record, units, width
 
 AXIS = record("angle rad, speed rad/s, load_torque N m, gain[2] N m/rad, ticks 1")

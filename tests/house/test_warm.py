@@ -15,22 +15,22 @@ import pytest
 import sdpgrind
 from hwsim import cli
 from hwsim.command import _warm
-from sdpgrind.base import compile_line, warm
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling import compile_line, warm
+from sdpgrind.base.compiling.compiled import compiled
 
 SOURCE = Path(sdpgrind.__file__).parents[1]
 TOY = """
 import time
 from hwsim import cli
 from hwsim.command import _warm
-from sdpgrind.base import warm
+from sdpgrind.base.compiling import warm
 warm.HOMES["weldbead"] = "toy"
 _warm._one_part = lambda area, arguments_of: None
 raise SystemExit(cli.main(["warm", "weldbead"]))
 """
 FIRST_USE = """
 import os, signal, time
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 @compiled
 def _inner(x):

@@ -27,7 +27,7 @@ from centering import TipProfile
 from centering.push import simulate_pushes
 from centering.push.turning import ring_friction, slide_to_rest
 from hwsim import Ring
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 
 TOUCHING = 1e-9  # mm
 AROUND = (np.arange(4000) + 0.5) * (2 * pi / 4000)

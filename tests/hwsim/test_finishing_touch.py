@@ -12,7 +12,7 @@ from scipy.signal import TransferFunction, lsim
 
 import hwsim
 from sdpgrind import finishing
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 from sdpgrind.finishing import kernels as torque
 from sdpgrind.finishing.kernels import cell as core
 

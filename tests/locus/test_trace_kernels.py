@@ -7,7 +7,7 @@ from locus_inside import _exchange, work_size
 from locus_inside import kkt_kernels as kkt
 from locus_inside import trace_kernels as kernels
 
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 
 exchange = opened(_exchange)
 

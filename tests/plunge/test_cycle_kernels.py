@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 import hwsim
 from sdpgrind import physics, plunge
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 from sdpgrind.plunge import kernels
 
 PROBLEM = plunge.preset("simulation")

@@ -8,7 +8,7 @@ from plunge_inside import Envelope, EnvelopeLimits, _damage, _start_integral
 from scipy.integrate import quad, simpson, solve_ivp
 
 from sdpgrind import physics, plunge
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 from sdpgrind.plunge import kernels
 
 damage = opened(_damage)

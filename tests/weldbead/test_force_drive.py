@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from weldbead_inside import _backlash_step, _play_step
 
 from sdpgrind import units
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 from sdpgrind.weldbead import force
 from sdpgrind.weldbead.force.kernels import drive_step
 

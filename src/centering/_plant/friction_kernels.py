@@ -7,7 +7,7 @@ centre, `s` that of the rim by the spin, >= 0.
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _SMALL = 0.02  # ratio of speeds; chosen: below it the closed form loses digits and the series is exact
 _EQUAL = 1e-12  # relative; chosen: the limit for equal speeds is exact to rounding there

@@ -9,7 +9,7 @@ import numpy as np
 from centering._plant import probe_kernels as probe
 from centering._plant import ring_kernels as ring
 from centering._plant import slide_kernels as slide
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _NEAR = 0.8  # pull over breakaway force; chosen: above it a ring at rest is advanced in small steps
 _FASTEST = 150.0  # mm/s; chosen: above the speed of any tip

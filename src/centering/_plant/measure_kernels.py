@@ -4,7 +4,7 @@ import numpy as np
 
 from centering._plant import probe_kernels as probe
 from centering._plant import slide_kernels as slide
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # settings: steps of encoders, inward stroke of the probe, errors, force sensor
 COUNTS, SLIDE_QUANTUM, PROBE_QUANTUM, STROKE, SKEW, NOISE_SD, RUNOUT, RUNOUT_PHASE, ROLL = range(9)

@@ -6,7 +6,7 @@ rad. Arrays are changed in place.
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # shape of ring and tip; REACH: sum of amplitudes; SCAN: whether the tip may touch twice
 RADIUS, TIP, REACH, UPR_MAX, SCAN, SHAPE = range(6)

@@ -12,7 +12,7 @@ import numpy as np
 
 from centering._plant import friction_kernels as friction
 from centering._plant import slide_kernels as slide
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _ONWARD = 0.3  # cosine; chosen: a ring that slides farther off its direction stopped in between
 

@@ -8,7 +8,7 @@ begins.
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # state; SEGMENT: running row of the profile, -1: none; GONE: time in it; ARMED: a profile waits for the angle
 # START; RUN_IN: speed of the slide minus that of the profile

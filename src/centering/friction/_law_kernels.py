@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _FIRST_BRISTLE = 3  # derived: first `kind` of a law with a bond (3: Dahl, 4: LuGre, 5: elasto-plastic)
 

@@ -7,7 +7,7 @@ from centering.roundness._distance_kernels import _distance, extremes
 from centering.roundness._mic_kernels import empty_circle
 from centering.roundness._mzc_kernels import zone as zone_exchange
 from centering.roundness._proof_kernels import _cell_bound, _height, ball, steepness
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _LEVELS = 44  # derived: halvings of a square from the radius to its rounding
 _ROOT_2 = np.sqrt(2.0)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.roundness._distance_kernels import _distance
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _BINS = 512  # chosen: bins of a turn; gaps below 1.4 deg are not resolved
 _FEW = 64  # chosen: points up to which sorting is fast and bins are too few

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _PARALLEL = 1e-14  # chosen: sine of the angle between two chords with parallel bisectors, rounding
 _NEAREST = 1e-300  # chosen: mm; least distance, avoids a division by 0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _STEPS = 50  # chosen: steps at most; four suffice for a form error of a hundredth of the radius
 

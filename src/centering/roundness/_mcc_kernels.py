@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.roundness._distance_kernels import _crossing, _distance, extremes
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _STEPS = 300  # chosen: exchanges at most; about ten suffice for thousands of points, and each circle grows
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.roundness._distance_kernels import _crossing, _distance, _standing, _towards, extremes
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _STEPS = 300  # chosen: exchanges at most
 _HALF_ROOT_3 = 0.5 * np.sqrt(3.0)

@@ -4,7 +4,7 @@ import numpy as np
 
 from centering.roundness._direction_kernels import _four_about
 from centering.roundness._distance_kernels import _crossing, _distance, _parting, extremes
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _STEPS = 300  # chosen: exchanges at most
 

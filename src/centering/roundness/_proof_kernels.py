@@ -9,7 +9,7 @@ times ``|v|`` minus the last term.
 import numpy as np
 
 from centering.roundness._distance_kernels import _towards, extremes
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _HALF_TURN = np.pi + 0.02  # chosen: rad; a larger gap may hide a direction and its opposite
 

@@ -47,8 +47,8 @@ def _warmed(
 ) -> str:
     begin = time.monotonic()
     tell(0.0, f"{area.name}: first use")
-    from sdpgrind.base.compile_line import listener, told
-    from sdpgrind.base.warm import HOMES, first_use
+    from sdpgrind.base.compiling.compile_line import listener, told
+    from sdpgrind.base.compiling.warm import HOMES, first_use
 
     before = listener.count
     if area.name in HOMES:

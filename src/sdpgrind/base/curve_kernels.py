@@ -1,6 +1,6 @@
 """Cubic Hermite interpolation in kernels."""
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 
 @compiled

@@ -7,7 +7,7 @@ rows of floats. A kernel called from Python views the row once, at its entry; th
 Examples
 --------
 >>> import numpy as np
->>> from sdpgrind.base.compiled import compiled
+>>> from sdpgrind.base.compiling.compiled import compiled
 >>> from sdpgrind.base.states import floats, named, record, units
 >>> AXIS = record("angle rad, speed rad/s, load_torque N m")
 >>> @compiled

@@ -15,7 +15,7 @@ step of a Kalman filter of random walks.
 
 from math import inf, isnan, nan, sqrt
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 
 @compiled(error_model="numpy")

@@ -6,7 +6,7 @@ from finishing_inside import Square, _value, march, spacing
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 from sdpgrind.finishing import zigzag
 from sdpgrind.finishing.surface import cylinder_surface, flat_surface, nominal_surface, uneven_surfaces
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import NdBSpline
 
-from sdpgrind.base.compiled import opened
+from sdpgrind.base.compiling.compiled import opened
 from sdpgrind.finishing import Surface
 from sdpgrind.finishing.surface import nominal_surface, sphere_surface, uneven_surfaces
 

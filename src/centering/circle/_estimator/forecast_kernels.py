@@ -12,7 +12,7 @@ from centering.circle._estimator.validity_kernels import (
     _worst,
     may_have_moved,
 )
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.identify.kernels import rotate
 
 _STEPS = 90  # chosen: steps of a turn, the resolution of the forecast (4 deg)

@@ -13,7 +13,7 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._fit.cholesky_kernels import _cholesky
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.identify.kernels import back_substitute
 
 _BLOCK = np.pi / 30  # chosen: rad; six degrees are less than a sixth of an undulation of 9 upr

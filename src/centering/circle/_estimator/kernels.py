@@ -16,7 +16,7 @@ from centering.circle._estimator.move_kernels import _has_moved, _keep
 from centering.circle._estimator.noise_kernels import _arrays
 from centering.circle._estimator.uncounted import uncounted
 from centering.circle._estimator.validity_kernels import LEAST_RATIO, MOST_RATIO, judge
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 TAKEN, REFUSED, COMPLETE, MOVED, SHIFTED = range(5)
 """Outcome of a reading: taken, refused, last of the start; or the part has moved, by the number of refused

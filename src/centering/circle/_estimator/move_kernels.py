@@ -14,7 +14,7 @@ import numpy as np
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.form_kernels import _in_first_turn
 from centering.circle._estimator.noise_kernels import _arrays, _copy, _differences, _freedom_of, _inflation_of
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.identify.kernels import back_substitute
 
 _RARE = 13.815510557964274  # chosen: -log(1e-6), false alarms of a look without a move

@@ -6,7 +6,7 @@ import numpy as np
 
 from centering.circle._estimator import slots as at
 from centering.circle._estimator.form_kernels import _long_noise, _moved_by_form
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.identify.kernels import back_substitute
 
 _TELLING = 0.1  # chosen: least noise of residuals, over the given noise, to estimate a correlation from

@@ -15,7 +15,7 @@ from math import cos, inf, nan, sin
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.identify.kernels import covariance_step, measure, rotate, solve
 
 RLS, PRLS, KALMAN = 0, 1, 2

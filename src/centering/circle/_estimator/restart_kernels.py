@@ -8,7 +8,7 @@ from centering.circle._estimator.move_kernels import _move_by
 from centering.circle._estimator.noise_kernels import _arrays, _copy, _known_quantile
 from centering.circle._estimator.start_kernels import _replay, _ring, clear, end_start
 from centering.circle._estimator.validity_kernels import holds_axis, judge
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _OWN_NOISE = 0.1  # chosen: largest root share of noise in the information on the radius
 

@@ -14,7 +14,7 @@ from centering.circle._estimator.kernels import (
 )
 from centering.circle._estimator.noise_kernels import _arrays, _copy
 from centering.circle._estimator.uncounted import uncounted
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.identify.kernels import back_substitute, rotate
 
 _CLOSER = 1.5  # chosen: factor by which a circle through neighbours must fit better than one through thirds

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _TELLS = 0.05  # chosen: least independent share of a column; less makes the solution uncertain
 

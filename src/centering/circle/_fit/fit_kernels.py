@@ -7,7 +7,7 @@ after the readings is the radius prior, of weight 0 without one.
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 STEPS, HALVINGS = 60, 25  # chosen: limits of the Gauss-Newton steps and of the halvings of one step
 SETTLED = 1e-8  # chosen: squared step over the squared standard deviation that ends the steps

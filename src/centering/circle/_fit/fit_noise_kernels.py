@@ -9,7 +9,7 @@ from its spectrum f(w) = (1 - rho^2)/(1 - 2 rho cos w + rho^2) at 0 to 5 upr.
 import numpy as np
 
 from centering.circle._fit.cholesky_kernels import _cholesky
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.identify.kernels import back_substitute
 
 TURN = 2.0 * np.pi

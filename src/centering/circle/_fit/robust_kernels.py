@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.circle._fit import fit_kernels as fit
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 HUBER, SOFT_L1 = 1, 2
 BEND = 1.345  # source: Huber; residual over scale from which weights fall, 95 % efficient for normal noise

@@ -9,7 +9,7 @@ pushes as normal equations: information and its product with the values.
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 FIRST, LAST = 2, 7
 """Undulations per revolution of the lobes that are looked for."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.cycle._strategy.outcome_kernels import _scale_at, travel_at
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _PARTS, _PUSHES = 41, 17  # chosen
 _REACH = 4.0  # chosen: standard deviations

@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.cycle._strategy.outcome_kernels import stroke_for, travel_at
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 
 @compiled

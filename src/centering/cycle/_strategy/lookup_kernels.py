@@ -4,7 +4,7 @@ import numpy as np
 
 from centering.cycle._strategy.draw_kernels import table_speed
 from centering.cycle._strategy.outcome_kernels import stroke_for
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 FINE = 0.25
 """Chosen: distance from 1 within which the friction scales are evenly spaced; beyond, geometrically."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from centering.push._contact.swing_kernels import _fading, _gap_at
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 _PANEL = 6.0  # rad, chosen: 12 nodes integrate the product of two waves of this phase to 1e-12 of its size

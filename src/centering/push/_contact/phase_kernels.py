@@ -13,7 +13,7 @@ from centering.push._contact.swing_kernels import (
     _swing_bound,
     _swing_change,
 )
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 REST, STICK, SLIP, FREE = 0, 1, 2, 3
 """Modes: apart and at rest; touching and at rest; touching and moving; moving without contact."""

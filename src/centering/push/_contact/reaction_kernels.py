@@ -4,7 +4,7 @@ import numpy as np
 
 from centering.push._contact.phase_kernels import FREE, SLIP, _horizon, _mode_of, _phase, _phase_energies
 from centering.push._profile.rows import STILL
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 FINAL_POSITION, FREE_SLIDE, PEAK_FORCE, TIME, EVENTS, ENERGY_ERROR, BREAKAWAY_TIME, FINAL_SPEED = range(8)
 """Columns of the result of a push: mm, mm, N, s, count, relative, s (NaN: no breakaway), mm/s."""

@@ -2,7 +2,7 @@
 
 from centering.push._contact.phase_kernels import FREE, SLIP, STICK
 from centering.push._contact.swing_kernels import _flight, _gap_at, _swing
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 
 @compiled

@@ -10,7 +10,7 @@ however short, and no scan is needed.
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # chosen: most Newton steps; a simple zero takes about six, a double one halves its error in each
 _NEWTON = 100

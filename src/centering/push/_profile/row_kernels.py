@@ -2,7 +2,7 @@
 
 from math import ceil, sqrt
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 ROWS = 8  # derived: at least the rows that any push below writes
 

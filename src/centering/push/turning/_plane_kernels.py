@@ -25,7 +25,7 @@ from centering.push.turning._slide_kernels import (
     _tip_after,
     _to_event,
 )
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # State of a ring under a tip: centre, its velocity, travel over the table; distance of the tip from the axis,
 # 1 where the ring rests on the table; contact force now and at most; time since the start, and of first touch

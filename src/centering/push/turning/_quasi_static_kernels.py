@@ -6,7 +6,7 @@ initial velocity and acceleration. The table turns at a constant speed w (rad/s,
 
 from math import atan2, ceil, cos, sin, sqrt
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # Output of `touch_back`: polar angle of the centre at first touch (rad), time from the start of the profile
 # (s), travel of the tip after it (mm); 1 where it was found.

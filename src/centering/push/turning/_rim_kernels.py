@@ -2,7 +2,7 @@
 
 from math import cos, pi, sin, sqrt
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # chosen: each round is twelve times finer; the place to 1e-8 rad, the value to rounding
 _PLACES, _CLOSER = 24, 8

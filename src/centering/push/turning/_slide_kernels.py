@@ -9,7 +9,7 @@ from math import sqrt
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # error_model="numpy" below: 2.5 times as fast without checks for division by zero (measured)
 

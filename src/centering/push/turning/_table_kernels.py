@@ -19,7 +19,7 @@ from centering.push._contact.reaction_kernels import (
 )
 from centering.push._contact.sample_kernels import _write_state
 from centering.push.turning._plane_kernels import RESTS, TIP, V_X, V_Y, X, Y, _push_on_table
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 DURATION, VELOCITY, ACCELERATION, HELD, SLID, PIECE_COLUMNS = range(6)
 """Columns of a piece: s, mm/s, mm/s^2 of the tip on the normal; loads on friction at rest, in motion, N."""

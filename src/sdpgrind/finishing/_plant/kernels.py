@@ -6,7 +6,7 @@ in s, angles in rad, torques in N m.
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.finishing.timing._table_kernels import table_step
 from sdpgrind.finishing.torque._axis_kernels import _axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import _controller_step, _feed_override, _torque_at

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # chosen: horizontal part of a vertical tool axis; with less, rounding alone would turn the first joint
 VERTICAL = 1e-13

@@ -1,6 +1,6 @@
 """Length along intervals whose speed is a Legendre series, and its inverse."""
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 
 @compiled

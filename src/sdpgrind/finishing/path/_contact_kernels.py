@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 
 @compiled(error_model="numpy")

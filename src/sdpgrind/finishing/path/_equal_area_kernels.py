@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 _TIMES = 60  # chosen: limit of the Newton steps
 NO_AREA = 1e-9  # of the mean density, chosen: with less the map has no derivative

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # States of a curve: from the corner (0, 0) to (1, 0), that mirrored in the diagonal, and both turned by 180
 # degrees. By state and quarter: place of the quarter (2 x + y), and state of the curve in it.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.finishing.timing._path_kernels import _derivatives, _piece_at
 from sdpgrind.finishing.timing._time_law import advanced
 

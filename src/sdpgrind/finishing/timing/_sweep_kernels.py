@@ -5,7 +5,7 @@ A row r of the constraints, ``|p u + c x|`` <= 1, holds at both ends of every in
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 TINY = 1e-13  # chosen: rounding of a row without u
 

@@ -1,6 +1,6 @@
 """Position loop of the table, sample by sample."""
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # Derived, of a loop: transition (3, 3), command weights (3,) before and after, output (3,); their number.
 OLD, NEW, OUTPUT, LOOP = 9, 12, 15, 18

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.finishing.torque._states import AXIS, MOTOR
 
 _EVENTS = 100

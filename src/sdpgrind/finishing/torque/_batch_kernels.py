@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.base.states import width
 from sdpgrind.finishing.torque._axis_kernels import _axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import _controller_step, _feed_override

@@ -5,7 +5,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 COUNTS = 5  # derived: head of a tape: numbers of inputs, outputs, constants, results, runs
 BLOCK = 32  # chosen: points run at once; more leaves the first-level cache

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.locus._trace.kkt_kernels import _gradient_row, _solve
 from sdpgrind.locus._trace.row_kernels import _dot, _made_unit
 

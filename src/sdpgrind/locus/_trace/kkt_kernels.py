@@ -8,7 +8,7 @@ is the end of feasibility. A set `held` (n + m,) marks each control as free (0),
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run
 
 CLOSE = 1e-13  # chosen: residual that ends Newton's method; rounding prevents less

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.locus._problem.tape_kernels import run, run_many, work_size
 from sdpgrind.locus._trace.kkt_kernels import (
     GOOD,

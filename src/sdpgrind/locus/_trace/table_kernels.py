@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 INSIDE, BELOW, ABOVE, NO_KEY = range(4)
 """Result of a look-up: key in the table, below or above it (clamped), or NaN."""

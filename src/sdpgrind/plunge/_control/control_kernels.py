@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control.estimator_kernels import _corrected, _propagate, _reset_estimates
 from sdpgrind.plunge._control.state import (
     BALANCE,

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 # Decay of the logarithm of the peak temperature per depth sqrt(alpha l_c/v_w) below a moving band.
 DECAY = 0.915  # measured: Jaeger's integrals give 0.869 to 0.925 at Peclet numbers of 10 to 30

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step
 from sdpgrind.plunge._model.kernels import PlungeCore, _damage, _deflected, _rate_near, _worn, rate

@@ -9,7 +9,7 @@ expectations have a kink at every node and are not interpolated.
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 
 REORDER = {"contract", "nsz", "reassoc"}  # chosen: fast sums, reordered and fused; NaN and infinity stay
 UNFUSED = REORDER - {"contract"}  # chosen: sums corrected term by term round each product before subtraction

@@ -5,7 +5,7 @@ Symbols as in `kernels`.
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.sdp._solve.kernels import REORDER, _tie, push
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.weldbead.force.kernels import drive_step, sensor_step
 from sdpgrind.weldbead.passes.kernels import DONE, RATE, WIND, CutCore, Step, cut_step
 

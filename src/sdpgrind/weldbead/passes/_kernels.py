@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sdpgrind.base.compiled import compiled
+from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.base.units import N_MM_S_PER_W
 
 # State: wind-up (rad), tip (mm), removal rate (mm^3/s), wear of the face (mm), nodes and patches in contact.

@@ -11,7 +11,7 @@ from typing import Any
 
 from numba.core.event import Listener, register
 
-from sdpgrind.base.kernel_digest import reached
+from sdpgrind.base.compiling.kernel_digest import reached
 from sdpgrind.base.progress import Progress, redraw
 
 _PATIENCE = 2.0  # silent compiling, s; chosen: a longer silence looks like a fault

@@ -13,8 +13,8 @@ from typing import Any
 from numba.core import sigutils
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache, _Cache
 
-from sdpgrind.base.compile_line import listen
-from sdpgrind.base.kernel_digest import digest, digest_of_type
+from sdpgrind.base.compiling.compile_line import listen
+from sdpgrind.base.compiling.kernel_digest import digest, digest_of_type
 from sdpgrind.base.warned import warn
 
 _lines: dict[tuple[str, str], list[int]] = {}

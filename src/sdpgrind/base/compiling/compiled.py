@@ -13,8 +13,8 @@ from typing import Any, NoReturn, overload
 from numba.core import config
 from numba.core.registry import CPUDispatcher
 
-from sdpgrind.base.kernel_cache import KernelCache
-from sdpgrind.base.kernel_library import LinkedCompiler
+from sdpgrind.base.compiling.kernel_cache import KernelCache
+from sdpgrind.base.compiling.kernel_library import LinkedCompiler
 
 
 class Kernel(CPUDispatcher):
@@ -43,7 +43,7 @@ class ClosedKernel(Kernel):
         name = self.py_func.__name__
         raise TypeError(
             f"{name} is a kernel that only kernels can call, as its name begins with '_'; "
-            f"call it from a kernel, or call sdpgrind.base.compiled.opened({name})"
+            f"call it from a kernel, or call sdpgrind.base.compiling.compiled.opened({name})"
         )
 
 
@@ -69,7 +69,7 @@ def compiled(function: Callable[..., Any] | None = None, /, **options: Any) -> A
 
     Examples
     --------
-    >>> from sdpgrind.base.compiled import compiled
+    >>> from sdpgrind.base.compiling.compiled import compiled
     >>> @compiled(error_model="numpy")
     ... def ratio(a, b):
     ...     return a / b

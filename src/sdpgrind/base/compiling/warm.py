@@ -51,7 +51,7 @@ def warm(area: str | None = None, progress: Progress | None = None) -> dict[str,
 
 def first_use(area: str, progress: Progress | None = None) -> int:
     """Run the example of an area; return the number of kernels that it compiled."""
-    from sdpgrind.base.compile_line import listener, told
+    from sdpgrind.base.compiling.compile_line import listener, told
 
     before = listener.count
     with told(area, progress):

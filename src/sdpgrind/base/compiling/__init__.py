@@ -1,0 +1,1 @@
+"""Compiling of kernels: the decorator, machine code on disk, digests, progress, compiling ahead of use."""
