@@ -1,4 +1,4 @@
-"""Roughness after a number of passes: a model fitted to runs, and how well it predicts."""
+"""Roughness after finishing: log-normal model, identification, cross-validation and repeated passes."""
 
 from sdpgrind.base import faces
 

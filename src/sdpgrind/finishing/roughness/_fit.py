@@ -1,4 +1,4 @@
-"""From readings of roughness back to the model, and how well it predicts runs that it has not seen."""
+"""Identification of the roughness model from readings, and its leave-one-out errors."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -23,20 +23,21 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
     Parameters
     ----------
     data : Study or mapping of arrays
-        A study with the factors pattern, tool_diameter (mm) and normal_force (N), its readings in mm; or these factors and
-        roughness_ra (mm) as arrays of one length.
+        Study with the factors pattern, tool_diameter (mm) and normal_force (N) and readings in mm; or these
+        factors and roughness_ra (mm) as arrays of one length.
     throw : bool
-        Raise when the data do not determine the coefficients; else the status says so.
+        Raise if the data do not determine the coefficients; else the status reports it.
 
     Returns
     -------
     Estimate
-        The six coefficients and residual_sd, unit 1: what `RoughnessModel.updated` takes.
+        The six coefficients and residual_sd, unit 1, for `RoughnessModel.updated`.
 
     Raises
     ------
     ValueError
-        For missing or bad readings, fewer than 7, or (with `throw`) readings that do not determine all coefficients.
+        A factor or a reading is missing or out of range, there are fewer than 7 readings, or (with `throw`)
+        they do not determine all coefficients.
 
     Examples
     --------
@@ -70,12 +71,12 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
 
 @cache
 def published_estimate() -> Estimate:
-    """The coefficients of the published experiment."""
+    """Estimate from the published experiment."""
     return identify_roughness(Study.published("wang-2001"))
 
 
 def _system(data: Any) -> tuple[Floats, Floats]:
-    """Rows of the model and ln(R_a/µm)."""
+    """Design matrix (n, 6) of the model and ln(R_a/µm), (n,)."""
     arrays = _of_study(data) if isinstance(data, Study) else _of_mapping(data)
     rough = arrays["roughness_ra"]
     if np.any(rough <= 0) or np.any(rough >= 1):
@@ -114,20 +115,20 @@ def _of_mapping(data: Any) -> dict[str, npt.NDArray[Any]]:
 
 
 class LeaveOneOut(NamedTuple):
-    """How well a model predicts each run from the others.
+    """Leave-one-out errors of the roughness model.
 
     Attributes
     ----------
     q_squared : float
-        Share of the variance of ln R_a that is predicted, unit 1.
+        Predicted share of the variance of ln R_a, unit 1.
     rms_log : float
         Root mean square error of ln R_a, unit 1.
     rms : float
         Root mean square error of R_a, mm.
     mean_error, worst_error : float
-        Mean and greatest error over the prediction, unit 1.
+        Mean and greatest error relative to the prediction, unit 1.
     worst_of_reading : float
-        Greatest error over the reading, unit 1.
+        Greatest error relative to the reading, unit 1.
     """
 
     q_squared: float
@@ -139,17 +140,17 @@ class LeaveOneOut(NamedTuple):
 
 
 def leave_one_out(data: Study | Mapping[str, Any]) -> LeaveOneOut:
-    """Predict each reading (its median, mm) from all others by a model fitted without it.
+    """Predict the median of each reading (mm) by a model fitted to all others.
 
     Parameters
     ----------
     data : Study or mapping of arrays
-        As for `identify_roughness`; at least 8 readings.
+        As for `identify_roughness`, at least 8 readings.
 
     Returns
     -------
     LeaveOneOut
-        Errors in unit 1 and mm.
+        Errors, unit 1 and mm.
 
     Examples
     --------
@@ -162,7 +163,7 @@ def leave_one_out(data: Study | Mapping[str, Any]) -> LeaveOneOut:
 
 
 def left_out(rows: Floats, target: Floats) -> LeaveOneOut:
-    """Errors of leaving out one row at a time, from the residuals and the leverages; target ln(R_a/µm)."""
+    """Leave-one-out errors from residuals and leverages of the rows (n, 6); target ln(R_a/µm)."""
     q, _ = np.linalg.qr(rows)
     residual, leverage = target - q @ (q.T @ target), np.sum(q**2, axis=1)
     if np.any(leverage > 1 - 1e-9):

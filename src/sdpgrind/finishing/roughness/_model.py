@@ -1,4 +1,4 @@
-"""Roughness after finishing: a law of it, not a number, from tool, path and force."""
+"""Log-normal roughness after finishing, from tool, path pattern and force."""
 
 from collections.abc import Mapping
 from typing import Any, Self
@@ -20,7 +20,7 @@ def _tuples(array: Floats) -> Any:
 
 
 def _of_shape(*shape: int) -> Any:
-    """Check of pure numbers, kept as tuples."""
+    """Check of pure numbers of a shape, kept as tuples."""
 
     def check(name: str, value: npt.ArrayLike) -> Any:
         array = checks.finite_array(name, value)
@@ -32,7 +32,7 @@ def _of_shape(*shape: int) -> Any:
 
 
 def _range(unit: str, default: tuple[float, float]) -> Any:
-    """Declare two numbers, 0 < low < high."""
+    """Declare a range of two numbers, 0 < low < high."""
 
     def check(name: str, value: tuple[float, float]) -> tuple[float, float]:
         low, high = value
@@ -47,27 +47,28 @@ def _range(unit: str, default: tuple[float, float]) -> Any:
 class RoughnessModel(Described):
     """Log-normal roughness R_a of a finished surface.
 
-    ``ln(R_a/µm) = intercept + hilbert5 + zigzag + tool_exponent ln(d/3.5 mm) + force_slope x + force_bend x^2``,
-    x = ln(F/1.111 N), a pattern's term only where it is that pattern (hilbert4 has none), and a normal scatter of `residual_sd`.
-    The feed rate has no term: the data show no effect of it (p = 0.31).
+    ``ln(R_a/µm) = intercept + hilbert5 + zigzag + tool_exponent ln(d/3.5 mm) + force_slope x + force_bend
+    x^2`` with x = ln(F/1.111 N) and a normal scatter. The terms hilbert5 and zigzag apply to their own
+    pattern only; the pattern hilbert4 has no term. The feed rate has no significant effect (p = 0.31) and no
+    term.
 
     Parameters
     ----------
     coefficients : array_like, shape (6,)
         intercept, hilbert5, zigzag, tool_exponent, force_slope, force_bend; unit 1, of ln(R_a/µm).
     residual_sd : float
-        Standard deviation of ln R_a about its mean, unit 1: the relative scatter.
+        Standard deviation of ln R_a about its mean, unit 1.
     covariance : array_like, shape (6, 6)
-        Of the coefficients, unit 1.
+        Covariance of the coefficients, unit 1.
     freedom : float
         Degrees of freedom of the residual, unit 1.
     tool_diameter_range, normal_force_range : (float, float)
-        Where it is valid, mm and N.
+        Ranges of validity, mm and N.
 
     Raises
     ------
     ValueError
-        When shapes do not agree, or the scatter, the covariance or a range is impossible.
+        A shape is wrong, or the scatter, the covariance or a range is impossible.
 
     Examples
     --------
@@ -92,7 +93,8 @@ class RoughnessModel(Described):
 
     @classmethod
     def published(cls) -> Self:
-        """Return the model of Wang and Jan (2001), Table 2, by least squares: scatter 6.7 %, coefficients of unit 1.
+        """Return the least-squares model of Wang and Jan (2001), Table 2: scatter 6.7 %, coefficients of unit
+        1.
 
         Examples
         --------
@@ -121,21 +123,21 @@ class RoughnessModel(Described):
         return np.sqrt(np.diag(np.asarray(self.covariance)))
 
     def covers(self, pattern: Any, tool_diameter: npt.ArrayLike, normal_force: npt.ArrayLike) -> bool:
-        """Return whether the model is known there: so that `law` needs no ``extrapolate=True``.
+        """Return whether `law` accepts these arguments without ``extrapolate=True``.
 
         Parameters
         ----------
         pattern : str or array of str
-            Of any name.
+            Any name.
         tool_diameter, normal_force : float or array
-            mm and N; of NaN the answer is no, of arrays it is whether it holds of all.
+            mm and N. NaN is not covered; of arrays, all values must be.
 
         Examples
         --------
         >>> from sdpgrind import finishing as fin
         >>> model = fin.roughness.RoughnessModel.published()
-        >>> model.covers("zigzag", 4.0, 1.1), model.covers("zigzag", 6.0, 1.1), model.covers("spiral", 4.0, 1.1)
-        (True, False, False)
+        >>> [model.covers(*at) for at in (("zigzag", 4.0, 1.1), ("zigzag", 6.0, 1.1), ("spiral", 4.0, 1.1))]
+        [True, False, False]
         """
         diameter = _inside(np.asarray(tool_diameter, dtype=float), self.tool_diameter_range)
         force = _inside(np.asarray(normal_force, dtype=float), self.normal_force_range)
@@ -150,7 +152,7 @@ class RoughnessModel(Described):
         extrapolate: bool = False,
         uncertain: bool = False,
     ) -> sdp.LogNormal:
-        """Return the law of R_a, mm.
+        """Return the distribution of R_a, mm.
 
         Parameters
         ----------
@@ -159,19 +161,19 @@ class RoughnessModel(Described):
         tool_diameter, normal_force : float or array
             mm and N; broadcast with the pattern.
         extrapolate : bool
-            Allow values outside the ranges in which the model is known.
+            Allow values outside the ranges of validity.
         uncertain : bool
-            Count the uncertainty of the coefficients as scatter: what a person who knows only the data should expect.
+            Add the uncertainty of the coefficients to the scatter: the predictive distribution.
 
         Returns
         -------
         sdp.LogNormal
-            Its mean and standard deviation (mm) are those of R_a; its median is exp of the mean logarithm.
+            With the mean and the standard deviation of R_a (mm); the median is exp of the mean logarithm.
 
         Raises
         ------
         ValueError
-            For another pattern, or a value outside the range.
+            The pattern is unknown, or a value is outside its range.
         """
         rows = self._rows(pattern, tool_diameter, normal_force, extrapolate)
         square = np.full(rows.shape[:-1], self.residual_sd**2)
@@ -188,7 +190,9 @@ class RoughnessModel(Described):
         *,
         extrapolate: bool = False,
     ) -> Floats:
-        """Return the median of R_a, mm; `pattern`, `tool_diameter` (mm), `normal_force` (N) and `extrapolate` as in `law`."""
+        """Return the median of R_a, mm; `pattern`, `tool_diameter`, `normal_force`, `extrapolate` as in
+        `law`.
+        """
         rows = self._rows(pattern, tool_diameter, normal_force, extrapolate)
         return np.asarray(1e-3 * np.exp(rows @ np.asarray(self.coefficients)))
 
@@ -212,9 +216,9 @@ class RoughnessModel(Described):
         rng : int, Generator or SeedSequence
             Source of randomness.
         size : int or tuple of int, optional
-            How many; by default one for each of the given settings.
+            Number of readings. Default: one for each setting.
         rounding : float, optional
-            Readings are multiples of this, mm: units.um(0.25) in Table 2. At least one of it.
+            Resolution and least value of the readings, mm: units.um(0.25) in Table 2. None: no rounding.
 
         Examples
         --------
@@ -240,16 +244,16 @@ class RoughnessModel(Described):
         rounding: float | None = None,
         extrapolate: bool = False,
     ) -> Floats:
-        """Draw readings (mm) of a whole study, `runs` times: what `Study.power` asks of a model.
+        """Draw readings (mm) of a whole study, `runs` times, for `Study.power`.
 
         Parameters
         ----------
         settings : mapping of str to array, (n,)
-            With pattern, tool_diameter (mm) and normal_force (N); other factors have no effect.
+            pattern, tool_diameter (mm) and normal_force (N); other factors have no effect.
         rng : int, Generator or SeedSequence
             Source of randomness.
         runs : int
-            How often.
+            Number of repetitions.
         rounding, extrapolate
             As in `sample`, mm.
 
@@ -271,7 +275,7 @@ class RoughnessModel(Described):
         )
 
     def best_force(self) -> float:
-        """Return the force (N) of least roughness within the range: the same for each tool and pattern.
+        """Return the force (N) of least roughness within its range, the same for each tool and pattern.
 
         Examples
         --------
@@ -287,17 +291,17 @@ class RoughnessModel(Described):
         return float(TERMS.normal_force * np.exp(x))
 
     def updated(self, estimate: Estimate) -> Self:
-        """Return the model with what was measured, its ranges as they are.
+        """Return the model with estimated coefficients and scatter and unchanged ranges.
 
         Parameters
         ----------
         estimate : Estimate
-            What `finishing.identify` gives: the coefficients and residual_sd, unit 1.
+            Result of `finishing.identify`: coefficients and residual_sd, unit 1.
 
         Raises
         ------
         ValueError
-            When the estimate has failed, or is of something else.
+            The estimate has failed or is of other quantities.
         """
         checks.kind("estimate", estimate, Estimate, ", as finishing.identify gives it")
         if not estimate.ok:
@@ -333,7 +337,7 @@ class RoughnessModel(Described):
 
 
 def _check_covariance(matrix: Floats) -> None:
-    """Refuse what can be the covariance of nothing; rounding may show."""
+    """Refuse a matrix that is not symmetric and positive semidefinite within rounding."""
     rounding = 1e-9 * float(np.abs(matrix).max())
     if np.any(np.abs(matrix - matrix.T) > rounding):
         i, j = (int(k) for k in np.argwhere(np.abs(matrix - matrix.T) > rounding)[0])
@@ -348,5 +352,5 @@ def _check_covariance(matrix: Floats) -> None:
 
 
 def _inside(array: Floats, ends: tuple[float, float]) -> npt.NDArray[np.bool_]:
-    """Whether values are in a range, up to rounding; NaN is not."""
+    """Whether values are in a range, within rounding; NaN is not."""
     return np.asarray((array >= ends[0] * (1 - 1e-9)) & (array <= ends[1] * (1 + 1e-9)))

@@ -1,4 +1,4 @@
-"""What a designed experiment leaves as scatter, handed to the planner of sequences: when is another pass worth it?"""
+"""Planning of repeated finishing passes from the scatter of the roughness model."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -19,19 +19,21 @@ NODES = 1601
 
 @dataclasses.dataclass(frozen=True)
 class Fresh:
-    """A transition to an amount of a law, whatever it was before; exact where the value-to-go is linear between nodes."""
+    """Transition to a draw from a law, independent of the state; exact for a value-to-go linear between
+    nodes.
+    """
 
     law: sdp.Law
 
     def weights(self, x: Floats) -> Floats:
-        """Expectations of the hats over nodes, the second differences of E (x - R)+; beyond the ends the hats stay 1."""
+        """Expected hat functions of the nodes, second differences of E max(x - R, 0); 1 beyond the ends."""
         share = np.diff(self.law.under(x)) / np.diff(x)  # mean of P(R <= x) over each cell
         return np.diff(share, prepend=0.0, append=1.0)
 
     def rows(
         self, menu: Any, points: tuple[Floats, ...], mode: Any, stage: Any, choice: Any, level: Floats
     ) -> sdp.Rows:
-        """The same weights from each point, where the law has any."""
+        """The weights for each point, at the nodes within the support of the law."""
         axis, count = menu.grid.axes[0], points[0].size
         x = np.linspace(axis.low, axis.high, axis.nodes)
         first, last = np.searchsorted(x, self.law.support)
@@ -58,7 +60,7 @@ class Fresh:
         level: Floats,
         rng: np.random.Generator,
     ) -> tuple[tuple[Floats, ...], npt.ArrayLike]:
-        """Draw what comes out."""
+        """Draw the roughness after a pass."""
         axis = menu.grid.axes[0]
         return (np.clip(self.law.sample(rng, points[0].shape), axis.low, axis.high),), 0.0
 
@@ -73,40 +75,42 @@ def refinish_problem(
     roughness_max: float | None = None,
     extrapolate: bool = False,
 ) -> sdp.Problem:
-    """Make the problem of finishing a part again and again until it is smooth enough to deliver.
+    """Make the problem of repeating a finishing pass until the part is smooth enough to deliver.
 
-    After each pass the roughness is read. One may deliver, and is charged by the roughness; or pay for another pass, which leaves
-    a roughness of the model's law, whatever it was before. The best is to deliver below a roughness that rises as passes run out.
-    A node of the table is where the charge sets in, so that the value is right to a thousandth on the grid as it is; to some
-    thousandths where it is a few cents, as passes are many and cheap. A tolerance of `sdp.plan` is soon met: of 9 $, 1e-4 $ in
-    a second. But each halving of cells takes four times the memory, as any roughness may follow any other.
+    The roughness is read after each pass. Delivery is charged by the roughness; another pass has its own
+    charge and leaves a roughness drawn from the model, independent of the last one. The optimal policy
+    delivers below a threshold that rises as passes run out. The charge begins at a node of the table, and the
+    value is accurate to a thousandth; to some thousandths where it is a few cents, with many cheap passes. A
+    tolerance of `sdp.plan` is met fast (1e-4 $ of 9 $ in a second), but halving the cells takes four times
+    the memory, as each roughness may follow each other.
 
     Parameters
     ----------
     model : RoughnessModel
-        What a pass leaves.
+        Model of the roughness after a pass.
     settings : mapping of str to mapping
-        Passes to choose from, by name: pattern, tool_diameter (mm) and normal_force (N) as in `RoughnessModel.law`.
+        Passes by name: pattern, tool_diameter (mm) and normal_force (N) as in `RoughnessModel.law`.
     pass_charge : float or mapping of str to float
-        Of each pass, $; one for all, or one for each name.
+        Charge of each pass, $; one for all, or one for each name.
     roughness_charge : sdp.OneSided
-        Of the delivered roughness, $ over mm: sdp.Linear(rate, tolerance=...).
+        Charge of the delivered roughness, $ over mm: sdp.Linear(rate, tolerance=...).
     passes : int
-        Number of passes that there is time for.
+        Greatest number of passes.
     roughness_max : float, optional
-        Roughness that the table reaches, mm, or a cell more; by default twice what the roughest pass leaves at worst.
+        Upper end of the table, mm, exceeded by up to a cell. Default: twice the upper end of the roughest
+        pass's law.
     extrapolate : bool
         As in `RoughnessModel.law`.
 
     Returns
     -------
     sdp.Problem
-        With the coordinate ``roughness`` (mm) and the stages ``passes_left``: for `sdp.plan`.
+        With the coordinate ``roughness`` (mm) and the stages ``passes_left``, for `sdp.plan`.
 
     Raises
     ------
     ValueError
-        For no settings, unknown ones, or charges that are not.
+        Settings are empty or incomplete, or a charge is missing or negative.
 
     Examples
     --------
@@ -114,7 +118,8 @@ def refinish_problem(
     >>> model = fin.roughness.RoughnessModel.published()
     >>> settings = {"fine": {"pattern": "hilbert5", "tool_diameter": 4.0, "normal_force": model.best_force()}}
     >>> charge = sdp.Linear(10.0 / units.um(1.0), tolerance=units.um(3.0))  # 10 $ a micrometre above 3
-    >>> policy = sdp.plan(fin.roughness.refinish_problem(model, settings, pass_charge=1.0, roughness_charge=charge, passes=3))
+    >>> given = {"pass_charge": 1.0, "roughness_charge": charge, "passes": 3}
+    >>> policy = sdp.plan(fin.roughness.refinish_problem(model, settings, **given))
     >>> [policy.action(roughness=units.um(r), passes_left=1).name for r in (3.5, 3.8)]
     ['deliver', 'fine']
     """
@@ -141,7 +146,7 @@ def refinish_problem(
 
 
 def _cut(high: float, kink: float) -> tuple[float, int]:
-    """End and nodes of an axis up to `high` or a little more, one of its nodes where the charge sets in."""
+    """End and nodes of an axis up to `high` or slightly more, with a node at the kink of the charge."""
     step = high / (NODES - 1)
     if step <= kink < high:
         step = kink / np.ceil(kink / step)

@@ -1,4 +1,4 @@
-"""Terms of the roughness model: what ln R_a is linear in."""
+"""Terms of the roughness model, in which ln R_a is linear."""
 
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ NAMES = ("intercept", "hilbert5", "zigzag", "tool_exponent", "force_slope", "for
 
 
 class References(NamedTuple):
-    """Where logarithms are 0."""
+    """Settings at which the logarithms are 0."""
 
     tool_diameter: float = 3.5  # mm
     normal_force: float = 1.111  # N
@@ -26,7 +26,7 @@ TERMS = References()
 
 
 def checked_patterns(pattern: Any) -> npt.NDArray[Any]:
-    """Names of patterns as an array, each one that is known."""
+    """Names of patterns as an array; unknown ones are refused."""
     names = pattern if isinstance(pattern, np.ndarray) else np.asarray(pattern, dtype=object)
     for name in names.ravel().tolist():
         if not isinstance(name, str) or name not in PATTERNS:

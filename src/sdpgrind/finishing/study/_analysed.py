@@ -1,4 +1,4 @@
-"""What is analysed of a study: its ratios (or readings), and the linear model of them."""
+"""Analysed values of a study (ratios or readings) and their linear model."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ from sdpgrind.finishing.study._linear_model import LinearModel, Term
 
 
 class Analysed(NamedTuple):
-    """Observations y (n,), in dB or with ratio "none" in the unit of the response, and the model of their effects."""
+    """Observations y (n,), in dB or with ratio "none" in the unit of the response, and their linear model."""
 
     y: Floats
     model: LinearModel
@@ -15,10 +15,10 @@ class Analysed(NamedTuple):
     unit: str
 
     def named(self, term: Term) -> str:
-        """The name of a term."""
+        """Name of a term."""
         return " x ".join(self.factors[k] for k in term)
 
     def without(self, names: set[str]) -> "Analysed":
-        """The same with the terms of these names left out."""
+        """Copy without the terms of these names."""
         kept = [term for term in self.model.terms if self.named(term) not in names]
         return self._replace(model=self.model.kept(kept))

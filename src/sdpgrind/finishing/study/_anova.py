@@ -1,4 +1,4 @@
-"""Analysis of variance: which effects stand out of the scatter, and what share of the whole they make."""
+"""Analysis of variance: sums of squares, F tests and shares of the effects."""
 
 import dataclasses
 from typing import TYPE_CHECKING
@@ -25,25 +25,25 @@ HEAD = ("source", "df", "SS", "MS", "F", "p", "pure SS", "share", "pure share", 
 
 @dataclasses.dataclass(frozen=True)
 class AnovaRow:
-    """One line of an analysis of variance; None where a number is not available.
+    """Row of an analysis of variance; None: not available.
 
     Attributes
     ----------
     source : str
-        The factor, the interaction "A x B", "error" or "total".
+        Factor, interaction "A x B", "error" or "total".
     df : int
         Degrees of freedom, a whole number.
     ss, ms : float
         Sum of squares and mean square, dB^2.
     F, p : float or None
-        MS over that of the error, and the probability of as much without an effect, unit 1.
+        MS over that of the error, and the probability of at least this F without an effect, unit 1.
     pure_ss : float or None
-        SS' = SS - df V_e, SS less df times the MS of the error, dB^2; in the error's row with all that was taken off. (Table 3
-        of Wang and Jan has SS once more under this name.)
+        SS' = SS - df V_e with the mean square V_e of the error, dB^2; for the error its SS plus all amounts
+        subtracted. (Table 3 of Wang and Jan (2001) repeats SS under this name.)
     contribution, pure_contribution : float or None
         SS and pure SS over the total, unit 1.
     note : str
-        What is to be said of it.
+        Remark: "F < 1: pool", "only after pooling", or the reason for a missing error.
     """
 
     source: str
@@ -59,7 +59,7 @@ class AnovaRow:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The line as text: SS in the unit dB^2, shares in percent."""
+        """Texts of the row: SS in dB^2, shares in percent."""
         if self.source == "total":
             return (
                 self.source,
@@ -85,20 +85,20 @@ def _share(value: float | None) -> str:
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class AnovaTable:
-    """An analysis of variance: prints as a table, and with pooling as both tables.
+    """Analysis of variance, printed as a table, after pooling as both tables.
 
     Attributes
     ----------
     rows : tuple of AnovaRow
-        Effects, then "error", then "total"; SS in the unit dB^2.
+        Effects, then "error", then "total"; SS in dB^2.
     method : str
-        How the sums of squares were found.
+        Method of the sums of squares.
     unit : str
-        That of what is analysed, "dB" but for ratio "none".
+        Unit of the analysed values: "dB", with ratio "none" that of the response.
     pooling : Pooling or None
-        What was counted as error, by which rule.
+        Effects counted as error, and the rule.
     unpooled : AnovaTable or None
-        The table before pooling.
+        Table before pooling.
 
     Examples
     --------
@@ -121,26 +121,26 @@ class AnovaTable:
 
     @property
     def effects(self) -> tuple[AnovaRow, ...]:
-        """Rows of factors and interactions; SS in the unit dB^2."""
+        """Rows of factors and interactions; SS in dB^2."""
         return self.rows[:-2]
 
     @property
     def error(self) -> AnovaRow:
-        """Row of the error; SS in the unit dB^2."""
+        """Row of the error; SS in dB^2."""
         return self.rows[-2]
 
     @property
     def total(self) -> AnovaRow:
-        """Row of the total; SS in the unit dB^2."""
+        """Row of the total; SS in dB^2."""
         return self.rows[-1]
 
     @property
     def ranking(self) -> tuple[str, ...]:
-        """Effects by their sums of squares (unit dB^2), the greatest first."""
+        """Effects in descending order of their sums of squares (dB^2)."""
         return tuple(row.source for row in sorted(self.effects, key=lambda row: -row.ss))
 
     def significant(self, alpha: float = 0.05) -> tuple[str, ...]:
-        """Return the effects with p < `alpha` (probability, unit 1), without those that are so only after pooling."""
+        """Return the effects with p < `alpha` (unit 1), without those significant only after pooling."""
         late = self.pooling.only_after if self.pooling else ()
         return tuple(
             row.source
@@ -150,7 +150,7 @@ class AnovaTable:
 
     @property
     def dataset(self) -> "xr.Dataset":
-        """The numbers by source, with units; NaN stands for what is not available there."""
+        """Numbers by source, with units; NaN: not available."""
         import xarray as xr
 
         units = dict.fromkeys(("ss", "ms", "pure_ss"), f"{self.unit}^2" if self.unit else "")
@@ -190,7 +190,7 @@ def anova(study: Observations, pool: Pool) -> AnovaTable:
 
 
 def _recorded(pool: Pool, names: tuple[str, ...], before: AnovaTable, after: AnovaTable) -> Pooling:
-    """What one pooling did."""
+    """Record of a pooling."""
     late = tuple(row.source for row in after.effects if _below(row.p) and not _below(before[row.source].p))
     df = after.error.df - before.error.df
     return Pooling("F < 1" if pool == "F<1" else "named", names, df, after.error.df, late)
@@ -214,14 +214,14 @@ def _table(found: Analysed) -> AnovaTable:
 
 
 def error_square(model: LinearModel, y: Floats) -> float:
-    """Sum of squares that the model leaves; exactly 0 where only rounding is left."""
+    """Residual sum of squares; exactly 0 within rounding."""
     square = float(np.sum(model.residuals(y) ** 2))
     rounding = (16 * np.finfo(float).eps) ** 2 * float(np.sum(y**2)) * y.size
     return 0.0 if model.error_df == 0 or square <= rounding else square
 
 
 def error_variance(model: LinearModel, y: Floats) -> float | None:
-    """Mean square of the error; None where there is none to judge by."""
+    """Mean square of the error; None where the error is 0 or has no degrees of freedom."""
     square = error_square(model, y)
     return square / model.error_df if square > 0 else None
 

@@ -1,4 +1,4 @@
-"""The columns of the orthogonal arrays, each by its construction; the order of runs and columns is Taguchi's."""
+"""Columns of the orthogonal arrays by construction; runs and columns in Taguchi's order."""
 
 from collections.abc import Callable
 from itertools import product
@@ -30,7 +30,9 @@ def _digits(rows: str) -> Table:
 
 
 def _two_level(factors: int) -> Table:
-    """All 2^factors - 1 exclusive ors of the binary digits of the run: column k has the digits that k has, first digit lowest."""
+    """All 2^factors - 1 exclusive ors of the run's binary digits: column k combines those of the bits of k,
+    first digit at the lowest bit.
+    """
     digits = np.array(list(product((0, 1), repeat=factors)))
     masks = [[k >> bit & 1 for bit in range(factors)] for k in range(1, 2**factors)]
     return np.asarray(digits @ np.array(masks).T % 2)
@@ -47,7 +49,9 @@ def _four_level() -> Table:
 
 
 def _developed(blocks: Table, differences: Table) -> Table:
-    """Each row of a difference matrix thrice, 0, 1 and 2 added modulo 3, beside columns that are constant on these three."""
+    """Each row of a difference matrix three times, with 0, 1 and 2 added modulo 3, after the columns
+    `blocks`.
+    """
     added = (differences[:, None, :] + np.arange(3)[None, :, None]) % 3
     return np.column_stack([np.repeat(blocks, 3, axis=0), added.reshape(-1, differences.shape[1])])
 

@@ -1,4 +1,4 @@
-"""Orthogonal arrays: in any two columns, each pair of levels comes equally often."""
+"""Orthogonal arrays: any two columns contain each pair of levels equally often."""
 
 from functools import cached_property
 from itertools import combinations
@@ -14,19 +14,19 @@ from sdpgrind.finishing.study._array_tables import TABLES, Table
 
 @described("finishing.array")
 class OrthogonalArray(Described):
-    """An orthogonal array of strength 2: which level each column has in each run.
+    """Orthogonal array of strength 2.
 
     Parameters
     ----------
     name : str
-        What it is called.
-    table : array_like of whole numbers, shape (runs, columns)
-        Levels, counted from 0 in each column; whole numbers, no unit.
+        Name.
+    table : array_like, shape (runs, columns)
+        Level of each column in each run, a whole number from 0.
 
     Raises
     ------
     ValueError
-        When a column has one level only or leaves one out, or two columns are not balanced against each other.
+        A column has a single level or omits one, or two columns are not balanced against each other.
 
     Examples
     --------
@@ -78,24 +78,25 @@ class OrthogonalArray(Described):
 
 
 def orthogonal_array(name: str) -> OrthogonalArray:
-    """Return a well-known orthogonal array, its runs and columns in Taguchi's order.
+    """Return a standard orthogonal array, its runs and columns in Taguchi's order.
 
     Parameters
     ----------
     name : str
-        Of: L4, L8, L9, L12, L16, L18, L27, L36; or in full: "L16(2^15)" (what "L16" means), "L16(4^5)", "L36(2^11 3^12)"
-        (what "L36" means), "L36(2^3 3^13)", and so on. The number is that of the runs, a whole number.
+        L4, L8, L9, L12, L16, L18, L27 or L36, by the number of runs (a whole number); or in full: "L16(2^15)"
+        (short: L16), "L16(4^5)", "L36(2^11 3^12)" (short: L36), "L36(2^3 3^13)" and so on.
 
     Returns
     -------
     OrthogonalArray
-        L4 to L9, L16 and L27 have columns that interactions of two others fall into whole; L12, L18 and L36 spread them over
-        many, but for columns 2, 4 and 5 of the L18, each of which the interaction of the other two makes whole.
+        In L4 to L9, L16 and L27 an interaction of two columns falls wholly on others; L12, L18 and L36 spread
+        it over many, except for columns 2, 4 and 5 of L18: the interaction of two contains the whole effect
+        of the third.
 
     Raises
     ------
     ValueError
-        When there is no such array.
+        The name is unknown.
 
     Examples
     --------
@@ -112,7 +113,7 @@ def orthogonal_array(name: str) -> OrthogonalArray:
 
 
 def unbalanced(table: Table) -> list[tuple[int, int]]:
-    """Pairs of columns (from 1) in which some pair of levels comes more often than another."""
+    """Pairs of columns (from 1) whose pairs of levels are not equally frequent."""
     return [
         (i + 1, j + 1)
         for i, j in combinations(range(table.shape[1]), 2)

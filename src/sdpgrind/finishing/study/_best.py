@@ -1,4 +1,4 @@
-"""The best level of each factor, and which others the data cannot tell from it."""
+"""Best level of each factor, and its ties."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -21,18 +21,18 @@ from sdpgrind.finishing.study._texts import level
 
 @dataclasses.dataclass(frozen=True)
 class Tie:
-    """A level that the data cannot tell from the best one.
+    """Level that does not differ significantly from the best one.
 
     Attributes
     ----------
     factor : str
-        The factor.
+        Factor.
     level : float or str
-        Its level, in its own unit.
+        Level, in the factor's unit.
     behind : float
-        By how much its mean is lower, dB.
+        Mean of the best level minus its own, dB.
     p : float
-        Probability of as much between levels that are alike, unit 1.
+        Probability of at least this difference between equal levels, unit 1.
     """
 
     factor: str
@@ -43,20 +43,20 @@ class Tie:
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Best(Mapping[str, Level]):
-    """The best level of each factor: a mapping, each level in its own unit.
+    """Best level of each factor: a mapping, each level in its own unit.
 
     Attributes
     ----------
     levels : mapping of str to level
-        The best level of each factor that was kept.
+        Best level of each kept factor.
     ties : tuple of Tie
-        Levels of factors with an effect that cannot be told from the best.
+        Ties of the factors with an effect.
     arbitrary : tuple of str
-        Factors without an effect that the data show: any level will do.
+        Factors without a significant effect: any level will do.
     judged : bool
-        Whether there is an error to judge ties by.
+        Whether there is an error for the test of ties.
     alpha : float
-        Probability (unit 1) above which it is a tie.
+        Probability above which a level is a tie, unit 1.
 
     Examples
     --------
@@ -126,7 +126,7 @@ def _without_effect(found: Analysed, table: AnovaTable, factor: int, alpha: floa
 
 
 def best_codes(model: LinearModel, y: Floats) -> list[int]:
-    """Levels with the highest mean, the first of equal ones; factors that interact are tried together."""
+    """Levels with the highest mean, the first of equal ones; interacting factors are searched together."""
     effects, codes = model.effects(y), [0] * len(model.counts)
     for group in _groups(model):
         tried = np.array(list(product(*(range(model.counts[k]) for k in group))))
@@ -140,7 +140,7 @@ def best_codes(model: LinearModel, y: Floats) -> list[int]:
 
 
 def _groups(model: LinearModel) -> list[list[int]]:
-    """Factors of the model, those that interact, directly or through others, together."""
+    """Factors of the model in groups that interact, directly or through others."""
     groups: list[set[int]] = []
     for term in model.terms:
         touched = [group for group in groups if group & set(term)]
@@ -151,7 +151,7 @@ def _groups(model: LinearModel) -> list[list[int]]:
 def _ties(
     study: Observations, found: Analysed, codes: list[int], variance: float, alpha: float
 ) -> tuple[Tie, ...]:
-    """Levels that, put in place of the best one alone, are behind by less than the scatter allows to see."""
+    """Levels that differ insignificantly from the best, the other factors at their best."""
     model, ties = found.model, []
     effects = model.effects(found.y)
     for k in sorted({factor for term in model.terms for factor in term}):

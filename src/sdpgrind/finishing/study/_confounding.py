@@ -1,4 +1,4 @@
-"""Which interactions of two factors an array cannot tell from the main effect of a third."""
+"""Confounding of interactions of two factors with the main effect of a third."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -18,17 +18,17 @@ WHOLE = 1 - 1e-9
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Confounding:
-    """Where the interactions of two factors fall in an array.
+    """Confounding of interactions of two factors with main effects in an array.
 
     Attributes
     ----------
     names : tuple of str
-        The factors.
+        Factors.
     columns : tuple of int
-        Their columns, counted from 1.
+        Their columns, from 1.
     shares : mapping of (str, str, str) to float
-        For two factors and a third: which share of the third's effect (in degrees of freedom, unit 1) is made of what the
-        interaction of the two makes. 1: the two cannot be told apart; 0: the interaction leaves it alone. Zeros are left out.
+        For two factors and a third: share of the third's effect (in degrees of freedom, unit 1) that lies in
+        the interaction of the two. 1: the two are inseparable; zeros are left out.
 
     Examples
     --------
@@ -47,12 +47,12 @@ class Confounding:
 
     @property
     def clear(self) -> bool:
-        """Whether no main effect is touched by an interaction of two others; no unit."""
+        """Whether no main effect is confounded with an interaction of two others; no unit."""
         return not self.shares
 
     @property
     def whole(self) -> tuple[tuple[str, str, str], ...]:
-        """Interactions of the first two that cannot be told from the third at all: names, no unit."""
+        """Interactions of the first two that are inseparable from the third: names, no unit."""
         return tuple(names for names, share in self.shares.items() if share > WHOLE)
 
     def __repr__(self) -> str:
@@ -63,7 +63,7 @@ class Confounding:
 
 
 def confounding(array: OrthogonalArray, columns: dict[str, int]) -> Confounding:
-    """Which interactions of two factors fall on the column (from 1) of a third; see `Study.confounding`."""
+    """Confounding of factors on columns (from 1) of an array; see `Study.confounding`."""
     taken = checked_columns(array, tuple(columns.values()))
     names = tuple(columns)
     bases = [contrasts(array.matrix[:, k - 1]) for k in taken]
@@ -77,7 +77,7 @@ def confounding(array: OrthogonalArray, columns: dict[str, int]) -> Confounding:
 
 
 def checked_columns(array: OrthogonalArray, columns: Sequence[int]) -> tuple[int, ...]:
-    """Columns as whole numbers from 1, each there and taken once."""
+    """Columns from 1 as whole numbers, in range and without repeats."""
     for k, column in enumerate(columns):
         if checks.count("columns", column) > len(array.levels):
             raise checks.refuse("columns", f"columns of the array, 1 to {len(array.levels)}", column)
@@ -87,7 +87,9 @@ def checked_columns(array: OrthogonalArray, columns: Sequence[int]) -> tuple[int
 
 
 def assigned(array: OrthogonalArray, levels: Sequence[int]) -> tuple[int, ...]:
-    """Columns (from 1) for factors of that many levels: the first that fit without whole confounding, else the first that fit."""
+    """Columns (from 1) for factors with these numbers of levels: for each the first of least whole
+    confounding.
+    """
     taken: list[int] = []
     for k, count in enumerate(levels):
         free = [c for c, n in enumerate(array.levels, start=1) if n == count and c not in taken]
@@ -102,7 +104,7 @@ def assigned(array: OrthogonalArray, levels: Sequence[int]) -> tuple[int, ...]:
 
 
 def _hiding(matrix: Table, taken: list[int], column: int) -> int:
-    """Number of interactions of two taken columns that make up the whole effect of a further one."""
+    """Number of interactions of two taken columns that contain the whole effect of another."""
     bases, third = [contrasts(matrix[:, k - 1]) for k in taken], contrasts(matrix[:, column - 1])
     return sum(overlap(one, other, third) > WHOLE for one, other in combinations(bases, 2))
 
@@ -115,6 +117,6 @@ def contrasts(column: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> Floats
 
 
 def overlap(one: Floats, other: Floats, third: Floats) -> float:
-    """Share of the effect of the third that lies in the interaction of the first two (1)."""
+    """Share of the third effect that lies in the interaction of the first two, unit 1."""
     product = np.sqrt(len(one)) * (one[:, :, None] * other[:, None, :]).reshape(len(one), -1)
     return float(np.sum((third.T @ product) ** 2) / third.shape[1])

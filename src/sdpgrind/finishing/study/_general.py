@@ -1,4 +1,4 @@
-"""The general linear model of runs that are no orthogonal array, by statsmodels."""
+"""General linear model of runs without an orthogonal array, by statsmodels."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from sdpgrind.finishing.study._linear_model import LinearModel, Term
 
 
 def type_two(model: LinearModel, y: Floats) -> Floats:
-    """Sums of squares of type II, one for each term: of what it adds to all terms that do not contain it."""
+    """Sum of squares of type II of each term: its addition to all terms that do not contain it."""
     frames, formulas = need("pandas", "statsmodels"), need("statsmodels.formula.api", "statsmodels")
     tables = need("statsmodels.stats.anova", "statsmodels")
     if not model.terms:

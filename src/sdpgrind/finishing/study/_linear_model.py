@@ -1,7 +1,7 @@
-"""The linear model of a study: a mean, and effects of factors (and of named interactions) that sum to zero.
+"""Linear model of a study: a mean, and effects of factors (and of named interactions) that sum to zero.
 
-Every sum of squares is the squared length of a projection. A term's space is freed of all terms that do not contain it: so the
-sums of squares are of type II, and in an orthogonal array the plain ones.
+Each sum of squares is the squared length of a projection onto the space of a term, orthogonal to all terms
+that do not contain it: type II, in an orthogonal array the usual sum of squares.
 """
 
 import dataclasses
@@ -22,18 +22,22 @@ Term = tuple[int, ...]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LinearModel:
-    """Terms over the codes (observations, factors) of levels 0, 1, ...; a term names one factor or, for an interaction, two."""
+    """Terms over the codes (observations, factors) of levels 0, 1, ...; a term is a factor or a pair of
+    factors.
+    """
 
     codes: Codes
     counts: tuple[int, ...]
     terms: tuple[Term, ...]
 
     def kept(self, terms: Sequence[Term]) -> "LinearModel":
-        """The model with these terms only."""
+        """Model with these terms only."""
         return LinearModel(self.codes, self.counts, tuple(terms))
 
     def columns(self, codes: Codes, term: Term) -> Floats:
-        """Columns of a term for settings (m, factors): products of contrasts that sum to zero over the levels."""
+        """Columns of a term for settings (m, factors): products of contrasts that sum to zero over the
+        levels.
+        """
         found = np.ones((len(codes), 1))
         for factor in term:
             marks = _sum_contrasts(self.counts[factor])[codes[:, factor]]
@@ -56,17 +60,17 @@ class LinearModel:
 
     @cached_property
     def full_rank(self) -> bool:
-        """Whether all effects can be told apart."""
+        """Whether all effects are estimable."""
         return bool(self._whole.shape[1] == self.design.shape[1])
 
     @cached_property
     def bases(self) -> tuple[Floats, ...]:
-        """For each term an orthonormal basis of what it can do and the terms that do not contain it cannot, (n, df)."""
+        """Orthonormal basis (n, df) of each term, orthogonal to the terms that do not contain it."""
         return tuple(self._basis(self._freed(term)) for term in self.terms)
 
     @cached_property
     def orthogonal(self) -> bool:
-        """Whether no term has to be freed of others: type I, II and III are the same then."""
+        """Whether each term is orthogonal to those that do not contain it: types I, II and III agree."""
         plain = [self.columns(self.codes, term) for term in self.terms]
         lost = (
             np.abs(self._freed(term) - own).max(initial=0.0)
@@ -81,7 +85,7 @@ class LinearModel:
 
     @property
     def error_df(self) -> int:
-        """Degrees of freedom that are left."""
+        """Degrees of freedom of the error."""
         return int(self.design.shape[0] - self.design.shape[1])
 
     def squares(self, y: Floats) -> Floats:
@@ -91,7 +95,7 @@ class LinearModel:
         return np.stack(parts, axis=-1) if parts else np.zeros((*y.shape[:-1], 0))
 
     def residuals(self, y: Floats) -> Floats:
-        """What the model leaves, (..., n); the mean is taken out first, for the digits."""
+        """Residuals, (..., n); the mean is subtracted first, against rounding."""
         centred = y - y.mean(axis=-1, keepdims=True)
         return np.asarray(centred - (centred @ self._whole) @ self._whole.T)
 
@@ -117,5 +121,5 @@ class LinearModel:
 
 
 def _sum_contrasts(count: int) -> Floats:
-    """Effects of all levels from those of all but the last: the last is minus their sum."""
+    """Matrix from the effects of all levels but the last to those of all: the last is minus their sum."""
     return np.vstack([np.eye(count - 1), -np.ones((1, count - 1))])

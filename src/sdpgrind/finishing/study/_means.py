@@ -18,20 +18,20 @@ from sdpgrind.finishing.study._texts import aligned, amount, level, number
 
 @dataclasses.dataclass(frozen=True)
 class LevelMean:
-    """The mean at one level of a factor.
+    """Mean at one level of a factor.
 
     Attributes
     ----------
     factor : str
-        The factor.
+        Factor.
     level : float or str
-        Its level, in its own unit.
+        Level, in the factor's unit.
     mean : float
-        Mean ratio, dB: the levels of the other factors weigh alike.
+        Mean ratio, dB, with equal weights of the other factors' levels.
     half_width : float or None
-        Half of its interval, dB; None where no error is left.
+        Half width of its interval, dB. None: no error is left.
     response : float or None
-        What the mean is in the unit of the response; None where the ratio has no way back.
+        Mean in the unit of the response. None: the ratio has no inverse.
     """
 
     factor: str
@@ -43,14 +43,14 @@ class LevelMean:
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class LevelMeans(Mapping[str, dict[Level, float]]):
-    """Mean ratios (dB) by factor and level; prints as a table.
+    """Mean ratios (dB) by factor and level, printed as a table.
 
     Attributes
     ----------
     rows : tuple of LevelMean
         One for each level of each factor, dB.
     unit : str
-        That of the response.
+        Unit of the response.
     """
 
     rows: tuple[LevelMean, ...]
@@ -96,7 +96,7 @@ def level_means(study: Observations, confidence: float) -> LevelMeans:
 
 
 def mean_rows(model: LinearModel, factor: int) -> Floats:
-    """Rows of the design whose products with the effects are the means at a factor's levels, other factors averaged out."""
+    """Rows of the design that give the means at a factor's levels, averaged over the other factors."""
     count = model.counts[factor]
     codes = np.zeros((count, len(model.counts)), dtype=np.int64)
     codes[:, factor] = np.arange(count)
@@ -110,12 +110,12 @@ def mean_rows(model: LinearModel, factor: int) -> Floats:
 
 
 def spread(model: LinearModel, rows: Floats) -> Floats:
-    """Variance of rows times effects, in units of that of the error."""
+    """Variance of rows times effects, relative to that of the error."""
     return np.asarray(np.einsum("ip,pq,iq->i", rows, model.inverse, rows))
 
 
 def student(model: LinearModel, y: Floats, confidence: float) -> float | None:
-    """Half width of a two-sided interval for a spread of 1, dB; None where no error is left."""
+    """Half width of a two-sided interval for a spread of 1, dB; None: no error is left."""
     checks.probability("confidence", confidence)
     variance = error_variance(model, y)
     if variance is None:

@@ -1,8 +1,8 @@
-"""Further runs worth making: where, between and at the ends of the levels, the best may lie.
+"""Further runs at and between the levels, where the best may lie.
 
-On a quadratic b x + c x^2 with c < 0 the best is at x = -b/(2c): below any place where the slope b + 2 c x is negative. So
-Student's law of the slope tells with which probability the best lies below a place (Fieller); n further runs are put at the
-middles of n parts that are equally likely to hold it. Levels that the data cannot tell from the best are tried in its place.
+A quadratic b x + c x^2 with c < 0 has its peak at x = -b/(2c), below each place of negative slope b + 2 c x.
+Student's law of the slope is therefore the distribution of the peak (Fieller); n further runs are placed at
+the middles of n parts of equal probability. Levels tied with the best are tried in its place.
 """
 
 import dataclasses
@@ -34,14 +34,15 @@ class NextRun:
     Attributes
     ----------
     settings : mapping of str to level
-        Each factor's level, in its own unit; factors without an effect are left out.
+        Level of each factor with an effect, in its own unit.
     mean, sd : float
-        Of its ratio over as many readings as each run of the study has, dB, the uncertainty of the surface included.
+        Mean and standard deviation of its ratio over as many readings as each run of the study has, dB, with
+        the uncertainty of the surface.
     law : sdp.Law
-        What one reading should be: log-normal in the unit of the response where smaller or larger is better, its scatter that of
-        readings within runs too. For other ratios normal, of the ratio in dB.
+        Distribution of one reading: where smaller or larger is better, log-normal in the unit of the
+        response, with the scatter of readings within runs; for other ratios normal, of the ratio in dB.
     why : str
-        What it is for.
+        Purpose.
     """
 
     settings: dict[str, Level]
@@ -53,18 +54,18 @@ class NextRun:
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class NextRuns(Sequence[NextRun]):
-    """Further runs, and what the surface says besides.
+    """Further runs, and other findings from the surface.
 
     Attributes
     ----------
     runs : tuple of NextRun
-        The runs; each mean in dB.
+        Runs; each mean in dB.
     gain : float
-        By how much the best of the surface is above the best combination of levels, dB.
+        Best of the surface minus its value at the best combination of levels, dB.
     notes : tuple of str
-        What else there is to know: factors that are best at an end of their range; why there are fewer runs than asked for.
+        Factors that are best at an end of their range; the reason for fewer runs than requested.
     unit : str
-        That of the response.
+        Unit of the response.
     """
 
     runs: tuple[NextRun, ...]
@@ -77,7 +78,7 @@ class NextRuns(Sequence[NextRun]):
     @overload
     def __getitem__(self, index: slice) -> Sequence[NextRun]: ...
     def __getitem__(self, index: int | slice) -> NextRun | Sequence[NextRun]:
-        """Return a run (its mean in dB), or some."""
+        """Return a run (its mean in dB), or a slice of runs."""
         return self.runs[index]
 
     def __len__(self) -> int:
@@ -131,7 +132,7 @@ def next_runs(study: "Observations", number: int, pool: Pool) -> NextRuns:
 def _swaps(
     study: "Observations", fit: SurfaceFit, axis: FactorAxis, tops: dict[str, Level], found: Best
 ) -> list[tuple[str, Level]]:
-    """Other levels of a factor that may be as good as its best, the most promising first."""
+    """Levels of a factor that may be as good as its best, the highest on the surface first."""
     name = axis.factor
     ties = {found[name], *(tie.level for tie in found.ties if tie.factor == name)}
     levels = [at for at in study.levels(name) if at != tops[name] and (name in found.arbitrary or at in ties)]
@@ -139,7 +140,7 @@ def _swaps(
 
 
 def _tried(tops: dict[str, Level], swaps: list[tuple[str, Level]]) -> Iterator[dict[str, Level]]:
-    """The best levels, then with one of them swapped, then with two, and so on."""
+    """Best levels, then those with one swapped, with two, and so on."""
     for count in range(len(tops) + 1):
         for chosen in combinations(swaps, count):
             if len(dict(chosen)) == count:
@@ -149,7 +150,9 @@ def _tried(tops: dict[str, Level], swaps: list[tuple[str, Level]]) -> Iterator[d
 def _settings(
     fit: SurfaceFit, inside: list[FactorAxis], tried: list[dict[str, Level]], number: int
 ) -> list[dict[str, Level]]:
-    """At most so many settings, no two alike: first each part of a peak once, then other pairs of levels and parts."""
+    """Up to `number` different settings: first each part of a peak once, then other pairs of levels and
+    parts.
+    """
     found: list[dict[str, Level]] = []
     for k, part in [(k % len(tried), k) for k in range(number)] + list(
         product(range(len(tried)), range(number))
@@ -163,7 +166,7 @@ def _settings(
 
 
 def _peak(fit: SurfaceFit, axis: FactorAxis) -> float | None:
-    """Where a quadratic is highest between the ends (coordinate); None without."""
+    """Coordinate of the highest point of a quadratic between the ends; None: there is none."""
     if axis.degree < 2:
         return None
     k = fit.position(axis)
@@ -172,7 +175,7 @@ def _peak(fit: SurfaceFit, axis: FactorAxis) -> float | None:
 
 
 def _top(fit: SurfaceFit, axis: FactorAxis, best_level: Level) -> Level:
-    """The best level of names; of numbers the peak, or the better end."""
+    """Best level of a factor: for names as found, for numbers the peak or the better end."""
     if not axis.numeric:
         return best_level
     peak = _peak(fit, axis)
@@ -185,13 +188,13 @@ def _top(fit: SurfaceFit, axis: FactorAxis, best_level: Level) -> Level:
 
 
 def _part(run: int, axis: int, number: int) -> float:
-    """Middle of the part (1) that a run has of an axis; each part once, in another order on each axis."""
+    """Middle of a run's part of an axis, 0 to 1; each part once, in another order on each axis."""
     order = np.argsort((0.381966 * axis * np.arange(number)) % 1.0, kind="stable")
     return (float(order[run]) + 0.5) / number
 
 
 def _placed(fit: SurfaceFit, axis: FactorAxis, share: float) -> float:
-    """Below which place within the range the peak lies with this probability (1)."""
+    """Level below which the peak lies with probability `share`, within the range."""
     k = fit.position(axis)
     value, covariance = fit.estimate.value[k : k + 2], fit.estimate.covariance[k : k + 2, k : k + 2]
     reach = float(stdtrit(fit.estimate.freedom, share))
@@ -235,7 +238,7 @@ def _why(settings: dict[str, Level], inside: list[FactorAxis], tops: dict[str, L
 
 
 def _at_the_end(axis: FactorAxis, value: Level) -> list[str]:
-    """A number that is best where its range ends may be better beyond."""
+    """Note on a number that is best at an end of its range."""
     if not axis.numeric:
         return []
     side = "greatest" if value == axis.ends[1] else "least"

@@ -1,4 +1,4 @@
-"""What was varied and what was read: settings and readings of a study, checked."""
+"""Settings and readings of a study, checked."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -78,7 +78,7 @@ class Observations(Frozen):
         unit: str = "",
         units: Mapping[str, str] | None = None,
     ) -> Self:
-        """Make a study of any runs, balanced or not; where not, it is analysed by a general linear model, type II.
+        """Make a study of any runs, analysed by a general linear model (type II) where they are not balanced.
 
         Parameters
         ----------
@@ -90,7 +90,8 @@ class Observations(Frozen):
         Examples
         --------
         >>> from sdpgrind import finishing as fin
-        >>> study = fin.Study.of_runs({"wool": ["A", "A", "B", "B", "B"]}, [1.0, 2.0, 4.0, 5.0, 6.0], ratio="none")
+        >>> wool = ["A", "A", "B", "B", "B"]
+        >>> study = fin.Study.of_runs({"wool": wool}, [1.0, 2.0, 4.0, 5.0, 6.0], ratio="none")
         >>> study.anova()["wool"].df
         1
         """
@@ -111,20 +112,20 @@ class Observations(Frozen):
     def published(cls, name: str = "wang-2001") -> Self:
         """Return a published experiment.
 
-        ``"wang-2001"``: Wang and Jan (2001), Table 2: an L18 of tool diameter (mm), path pattern, feed rate (mm/s) and normal
-        force (N), read once in R_a (mm); smaller is better, and 10 µm is 0 dB, as the printed ratios have it. What they call
-        pressure is a force, in N. Levels go by value here: their text lists 3 mm and the zigzag first, but its letters count as
-        Table 2 does (A1 is 4 mm, B1 the fractal of order 5).
+        ``"wang-2001"`` is Table 2 of Wang and Jan (2001): an L18 of tool diameter (mm), path pattern, feed
+        rate (mm/s) and normal force (N; the source calls it pressure), with one reading of R_a (mm) a run.
+        Smaller is better, and 10 µm is 0 dB, as in the printed ratios. The source's text lists 3 mm and the
+        zigzag first, but its letters follow Table 2 (A1 is 4 mm, B1 the fractal of order 5).
 
         Parameters
         ----------
         name : {"wang-2001"}
-            Which.
+            Name of the experiment.
 
         Raises
         ------
         ValueError
-            When there is no such experiment.
+            The name is unknown.
 
         Examples
         --------
@@ -146,12 +147,12 @@ class Observations(Frozen):
 
     @property
     def runs(self) -> int:
-        """Number of runs, missing ones included, a whole number."""
+        """Number of runs with the missing ones, a whole number."""
         return len(self.readings)
 
     @property
     def readings(self) -> Floats:
-        """The response, shape (runs, replicates), in `unit`; NaN where a run is missing."""
+        """Response, shape (runs, replicates), in `unit`; NaN: the run is missing."""
         return np.asarray(self.response)
 
     @property
@@ -161,23 +162,25 @@ class Observations(Frozen):
 
     @property
     def settings(self) -> dict[str, npt.NDArray[Any]]:
-        """Value of each factor in each run, in its own unit, arrays of shape (runs,); of objects where numbers and names mix."""
+        """Value of each factor in each run, (runs,), in its own unit; dtype object where numbers and names
+        mix.
+        """
         levels = {name: level_array(self.levels(name)) for name in self.factors}
         codes = codes_of(self.array, self.columns, self.factors)
         return {name: levels[name][codes[:, k]] for k, name in enumerate(self.factors)}
 
     def levels(self, factor: str) -> tuple[Level, ...]:
-        """Return the distinct levels of a factor, in its own unit, in the order in which they were given."""
+        """Return the distinct levels of a `factor`, in its own unit, in the order given."""
         return distinct(self.factors[checks.one_of("factor", factor, self.factors)])
 
     @property
     def sn_ratio(self) -> Floats:
-        """Signal-to-noise ratio (unit dB) of each run that is there; with ratio "none" the mean reading."""
+        """Signal-to-noise ratio of each run with readings, dB; with ratio "none" the mean reading."""
         return sn_ratio(self.readings[present(self)], self.ratio, reference=self.reference)
 
     @property
     def confounding(self) -> Confounding | None:
-        """Which interactions of two factors fall on a third, shares in unit 1; None for runs that are no array."""
+        """Confounding of main effects with interactions of two factors, shares in unit 1; None: no array."""
         if isinstance(self.array, FreeRuns):
             return None
         return confounding(self.array, dict(zip(self.factors, self.columns or (), strict=True)))
@@ -266,7 +269,7 @@ def present(study: Observations) -> npt.NDArray[np.bool_]:
 
 
 def analysed(study: Observations) -> Analysed:
-    """What is analysed: the ratio of each run that is there; with ratio "none" each reading."""
+    """Ratio of each run with readings (with ratio "none" each reading), and the linear model."""
     there, readings, names = present(study), study.readings, list(study.factors)
     single = study.ratio == "none"
     y = (

@@ -1,4 +1,4 @@
-"""The picture of a study: the mean ratio over the levels of each factor."""
+"""Picture of a study: mean ratio at the levels of each factor."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,7 @@ def main_effects(study: "Study", confidence: float) -> Any:
 
 
 def _panel(axis: Any, name: str, rows: list[LevelMean]) -> None:
-    """Levels at equal distances, so that names and numbers look alike; numbers by size."""
+    """Plot levels at equal distances, numbers in ascending order."""
     if all(isinstance(row.level, float) for row in rows):
         rows = sorted(rows, key=lambda row: float(row.level))
     at, means = np.arange(len(rows)), [row.mean for row in rows]
@@ -47,7 +47,7 @@ def _panel(axis: Any, name: str, rows: list[LevelMean]) -> None:
 
 
 def _second_scale(study: "Study", axis: Any) -> None:
-    """The response on the right-hand side, at ratios of 2 dB."""
+    """Add the response on the right-hand side, at the ticks of the ratio."""
     back = RATIOS[study.ratio].back
     if back is None or study.ratio == "none":
         return

@@ -1,4 +1,4 @@
-"""Counting weak effects as error: only by an explicit rule, once, and with a record of what that did."""
+"""Pooling of weak effects into the error: by an explicit rule, once, and with a record."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -14,20 +14,20 @@ LEVEL = 0.05
 
 @dataclasses.dataclass(frozen=True)
 class Pooling:
-    """What was counted as error, by which rule, and what that did.
+    """Record of a pooling.
 
     Attributes
     ----------
     rule : str
         "F < 1" or "named".
     names : tuple of str
-        The effects that were pooled.
+        Pooled effects.
     df : int
         Their degrees of freedom, a whole number.
     error_df : int
-        Degrees of freedom of the error afterwards, pooled ones included, a whole number.
+        Degrees of freedom of the error after pooling, a whole number.
     only_after : tuple of str
-        Effects with p < 0.05 after pooling, but not before: `AnovaTable.significant` does not count them.
+        Effects with p < 0.05 after pooling, but not before; `AnovaTable.significant` leaves them out.
 
     Examples
     --------
@@ -54,7 +54,7 @@ class Pooling:
 
 
 def pooled(found: Analysed, ratios: Mapping[str, float | None], pool: Pool) -> tuple[str, ...]:
-    """Names of the terms that a rule pools, by the F of each effect; a part of a kept interaction is kept."""
+    """Names of the terms pooled by a rule from the F of each effect; parts of a kept interaction are kept."""
     names = _by_rule(ratios) if pool == "F<1" else _named(ratios, pool)
     terms = [term for term in found.model.terms if found.named(term) in names]
     for term in [term for term in found.model.terms if term not in terms]:

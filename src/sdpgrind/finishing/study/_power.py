@@ -1,4 +1,4 @@
-"""What a repetition of the whole study would find, how often: many are simulated and analysed at once."""
+"""Power of a study: results of many simulated repetitions, analysed at once."""
 
 import dataclasses
 from collections.abc import Callable
@@ -26,20 +26,20 @@ OFTEN = 0.05
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Power:
-    """What repetitions of a study would find; shares of the simulated studies, unit 1.
+    """Results of simulated repetitions of a study; shares of the repetitions, unit 1.
 
     Attributes
     ----------
     runs : int
-        Number of simulated studies.
+        Number of repetitions.
     significant : mapping of str to float
-        Share in which each effect has p < alpha.
+        Share with p < alpha for each effect.
     without_effect : tuple of str
-        Effects that the simulated truth does not have: what is found of them is found wrongly. Empty with a model of one's own.
+        Effects absent from the simulated truth, whose significance is false. Empty with a user's model.
     ranking : tuple of str
-        Effects by the sums of squares of the study itself, the greatest first.
+        Effects in descending order of the study's own sums of squares.
     ranking_returned : float
-        Share in which they come in this order again.
+        Share with this ranking.
     levels : mapping of str to tuple
         Levels of each factor, in its own unit.
     wins : mapping of str to array, (levels, levels)
@@ -47,7 +47,7 @@ class Power:
     best_returned : mapping of str to float
         Share in which each factor's best level is that of the study.
     alpha : float
-        Probability below which an effect counts as significant.
+        Probability below which an effect is significant.
 
     Examples
     --------
@@ -68,7 +68,7 @@ class Power:
     alpha: float
 
     def beats(self, factor: str, one: Level, other: Level) -> float:
-        """Return the share (unit 1) in which level `one` of a `factor` has a higher mean than level `other`."""
+        """Return the share (unit 1) in which level `one` of a `factor` has a higher mean than `other`."""
         levels = self.levels[checks.one_of("factor", factor, self.levels)]
         i, j = (self._position(levels, value) for value in (one, other))
         return float(self.wins[factor][i, j])
@@ -81,7 +81,7 @@ class Power:
         return found
 
     def standard_error(self, share: float) -> float:
-        """Return the standard error (unit 1) that a `share` (unit 1) of so many simulated studies has."""
+        """Return the standard error (unit 1) of a `share` (unit 1) of the repetitions."""
         return float(np.sqrt(share * (1 - share) / self.runs))
 
     def __repr__(self) -> str:
@@ -95,7 +95,7 @@ class Power:
         return "\n".join([*lines, *self._changes()])
 
     def _changes(self) -> list[str]:
-        """What else comes out best, and how often."""
+        """Lines on factors whose best level often changes."""
         found = []
         for name, share in self.best_returned.items():
             if self.significant[name] > 0.5 and share < 1 - OFTEN:
@@ -145,7 +145,9 @@ def power(study: Observations, rng: Seed, runs: int, model: Any, pool: Pool, alp
 def _of_its_own(
     study: Observations, found: Analysed, rng: np.random.Generator, runs: int, pool: Pool
 ) -> tuple[Floats, tuple[str, ...]]:
-    """Ratios (runs, observations) of the study's own model without the pooled effects."""
+    """Ratios (runs, observations) of the study's own model without the pooled effects, and the names of
+    these.
+    """
     pooling = anova(study, pool).pooling
     without = pooling.names if pooling else ()
     y, kept, *_ = found.without(set(without))
@@ -157,7 +159,7 @@ def _of_its_own(
 
 
 def _of_a_model(study: Observations, rng: np.random.Generator, runs: int, model: Any) -> Floats:
-    """Ratios (runs, observations) of readings that a model draws."""
+    """Ratios (runs, observations) of readings drawn by a model."""
     draw: Callable[..., npt.ArrayLike] = getattr(model, "responses", model)
     if not callable(draw):
         raise TypeError(
@@ -179,7 +181,9 @@ def _of_a_model(study: Observations, rng: np.random.Generator, runs: int, model:
 
 
 def _levels(found: Analysed, drawn: Floats) -> tuple[dict[str, Floats], dict[str, float]]:
-    """How often each level of a factor is above each other one, and how often the study's best level is best again."""
+    """Share in which each level of a factor exceeds each other one, and in which the study's best level is
+    best.
+    """
     linear = found.model
     effects, own = linear.effects(drawn), linear.effects(found.y)
     wins, kept = {}, {}

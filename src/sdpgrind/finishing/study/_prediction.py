@@ -1,4 +1,4 @@
-"""What to expect at chosen levels: a mean with its interval, and where runs that confirm it should fall."""
+"""Prediction at chosen levels: the mean, and its intervals for the mean and for confirmation runs."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -17,18 +17,19 @@ Interval = tuple[float, float]
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Prediction:
-    """The mean to be expected at chosen levels.
+    """Predicted mean at chosen levels.
 
     Attributes
     ----------
     levels : mapping of str to level
-        The kept factors and their levels, each in its own unit.
+        Level of each kept factor, in its own unit.
     mean : float
         Mean ratio, dB.
     n_eff : float
-        Number of runs that the mean is as good as, unit 1.
+        Number of runs whose plain mean is as precise, unit 1.
     ci_mean, ci_confirm : float or None
-        Half widths (dB) of the intervals of the mean, and of the mean of `confirm` further runs; None where no error is left.
+        Half widths (dB) of the intervals of the mean, and of the mean of `confirm` further runs. None: no
+        error is left.
     confirm : int
         Number of confirmation runs.
     error_df : int
@@ -36,11 +37,11 @@ class Prediction:
     confidence : float
         Probability of the intervals, unit 1.
     response : float or None
-        The mean in the unit of the response; None where the ratio has no way back.
+        Mean in the unit of the response. None: the ratio has no inverse.
     response_mean, response_confirm : (float, float) or None
         The two intervals in the unit of the response, low end first.
     unit, ratio_unit : str
-        Those of the response and of the ratio.
+        Units of the response and of the ratio.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Signal-to-noise ratios: what is large where the response is good."""
+"""Signal-to-noise ratios: large where the response is good."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -11,7 +11,9 @@ from sdpgrind.base.checks import Floats
 
 
 class Ratio(NamedTuple):
-    """One kind of ratio: from readings (..., n), how often dB of the reference come on top, and back where that can be."""
+    """Kind of ratio: function of readings (..., n), factor of the reference in dB, inverse (None: there is
+    none).
+    """
 
     of: Callable[[Floats], Floats]
     referred: int
@@ -21,7 +23,7 @@ class Ratio(NamedTuple):
 
 
 def _size(y: Floats) -> Floats:
-    """The power of 2 at or below each size, 2^-1 of 0: over it, readings are unrounded, with squares in range."""
+    """Power of 2 at or below each size (0.5 for 0): division by it is exact and keeps squares in range."""
     return np.asarray(np.ldexp(1.0, np.frexp(np.abs(y))[1] - 1))
 
 
@@ -45,7 +47,7 @@ def _nominal(y: Floats) -> Floats:
 
 
 def _nominal_taguchi(y: Floats) -> Floats:
-    """Of the mean squared less what the scatter adds to it."""
+    """Ratio with the mean squared less the variance of the mean."""
     y = _over_largest(y)
     n, square, variance = y.shape[-1], np.mean(y, axis=-1) ** 2, np.var(y, axis=-1, ddof=1)
     return np.asarray(10 * np.log10((n * square - variance) / (n * variance)))
@@ -78,7 +80,7 @@ REFERRED = ("smaller", "larger")
 def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: float = 1.0) -> Floats:
     """Return the signal-to-noise ratio of readings.
 
-    With n readings y, their mean m and variance s^2 (with n - 1):
+    For n readings y with mean m and variance s^2 (divisor n - 1):
 
     ================== =============================== =====================================================
     `ratio`            eta, dB                         refuses
@@ -90,27 +92,27 @@ def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: floa
     "none"             m itself, in its own unit
     ================== =============================== =====================================================
 
-    Wang and Jan (2001), section 6, print eta = -20 log10(R_a) of R_a in µm, -13.98 dB for 5 µm; their Table 2 has 6.021 dB. All
-    its ratios are those over a reference of 10 µm. Sums of squares do not depend on it.
+    Wang and Jan (2001), section 6, print eta = -20 log10(R_a) of R_a in µm, -13.98 dB for 5 µm; their Table 2
+    has 6.021 dB, and all its ratios refer to 10 µm. Sums of squares do not depend on the reference.
 
     Parameters
     ----------
     response : array_like, shape (..., n)
-        Readings, the replicates on the last axis, in any unit.
+        Readings, replicates on the last axis, in any unit.
     ratio : str
-        See above.
+        Kind of ratio, from the table.
     reference : float
-        What is 0 dB with "smaller" and "larger", > 0, in the unit of the response.
+        Response of 0 dB with "smaller" and "larger", > 0, in the unit of the response.
 
     Returns
     -------
     array, shape (...)
-        In dB; with "none" in the unit of the response.
+        Ratio, dB; with "none" in the unit of the response.
 
     Raises
     ------
     ValueError
-        As in the table.
+        Readings are refused by the ratio, see the table.
 
     Examples
     --------
@@ -130,7 +132,7 @@ def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: floa
 
 
 def back(ratio: str, mean: float, reference: float) -> float | None:
-    """The response that has this ratio (dB), in the unit of the reference; None where there is no way back."""
+    """Response of a ratio (dB), in the unit of the reference; None: the ratio has no inverse."""
     way = RATIOS[ratio].back
     return None if way is None else float((reference if ratio in REFERRED else 1.0) * way(np.asarray(mean)))
 

@@ -1,9 +1,9 @@
-"""What one reading of a further run should be, from the ratio that a run of several readings should have.
+"""Distribution of one reading from that of the ratio of a run of n readings.
 
-Readings are log-normal within a run, with variance w^2 of their logarithms. Then the mean square of n of them is log-normal too,
-as far as mean and variance tell: its logarithm has the variance v = ln(1 + (exp(4 w^2) - 1)/n), and half the mean of that
-logarithm lies w^2 - v/4 above the logarithm of the median. The same w^2 - v/4 is the variance that a single reading has besides
-that of the ratio.
+Readings are log-normal within a run, with variance w^2 of their logarithms. Their mean square is taken as
+log-normal with its mean and variance: its logarithm has the variance v = ln(1 + (exp(4 w^2) - 1)/n), and half
+the mean of that logarithm exceeds the logarithm of the median by w^2 - v/4. The variance of the logarithm of
+a single reading exceeds that of the ratio by the same w^2 - v/4.
 """
 
 import numpy as np
@@ -17,7 +17,9 @@ DB = 20 / np.log(10)
 
 
 def law_of_a_reading(study: Observations, mean: float, sd: float) -> sdp.Law:
-    """Law of one reading where the ratio of a run has this mean and sd, dB; of the ratio where there is no way back."""
+    """Distribution of one reading for mean and sd (dB) of a run's ratio; of the ratio where it has no
+    inverse.
+    """
     level = back(study.ratio, mean, study.reference)
     if level is None:
         return sdp.Normal(mean, sd)
@@ -29,13 +31,13 @@ def law_of_a_reading(study: Observations, mean: float, sd: float) -> sdp.Law:
 
 
 def _lacking(study: Observations) -> float:
-    """Variance of the logarithm of one reading, less that of half the logarithm of the mean square of a run; 0 of one reading."""
+    """w^2 - v/4; 0 with one reading a run."""
     variance, n = _within(study), study.readings.shape[1]
     return variance - 0.25 * float(np.log1p(np.expm1(4 * variance) / n))
 
 
 def _within(study: Observations) -> float:
-    """Variance of the logarithm of a reading within its run; by the relative scatter where a reading is 0."""
+    """w^2; from the relative scatter where a reading is 0; 0 with one reading a run."""
     readings = study.readings[present(study)]
     if readings.shape[1] == 1:
         return 0.0

@@ -1,4 +1,4 @@
-"""The whole of a study as text."""
+"""Text report of a study."""
 
 from sdpgrind.base.rng import Seed
 from sdpgrind.finishing.study._anova import AnovaTable, anova

@@ -1,4 +1,4 @@
-"""Factors of a study: their levels, by value, and which level each run has."""
+"""Factors of a study: levels by value, and the level of each run."""
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
@@ -16,13 +16,13 @@ Factors = dict[str, tuple[Level, ...]]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class FreeRuns:
-    """Runs of any kind, balanced or not: what stands in the place of an array where there is none."""
+    """Runs of any kind, balanced or not, in place of an array."""
 
     codes: Codes
 
 
 def checked_factors(factors: Any) -> Factors:
-    """Factors by name with their levels as a user gives them, two different ones at least; a level may come twice (a dummy)."""
+    """Factors and their levels, at least two different ones each; a repeated level is a dummy level."""
     if not isinstance(factors, Mapping) or not factors:
         raise TypeError(
             f"factors must be a mapping from names to levels, such as {{'force': (1.0, 2.0)}}; got {checks.shown(factors)}"
@@ -54,18 +54,18 @@ def _level(name: str, value: object) -> Level:
 
 
 def distinct(levels: Iterable[Level]) -> tuple[Level, ...]:
-    """The levels without repeats, in their order."""
+    """Levels without repeats, in their order."""
     return tuple(dict.fromkeys(levels))
 
 
 def level_array(levels: Sequence[Level]) -> npt.NDArray[Any]:
-    """Levels as an array: of objects where numbers and names mix, as numpy would make names of all."""
+    """Levels as an array; of objects where numbers and names mix, which numpy would turn into names."""
     mixed = len({isinstance(level, str) for level in levels}) > 1
     return np.array(levels, dtype=object if mixed else None)
 
 
 def codes_of(array: Any, columns: Sequence[int] | None, factors: Mapping[str, Sequence[Level]]) -> Codes:
-    """Which of the distinct levels each run has, (runs, factors), from these columns (from 1) of an array, or free runs."""
+    """Index of each run's level among the distinct ones, (runs, factors), on columns (from 1) of an array."""
     if isinstance(array, FreeRuns):
         return array.codes
     return _codes_of_columns([array.matrix[:, k - 1] for k in columns or ()], factors)
@@ -98,13 +98,13 @@ def codes_of_runs(settings: Any) -> tuple[Factors, Codes]:
 
 
 def _sorted(levels: tuple[Level, ...]) -> tuple[Level, ...]:
-    """Numbers by size, names as they come."""
+    """Numbers in ascending order, names in their order."""
     numbers = [level for level in levels if isinstance(level, float)]
     return tuple(sorted(numbers)) if len(numbers) == len(levels) else levels
 
 
 def position(factors: Mapping[str, Sequence[Level]], name: object, value: object) -> int:
-    """Which distinct level of a factor a value is."""
+    """Index of a value among the distinct levels of a factor."""
     levels = distinct(factors[checks.one_of("factor", name, factors)])
     found = which(levels, value)
     if found is None:
@@ -113,7 +113,7 @@ def position(factors: Mapping[str, Sequence[Level]], name: object, value: object
 
 
 def which(levels: Sequence[Level], value: object) -> int | None:
-    """Which level a value is, up to rounding; None where it is none, as True is not 1."""
+    """Index of the level equal to a value within rounding; None: none is. True is not 1."""
     return next((k for k, level in enumerate(levels) if _same(value, level)), None)
 
 

@@ -1,4 +1,4 @@
-"""A designed experiment: what was varied, what was read, and all that the readings can and cannot tell."""
+"""Designed experiment: settings, readings and their analysis."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -22,42 +22,43 @@ from sdpgrind.finishing.study._settings import FreeRuns, Level
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Study(Observations):
-    """A designed experiment and its readings.
+    """Designed experiment and its readings.
 
     Parameters
     ----------
     array : OrthogonalArray, str or array_like of whole numbers (runs, columns)
-        Which level each column has in each run; a name as `orthogonal_array` takes it, or a table of one's own, levels from 0.
-        For runs that are no orthogonal array there is `Study.of_runs`.
+        Level of each column in each run, from 0, or a name for `orthogonal_array`. `Study.of_runs` takes runs
+        that are no orthogonal array.
     factors : mapping of str to sequence
-        The levels of each factor by value (numbers in their own units, or names), in the order of the column's levels. A level
-        that comes twice is a dummy level.
+        Levels of each factor (numbers in their own units, or names), in the order of the column's levels. A
+        repeated level is a dummy level.
     response : array_like, shape (runs,) or (runs, replicates)
-        Readings, in `unit`. A run whose readings are all NaN is missing.
+        Readings, in `unit`. NaN in all readings of a run: the run is missing.
     ratio : {"smaller", "larger", "nominal", "nominal_taguchi", "none"}
-        What is analysed: a signal-to-noise ratio (dB, see `sn_ratio`), or with "none" the readings as they are.
+        Analysed signal-to-noise ratio (dB, see `sn_ratio`); "none": the readings.
     reference : float
-        What is 0 dB, in `unit`.
+        Response of 0 dB, in `unit`.
     columns : sequence of int, optional
-        Column of each factor, from 1; by default the first that fit, so that no interaction of two factors hides a
-        third where that can be had.
+        Column of each factor, from 1. Default: the first that fit, if possible without an interaction of two
+        factors that hides a third.
     interactions : sequence of (str, str)
-        Interactions of two factors that the model has besides the main effects.
+        Interactions of two factors in the model, besides the main effects.
     name, unit : str
-        What is read, and in which unit.
+        Name and unit of the response.
     units : mapping of str to str
         Unit of each factor that has one.
 
     Raises
     ------
     ValueError
-        When the array is not orthogonal, a factor does not fit its column, a reading is impossible for the ratio, or effects
-        cannot be told apart.
+        The array is not orthogonal, a factor does not fit its column, a reading is impossible for the ratio,
+        or effects are inseparable.
 
     Examples
     --------
     >>> from sdpgrind import finishing as fin
-    >>> study = fin.Study("L4", {"speed": (10.0, 20.0), "grit": ("coarse", "fine")}, [8.0, 4.0, 7.0, 3.0], unit="mm")
+    >>> factors = {"speed": (10.0, 20.0), "grit": ("coarse", "fine")}
+    >>> study = fin.Study("L4", factors, [8.0, 4.0, 7.0, 3.0], unit="mm")
     >>> study.sn_ratio.round(2).tolist()  # dB
     [-18.06, -12.04, -16.9, -9.54]
     >>> dict(study.best())
@@ -67,25 +68,26 @@ class Study(Observations):
     def anova(self, pool: Pool = None) -> AnovaTable:
         """Return the analysis of variance of the ratio.
 
-        Wang and Jan (2001), Table 3, have no degrees of freedom for the error and 7 in sum: those of their factors. Eighteen
-        readings have 17, so that 10 are left to judge by. Their pure sums of squares repeat the plain ones; here they are
-        SS' = SS - df V_e, with the variance V_e of the error. The feed rate, that they keep, does not stand out of the error
-        (F = 0.62, p = 0.56): pool it.
+        Wang and Jan (2001), Table 3, have no degrees of freedom for the error and 7 in total, those of their
+        factors; 18 readings have 17, which leaves 10 for the error. Their pure sums of squares repeat the
+        plain ones; here they are SS' = SS - df V_e, with the variance V_e of the error. The feed rate, which
+        they keep, is not significant (F = 0.62, p = 0.56): pool it.
 
         Parameters
         ----------
         pool : None, "F<1" or sequence of str
-            Which effects are counted as error: none; all whose F is below 1 in the table without pooling, once; or these.
+            Effects counted as error: none; all with F below 1 in the table without pooling, once; or these.
 
         Returns
         -------
         AnovaTable
-            Sums of squares in dB^2 (with ratio "none" in the squared unit); after pooling with the table before it.
+            Sums of squares in dB^2 (with ratio "none" in the squared unit); after pooling with the table
+            before it.
 
         Raises
         ------
         ValueError
-            When an effect to be pooled is unknown, or "F<1" is asked where no error is left to judge by.
+            A pooled effect is unknown, or "F<1" is given and no error is left.
 
         Examples
         --------
@@ -114,22 +116,22 @@ class Study(Observations):
         return level_means(self, confidence)
 
     def best(self, pool: Pool = None, alpha: float = 0.05) -> Best:
-        """Return the level of each factor with the highest ratio, and which others the data cannot tell from it.
+        """Return the level of each factor with the highest ratio, and its ties.
 
-        Wang and Jan (2001) name A1 B1 C1 D3, with 1.667 N. By their readings 1.111 N (D2) is better, by 0.155 dB, and neither can
-        be told from the other (p = 0.67); the feed rate (C) is arbitrary.
+        Wang and Jan (2001) name A1 B1 C1 D3, with 1.667 N. By their readings 1.111 N (D2) is better by 0.155
+        dB, but not significantly (p = 0.67); the feed rate (C) is arbitrary.
 
         Parameters
         ----------
         pool : None, "F<1" or sequence of str
             As in `anova`; pooled factors are left out.
         alpha : float
-            Probability, unit 1, from which on a difference is called a tie, and a factor without effect arbitrary.
+            Probability above which a difference is a tie and a factor arbitrary, unit 1.
 
         Raises
         ------
         ValueError
-            With ratio "none", of which more need not be better.
+            The ratio is "none", which has no better direction.
 
         Examples
         --------
@@ -143,12 +145,12 @@ class Study(Observations):
     def predict(
         self, levels: Mapping[str, Level], *, confirm: int = 1, confidence: float = 0.95
     ) -> Prediction:
-        """Return the mean to be expected at chosen levels, and where runs that confirm it should fall.
+        """Return the mean to be expected at chosen levels, with intervals for it and for confirmation runs.
 
         Parameters
         ----------
         levels : mapping of str to level
-            The factors that are kept, and the level of each (in its own unit). Factors left out are pooled into the error.
+            Level of each kept factor, in its own unit. The other factors are pooled into the error.
         confirm : int
             Number of confirmation runs, a whole number.
         confidence : float
@@ -162,7 +164,7 @@ class Study(Observations):
         Raises
         ------
         ValueError
-            For an unknown factor or level.
+            A factor or a level is unknown.
 
         Examples
         --------
@@ -183,21 +185,21 @@ class Study(Observations):
         pool: Pool = "F<1",
         alpha: float = 0.05,
     ) -> Power:
-        """Return what repeating the whole study would find, how often: it is simulated many times.
+        """Return the results of simulated repetitions of the whole study.
 
         Parameters
         ----------
         rng : int, Generator or SeedSequence
             Source of randomness.
         runs : int
-            Number of simulated studies, a whole number.
+            Number of repetitions, a whole number.
         model : RoughnessModel or callable(settings, rng=, runs=) -> array (runs, ...), optional
-            What the readings (in the study's unit) come from; by default the study's own linear model without the pooled effects,
-            with its own scatter.
+            Source of the readings (in the study's unit). Default: the study's own linear model without the
+            pooled effects, with its own scatter.
         pool : None, "F<1" or sequence of str
-            Which effects the study's own model is without; as in `anova`.
+            Effects left out of the study's own model, as in `anova`.
         alpha : float
-            Probability, unit 1, below which an effect counts as significant.
+            Probability below which an effect is significant, unit 1.
 
         Returns
         -------
@@ -207,7 +209,7 @@ class Study(Observations):
         Raises
         ------
         ValueError
-            When no error is left to simulate or to test with.
+            No error is left to simulate or to test with.
 
         Examples
         --------
@@ -221,25 +223,25 @@ class Study(Observations):
         return power(self, rng, runs, model, pool, alpha)
 
     def next_runs(self, number: int = 3, *, pool: Pool = "F<1") -> NextRuns:
-        """Return further runs that are worth making: a response surface says where the best may lie between the levels.
+        """Return further runs where, by a response surface, the best may lie.
 
         Parameters
         ----------
         number : int
-            How many, a whole number.
+            Number of runs, a whole number.
         pool : None, "F<1" or sequence of str
-            Which effects the surface is without; as in `anova`.
+            Effects left out of the surface, as in `anova`.
 
         Returns
         -------
         NextRuns
-            Settings in their own units, no two alike, with the law of one reading to be expected, and why. Fewer than `number`
-            where no others are as good, as far as the data say; none where no factor shows an effect.
+            Different settings in their own units, each with its purpose and the distribution of one reading.
+            Fewer than `number` if no others tie with the best; none if no factor shows an effect.
 
         Raises
         ------
         ValueError
-            With ratio "none", or when no error is left.
+            The ratio is "none", the study has interactions, or no error is left.
 
         Examples
         --------
@@ -251,12 +253,12 @@ class Study(Observations):
         return next_runs(self, number, pool)
 
     def report(self, *, rng: Seed = 0) -> str:
-        """Return all of this as text: readings in their unit, ratios in dB, and what they cannot tell.
+        """Return all results as text: readings in their unit, ratios in dB.
 
         Parameters
         ----------
         rng : int, Generator or SeedSequence
-            Source of randomness for what a repetition would find.
+            Source of randomness of the simulated repetitions.
 
         Examples
         --------
@@ -267,7 +269,9 @@ class Study(Observations):
         return report(self, rng)
 
     def plot(self, confidence: float = 0.95) -> Any:
-        """Draw the mean ratio (dB) over the levels of each factor, with intervals of `confidence` (probability); the figure."""
+        """Draw the mean ratio (dB) at the levels of each factor, with intervals of `confidence`
+        (probability).
+        """
         return pictures.drawn("sdpgrind.finishing.study._picture:main_effects", self, confidence)
 
     def __repr__(self) -> str:

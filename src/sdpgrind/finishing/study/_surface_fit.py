@@ -1,4 +1,6 @@
-"""A response surface over a study: quadratic in each number with three levels or more, linear with two, names level by level."""
+"""Response surface of a study: quadratic in numbers of three or more levels, linear in those of two, names by
+level.
+"""
 
 import dataclasses
 
@@ -14,34 +16,34 @@ from sdpgrind.finishing.study._settings import Level
 
 @dataclasses.dataclass(frozen=True)
 class FactorAxis:
-    """One factor of the surface; numbers that are all positive are taken by their logarithm."""
+    """Axis of a factor on the surface."""
 
     factor: str
     levels: tuple[Level, ...]
 
     @property
     def numeric(self) -> bool:
-        """Whether its levels are numbers."""
+        """Whether all levels are numbers."""
         return all(isinstance(level, float) for level in self.levels)
 
     @property
     def logarithmic(self) -> bool:
-        """Whether distances are ratios."""
+        """Whether the coordinate is logarithmic: all levels are positive numbers."""
         return self.numeric and min(map(float, self.levels)) > 0
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and greatest level, own unit."""
+        """Least and greatest level, in its own unit."""
         numbers = [float(level) for level in self.levels]
         return min(numbers), max(numbers)
 
     @property
     def degree(self) -> int:
-        """Of the polynomial; 0 for names."""
+        """Degree of the polynomial; 0 for names."""
         return 0 if not self.numeric else min(2, len(self.levels) - 1)
 
     def coordinate(self, value: Level) -> float:
-        """From -1 at the least level to 1 at the greatest."""
+        """Coordinate of a level: -1 at the least, 1 at the greatest."""
         low, high = self.ends
         if self.logarithmic:
             low, high, at = np.log(low), np.log(high), np.log(float(value))
@@ -50,13 +52,13 @@ class FactorAxis:
         return float((2 * at - low - high) / (high - low))
 
     def value(self, coordinate: float) -> float:
-        """The number at a coordinate, own unit."""
+        """Level at a coordinate, in its own unit."""
         low, high = self.ends
         share = 0.5 * (coordinate + 1)
         return float(low * (high / low) ** share if self.logarithmic else low + share * (high - low))
 
     def columns(self, value: Level) -> list[float]:
-        """Its entries in a row of the design."""
+        """Entries of a level in a row of the design."""
         if not self.numeric:
             return [float(value == other) for other in self.levels[1:]]
         x = self.coordinate(value)
@@ -65,7 +67,7 @@ class FactorAxis:
 
 @dataclasses.dataclass(frozen=True)
 class SurfaceFit:
-    """A fitted response surface; ratios in dB."""
+    """Fitted response surface; ratios in dB."""
 
     axes: tuple[FactorAxis, ...]
     estimate: identify.Estimate
@@ -76,14 +78,14 @@ class SurfaceFit:
         return np.array([1.0, *(x for axis in self.axes for x in axis.columns(settings[axis.factor]))])
 
     def law(self, settings: dict[str, Level]) -> tuple[float, float]:
-        """Mean and standard deviation of the ratio of one further run (dB), uncertainty of the coefficients included."""
+        """Mean and standard deviation of the ratio of a further run, dB, with uncertain coefficients."""
         row = self.row(settings)
         return float(row @ self.estimate.value), float(
             np.sqrt(self.variance + row @ self.estimate.covariance @ row)
         )
 
     def position(self, axis: FactorAxis) -> int:
-        """Where the coefficients of an axis begin."""
+        """Index of the first coefficient of an axis."""
         widths = [len(other.columns(other.levels[0])) for other in self.axes]
         return 1 + sum(widths[: self.axes.index(axis)])
 
