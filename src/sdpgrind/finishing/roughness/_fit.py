@@ -56,7 +56,7 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
     sd = float(np.sqrt(left @ left / found.freedom))
     covariance = np.zeros((len(NAMES) + 1, len(NAMES) + 1))
     covariance[:-1, :-1] = found.covariance
-    covariance[-1, -1] = sd**2 / (2 * found.freedom)  # of large samples of normal scatter
+    covariance[-1, -1] = sd**2 / (2 * found.freedom)  # large samples of normal scatter
     message = f"from {target.size} readings" if found.ok else found.message
     return Estimate(
         (*NAMES, "residual_sd"),

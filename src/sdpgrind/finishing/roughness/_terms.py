@@ -8,18 +8,16 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 
-PATTERNS = ("hilbert4", "hilbert5", "zigzag")
-"""The first has no term of its own."""
+PATTERNS = ("hilbert4", "hilbert5", "zigzag")  # the first has no term of its own
 SETTINGS = ("pattern", "tool_diameter", "normal_force")
-"""What the roughness depends on."""
 NAMES = ("intercept", "hilbert5", "zigzag", "tool_exponent", "force_slope", "force_bend")
 
 
 class References(NamedTuple):
     """Settings at which the logarithms are 0."""
 
-    tool_diameter: float = 3.5  # mm
-    normal_force: float = 1.111  # N
+    tool_diameter: float = 3.5  # mm; derived: mean of the diameters of Wang and Jan (2001), Table 2
+    normal_force: float = 1.111  # N; source: middle force of the same table
 
 
 TERMS = References()

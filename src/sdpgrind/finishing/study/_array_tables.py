@@ -8,21 +8,21 @@ import numpy.typing as npt
 
 Table = npt.NDArray[np.int64]
 
+# Hadamard matrix of order 12 without its column of ones; 0 for 1 and 1 for -1
 _HADAMARD_12 = (
     "00000000000 00000111111 00111000111 01011011001 01101101010 01110110100"
     " 10110011010 10101110001 10011101100 11100001101 11010100011 11001010110"
 )
-"""A Hadamard matrix of order 12 without its column of ones, which are 0 here."""
+# difference matrices modulo 3: any two columns have each difference equally often
 _DIFFERENCES_6 = "000000 001122 010212 022110 012021 021201"
 _DIFFERENCES_12 = (
     "000000000000 000011112222 001201220112 002102121021 012021022101 012100212210"
     " 010222011012 011220100221 021012202011 021110021202 022212110100 020121201120"
 )
-"""Difference matrices modulo 3: of any two columns, each difference comes equally often."""
+# products in the field of four elements, whose sum is the exclusive or
 _MULTIPLES_OF_4 = np.array([[0, 0, 0, 0], [0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2]])
-"""Multiplication in the field of four elements, whose addition is the exclusive or."""
+# coefficients of the three base-3 digits of the run, for each column
 _LINEAR_27 = "100 010 110 210 001 101 201 011 111 211 021 121 221"
-"""Coefficients of the three digits of the run, for each column."""
 
 
 def _digits(rows: str) -> Table:
@@ -66,6 +66,7 @@ def _l36_of_three_levels() -> Table:
     return _developed(blocks, _digits(_DIFFERENCES_12))
 
 
+# by full name; a short name is that of the first of its size
 TABLES: dict[str, Callable[[], Table]] = {
     "L4(2^3)": lambda: _two_level(2),
     "L8(2^7)": lambda: _two_level(3),
@@ -78,4 +79,3 @@ TABLES: dict[str, Callable[[], Table]] = {
     "L36(2^11 3^12)": lambda: _developed(_digits(_HADAMARD_12), _digits(_DIFFERENCES_12)),
     "L36(2^3 3^13)": _l36_of_three_levels,
 }
-"""By full name; the first of a size is what its short name means."""

@@ -12,8 +12,7 @@ from sdpgrind.finishing.study._array_tables import Table
 from sdpgrind.finishing.study._arrays import OrthogonalArray
 from sdpgrind.finishing.study._texts import aligned, percent
 
-WHOLE = 1 - 1e-9
-"""Share from which a factor is wholly confounded, up to rounding."""
+WHOLE = 1 - 1e-9  # share from which confounding is whole; chosen: 1e-9 covers rounding
 
 
 @dataclasses.dataclass(frozen=True, repr=False)

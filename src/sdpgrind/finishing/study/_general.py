@@ -14,7 +14,7 @@ def type_two(model: LinearModel, y: Floats) -> Floats:
     if not model.terms:
         return np.zeros(0)
     scale = float(np.max(np.abs(y - y.mean()))) or 1.0
-    # Names of users may clash with those of the formula's language (C, I, Q): factors are numbered.
+    # numbered: names of users may clash with those of the formula language (C, I, Q)
     data = {f"f{k}": model.codes[:, k] for k in range(model.codes.shape[1])} | {"y": (y - y.mean()) / scale}
     fit = formulas.ols("y ~ " + " + ".join(map(_formula, model.terms)), frames.DataFrame(data)).fit()
     found = tables.anova_lm(fit, typ=2)

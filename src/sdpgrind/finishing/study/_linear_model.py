@@ -13,8 +13,7 @@ import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 
-_RANK = 1e-9
-"""Length below which a direction of length 1 is none, after others have been taken out."""
+_RANK = 1e-9  # residual length of a unit direction that counts as 0; chosen: covers rounding
 
 Codes = npt.NDArray[np.int64]
 Term = tuple[int, ...]

@@ -103,9 +103,8 @@ def mean_rows(model: LinearModel, factor: int) -> Floats:
     parts = [np.ones((count, 1))]
     for term in model.terms:
         columns = model.columns(codes, term)
-        parts.append(
-            columns if term == (factor,) else np.zeros_like(columns)
-        )  # effects sum to zero over what is averaged out
+        # effects sum to zero over the averaged factors
+        parts.append(columns if term == (factor,) else np.zeros_like(columns))
     return np.column_stack(parts)
 
 

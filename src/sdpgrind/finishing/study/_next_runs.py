@@ -189,6 +189,7 @@ def _top(fit: SurfaceFit, axis: FactorAxis, best_level: Level) -> Level:
 
 def _part(run: int, axis: int, number: int) -> float:
     """Middle of a run's part of an axis, 0 to 1; each part once, in another order on each axis."""
+    # 0.381966 = (3 - sqrt 5)/2, the golden section: equidistributed orders
     order = np.argsort((0.381966 * axis * np.arange(number)) % 1.0, kind="stable")
     return (float(order[run]) + 0.5) / number
 

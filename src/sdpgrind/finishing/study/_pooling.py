@@ -8,8 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.finishing.study._analysed import Analysed
 
 Pool: TypeAlias = Literal["F<1"] | Sequence[str] | None
-LEVEL = 0.05
-"""Probability below which an effect is said to have become significant by pooling."""
+LEVEL = 0.05  # probability of `Pooling.only_after`; chosen: default level of `AnovaTable.significant`
 
 
 @dataclasses.dataclass(frozen=True)

@@ -20,8 +20,7 @@ from sdpgrind.finishing.study._ratios import sn_ratio
 from sdpgrind.finishing.study._settings import Level, which
 from sdpgrind.finishing.study._texts import level, percent
 
-OFTEN = 0.05
-"""Share from which on it is worth telling that two levels change places."""
+OFTEN = 0.05  # share; chosen: rarer exchanges of two levels are not printed
 
 
 @dataclasses.dataclass(frozen=True, repr=False)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+# source: Table 2; factors in the order of the columns, levels in that of the standard L18
 WANG_2001: dict[str, Any] = {
     "source": "Wang, Y. T. and Jan, Y. J. (2001), path planning for robot-assisted grinding processes, Table 2",
     "array": "L18",
@@ -12,12 +13,11 @@ WANG_2001: dict[str, Any] = {
         "normal_force": (0.556, 1.111, 1.667),  # N
     },
     "units": {"tool_diameter": "mm", "feed_rate": "mm/s", "normal_force": "N"},
-    "roughness_um": (
+    "roughness_um": (  # R_a of each run, µm
         5.00, 3.50, 3.75, 8.25, 6.00, 6.00, 4.25, 5.25, 6.75,
         4.50, 6.25, 5.00, 7.50, 6.75, 10.50, 6.75, 9.25, 6.50,
     ),
     "reference_um": 10.0,
 }  # fmt: skip
-"""Factors in the order of the columns, levels in the order of the standard L18; R_a in µm of each run."""
 
 PUBLISHED = {"wang-2001": WANG_2001}

@@ -57,6 +57,7 @@ def _itself(y: Floats) -> Floats:
     return np.asarray(np.mean(_over_largest(y), axis=-1) * _size(np.max(np.abs(y), axis=-1)))
 
 
+# by name; "none" is the mean reading
 RATIOS = {
     "smaller": Ratio(
         _smaller, 1, lambda eta: np.asarray(10.0 ** (-np.asarray(eta) / 20)), "dB", "root mean square"
@@ -72,9 +73,7 @@ RATIOS = {
     "nominal_taguchi": Ratio(_nominal_taguchi, 0, None, "dB", ""),
     "none": Ratio(_itself, 0, lambda mean: np.asarray(mean), "", "mean"),
 }
-"""By name; "none" is the response itself."""
-REFERRED = ("smaller", "larger")
-"""Ratios for which it counts what is 0 dB."""
+REFERRED = ("smaller", "larger")  # ratios that depend on the reference
 
 
 def sn_ratio(response: npt.ArrayLike, ratio: str = "smaller", *, reference: float = 1.0) -> Floats:

@@ -12,8 +12,7 @@ from sdpgrind import sdp
 from sdpgrind.finishing.study._observations import Observations, present
 from sdpgrind.finishing.study._ratios import RATIOS, back
 
-DB = 20 / np.log(10)
-"""dB of a change of the logarithm of the response by 1."""
+DB = 20 / np.log(10)  # derived: dB of a change of ln(response) by 1
 
 
 def law_of_a_reading(study: Observations, mean: float, sd: float) -> sdp.Law:
