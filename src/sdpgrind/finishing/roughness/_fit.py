@@ -49,7 +49,8 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
     rows, target = _system(data)
     if target.size <= len(NAMES):
         raise ValueError(
-            f"data must hold {len(NAMES) + 1} readings or more for {len(NAMES)} coefficients; got {target.size}"
+            f"data must hold {len(NAMES) + 1} readings or more for {len(NAMES)} coefficients; got"
+            f" {target.size}"
         )
     found = identify.least_squares(rows, target, names=NAMES, throw=throw)
     left = target - rows @ found.value
@@ -168,7 +169,8 @@ def left_out(rows: Floats, target: Floats) -> LeaveOneOut:
     residual, leverage = target - q @ (q.T @ target), np.sum(q**2, axis=1)
     if np.any(leverage > 1 - 1e-9):
         raise ValueError(
-            f"data must determine the model without each reading; not so without reading {int(np.argmax(leverage)) + 1}"
+            "data must determine the model without each reading; not so without reading"
+            f" {int(np.argmax(leverage)) + 1}"
         )
     error = residual / (1 - leverage)
     q_squared = 1 - float(error @ error) / float(np.sum((target - target.mean()) ** 2))

@@ -127,11 +127,13 @@ def refinish_problem(
     checks.kind("model", model, RoughnessModel)
     if not isinstance(roughness_charge, sdp.OneSided):
         raise TypeError(
-            f"roughness_charge must be such as sdp.Linear(rate, tolerance=...); got {checks.shown(roughness_charge)}"
+            "roughness_charge must be such as sdp.Linear(rate, tolerance=...); got"
+            f" {checks.shown(roughness_charge)}"
         )
     if not isinstance(settings, Mapping) or not settings:
         raise ValueError(
-            f"settings must be passes by name, {{'fine': {{'pattern': ..., ...}}}}; got {checks.shown(settings)}"
+            f"settings must be passes by name, {{'fine': {{'pattern': ..., ...}}}}; got"
+            f" {checks.shown(settings)}"
         )
     laws = {name: _law(model, name, how, extrapolate) for name, how in settings.items()}
     coarsest = 2 * max(float(law.support[1]) for law in laws.values())

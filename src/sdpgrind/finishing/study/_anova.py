@@ -18,8 +18,14 @@ if TYPE_CHECKING:
 
 
 ORTHOGONAL = "orthogonal: sums of squares of the level means"
-ALONE = "not orthogonal: sums of squares of type II, of a model without an error; they need not add up to the total"
-GENERAL = "not orthogonal: general linear model, sums of squares of type II (statsmodels); they need not add up to the total"
+ALONE = (
+    "not orthogonal: sums of squares of type II, of a model without an error;"
+    " they need not add up to the total"
+)
+GENERAL = (
+    "not orthogonal: general linear model, sums of squares of type II (statsmodels);"
+    " they need not add up to the total"
+)
 HEAD = ("source", "df", "SS", "MS", "F", "p", "pure SS", "share", "pure share", "")
 
 

@@ -47,13 +47,15 @@ class OrthogonalArray(Described):
         for k, column in enumerate(table.T, start=1):
             if column.min() != 0 or set(column.tolist()) != set(range(max(2, int(column.max()) + 1))):
                 raise ValueError(
-                    f"column {k} must have two or more levels, 0, 1, ... in full; got {sorted(set(column.tolist()))}"
+                    f"column {k} must have two or more levels, 0, 1, ... in full; got"
+                    f" {sorted(set(column.tolist()))}"
                 )
         pairs = unbalanced(table)
         if pairs:
             raise ValueError(
-                f"the array must be orthogonal, each pair of levels of two columns equally often; {self.name!r} is not in"
-                f" columns {pairs[0][0]} and {pairs[0][1]}, one of {len(pairs)} pairs: Study.of_runs takes any runs"
+                "the array must be orthogonal, each pair of levels of two columns equally often;"
+                f" {self.name!r} is not in columns {pairs[0][0]} and {pairs[0][1]},"
+                f" one of {len(pairs)} pairs: Study.of_runs takes any runs"
             )
 
     @cached_property

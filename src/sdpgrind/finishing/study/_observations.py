@@ -234,7 +234,8 @@ def _readings(response: npt.ArrayLike, unit: str) -> Floats:
     partly = np.any(lost, axis=1) & ~np.all(lost, axis=1)
     if np.any(partly):
         raise ValueError(
-            f"response must be numbers, or NaN in all readings of a missing run; run {int(np.argmax(partly)) + 1} has both"
+            "response must be numbers, or NaN in all readings of a missing run; run"
+            f" {int(np.argmax(partly)) + 1} has both"
         )
     checks.finite_array("response", readings[~lost], unit)
     readings.flags.writeable = False

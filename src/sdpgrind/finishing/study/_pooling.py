@@ -44,7 +44,10 @@ class Pooling:
     def __str__(self) -> str:
         if not self.names:
             return f"rule {self.rule}: nothing counted as error"
-        text = f"rule {self.rule}: {', '.join(self.names)} counted as error, {self.df} of its {self.error_df} degrees of freedom"
+        text = (
+            f"rule {self.rule}: {', '.join(self.names)} counted as error,"
+            f" {self.df} of its {self.error_df} degrees of freedom"
+        )
         return (
             f"{text}; {', '.join(self.only_after)} significant only after pooling, not counted"
             if self.only_after

@@ -102,7 +102,8 @@ class Power:
                 best = int(np.argmax(rows.sum(axis=1)))
                 others = [k for k in range(len(rows)) if k != best and rows[k, best] > OFTEN]
                 told = [
-                    f"{level(self.levels[name][k])} beats {level(self.levels[name][best])} in {percent(rows[k, best])}"
+                    f"{level(self.levels[name][k])} beats {level(self.levels[name][best])} in"
+                    f" {percent(rows[k, best])}"
                     for k in others
                 ]
                 found.append(
@@ -121,7 +122,8 @@ def power(study: Observations, rng: Seed, runs: int, model: Any, pool: Pool, alp
     linear = found.model
     if linear.error_df == 0:
         raise ValueError(
-            "the study must leave an error to test with; it is saturated: fewer factors, or pool some for `anova`"
+            "the study must leave an error to test with; it is saturated: fewer factors, or pool some for"
+            " `anova`"
         )
     without: tuple[str, ...] = ()
     if model is None:
@@ -136,7 +138,8 @@ def power(study: Observations, rng: Seed, runs: int, model: Any, pool: Pool, alp
     returned = np.all(np.diff(squares[:, order], axis=1) < 0, axis=1)
     wins, kept = _levels(found, drawn)
     return Power(
-        runs, dict(zip(names, seen.tolist(), strict=True)), without, tuple(names[k] for k in order), float(np.mean(returned)),
+        runs, dict(zip(names, seen.tolist(), strict=True)), without,
+        tuple(names[k] for k in order), float(np.mean(returned)),
         {name: study.levels(name) for name in study.factors}, wins, kept, alpha,
     )  # fmt: skip
 
@@ -162,7 +165,8 @@ def _of_a_model(study: Observations, rng: np.random.Generator, runs: int, model:
     draw: Callable[..., npt.ArrayLike] = getattr(model, "responses", model)
     if not callable(draw):
         raise TypeError(
-            f"model must be a RoughnessModel or a function of settings, rng= and runs=; got {checks.shown(model)}"
+            "model must be a RoughnessModel or a function of settings, rng= and runs=; got"
+            f" {checks.shown(model)}"
         )
     there = present(study)
     settings = {name: values[there] for name, values in study.settings.items()}

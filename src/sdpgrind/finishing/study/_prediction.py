@@ -80,7 +80,8 @@ class Prediction:
                 f"mean {self.mean:.3f} {self.ratio_unit or self.unit}".rstrip()
                 + f"{shown}, as good as the mean of {self.n_eff:.3g} runs",
                 f"{self._share} interval of the mean {self._interval(self.ci_mean, self.response_mean)}",
-                f"{self._share} interval of the mean of {runs} {self._interval(self.ci_confirm, self.response_confirm)}",
+                f"{self._share} interval of the mean of {runs}"
+                f" {self._interval(self.ci_confirm, self.response_confirm)}",
             ]
         )
 
@@ -101,7 +102,8 @@ def predict(study: Observations, levels: Mapping[str, Level], confirm: int, conf
     """Prediction of a study; see `Study.predict`."""
     if not isinstance(levels, Mapping):
         raise TypeError(
-            f"levels must be a mapping from factors to levels, as study.best() gives; got {checks.shown(levels)}"
+            "levels must be a mapping from factors to levels, as study.best() gives; got"
+            f" {checks.shown(levels)}"
         )
     confirm = checks.count("confirm", confirm)
     names = list(study.factors)

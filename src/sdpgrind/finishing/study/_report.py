@@ -59,7 +59,10 @@ def _what_the_ratio_says(study: Observations) -> str:
     )
     text = f"Ratio: {study.ratio}{reference}."
     if study.readings.shape[1] == 1:
-        text += " Of a single reading the ratio is the reading itself on another scale: it carries no information on noise."
+        text += (
+            " Of a single reading the ratio is the reading itself on another scale:"
+            " it carries no information on noise."
+        )
     return text
 
 
