@@ -47,27 +47,20 @@ def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -
     (-0.902, 0.06737)
     """
     rows, target = _system(data)
-    if target.size <= len(NAMES):
+    size = len(NAMES)
+    if target.size <= size:
         raise ValueError(
-            f"data must hold {len(NAMES) + 1} readings or more for {len(NAMES)} coefficients; got"
-            f" {target.size}"
+            f"data must hold {size + 1} readings or more for {size} coefficients; got {target.size}"
         )
     found = identify.least_squares(rows, target, names=NAMES, throw=throw)
     left = target - rows @ found.value
     sd = float(np.sqrt(left @ left / found.freedom))
-    covariance = np.zeros((len(NAMES) + 1, len(NAMES) + 1))
+    covariance = np.zeros((size + 1, size + 1))
     covariance[:-1, :-1] = found.covariance
     covariance[-1, -1] = sd**2 / (2 * found.freedom)  # large samples of normal scatter
     message = f"from {target.size} readings" if found.ok else found.message
-    return Estimate(
-        (*NAMES, "residual_sd"),
-        np.append(found.value, sd),
-        covariance,
-        found.status,
-        message,
-        (),
-        found.freedom,
-    )
+    names, values = (*NAMES, "residual_sd"), np.append(found.value, sd)
+    return Estimate(names, values, covariance, found.status, message, (), found.freedom)
 
 
 @cache

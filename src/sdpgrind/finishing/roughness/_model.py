@@ -109,13 +109,8 @@ class RoughnessModel(Described):
     @classmethod
     def _of(cls, estimate: Estimate, **ranges: Any) -> Self:
         size = len(NAMES)
-        return cls(
-            estimate.value[:size],
-            estimate["residual_sd"],
-            estimate.covariance[:size, :size],
-            estimate.freedom,
-            **ranges,
-        )
+        value, covariance = estimate.value[:size], estimate.covariance[:size, :size]
+        return cls(value, estimate["residual_sd"], covariance, estimate.freedom, **ranges)
 
     @property
     def standard_errors(self) -> Floats:
@@ -266,13 +261,8 @@ class RoughnessModel(Described):
             if name not in settings:
                 raise ValueError(f"settings must hold {name}; got {', '.join(settings)}")
         size = (checks.count("runs", runs), np.size(settings["pattern"]))
-        return self.sample(
-            *(settings[name] for name in SETTINGS),
-            rng=rng,
-            size=size,
-            rounding=rounding,
-            extrapolate=extrapolate,
-        )
+        values = [settings[name] for name in SETTINGS]
+        return self.sample(*values, rng=rng, size=size, rounding=rounding, extrapolate=extrapolate)
 
     def best_force(self) -> float:
         """Return the force (N) of least roughness within its range, the same for each tool and pattern.

@@ -8,6 +8,7 @@ from scipy.special import fdtrc
 
 from sdpgrind.base.checks import Floats, one_of
 from sdpgrind.finishing.study._analysed import Analysed
+from sdpgrind.finishing.study._general import type_two
 from sdpgrind.finishing.study._linear_model import LinearModel
 from sdpgrind.finishing.study._observations import Observations, analysed
 from sdpgrind.finishing.study._pooling import LEVEL, Pool, Pooling, pooled
@@ -66,23 +67,13 @@ class AnovaRow:
     @property
     def cells(self) -> tuple[str, ...]:
         """Texts of the row: SS in dB^2, shares in percent."""
+        ss = f"{self.ss:.5f}"
         if self.source == "total":
-            return (
-                self.source,
-                str(self.df),
-                f"{self.ss:.5f}",
-                "",
-                "",
-                "",
-                "",
-                _share(self.contribution),
-                "",
-                "",
-            )
+            return (self.source, str(self.df), ss, "", "", "", "", _share(self.contribution), "", "")
         tested = ("", "") if self.source == "error" else (number(self.F, ".3f"), number(self.p, ".3g"))
         middle = (number(self.ms, ".5f"), *tested, number(self.pure_ss, ".3f"))
         shares = (_share(self.contribution), _share(self.pure_contribution))
-        return (self.source, str(self.df), f"{self.ss:.5f}", *middle, *shares, self.note)
+        return (self.source, str(self.df), ss, *middle, *shares, self.note)
 
 
 def _share(value: float | None) -> str:
@@ -214,7 +205,7 @@ def _table(found: Analysed) -> AnovaTable:
     elif rest == 0:  # statsmodels divides by the error
         squares, method = model.squares(y), ALONE
     else:
-        squares, method = _type_two(model, y), GENERAL
+        squares, method = type_two(model, y), GENERAL
     names = [found.named(term) for term in model.terms]
     return AnovaTable(_rows(names, model, squares, rest, y), method, found.unit)
 
@@ -232,34 +223,19 @@ def error_variance(model: LinearModel, y: Floats) -> float | None:
     return square / model.error_df if square > 0 else None
 
 
-def _type_two(model: LinearModel, y: Floats) -> Floats:
-    from sdpgrind.finishing.study._general import type_two
-
-    return type_two(model, y)
-
-
 def _rows(
     names: list[str], model: LinearModel, squares: Floats, rest: float, y: Floats
 ) -> tuple[AnovaRow, ...]:
     total = float(np.sum((y - y.mean()) ** 2))
-    variance = rest / model.error_df if rest > 0 else None
+    freedom = model.error_df
+    variance = rest / freedom if rest > 0 else None
     found = [
-        _effect(name, df, float(ss), total, variance, model.error_df)
+        _effect(name, df, float(ss), total, variance, freedom)
         for name, df, ss in zip(names, model.df, squares, strict=True)
     ]
     pure = None if variance is None else rest + sum(model.df) * variance
-    error = AnovaRow(
-        "error",
-        model.error_df,
-        rest,
-        variance,
-        None,
-        None,
-        pure,
-        _over(rest, total),
-        _over(pure, total),
-        _no_error(model, rest),
-    )
+    shares, note = (_over(rest, total), _over(pure, total)), _no_error(model, rest)
+    error = AnovaRow("error", freedom, rest, variance, None, None, pure, *shares, note)
     return (*found, error, AnovaRow("total", y.size - 1, total, None, contribution=_over(total, total)))
 
 

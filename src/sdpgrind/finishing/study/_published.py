@@ -2,10 +2,9 @@
 
 from typing import Any
 
-# source: Table 2; factors in the order of the columns, levels in that of the standard L18
+# source: Wang, Y. T. and Jan, Y. J. (2001), path planning for robot-assisted grinding processes, Table 2;
+# factors in the order of the columns, levels in that of the standard L18
 WANG_2001: dict[str, Any] = {
-    "source": "Wang, Y. T. and Jan, Y. J. (2001), path planning for robot-assisted grinding processes,"
-    " Table 2",
     "array": "L18",
     "factors": {
         "tool_diameter": (4.0, 3.0),  # mm

@@ -19,7 +19,6 @@ class Ratio(NamedTuple):
     referred: int
     back: Callable[[Floats], Floats] | None
     unit: str
-    stands_for: str
 
 
 def _size(y: Floats) -> Floats:
@@ -59,19 +58,11 @@ def _itself(y: Floats) -> Floats:
 
 # by name; "none" is the mean reading
 RATIOS = {
-    "smaller": Ratio(
-        _smaller, 1, lambda eta: np.asarray(10.0 ** (-np.asarray(eta) / 20)), "dB", "root mean square"
-    ),
-    "larger": Ratio(
-        _larger,
-        -1,
-        lambda eta: np.asarray(10.0 ** (np.asarray(eta) / 20)),
-        "dB",
-        "inverse root mean square of the inverse",
-    ),
-    "nominal": Ratio(_nominal, 0, None, "dB", ""),
-    "nominal_taguchi": Ratio(_nominal_taguchi, 0, None, "dB", ""),
-    "none": Ratio(_itself, 0, lambda mean: np.asarray(mean), "", "mean"),
+    "smaller": Ratio(_smaller, 1, lambda eta: np.asarray(10.0 ** (-np.asarray(eta) / 20)), "dB"),
+    "larger": Ratio(_larger, -1, lambda eta: np.asarray(10.0 ** (np.asarray(eta) / 20)), "dB"),
+    "nominal": Ratio(_nominal, 0, None, "dB"),
+    "nominal_taguchi": Ratio(_nominal_taguchi, 0, None, "dB"),
+    "none": Ratio(_itself, 0, lambda mean: np.asarray(mean), ""),
 }
 REFERRED = ("smaller", "larger")  # ratios that depend on the reference
 
