@@ -20,9 +20,7 @@ NODES = 1601
 
 @dataclasses.dataclass(frozen=True)
 class Fresh:
-    """Transition to a draw from a law, independent of the state; exact for a value-to-go linear between
-    nodes.
-    """
+    """Transition to a draw from a law, whatever the state; exact for a value-to-go linear between nodes."""
 
     law: sdp.Law
 

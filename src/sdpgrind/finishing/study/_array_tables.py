@@ -30,9 +30,7 @@ def _digits(rows: str) -> Table:
 
 
 def _two_level(factors: int) -> Table:
-    """All 2^factors - 1 exclusive ors of the run's binary digits: column k combines those of the bits of k,
-    first digit at the lowest bit.
-    """
+    """All exclusive ors of the run's binary digits; bit i of the column's number selects digit i."""
     digits = np.array(list(product((0, 1), repeat=factors)))
     masks = [[k >> bit & 1 for bit in range(factors)] for k in range(1, 2**factors)]
     return np.asarray(digits @ np.array(masks).T % 2)
@@ -49,9 +47,7 @@ def _four_level() -> Table:
 
 
 def _developed(blocks: Table, differences: Table) -> Table:
-    """Each row of a difference matrix three times, with 0, 1 and 2 added modulo 3, after the columns
-    `blocks`.
-    """
+    """Rows of a difference matrix three times, with 0, 1 and 2 added modulo 3, after repeated `blocks`."""
     added = (differences[:, None, :] + np.arange(3)[None, :, None]) % 3
     return np.column_stack([np.repeat(blocks, 3, axis=0), added.reshape(-1, differences.shape[1])])
 

@@ -21,9 +21,7 @@ Term = tuple[int, ...]
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LinearModel:
-    """Terms over the codes (observations, factors) of levels 0, 1, ...; a term is a factor or a pair of
-    factors.
-    """
+    """Terms over codes (observations, factors) of levels 0, 1, ...; a term is one factor or a pair."""
 
     codes: Codes
     counts: tuple[int, ...]
@@ -34,9 +32,7 @@ class LinearModel:
         return LinearModel(self.codes, self.counts, tuple(terms))
 
     def columns(self, codes: Codes, term: Term) -> Floats:
-        """Columns of a term for settings (m, factors): products of contrasts that sum to zero over the
-        levels.
-        """
+        """Columns of a term for settings (m, factors): products of contrasts that sum to zero over levels."""
         found = np.ones((len(codes), 1))
         for factor in term:
             marks = _sum_contrasts(self.counts[factor])[codes[:, factor]]

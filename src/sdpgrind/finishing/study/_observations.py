@@ -162,9 +162,7 @@ class Observations(Frozen):
 
     @property
     def settings(self) -> dict[str, npt.NDArray[Any]]:
-        """Value of each factor in each run, (runs,), in its own unit; dtype object where numbers and names
-        mix.
-        """
+        """Value of each factor in each run, (runs,), in its own unit; objects where numbers and names mix."""
         levels = {name: level_array(self.levels(name)) for name in self.factors}
         codes = codes_of(self.array, self.columns, self.factors)
         return {name: levels[name][codes[:, k]] for k, name in enumerate(self.factors)}

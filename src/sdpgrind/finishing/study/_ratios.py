@@ -11,9 +11,7 @@ from sdpgrind.base.checks import Floats
 
 
 class Ratio(NamedTuple):
-    """Kind of ratio: function of readings (..., n), factor of the reference in dB, inverse (None: there is
-    none).
-    """
+    """Kind of ratio: function of readings (..., n), factor of the reference in dB, inverse or None."""
 
     of: Callable[[Floats], Floats]
     referred: int

@@ -16,9 +16,7 @@ DB = 20 / np.log(10)  # derived: dB of a change of ln(response) by 1
 
 
 def law_of_a_reading(study: Observations, mean: float, sd: float) -> sdp.Law:
-    """Distribution of one reading for mean and sd (dB) of a run's ratio; of the ratio where it has no
-    inverse.
-    """
+    """Distribution of one reading for mean and sd (dB) of a run's ratio; of the ratio without inverse."""
     level = back(study.ratio, mean, study.reference)
     if level is None:
         return sdp.Normal(mean, sd)

@@ -269,9 +269,7 @@ class Study(Observations):
         return report(self, rng)
 
     def plot(self, confidence: float = 0.95) -> Any:
-        """Draw the mean ratio (dB) at the levels of each factor, with intervals of `confidence`
-        (probability).
-        """
+        """Draw the mean ratio (dB) at the levels of each factor, with intervals of `confidence` (unit 1)."""
         return pictures.drawn("sdpgrind.finishing.study._picture:main_effects", self, confidence)
 
     def __repr__(self) -> str:

@@ -1,6 +1,4 @@
-"""Response surface of a study: quadratic in numbers of three or more levels, linear in those of two, names by
-level.
-"""
+"""Response surface of a study: quadratic in numbers of three or more levels, linear in two; names one by one."""
 
 import dataclasses
 
