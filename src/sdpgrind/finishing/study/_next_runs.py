@@ -113,18 +113,14 @@ def next_runs(study: "Observations", number: int, pool: Pool) -> NextRuns:
     inside = [axis for axis in fit.axes if _peak(fit, axis) is not None]
     tops = {axis.factor: _top(fit, axis, found[axis.factor]) for axis in fit.axes}
     if not fit.axes:
-        return NextRuns(
-            (), 0.0, ("no factor shows an effect: no further run is worth more than another",), study.unit
-        )
-    swaps = [
-        swap for axis in fit.axes if axis not in inside for swap in _swaps(study, fit, axis, tops, found)
-    ]
+        note = "no factor shows an effect: no further run is worth more than another"
+        return NextRuns((), 0.0, (note,), study.unit)
+    outside = [axis for axis in fit.axes if axis not in inside]
+    swaps = [swap for axis in outside for swap in _swaps(study, fit, axis, tops, found)]
     settings = _settings(fit, inside, list(islice(_tried(tops, swaps), number)), number)
     runs = [_run(study, fit, at, inside, tops) for at in settings]
     gain = fit.law(tops)[0] - fit.law({axis.factor: found[axis.factor] for axis in fit.axes})[0]
-    notes = tuple(
-        note for axis in fit.axes if axis not in inside for note in _at_the_end(axis, tops[axis.factor])
-    )
+    notes = tuple(note for axis in outside for note in _at_the_end(axis, tops[axis.factor]))
     if len(runs) < number:
         notes = (*notes, f"{len(runs)} of {number} runs: no other levels are as good, as far as the data say")
     return NextRuns(tuple(runs), gain, notes, study.unit)
@@ -151,9 +147,7 @@ def _tried(tops: dict[str, Level], swaps: list[tuple[str, Level]]) -> Iterator[d
 def _settings(
     fit: SurfaceFit, inside: list[FactorAxis], tried: list[dict[str, Level]], number: int
 ) -> list[dict[str, Level]]:
-    """Up to `number` different settings: first each part of a peak once, then other pairs of levels and
-    parts.
-    """
+    """Up to `number` different settings: each part of a peak once, then other pairs of levels and parts."""
     found: list[dict[str, Level]] = []
     for k, part in [(k % len(tried), k) for k in range(number)] + list(
         product(range(len(tried)), range(number))

@@ -98,19 +98,15 @@ class Power:
         found = []
         for name, share in self.best_returned.items():
             if self.significant[name] > 0.5 and share < 1 - OFTEN:
+                names = [level(value) for value in self.levels[name]]
                 rows = self.wins[name]
                 best = int(np.argmax(rows.sum(axis=1)))
-                others = [k for k in range(len(rows)) if k != best and rows[k, best] > OFTEN]
-                told = [
-                    f"{level(self.levels[name][k])} beats {level(self.levels[name][best])} in"
-                    f" {percent(rows[k, best])}"
-                    for k in others
-                ]
-                found.append(
-                    f"  {name}: {', '.join(told)}"
-                    if told
-                    else f"  {name}: the best level returns in {percent(share)}"
-                )
+                changes = [
+                    f"{names[k]} beats {names[best]} in {percent(row[best])}"
+                    for k, row in enumerate(rows)
+                    if k != best and row[best] > OFTEN
+                ] or [f"the best level returns in {percent(share)}"]
+                found.append(f"  {name}: {', '.join(changes)}")
         return found
 
 
@@ -147,9 +143,7 @@ def power(study: Observations, rng: Seed, runs: int, model: Any, pool: Pool, alp
 def _of_its_own(
     study: Observations, found: Analysed, rng: np.random.Generator, runs: int, pool: Pool
 ) -> tuple[Floats, tuple[str, ...]]:
-    """Ratios (runs, observations) of the study's own model without the pooled effects, and the names of
-    these.
-    """
+    """Ratios (runs, observations) of the study's own model without the pooled effects, and their names."""
     pooling = anova(study, pool).pooling
     without = pooling.names if pooling else ()
     y, kept, *_ = found.without(set(without))
@@ -184,9 +178,7 @@ def _of_a_model(study: Observations, rng: np.random.Generator, runs: int, model:
 
 
 def _levels(found: Analysed, drawn: Floats) -> tuple[dict[str, Floats], dict[str, float]]:
-    """Share in which each level of a factor exceeds each other one, and in which the study's best level is
-    best.
-    """
+    """Share in which each level of a factor exceeds each other one, and in which the best one returns."""
     linear = found.model
     effects, own = linear.effects(drawn), linear.effects(found.y)
     wins, kept = {}, {}
