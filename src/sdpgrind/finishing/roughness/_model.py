@@ -185,7 +185,7 @@ class RoughnessModel(Described):
         *,
         extrapolate: bool = False,
     ) -> Floats:
-        """Return the median of R_a, mm; `pattern`, `tool_diameter`, `normal_force`, `extrapolate` of `law`."""
+        """Return the median R_a, mm; `pattern`, `tool_diameter`, `normal_force`, `extrapolate` of `law`."""
         rows = self._rows(pattern, tool_diameter, normal_force, extrapolate)
         return np.asarray(1e-3 * np.exp(rows @ np.asarray(self.coefficients)))
 

@@ -28,13 +28,13 @@ def law_of_a_reading(study: Observations, mean: float, sd: float) -> sdp.Law:
 
 
 def _lacking(study: Observations) -> float:
-    """w^2 - v/4; 0 with one reading a run."""
+    """Excess variance w^2 - v/4 of one reading; 0 with one reading a run."""
     variance, n = _within(study), study.readings.shape[1]
     return variance - 0.25 * float(np.log1p(np.expm1(4 * variance) / n))
 
 
 def _within(study: Observations) -> float:
-    """w^2; from the relative scatter where a reading is 0; 0 with one reading a run."""
+    """Variance w^2 within runs; from the relative scatter where a reading is 0; 0 with one reading a run."""
     readings = study.readings[present(study)]
     if readings.shape[1] == 1:
         return 0.0

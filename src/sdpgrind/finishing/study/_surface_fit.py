@@ -1,4 +1,4 @@
-"""Response surface of a study: quadratic in numbers of three or more levels, linear in two; names one by one."""
+"""Response surface of a study: quadratic in numbers of three levels or more, linear in two, names by level."""
 
 import dataclasses
 
