@@ -116,8 +116,8 @@ def best(study: Observations, pool: Pool, alpha: float) -> Best:
     arbitrary = tuple(names[k] for k in factors if _without_effect(found, table, k, alpha))
     variance = error_variance(model, y)
     ties = () if variance is None else _ties(study, found, codes, variance, alpha)
-    told = tuple(tie for tie in ties if tie.factor not in arbitrary)
-    return Best(levels, told, arbitrary, variance is not None, alpha)
+    ties = tuple(tie for tie in ties if tie.factor not in arbitrary)
+    return Best(levels, ties, arbitrary, variance is not None, alpha)
 
 
 def _without_effect(found: Analysed, table: AnovaTable, factor: int, alpha: float) -> bool:
@@ -157,9 +157,8 @@ def _ties(
     for k in sorted({factor for term in model.terms for factor in term}):
         name = found.factors[k]
         for other in range(model.counts[k]):
-            change = model.rows(np.array([codes])) - model.rows(
-                np.array([[*codes[:k], other, *codes[k + 1 :]]])
-            )
+            swapped = [*codes[:k], other, *codes[k + 1 :]]
+            change = model.rows(np.array([codes])) - model.rows(np.array([swapped]))
             behind, width = float((change @ effects)[0]), float(np.sqrt(variance * spread(model, change)[0]))
             p = 1.0 if other == codes[k] else float(2 * stdtr(model.error_df, -abs(behind) / width))
             if other != codes[k] and p > alpha:

@@ -66,12 +66,8 @@ class LinearModel:
     @cached_property
     def orthogonal(self) -> bool:
         """Whether each term is orthogonal to those that do not contain it: types I, II and III agree."""
-        plain = [self.columns(self.codes, term) for term in self.terms]
-        lost = (
-            np.abs(self._freed(term) - own).max(initial=0.0)
-            for term, own in zip(self.terms, plain, strict=True)
-        )
-        return all(loss < _RANK for loss in lost)
+        lost = (self._freed(term) - self.columns(self.codes, term) for term in self.terms)
+        return all(np.abs(part).max(initial=0.0) < _RANK for part in lost)
 
     @property
     def df(self) -> tuple[int, ...]:

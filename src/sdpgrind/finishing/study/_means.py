@@ -87,9 +87,8 @@ def level_means(study: Observations, confidence: float) -> LevelMeans:
     effects, reach = model.effects(y), student(model, y, confidence)
     for k, factor in enumerate(study.factors):
         at = mean_rows(model, k)
-        for value, mean, width in zip(
-            study.levels(factor), at @ effects, np.sqrt(spread(model, at)), strict=True
-        ):
+        widths = np.sqrt(spread(model, at))
+        for value, mean, width in zip(study.levels(factor), at @ effects, widths, strict=True):
             half = None if reach is None else float(reach * width)
             rows.append(LevelMean(factor, value, float(mean), half, back(study.ratio, mean, study.reference)))
     return LevelMeans(tuple(rows), study.unit)

@@ -269,20 +269,13 @@ def present(study: Observations) -> npt.NDArray[np.bool_]:
 
 def analysed(study: Observations) -> Analysed:
     """Ratio of each run with readings (with ratio "none" each reading), and the linear model."""
-    there, readings, names = present(study), study.readings, list(study.factors)
-    single = study.ratio == "none"
-    y = (
-        readings[there].ravel()
-        if single
-        else sn_ratio(readings[there], study.ratio, reference=study.reference)
-    )
+    there, names, single = present(study), list(study.factors), study.ratio == "none"
+    readings = study.readings[there]
+    y = readings.ravel() if single else sn_ratio(readings, study.ratio, reference=study.reference)
     codes = codes_of(study.array, study.columns, study.factors)[there]
     codes = np.repeat(codes, readings.shape[1] if single else 1, axis=0)
     counts = tuple(len(study.levels(name)) for name in names)
     pairs: list[Term] = [(names.index(a), names.index(b)) for a, b in study.interactions]
-    return Analysed(
-        y,
-        LinearModel(codes, counts, (*((k,) for k in range(len(names))), *pairs)),
-        tuple(names),
-        RATIOS[study.ratio].unit or study.unit,
-    )
+    terms: tuple[Term, ...] = (*((k,) for k in range(len(names))), *pairs)
+    unit = RATIOS[study.ratio].unit or study.unit
+    return Analysed(y, LinearModel(codes, counts, terms), tuple(names), unit)

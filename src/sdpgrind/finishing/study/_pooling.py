@@ -48,11 +48,9 @@ class Pooling:
             f"rule {self.rule}: {', '.join(self.names)} counted as error,"
             f" {self.df} of its {self.error_df} degrees of freedom"
         )
-        return (
-            f"{text}; {', '.join(self.only_after)} significant only after pooling, not counted"
-            if self.only_after
-            else text
-        )
+        if self.only_after:
+            text += f"; {', '.join(self.only_after)} significant only after pooling, not counted"
+        return text
 
 
 def pooled(found: Analysed, ratios: Mapping[str, float | None], pool: Pool) -> tuple[str, ...]:

@@ -71,8 +71,8 @@ def _hidden(study: Observations) -> str:
     if found is None or study.interactions:
         return ""
     if found.whole:
-        told = "; ".join(f"{c} or {a} x {b}" for a, b, c in found.whole)
-        return f"Interactions of two factors that no reading tells from a main effect: {told}."
+        hidden = "; ".join(f"{c} or {a} x {b}" for a, b, c in found.whole)
+        return f"Interactions of two factors that no reading tells from a main effect: {hidden}."
     if found.clear:
         return "No interaction of two factors falls on a main effect."
     return (

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.finishing.study._linear_model import Codes
+from sdpgrind.finishing.study._texts import level
 
 Level = float | str
 Factors = dict[str, tuple[Level, ...]]
@@ -110,7 +111,7 @@ def position(factors: Mapping[str, Sequence[Level]], name: object, value: object
     levels = distinct(factors[checks.one_of("factor", name, factors)])
     found = which(levels, value)
     if found is None:
-        raise ValueError(f"{name} must be one of its levels, {', '.join(map(_shown, levels))}; got {value!r}")
+        raise ValueError(f"{name} must be one of its levels, {', '.join(map(level, levels))}; got {value!r}")
     return found
 
 
@@ -125,7 +126,3 @@ def _same(value: object, level: Level) -> bool:
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         return False
     return abs(float(value) - level) <= 1e-9 * abs(level)
-
-
-def _shown(level: Level) -> str:
-    return level if isinstance(level, str) else f"{level:g}"

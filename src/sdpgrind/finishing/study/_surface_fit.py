@@ -1,4 +1,4 @@
-"""Response surface of a study: quadratic in numbers of three levels or more, linear in two, names by level."""
+"""Response surface of a study: quadratic in numbers with 3 levels or more, linear with 2, names by level."""
 
 import dataclasses
 
@@ -78,9 +78,8 @@ class SurfaceFit:
     def law(self, settings: dict[str, Level]) -> tuple[float, float]:
         """Mean and standard deviation of the ratio of a further run, dB, with uncertain coefficients."""
         row = self.row(settings)
-        return float(row @ self.estimate.value), float(
-            np.sqrt(self.variance + row @ self.estimate.covariance @ row)
-        )
+        sd = np.sqrt(self.variance + row @ self.estimate.covariance @ row)
+        return float(row @ self.estimate.value), float(sd)
 
     def position(self, axis: FactorAxis) -> int:
         """Index of the first coefficient of an axis."""
