@@ -78,10 +78,10 @@ def refinish_problem(
 
     The roughness is read after each pass. Delivery is charged by the roughness; another pass has its own
     charge and leaves a roughness drawn from the model, independent of the last one. The optimal policy
-    delivers below a threshold that rises as passes run out. The charge begins at a node of the table, and the
-    value is accurate to a thousandth; to some thousandths where it is a few cents, with many cheap passes. A
-    tolerance of `sdp.plan` is met fast (1e-4 $ of 9 $ in a second), but halving the cells takes four times
-    the memory, as each roughness may follow each other.
+    delivers below a threshold that rises as passes run out. With a node where the charge begins, the value is
+    accurate to a thousandth; to some thousandths where it is a few cents, with many cheap passes. A tolerance
+    of `sdp.plan` is soon met (1e-4 $ of 9 $ in a second), but each halving of the cell size takes four times
+    the memory.
 
     Parameters
     ----------
@@ -92,12 +92,11 @@ def refinish_problem(
     pass_charge : float or mapping of str to float
         Charge of each pass, $; one for all, or one for each name.
     roughness_charge : sdp.OneSided
-        Charge of the delivered roughness, $ over mm: sdp.Linear(rate, tolerance=...).
+        Charge ($) as a function of the delivered roughness (mm): sdp.Linear(rate, tolerance=...).
     passes : int
         Greatest number of passes.
     roughness_max : float, optional
-        Upper end of the table, mm, exceeded by up to a cell. Default: twice the upper end of the roughest
-        pass's law.
+        Upper end of the table, mm, or a cell more. Default: twice the upper end of the roughest pass's law.
     extrapolate : bool
         As in `RoughnessModel.law`.
 

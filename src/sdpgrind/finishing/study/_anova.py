@@ -45,8 +45,7 @@ class AnovaRow:
     F, p : float or None
         MS over that of the error, and the probability of at least this F without an effect, unit 1.
     pure_ss : float or None
-        SS' = SS - df V_e with the mean square V_e of the error, dB^2; for the error its SS plus all amounts
-        subtracted. (Table 3 of Wang and Jan (2001) repeats SS under this name.)
+        SS' = SS - df V_e with the mean square V_e of the error, dB^2; for the error SS plus all df V_e.
     contribution, pure_contribution : float or None
         SS and pure SS over the total, unit 1.
     note : str

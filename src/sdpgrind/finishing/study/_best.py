@@ -25,10 +25,8 @@ class Tie:
 
     Attributes
     ----------
-    factor : str
-        Factor.
-    level : float or str
-        Level, in the factor's unit.
+    factor, level : str, float or str
+        Factor and its level, in its own unit.
     behind : float
         Mean of the best level minus its own, dB.
     p : float

@@ -21,10 +21,8 @@ class Confounding:
 
     Attributes
     ----------
-    names : tuple of str
-        Factors.
-    columns : tuple of int
-        Their columns, from 1.
+    names, columns : tuple of str, tuple of int
+        Factors and their columns, from 1.
     shares : mapping of (str, str, str) to float
         For two factors and a third: share of the third's effect (in degrees of freedom, unit 1) that lies in
         the interaction of the two. 1: the two are inseparable; zeros are left out.

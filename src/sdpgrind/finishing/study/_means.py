@@ -22,10 +22,8 @@ class LevelMean:
 
     Attributes
     ----------
-    factor : str
-        Factor.
-    level : float or str
-        Level, in the factor's unit.
+    factor, level : str, float or str
+        Factor and its level, in its own unit.
     mean : float
         Mean ratio, dB, with equal weights of the other factors' levels.
     half_width : float or None

@@ -21,10 +21,8 @@ class Pooling:
         "F < 1" or "named".
     names : tuple of str
         Pooled effects.
-    df : int
-        Their degrees of freedom, a whole number.
-    error_df : int
-        Degrees of freedom of the error after pooling, a whole number.
+    df, error_df : int
+        Degrees of freedom of these and of the error after pooling, each a whole number.
     only_after : tuple of str
         Effects with p < 0.05 after pooling, but not before; `AnovaTable.significant` leaves them out.
 

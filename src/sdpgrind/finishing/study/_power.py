@@ -35,10 +35,8 @@ class Power:
         Share with p < alpha for each effect.
     without_effect : tuple of str
         Effects absent from the simulated truth, whose significance is false. Empty with a user's model.
-    ranking : tuple of str
-        Effects in descending order of the study's own sums of squares.
-    ranking_returned : float
-        Share with this ranking.
+    ranking, ranking_returned : tuple of str, float
+        Effects in descending order of the study's own sums of squares, and share with this order.
     levels : mapping of str to tuple
         Levels of each factor, in its own unit.
     wins : mapping of str to array, (levels, levels)

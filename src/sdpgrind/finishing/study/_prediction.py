@@ -28,12 +28,9 @@ class Prediction:
     n_eff : float
         Number of runs whose plain mean is as precise, unit 1.
     ci_mean, ci_confirm : float or None
-        Half widths (dB) of the intervals of the mean, and of the mean of `confirm` further runs. None: no
-        error is left.
-    confirm : int
-        Number of confirmation runs.
-    error_df : int
-        Degrees of freedom of the error.
+        Half widths of the intervals of the mean and of that of `confirm` further runs, dB. None: no error.
+    confirm, error_df : int
+        Number of confirmation runs, and degrees of freedom of the error.
     confidence : float
         Probability of the intervals, unit 1.
     response : float or None

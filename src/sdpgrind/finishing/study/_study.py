@@ -27,8 +27,8 @@ class Study(Observations):
     Parameters
     ----------
     array : OrthogonalArray, str or array_like of whole numbers (runs, columns)
-        Level of each column in each run, from 0, or a name for `orthogonal_array`. `Study.of_runs` takes runs
-        that are no orthogonal array.
+        Level of each column in each run, from 0, or a name for `orthogonal_array`. For other runs:
+        `Study.of_runs`.
     factors : mapping of str to sequence
         Levels of each factor (numbers in their own units, or names), in the order of the column's levels. A
         repeated level is a dummy level.
@@ -42,7 +42,7 @@ class Study(Observations):
         Column of each factor, from 1. Default: the first that fit, if possible without an interaction of two
         factors that hides a third.
     interactions : sequence of (str, str)
-        Interactions of two factors in the model, besides the main effects.
+        Interactions of two factors in the model.
     name, unit : str
         Name and unit of the response.
     units : mapping of str to str
