@@ -84,7 +84,7 @@ def checked_columns(array: OrthogonalArray, columns: Sequence[int]) -> tuple[int
 
 
 def assigned(array: OrthogonalArray, levels: Sequence[int]) -> tuple[int, ...]:
-    """Columns (from 1) for factors of these numbers of levels: each the first of least whole confounding."""
+    """Columns (from 1) that fit the numbers of levels, each the first with fewest whole interactions."""
     taken: list[int] = []
     for k, count in enumerate(levels):
         free = [c for c, n in enumerate(array.levels, start=1) if n == count and c not in taken]
