@@ -1,10 +1,10 @@
 """Planning and control of grinding, finishing and precision centering under uncertainty.
 
-Physics and its uncertainty go in; a plan that can be looked at, saved and looked up in microseconds comes out; a
-controller follows it on a machine, real or simulated; what was measured improves the physics.
+From physics and its uncertainty follows a plan, which is plotted, saved and looked up in microseconds; a
+controller follows it on a machine, real or simulated; the measurements improve the physics.
 
-Packages are imported when they are first used: `sdpgrind.weldbead`, `sdpgrind.plunge`, `sdpgrind.locus`,
-`sdpgrind.finishing`, and what they stand on.
+Packages are imported at first use: `sdpgrind.weldbead`, `sdpgrind.plunge`, `sdpgrind.locus`,
+`sdpgrind.finishing`, and their common ground.
 """
 
 from sdpgrind.base import faces

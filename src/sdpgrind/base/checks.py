@@ -159,7 +159,7 @@ def inside(
     rule: str = "in",
     numbered: bool = False,
 ) -> Floats:
-    """Return `value` as a float array within [`low`, `high`] and `slack`; `numbered`: the error has an index."""
+    """Return `value` as a float array within [`low`, `high`] +- `slack`; `numbered`: errors give an index."""
     array = finite_array(name, value, unit)
     bad = np.flatnonzero((array.ravel() < low - slack) | (array.ravel() > high + slack))
     if bad.size:

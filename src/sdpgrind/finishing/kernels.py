@@ -15,8 +15,8 @@ axis) and `CONTROLLER`: in a kernel ``state.view(MOTOR)[0].angle`` is the angle 
 Indices of the axis state: `ANGLE`, `SPEED`, `MEAN_TORQUE`; of a controller state: `CURRENT`, `ESTIMATE`,
 `REFERENCE`, `COUNT`. Sizes of the states: `STATES`, `CONTROL`, and `TABLE` of the table.
 
-Hidden physics of a simulated cell: `cell`, its compiled steps; `course_of` a motion; `CellTruth`, `CellScatter`,
-`HeightField`.
+Hidden physics of a simulated cell: `cell`, its compiled steps; `course_of` a motion; `CellTruth`,
+`CellScatter`, `HeightField`.
 """
 
 from sdpgrind.base.states import places, width

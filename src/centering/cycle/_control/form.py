@@ -9,10 +9,10 @@ from centering.circle._estimator.noise_kernels import correlation
 from centering.cycle._control.form_kernels import SIZE, forget_center, lobes_at, residuals, solve
 from sdpgrind.base.checks import Floats
 
-_KEPT = 256  # chosen: latest readings
-_FREEDOM = 10.0  # chosen: of the noise as it is known beforehand
-_CHANGED = 1.15  # chosen: ratio of noise from which on values are solved for again
-_SHARE = 0.9995  # two-sided 99.9 %
+_KEPT = 256  # chosen: stored readings
+_FREEDOM = 10.0  # chosen: degrees of freedom of the prior noise
+_CHANGED = 1.15  # chosen: ratio of the noise that triggers a new solution
+_SHARE = 0.9995  # derived: quantile of a two-sided 99.9 % interval
 
 
 class RingFilter:

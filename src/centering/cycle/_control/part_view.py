@@ -13,7 +13,7 @@ from centering.cycle._control.form import RingFilter
 from centering.cycle._control.settings import CycleSettings
 from sdpgrind.base.checks import Floats
 
-_FEWEST = 4  # readings: three fix a circle, a fourth says how well
+_FEWEST = 4  # derived: three readings fix a circle, a fourth its uncertainty
 _EVERY = 4  # chosen: readings between two looks at what they say, once there are many
 _MANY = 12  # chosen
 _HOLD = 20.0  # chosen: deviations of a centre within which it is believed at all

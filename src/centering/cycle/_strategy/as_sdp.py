@@ -23,10 +23,8 @@ FRACTIONS = np.array([*_NEAR, *_OVER])
 The largest move a nearly centred part by about a stick-slip jump: a shorter push most likely sticks, and so
 does the next.
 """
-WORTH = 0.65
-"""Measured: evidence of a push, in fully informative pushes; about the mean of `Strategy.update_belief`."""
-DRAWS = 101
-"""Draws of friction, direction and place of a push."""
+WORTH = 0.65  # measured: evidence of a push, in fully informative pushes; mean of `Strategy.update_belief`
+DRAWS = 101  # chosen: draws of friction, direction and place of a push
 _LATTICE = (1, 26, 40)
 _SIGMAS = 3.0  # chosen: half width of the friction axis, in standard deviations from part to part
 _BEYOND = 1.5  # chosen: greatest offset of the table over that of the problem

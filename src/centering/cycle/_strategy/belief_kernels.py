@@ -5,12 +5,10 @@ import numpy as np
 from centering.cycle._strategy.outcome_kernels import _scale_at, travel_at
 from sdpgrind.base.compiling.compiled import compiled
 
-_PARTS, _PUSHES = 41, 17  # chosen
-_REACH = 4.0  # chosen: standard deviations
-_FAR = 50.0  # chosen: squared standard deviations beyond which a travel is a surprise, whatever the friction
-_STRANGERS = (
-    1e-3  # share of parts whose friction is nothing that is known: even in its logarithm over the table
-)
+_PARTS, _PUSHES = 41, 17  # chosen: nodes of the friction scale of the part and of the push
+_REACH = 4.0  # chosen: half width of both grids, in standard deviations
+_FAR = 50.0  # chosen: squared standard deviations beyond which a travel contradicts every friction
+_STRANGERS = 1e-3  # chosen: share of parts with any friction, uniform in its logarithm over the table
 
 
 @compiled

@@ -4,8 +4,7 @@ import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
 
-FINE = 0.25
-"""Chosen: distance from 1 within which the friction scales are evenly spaced; beyond, geometrically."""
+FINE = 0.25  # chosen: distance from 1 within which friction scales are evenly spaced; beyond, geometrically
 
 
 @compiled

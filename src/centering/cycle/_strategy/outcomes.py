@@ -21,12 +21,9 @@ from sdpgrind.base.quantities import Described, array, choice, custom, described
 _FIRST, _EACH, _SCALES = -1.6, 1.0 / 15.0, 62  # chosen: first node, step and number, in inverse sinh
 FRICTION_SCALES = 1.0 + FINE * np.sinh(_FIRST + _EACH * np.arange(_SCALES))
 """Friction scales of the tables, 0.41 to 2.46: steps of 1/60 near 1, wider far from it."""
-_STEP = 1.02
-"""Ratio of neighbouring strokes."""
-_LONGEST = 0.25
-"""Chosen: longest time of pushing, s; a longer push belongs to a faster kind."""
-_SPREAD = 0.045
-"""Chosen: sd of the friction scale for the mean travel; about that of a push after a few were seen."""
+_STEP = 1.02  # chosen: ratio of neighbouring strokes
+_LONGEST = 0.25  # chosen: longest time of pushing, s; a longer push belongs to a faster kind
+_SPREAD = 0.045  # chosen: sd of the friction scale for the mean travel; that of a push after a few were seen
 
 
 @described("centering.push_kind")

@@ -23,10 +23,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress, TerminalLine
 
-SETTLED = 4
-"""Chosen: pushes after which the belief counts as settled; further ones change its sd little."""
-GIVEN_UP = 60.0
-"""Chosen: charge of a part that is not centred after the greatest number of pushes, s."""
+SETTLED = 4  # chosen: pushes after which the belief counts as settled; further ones change its sd little
+GIVEN_UP = 60.0  # chosen: charge of a part that is not centred after the greatest number of pushes, s
 _SHARES = (0.0, 0.6, 0.8, 1.0)  # chosen: of the work: pushes simulated, the settled belief, the first pushes
 
 

@@ -27,7 +27,7 @@ from sdpgrind.base.stored import decode, encode
 if TYPE_CHECKING:
     from centering.cycle._strategy.runs import CenteringRuns
 
-_ROUNDING = 1.0 + 1e-9
+_ROUNDING = 1.0 + 1e-9  # chosen: tolerance of the greatest offset
 
 
 class Strategy(Plan):

@@ -43,8 +43,9 @@ class CycleTiming(Described):
     first_arc: float = quantity("rad", above=0, usual=(0.001, 20.0), typical=0.3, default=0.3)
 
     def start_time(self, speed: float, acceleration: float) -> float:
-        """Return the mean time from rest to first touch, s: ramp to `speed` (rad/s) at `acceleration` (rad/s^2),
-        measurement, half a turn.
+        """Return the mean time from rest to first touch, s: ramp, measurement, half a turn.
+
+        The table ramps to `speed` (rad/s) at `acceleration` (rad/s^2).
         """
         angle, turned = self.first_arc + pi, 0.5 * speed**2 / acceleration
         return (

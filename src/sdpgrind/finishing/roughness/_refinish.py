@@ -14,8 +14,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.roughness._model import RoughnessModel
 from sdpgrind.finishing.roughness._terms import SETTINGS
 
-# chosen: accuracy of the value, see `refinish_problem`; memory rises with the square
-NODES = 1601
+NODES = 1601  # chosen: accuracy of the value, see `refinish_problem`; memory rises with the square
 
 
 @dataclasses.dataclass(frozen=True)

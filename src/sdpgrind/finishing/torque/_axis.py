@@ -9,10 +9,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, count, described, quantity
 
-GRAVITY = 9.81
-"""m/s^2; source: Wang and Jan (2001)."""
-SHORTEST = 1.0
-"""Chosen: lever arm below which another unit is meant, mm."""
+GRAVITY = 9.81  # m/s^2; source: Wang and Jan (2001)
+SHORTEST = 1.0  # mm, chosen: lever arm below which another unit is meant
 
 
 @described("finishing.axis")

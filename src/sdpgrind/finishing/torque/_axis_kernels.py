@@ -5,8 +5,7 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.finishing.torque._states import AXIS, MOTOR
 
-_EVENTS = 100
-"""Chosen: greatest number of touches and lifts in a piece of a tick; a contact lasts half a period."""
+_EVENTS = 100  # chosen: touches and lifts in a piece of a tick; a contact lasts half a period
 
 
 @compiled

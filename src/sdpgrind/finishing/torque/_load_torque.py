@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.torque._axis import GRAVITY, TorqueAxis
 
 _QUANTITIES = {"motor_angle": "rad", "current": "A"}
-_LEAST = 8
+_LEAST = 8  # chosen: readings for three values and an estimate of their noise
 _FREE = 1.75  # derived: rms of residuals over that of rounding; rounding alone gives at most sqrt(3)
 _PLACES, _NEAR = 64, 9
 

@@ -10,8 +10,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.torque._controller import TorqueController
 from sdpgrind.finishing.torque._simulate import simulate_axis
 
-_GRID = 200
-_BISECTIONS = 40
+_GRID = 200  # chosen: factors tried before bisection
+_BISECTIONS = 40  # chosen: to the rounding of the factor
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)

@@ -79,7 +79,7 @@ class ModifierController(Described):
         Amplitude along the limit, share of the (logarithmic, where positive) ranges of the controls. Slopes
         count less when the point itself moves farther.
     across : float
-        Amplitude across the limit, in the same unit. 0: none, unless no constraint is active (`dither`).
+        Amplitude across the limit, unit 1 as above. 0: none, unless no constraint is active (`dither`).
     filter : float
         Weight (0, 1] of new slopes, once per pattern: 2^n samples for n controls, 2^(n+1) with `across`.
     gain : float

@@ -29,7 +29,7 @@ class Roughness(Described):
     lead_reference : float
         s_ref, mm.
     depth_ratio : float
-        a_d/a_ref, dressing depth over that of `base`.
+        a_d/a_ref, dressing depth over that of `base`, unit 1.
 
     Raises
     ------
