@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.rng import Seed
+from sdpgrind.base.units import UM
 
-_UM = 1000.0  # in a millimetre; derived
 _PASSES, _PLACES = 3, 2001  # passes and roughnesses tried; chosen: limits are exact to 1/2000 of the range
 _HEADS = (
     "run",
@@ -50,7 +50,7 @@ def _runs(found: Any) -> Iterator[str]:
         row = [settings[name][k] for name in ("tool_diameter", "pattern", "feed_rate", "normal_force")]
         names = ("normal_force", "normal_force_sd", "lift_off", "feed", "path_deviation", "roughness_ra")
         held, sd, off, fed, away, rough = (float(np.mean(out[name][k])) for name in names)
-        made = f"{held:.3f}", f"{sd:.3f}", f"{off:.3f}", f"{fed:.1f}", f"{away:.3f}", f"{_UM * rough:.2f}"
+        made = f"{held:.3f}", f"{sd:.3f}", f"{off:.3f}", f"{fed:.1f}", f"{away:.3f}", f"{UM * rough:.2f}"
         cells = (k + 1, *map(_shown, row), *made)
         yield "  ".join(f"{cell:>11}" for cell in cells)
     shares = out["feed"].mean(axis=1) / settings["feed_rate"]
@@ -66,7 +66,7 @@ def _shown(value: Any) -> str:
 
 def _confirmation(found: Any) -> Iterator[str]:
     """Result of the confirmation next to its prediction."""
-    read = _UM * found.confirmation.outcome.roughness_ra.values
+    read = UM * found.confirmation.outcome.roughness_ra.values
     force = found.confirmation.outcome.normal_force.values
     levels = ", ".join(f"{name} {_shown(value)}" for name, value in found.best.items())
     yield f"Confirmation at {levels}"
@@ -92,7 +92,7 @@ def _handed_on(found: Any) -> Iterator[str]:
     except ValueError as error:
         yield f"Handed on to the planner of sequences: nothing, as {error}"
         return
-    tolerance = _UM * float(found.prediction.response or 0.0)
+    tolerance = UM * float(found.prediction.response or 0.0)
     yield (
         f"Handed on to the planner of sequences: {100 * model.residual_sd:.1f} % of scatter that no "
         "setting takes away"
@@ -105,7 +105,7 @@ def _handed_on(found: Any) -> Iterator[str]:
     places = np.linspace(0.0, high, _PLACES)
     for left in range(_PASSES - 1, 0, -1):
         delivered = places[policy.action(roughness=places, passes_left=left).stop]
-        yield f"with time for {left} more: deliver below {_UM * delivered.max(initial=0.0):.2f} µm"
+        yield f"with time for {left} more: deliver below {UM * delivered.max(initial=0.0):.2f} µm"
     once, often = (float(policy.value(roughness=high, passes_left=k)) for k in (1, _PASSES))
     yield (
         f"a specimen costs {once:.3f} $ finished once whatever comes, {often:.3f} $ with up to "

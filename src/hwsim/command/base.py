@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hwsim._log.log import Log
 
 
-_PARTS = 20  # default; chosen: the standard error of a mean is below a quarter of the scatter
+PARTS = 20  # default; chosen: the standard error of a mean is below a quarter of the scatter
 NOTHING_FINISHED = 1  # exit status when every part was broken off; chosen: 2 is wrong input
 
 
@@ -147,7 +147,7 @@ def add_to(subparsers: Any, area: AreaCommand) -> None:
         metavar="p.nc",
         help=f"follow this saved {word} instead of planning",
     )
-    parser.add_argument("--parts", type=int, metavar="N", help=f"number of {area.part}s ({_PARTS})")
+    parser.add_argument("--parts", type=int, metavar="N", help=f"number of {area.part}s ({PARTS})")
     parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
     if area.tolerance:
@@ -165,7 +165,7 @@ def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
         print(text)
         return 0
     if arguments.parts is None:
-        arguments.parts = _PARTS
+        arguments.parts = PARTS
     folder = (
         None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
     )

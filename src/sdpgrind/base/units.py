@@ -22,6 +22,8 @@ import numpy.typing as npt
 __all__ = ["N_MM_S_PER_W", "deg", "hz", "inch", "m", "m_per_s", "mm_per_min", "rpm", "um"]
 
 N_MM_S_PER_W = 1000.0  # N mm/s in one W; derived
+UM = 1000.0  # derived: µm in a millimetre
+MS = 1000.0  # derived: ms in a second
 
 Quantity = TypeVar("Quantity", float, npt.NDArray[np.float64])
 

@@ -7,6 +7,7 @@ import numpy as np
 from centering.circle._fit.picture import told_length
 from sdpgrind.base import pictures, units
 from sdpgrind.base.extras import need
+from sdpgrind.base.units import MS
 
 if TYPE_CHECKING:
     from centering.push._contact.trace import PushTrace
@@ -20,7 +21,6 @@ _TOLD = {
     "slip": "moving, touching (slip)",
     "free": "moving, no contact (free)",
 }
-_MILLI = 1e3  # ms of a s; derived from the units
 _FINE = 801  # chosen: points of a curve; fewer show corners
 
 
@@ -48,13 +48,13 @@ def _title(trace: "PushTrace") -> str:
 
 def _shade(axis: Any, trace: "PushTrace") -> None:
     """Shade the modes behind the curves."""
-    ends = _MILLI * trace.phases[:, 0]
+    ends = MS * trace.phases[:, 0]
     for begin, end, mode in zip(ends[:-1], ends[1:], trace.event_mode, strict=True):
         axis.axvspan(begin, end, color=_SHADES[mode], lw=0.0, zorder=0)
 
 
 def _draw_positions(axis: Any, trace: "PushTrace") -> None:
-    time = _MILLI * trace.time
+    time = MS * trace.time
     axis.plot(time, trace.tip_position, color=RED, lw=1.2, label="tip")
     axis.plot(time, trace.part_position, color=BLUE, lw=1.2, label="part")
     axis.set_ylabel("position [mm]")
@@ -64,7 +64,7 @@ def _draw_positions(axis: Any, trace: "PushTrace") -> None:
 def _draw_lead(axis: Any, trace: "PushTrace") -> None:
     """Lead of the part over the tip, which two long curves hide."""
     lead = (trace.part_position - trace.tip_position) / units.um(1.0)
-    axis.plot(_MILLI * trace.time, lead, color=BLUE, lw=1.0)
+    axis.plot(MS * trace.time, lead, color=BLUE, lw=1.0)
     axis.axhline(0.0, color=RED, lw=0.8)
     phase = np.searchsorted(trace.event_time, trace.time, side="right") - 1
     near = lead[trace.phases[phase, 1] > 0.0]  # not where the tip is far from a part at rest
@@ -76,7 +76,7 @@ def _draw_lead(axis: Any, trace: "PushTrace") -> None:
 
 def _draw_force(axis: Any, trace: "PushTrace") -> None:
     static, coulomb = trace.parameters[3:5]
-    axis.plot(_MILLI * trace.time, trace.contact_force, color=BLUE, lw=1.0)
+    axis.plot(MS * trace.time, trace.contact_force, color=BLUE, lw=1.0)
     for level, name, style in (
         (static, "breaks away at $F_s$", "--"),
         (coulomb, "slides against $F_k$", ":"),
@@ -102,10 +102,10 @@ def plot_profile(profile: "TipProfile") -> Any:
     above, below = figure.subplots(2, 1, sharex=True)
     edges = np.concatenate(((0.0,), np.cumsum(profile.duration)))
     time = np.unique(np.concatenate((np.linspace(0.0, edges[-1], _FINE), edges)))
-    above.plot(_MILLI * time, profile.position(time), color=RED, lw=1.2)
+    above.plot(MS * time, profile.position(time), color=RED, lw=1.2)
     above.axhline(0.0, color=GREY, lw=0.8, ls=":", label="first touch")
     above.set(
-        ylabel="tip position [mm]", title=f"{profile.stroke:.4g} mm in {_MILLI * profile.total_time:.4g} ms"
+        ylabel="tip position [mm]", title=f"{profile.stroke:.4g} mm in {MS * profile.total_time:.4g} ms"
     )
     pictures.legend(above)
     _draw_speed(below, profile, edges)
@@ -116,6 +116,6 @@ def _draw_speed(axis: Any, profile: "TipProfile", edges: Any) -> None:
     """Draw the speed with its jumps."""
     ends = profile.velocity + profile.acceleration * profile.duration
     times = np.column_stack((edges[:-1], edges[1:])).ravel()
-    axis.plot(_MILLI * times, np.column_stack((profile.velocity, ends)).ravel(), color=BLUE, lw=1.2)
+    axis.plot(MS * times, np.column_stack((profile.velocity, ends)).ravel(), color=BLUE, lw=1.2)
     axis.axhline(0.0, color=GREY, lw=0.8, ls=":")
     axis.set(xlabel="time [ms]", ylabel="tip speed [mm/s]")

@@ -7,11 +7,11 @@ import numpy as np
 from centering.push._contact.trace_picture import BLUE, GREY, RED
 from sdpgrind.base import pictures
 from sdpgrind.base.extras import need
+from sdpgrind.base.units import MS
 
 if TYPE_CHECKING:
     from centering.push._minimum_time.push import OptimalPush
 
-_MILLI = 1e3  # ms of a s; derived from the units
 _SAMPLES = 3001  # chosen: points of a curve; fewer show corners
 _LIGHT, _DARK = "#9db9d6", "#1f3f66"
 
@@ -29,8 +29,8 @@ def plot_optimal(push: "OptimalPush") -> Any:
         time = np.linspace(0.0, float(push.rest_time.max()), _SAMPLES)
         data = trace.at(time)
         label = f"friction x {ratio:.3g}"
-        middle.plot(_MILLI * time, data.contact_force, color=shade, lw=1.1, label=label)
-        below.plot(_MILLI * time, _MILLI * (data.tip_position - data.part_position), color=shade, lw=1.1)
+        middle.plot(MS * time, data.contact_force, color=shade, lw=1.1, label=label)
+        below.plot(MS * time, MS * (data.tip_position - data.part_position), color=shade, lw=1.1)
     _dress(push, above, middle, below)
     return figure
 
@@ -42,32 +42,30 @@ def _draw_speed(axis: Any, push: "OptimalPush", shade: Any) -> None:
     ends = profile.velocity + profile.acceleration * profile.duration
     times = np.column_stack((edges[:-1], edges[1:])).ravel()
     axis.plot(
-        _MILLI * trace.time,
+        MS * trace.time,
         trace.part_velocity,
         color=shade,
         lw=1.1,
         label=f"part, friction x {push.friction[-1]:.3g}",
     )
-    axis.plot(
-        _MILLI * times, np.column_stack((profile.velocity, ends)).ravel(), color=RED, lw=1.4, label="tip"
-    )
+    axis.plot(MS * times, np.column_stack((profile.velocity, ends)).ravel(), color=RED, lw=1.4, label="tip")
     most = push.problem.limits.push_speed_max
     axis.axhline(most, color=GREY, lw=1.0, ls="--", label=f"greatest speed of the tip, {most:.4g} mm/s")
 
 
 def _dress(push: "OptimalPush", above: Any, middle: Any, below: Any) -> None:
     """Add labels, limits and title."""
-    errors, time = push.stop_error * _MILLI, push.time
+    errors, time = push.stop_error * MS, push.time
     found = {"NOT_FOUND": "none found, the gentle push: ", "NOT_CONFIRMED": "not confirmed: "}.get(
         push.status.name, ""
     )
     above.set_title(
-        f"{found}{push.distance:g} mm in {_MILLI * time:.1f} ms,"
+        f"{found}{push.distance:g} mm in {MS * time:.1f} ms,"
         f" stops {errors.min():+.1f} to {errors.max():+.1f} µm from there",
         fontsize=10,
     )
     above.set_ylabel("speed [mm/s]")
-    above.set_xlim(0.0, _MILLI * time)
+    above.set_xlim(0.0, MS * time)
     above.set_ylim(bottom=0.0)
     middle.set_ylabel("contact force [N]")
     middle.set_ylim(bottom=0.0)

@@ -6,11 +6,11 @@ import numpy as np
 
 from centering.push._contact.trace_picture import BLUE, GREY, RED
 from sdpgrind.base import pictures, units
+from sdpgrind.base.units import MS
 
 if TYPE_CHECKING:
     from centering.push._plan.push import Push
 
-_MILLI = 1e3  # ms of a s; derived from the units
 _FINE = 801  # chosen: points of a curve; fewer show corners
 _ROOM = 0.03  # chosen: margin below the curves, share of the height; without it the line at 0 is hidden
 _SHADES = {"approach": "#f2f2f2", "pause": "#cfcfcf", "run-up": "#dbe7f3", "push": "#f8e3c4"}
@@ -27,12 +27,10 @@ def draw_push(push: "Push", axis: Any) -> None:
     """Draw a push (private to this package)."""
     touched = _shade(push, axis)
     time = np.linspace(0.0, push.profile.total_time, _FINE)
-    axis.plot(
-        _MILLI * time, _rim(push, touched) - push.profile.position(time), color=RED, lw=1.4, label="tip"
-    )
+    axis.plot(MS * time, _rim(push, touched) - push.profile.position(time), color=RED, lw=1.4, label="tip")
     before = np.append(time[time < touched], touched)
-    axis.plot(_MILLI * before, _rim(push, before), color=BLUE, lw=1.4, label="rim, until it is touched")
-    axis.plot(_MILLI * touched, _rim(push, touched), "o", color=BLUE, ms=5.0, label="first touch")
+    axis.plot(MS * before, _rim(push, before), color=BLUE, lw=1.4, label="rim, until it is touched")
+    axis.plot(MS * touched, _rim(push, touched), "o", color=BLUE, ms=5.0, label="first touch")
     axis.axhline(0.0, color=GREY, lw=0.8, ls=":", label="rim of a ring on the axis")
     axis.set(xlabel="time since the trigger [ms]", ylabel="place on the push line [mm]")
     axis.set_title(_title(push), fontsize=10)
@@ -57,7 +55,7 @@ def _shade(push: "Push", axis: Any) -> float:
     ends = [0.0, rests, starts, touched, push.profile.total_time]
     for (name, shade), begin, end in zip(_SHADES.items(), ends[:-1], ends[1:], strict=True):
         if end > begin:
-            axis.axvspan(_MILLI * begin, _MILLI * end, color=shade, lw=0.0, zorder=0, label=name)
+            axis.axvspan(MS * begin, MS * end, color=shade, lw=0.0, zorder=0, label=name)
     return float(touched)
 
 

@@ -10,12 +10,12 @@ from typing import Any, TextIO
 
 from centering import CenteringProblem
 from centering.cycle import CycleState
+from sdpgrind.base.units import UM
 
 _ROWS, _COLUMNS = 21, 43  # chosen: a character is about twice as high as wide
 _SPARE = 0.5  # decades from the middle to the tolerance; chosen: a ring of a few characters
 _DOTS = 240  # in a circle; chosen: no gap at the edge of the chart
 _FRAME = 0.1  # machine time between frames, s; chosen: more frames flicker
-_UM = 1000.0  # µm in a millimetre; derived
 
 
 class Chart:
@@ -109,7 +109,7 @@ class LiveView:
         """Redraw, not before the machine's time."""
         if (early := self._start + now - time.monotonic()) > 0.0:
             self._wait(early)
-        offset = f"{_UM * self._places[-1][0]:10.2f} µm" if self._places else "not known yet"
+        offset = f"{UM * self._places[-1][0]:10.2f} µm" if self._places else "not known yet"
         told = f"{now:6.2f} s  {state.name.lower():9} push {self._pushes:2d}  offset {offset}"
         lines = [*self._chart.drawn(self._places), told]
         up = f"\x1b[{self._tall}A" if self._tall else ""

@@ -12,6 +12,8 @@ import numpy as np
 from centering.cycle import CycleState
 from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
 from hwsim.command._run_folder import drawn, refuse_file, with_kept
+from hwsim.command.base import PARTS, announce
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -21,8 +23,6 @@ _COLUMNS = (
     ("time", ".2f"), ("pushes", "d"), ("offset", ".2f"), ("finished", "d"), ("peak_force", ".0f"),
     ("true_mu_kinetic", ".4f"),
 )  # fmt: skip
-_UM = 1000.0  # µm in a millimetre; derived
-_PARTS = 20  # default; chosen: the standard error of a mean is below a quarter of the scatter
 _GAVE_UP = "the controller gave up"
 _PREDICTED = 400  # simulated parts; chosen: means to 5 % of the scatter
 
@@ -31,7 +31,7 @@ class _InMicrometres:
     """A log with its offset in µm."""
 
     def __init__(self, log: "Log") -> None:
-        offset = (_UM * log.outcome.offset).assign_attrs(units="µm")
+        offset = (UM * log.outcome.offset).assign_attrs(units="µm")
         self.outcome, self._parts = log.outcome.assign(offset=offset), len(log)
 
     def __len__(self) -> int:
@@ -80,7 +80,7 @@ def _figures(outcome: Any) -> Iterator[tuple[str, Any, str]]:
     for name, label, form in (("time", "time (s)", ".2f"), ("pushes", "pushes", ".2f")):
         yield f"{label}, mean", done[name].mean("part").values, form
         yield f"{label}, 95 % of parts", done[name].quantile(0.95, "part").values, form
-    yield "offset at the end (µm)", _UM * done.offset.mean("part").values, ".2f"
+    yield "offset at the end (µm)", UM * done.offset.mean("part").values, ".2f"
     yield "peak force (N), mean", outcome.peak_force.mean("part").values, ".1f"
 
 
@@ -88,10 +88,10 @@ def _head(title: str, plan: Any) -> Iterator[str]:
     problem, model = plan.problem, plan.problem.model
     yield (
         f"{title}: a ring of {model.part.mass:g} kg, radius {model.part.radius:g} mm, "
-        f"from up to {problem.offset_max:g} mm to {_UM * problem.tolerance:g} µm"
+        f"from up to {problem.offset_max:g} mm to {UM * problem.tolerance:g} µm"
     )
     places = ", ".join(f"{plan.cycle_time(offset):.2f} s from {offset:g} mm" for offset in _places(problem))
-    yield f"strategy: {places}; finished where {_UM * plan.finish:.3g} µm are measured"
+    yield f"strategy: {places}; finished where {UM * plan.finish:.3g} µm are measured"
     if problem.quantum_note:
         yield f"note: {problem.quantum_note}"
 
@@ -117,9 +117,9 @@ def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
         yield summary_line("pushes", outcome.pushes.values[done], ".3f", float(model.pushes.mean()))
         yield summary_line(
             "offset at the end (µm)",
-            _UM * outcome.offset.values[done],
+            UM * outcome.offset.values[done],
             ".3f",
-            _UM * float(np.mean(model.offset)),
+            UM * float(np.mean(model.offset)),
         )
     yield summary_line(
         "finished (%)", 100 * outcome.finished.values, ".1f", 100 * float(np.mean(model.finished))
@@ -136,7 +136,6 @@ def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
 def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> str:
     """Run both controllers, write files where a folder is given, and return the report."""
     from hwsim._loop.compare import compare
-    from hwsim.command.base import announce
     from sdpgrind.base.progress import TerminalLine
 
     if arguments.live:
@@ -144,7 +143,7 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
     folder = _folder(arguments.out)
     plan = _strategy(area, job, arguments)
     both = {"source": job.source(plan), "ours": job.controller(plan)}
-    parts = _PARTS if arguments.parts is None else arguments.parts
+    parts = PARTS if arguments.parts is None else arguments.parts
     announce(f"running {parts} part{'s' if parts > 1 else ''} twice")
     log = compare(job.stand, both, parts=parts, rng=arguments.rng, progress=TerminalLine())
     text = side_by_side(title, log, plan)
@@ -154,7 +153,6 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
 def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
     """The given strategy (checked before to be of this problem), or a new one."""
     import sdpgrind
-    from hwsim.command.base import announce
     from sdpgrind.base.progress import TerminalLine
 
     if arguments.plan is not None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.command._report import CommandReport, Finished, summary_line
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -18,7 +19,6 @@ _COLUMNS = (
     ("time", ".2f"), ("normal_force", ".4f"), ("normal_force_sd", ".4f"), ("lift_off", ".4f"),
     ("feed", ".2f"), ("path_deviation", ".3f"), ("roughness_ra", ".5f"),
 )  # fmt: skip
-_UM = 1000.0  # µm in a millimetre; derived
 
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
@@ -57,7 +57,7 @@ def _means(outcome: Any, plan: Any, wanted: float) -> Iterator[str]:
     rough = outcome.roughness_ra.values
     if np.isfinite(rough).any():
         yield summary_line(
-            "roughness Ra (µm)", _UM * rough[np.isfinite(rough)], ".3f", _expected(plan.problem, wanted)
+            "roughness Ra (µm)", UM * rough[np.isfinite(rough)], ".3f", _expected(plan.problem, wanted)
         )
     if outcome.extrapolated.values.any():
         yield summary_line("beyond the model (%)", 100.0 * outcome.extrapolated.values, ".1f", 0.0)
@@ -66,7 +66,7 @@ def _means(outcome: Any, plan: Any, wanted: float) -> Iterator[str]:
 def _expected(problem: Any, force: float) -> float | None:
     """Mean roughness (µm) of the model at the target force; None: beyond its range."""
     settings = problem.path.pattern, problem.tool_diameter, force
-    return _UM * float(problem.model.law(*settings).mean) if problem.model.covers(*settings) else None
+    return UM * float(problem.model.law(*settings).mean) if problem.model.covers(*settings) else None
 
 
 report = CommandReport(_COLUMNS, _SHORT, _head, _summary)

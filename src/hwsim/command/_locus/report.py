@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.command._report import CommandReport, Finished, summary_line
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -15,22 +16,21 @@ _COLUMNS = (
     ("time", ".2f"), ("convergence_time", ".1f"), ("slack", ".2f"), ("burned", "d"), ("removal_rate", ".2f"),
     ("true_wear_flat_area", ".5f"),
 )  # fmt: skip
-_UM = 1000.0  # µm in a millimetre; derived
 
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     stand, controller = job.stand, job.controller(plan)
     low, high = plan.problem.controls["work_rotation"]
     limits = (
-        f"infeed up to {_UM * plan.problem.controls['infeed_rate'][1]:g} µm/s, work {low:g} to {high:g} rad/s"
+        f"infeed up to {UM * plan.problem.controls['infeed_rate'][1]:g} µm/s, work {low:g} to {high:g} rad/s"
     )
     yield f"{title}: {stand.stock:g} mm of stock, {limits}"
     area = stand.wear_flat_area
     best = plan.at(wear_flat_area=area).controls
-    point = f"{_UM * best['infeed_rate']:.3f} µm/s, {best['work_rotation']:.3f} rad/s"
+    point = f"{UM * best['infeed_rate']:.3f} µm/s, {best['work_rotation']:.3f} rad/s"
     yield f"curve: {plan.status}; best at {area:g}: {point}"
     start = controller.command
-    begin = f"{_UM * start['infeed_rate']:.3f} µm/s, {start['work_rotation']:.3f} rad/s"
+    begin = f"{UM * start['infeed_rate']:.3f} µm/s, {start['work_rotation']:.3f} rad/s"
     yield f"controller: begins at {begin}; margin {controller.margin:g} W"
 
 

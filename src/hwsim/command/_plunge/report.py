@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim.command._report import CommandReport, Finished, summary_line
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -14,13 +15,12 @@ _SHORT = {"part_slack": "slack", "out_of_round": "out of round"}
 _COLUMNS = (
     ("time", ".2f"), ("part_slack", ".4f"), ("burned", "d"), ("roundness", ".5f"), ("out_of_round", "d"),
 )  # fmt: skip
-_UM = 1000.0  # µm in a millimetre; derived
 _GAVE_UP = "readings of size were missing, frozen or jumped"  # the only faults for which its controller stops
 
 
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     problem = plan.problem
-    limits = f"up to {problem.command_rate_max:g} mm/s, {_UM * problem.roundness_max:g} µm round"
+    limits = f"up to {problem.command_rate_max:g} mm/s, {UM * problem.roundness_max:g} µm round"
     yield f"{title}: {problem.stock:g} mm of stock, {limits}"
     known = f"known to {plan.error:.0e} s, {plan.method}"
     yield f"plan: the fastest cycle takes {plan.time:.4f} s ({known}); {plan.binding} binds at the end"
@@ -32,11 +32,11 @@ def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[st
         yield from _times(outcome.time.values, finished, plan)
     known = outcome.part_slack.values[np.isfinite(outcome.part_slack.values)]
     if known.size:
-        yield summary_line("slack of damage (µm)", _UM * known, ".2f", 0.0)
+        yield summary_line("slack of damage (µm)", UM * known, ".2f", 0.0)
     yield summary_line("burned (%)", 100.0 * outcome.burned.values, ".1f", 0.0)
     if finished.any():
         yield summary_line(
-            "roundness (µm)", _UM * outcome.roundness.values[finished], ".3f", _UM * plan.roundness
+            "roundness (µm)", UM * outcome.roundness.values[finished], ".3f", UM * plan.roundness
         )
         yield summary_line("out of round (%)", 100.0 * outcome.out_of_round.values[finished], ".1f", 0.0)
 

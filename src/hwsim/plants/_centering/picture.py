@@ -9,12 +9,12 @@ from hwsim._log.picture import columns
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _RIM, _TIP, _FORCE, _PUSH, _BAD = "0.45", "tab:blue", "tab:orange", "0.9", "tab:red"
-_UM = 1000.0  # µm in a millimetre; derived
 _LEAST = 1e-6  # smallest offset drawn, mm; chosen: 0 has no logarithm
 
 
@@ -74,14 +74,14 @@ def _force(axis: Any, last: dict[str, Floats]) -> None:
 def _parts(axis: Any, log: PartLog) -> None:
     """Offset of each part by push and at the end; unfinished parts in red."""
     out = log.outcome
-    offset = _UM * np.maximum(np.hypot(out.center_x.values, out.center_y.values), _LEAST)
-    final = _UM * np.maximum(out.offset.values, _LEAST)
+    offset = UM * np.maximum(np.hypot(out.center_x.values, out.center_y.values), _LEAST)
+    final = UM * np.maximum(out.offset.values, _LEAST)
     done = out.finished.values > 0
     axis.plot(offset.T, color=_RIM, lw=0.6, alpha=max(0.3, 1.0 / len(offset)))
     for those, color, label in ((done, _TIP, "finished"), (~done, _BAD, "not finished")):
         if those.any():
             axis.plot(out.pushes.values[those], final[those], "o", color=color, ms=3.5, label=label)
-    axis.axhline(_UM * float(out.attrs["tolerance"]), color="0.15", lw=1, ls="--", label="tolerance")
+    axis.axhline(UM * float(out.attrs["tolerance"]), color="0.15", lw=1, ls="--", label="tolerance")
     axis.set(xlabel="pushes", ylabel="offset [µm]", yscale="log")
     axis.set_ylim(min(0.1, 0.5 * float(final.min())), 2.0 * max(5.0, float(np.nanmax(offset))))
     axis.xaxis.get_major_locator().set_params(integer=True)

@@ -7,13 +7,13 @@ import numpy as np
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _TRUE, _SET, _GRAY, _BAD = "tab:blue", "0.15", "0.55", "tab:red"
 _LEGEND: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1, 0.97)}  # above its axes
-_UM = 1000.0  # µm in a millimetre; derived
 _SAMPLES = ("sample_time", "true_normal_force", "true_feed", "height_error", "true_x", "true_y")
 
 
@@ -80,7 +80,7 @@ def _in_time(axes: list[Any], last: dict[str, Floats], log: PartLog, wanted: flo
     )
     feed.set(ylabel="feed [mm/s]", ylim=(0, None))
     pictures.legend(feed, **_LEGEND, ncols=2)
-    height.plot(time, _UM * last["height_error"], color=_TRUE, lw=0.8)
+    height.plot(time, UM * last["height_error"], color=_TRUE, lw=0.8)
     height.set(xlabel="time [s]", ylabel="height error [µm]")
     for axis in axes:
         axis.grid(alpha=0.25, lw=0.5)
@@ -105,7 +105,7 @@ def _from_above(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
 def _parts(axis: Any, log: PartLog) -> None:
     """Roughness of each part; hollow beyond the model's range."""
     out, parts = log.outcome, np.arange(len(log))
-    rough, stretched = _UM * out.roughness_ra.values, out.extrapolated.values != 0
+    rough, stretched = UM * out.roughness_ra.values, out.extrapolated.values != 0
     axis.plot(parts, rough, "-", color=_TRUE, lw=0.8, alpha=0.5)
     axis.plot(parts[~stretched], rough[~stretched], "o", color=_TRUE, ms=4)
     axis.plot(

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from hwsim.plants._weldbead.machine import OF_PASS
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -18,8 +19,7 @@ from sdpgrind.weldbead.passes import TiltedDisc
 
 _IN_CONTACT = 2.0  # least reading in contact, N; chosen: above the noise of the sensor
 _NOISE = 512  # samples whose noise is drawn together; chosen: fewer cost a call each
-_OF_PASS = ("grinding_power", "normal_force", "tangential_force", "removal_rate", "feed_rate", "cut_depth")
-_AT_EVENTS = ("profile", "profile_x", "height", *_OF_PASS)
+_AT_EVENTS = ("profile", "profile_x", "height", *OF_PASS)
 _NO_EVENT = dict.fromkeys(_AT_EVENTS, nan)
 
 
@@ -66,7 +66,7 @@ class ForceTable(Stateful):
         self._normals, self._next = np.empty((0, 5)), 0
         self._command = self._table.drawn_back()
         self._scan = self._scanned()
-        self._at_event: dict[str, Any] | None = dict(self._scan, **dict.fromkeys(_OF_PASS, nan))
+        self._at_event: dict[str, Any] | None = dict(self._scan, **dict.fromkeys(OF_PASS, nan))
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, Any]:
         """Apply `command`, advance by at most `ticks` samples, measure."""
@@ -137,7 +137,7 @@ class ForceTable(Stateful):
         """Scan, and measure the pass from sensors and both scans."""
         before, self._scan = self._scan, self._scanned()
         cut, pass_ = before["height"] - self._scan["height"], self._reading
-        of_pass = dict.fromkeys(_OF_PASS, nan) | {"feed_rate": self._table.feed, "cut_depth": cut}
+        of_pass = dict.fromkeys(OF_PASS, nan) | {"feed_rate": self._table.feed, "cut_depth": cut}
         if pass_.samples:
             n = pass_.samples
             volume = cut * self._setup.bead.length * self._setup.disc.model.bead_width

@@ -7,13 +7,13 @@ import numpy as np
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COMMAND, _TRUE, _BEST, _LIMIT, _BAD = "0.6", "tab:blue", "tab:green", "0.15", "tab:red"
 _SHOWN = 5  # parts drawn over time; chosen: later parts look like the last of them
-_UM = 1000.0  # µm in a millimetre; derived
 _SAMPLES = ("sample_time", "true_infeed_rate", "best_infeed_rate", "true_grinding_power", "burning_power")
 
 
@@ -70,11 +70,11 @@ def _in_time(axes: list[Any], log: PartLog) -> None:
         true, (time, rate, _) = _samples(log, part), _commands(log, part)
         label: Any = (lambda text: text) if once else (lambda text: None)
         at = begin + true["sample_time"]
-        rates.step(begin + time, _UM * rate, where="post", color=_COMMAND, lw=1, label=label("command"))
-        rates.plot(at, _UM * true["true_infeed_rate"], color=_TRUE, label=label("true infeed"))
+        rates.step(begin + time, UM * rate, where="post", color=_COMMAND, lw=1, label=label("command"))
+        rates.plot(at, UM * true["true_infeed_rate"], color=_TRUE, label=label("true infeed"))
         rates.plot(
             at,
-            _UM * true["best_infeed_rate"],
+            UM * true["best_infeed_rate"],
             "--",
             color=_BEST,
             label=label("best infeed for the wheel as it is"),
@@ -123,7 +123,7 @@ def _way(axis: Any, log: PartLog) -> None:
         shown = np.isfinite(rotation)
         first = part == 0
         axis.plot(
-            _UM * rate[shown],
+            UM * rate[shown],
             half * rotation[shown],
             ".",
             color=_COMMAND,
@@ -133,7 +133,7 @@ def _way(axis: Any, log: PartLog) -> None:
         count = min(int(shown.sum()), len(true["true_infeed_rate"]) - 1)
         after = true["true_infeed_rate"][1 : 1 + count]
         axis.plot(
-            _UM * after,
+            UM * after,
             half * rotation[shown][:count],
             color=_TRUE,
             lw=1,
@@ -154,7 +154,7 @@ def _locus(axis: Any, process: Any, rates: Floats, ranges: tuple[float, float]) 
     except TypeError:  # another sliding law
         return
     bounds = [process.work_speed(end) for end in ranges]
-    axis.plot(_UM * rates, np.clip(speeds, *bounds), color=_BEST, lw=1, zorder=0, label="locus")
+    axis.plot(UM * rates, np.clip(speeds, *bounds), color=_BEST, lw=1, zorder=0, label="locus")
 
 
 def _outcomes(axes: list[Any], log: PartLog) -> None:

@@ -8,12 +8,12 @@ from hwsim._log.picture import columns
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LEFT, _DAMAGE, _FEED, _BAD, _LIMIT = "0.35", "tab:red", "tab:blue", "tab:red", "0.15"
-_UM = 1000.0  # µm in a millimetre; derived
 _BEGINS = 2.0  # least infeed with visible damage over the rate at burn onset; chosen: excludes ploughing
 
 
@@ -53,10 +53,10 @@ def _sections(axis: Any, last: dict[str, Floats]) -> None:
 
 def _rates(axis: Any, last: dict[str, Floats]) -> None:
     time = last["time"]
-    axis.step(time, _UM * last["command_rate_command"], where="post", color="0.6", lw=1, label="command")
+    axis.step(time, UM * last["command_rate_command"], where="post", color="0.6", lw=1, label="command")
     if np.isfinite(last["infeed_rate_planned"]).any():
         axis.plot(
-            time, _UM * last["infeed_rate_planned"], color=_FEED, label="infeed, as the controller has it"
+            time, UM * last["infeed_rate_planned"], color=_FEED, label="infeed, as the controller has it"
         )
     _sections(axis, last)
     axis.set(ylabel="rate [µm/s]")
@@ -92,17 +92,17 @@ def _outcomes(axes: list[Any], log: PartLog) -> None:
     _series(axes[0], parts, out.time.values, out.unfinished.values)
     axes[0].set(ylabel="time [s]")
     axes[0].set_title("Every part", loc="left")
-    _series(axes[1], parts, _UM * out.part_slack.values, out.burned.values)
+    _series(axes[1], parts, UM * out.part_slack.values, out.burned.values)
     axes[1].set(ylabel="part slack [µm]")
     axes[1].axhline(0, color=_LIMIT, lw=1, ls="--")
     axes[1].annotate(
         "below: burned", (0.99, 0), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right")
     )
-    _series(axes[2], parts, _UM * out.roundness.values, out.out_of_round.values)
+    _series(axes[2], parts, UM * out.roundness.values, out.out_of_round.values)
     axes[2].set(ylabel="out-of-round [µm]", xlabel="part")
-    axes[2].axhline(_UM * limit, color=_LIMIT, lw=1, ls="--")
+    axes[2].axhline(UM * limit, color=_LIMIT, lw=1, ls="--")
     axes[2].annotate(
-        "limit", (0.99, _UM * limit), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right")
+        "limit", (0.99, UM * limit), (0, 3), xycoords=("axes fraction", "data"), **_small(ha="right")
     )
     for axis in axes:
         axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)

@@ -9,12 +9,12 @@ from hwsim._log.picture import columns
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DATA, _MODEL, _ERROR, _BAND, _TRUE = "0.55", "tab:blue", "tab:blue", "tab:orange", "0.15"
-_UM = 1000.0  # µm in a millimetre; derived
 _TURN = 2 * math.pi
 _TOP = 1e4  # largest error drawn, µm; chosen: the first estimates are far off
 _LINE = 400  # points on the curve of the model; chosen: fewer show corners
@@ -77,7 +77,7 @@ def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float
             label="model at the end",
         )
         left = last["reading"] - _model(last, known[-1], last["angle"], tip_radius)
-        below.plot(turns, _UM * left, ".", color=_DATA, ms=3)
+        below.plot(turns, UM * left, ".", color=_DATA, ms=3)
     above.set(ylabel="reading [mm]")
     above.set_title("The last part", loc="left")
     above.tick_params(labelbottom=False)
@@ -100,11 +100,11 @@ def _history(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
     turns = last["angle"] / _TURN
     axis.plot(
         turns[known],
-        _UM * last["band_planned"][known],
+        UM * last["band_planned"][known],
         color=_BAND,
         label="band: as sure as this it was said to be",
     )
-    axis.plot(turns[known], _UM * error[known], color=_ERROR, label="from the true centre")
+    axis.plot(turns[known], UM * error[known], color=_ERROR, label="from the true centre")
     axis.set_ylim(top=min(axis.get_ylim()[1], _TOP))
     pictures.legend(axis)
 

@@ -14,9 +14,7 @@ from sdpgrind.weldbead.kernels import PassCoefficients, blamed, grinding_power
 
 _AGREE = 1e-9  # relative; chosen: above the rounding of feed rates and forces
 _BURNS = 1e-6  # excess over the burn limit, W or N; chosen: a pass planned on the limit does not burn
-
-
-_OF_PASS = ("grinding_power", "normal_force", "tangential_force", "removal_rate", "feed_rate", "cut_depth")
+OF_PASS = ("grinding_power", "normal_force", "tangential_force", "removal_rate", "feed_rate", "cut_depth")
 
 
 class WeldBeadSetup(NamedTuple):
@@ -67,7 +65,7 @@ class WeldBead:
         self._burned = 0
         self._truth: list[tuple[float, PassCoefficients]] = []
         self._scan = self._scanned()
-        self._of_pass = dict.fromkeys(_OF_PASS, nan)
+        self._of_pass = dict.fromkeys(OF_PASS, nan)
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
         """Begin the commanded pass, advance by at most `ticks`, measure."""

@@ -185,7 +185,7 @@ class Area(Plan):
 
     def plot(self) -> Any:
         """Draw each control over the first two hidden states and return the figure."""
-        return pictures.drawn("sdpgrind.locus._curve.pictures:area_picture", self)
+        return pictures.drawn("sdpgrind.locus._curve.picture:area_picture", self)
 
     @property
     def status(self) -> str:

@@ -297,7 +297,7 @@ class Locus(Plan):
 
     def plot(self) -> Any:
         """Draw controls and responses over the hidden state and the first two controls; return the figure."""
-        return pictures.drawn("sdpgrind.locus._curve.pictures:picture", self)
+        return pictures.drawn("sdpgrind.locus._curve.picture:picture", self)
 
     @property
     def status(self) -> str:

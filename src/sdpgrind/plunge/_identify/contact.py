@@ -11,6 +11,7 @@ import numpy as np
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._identify.cycles import Cycle, concluded, fault, not_identified
+from sdpgrind.plunge._identify.time_constant import FAINT
 from sdpgrind.plunge._model.model import PlungeModel
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.replay_kernels import deflections
@@ -18,7 +19,6 @@ from sdpgrind.plunge._plan.replay_kernels import deflections
 CONTACT, RATIO, TAU = ("contact_zero", "mm"), ("normal_force_ratio", "1"), ("time_constant", "s")
 SCALES = (0.1, 10.0)  # chosen: range of the deflection relative to the model
 _STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
-_FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
 
 
 class ContactCourse(NamedTuple):
@@ -84,4 +84,4 @@ def _value_of_fit(
         units=name[1:],
         freedom=fit.freedom,
     )
-    return concluded(found, _FAINT) if which == 1 or not found.ok else found
+    return concluded(found, FAINT) if which == 1 or not found.ok else found

@@ -17,7 +17,7 @@ from sdpgrind.plunge._plan.replay_kernels import lags
 
 NAME, UNIT = "time_constant", "s"
 RANGE = (0.05, 50.0)  # chosen: range of the time constant, s
-_FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
+FAINT = "command and size say too little of it: take readings while the rate changes, as after the start"
 _CURVED = (
     "the linear model leaves more than noise: at other rates the lag is another; in spark-out with `problem`"
 )
@@ -30,7 +30,7 @@ def by_output_error(cycle: Cycle) -> idf.Estimate:
     if reason := fault(cycle):
         return not_identified(NAME, UNIT, reason)
     fit = _fitted(cycle)
-    found = concluded(_of_logarithm(fit), _FAINT)
+    found = concluded(_of_logarithm(fit), FAINT)
     return found.replace(message=_CURVED) if found.ok and _curved(cycle, fit) else found
 
 
@@ -239,7 +239,7 @@ class TimeConstantEstimator:
             )
         best = int(np.argmin(squares))
         if not 1 < best < self._taus.size - 3:
-            return not_identified(NAME, UNIT, _FAINT)
+            return not_identified(NAME, UNIT, FAINT)
         tau = _root(np.log(self._taus), slope, best)
         at = {"x": np.log(tau), "xp": np.log(self._taus)}
         known, twice = np.interp(fp=information, **at), np.interp(fp=double, **at)
@@ -250,7 +250,7 @@ class TimeConstantEstimator:
         found = idf.Estimate(
             (NAME,), np.array([tau]), np.full((1, 1), variance), units=(UNIT,), freedom=freedom
         )
-        return concluded(found.replace(message=f"from {self._count} readings"), _FAINT)
+        return concluded(found.replace(message=f"from {self._count} readings"), FAINT)
 
     @property
     def _weight(self) -> float:

@@ -21,7 +21,7 @@ from sdpgrind.sdp._distributions.law import (
 )
 
 ROOT2 = sqrt(2.0)
-HALF_PI = sqrt(pi / 2)
+HALF_PI = sqrt(pi / 2)  # derived: also the mean of the unit Rayleigh law
 NORMAL_REACH = 8.5  # derived: P(Z > 8.5) < 1e-17
 
 

@@ -12,9 +12,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
 from sdpgrind.sdp._distributions.law import LocationScale, Size, amounts, gauss_rule
+from sdpgrind.sdp._distributions.normal import HALF_PI, ROOT2
 
-ROOT2 = sqrt(2.0)
-HALF_PI = sqrt(pi / 2)  # derived: mean of the unit Rayleigh law
 RAYLEIGH_SD = sqrt(2 - pi / 2)  # derived: its standard deviation
 RAYLEIGH_REACH = 8.85  # derived: P(Rho > 8.85) < 1e-17
 

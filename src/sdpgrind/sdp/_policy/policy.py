@@ -319,7 +319,7 @@ class Policy(Solution, Plan):
 
     def plot(self, mode: str | int = 0) -> Any:
         """Return a figure of value-to-go and actions of one mode (one axis: over stage; two: last slice)."""
-        return pictures.drawn("sdpgrind.sdp._policy.plot:plot", self, int(self.locator.mode(mode)))
+        return pictures.drawn("sdpgrind.sdp._policy.picture:plot", self, int(self.locator.mode(mode)))
 
     def _told(self) -> str:
         size = " x ".join(str(n) for n in (*self.table.value.shape[:2], *self.grid.shape))

@@ -1,3 +1,5 @@
+from ._comparison import design_table as design_table
+from ._comparison import designs as designs
 from ._constrained import PredictiveController as PredictiveController
 from ._controller import ForceController as ForceController
 from ._designs import DesignLimits as DesignLimits
@@ -18,5 +20,3 @@ from ._sensor import SensorChain as SensorChain
 from ._servo import ServoTable as ServoTable
 from ._simulate import LoopRecord as LoopRecord
 from ._simulate import simulate_loop as simulate_loop
-from ._table import design_table as design_table
-from ._table import designs as designs

@@ -44,7 +44,7 @@ class LoopRecord:
 
     def plot(self) -> Any:
         """Draw planned and actual force (N), and the platform command (mm), over time (s)."""
-        return pictures.drawn("sdpgrind.weldbead.force._plots:plot_loop", self)
+        return pictures.drawn("sdpgrind.weldbead.force._picture:plot_loop", self)
 
 
 def simulate_loop(

@@ -136,7 +136,7 @@ class PassPlan(Plan):
 
     def plot(self) -> Any:
         """Draw contours, force, power and height along the bead; return the figure."""
-        return pictures.drawn("sdpgrind.weldbead.passes._plots:plot_pass", self)
+        return pictures.drawn("sdpgrind.weldbead.passes._picture:plot_pass", self)
 
     @property
     def dataset(self) -> xr.Dataset:

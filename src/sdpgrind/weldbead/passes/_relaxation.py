@@ -62,7 +62,7 @@ class RelaxedPass:
 
     def plot(self) -> Any:
         """Draw bead, target and remaining contour (mm) over the depth; return the figure."""
-        return pictures.drawn("sdpgrind.weldbead.passes._plots:plot_relaxed", self)
+        return pictures.drawn("sdpgrind.weldbead.passes._picture:plot_relaxed", self)
 
 
 def relax(

@@ -326,7 +326,7 @@ class SequencePolicy(Plan):
 
     def plot(self) -> Any:
         """Draw expected penalty, duration and force over time left and height; return the figure."""
-        return pictures.drawn("sdpgrind.weldbead.sequence._pictures:plot_policy", self, *self.states())
+        return pictures.drawn("sdpgrind.weldbead.sequence._picture:plot_policy", self, *self.states())
 
     def states(self) -> tuple[Floats, Floats]:
         """Return the heights (mm) and the times left (s, not late) of the table's nodes."""
