@@ -11,8 +11,14 @@ import pytest
 from house_names import ROOT, SOURCE
 
 RIDDLES = re.compile(r"\breckon\w*|\bgiv(?:es?|en|ing) way\b|\b[Bb]y how much\b")
-ORIGIN = re.compile(r"source|derived|measured|chosen|\d{4}")
+ORIGIN = re.compile(r"source|derived|measured|chosen|\d{4}", re.IGNORECASE)
 """How a comment says where a number comes from; a year is that of a source."""
+NO_REASON = re.compile(r"\bchosen[.;]?$", re.IGNORECASE)
+"""End of a comment that says that a number was chosen and not why."""
+
+
+PAGES = sorted(path for path in (ROOT / "docs").glob("*.rst") if path.name != "style.rst")
+"""Pages of the documentation, but for the one that cites riddles."""
 
 
 def files():
@@ -36,23 +42,55 @@ def riddles(text):
 
 
 def without_origin(text):
-    """Numbers at the top of a module whose comment, on their line or above, does not say where they come
-    from.
+    """Numbers at the top of a module whose comment does not say where they come from.
+
+    Comments are above the number, on its line, or in a string below it.
     """
-    lines = text.splitlines()
-    for node in ast.parse(text).body:
+    lines, body = text.splitlines(), ast.parse(text).body
+    for node, after in zip(body, [*body[1:], None], strict=True):
         if isinstance(node, ast.Assign) and _is_number(node.value):
-            above = (
-                lines[node.lineno - 2] if node.lineno > 1 and lines[node.lineno - 2].startswith("#") else ""
-            )
-            if not ORIGIN.search(above + "".join(lines[node.lineno - 1 : node.end_lineno]).partition("#")[2]):
+            said = [
+                *_above(lines, node.lineno),
+                "".join(lines[node.lineno - 1 : node.end_lineno]).partition("#")[2],
+            ]
+            if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant):
+                said.append(str(after.value.value))
+            if not ORIGIN.search(" ".join(said)) or any(NO_REASON.search(each.strip()) for each in said):
                 yield node.lineno, ast.unparse(node)
 
 
+def _above(lines, number):
+    """The comment that ends in the line before line `number`, as one text."""
+    begin = number - 1
+    while begin and lines[begin - 1].startswith("#"):
+        begin -= 1
+    return [" ".join(line.strip("# ") for line in lines[begin : number - 1])]
+
+
 def _is_number(value):
+    if isinstance(value, ast.Tuple | ast.List):
+        return bool(value.elts) and all(map(_is_number, value.elts))
     if isinstance(value, ast.BinOp):
         return _is_number(value.left) and _is_number(value.right)
+    if isinstance(value, ast.UnaryOp):
+        return _is_number(value.operand)
     return isinstance(value, ast.Constant) and isinstance(value.value, int | float)
+
+
+def riddles_on_a_page(text):
+    """Riddles of a page, with the number of their line; words in literals are names."""
+    lines = re.sub(r"``[^`]*``", "", text).splitlines()
+    return [(number, found[0]) for number, line in enumerate(lines, 1) if (found := RIDDLES.search(line))]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_no_riddles_on_pages(page):
+    assert not riddles_on_a_page(page.read_text())
+
+
+def test_riddles_on_pages_are_found():
+    assert riddles_on_a_page("It says\nby how much.") == [(2, "by how much")]
+    assert not riddles_on_a_page("``gives way`` and giving")
 
 
 def test_no_riddles():
@@ -77,7 +115,10 @@ def test_riddles_are_found(text):
 def test_constants_without_origin_are_found():
     assert list(without_origin("LAG = 0.2  # s")) == [(1, "LAG = 0.2")]
     assert list(without_origin("MOST = 2**16"))
-    assert not list(without_origin("LAG = 0.2  # s; chosen\n# measured: s\nLATE = 0.3\nNAME = 'x'\n"))
+    assert not list(without_origin("LAG = 0.2  # s; chosen: ours\n# measured: s\nLATE = 0.3\nNAME = 'x'\n"))
+    assert list(without_origin("NEAR, FAR = 1, -2")) and list(without_origin("ENDS = [(0.1, 2), 3]  # mm"))
+    assert list(without_origin("LAG = 0.2  # s; chosen"))
+    assert not list(without_origin("NEAR, FAR = range(2)\nLAG = 0.2\n'Time, s; derived: of the filter.'"))
 
 
 def test_the_page_has_its_six_examples():

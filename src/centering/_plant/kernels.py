@@ -20,7 +20,9 @@ _STEPS_MAX = (
 _CLOSE = 1e-12  # s; chosen: below the rounding of event times
 _STILL = 1e-6  # mm/s; chosen: a viscous ring never stops by itself
 _SLOW = 0.5  # rim speed over friction's change of it in a step; chosen: a slower spin stops with the ring
-_RESOLVED, _FINEST = 0.1, 0.03  # step over stopping time of a spinning ring, least step over `STEP`; chosen
+# step over stopping time of a spinning ring, and least step over `STEP`; chosen: longer steps miss how the
+# friction of a slow ring turns, shorter ones cost time
+_RESOLVED, _FINEST = 0.1, 0.03
 _PEAK_NEAR = 0.01  # relative; chosen: peaks that exceed the last one by a step's rise are found
 
 

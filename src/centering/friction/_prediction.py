@@ -15,7 +15,7 @@ NODES = (21, 9)
 """Simulated frictions of a push, of scale and ratio; chosen: more cost time, fewer blur the prediction."""
 _REACH = 4.0  # chosen: reach of the nodes in standard deviations of the prediction
 _ROUGH = 0.5  # chosen: sd between nodes over their second difference; that of noise, more than that of a jump
-_FINAL, _SLIDE, _PEAK = 0, 1, 2
+_FINAL, _SLIDE, _PEAK = range(3)
 """Columns of the result of a push."""
 
 

@@ -18,7 +18,7 @@ SEEN = 5.0  # chosen: amplitude in standard deviations below which a runout has 
 _TELLING = 0.3  # chosen: largest sd of a refined ratio, over the reach
 _UNSURE, _INFLATED = 0.1, 4.0
 """The ratio is kept where the amplitude's sd is above this share of it, and this multiple of that at the
-given ratio; chosen."""
+given ratio; chosen: smaller ones keep a wrong ratio, larger ones lose the amplitude."""
 _APART = 0.25  # chosen: step of tried ratios times the turns; a peak is 2 wide
 _SINGULAR = 1e-14  # chosen: squares left over those of a row where harmonics replace it, rounding
 _LATER = (

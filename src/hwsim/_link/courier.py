@@ -20,7 +20,7 @@ from sdpgrind.base import checks
 # kind, sender; acknowledged: courier, records in order, bits of records behind them, last message; number of
 # this message, oldest record, this record
 _HEADER = struct.Struct("!B8Q")
-_SIGN, _RECORD = 3, 4
+_SIGN, _RECORD = range(3, 5)  # kinds of message
 _WINDOW = 64  # derived: records under way at once are the bits of one word of the header
 _LENGTH = struct.Struct("!Q")  # length of a record in the file of a backlog
 NEAR = 4096  # records in memory; chosen: 40 s of a controller of 100 Hz

@@ -35,6 +35,7 @@ def _unit(factor: str | Fraction, *exponents: int) -> Unit:
 
 
 _TURN = Fraction(2 * math.pi)
+# derived: exponents of length, time, mass, angle
 _FORCE, _ENERGY, _POWER, _ANGLE = (1, -2, 1), (2, -2, 1), (2, -3, 1), (0, 0, 0, 1)
 _POUND = Fraction("4.4482216152605")  # N; source: 0.45359237 kg of 1959 times 9.80665 m/s^2
 _LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "um": "1e-6", "µm": "1e-6", "μm": "1e-6", "in": "0.0254"}

@@ -21,7 +21,7 @@ from sdpgrind.base.compiling.compiled import compiled
 TAKEN, REFUSED, COMPLETE, MOVED, SHIFTED = range(5)
 """Outcome of a reading: taken, refused, last of the start; or the part has moved, by the number of refused
 readings or by a shift of the latest ones as a whole."""
-NOT_FINITE, TOO_FAR, COARSE_STEPS, NOT_POSITIVE = -1, -2, -3, -4
+NOT_FINITE, TOO_FAR, COARSE_STEPS, NOT_POSITIVE = range(-1, -5, -1)
 """Why a reading is invalid."""
 PIVOT = 1e-13  # chosen: least diagonal of the triangle, far below an entry of a row (1), above rounding
 _TURN = 2.0 * np.pi

@@ -18,12 +18,13 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.identify.kernels import covariance_step, measure, rotate, solve
 
-RLS, PRLS, KALMAN = 0, 1, 2
+RLS, PRLS, KALMAN = range(3)
 RADIUS, CENTER_X, CENTER_Y, SQUARES, COUNT, LOW, HIGH = range(7)
 OUTPUTS = 7  # derived: number of the output slots above
+# derived: slots after the outputs, of each estimator
 _VALUE, _MATRIX, _WORK, _COST = 7, 9, 13, 17  # rls
-_ARRAY, _ROW, _SEEN, _MEAN, _TIMES, _DISTINCT, _LEFT, _WITHIN = 7, 19, 23, 27, 29, 31, 32, 33  # prls
-_FILTERED, _VARIANCE, _GAIN, _ONE, _MOST, _LEAST, _AT = 7, 8, 9, 10, 11, 12, 13  # kalman
+_ARRAY, _ROW, _SEEN, _MEAN, _TIMES, _DISTINCT, _LEFT, _WITHIN = 7, 19, 23, 27, 29, 31, 32, 33  # derived: prls
+_FILTERED, _VARIANCE, _GAIN, _ONE, _MOST, _LEAST, _AT = range(7, 14)  # kalman
 STATES = 34  # derived: slots of the largest state, of "prls"
 _SAME = 1e-6  # chosen: directions that differ by less (|cos| + |sin|) are one
 

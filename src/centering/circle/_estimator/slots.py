@@ -62,7 +62,7 @@ from noise, their squares of the waves above form and of the successive differen
 readings of these turns."""
 BLOCK_SUM = TOLD_COUNT + 1
 """Sum of rows and targets of the block (4)."""
-WAVES, ABOVE = 8, 8
+WAVES, ABOVE = 8, 8  # derived: 4 + 4, and 2 of each of 4
 """Waves fitted to a turn: four of form (2 to 5 upr) and four above; and number of cosines and sines of the
 latter."""
 CIRCLE_AND_FORM = 11  # derived: columns, 3 of the circle, 2 of each wave of form

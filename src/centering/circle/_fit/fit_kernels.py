@@ -14,7 +14,7 @@ SETTLED = 1e-8  # chosen: squared step over the squared standard deviation that 
 ROUNDING = 4e-15  # chosen: rounding of a residual relative to the radius, some 20 units in the last place
 SAME = 1e-6  # chosen: rad; closer readings are at one place
 GAP = 10.0  # chosen: a larger step, in median steps, is a gap: its arc is not covered
-FITTED, SINGULAR, OUTSIDE, ENDLESS = 0, 1, 2, 3
+FITTED, SINGULAR, OUTSIDE, ENDLESS = range(4)
 """Outcome of a fit: settled; readings do not determine three quantities; axis outside of the circle; not
 settled."""
 RADIUS, X, Y, NOISE, SEEN, UNIT, FREEDOM, CONDITION, WORST, TAKEN, AWAY, INVERSE = range(12)

@@ -17,9 +17,9 @@ FOLLOWS = 0.8  # chosen: share of steps of one sense from which readings are in 
 SAME = 1e-6  # chosen: rad; smaller steps are none
 SIGNIFICANT = 2.33  # derived: standard deviations of a correlation that 1 % of independent noise exceeds
 MOST = 0.9999  # chosen: largest correlation; 1 would make the inflation infinite
-LOBES, COLUMNS = 5, 11
+LOBES, COLUMNS = 5, 11  # derived: most upr of a lobe; 3 of the circle, 2 of each lobe of 2 to 5 upr
 SLOW = 4.0  # chosen: degrees of freedom a turn of the slowest waves above form
-RATIO, INFLATION, FREEDOM, SHIFT = 0, 1, 2, 3
+RATIO, INFLATION, FREEDOM, SHIFT = range(4)
 """Slots of a result: sd of a reading over sqrt(squares/(m - 3)), factor on it, degrees of freedom, shift of
 the centre by form (mm)."""
 

@@ -5,7 +5,7 @@ import numpy as np
 from centering.circle._fit import fit_kernels as fit
 from sdpgrind.base.compiling.compiled import compiled
 
-HUBER, SOFT_L1 = 1, 2
+HUBER, SOFT_L1 = range(1, 3)
 BEND = 1.345  # source: Huber; residual over scale from which weights fall, 95 % efficient for normal noise
 NORMAL = 1.4826022185056018  # derived: normal sd over the median absolute value
 FAR = 6.0  # chosen: scales beyond which a reading is left out; dust only adds, and would bias the radius

@@ -12,7 +12,8 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import compiled
 
 FIRST, LAST = 2, 7
-"""Undulations per revolution of the lobes that are looked for."""
+"""Undulations per revolution of the lobes that are looked for; derived: 1 is the offset; chosen: finer form
+counts as noise."""
 SIZE = 3 + 2 * (LAST - FIRST + 1)
 """Values."""
 _FAR = 1e-4  # 1/mm^2, chosen: that the centre is on the table is information, too

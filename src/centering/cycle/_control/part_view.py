@@ -15,7 +15,7 @@ from sdpgrind.base.checks import Floats
 
 _FEWEST = 4  # derived: three readings fix a circle, a fourth its uncertainty
 _EVERY = 4  # chosen: readings between two looks at what they say, once there are many
-_MANY = 12  # chosen
+_MANY = 12  # chosen: readings below which each is looked at; fewer delay the first answer, more cost time
 _HOLD = 20.0  # chosen: deviations of a centre within which it is believed at all
 
 

@@ -19,8 +19,9 @@ from sdpgrind.base.checks import one_of
 
 _TURN = 2.0 * pi
 # Samples before a push: it can still be sent; is sent; the slide is stopped; it is planned from where the
-# slide is.
-_LATEST, _EARLIEST, _FREEZE, _NEAR = 1.3, 2.7, 6.0, 14.0  # chosen
+# slide is. Chosen: below 1 a push comes too late for its angle, one sample at least is between the first two,
+# and the slide has time to stop.
+_LATEST, _EARLIEST, _FREEZE, _NEAR = 1.3, 2.7, 6.0, 14.0
 _EVERY = 3  # readings between two looks at the model: 5 degrees at the source's speed are 4
 _BLIND = 0.11  # chosen: s after a push until the probe follows again
 _SLOWEST_TABLE = 0.1  # chosen: rad/s

@@ -15,8 +15,9 @@ from centering.cycle._strategy.timing import CycleTiming
 from sdpgrind import sdp
 from sdpgrind.base.checks import Floats
 
+# chosen: dense about the offset, sparse beyond it, as the best travel is most often near the offset
 _NEAR = 0.5, 0.7, 0.8, 0.86, 0.9, 0.94, 0.97, 0.985, 1.0, 1.015, 1.03, 1.06, 1.1, 1.15, 1.25, 1.4
-_OVER = 1.7, 2.2, 3.0, 5.0, 8.0, 13.0, 22.0, 36.0
+_OVER = 1.7, 2.2, 3.0, 5.0, 8.0, 13.0, 22.0, 36.0  # chosen: the same, over the axis
 FRACTIONS = np.array([*_NEAR, *_OVER])
 """Chosen: candidate mean travels over the offset; the large ones push over the axis and back.
 
@@ -25,7 +26,7 @@ does the next.
 """
 WORTH = 0.65  # measured: evidence of a push, in fully informative pushes; mean of `Strategy.update_belief`
 DRAWS = 101  # chosen: draws of friction, direction and place of a push
-_LATTICE = (1, 26, 40)
+_LATTICE = (1, 26, 40)  # chosen: steps of a lattice of DRAWS points; small ones leave gaps between planes
 _SIGMAS = 3.0  # chosen: half width of the friction axis, in standard deviations from part to part
 _BEYOND = 1.5  # chosen: greatest offset of the table over that of the problem
 _SURE = 1.5  # chosen: margin to the tolerance, in standard deviations of a measured offset

@@ -15,7 +15,7 @@ from centering.push._contact.swing_kernels import (
 )
 from sdpgrind.base.compiling.compiled import compiled
 
-REST, STICK, SLIP, FREE = 0, 1, 2, 3
+REST, STICK, SLIP, FREE = range(4)
 """Modes: apart and at rest; touching and at rest; touching and moving; moving without contact."""
 _SETTLED = 40.0  # derived: time constants after which an overdamped part rests at a resting tip, to rounding
 _SPARE_TURNS = 4  # chosen: allowance for stationary points of the force beyond one per half period

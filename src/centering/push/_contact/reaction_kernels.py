@@ -12,7 +12,7 @@ COLUMNS = 8  # derived: number of columns above
 # derived: at the beginning of a phase time (s), mode, tip (mm, mm/s, mm/s^2), gap (mm), part speed (mm/s)
 LOG_COLUMNS = 7
 
-DONE, TOO_MANY, STALLED = 0, 1, 2
+DONE, TOO_MANY, STALLED = range(3)
 """How a push ended."""
 EVENTS_MAX = 200_000  # chosen: four times the phases of the slowest useful push of the lightest part
 _STALLED = 200  # chosen: phases in a row without duration that count as no progress

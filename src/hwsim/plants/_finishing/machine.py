@@ -27,7 +27,8 @@ from sdpgrind.finishing.torque import gravity_torque
 
 _SAMPLES = 5000  # most rows of a trace; chosen: more are not seen in a picture
 _BLOCK = 8192  # ticks in one block of rows; chosen: fewer cost a call each
-_LONGEST, _IDLE = 2.0, 60.0  # default time limit: times the duration of the motion, plus s; chosen
+# default time limit: times the duration of the motion, plus s; chosen: half the feed is still enough
+_LONGEST, _IDLE = 2.0, 60.0
 
 
 class FinishingSetup(NamedTuple):

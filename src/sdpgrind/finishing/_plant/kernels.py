@@ -12,7 +12,8 @@ from sdpgrind.finishing.torque._axis_kernels import _axis_tick, encoder_reading
 from sdpgrind.finishing.torque._controller_kernels import _controller_step, _feed_override, _torque_at
 from sdpgrind.finishing.torque._states import AXIS, CONTROLLER, LAW, MOTOR
 
-# columns of a course: time, table commands, tip, normal, azimuth of the tool, weight torque, direction ahead
+# derived: columns of a course: time, table commands, tip, normal, azimuth of the tool, weight torque,
+# direction ahead; their number
 TIME, TABLE, TIP, NORMAL, AZIMUTH, WEIGHT, AHEAD, COLUMNS = 0, 1, 3, 6, 9, 12, 13, 16
 
 # settings of a cell
@@ -20,7 +21,7 @@ TICK, LEVER, CONTACT_ANGLE, SIDE, FRICTION, LOAD, RESOLUTION, OFFSET, CURRENT_ST
     range(11)
 )
 
-# state of a cell: course and tool, then results; each table axis has three states and its command
+# derived: state of a cell: course and tool, then results; each table axis has three states and its command
 PLAYED, LEG, SURFACE, CONTACT, TABLE_X, TABLE_Y = 0, 1, 2, 3, 6, 10
 FORCE, FEED, HEIGHT, TICKS, TOUCHED, SAMPLES, EVERY = range(14, 21)
 COUNT, FORCE_MEAN, FORCE_SQUARES, FORCE_MIN, FORCE_MAX, LIFTED, FEED_MEAN, FEED_SQUARES, DEVIATION = range(

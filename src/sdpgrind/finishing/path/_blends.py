@@ -29,7 +29,7 @@ STRAIGHT = 1e-9  # chosen: change of the unit tangent at no corner
 LOOKS = np.linspace(0.3, 0.7, 9)  # places on a blend for its distance from the corner, chosen
 # chosen: rounds that fit the arms to the deviation, and limit of rounds that only shorten them
 ROUNDS, SHRINKS = 4, 60
-HELD = 1e-3  # relative excess of the deviation, chosen
+HELD = 1e-3  # relative excess of the deviation; chosen: without it the rounds only approach the deviation
 LEAST, MOST = 0.2, 0.999  # chosen: bounds of the factor by which a round shortens an arm
 
 

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.finishing.path._samples import Ints
 
-TURN = 1e-9  # sine of an angle that is no turn, chosen
+TURN = 1e-9  # sine of an angle that is no turn; chosen: above rounding, below any corner
 
 
 class Legs(NamedTuple):

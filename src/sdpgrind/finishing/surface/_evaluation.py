@@ -9,7 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.surface._bspline_kernels import evaluate
 from sdpgrind.finishing.surface._derivatives import SurfaceDerivatives
 
-# derivatives by u and v, in the order of `SurfaceDerivatives`
+# derived: derivatives by u and v, in the order of `SurfaceDerivatives`
 ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 
 

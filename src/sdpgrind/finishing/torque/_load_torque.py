@@ -15,6 +15,7 @@ from sdpgrind.finishing.torque._axis import GRAVITY, TorqueAxis
 _QUANTITIES = {"motor_angle": "rad", "current": "A"}
 _LEAST = 8  # chosen: readings for three values and an estimate of their noise
 _FREE = 1.75  # derived: rms of residuals over that of rounding; rounding alone gives at most sqrt(3)
+# phases of the counts, and motions each way within a count; chosen: fewer miss the worst, more cost time
 _PLACES, _NEAR = 64, 9
 
 

@@ -14,7 +14,7 @@ from sdpgrind.sdp._problem.one_sided import Constant, Linear, Quadratic
 from sdpgrind.sdp._transitions.menu import Menu
 from sdpgrind.sdp._transitions.sampled import Sampled
 
-HOLD, STOP, NUMBER, REFUSE = 0, 1, 2, 3
+HOLD, STOP, NUMBER, REFUSE = range(4)
 _KINDS = {Constant: 0, Linear: 1, Quadratic: 2}
 
 

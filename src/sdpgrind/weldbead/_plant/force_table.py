@@ -20,7 +20,7 @@ _GRINDING, _BOUNCING = (
     14,
     56,
 )  # grinding sub-steps of a sample; chosen: with inertia the grinder rings at 50 Hz
-_DAMPING = 0.05  # damping ratio of the grinder on its compliance; chosen
+_DAMPING = 0.05  # damping ratio of the grinder on its compliance; chosen: at 0 it rings on
 IDLE, LEAD_IN, ON_BEAD, LEAD_OUT, RESET = range(5)
 
 

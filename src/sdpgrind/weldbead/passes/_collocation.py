@@ -22,7 +22,7 @@ from sdpgrind.base.stored import stored
 from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, simulate
 
-INTERVALS = 100  # chosen
+INTERVALS = 100  # chosen: fewer let the replay exceed the limits by more, more cost time
 RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])  # source: Radau IIA of order 3
 PLACES, WEIGHTS = np.array([1 / 3, 1.0]), (0.75, 0.25)  # its stages
 # chosen: weight of the squared platform speed (mm^2/s^2) against the squared distance of the tip (mm^2)

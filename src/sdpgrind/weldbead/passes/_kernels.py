@@ -16,8 +16,8 @@ from sdpgrind.base.units import N_MM_S_PER_W
 # State: wind-up (rad), tip (mm), removal rate (mm^3/s), wear of the face (mm), nodes and patches in contact.
 WIND, TIP_X, TIP_Z, RATE, WEAR, TOUCHED, PATCHES = range(7)
 STATES = 7  # derived: number of these entries
-DONE, STALLED, OVERLAPPING = 0, 1, 2
-GIVEN, INVERSE, FEEDBACK = 0, 1, 2
+DONE, STALLED, OVERLAPPING = range(3)
+GIVEN, INVERSE, FEEDBACK = range(3)
 _TOLERANCE = 1e-13  # chosen: rad; end of the root search
 
 
