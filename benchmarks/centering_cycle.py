@@ -45,10 +45,6 @@ def ring(mass: float, preset: str = "printed") -> centering.CenteringProblem:
     return centering.preset(preset).replace(part=centering.push.Part(mass, MASSES[mass]))
 
 
-# Pushes
-# ---------------------------------------------------------------------------------------------------------------
-
-
 def stepped(parameters: np.ndarray, speed: float, duration: float, step: float) -> float:
     """Where the same push ends by time stepping, semi-implicit; as plain as it can be."""
     inertia, k, b, breakaway, coulomb, viscous = parameters
@@ -134,10 +130,6 @@ def plans() -> None:
     print(
         f"friction estimator, one update: {1e3 * in_turn({'': lambda: friction.update(trace)}, 31)['']:.2f} ms"
     )
-
-
-# Strategy and cycle
-# ---------------------------------------------------------------------------------------------------
 
 
 def strategies() -> None:

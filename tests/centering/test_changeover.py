@@ -148,10 +148,6 @@ def test_chances_have_three_digits(probability, said):
     assert probability_text(probability) == said
 
 
-# By cost
-# -------------------------------------------------------------------------------------------------------------
-
-
 def test_allowance_of_least_cost():
     best = best_allowance(np.hypot(0.02, 0.004), approach_rate=0.026, crash_time=300.0)
     assert best.sigmas == pytest.approx(3.17099, abs=5e-6)
@@ -183,10 +179,6 @@ def test_a_changeover_by_cost():
     )
     assert change.position > EXAMPLE.position
     assert EXAMPLE.replace(radius_sd=0.0, crash_time=300.0).part_sigmas == 0.0
-
-
-# Refusals
-# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -209,10 +209,6 @@ def test_several_turns_and_what_was_told():
     assert planned(ring.profile(noise=1e-4), radius_sd=0.002).radius_sd == 0.002
 
 
-# Refusals and warnings
-# -----------------------------------------------------------------------------------------------
-
-
 def test_warnings():
     with pytest.warns(
         UserWarning,

@@ -27,10 +27,6 @@ def one(upr, amplitude=1e-3):
     return SimpleNamespace(upr=[float(upr)], amplitude=[amplitude])
 
 
-# Resonances
-# ----------------------------------------------------------------------------------------------------------
-
-
 def test_the_worst_undulation_is_named():
     check = checked()
     (band,) = check.found
@@ -89,10 +85,6 @@ def test_damping_by_name():
     assert [band.cause for band in check.found] == ["head"]
     narrow, wide = (checked(hz=230, damping=ratio) for ratio in (0.01, 0.1))
     assert narrow.ok and not wide.ok
-
-
-# In step with the wheel
-# ----------------------------------------------------------------------------------------------
 
 
 def summed(shift, turns):
@@ -170,10 +162,6 @@ def test_the_wheel_is_named_with_its_order():
     assert checked(one(45), wheel=units.rpm(4550.0), resonances={}).ok
 
 
-# Free rotations
-# ------------------------------------------------------------------------------------------------------
-
-
 @given(
     work=ROTATIONS,
     natural=st.floats(100.0, 4000.0),
@@ -199,10 +187,6 @@ def test_where_no_rotation_is_free():
     assert check.free == () and check.nearest == () and "no rotation in reach is free" in repr(check)
 
 
-# What counts
-# ---------------------------------------------------------------------------------------------------------
-
-
 def test_what_is_small_or_noise_does_not_count():
     assert checked(amplitude_min=0.3e-3).ok
     noisy = SimpleNamespace(upr=FORM.upr, amplitude=FORM.amplitude, sd=np.full(5, 0.07e-3))
@@ -224,10 +208,6 @@ def test_words_and_picture():
     )
     assert quiet.plot().get_suptitle() == "nothing is met"
     pyplot.close("all")
-
-
-# Refusals
-# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

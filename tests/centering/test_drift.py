@@ -50,10 +50,6 @@ def innovations(readings, walk):
     return np.array(out).T
 
 
-# Run lengths
-# ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("reference", "limit", "published"), [(0.5, 4.0, 168.0), (0.5, 5.0, 465.0)])
 def test_run_lengths_of_the_books(reference, limit, published):
     """Two-sided sums of Montgomery's table."""
@@ -105,10 +101,6 @@ def test_this_reference_finds_such_steps_most_often():
             for k in (0.6, 0.75, REFERENCE, 1.05, 1.2, 1.5)
         }
         assert found[REFERENCE] >= max(found.values()) - 1e-4
-
-
-# Steps of 3 sd
-# -------------------------------------------------------------------------------------------------------
 
 
 def test_a_step_of_three_sd_is_flagged_within_five_parts():
@@ -176,10 +168,6 @@ def _spread(count):
     for _ in range(count - 1):
         variance = (variance + 0.03**2) / (variance + 0.03**2 + 1)
     return np.sqrt(variance + 0.03**2 + 1)
-
-
-# What an alarm says
-# --------------------------------------------------------------------------------------------------
 
 
 def stepped(size, *, noise_sd=None, parts=120, rng=11):
@@ -296,10 +284,6 @@ def test_a_trend_alarms_after_as_many_parts_as_is_said():
             track.update(gap=0.02 * track.count + rng.standard_normal())
         waits.append(track.count)
     assert np.mean(waits) == pytest.approx(130, abs=4 * np.std(waits) / np.sqrt(len(waits)) + 5)
-
-
-# Noise that is not known
-# ---------------------------------------------------------------------------------------------
 
 
 def learned_alarms(readings, walk, limit, widening):
@@ -434,10 +418,6 @@ def test_picture():
     pyplot.close("all")
 
 
-# Refusals
-# ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("call", "error", "said"),
     [
@@ -500,10 +480,6 @@ def test_picture():
 def test_refusals(call, error, said):
     with pytest.raises(error, match=said):
         call()
-
-
-# In a file
-# -----------------------------------------------------------------------------------------------------------
 
 
 def wandering(seed, parts=240):

@@ -139,10 +139,6 @@ def test_the_radius_is_kept_and_the_latest_readings_too():
     assert "radius known to" in repr(estimator)
 
 
-# Within the first turn, where form is not told from a move
-# ---------------------------------------------------------------
-
-
 def doubtful(**settings):
     """Estimator after 60 of the readings that follow a move of 4 sd, within the first turn."""
     angle, reading, _ = moved_ring(0, 4.0, 150, 60)

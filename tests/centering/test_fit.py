@@ -44,10 +44,6 @@ def centre_sd(angle, offset, sigma=SIGMA, direction=PHI):
     return np.sqrt(np.linalg.eigvalsh(back @ bound(angle, offset, sigma, direction)[1:, 1:] @ back.T)[-1])
 
 
-# Without noise
-# --------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("degrees", [45, 60, 90, 180, 360])
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.5, 0.9, 0.95])
 @pytest.mark.parametrize("tip", [0.0, 3.75])
@@ -87,10 +83,6 @@ def test_turning_the_zero_turns_the_centre(shift, seed):
         0.0, abs=1e-7
     )
     assert other.center_sd == pytest.approx(one.center_sd, rel=1e-5)
-
-
-# With noise
-# -----------------------------------------------------------------------------------------------------------
 
 
 def rmse_over_bound(angle, offset, seeds=4000):
@@ -242,9 +234,6 @@ def test_standard_errors_over_a_turn():
     assert found.radius_sd == pytest.approx(s / np.sqrt(360), rel=1e-3)
 
 
-# Known form
-# -----------------------------------------------------------------------------------------------------------
-
 LOBES = {2: (0.02, 0.4), 3: (0.05, 2.0), 17: (0.004, 1.0)}
 
 
@@ -277,10 +266,6 @@ def test_form_is_laid_about_the_part():
     parts = np.array([[3.0, 0.05 * np.cos(2.0), 0.05 * np.sin(2.0)]])
     found = formed(angle, reading, np.array([RADIUS, *centre(OFFSET)]), parts)
     assert found == pytest.approx(0.05 * np.cos(3 * part_angle - 2.0), abs=1e-12)
-
-
-# What it says
-# ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -432,10 +417,6 @@ def test_many_turns_of_one_reading_a_radian_are_legal_when_said():
     angle = np.arange(60.0)
     found = fit_circle(angle, circle_reading(angle, RADIUS, OFFSET, PHI), turns=10)
     assert found.radius == pytest.approx(RADIUS, abs=1e-9)
-
-
-# Kernels and their slow twins
-# -----------------------------------------------------------------------------------------
 
 
 def test_triangle_is_a_qr():

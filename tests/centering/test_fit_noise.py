@@ -46,10 +46,6 @@ def misses(angle, noise, fit=fit_circle, **options):
     return np.mean(np.hypot(away[:, 1], away[:, 2]) > band), outside.mean(), found
 
 
-# Correlated noise
-# -----------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("loss", ["linear", "huber"])
 @pytest.mark.parametrize("degrees", [121, 360])
 def test_correlated_noise_is_covered(loss, degrees):
@@ -184,10 +180,6 @@ def test_one_formula_of_the_factor():
     )
 
 
-# Kernels and their slow twins
-# -----------------------------------------------------------------------------------------
-
-
 def test_lobes_are_taken_out_by_least_squares():
     rng, circle = np.random.default_rng(3), TRUE
     left, part = (
@@ -224,10 +216,6 @@ def test_what_noise_leaves_beside_lobes(rho):
     assert opened(kernels._fading)(wanted[1] / wanted[0], 200, TWO_PI / 200) == pytest.approx(rho, abs=1e-4)
 
 
-# Covered angle
-# --------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("way", [1, -1])
 def test_wrapped_turns_are_counted(way):
     three = np.radians(np.arange(1080.0)) * way
@@ -237,10 +225,6 @@ def test_wrapped_turns_are_counted(way):
     assert travel_of(mixed).swept == pytest.approx(np.radians(359), abs=1e-6)
     back = np.concatenate([TURN[:90], TURN[:90][::-1]])
     assert travel_of(back).swept == pytest.approx(np.radians(89))
-
-
-# A least noise, steps of the probe
-# ------------------------------------------------------------------------------------
 
 
 def test_a_noise_that_is_told_is_the_least():
@@ -266,10 +250,6 @@ def test_steps_of_the_probe():
     assert step_noise(READ) == step_noise(np.tile(READ, 5)) == step_noise(np.full(9, 3.0)) == 0.0
     few = fit_circle([0.0, 1.5, 3.0, 4.5] * 3, [60.0, 60.0, 60.01, 60.01] * 3)
     assert few.center_sd > 0.0005
-
-
-# Degrees
-# --------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -306,10 +286,6 @@ def test_many_turns_are_legal(points, offset):
         assert found.value == pytest.approx(first.value, abs=1e-11)
         assert found.covariance == pytest.approx(first.covariance, rel=1e-9, abs=1e-15)
         assert (found.freedom, found.inflation) == (first.freedom, first.inflation)
-
-
-# Known form
-# -----------------------------------------------------------------------------------------------------------
 
 
 def test_known_form_is_told_alike_everywhere():

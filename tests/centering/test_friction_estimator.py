@@ -69,10 +69,6 @@ def reading(profile, *names, problem=PROBLEM):
     return {name: values[name] for name in names or NAMES}
 
 
-# Against brute force
-# --------------------------------------------------------------------------------------------------
-
-
 def drawn_posterior(problem, pushes, size=20_000):
     """Mean and sd of both coefficients from draws of the prior, each push with its own scatter, weighted by
     the likelihood.
@@ -190,10 +186,6 @@ def test_doubt_is_the_size_of_what_lies_between_nodes():
                 np.mean(np.interp(np.arange(nodes[0], nodes[-1]), nodes, roughness(found, 0)[:, 0, 0]) ** 2)
             )
         assert least**2 * np.mean(told) <= np.mean(errors) <= 1.3 * np.mean(told)
-
-
-# Its intervals
-# --------------------------------------------------------------------------------------------------------
 
 
 def parts(problem, profiles, count, seed):
@@ -314,10 +306,6 @@ def test_the_ratio_never_falls_below_one():
     problem.updated(estimate)
 
 
-# Against the source's formulas
-# ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("speed", [1000.0, 2000.0, 3000.0])
 def test_errors_are_smaller_than_those_of_the_printed_formulas(speed):
     """The heavy part, with the contact that the source's tables were computed with, where its formulas are at
@@ -355,10 +343,6 @@ def test_neither_preset_explains_the_sources_own_experiment():
             push = TipProfile.constant_speed(units.mm_per_min(float(speed)), 0.4)
             estimator.update(profile=push, peak_force=force, free_slide=slide * 1e-3)
         assert estimator.refused >= 2 and estimator.estimate.status is not Status.OK
-
-
-# Information of pushes
-# ------------------------------------------------------------------------------------------------------
 
 
 def told(profile, *names, problem=PROBLEM):
@@ -412,10 +396,6 @@ def test_the_force_on_a_light_part_tells_nothing():
 def test_what_is_known_well_needs_no_more():
     sure = PROBLEM.replace(scatter=PROBLEM.scatter.replace(friction_part_sd=0.01))
     assert learned(sure, [(SLOW, reading(SLOW))], ratio_sd=0.01).estimate.status is Status.OK
-
-
-# Use
-# ------------------------------------------------------------------------------------------------------------------
 
 
 def test_a_trace_is_what_it_shows():

@@ -34,10 +34,6 @@ def law_of(name, **options):
     return friction_law(MODEL, name, **options)
 
 
-# The curves
-# -----------------------------------------------------------------------------------------------------------
-
-
 @given(v=SPEEDS.filter(lambda v: abs(v) > 1e-12))
 def test_steady_force_of_every_law(v):
     """At a speed that lasts all laws give their curve, with the sign of the speed."""
@@ -95,10 +91,6 @@ def test_laws_of_arrays_are_those_of_their_entries():
         each = [float(law.force(a, b, 20.0)) for a, b in zip(v, z, strict=True)]
         assert law.force(v, z, 20.0) == pytest.approx(each, rel=1e-12)
         assert law.force(v, 0.0).shape == law.rate(v, z).shape == (7,)
-
-
-# The mass under a load
-# ------------------------------------------------------------------------------------------------
 
 
 def slow_twin(law, load, step, rows):
@@ -184,10 +176,6 @@ def test_momentum_is_the_sum_of_the_forces(name, force, seed):
     assert np.isfinite(trace.position).all()
 
 
-# Creep
-# ----------------------------------------------------------------------------------------------------------------
-
-
 def test_creep_under_a_load_that_should_hold():
     law = law_of("elasto_plastic")
     creep = {name: friction_drift(law_of(name), **CREEP) for name in LAWS}
@@ -201,9 +189,6 @@ def test_the_elastic_law_creeps_too_once_it_yields():
     load = CREEP | {"load_amplitude": 0.75 * HELD, "cycles": (5, 20)}  # up to 0.95 F_s: beyond z_ba
     assert friction_drift(law_of("elasto_plastic"), **load) > 1e-4
 
-
-# Doors
-# ----------------------------------------------------------------------------------------------------------------
 
 REFUSED = [
     (lambda: CoulombFriction(20.0, 28.0), "breakaway_force must be >= coulomb_force = 28 (N); got 20.0"),

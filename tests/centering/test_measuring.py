@@ -38,10 +38,6 @@ def off_center(log, part=0):
     )
 
 
-# The controller
-# -------------------------------------------------------------------------------------------------------
-
-
 def test_it_fits_the_probe():
     report = hwsim.check(PROBE, MeasuringController(estimator()))
     assert report, str(report)
@@ -168,9 +164,6 @@ def test_refused():
     with pytest.raises(ValueError, match=r"period must be > 0 \(s\); got -1.0"):
         MeasuringController(estimator(), period=-1.0)
 
-
-# Is it true what it says?
-# ---------------------------------------------------------------------------------------------
 
 FORM = {2: 0.010, 3: 0.010, 5: 0.004}  # mm
 RINGS = 200

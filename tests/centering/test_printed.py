@@ -22,10 +22,6 @@ def simulated(seed, amplitude=1.0, noise_sd=0.5, direction=np.pi / 2, runs=RUNS,
     return amplitude * np.cos(angle - direction) + noise_sd * rng.standard_normal((runs, angle.size))
 
 
-# Slow twins
-# -------------------------------------------------------------------------------------------------------
-
-
 def slow_rls(angle, reading, radius, inv_info):
     b, p = np.zeros(2), inv_info * np.eye(2)
     for k, (a, r) in enumerate(zip(angle, reading, strict=True)):
@@ -112,10 +108,6 @@ def test_one_by_one_all_at_once_and_many_parts_give_the_same_bits(algorithm):
         assert estimator.band == history.band[run, -1]
         assert estimator.estimate.offset_angle == history.offset_angle[run, -1]
         assert estimator.estimate.samples == TURN
-
-
-# What the figures are one draw of
-# ---------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -209,9 +201,6 @@ def test_linear_gauge_of_noise():
     readings = simulated(2, runs=400)
     assert np.mean(np.ptp(readings, axis=1) / 2) == pytest.approx(2.17, abs=0.03)
 
-
-# The rule "mears"
-# -------------------------------------------------------------------------------------------------
 
 SIGMA = 0.040  # mm
 Z = 3.2905267

@@ -124,10 +124,6 @@ def test_what_is_found_cannot_be_changed():
             array[0] = 0
 
 
-# Pictures
-# -------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("kind", ["LSC", "MCC", "MIC", "MZC"])
 def test_the_picture_shows_profile_circles_and_contacts(kind):
     found = reference_circle(ROUND, kind)

@@ -127,10 +127,6 @@ def test_least_squares_equals_scipy(form):
     assert np.abs([*level, found.deviation.sum()]).max() < 1e-9  # mm, of sums of 200 of rounding 1e-14
 
 
-# Forms that are known
-# -------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("kind", ["LSC", "MCC", "MIC", "MZC"])
 def test_points_of_a_circle_have_no_roundness(kind):
     found = reference_circle(on_rays(np.radians(np.arange(0, 360.0, 0.7)), 61.94, (3.6, -1.0)), kind)
@@ -213,10 +209,6 @@ def test_three_directions_many_times():
     spread = np.ptp(np.hypot(*points.T).reshape(3, 40), axis=1).max()
     assert found.value == pytest.approx(spread, abs=EXACT)
     assert found.bound == pytest.approx(found.value, abs=EXACT)
-
-
-# Forms on which no three points hold a circle well
-# -------------------------------------------------------------------------
 
 
 def racetrack(n, noise=0.0):

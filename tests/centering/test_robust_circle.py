@@ -216,10 +216,6 @@ def test_the_axis_outside_of_the_part(loss):
         fit_circle(angle, reading, loss=loss)
 
 
-# Kernels and their slow twins
-# -----------------------------------------------------------------------------------------
-
-
 def test_least_median():
     angle, rng = arc_of(90), np.random.default_rng(4)
     reading = spiked(angle, OFFSET, 0.3, rng)

@@ -51,10 +51,6 @@ def test_units_in_parentheses_would_be_found():
     assert IN_PARENTHESES.search(label) and not IN_PARENTHESES.search("height [mm], as f(x) says")
 
 
-# A force loop
-# --------------------------------------------------------------------------------------------------------
-
-
 def record(runs=1):
     plan = types.SimpleNamespace(
         time=[0.0, 1.0, 5.0], normal_force=[30.0, 30.0, 45.0], fly_height=[10.0, 10.0, 9.8]
@@ -89,10 +85,6 @@ def test_picture_of_many_force_loops_names_each_line_once(pyplot):
         "planned",
         "read",
     ]
-
-
-# Runs
-# ----------------------------------------------------------------------------------------------------------------
 
 
 class Passes:

@@ -31,10 +31,6 @@ def started(**options):
     return GRINDER.replace(**options).start(np.random.default_rng(0))
 
 
-# The nominal run
-# ------------------------------------------------------------------------------------------------------
-
-
 def test_five_cycles_of_the_printed_controller(nominal):
     """Koren: 28 s, then about 4 s; the small violation is real."""
     outcome = nominal.outcome
@@ -93,10 +89,6 @@ def test_samples_tell_what_is_true(nominal):
     np.testing.assert_allclose(power[1:], needed(rate[1:], rotation[:-1], area[1:]), rtol=1e-12)
     np.testing.assert_allclose(limit[1:], burning(rate[1:], rotation[:-1]), rtol=1e-12)
     assert abs(felt[-2] - power[-2]) < 2.0 < power[4] - felt[4]  # the monitor is late while the infeed rises
-
-
-# Exact
-# ----------------------------------------------------------------------------------------------------------------
 
 
 def exactly(plant, commands, seconds):
@@ -207,10 +199,6 @@ def test_another_tick():
     np.testing.assert_allclose(times[:4], [0, 1 / 3, 2 / 3, 1], rtol=1e-12)
 
 
-# Truth and gauges
-# -----------------------------------------------------------------------------------------------------
-
-
 def test_the_truth_may_differ_from_the_model():
     truth = NOMINAL.replace(burning=physics.BurningLimit(u0=6.2, B=6.8))
     log = hwsim.run(GRINDER.replace(truth=truth), Printed(0.0145))
@@ -253,10 +241,6 @@ def test_a_bias_moves_the_working_point_by_itself(nominal):
     one = hwsim.run(GRINDER.replace(idle_error=20.0), Printed(0.0145), parts=2, adapt=Learned()).outcome
     plain = hwsim.run(GRINDER, Printed(0.0145), parts=2, adapt=Learned()).outcome
     assert one.slack.values[1] - plain.slack.values[1] == pytest.approx(20.0, abs=2.0)
-
-
-# Series
-# ---------------------------------------------------------------------------------------------------------------
 
 
 class PowerCut(Exception):

@@ -156,10 +156,6 @@ def test_an_area_without_tolerance_has_no_such_option(monkeypatch, capsys):
     assert said(capsys, "--preset", "full", "--parts", 1)
 
 
-# What areas share
-# ----------------------------------------------------------------------------------------------------
-
-
 class Words(AreaCommand):
     """An area of words alone: it reads, plans and names what its library has."""
 
@@ -220,10 +216,6 @@ def test_a_report_says_which_parts_were_broken_off():
 
 def test_what_is_kept_is_said_below():
     assert with_kept("text", Path("runs"), ["a.nc", "a.png"]) == "text\n\nkept in runs: a.nc, a.png"
-
-
-# TOML
-# ----------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

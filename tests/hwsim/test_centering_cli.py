@@ -81,10 +81,6 @@ def finished(job, strategy):
     return folder
 
 
-# Runs
-# -----------------------------------------------------------------------------------------------------------------
-
-
 def in_python(job, strategy, parts=3):
     made = read(job)
     return hwsim.run(made.stand, made.controller(strategy), parts=parts, rng=2)
@@ -157,10 +153,6 @@ def test_the_sources_controller_on_the_same_parts(job, strategy, given, tmp_path
     row = next(line for line in out.splitlines() if line.startswith("time (s), mean")).split()
     np.testing.assert_allclose([float(x) for x in row[-2:]], fresh.time.mean("part"), atol=6e-3)
     assert sdpgrind.load(tmp_path / "both" / "strategy.nc") == strategy
-
-
-# Jobs
-# -----------------------------------------------------------------------------------------------------------------
 
 
 def test_the_example_is_read():

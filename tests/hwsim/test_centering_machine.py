@@ -16,9 +16,6 @@ from centering import PrintedController, TipProfile
 from centering.circle import plot_centers
 from hwsim import CenteringMachine, Recording, Scheduler, Task
 
-# Tasks
-# --------------------------------------------------------------------------------------------------------------
-
 
 def slow(execution, jitter=0.0, **more):
     """One task that takes its time."""
@@ -84,10 +81,6 @@ def test_a_controller_must_step_with_the_task():
         match=r"period of the controller must be a whole number of those of the task control, 0\.01",
     ):
         hwsim.run(CenteringMachine(problem()), Fast())
-
-
-# Outcomes and runs
-# --------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

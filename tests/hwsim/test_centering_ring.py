@@ -191,10 +191,6 @@ def test_a_direction_error_turns_the_way_and_a_stop_error_shortens_it():
             )
 
 
-# Without a push
-# -----------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("speed", "slips"), [(13.9, 0.0), (14.1, 1.0)])
 def test_a_ring_is_thrown_where_the_table_is_too_fast(speed, slips):
     """w^2 d = mu_s g at w = 14.005 rad/s, d = 10 mm; it then moves outward."""
@@ -225,10 +221,6 @@ def test_a_table_that_speeds_up_holds_the_spin_of_the_ring_with_the_friction_tha
     part = started(exact(of.replace(limits=limits), ring=at(10.0), start_gap=12.0), 6.59)
     part.step({"spindle_speed": 6.61}, 100)
     assert part.outcome()["slipped"] == slips
-
-
-# Spin
-# ---------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.019, 0.021, 0.4, 0.999, 1.0, 1.3, 60.0])

@@ -23,10 +23,6 @@ def slide_of(part):
     return float(part._state[slots.REFERENCE] + part._state[slots.LAG])
 
 
-# Slide
-# --------------------------------------------------------------------------------------------------------------
-
-
 def test_the_velocity_loop_has_lost_3_db_at_825_hz():
     """Its own step response, transformed: H(iw) = 1 + iw * integral of (h - 1) e^{-iwt}; closed form
     1/sqrt(2) at f_n.
@@ -156,10 +152,6 @@ def test_the_spindle_ramps_at_its_acceleration():
     assert part._state[slots.SPEED] == 0.0 and part._state[slots.ANGLE] == pytest.approx(5.0, rel=1e-12)
 
 
-# How late a loaded slide follows
-# ------------------------------------------------------------------------------------
-
-
 def test_the_lag_is_the_least_squares_of_the_source_s_table():
     table = np.array(FOLLOWING)
     slopes = [np.linalg.lstsq(table[:, :1] / 60, table[:, k] / 1000, rcond=None)[0][0] for k in (1, 2)]
@@ -188,10 +180,6 @@ def test_a_slide_that_touches_nothing_does_not_lag():
     begun = slide_of(part)
     part.step({"profile": constant(20.0, 0.1)}, 50)
     assert begun - slide_of(part) == pytest.approx(1.0, abs=1e-12)
-
-
-# Gauges
-# -------------------------------------------------------------------------------------------------------------
 
 
 def test_slide_and_probe_together_are_the_reading_while_table_and_slide_move():

@@ -25,10 +25,6 @@ def outcome(plant, kind="damped", parts=1, **options):
     return hwsim.run(plant, controller(plant.problem, kind, **options), parts=parts).outcome
 
 
-# Force in closed form
-# -------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("kind", ["pidff", "damped", "lqg"])
 def test_a_flat_still_surface_without_friction_is_pressed_by_torque_over_lever(kind):
     out = outcome(cell(problem()), kind)
@@ -148,10 +144,6 @@ def test_the_force_that_is_wanted_gives_the_error():
     )
 
 
-# Motion
-# ---------------------------------------------------------------------------------------------------------------
-
-
 def test_a_motion_takes_its_time_and_half_the_override_takes_twice_as_long():
     profile, plant = motion(problem()).profile, cell(problem())
     duration = profile[-1, 0]
@@ -204,10 +196,6 @@ def test_time_to_touch_down_is_that_of_the_fall():
     fall = np.sqrt(2 * AXIS.inertia * 0.5 / (95.0 * np.cos(np.pi / 6)) / (AXIS.torque_constant * current))
     out = hwsim.run(cell(problem()).replace(gap=0.5, max_time=0.3), Steady(current, 0.0)).outcome
     assert 0 <= out.touch_down[0] - fall < 1.001e-3
-
-
-# The same bits
-# --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -308,10 +296,6 @@ def test_a_log_is_saved_and_read_back(tmp_path):
     log = hwsim.run(hwsim.FinishingCell(problem()), controller(problem()), parts=2)
     log.save(tmp_path / "run.nc")
     assert same(sdpgrind.load(tmp_path / "run.nc"), log)
-
-
-# Machine
-# --------------------------------------------------------------------------------------------------------------
 
 
 def test_a_copy_goes_its_own_way():

@@ -65,10 +65,6 @@ def finished(job):
     return folder
 
 
-# Runs
-# -----------------------------------------------------------------------------------------------------------------
-
-
 def in_python(job, parts=3):
     made = read(job)
     return hwsim.run(made.stand, made.controller(finishing.plan(made.problem)), parts=parts, rng=2)
@@ -159,10 +155,6 @@ def test_refusals(job, finished, tmp_path, capsys):
         main(["finishing", "--help"])
     told = capsys.readouterr().out
     assert "--study" in told and "--confirm N" in told
-
-
-# TOML
-# -----------------------------------------------------------------------------------------------------------------
 
 
 def test_the_example_is_the_preset_in_a_cell_that_scatters():
@@ -287,9 +279,6 @@ def test_faults_name_the_key(tmp_path, capsys, old, new, fault):
     path = long(tmp_path, LONG.replace(old, new))
     assert refused(capsys, path).startswith(f"{path}: {fault}")
 
-
-# Studies
-# --------------------------------------------------------------------------------------------------------------
 
 STUDY = """
 [surface]

@@ -107,10 +107,6 @@ def test_impossible_fields(make, message):
         make()
 
 
-# Commands
-# -------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("command", "message"),
     [
@@ -155,10 +151,6 @@ def test_a_motion_is_given_once():
         machine.step({"motion": motion(problem()).profile}, 1)
 
 
-# Other jobs
-# -----------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "other", [problem(order=1), problem(feed_rate=12.5), problem(contact_angle=0.3), line()]
 )
@@ -194,10 +186,6 @@ def test_plans_and_problems_are_told_what_they_want():
     (said,) = hwsim.check(CELL, motion(problem())).faults
     assert said.endswith("finishing.TorqueController(axis, motion, normal_force=1.11) follows it")
     assert "as hwsim.FinishingCell(problem) is one" in hwsim.check(problem(), Steady(0.0, 0.0)).faults[0]
-
-
-# Studies
-# --------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -126,10 +126,6 @@ def test_the_largest_deviation_is_that_across_the_path():
     assert float(log.outcome.path_deviation[0]) == pytest.approx(across.max(), rel=1e-6)
 
 
-# Geometry
-# -------------------------------------------------------------------------------------------------------------
-
-
 def course_of_two(place, normal, azimuth, table=(0.0, 0.0)):
     course = np.zeros((2, core.COLUMNS))
     course[:, core.TIME] = 0.0, 1.0
@@ -200,10 +196,6 @@ def test_a_long_part_has_no_more_samples_than_there_is_room():
     np.testing.assert_allclose(outcome["sample_time"], 4e-3 * np.arange(1, 3251), rtol=1e-12)
 
 
-# Height
-# ---------------------------------------------------------------------------------------------------------------
-
-
 def test_a_drawn_field_has_its_spread_and_its_waves():
     rng = np.random.default_rng(0)
     fields = [hwsim.HeightField.drawn(0.02, 4.0, rng) for _ in range(400)]
@@ -244,10 +236,6 @@ def test_equal_fields_are_equal():
     one, other = (hwsim.HeightField.wave(0.1, 5.0) for _ in range(2))
     assert one == other and hash(one) == hash(other) and one != hwsim.HeightField.flat() and one != 3
     assert hwsim.HeightField.flat().at([[1.0, 2.0, 3.0]]) == [0.0]
-
-
-# Roughness
-# ------------------------------------------------------------------------------------------------------------
 
 
 def rough(path, **options):

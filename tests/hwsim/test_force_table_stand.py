@@ -28,10 +28,6 @@ def middle(log, name, cut=0.3):
     return values[int(cut * values.size) : -int(0.1 * values.size)]
 
 
-# What is cut
-# ----------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("feed_rate", [10.0, 20.0])
 def test_steady_cut_is_the_static_cut_of_the_process(feed_rate):
     log = held(quiet(problem()), 0.7, feed_rate=feed_rate)
@@ -101,10 +97,6 @@ def test_wear_raises_the_contour_along_the_bead():
     assert 0.001 < worn[700] - worn[300] < 20 * 12.7 * np.sin(np.deg2rad(20)) / (2 * np.pi * 88.9 * 5)
 
 
-# Time
-# -----------------------------------------------------------------------------------------------------------------
-
-
 def test_lead_in_and_lead_out_and_reset_take_time():
     log = held(quiet(problem(), lead_in=8.0, lead_out=4.0), 1.5, number=2)
     assert float(log.outcome.time[0]) == pytest.approx(2 * ((8 + 40 + 4) / 20 + 2.0), abs=2 * 2 / 60)
@@ -123,10 +115,6 @@ def test_commands_take_effect_after_the_delay():
         return next(k for k, position in enumerate(positions) if position != machine._table.drawn_back())
 
     assert [moves(delay) for delay in (0, 1, 3)] == [0, 1, 3]
-
-
-# What is measured
-# -----------------------------------------------------------------------------------------------------
 
 
 OF_PASS = (
@@ -201,10 +189,6 @@ def test_a_spring_before_the_sensor_keeps_the_grinder_s_ringing_out():
     assert spread(5.4, True) < 0.85 * spread(5.4, False)
 
 
-# Motor
-# ----------------------------------------------------------------------------------------------------------------
-
-
 def test_air_motor_droops_and_stalls():
     motor = hwsim.Motor.air()
     light, heavy = (
@@ -227,10 +211,6 @@ def test_stall_guard_keeps_the_platform_from_rising():
         return machine._table.drive[4]
 
     assert highest(hwsim.Motor.air().guard) < highest(0.0) - 0.2
-
-
-# Truth and seeds
-# ------------------------------------------------------------------------------------------------------
 
 
 def test_truth_is_drawn_for_each_pass_and_is_the_same_for_all_controllers():
@@ -297,10 +277,6 @@ def test_burning_is_told():
     charges = weldbead.preset("P1").replace(burn_limit=limit)
     gentle, hard = (held(quiet(problem(15.0), sequence=charges), tip).outcome for tip in (0.95, 0.5))
     assert gentle.burned.values == [0] and hard.burned.values == [1] and hard.burn_time.values > [0.1]
-
-
-# Refusals
-# -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -186,10 +186,6 @@ def test_public_names():
         assert hwsim.Stand
 
 
-# Part and machine
-# -----------------------------------------------------------------------------------------------------
-
-
 def with_job(thing, **job):
     """A plant or controller that says what part and machine it is for."""
     return type(type(thing).__name__, (type(thing),), {"job": job})()

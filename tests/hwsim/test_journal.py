@@ -206,10 +206,6 @@ def test_empty_journal_has_no_log(tmp_path):
         journal.log()
 
 
-# Fingerprints
-# ---------------------------------------------------------------------------------------------------------
-
-
 def twice(x, factor=2):
     return factor * x
 

@@ -16,10 +16,6 @@ from hwsim import Courier, Link, QueueLink
 MESSAGES = st.lists(st.binary(max_size=40), max_size=8)
 
 
-# Messages in a stream
-# -------------------------------------------------------------------------------------------------
-
-
 def pieces(stream, cuts):
     at = sorted({0, len(stream), *(cut % (len(stream) + 1) for cut in cuts)})
     return [stream[begin:end] for begin, end in pairwise(at)]
@@ -64,10 +60,6 @@ def test_the_prefix_is_that_of_the_page():
     assert packed(b"abc") == b"\xc3\x5a\x00\x00\x00\x03abc"
     with pytest.raises(TypeError, match="message must be bytes; got 'abc'"):
         packed("abc")
-
-
-# The link in memory
-# ---------------------------------------------------------------------------------------------------
 
 
 @given(
@@ -161,10 +153,6 @@ def test_both_are_links():
     assert isinstance(QueueLink().start()[0], Link) and isinstance(Courier(), Link)
     with pytest.raises(TypeError, match="link must be a link; got 5"):
         Courier(5)
-
-
-# Records that survive
-# -------------------------------------------------------------------------------------------------
 
 
 def talk(machine, host, steps, tick=0.01, begin=0):

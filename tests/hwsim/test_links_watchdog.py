@@ -288,10 +288,6 @@ def test_bad_input(change, error, message):
         Watchdog(settings.pop("controller"), settings.pop("courier"), **settings)
 
 
-# Over TCP
-# -------------------------------------------------------------------------------------------------------------
-
-
 def answering(listener, got, leave):
     """A host that hears records and answers until it is told to leave, without a word."""
     with listener.accept(PATIENCE) as link:

@@ -52,10 +52,6 @@ def table(out):
     return {line[:24].strip(): line[24:].split() for line in out.splitlines()}
 
 
-# Runs
-# -----------------------------------------------------------------------------------------------------------------
-
-
 def in_python(settings, **options):
     controller = locus.LocusController(locus.plan(PROBLEM), along="infeed_rate", **settings)
     return hwsim.run(hwsim.AdaptiveGrinder(PROBLEM), controller, parts=5, rng=2, **options)
@@ -205,9 +201,6 @@ def test_other_refusals(finished, tmp_path, capsys):
     assert "--printed" in capsys.readouterr().out
 
 
-# kill -9
-# --------------------------------------------------------------------------------------------------------------
-
 _SPEC = importlib.util.spec_from_file_location("kill", Path(__file__).parents[2] / "benchmarks" / "kill.py")
 kill = importlib.util.module_from_spec(_SPEC)
 sys.modules.setdefault("kill", kill)
@@ -230,10 +223,6 @@ def test_killed_in_the_middle_and_resumed(tmp_path, capsys):
     for folder, parts in ((out, 10), (tmp_path / "whole", max(10, kill.parts_in(out)))):
         said(capsys, arguments[0], "--parts", parts, *arguments[3:], folder)
     assert (out / "run.nc").read_bytes() == (tmp_path / "whole" / "run.nc").read_bytes()
-
-
-# TOML
-# -----------------------------------------------------------------------------------------------------------------
 
 
 def test_the_example_is_the_preset_on_another_machine():

@@ -26,10 +26,6 @@ def ground(parts=5, grinder=GRINDER, **options):
     return hwsim.run(grinder, walking(**options), parts=parts, adapt=locus.LearnedStart()).outcome
 
 
-# Koren's cycles
-# -------------------------------------------------------------------------------------------------------
-
-
 def test_koren_s_controller_on_the_traced_locus_is_the_one_of_the_closed_form():
     ours, theirs = ground(**KOREN), hwsim.run(GRINDER, Printed(), parts=5, adapt=Learned()).outcome
     np.testing.assert_array_equal(ours.convergence_time, [27.5, 4.0, 3.5, 3.5, 3.5])
@@ -100,10 +96,6 @@ def test_inversion_is_there_at_once():
     assert abs(outcome.slack.values[1:]).max() < 2.0
 
 
-# The linear loop
-# ------------------------------------------------------------------------------------------------------
-
-
 def growth(width, area):
     """By what a small error grows from sample to sample: by the poles, and on the machine."""
     problem = PROBLEM.replace(width=width)
@@ -139,10 +131,6 @@ def test_widths_beyond_which_the_printed_gains_are_unstable(rate, width):
             locus.plan(PROBLEM.replace(width=share * width)), along="infeed_rate"
         )
         assert (design.radius(KOREN["gain"], kp=KOREN["kp"], **LAGS, x=area) < 1) == stable
-
-
-# As a user writes it
-# --------------------------------------------------------------------------------------------------
 
 
 def test_a_run_in_three_lines():

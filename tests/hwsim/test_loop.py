@@ -165,10 +165,6 @@ def test_text_and_scans_in_commands_and_measurements():
     assert column([np.ones((2, 3))] * 4).shape == (4, 6)
 
 
-# Parts
-# ----------------------------------------------------------------------------------------------------------------
-
-
 def test_part_k_is_the_same_whatever_the_number_of_parts():
     few, many = (hwsim.run(noisy_tank(), Drain(), parts=n, rng=7) for n in (2, 5))
     np.testing.assert_array_equal(few.outcome.leak, many.outcome.leak[:2])
@@ -270,10 +266,6 @@ def test_a_machine_can_be_copied_at_any_tick():
     machine.step({"flow": 1.0}, 7)
     twin = copy.deepcopy(machine)
     assert machine.step({}, 9) == twin.step({}, 9)
-
-
-# Refusals
-# -------------------------------------------------------------------------------------------------------------
 
 
 class Says(Drain):

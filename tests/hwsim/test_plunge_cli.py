@@ -52,10 +52,6 @@ def refused(capsys, *arguments):
     return error.removeprefix("hwsim: ").strip()
 
 
-# Runs
-# -----------------------------------------------------------------------------------------------------------------
-
-
 def in_python(**options):
     controller = plunge.CycleController(PROBLEM, safety_margin=0.05 * PROBLEM.stock)
     return hwsim.run(hwsim.PlungeGrinder(PROBLEM), controller, parts=4, rng=4, **options)
@@ -227,10 +223,6 @@ def test_other_refusals(finished, capsys):
     assert "--no-adapt" in capsys.readouterr().out
 
 
-# TOML
-# -----------------------------------------------------------------------------------------------------------------
-
-
 def test_the_example_is_the_preset_on_another_machine():
     job = read(EXAMPLE)
     assert job.problem.model.replace(wheel_speed=1.0e4, work_rotation=20.0) == PROBLEM.model.replace(
@@ -388,10 +380,6 @@ def test_one_clear_line_and_nothing_written(job, tmp_path, capsys, old, new, lin
     path = job(old, new)
     assert refused(capsys, path, "--out", tmp_path / "out").startswith(f"{path}: {line}")
     assert [file.name for file in tmp_path.iterdir()] == ["job.toml"]
-
-
-# The picture
-# ----------------------------------------------------------------------------------------------------------
 
 
 def test_the_picture_shows_what_the_log_holds(finished, pyplot):

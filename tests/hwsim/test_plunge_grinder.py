@@ -24,9 +24,6 @@ PRINTED = plunge.CycleController(PROBLEM, sparkout="printed", safety_margin=0.02
 SAFE = plunge.CycleController(PROBLEM, safety_margin=0.005)
 
 
-# Whole parts
-# ----------------------------------------------------------------------------------------------------------
-
 KINDS = {
     "plain": {},
     "no noise": {"noise": None},
@@ -73,10 +70,6 @@ def test_a_controller_of_ones_own_goes_through_the_loop():
 def test_samples_are_exact_multiples(grinder):
     table = hwsim.run(grinder, CONTROLLER)["controller"]
     np.testing.assert_array_equal(table.time.values, np.arange(table.sizes["row"]) * 4 / 100)
-
-
-# Durable, parallel, copied
-# --------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -167,10 +160,6 @@ def test_controllers_are_compared_on_the_same_parts(grinder):
 def test_plant_and_controllers_fit():
     for controller in (CONTROLLER, STAGES, PRINTED):
         assert hwsim.check(hwsim.PlungeGrinder(PROBLEM), controller).faults == ()
-
-
-# One sample after the other
-# -------------------------------------------------------------------------------------------
 
 
 def fed(commands, **options):
@@ -298,10 +287,6 @@ def test_hidden_truth(grinder):
     assert area.std() == pytest.approx(2.6e-4, rel=0.2) and area.mean() == pytest.approx(0.026, abs=8e-5)
     assert zero.std() == pytest.approx(0.005, rel=0.2) and abs(zero.mean()) < 4 * 0.005 / math.sqrt(200)
     assert abs(np.corrcoef(area, zero)[0, 1]) < 0.3
-
-
-# What is refused
-# ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -131,10 +131,6 @@ def test_controllers_are_compared_on_the_same_rings():
     assert np.all(log.outcome.samples[0] < log.outcome.samples[1])
 
 
-# Geometry
-# -------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "options", [{}, {"samples_per_turn": 360}, {"start_angle": 2.0, "spindle_speed": 5.0}]
 )
@@ -241,10 +237,6 @@ def test_a_part_that_is_moved_until_the_axis_is_near_its_rim(tip_radius):
         assert np.abs(scan.reading[when] - ring.reading(scan.angle[when], tip_radius)).max() < 1e-11
 
 
-# Errors
-# ---------------------------------------------------------------------------------------------------------------
-
-
 def off(probe, turns=1.0):
     """What it reads less what there is at the angle that it shows."""
     scan = probe.scan(turns=turns)
@@ -337,10 +329,6 @@ def test_dust_only_adds():
     assert np.all(added[hit] > 0.005 - 1e-12) and np.all(added[hit] < 0.015 + 1e-12)
     assert hit.mean() == pytest.approx(0.01, abs=4 * math.sqrt(0.01 / 12000))
     assert added[hit].mean() == pytest.approx(0.01, abs=4 * 0.01 / math.sqrt(12 * hit.sum()))
-
-
-# The end of a part, refusals
-# ------------------------------------------------------------------------------------------
 
 
 def test_a_part_that_nobody_stops_is_broken_off():

@@ -40,10 +40,6 @@ def columns_of(log, tier, part=0):
     return table.isel(row=np.flatnonzero(table.part.values == part))
 
 
-# The same commands
-# --------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "controller", [plunge.CycleController(PROBLEM), plunge.StagedController(PROBLEM, 0.1, 0.0075)]
 )
@@ -121,10 +117,6 @@ def test_a_log_from_a_file_is_replayed(tmp_path):
     log = hwsim.run(hwsim.PlungeGrinder(PROBLEM), plunge.CycleController(PROBLEM))
     log.save(tmp_path / "log.nc")
     same(hwsim.Log.from_file(tmp_path / "log.nc"), plunge.CycleController(PROBLEM))
-
-
-# The first difference
-# -----------------------------------------------------------------------------------------------
 
 
 class Late(Drain):
@@ -215,10 +207,6 @@ def test_arrays_are_compared_entry_by_entry_and_motions_row_by_row_or_by_digests
     outcome = replayed(log, Told({"flow": second}, {})).outcome.isel(part=0)
     assert str(outcome.difference_name.values) == name
     np.testing.assert_array_equal((float(outcome.recorded), float(outcome.commanded)), (recorded, commanded))
-
-
-# As a plant
-# ---------------------------------------------------------------------------------------------------------
 
 
 def test_units_and_names_come_out_of_the_log():

@@ -36,10 +36,6 @@ def loops(seed):
     return LOOPS.run(2.0, seed, spindle=TURNING)
 
 
-# A slow twin
-# ----------------------------------------------------------------------------------------------------------
-
-
 def twin(tasks, releases, end):
     """One nanosecond after the other; `releases`: for each task a list of (time, execution)."""
     trace, jobs, running = [], {}, None
@@ -126,10 +122,6 @@ def test_as_the_twin_that_goes_nanosecond_by_nanosecond(tasks, seed):
     np.testing.assert_array_equal(schedule.trace, twin(tasks, releases, end))
 
 
-# Response-time analysis
-# -----------------------------------------------------------------------------------------------
-
-
 def response(tasks, k):
     """Joseph & Pandya (1986): the smallest R = C_k + sum of ceil(R/T_i) C_i over the more urgent tasks, in
     ns.
@@ -176,10 +168,6 @@ def test_what_liu_and_layland_print():
     assert (report["a"].worst_response, report["b"].worst_response) == (0.002, 0.008)
     assert (report["a"].overruns, report["b"].overruns, report["b"].preemptions) == (0, 0, 100)
     assert report["a"].utilisation + report["b"].utilisation == pytest.approx(1.0, abs=1e-12)
-
-
-# What must always hold
-# ------------------------------------------------------------------------------------------------
 
 
 @given(st.integers(0, 2**32), st.floats(0.2, 1.9))
@@ -257,10 +245,6 @@ def test_what_takes_no_time_is_sampled_and_complete_at_once():
         schedule.jobs("control")[:, 1:], np.outer(np.arange(4) * 10_000_000, [1, 1, 1])
     )
     assert schedule.report["model"].preemptions == 2 and schedule.report["model"].worst_response == 0.012
-
-
-# Releases
-# -------------------------------------------------------------------------------------------------------------
 
 
 def test_60_hz_does_not_drift():
@@ -381,10 +365,6 @@ def test_execution_times_have_the_mean_and_deviation_asked_for():
     assert times.std() == pytest.approx(0.001, abs=4 * 1.4e-5)
 
 
-# The same, everywhere
-# -------------------------------------------------------------------------------------------------
-
-
 def test_the_same_seed_gives_the_same_bytes_on_any_number_of_workers():
     serial = execute(loops, range(6))
     assert len({each.trace.tobytes() for each in serial}) == 6
@@ -441,10 +421,6 @@ def test_the_picture_shows_all_work_of_its_window():
     assert axis.get_xlim() == (500.0, 800.0) and len(axis.get_yticks()) == 4
     assert loops(0).plot().axes[0].get_xlim()[1] < 400.0  # by itself no more than can be seen
     pyplot.close("all")
-
-
-# Bad input
-# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

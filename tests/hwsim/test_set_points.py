@@ -126,10 +126,6 @@ def test_logs_and_journals_keep_them(tmp_path):
         assert journal.log()["hand"].wanted.units == "mm/s"
 
 
-# Refusals
-# -------------------------------------------------------------------------------------------------------------
-
-
 def faults(**tiers):
     return hwsim.check(Tank(), Two(**tiers)).faults
 

@@ -174,10 +174,6 @@ def test_nobody_there(listener):
         TcpLink.connect(address)
 
 
-# Records over connections that break
-# ----------------------------------------------------------------------------------
-
-
 def host(listener, lives, got, number):
     """A host that takes some records from each connection and breaks it off, again and again."""
     courier, begun = Courier(), monotonic()

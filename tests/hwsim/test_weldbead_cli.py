@@ -317,10 +317,6 @@ def test_as_a_program():
     )
 
 
-# A folder with something in it
-# ----------------------------------------------------------------------------------------
-
-
 def content(folder):
     return {file.name: file.read_bytes() for file in folder.iterdir()}
 

@@ -128,10 +128,6 @@ def test_controller_goes_to_another_process_as_it_is(controller):
     assert twin.step(height=1.0, time_left=10.0) == controller.step(height=1.0, time_left=10.0)
 
 
-# A plan is for one part and machine
-# -----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("stand", "said"),
     [

@@ -47,10 +47,6 @@ def mean_cut(process, coefficients, force, feed):
     return (power - idle) / (energy * process.bead_width * feed)
 
 
-# Hidden truth
-# ---------------------------------------------------------------------------------------------------------
-
-
 @given(
     attribution=st.lists(st.sampled_from(NAMES), min_size=1, max_size=4, unique=True),
     force=st.floats(20.0, 50.0),
@@ -103,10 +99,6 @@ def test_more_power_than_the_drive_has_is_blamed_on_the_energy():
     truth = blamed(scatter, process, 50.0, 10.0, cut)
     assert truth.specific_energy < process.specific_energy
     assert mean_cut(process, truth, 50.0, 10.0) == pytest.approx(cut, rel=1e-9)
-
-
-# A pass
-# ---------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("attribution", NAMES)
@@ -180,10 +172,6 @@ def test_measuring_twice_gives_the_same_reading():
     assert machine.step({}, 0) == machine.step({}, 0)
 
 
-# Truth
-# ----------------------------------------------------------------------------------------------------------------
-
-
 def test_truth_as_process_problem_and_function():
     other = P1.model.replace(specific_energy=14.0)
     no_scatter = weldbead.Scatter("C1", 0.0)
@@ -219,9 +207,6 @@ def test_truth_does_not_move_the_other_draws():
         cuts.append(outcome.true_cut_depth.values)
     np.testing.assert_allclose(cuts[0], 2 * cuts[1], rtol=1e-12)
 
-
-# Outcome
-# --------------------------------------------------------------------------------------------------------------
 
 CHARGED = P1.replace(
     lateness_charge=sdp.Quadratic(0.01),
@@ -297,10 +282,6 @@ def test_defaults_and_description():
 
 def test_check_finds_nothing_to_say():
     assert str(hwsim.check(hwsim.WeldBeadStand(P1), Passes())) == "Passes and WeldBeadStand fit"
-
-
-# Refusals
-# -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

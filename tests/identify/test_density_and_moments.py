@@ -111,10 +111,6 @@ def test_quantile_density():
     assert np.all(density.pdf(AXIS) >= 0)
 
 
-# Moments
-# ----------------------------------------------------------------------------------------------------------
-
-
 def correlated(x, y, r, n=1_000_000):
     z = np.random.default_rng(2).standard_normal((2, n))
     return x[0] + x[1] * z[0], y[0] + y[1] * (r * z[0] + sqrt(1 - r * r) * z[1])

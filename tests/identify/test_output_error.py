@@ -74,9 +74,6 @@ def test_what_is_not_determined():
         identify.output_error(lambda v: v, [1.0, 1.0], scale=[1.0, 1.0])
 
 
-# Readings over time
-# -----------------------------------------------------------------------------------------------
-
 UNITS = {"rate": "mm/s", "size": "mm"}
 NAN = float("nan")
 

@@ -101,10 +101,6 @@ def test_measure_conditions_a_normal_law(seed, size, noise):
     np.testing.assert_allclose(covariance, np.linalg.inv(information), rtol=1e-6, atol=1e-9)
 
 
-# Poor excitation
-# --------------------------------------------------------------------------------------------------
-
-
 @njit
 def _many_triangles(array, rows, count, root):
     work = np.empty(array.shape[1])

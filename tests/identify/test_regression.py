@@ -74,10 +74,6 @@ def test_undetermined_values_are_said_to_be():
     np.testing.assert_array_equal(fit.correlation, np.eye(2))
 
 
-# Noise on both sides
-# ----------------------------------------------------------------------------------------------
-
-
 def test_total_least_squares_minimises_what_it_says():
     matrix, y = line_data(30, noise=3.0)
     x, ratio = matrix[:, 1], 0.7
@@ -125,10 +121,6 @@ def test_a_round_cloud_has_no_line():
         identify.total_least_squares(x, y, noise_ratio=1.0)
     assert not identify.total_least_squares(x, y, noise_ratio=1.0, throw=False).ok
     assert not identify.total_least_squares(np.ones(4), y, noise_ratio=1.0, throw=False).ok
-
-
-# Row by row
-# -------------------------------------------------------------------------------------------------------
 
 
 def fed(matrix, y, forgetting=1.0):
@@ -193,10 +185,6 @@ def test_many_rows_leave_a_covariance():
         >= -1e-12
     )
     assert rls.estimate["slope"] == pytest.approx(2.0, abs=5 * rls.estimate.sd[1])
-
-
-# The estimate itself
-# ----------------------------------------------------------------------------------------------
 
 
 def test_estimate_shows_and_stores_itself():

@@ -35,10 +35,6 @@ def corrections(run, x, tolerance=0.005):
     return None if off.size and off[-1] == run.coordinate.size - 1 else int(off[-1]) + 1
 
 
-# Koren, section 5
-# -----------------------------------------------------------------------------------------------------------
-
-
 def test_the_printed_run():
     """x = 1, k = 0.6: v_1 to v_5; errors after five are below 0.5 %, after three that of P_b is 7.1 %, not
     below 4 %.
@@ -190,10 +186,6 @@ def test_a_model_that_is_wrong_in_x_only_does_not_matter():
         )
 
 
-# Its state
-# ------------------------------------------------------------------------------------------------------------------
-
-
 def test_no_winding_up():
     """Clamped at the end of the locus for long, it turns at the first reading that asks for it."""
     controller = LocusController(KOREN, **PRINTED)
@@ -329,9 +321,6 @@ def test_a_coordinate_against_which_the_slack_rises():
     assert run.worst_violation < 1e-6
 
 
-# On the simulated grinder
-# ---------------------------------------------------------------------------------------------------
-
 GRINDING = locus.preset("grinding")
 K36 = {"along": "infeed_rate", "gain": 3.3e-6, "kp": 5.3e-6, "start": 1e-3, "floor": 0.8e-3, "at": "command"}
 
@@ -398,9 +387,6 @@ def test_readings_wait_until_the_lag_has_settled():
     timed = LocusController(KOREN, start=2.0, hold=1.0, period=0.5)
     assert [timed.step(response=10.0)["v"] == 2.0 for _ in range(4)] == [True, True, True, False]
 
-
-# Refused
-# --------------------------------------------------------------------------------------------------------------------
 
 REFUSED = [
     (

@@ -155,10 +155,6 @@ def test_the_schedule():
     assert WHOLE.theta_free == pytest.approx(brute, rel=1e-3)
 
 
-# Drift
-# ----------------------------------------------------------------------------------------------------------------------
-
-
 def adversaries(rate, runs, steps, rng, low=0.5, high=20.0):
     """Random walks, walks of full steps that turn now and then, and ramps from a loop that has settled; half
     of them tighten.
@@ -256,10 +252,6 @@ def test_turning_walks_back_as_the_tool_wears():
         worst = controller.simulate(x).worst_violation.max()
         assert worst <= margin <= 1.5 * worst
         assert controller.replace(margin=margin).simulate(x).worst_violation.max() < 1e-6
-
-
-# Several gains
-# --------------------------------------------------------------------------------------------------------------
 
 
 def test_pid_poles_against_jury():

@@ -11,7 +11,6 @@ import hwsim
 from sdpgrind import physics, plunge
 
 # The printed cycle. Rows marked (cal) fixed the preset: they test this code, not the model
-# -----------------------------
 
 
 @pytest.mark.parametrize(
@@ -101,10 +100,6 @@ def test_wear_that_lets_less_and_less_rate_go_without_damage(growth):
     last = min(dulling.final_rate, end.burn_rate)
     assert out["roundness"] <= float(MODEL.roundness(last)) * 1.001
     assert plunge.plan(dulling, method="dp", steps=60).time * 0.999 < out["time"]
-
-
-# The bound
-# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("sparkout", ["p_end", "gauge"])
@@ -200,10 +195,6 @@ def test_a_wheel_that_burns_at_every_rate_still_ends():
     assert out["timed_out"] == 0 and out["burned"] == 1
 
 
-# Contact
-# --------------------------------------------------------------------------------------------------------------
-
-
 def test_a_command_that_is_trusted_needs_the_contact_zero():
     early = became(plunge.CycleController(PROBLEM, online=False, **EXACT), **zero_at(-0.005))
     assert early["roundness"] == pytest.approx(4.35e-3, abs=3e-5)
@@ -263,10 +254,6 @@ def test_a_part_is_not_left_before_it_is_round():
     assert excess.max() < 0.3 * sample and excess.std() < 0.2 * sample
     # mm: little is ground off for it
     assert outcome.remaining.min() > -1e-3 and outcome.remaining.mean() > -1e-4
-
-
-# Baselines
-# ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,6 @@ from cycle_parts import EXACT, MODEL, PROBLEM, SAMPLE, SHARP, became, nan, run, 
 import hwsim
 from sdpgrind import plunge
 
-# Gauges that fail
-# -----------------------------------------------------------------------------------------------------
-
 
 def grind(controller, spoil, rng=0, noise=None, **options):
     """Outcome of a part with readings changed by `spoil`."""
@@ -153,10 +150,6 @@ def test_gauges_without_noise():
     ):
         out = became(plunge.CycleController(PROBLEM, **EXACT, **sds), **zero_at(0.004))
         assert out["time"] == pytest.approx(12.12, abs=1.01 * SAMPLE) and out["burned"] == 0
-
-
-# What is refused
-# ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

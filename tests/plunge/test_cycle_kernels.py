@@ -33,10 +33,6 @@ wheels = st.builds(
 )
 
 
-# Roots
-# ----------------------------------------------------------------------------------------------------------------
-
-
 @settings(max_examples=60, deadline=None)
 @given(model=wheels, y=st.floats(1e-9, 0.5), near=st.floats(1e-7, 1.0))
 def test_rate_of_a_deflection(model, y, near):
@@ -183,10 +179,6 @@ def test_wear_multiplies_sliding_alone():
     np.testing.assert_allclose(worn, fresh, rtol=1e-13)
 
 
-# Motion
-# ---------------------------------------------------------------------------------------------------------------
-
-
 def commands(rng, samples=120):
     """Full rate, random rates, 0."""
     wander = np.clip(0.02 + 0.01 * np.cumsum(rng.normal(0, 0.3, samples)), 0, 0.0448)
@@ -239,10 +231,6 @@ def test_power_of_the_plant_is_that_of_the_model():
         assert kernels.true_power(state, rig) == pytest.approx(power, rel=1e-12)
 
 
-# Gauges
-# ---------------------------------------------------------------------------------------------------------------
-
-
 def test_readings():
     rig = kernels.rig(MODEL, PROBLEM.stock, 0.04)._replace(
         size_sd=1e-3, size_offset=0.01, power_sd=0.02, power_gain=1.1, power_max=2000.0
@@ -275,10 +263,6 @@ def test_late_and_slow_gauges():
     for true, seen in zip(power, slow, strict=True):
         lagged = pole * lagged + (1 - pole) * true
         assert seen == pytest.approx(lagged, rel=1e-12)
-
-
-# The filter
-# -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -337,10 +321,6 @@ def test_jacobian_against_differences(y, command):
     assert got[0] == pytest.approx(by_y, rel=2e-3)
     assert got[2] == pytest.approx(by_scale, rel=0.03, abs=1e-9)
     assert got[3] == pytest.approx(by_area, rel=0.03, abs=1e-9)
-
-
-# The printed cycle
-# ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -279,10 +279,6 @@ def test_warnings():
         NOMINAL.replace(command_rate_max=0.002)
 
 
-# Thin stock, long stock
-# -----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("rate_max", "stock", "roundness"), [(0.0448, 0.004, 12e-3), (0.0125, 0.01, 8e-3), (0.1, 0.05, 40e-3)]
 )

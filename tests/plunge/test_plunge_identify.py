@@ -12,9 +12,6 @@ from scipy import integrate, optimize
 
 from sdpgrind import identify, plunge, units
 
-# Parts and logs
-# ---------------------------------------------------------------------------------------------------
-
 
 def log(parts, faulty=()):
     """Tables as of `hwsim`: the last row of a part has no command."""
@@ -61,10 +58,6 @@ def test_parts_that_differ_are_no_surer_than_their_scatter():
     fit = _records.pooled(shown)
     assert fit["time_constant"] == pytest.approx(1.9)
     assert fit.sd[0] == pytest.approx(0.1 / np.sqrt(3))
-
-
-# The model of the deflection
-# --------------------------------------------------------------------------------------
 
 
 def policy():
@@ -157,10 +150,6 @@ def test_a_wheel_that_is_loaded_from_the_start():
         ).size
         for method in ("output_error", "recursive"):
             assert found(cycle(exact), method=method)["time_constant"] == pytest.approx(1.9347, rel=1e-5)
-
-
-# Wear flat area
-# ---------------------------------------------------------------------------------------------------
 
 
 def test_the_area_from_the_power():
@@ -261,10 +250,6 @@ def test_wear_is_taken_off():
     assert known["wear_flat_area"] == pytest.approx(0.026, rel=5e-3)
 
 
-# The loop
-# ---------------------------------------------------------------------------------------------------------
-
-
 def test_what_was_measured_updates_the_problem():
     fit = found(noisy(5e-4, 0))
     assert NOMINAL.updated(fit) == NOMINAL.replace(time_constant=fit["time_constant"])
@@ -292,10 +277,6 @@ def test_what_a_problem_does_not_take():
         NOMINAL.updated(contact)
     with pytest.raises(TypeError, match=r"estimate must be what plunge.identify gives; got 1.9"):
         NOMINAL.updated(1.9)
-
-
-# The experiments
-# --------------------------------------------------------------------------------------------------
 
 
 def test_the_two_experiments():
@@ -354,10 +335,6 @@ def test_the_presets_are_told():
     assert all(len(info) == 4 and all(info) for info in plunge.presets())
     with pytest.raises(ValueError, match="name must be one of simulation, experiment; got 'nominal'"):
         plunge.preset("nominal")
-
-
-# Readings that are not to be believed
-# -----------------------------------------------------------------------------
 
 
 def frozen():

@@ -12,7 +12,6 @@ from scipy import integrate, signal
 from sdpgrind import identify, plunge
 
 # Time constant: the numbers of the source's own recipe and of the right one
-# ----------------------------------------
 
 
 def test_the_bound():
@@ -108,10 +107,6 @@ def test_streaming():
     assert not estimator.estimate.ok and estimator.estimate.message.startswith(
         "not identified: 0 readings are too few"
     )
-
-
-# Any command, any sample time
-# -------------------------------------------------------------------------------------
 
 
 def lagged(time, u, tau):

@@ -36,10 +36,6 @@ def example():
     return run
 
 
-# -- ski trails
-# ----------------------------------------------------------------------------------------------------------
-
-
 def all_routes(trails, here, entrances):
     """Times of every route from here to an entrance."""
     if here in entrances:
@@ -69,10 +65,6 @@ def test_ski_trails_against_all_routes_and_against_dijkstra(example):
     for k, place in enumerate(places):
         assert policy.value(mode=place) == min(all_routes(trails, place, entrances))
         assert policy.value(mode=k) == pytest.approx(shortest[k], abs=1e-8)
-
-
-# -- roll bending
-# --------------------------------------------------------------------------------------------------------
 
 
 def expected_charge(aim, sd):
@@ -139,10 +131,6 @@ def test_roll_bending_by_monte_carlo(example):
     assert runs.moves.mean() == pytest.approx(outcome.moves, abs=3.5 * runs.moves.std() / 200)
 
 
-# -- refining
-# --------------------------------------------------------------------------------------------------------------
-
-
 def discretised(nodes, successors, weights):
     """Transition matrix by linear interpolation, row by row."""
     matrix = np.zeros((nodes.size, nodes.size))
@@ -178,10 +166,6 @@ def test_refining_uses_all_its_actions_in_order(example):
     assert names == ["demote", "recycle", "blend"]
 
 
-# -- dullness
-# ----------------------------------------------------------------------------------------------------------------
-
-
 def no_wear(s, c):
     return (s.dullness + 0.0 * c.force,)
 
@@ -214,10 +198,6 @@ def test_dullness_by_monte_carlo_and_by_its_distribution(example):
     assert abs(runs.mean - policy.value(**start)) < 3.5 * runs.standard_error
     assert outcome.total == pytest.approx(1, abs=1e-12)
     assert outcome.mean == pytest.approx(policy.value(**start), abs=policy.table.search_error)
-
-
-# -- centering
-# ---------------------------------------------------------------------------------------------------------------
 
 
 def test_canonical_centering_problem(example):
@@ -262,10 +242,6 @@ def test_centering_by_monte_carlo(example):
     assert runs.mean == pytest.approx(5.683, abs=3.5 * np.hypot(0.018, runs.standard_error))
     snapped = policy.simulate(offset=2.0, runs=40_000, rng=6, snap=True)
     assert abs(snapped.mean - policy.value(offset=2.0)) < 3.5 * snapped.standard_error
-
-
-# -- from nothing
-# ------------------------------------------------------------------------------------------------------------
 
 
 def test_forty_lines_of_numpy_agree_with_the_library(example):

@@ -36,10 +36,6 @@ def bead(law=discrete_cut, axis=None, charge=CHARGE, moves=None, stages=None, **
     return sdp.Problem([axis], moves, [sdp.Stop("stop", charge)], stages or sdp.Stages(8, 1.0), **more)
 
 
-# -- one expectation
-# -----------------------------------------------------------------------------------------------------
-
-
 LAWS = {
     "rayleigh": lambda c: sdp.Rayleigh(c, 0.2 * c),
     "scaled rayleigh": lambda c: sdp.Rayleigh(c, 0.8 * c),
@@ -74,10 +70,6 @@ def test_expectation_of_a_shift_against_quadrature(name, below, above):
 def test_a_tail_charge_with_kinks_and_jumps_beyond_the_end():
     for name in ("tolerance", "quadratic", "constant"):
         compare(one_move(LAWS["normal"], "stop", "stop", SIDES[name]), tolerance=1e-11)
-
-
-# -- backward induction
-# --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("sides", SIDES)
@@ -200,10 +192,6 @@ def test_stop_beyond_the_edge_is_charged_by_the_mode_of_arrival():
         assert policy.value(height=1.0, time_left=1) == pytest.approx(-50 + 3 + 7, abs=1e-12)
 
 
-# -- late
-# ------------------------------------------------------------------------------------------------------------------
-
-
 LATE = {
     "linear": (sdp.Linear(0.03), 40),
     "expensive": (sdp.Linear(3.0), 10),
@@ -290,10 +278,6 @@ def test_what_has_no_late_side_is_refused():
         sdp.plan(bead(moves=timed, stages=sdp.Stages(3, 1.0, late=sdp.Linear(1.0))))
 
 
-# -- sampled
-# ---------------------------------------------------------------------------------------------------------------
-
-
 def ring_step(s, c, e):
     x = c.aim * s.offset * (1 + e.travel)
     return (np.sqrt(s.offset**2 + x**2 - 2 * s.offset * x * np.cos(e.direction)),)
@@ -376,10 +360,6 @@ def test_sampled_reads_mode_and_stage(compiled):
         ("a", "b"),
     )
     compare(problem)
-
-
-# -- several axes by shift
-# -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("first", [True, False])
@@ -495,10 +475,6 @@ def test_a_masked_shift_may_lead_anywhere():
     # Between the last node where one must stop and the first where one may go, the edge of the mask is
     # respected.
     assert policy.action(x=np.linspace(0, 1, 30), time_left=1).gap.min() >= 0
-
-
-# -- timed and without end
-# -------------------------------------------------------------------------------------------------
 
 
 def test_timed_shifts_read_the_stage():

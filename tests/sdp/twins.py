@@ -19,10 +19,6 @@ from sdpgrind import sdp
 GAUSS = np.polynomial.legendre.leggauss(16)
 
 
-# -- laws as outcomes
-# ----------------------------------------------------------------------------------------------------
-
-
 def density(law):
     """Density, support and atoms [(value, probability)] of a law of shape (), from its textbook formula."""
     mean, sd = float(law.mean), float(law.sd)
@@ -74,10 +70,6 @@ def outcomes(law, cuts=()):
 @cache
 def named(kind, fields):
     return namedtuple(kind, fields)
-
-
-# -- a problem as loops
-# --------------------------------------------------------------------------------------------------
 
 
 class Twin:

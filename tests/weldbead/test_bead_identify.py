@@ -24,10 +24,6 @@ def pass_data(attribution, relative_sd, process=BASE, law="rayleigh", seed=0):
     return {"normal_force": FORCES, "feed_rate": FEEDS, "cut_depth": depth}
 
 
-# Power
-# ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("noise", "k1", "k2"), [(0.1, 9.44, 112), (0.2, 8.11, 142)])
 def test_the_printed_direction_is_biased(noise, k1, k2):
     fits = [
@@ -104,10 +100,6 @@ def test_streaming():
     assert estimator.estimate.status is identify.Status.IMPOSSIBLE
 
 
-# Friction
-# ---------------------------------------------------------------------------------------------------------
-
-
 def test_friction():
     rng, normal = np.random.default_rng(0), np.linspace(10, 50, 40)
     tangential = 0.3 * normal + rng.normal(0, 1, 40)
@@ -119,10 +111,6 @@ def test_friction():
     for pair in zip(normal, tangential, strict=True):
         estimator.update(normal_force=pair[0], tangential_force=pair[1])
     np.testing.assert_allclose(estimator.estimate.value, fit.value, rtol=1e-12)
-
-
-# Logs
-# -------------------------------------------------------------------------------------------------------------
 
 
 class FakeLog:
@@ -142,10 +130,6 @@ def test_rows_without_a_reading_are_dropped_and_counted():
     fit = weldbead.identify(FakeLog(part=np.zeros(32), **holed), "power")
     np.testing.assert_allclose(fit.value, weldbead.identify(data, "power").value)
     assert fit.message == "from 30 passes, 2 more were of no use"
-
-
-# Scatter
-# ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["C1", "K1", "K2", "mu"])
@@ -236,10 +220,6 @@ def test_law_of_the_depths():
     assert len(weldbead.identify(noisy, "law", model=BASE, depth_noise=0.005).sample) == 240
     favoured = weldbead.identify(data, "law", model=BASE)
     assert favoured.attribution in ("C1", "mu")
-
-
-# The loop
-# ---------------------------------------------------------------------------------------------------------
 
 
 def test_what_was_measured_updates_the_problem():

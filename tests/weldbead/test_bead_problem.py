@@ -14,10 +14,6 @@ BASE = P1.model
 DROOPY = BASE.replace(free_speed=560.0, speed_droop=0.1)
 
 
-# Burn limits
-# ----------------------------------------------------------------------------------------------------------
-
-
 def test_force_limit():
     limit = weldbead.ForceBurnLimit(16.0)
     low, high = limit.interval(BASE, [4.0, 9.0])
@@ -94,10 +90,6 @@ def test_malkin_limit_of_a_motor_that_is_too_weak():
     )
     assert limit.interval(weak, 10.0) == (np.inf, 0.0)  # light cuts burn, and deeper ones it cannot make
     assert np.all(limit.margin(weak, np.linspace(0.1, 1.0, 9) * weak.peak_force, 10.0) < 0)
-
-
-# The problem
-# ----------------------------------------------------------------------------------------------------------
 
 
 def test_time_and_feed():

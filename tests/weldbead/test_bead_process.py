@@ -78,10 +78,6 @@ def test_more_force_or_less_feed_never_cuts_less(force, feed):
     assert DROOPY.mean_cut(force, feed) >= DROOPY.mean_cut(force, feed * 1.1)
 
 
-# Scatter
-# --------------------------------------------------------------------------------------------------------------
-
-
 def drawn_depths(process, attribution, r, force, feed, runs=400_000):
     """Depths with one coefficient drawn, straight from (4.5) and its variants."""
     z = 1 + r * np.random.default_rng(5).standard_normal(runs)

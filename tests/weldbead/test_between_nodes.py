@@ -73,7 +73,6 @@ def test_the_error_of_the_search_is_covered_by_its_estimate(name):
 
 
 # Kinks where the force leaves the scaled for the translated law
-# ------------------------------------------------------
 
 
 @pytest.mark.parametrize(("idle_power", "relative_sd"), [(43.5, 0.099), (11.7, 0.099), (31.8, 0.074)])
@@ -92,10 +91,6 @@ def test_a_change_of_the_law_inside_a_cell_is_no_chord(idle_power, relative_sd):
     # a line between the nodes lies too low: the least of two costs has a concave kink
     assert np.max(true - chord) > 1e-4
     assert np.max(np.abs(found - true)) < 0.4 * np.max(true - chord)
-
-
-# The gap where the action changes
-# -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("time", [10.0, 16.0, 30.0])
@@ -119,10 +114,6 @@ def test_the_gap_vanishes_where_the_action_changes(time):
     for k in changes:
         assert coarse.action(float(height[k]), time).gap == pytest.approx(found[k], abs=1e-12)
     assert np.max(np.abs(found - true)) < 0.02
-
-
-# Stopping between nodes
-# -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("nodes", [801, 333])

@@ -245,10 +245,6 @@ def test_wear_of_a_pass():
     assert rise == pytest.approx(expected * (1 - static), rel=0.1)
 
 
-# Refusals
-# ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -25,10 +25,6 @@ def values(policy):
     return policy.value(height[:, None], time)
 
 
-# A finite problem by plain loops
-# -------------------------------------------------------------------------------------
-
-
 def weights(x, node, mean, sd):
     """Probability weights on the nodes, P(overground) and E (D - x)+, for one height and all cuts."""
     h = node[1]
@@ -117,9 +113,6 @@ def test_pass_charge_is_paid_for_each_pass():
     assert np.all(solved(P1.replace(pass_charge=4.1)).action(np.linspace(0, 2, 41), 60.0).stop)
 
 
-# All kinds of problems
-# -----------------------------------------------------------------------------------------------
-
 SCATTERS = [
     *(
         weldbead.Scatter(name, 0.15, law=law)
@@ -186,10 +179,6 @@ def test_lateness_by_a_function():
     quadratic = P1.replace(lateness_charge=sdp.Quadratic(0.01), late_window=40.0, horizon=20.0)
     given_function = quadratic.replace(lateness_charge=lambda late: 0.01 * late**2)
     np.testing.assert_allclose(values(solved(given_function)), values(solved(quadratic)), rtol=1e-12)
-
-
-# Identities
-# ----------------------------------------------------------------------------------------------------------
 
 
 @settings(max_examples=12, deadline=None)
@@ -260,9 +249,6 @@ def test_invariants(sd, under, ratio, rate, scatter):
     assert np.all(values(solved(more)) <= value + tied)  # nor do more feeds
 
 
-# Continuous feed
-# -----------------------------------------------------------------------------------------------------
-
 FEW = P1.replace(durations=(6, 8, 10), horizon=14.0, height_max=1.0)
 
 
@@ -293,10 +279,6 @@ def test_continuous_feed():
     assert lattice.value(1.0, 7.0) == pytest.approx(2 * (1.0 - 4 * 0.086), abs=5e-3)
     assert policy.action(1.0, 7.0).duration == pytest.approx(7.0)
     assert policy.action(1.0, 7.0).feed_rate == pytest.approx(10.0)
-
-
-# Refused
-# -------------------------------------------------------------------------------------------------------------
 
 
 def test_messages():

@@ -16,10 +16,6 @@ def first(height, true):
     return height[np.argmax(true, axis=0)]
 
 
-# 1
-# -------------------------------------------------------------------------------------------------------------------
-
-
 def test_no_grind_band_before_the_deadline():
     height, value, action = table(plain("P1"), [0, 2, 4])
     assert np.all(action.stop)
@@ -34,10 +30,6 @@ def test_overground_is_charged_exactly():
     np.testing.assert_allclose(plain("P5").value(-depth, -6.0), 20 * depth**2 + 0.36, rtol=1e-15)
 
 
-# 2
-# -------------------------------------------------------------------------------------------------------------------
-
-
 def test_bands_of_the_fastest_pass():
     height, value, _ = table(plain("P1"), np.arange(0, 61, 2))
     low = value[height <= 0.25]
@@ -47,9 +39,6 @@ def test_bands_of_the_fastest_pass():
         assert np.all(low[1:, 3 * b] < low[1:, 3 * b - 1])  # a jump down at each 6 b
     assert np.all(low[1:, 30] < low[1:, 29])
 
-
-# 3, 4
-# ----------------------------------------------------------------------------------------------------------------
 
 BANDS = [6, 12, 18, 24, 36, 48, 60]
 
@@ -73,10 +62,6 @@ def test_cut_fraction_is_not_constant_where_the_law_is_translated():
     assert policy.action(0.3, 6.0).mean_cut / 0.3 == pytest.approx(0.82, abs=0.01)
 
 
-# 5
-# -------------------------------------------------------------------------------------------------------------------
-
-
 def test_durations_finish_at_the_deadline():
     policy = plain("P1")
     for time in (6.0, 8.0, 10.0, 12.0):
@@ -97,10 +82,6 @@ def test_fastest_pass_below_the_threshold():
     below = ~action.stop & (np.nan_to_num(action.normal_force) < 50 - 1e-6) & (height[:, None] < 0.415)
     assert np.all(action.duration[below & (action.gap > 1e-6)] == 6)
     assert np.mean(action.gap[below] > 1e-6) > 0.9
-
-
-# 7
-# -------------------------------------------------------------------------------------------------------------------
 
 
 def test_expensive_time_late():
@@ -128,10 +109,6 @@ def test_expensive_time_switches_continuously():
     gain = [coarse.alternatives(2.0, t, within=10.0) for t in (3.0, 3.5)]
     ahead = [costs["stop"] - costs["6 s"] for costs in gain]
     assert 3.0 - 0.5 * ahead[0] / (ahead[1] - ahead[0]) == pytest.approx(exact, abs=1e-9)
-
-
-# 8
-# -------------------------------------------------------------------------------------------------------------------
 
 
 def test_cheap_time_grinds_on_after_the_deadline():
@@ -183,10 +160,6 @@ def test_no_result_depends_on_a_late_window():
     assert off[0] > off[1] >= off[2] and off[2] < 1e-9
 
 
-# 9
-# -------------------------------------------------------------------------------------------------------------------
-
-
 def test_burn_limit_only_costs():
     free, limited = dense("P1"), dense("P4")
     _, least, action = table(free, np.arange(0, 61, 2))
@@ -220,10 +193,6 @@ def test_burn_limit_is_met_on_its_boundary():
     assert np.mean(np.isclose(force[deep], limit[deep], rtol=1e-9)) > 0.5
 
 
-# 10
-# ------------------------------------------------------------------------------------------------------------------
-
-
 def test_quit_boundary_of_quadratic_charges():
     times = np.arange(-14, 5, 2)
     height, _, action = table(plain("P5"), times)
@@ -239,10 +208,6 @@ def test_default_late_window_of_a_convex_charge_is_enough():
     free = weldbead.plan(given.problem.replace(late_window=None), tolerance=None, nodes=401)
     times = np.arange(-14, 61, 2)
     np.testing.assert_allclose(table(free, times)[1], table(given, times)[1], rtol=1e-13)
-
-
-# 11
-# ------------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", NAMES)

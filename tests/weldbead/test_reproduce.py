@@ -43,10 +43,6 @@ FRACTIONS = (0.556558, 0.496617, 0.455646, 0.425469, 0.402050)
 SLOPES = (1.049366, 0.591955, 0.350939, 0.215815, 0.136543)
 
 
-# Arithmetic of chapters 4 and 5
-# --------------------------------------------------------------------------------------
-
-
 def test_coefficients_of_section_5_5():
     found = weldbead.preset("P1").model.coefficients
     assert pytest.approx(1e-4, rel=1e-12) == found.C1
@@ -79,10 +75,6 @@ def test_malkin_coefficients_in_metric_units():
     assert b == pytest.approx(7.1802, rel=1e-4)
     assert u0 == pytest.approx(9.0e5 * joule / inch**3, rel=1e-6)  # energy over volume
     assert b == pytest.approx(4.1e4 * joule / inch**2.0 * inch**-0.0 / 1.0, rel=1e-6)
-
-
-# C0, in closed form
-# --------------------------------------------------------------------------------------------------
 
 
 def recursion(under, over, bands):
@@ -139,10 +131,6 @@ def test_c0_table():
         np.testing.assert_allclose(cut, fraction, rtol=0.01)
 
 
-# P1 to P5
-# ------------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_named_states(name):
     policy, column = fine(name), NAMES.index(name)
@@ -159,10 +147,6 @@ def test_plan_to_its_default_kind_of_tolerance(name):
     assert policy.error <= 1e-4
     for (height, time), values in NAMED.items():
         assert policy.value(height, time) == pytest.approx(values[NAMES.index(name)], abs=policy.error + 6e-6)
-
-
-# One last pass
-# -------------------------------------------------------------------------------------------------------
 
 
 def test_laws_of_these_tests():
@@ -194,10 +178,6 @@ def test_one_last_pass_is_the_closed_form():
     policy = fine("P1")
     for height in (0.005, 0.02, 0.04, 0.045, 0.05, 0.1, 0.2, 0.3, 0.4, 0.415, 0.6, 1.0, 2.0):
         assert policy.value(height, 6.0) == pytest.approx(last_pass(height), abs=1e-6), height
-
-
-# Without scatter
-# -----------------------------------------------------------------------------------------------------
 
 
 def deepest(time):
@@ -239,10 +219,6 @@ def test_deterministic_plan_by_the_planner(nodes):
         assert np.max(np.abs(policy.value(height, float(time)) - exact)) <= policy.error <= 3e-2
 
 
-# How good the estimated error is
-# -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(("nodes", "tolerance"), [(26, 3e-2), (51, 2e-3)])
 def test_error_estimate_brackets_the_error(name, nodes, tolerance):
@@ -254,10 +230,6 @@ def test_error_estimate_brackets_the_error(name, nodes, tolerance):
     height, time = np.meshgrid(*reference.states())
     error = np.max(np.abs(policy.value(height, time) - reference.value(height, time)))
     assert error <= policy.error <= 10 * error
-
-
-# Monte-Carlo
-# ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("name", "height", "time"), [("P1", 1.5, 30.0), ("P3", 2.0, 4.0), ("P5", 2.0, 0.0)])
@@ -277,10 +249,6 @@ def test_continuous_sequences_cost_at_most_one_percent_more(name, height, time):
     value = policy.value(height, time)
     assert abs(runs.mean - value) < 0.01 * value
     assert runs.mean - value > -3.5 * runs.standard_error  # nothing beats the optimum
-
-
-# The page that shows it all
-# ------------------------------------------------------------------------------------------
 
 
 def test_page_of_reproductions(capsys):

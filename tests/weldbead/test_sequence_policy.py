@@ -36,10 +36,6 @@ def same_action(one, many):
     np.testing.assert_allclose(one.mean_cut, many.mean_cut[0], rtol=1e-12)
 
 
-# Looking up
-# ----------------------------------------------------------------------------------------------------------
-
-
 @settings(max_examples=150, deadline=None)
 @given(name=st.sampled_from(NAMES), height=st.floats(0.0, 2.0), time=st.floats(0.0, 60.0))
 @example(name="P1", height=2.0, time=60.0)
@@ -187,10 +183,6 @@ def test_off_lattice_late_states_are_refused():
             look_up(1.0, -7.3)
 
 
-# Between nodes
-# -------------------------------------------------------------------------------------------------------
-
-
 @settings(max_examples=60, deadline=None)
 @given(cell=st.integers(0, 399), part=st.floats(0.01, 0.99), stage=st.integers(3, 30))
 def test_force_is_interpolated_inside_a_duration(cell, part, stage):
@@ -261,10 +253,6 @@ def test_cost_of_these_tests_is_the_table():
         )
 
 
-# Gradient
-# ------------------------------------------------------------------------------------------------------------
-
-
 def test_gradient_is_the_finite_difference():
     policy = plain("P1")
     height = np.linspace(0.031, 1.97, 97)
@@ -290,10 +278,6 @@ def test_gradient_by_the_envelope_theorem():
         assert policy.gradient(height, time) == pytest.approx(slope.mean(), abs=4 * error + 2e-3)
 
 
-# Alternatives
-# --------------------------------------------------------------------------------------------------------
-
-
 def test_alternatives():
     policy = plain("P4")
     costs = policy.alternatives(1.5, 24.0, within=0.1)
@@ -317,10 +301,6 @@ def test_alternatives_late():
         costs = policy.alternatives(1.0, time, within=5.0)
         assert min(costs.values()) == pytest.approx(policy.value(1.0, time), abs=1e-12)
         assert costs["stop"] == pytest.approx(2.0 - 0.1 * time)
-
-
-# Keeping
-# -------------------------------------------------------------------------------------------------------------
 
 
 def problems():
@@ -385,10 +365,6 @@ def test_pictures():
         figure = policy.plot()
         assert [ax.get_xlabel() for ax in figure.axes[:3]] == ["time left [s]"] * 3
         plt.close(figure)
-
-
-# With a charge on the last pass
-# --------------------------------------------------------------------------------------
 
 
 def test_last_duration(finish):

@@ -7,9 +7,6 @@ from weldbead_inside import LARGEST
 
 from sdpgrind import sdp, weldbead
 
-# Risk
-# ----------------------------------------------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize(("name", "height", "time"), [("P1", 1.5, 30.0), ("P3", 1.0, 3.0), ("P5", 1.2, 8.0)])
 def test_risk_against_monte_carlo(name, height, time):
@@ -161,10 +158,6 @@ def test_late_states_off_the_stages(time):
     assert np.all(
         np.abs((runs.final["time_left"] - time) / 2 - np.round((runs.final["time_left"] - time) / 2)) < 1e-9
     )
-
-
-# Predicting
-# ----------------------------------------------------------------------------------------------------------
 
 
 def test_simulation_is_reproducible_and_labelled():

@@ -17,10 +17,6 @@ def joints_within(rng, count):
     return rng.uniform(LOW, HIGH, (count, 7))
 
 
-# -- the arm as data
-# ---------------------------------------------------------------------------------------------------
-
-
 def test_generic_arm_is_the_one_that_is_documented():
     assert GENERIC.lengths == (400.0, 300.0, 250.0, 100.0)
     assert np.degrees(LOW[:5]) == pytest.approx([-165, -30, -150, -150, -180])
@@ -40,10 +36,6 @@ def test_arm_survives_a_file():
     arm = GENERIC.replace(d5=123.4)
     assert stored.decode(stored.encode(arm)) == arm
     assert hash(stored.decode(stored.encode(arm))) == hash(arm)
-
-
-# -- forward
-# -----------------------------------------------------------------------------------------------------------
 
 
 def test_forward_is_the_product_of_links():
@@ -70,10 +62,6 @@ def test_tool_frame_stands_on_the_last_axis():
     level = GENERIC.forward(q * ([1.0] * 4 + [0.0] + [1.0] * 2))[:3, 1]
     assert level == pytest.approx(frames[0][:3, 2], abs=1e-14)  # z1, of the second joint
     assert level[2] == 0.0
-
-
-# -- Jacobian
-# ----------------------------------------------------------------------------------------------------------
 
 
 def test_jacobian_is_that_of_differences():
@@ -134,10 +122,6 @@ def test_a_vertical_tool_loses_one_freedom():
     q = np.array([0.3, 0.4, -1.2, 0.8 - np.pi / 2, 0.5, 10.0, -20.0])
     assert chain(q)[2, 2] == pytest.approx(-1.0, abs=1e-15)
     assert rank(GENERIC.jacobian(q)) == 5
-
-
-# -- inverse
-# -----------------------------------------------------------------------------------------------------------
 
 
 def test_every_branch_takes_random_poses():
@@ -214,10 +198,6 @@ def test_turning_the_work_about_the_base_turns_the_first_joint(angle, branch):
     assert np.abs(turned(after[:, 0] - before[:, 0] - angle)).max() < 1e-9
     assert np.abs(turned(after[:, 1:5] - before[:, 1:5])).max() < 1e-9
     assert after[:, 5:] == pytest.approx(before[:, 5:] @ turn[:2, :2].T, abs=1e-9)
-
-
-# -- along a path
-# ------------------------------------------------------------------------------------------------------
 
 
 def circle(count, tilt=-0.5, turns=1.0, begin=0.0):
@@ -326,10 +306,6 @@ def test_kernels_along_a_path_are_sums_and_comparisons():
         time, at = kernels.travel(joints, speed, 4.0)
         assert time == pytest.approx(np.sum(np.max(way / speed, axis=1)), rel=1e-14)
         assert at == (jumps[0] if jumps.size else -1)
-
-
-# -- damped least squares
-# ----------------------------------------------------------------------------------------------
 
 
 def test_least_squares_find_poses_from_nearby():

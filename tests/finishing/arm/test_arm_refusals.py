@@ -19,10 +19,6 @@ def tilted(i, j, value):
     return pose
 
 
-# -- poses
-# -------------------------------------------------------------------------------------------------------------
-
-
 def test_out_of_reach():
     poses = np.array([chain(JOINTS), chain(JOINTS)])
     poses[1, 2, 3] += 500.0
@@ -109,10 +105,6 @@ def test_branches_radii_and_joints():
         GENERIC.forward_work([0.0] * 5)
 
 
-# -- least squares
-# -----------------------------------------------------------------------------------------------------
-
-
 def test_least_squares_that_find_nothing():
     pose = chain(JOINTS)
     pose[2, 3] += 900.0
@@ -132,10 +124,6 @@ def test_start_of_least_squares():
         GENERIC.solve(chain(JOINTS), JOINTS[None])
     with pytest.raises(ValueError, match=r"poses must be of shape"):
         GENERIC.solve(np.eye(3), JOINTS)
-
-
-# -- the arm
-# -----------------------------------------------------------------------------------------------------------
 
 
 def test_an_arm_that_is_none():
@@ -164,10 +152,6 @@ def test_an_arm_that_is_none():
     with pytest.raises(ValueError, match=r"Arm has no field 'd6'"):
         GENERIC.replace(d6=1.0)
     assert isinstance(GENERIC, Arm)
-
-
-# -- tool and force
-# ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("change", "message"), [
@@ -230,10 +214,6 @@ def test_feed_angle_refuses():
         feed_angle(CONTACT["tangent"], CONTACT["normal"], [[0.0] * 4])
     with pytest.raises(ValueError, match=r"tangent\[0\] must be of length 1"):
         feed_angle([[3.0, 0.0, 0.0]], CONTACT["normal"], [np.eye(4)])
-
-
-# -- branches
-# ----------------------------------------------------------------------------------------------------------
 
 
 def test_no_branch_says_which_comes_nearest():

@@ -128,10 +128,6 @@ def test_coming_through_the_vertical_is_no_smooth_way():
         choose_branches(WIDE, [poses], wrist_radii=radius)
 
 
-# -- headings
-# ----------------------------------------------------------------------------------------------------------
-
-
 def hilbert(order):
     """Nodes of a Hilbert curve, by its four copies."""
     if order == 0:

@@ -104,10 +104,6 @@ def test_dragging_one_way_is_pushing_the_other_after_half_a_turn():
     assert pushed @ np.diag([-1.0, -1.0, 1.0, 1.0]) == pytest.approx(dragged, abs=1e-12)
 
 
-# -- force from torque
-# -------------------------------------------------------------------------------------------------
-
-
 def moment(angle, psi, ratio, pushed):
     """Torque (N m/N) of normal force and friction about the motor's axis, by r x F, in the base."""
     feed = np.array([[np.cos(psi), np.sin(psi), 0.0]])

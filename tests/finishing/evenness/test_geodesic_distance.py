@@ -142,10 +142,6 @@ def test_traced_geodesics(u, length):
     assert np.array([1 - a, a]) @ corner @ np.array([1 - b, b]) == pytest.approx(length, abs=2e-3)
 
 
-# Passes
-# ------------------------------------------------------------------------------------------------------------
-
-
 def test_gaps_are_equal_along_the_passes():
     """Straight distances from each pass to the next are the same all along, a curved surface's sagitta less."""
     path = zigzag(nominal_surface(), 2.0, mapping="geodesic", along="v")

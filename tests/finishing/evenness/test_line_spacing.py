@@ -105,10 +105,6 @@ def test_kernel_is_its_slow_twin():
     np.testing.assert_allclose(each, thin.at(np.array(lines))[:, 2], rtol=1e-13)
 
 
-# Paths
-# -------------------------------------------------------------------------------------------------------------
-
-
 def test_flat_zigzag():
     path = zigzag(flat_surface(8.0), 1.0)
     assert (

@@ -94,10 +94,6 @@ def test_a_wider_footprint_covers_more():
     assert shares == sorted(shares) and shares[0] < 0.5 and shares[-1] == 1.0
 
 
-# Cells
-# -------------------------------------------------------------------------------------------------------------
-
-
 def below(surface, u, v, count=400):
     """Area of the surface under a curve v(u) for each width of u, by rectangles of positions alone."""
     t = (np.arange(count) + 0.5) / count
@@ -138,10 +134,6 @@ def test_no_cells_for_other_paths():
     assert found.cell_area_cv is None and "cell areas     not defined for this pattern" in repr(found)
 
 
-# An uneven surface
-# -------------------------------------------------------------------------------------------------
-
-
 def test_equal_area_is_more_even():
     """Less than half the gap and the spread of steps, for a few percent of length."""
     surface = uneven_surfaces()["crowded"]
@@ -159,10 +151,6 @@ def test_text():
     text = repr(hilbert(nominal_surface(), 3).metrics(3.0, surface_step=0.5, path_step=0.2))
     assert text.startswith("PathMetrics(\n    length         4") and text.count("\n") == 6
     assert "within 3 mm of the path" in text and "0.5 mm on the surface, 0.2 mm on the path)" in text
-
-
-# Refused
-# -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0])
@@ -206,10 +194,6 @@ def test_refused_zigzags(wrong, message):
 def test_refused_surface():
     with pytest.raises(TypeError, match=r"^surface must be a Surface; got 3.0$"):
         zigzag(3.0, 1.0)
-
-
-# Sampling
-# -------------------------------------------------------------------------------------------------------------
 
 
 def test_coarse_steps_are_made_finer():

@@ -84,10 +84,6 @@ def test_footprint_of_a_ball():
     assert ball_footprint(3.0, 3.0) == pytest.approx(3 * sqrt(2))
 
 
-# Refused
-# -----------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("function", [scallop_height, cusp_roughness])
 @pytest.mark.parametrize(
     ("given_values", "message"),

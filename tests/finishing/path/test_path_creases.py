@@ -100,10 +100,6 @@ def test_gaps_of_a_zigzag_across_creases(along, pitch):
         assert (high - low) * gap.mean(axis=side).max() <= pitch * (1 + 2e-3)
 
 
-# Refused
-# --------------------------------------------------------------------------------------------------------------
-
-
 def test_equal_areas_and_geodesic_passes():
     message = r"mapping must be another one than '{}' on a surface whose tangents jump: its knot u = 0.5 is there 1 times at degree 1"
     with pytest.raises(ValueError, match=message.format("equal_area")):

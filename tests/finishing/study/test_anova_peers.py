@@ -111,10 +111,6 @@ def test_type_two_by_what_each_effect_adds():
     np.testing.assert_allclose(projected, [row.ss for row in table.effects], rtol=1e-10)
 
 
-# An orthogonal array without an error
-# --------------------------------------------------------------------------------
-
-
 def phadke():
     return fin.Study("L9", PHADKE_FACTORS, PHADKE_RATIO, ratio="none")
 
@@ -165,10 +161,6 @@ def test_readings_without_any_error():
     assert table["a"].ss == pytest.approx(18.0, rel=1e-12)
     flat = fin.Study("L8", {"a": (0, 1), "b": (0, 1)}, np.full(8, 2.0), ratio="none").anova()
     assert flat["a"].contribution is None and "nan" not in str(flat)
-
-
-# Missing runs, dummy levels, interactions
-# ----------------------------------------------------------------------------
 
 
 def test_a_missing_run_is_analysed_by_type_two():

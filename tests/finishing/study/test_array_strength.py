@@ -75,10 +75,6 @@ def test_short_names_mean_the_usual_arrays():
     assert orthogonal_array("L36") == orthogonal_array("L36(2^11 3^12)")
 
 
-# Interactions
-# ----------------------------------------------------------------------------------------------------------
-
-
 def of(name, *columns):
     return confounding(orthogonal_array(name), {str(k): k for k in columns})
 

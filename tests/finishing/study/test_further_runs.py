@@ -57,10 +57,6 @@ def test_no_two_runs_are_alike(seed, number, pool):
         )
 
 
-# The law of one reading
-# -----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("ratio", ["smaller", "larger"])
 @pytest.mark.parametrize("repeats", [2, 8])
 def test_the_law_is_that_of_one_reading(ratio, repeats):

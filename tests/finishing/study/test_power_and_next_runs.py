@@ -114,10 +114,6 @@ def test_power_of_unbalanced_runs():
     assert "type II" in study.anova().method
 
 
-# Further runs
-# ---------------------------------------------------------------------------------------------------------
-
-
 def test_the_next_runs_lie_about_the_best_force():
     runs = STUDY.next_runs(3)
     forces = [run.settings["normal_force"] for run in runs]

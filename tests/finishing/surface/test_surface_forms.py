@@ -35,10 +35,6 @@ def torus(outer, inner):
     return Surface.nurbs(net, np.outer(QUARTER_WEIGHTS, QUARTER_WEIGHTS), degree=(2, 2))
 
 
-# Closed forms
-# ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("inside", [False, True])
 def test_a_cylinder(inside):
     shape, side = cylinder_surface(20.0, 50.0, inside=inside), 1 if inside else -1
@@ -108,10 +104,6 @@ def test_a_saddle():
     assert SADDLE.area == pytest.approx(area, abs=error + 1e-9)
 
 
-# The nominal die, as a height over x and y
-# ----------------------------------------------------------------------------
-
-
 def test_the_nominal_die_is_a_graph():
     """Greville abscissae make x = 50 u and y = 50 v, so that K and H follow from the height's own
     derivatives.
@@ -139,10 +131,6 @@ def test_the_nominal_die_has_the_stated_numbers():
     np.testing.assert_allclose(die.point(0.5, 0.5), [25, 25, 5.856271], atol=5e-7)
     assert die.area == pytest.approx(2604.0760, abs=5e-5)
     assert die.control_points.shape == (6, 6, 3) and die.degree == (3, 3) and die.outward == 1
-
-
-# The spec's formulas
-# --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("shape", uneven_surfaces().values(), ids=uneven_surfaces())
@@ -191,10 +179,6 @@ def test_the_normal_curvature_is_that_of_the_section():
     assert bend.min() < -0.01  # a ridge bends away from the tool
 
 
-# Gauss-Bonnet
-# ---------------------------------------------------------------------------------------------------------
-
-
 def test_gauss_bonnet():
     """Int K dA + int k_g ds + turns at the corners = 2 pi: within a span of the saddle, the die, and a
     rational one.
@@ -225,10 +209,6 @@ def turned(shape, start, end):
     geodesic = (np.cross(speed, bend) * n).sum(-1) / (speed**2).sum(-1)  # k_g ds/d parameter
     tangents = speed / np.linalg.norm(speed, axis=1)[:, None]
     return weight @ geodesic[:-2], tangents[-2], tangents[-1]
-
-
-# What changes nothing
-# -------------------------------------------------------------------------------------------------
 
 
 @given(SEEDS)
@@ -278,10 +258,6 @@ def test_u_and_v_exchanged_turn_the_normal(seed):
 
 def curvatures(surface, u, v):
     return surface.gaussian_curvature(u, v), surface.mean_curvature(u, v), *surface.principal_curvatures(u, v)
-
-
-# Area
-# -----------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", uneven_surfaces())

@@ -109,10 +109,6 @@ def test_rows_of_control_points_that_coincide(rows):
     np.testing.assert_allclose(surface.normal(0.0, AT), exact, atol=1e-9)
 
 
-# No limit
-# -------------------------------------------------------------------------------------------------------------
-
-
 def test_points_in_one_line():
     line = Surface.bspline(np.arange(16.0).reshape(4, 4, 1) * np.array([1.0, 2.0, 3.0]))
     with pytest.raises(

@@ -35,10 +35,6 @@ def scale(surface, order):
     return size * (surface.degree[0] / steps[0]) ** order[0] * (surface.degree[1] / steps[1]) ** order[1]
 
 
-# Two other ways to every number
-# ---------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", ["nominal", "crowded", "steep"])
 def test_scipy_gives_the_same_on_the_path_of_order_seven(name):
     surface = SURFACES[name]
@@ -114,10 +110,6 @@ def test_differences(name):
         np.testing.assert_allclose(differences, exact, rtol=0, atol=2e-5 * max(50.0, np.abs(exact).max()))
 
 
-# Spans and basis
-# ------------------------------------------------------------------------------------------------------
-
-
 def test_the_right_end_belongs_to_the_last_span():
     surface = nominal_surface()
     np.testing.assert_array_equal(surface.point(1.0, 1.0), surface.control_points[-1, -1])
@@ -179,10 +171,6 @@ def test_derivatives_beyond_the_degree_are_zero(degree):
     assert not surface.grid([0.37], [0.2, 0.9]).vv.any()
 
 
-# What changes nothing
-# -------------------------------------------------------------------------------------------------
-
-
 @given(SEEDS)
 @whole
 def test_an_affine_map_of_the_net_is_one_of_the_surface(seed):
@@ -229,10 +217,6 @@ def test_points_stay_in_the_box_of_the_net(seed):
     points = surface.point(*places(surface, seed, 30))
     net = surface.control_points.reshape(-1, 3)
     assert (points >= net.min(axis=0) - 1e-10).all() and (points <= net.max(axis=0) + 1e-10).all()
-
-
-# Shapes, copies, equality
-# ---------------------------------------------------------------------------------------------
 
 
 def test_parameters_broadcast():

@@ -126,9 +126,6 @@ class CenteringController(CycleBase):
             told |= {"lead_angle": launch.lead, "trigger_angle": self._coming.trigger}
         return told
 
-    # ---- measuring
-    # ------------------------------------------------------------------------------------------------
-
     def _measuring(self) -> Command:
         """Store the reading, decide, and hold the slide at its waiting place."""
         if isfinite(self._reading):
@@ -174,9 +171,6 @@ class CenteringController(CycleBase):
         need = run_up(choice.push_speed, self.problem.limits) if choice is not None else self.settings.margin
         unsure = 4.0 * self._view.sd if self._view.known else 0.0
         return max(need, 0.3 * self.settings.margin) + min(unsure, self.settings.margin)
-
-    # ---- before a push
-    # --------------------------------------------------------------------------------------------
 
     def _speed_for(self, offset: float) -> float:
         """Table speed of the strategy at an offset, rad/s."""
@@ -231,9 +225,6 @@ class CenteringController(CycleBase):
             return {}
         self._state = CycleState.WAIT
         return {"profile": push.rows, "profile_angle": self._coming.trigger}
-
-    # ---- the push and after
-    # ---------------------------------------------------------------------------------------
 
     def _begin_push(self) -> Command:
         """Record the place of the part, and forget it."""

@@ -155,9 +155,6 @@ class PrintedController(CycleBase):
             told |= {"lead_angle": self._planner.push.lead_angle, "trigger_angle": self._trigger}
         return told
 
-    # ---- measuring
-    # ------------------------------------------------------------------------------------------------
-
     def _measuring(self) -> Command:
         """Follow, collect, and prepare the next push."""
         held, self._held = self._held, False
@@ -215,9 +212,6 @@ class PrintedController(CycleBase):
         if not self._soon():
             self._plan()
         return self._near() if self._soon() else {}
-
-    # ---- a push
-    # ---------------------------------------------------------------------------------------------------
 
     def _soon(self) -> bool:
         """Whether a push is due so soon that the true place of the slide matters."""

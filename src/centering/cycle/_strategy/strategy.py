@@ -88,9 +88,6 @@ class Strategy(Plan):
         )
         self._outcomes = (outcomes.travel, outcomes.mean_travel, outcomes.last, outcomes.grid)
 
-    # -- looking up
-    # ------------------------------------------------------------------------------------------------
-
     def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice:
         """Return the push with the least expected time to the end.
 
@@ -214,9 +211,6 @@ class Strategy(Plan):
         """Standard deviation of a measured travel, mm."""
         return float(np.hypot(self.problem.scatter.stop_sd, np.sqrt(2.0) * self.problem.scatter.measuring_sd))
 
-    # -- predicting
-    # ------------------------------------------------------------------------------------------------
-
     def simulate(
         self, *, runs: int = 200, rng: Seed = 0, start: npt.ArrayLike | None = None
     ) -> "CenteringRuns":
@@ -241,9 +235,6 @@ class Strategy(Plan):
         from centering.cycle._strategy.simulation import simulate
 
         return simulate(self, runs, rng, start)
-
-    # -- keeping
-    # ---------------------------------------------------------------------------------------------------
 
     @cached_property
     def dataset(self) -> xr.Dataset:
