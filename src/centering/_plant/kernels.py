@@ -61,20 +61,11 @@ def _move(state, cell, profile, time, step):
                 break
         taken = 0.5 * (low + high) if high - low >= _CLOSE else high
     before, after = state[slide.SPEED_X] ** 2 + state[slide.SPEED_Y] ** 2, u * u + v * v
-    state[slide.X], state[slide.Y], state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN] = (
-        x,
-        y,
-        u,
-        v,
-        s,
-    )
+    state[slide.X], state[slide.Y] = x, y
+    state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN] = u, v, s
     if abs(s) <= slow and (onward <= 0.0 or after < min(before, _STILL * _STILL)):
-        state[slide.SPEED_X], state[slide.SPEED_Y], state[slide.SPIN], state[slide.MOVING] = (
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-        )
+        state[slide.SPEED_X], state[slide.SPEED_Y] = 0.0, 0.0
+        state[slide.SPIN], state[slide.MOVING] = 0.0, 0.0
     return taken
 
 

@@ -137,13 +137,8 @@ def slope(state, cell, profile, time, way_x, way_y, x, y, speed_x, speed_y, spin
 @compiled
 def slide_on(state, cell, profile, time, w, z, step):
     """Position, speed and spin of a ring sliding in the direction (w, z) after a step of fourth order."""
-    x, y, u, v, s = (
-        state[slide.X],
-        state[slide.Y],
-        state[slide.SPEED_X],
-        state[slide.SPEED_Y],
-        state[slide.SPIN],
-    )
+    x, y, s = state[slide.X], state[slide.Y], state[slide.SPIN]
+    u, v = state[slide.SPEED_X], state[slide.SPEED_Y]
     half, sixth = 0.5 * step, step / 6.0
     a1, b1, c1 = slope(state, cell, profile, time, w, z, x, y, u, v, s)
     u2, v2 = u + half * a1, v + half * b1

@@ -51,9 +51,9 @@ def logged_pushes(log: Any, problem: CenteringProblem, part: int | None = None) 
 def _pushes(rows: Series, problem: CenteringProblem) -> Iterator[dict[str, Any]]:
     runs = rows["pushing"] > 0.5
     begins = np.flatnonzero(runs[1:] & ~runs[:-1])  # the last sample before each
-    until = np.append(begins[1:], runs.size - 1)[
-        : begins.size
-    ]  # the last before the next, which knows where this one led
+    # The last before the next, which knows where this one led.
+    until = np.append(begins[1:], runs.size - 1)
+    until = until[: begins.size]
     for first, last in zip(begins.tolist(), until.tolist(), strict=True):
         still = np.flatnonzero(~runs[first + 1 : last + 1])
         end = min(first + int(still[0]) + 1 + _AFTER, last) if still.size else last

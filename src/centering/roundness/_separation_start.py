@@ -21,22 +21,8 @@ _UNSURE, _INFLATED = 0.1, 4.0
 given ratio; chosen: smaller ones keep a wrong ratio, larger ones lose the amplitude."""
 _APART = 0.25  # chosen: step of tried ratios times the turns; a peak is 2 wide
 _SINGULAR = 1e-14  # chosen: squares left over those of a row where harmonics replace it, rounding
-_LATER = (
-    0,
-    0.5,
-    1,
-    1.5,
-    2,
-    3,
-    4,
-    6,
-    8,
-    12,
-    16,
-    24,
-    32,
-    48,
-)  # chosen: additional turns that an error proposes
+# chosen: additional turns that an error proposes
+_LATER = (0, 0.5, 1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

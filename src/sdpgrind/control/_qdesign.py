@@ -150,12 +150,9 @@ class _Problem:
     def reaches(self, bandwidth: float) -> bool:
         """Solve for one bandwidth, rad/s; keep the coefficients if it is feasible."""
         slope = HALF_POWER * self._frequency / bandwidth
-        last = self._frequency[
-            min(int(np.searchsorted(self._frequency, bandwidth)), len(self._frequency) - 1)
-        ]
-        self._slope.value = np.where(
-            self._frequency <= last, slope, 1e2
-        )  # one point beyond: it holds up to the bandwidth
+        # One point beyond: it holds up to the bandwidth.
+        beyond = min(int(np.searchsorted(self._frequency, bandwidth)), len(self._frequency) - 1)
+        self._slope.value = np.where(self._frequency <= self._frequency[beyond], slope, 1e2)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # near the edge of what is feasible; the factor below decides
             self._problem.solve(solver="CLARABEL")

@@ -75,11 +75,8 @@ class RandomWalk:
     def reset(self) -> None:
         """Return to the prior."""
         size, prior = len(self._names), self._prior
-        self._value, self._known, self._covariance = (
-            np.zeros(size),
-            np.zeros(size, dtype=bool),
-            np.zeros((size, size)),
-        )
+        self._value, self._known = np.zeros(size), np.zeros(size, dtype=bool)
+        self._covariance = np.zeros((size, size))
         if prior is not None:
             self._known = np.isfinite(np.diag(prior.covariance))
             self._value = np.where(self._known, prior.value, 0.0)

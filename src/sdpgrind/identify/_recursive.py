@@ -169,11 +169,9 @@ class _Triangle:
     def __init__(self, size: int, prior: Estimate | None, noise_sd: float | None) -> None:
         self._array, self._entry = np.zeros((size, size + 1)), np.zeros(size + 1)
         self._double = np.zeros((size, size))
-        self._weight, self._squares, self._residual = (
-            0.0,
-            0.0,
-            0.0,
-        )  # sums of weights, squared weights, squared residuals
+        self._weight = self._squares = self._residual = (
+            0.0  # sums: weights, squared weights, squared residuals
+        )
         self._count = 0
         self._noise_sd = noise_sd
         if prior is not None and noise_sd is not None:

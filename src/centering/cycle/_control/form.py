@@ -56,12 +56,8 @@ class RingFilter:
         angle_sd: float,
         tip_radius: float,
     ) -> None:
-        self._nominal, self._tip, self._noise, self._turning = (
-            radius,
-            tip_radius,
-            noise_sd,
-            angle_sd / noise_sd,
-        )
+        self._nominal, self._tip = radius, tip_radius
+        self._noise, self._turning = noise_sd, angle_sd / noise_sd
         self._radius_sd, self._least_form = radius_sd, form_sd
         self._matrix, self._vector = np.zeros((SIZE, SIZE)), np.zeros(SIZE)
         self._rows = np.zeros((_KEPT, 3))

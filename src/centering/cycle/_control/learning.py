@@ -128,10 +128,8 @@ class PartLearner:
         self._direction.reset()
         self.friction, self.evidence = 1.0, 0.0
         self._last: _Pushed | None = None
-        self._nearest, self._idle = (
-            inf,
-            0,
-        )  # offset (mm) that is to be halved, and pushes since the last that did so
+        # Offset (mm) that is to be halved, and pushes since the last that did so.
+        self._nearest, self._idle = inf, 0
 
     @property
     def bias(self) -> float:

@@ -54,10 +54,8 @@ class Tasks:
         self._core = scheduler.start(rng, told=_TOLD)
         self._job = -1  # job of the last sample
         self._models = any(task.name == MODEL for task in scheduler.tasks)
-        self._turned, self._until = (
-            False,
-            FOREVER,
-        )  # whether the processor knows how the spindle turns, and until when, ns
+        # Whether the processor knows how the spindle turns, and until when, ns.
+        self._turned, self._until = False, FOREVER
         self.refreshed = not self._models
 
     def sample(self, number: int, part: Moved, last: float) -> int | None:

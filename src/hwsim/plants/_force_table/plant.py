@@ -208,23 +208,23 @@ class ForceTableStand(Described):
     def measures(self) -> Mapping[str, str]:
         """Name -> unit of the measurements."""
         return {
-            **{
-                "force": "N",
-                "friction_force": "N",
-                "disk_speed": "rad/s",
-                "center_x": "mm",
-                "table_position": "mm",
-            },
-            **{
-                "pass_time": "s",
-                "time_left": "s",
-                "phase": "",
-                "profile": "mm",
-                "profile_x": "mm",
-                "height": "mm",
-            },
-            **{"grinding_power": "W", "normal_force": "N", "tangential_force": "N", "removal_rate": "mm^3/s"},
-            **{"feed_rate": "mm/s", "cut_depth": "mm"},
+            "force": "N",
+            "friction_force": "N",
+            "disk_speed": "rad/s",
+            "center_x": "mm",
+            "table_position": "mm",
+            "pass_time": "s",
+            "time_left": "s",
+            "phase": "",
+            "profile": "mm",
+            "profile_x": "mm",
+            "height": "mm",
+            "grinding_power": "W",
+            "normal_force": "N",
+            "tangential_force": "N",
+            "removal_rate": "mm^3/s",
+            "feed_rate": "mm/s",
+            "cut_depth": "mm",
         }
 
     @property

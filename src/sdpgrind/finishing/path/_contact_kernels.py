@@ -74,12 +74,8 @@ def put_frames(point, place, tangent, normal, out):
         t0, t1, t2 = tangent[m, 0], tangent[m, 1], tangent[m, 2]
         n0, n1, n2 = normal[m, 0], normal[m, 1], normal[m, 2]
         out[m, 0, 0], out[m, 1, 0], out[m, 2, 0], out[m, 3, 0] = t0, t1, t2, 0.0
-        out[m, 0, 1], out[m, 1, 1], out[m, 2, 1], out[m, 3, 1] = (
-            n1 * t2 - n2 * t1,
-            n2 * t0 - n0 * t2,
-            n0 * t1 - n1 * t0,
-            0.0,
-        )
+        out[m, 0, 1], out[m, 1, 1] = n1 * t2 - n2 * t1, n2 * t0 - n0 * t2
+        out[m, 2, 1], out[m, 3, 1] = n0 * t1 - n1 * t0, 0.0
         out[m, 0, 2], out[m, 1, 2], out[m, 2, 2], out[m, 3, 2] = n0, n1, n2, 0.0
         for c in range(3):
             out[m, c, 3] = point[place[m], c]

@@ -61,12 +61,10 @@ def cut(surface: Surface, mapping: Mapping, own: Legs) -> Legs:
 def _parted(own: Legs, piece: Ints, t: Floats, first: Floats, last: Floats) -> Legs:
     """Pieces from `first` to `last`, and cut at t."""
     every = np.arange(len(own.run))
-    begin = np.concatenate([first, t + INSET])[
-        np.lexsort((np.concatenate([first, t]), np.concatenate([every, piece])))
-    ]
-    end = np.concatenate([t - INSET, last])[
-        np.lexsort((np.concatenate([t, last]), np.concatenate([piece, every])))
-    ]
+    by_begin = np.lexsort((np.concatenate([first, t]), np.concatenate([every, piece])))
+    begin = np.concatenate([first, t + INSET])[by_begin]
+    by_end = np.lexsort((np.concatenate([t, last]), np.concatenate([piece, every])))
+    end = np.concatenate([t - INSET, last])[by_end]
     of = np.sort(np.concatenate([every, piece]))
     run = np.append(0, np.cumsum((np.diff(own.run[of]) > 0) | (np.diff(of) == 0)))
     which = np.searchsorted(of + begin, own.at_piece + own.at_t, side="right") - 1

@@ -28,12 +28,8 @@ def _narrow(p, c, x, span):
 @compiled
 def _span(p, c, p_next, c_next, step, x, cap, cap_next, span):
     """Accelerations allowed on an interval from x, so that it ends within [0, cap_next]."""
-    span[0], span[1], span[2], span[3] = (
-        -x / (2 * step),
-        -0.5 / step,
-        (cap_next - x) / (2 * step),
-        -0.5 / step,
-    )
+    span[0], span[1] = -x / (2 * step), -0.5 / step
+    span[2], span[3] = (cap_next - x) / (2 * step), -0.5 / step
     span[4] = cap
     _narrow(p, c, x, span)
     _narrow(p_next, c_next, x, span)

@@ -4,10 +4,8 @@ from sdpgrind.base.compiling.compiled import compiled
 
 # Derived, of a loop: transition (3, 3), command weights (3,) before and after, output (3,); their number.
 OLD, NEW, OUTPUT, LOOP = 9, 12, 15, 18
-COMMAND, TABLE = (
-    3,
-    4,
-)  # derived: state of an axis of the table: three of the loop, the last command; their number
+# Derived, of the state of an axis of the table: three of the loop, then the last command; their number.
+COMMAND, TABLE = 3, 4
 
 
 @compiled

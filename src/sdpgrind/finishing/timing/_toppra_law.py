@@ -124,9 +124,8 @@ def _by_toppra(path: _AsPath, cap: Floats) -> Floats | None:
     one, span = np.ones((path.dof, 1)), np.column_stack([np.zeros_like(cap), cap])
     limits = np.hstack([-one, one])
     speed: Any = constraint.JointVelocityConstraint(limits)
-    speed.compute_constraint_params = lambda *_: (
-        (None,) * 6 + (span,)
-    )  # the bound itself, no row: a row would need a joint
+    # The bound itself, no row: a row would need a joint.
+    speed.compute_constraint_params = lambda *_: (*(None,) * 6, span)
     rules = [speed, constraint.JointAccelerationConstraint(limits, discretization_scheme=ends)]
     with _quiet():
         feed: Any = algorithm.TOPPRA(rules, path, gridpoints=path.grid).compute_parameterization(0.0, 0.0)[1]

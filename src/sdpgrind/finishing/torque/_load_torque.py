@@ -179,10 +179,8 @@ def _pooled(each: list[idf.Estimate]) -> idf.Estimate:
     """Mean by inverse variances, with at least the scatter of the parts."""
     if len(each) == 1:
         return each[0]
-    values, weights = (
-        np.array([one.value[0] for one in each]),
-        np.array([1 / one.covariance[0, 0] for one in each]),
-    )
+    values = np.array([one.value[0] for one in each])
+    weights = np.array([1 / one.covariance[0, 0] for one in each])
     mean = float(weights @ values / weights.sum())
     scatter = float(weights @ (values - mean) ** 2) / (len(each) - 1)
     return _estimate(mean, max(scatter, 1.0) / float(weights.sum()), f"from free motion of {len(each)} parts")

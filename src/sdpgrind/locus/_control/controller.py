@@ -19,12 +19,8 @@ from sdpgrind.locus.gains._analysis import GainDesign
 from sdpgrind.locus.gains._design import declared_range, design_gain, stretch_of
 from sdpgrind.locus.gains._gain_schedule import GainSchedule
 
-METHODS, PLACES, HOLDS, STARTS = (
-    ("feedback", "inversion"),
-    ("command", "actual"),
-    ("none", "settled"),
-    ("feasible", "learned"),
-)
+METHODS, PLACES = ("feedback", "inversion"), ("command", "actual")
+HOLDS, STARTS = ("none", "settled"), ("feasible", "learned")
 
 
 def _hold(name: str, value: Any) -> str | float:

@@ -25,13 +25,8 @@ def find_state(tape, inputs, places, low, high, direction, measured, work, out):
     """
     state, response, slope = places
     inset = INSET * (high - low)  # steps near a pole at an end are too small
-    x, a, b, tried_low, tried_high = (
-        min(max(inputs[state], low + inset), high - inset),
-        low,
-        high,
-        False,
-        False,
-    )
+    x, a, b = min(max(inputs[state], low + inset), high - inset), low, high
+    tried_low, tried_high = False, False
     before, step, rounding = 4.0 * (high - low), 2.0 * (high - low), ROUNDING * (high - low)
     for _ in range(STEPS):
         inputs[state] = x

@@ -101,9 +101,8 @@ def _beyond_chords(
     told = mode if len(menu.problem.modes) > 1 else None
     s = menu.state(points, told, count.time(row), without=menu.move.to.axis)
     law = menu.move.to.law(s, menu.controls(entry.astype(np.int64), control))
-    index = np.empty(
-        row.shape
-    )  # writable, as all that is looked up: else the kernel would be compiled once more
+    # Writable, as all that is looked up: else the kernel would be compiled once more.
+    index = np.empty(row.shape)
     index[:] = policy.grid.index(0, points[0] - law.mean)
     narrow = (law.sd < NARROW * policy.grid.spacing[0]) & (index >= 0) & (index <= policy.grid.shape[0] - 1)
     end = np.zeros_like(row)

@@ -125,9 +125,8 @@ def _refined(
         every, shared = _changes(before, policy)
         changes.append(every)
         at_nodes.append(shared)
-        if (
-            grid_error(changes) <= tolerance / 2 < policy.table.search_error
-        ):  # the grid suffices, the search does not
+        # The grid suffices, the search does not.
+        if grid_error(changes) <= tolerance / 2 < policy.table.search_error:
             problem = _with_finer_levels(problem)
             policy = _solve(problem, 2**halvings, executor, tell)
         error = grid_error(changes) + policy.table.search_error

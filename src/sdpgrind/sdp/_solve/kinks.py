@@ -182,13 +182,11 @@ def _lines(cells: Cells, at: tuple[Ints, Ints], stop_q: Floats, moves: tuple[Flo
     stop, move = np.arange(stop_q.shape[0])[:, None, None], np.arange(moves[0].shape[0])[:, None, None]
     stops = stop_q[stop, at[0][:, None], ends]
     found, control, entry = (array[move, at[1][:, :, None], ends] for array in moves)
-    beside = np.clip(
-        ends + np.array([-1, 1]), 0, moves[0].shape[2] - 1
-    )  # at an end the node itself: no change
+    # At an end the node itself: no change.
+    beside = np.clip(ends + np.array([-1, 1]), 0, moves[0].shape[2] - 1)
     outer = moves[1][move, at[1][:, :, None], beside]
-    differ = (np.abs(np.diff(control)[..., 0]) > 0) | (
-        entry[..., 0] != entry[..., 1]
-    )  # NaN: no continuous control
+    # NaN: no continuous control.
+    differ = (np.abs(np.diff(control)[..., 0]) > 0) | (entry[..., 0] != entry[..., 1])
     split = np.concatenate([np.zeros(stops.shape[:2], bool), differ])
     onward = np.concatenate([np.zeros(stops.shape), 2 * control[..., ::-1] - outer[..., ::-1]])
     cost, nothing = np.concatenate([stops, found]), np.zeros(stops.shape)

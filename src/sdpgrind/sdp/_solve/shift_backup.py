@@ -71,18 +71,11 @@ class ShiftBundle:
         rising = any(float(np.min(law.support[0], initial=0.0)) < 0 for law, *_ in laws)
         self.first_lag = 1 - n if rising else 0
         self.weight = np.zeros((groups, rows, n - self.first_lag))
-        ends = [
-            Exit.low(self.menus[0].problem, self.grid.axes[self.axis]),
-            Exit.high(self.menus[0].problem, self.grid.axes[self.axis]),
-        ]
+        problem, axis = self.menus[0].problem, self.grid.axes[self.axis]
+        ends = [Exit.low(problem, axis), Exit.high(problem, axis)]
         used = ends if rising else ends[:1]
-        self.gone = np.zeros(
-            (
-                groups,
-                rows,
-                n if any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used) else 0,
-            )
-        )
+        charged = any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used)
+        self.gone = np.zeros((groups, rows, n if charged else 0))
         self.stopped = np.zeros((groups, rows, 0))
         self._ends, self._stops = used, any(end.edge == "stop" for end in used)
         self.above = np.zeros((groups, rows, n if rising else 0))
@@ -98,18 +91,9 @@ class ShiftBundle:
         low = np.argmax(used, axis=2)
         high = used.shape[2] - 1 - np.argmax(used[:, :, ::-1], axis=2)
         self.reach = np.stack([low, np.where(used.any(axis=2), high, -1)], axis=2) + self.first_lag
-        self.tables: tuple[Any, ...] = (
-            self.weight,
-            self.first_lag,
-            self.reach,
-            self.gone,
-            self.stopped,
-            self.above,
-            self.charge,
-            self.target,
-            self.part,
-            self.rough,
-        )
+        lags = self.weight, self.first_lag, self.reach
+        edges = self.gone, self.stopped, self.above
+        self.tables: tuple[Any, ...] = (*lags, *edges, self.charge, self.target, self.part, self.rough)
         self.dense = self.target.shape[2] == 1 and not (self.per_mode and self.modes > 1)
         self.scan_weight = (
             np.ascontiguousarray(self.weight[0, self.scan_rows])
@@ -228,9 +212,8 @@ class ShiftBundle:
     def tabulate_stopped(self) -> None:
         """Tabulate probabilities of ending beyond an edge, for charges unlike those at the first node."""
         self.stopped = np.zeros((self.groups, int(self.row_at[-1]), self.nodes))
-        x = (self.grid.axes[self.axis].low + self.grid.spacing[self.axis] * np.arange(self.nodes))[
-            :, None, None
-        ]
+        x = self.grid.axes[self.axis].low + self.grid.spacing[self.axis] * np.arange(self.nodes)
+        x = x[:, None, None]
         for menu, at in zip(self.menus, self.row_at, strict=False):
             law = self._laws(menu)[0]
             for end in self._ends:
@@ -308,9 +291,8 @@ class Product:
     def __init__(self, weight: Floats, nodes: int, lags: int, first_lag: int) -> None:
         self._weight = weight
         self._padded = np.zeros(nodes + 2 * lags)
-        self._inside = self._padded[
-            lags : lags + nodes - 1
-        ]  # node 0 is the origin of the values: its weight is irrelevant
+        # Node 0 is the origin of the values: its weight is irrelevant.
+        self._inside = self._padded[lags : lags + nodes - 1]
         # Entry (lag, node) of the Toeplitz matrix: value[node - lag] = flipped[nodes - 1 - node + lag].
         start, item = lags + nodes - 1 + first_lag, self._padded.itemsize
         view = np.lib.stride_tricks.as_strided(self._padded[start:], (lags, nodes), (item, -item))
@@ -344,6 +326,5 @@ class Convolution:
         for k in range(rows.start, rows.stop, CHUNK):
             some = slice(k, min(k + CHUNK, rows.stop))
             found = fft.irfft(self._spectrum[some] * value, self._size, axis=1, overwrite_x=True)
-            out[some.start - rows.start : some.stop - rows.start] = found[
-                :, self._first : self._first + self._nodes
-            ]
+            found = found[:, self._first : self._first + self._nodes]
+            out[some.start - rows.start : some.stop - rows.start] = found

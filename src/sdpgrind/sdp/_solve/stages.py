@@ -153,9 +153,8 @@ class _Sweep:
         alone = bundles.alone() is not None and stops.still is not None
         self.small = alone and grid.size < SMALL
         self.keeps = alone and 20 * (rows + longest) * len(problem.moves) * grid.size <= HISTORY
-        self.slots = longest + (
-            rows if self.keeps else 1
-        )  # room for all that is ever found, or until it is begun
+        # Room for all that is ever found, or until it is begun.
+        self.slots = longest + (rows if self.keeps else 1)
         shape = (len(problem.moves), self.modes, grid.size)
         self.q = np.full((self.slots, *shape), np.inf)
         self.control = np.zeros((self.slots, *shape))
@@ -248,11 +247,9 @@ class _Sweep:
             # Moves of a bundle share the treatment of modes; their departures are in different slots.
             at = ((stage - self.first + self.duration[moves]) % self.slots, moves)
             if self.bundles.shared[moves[0]]:
-                self.q[:, :, 0][at], self.control[:, :, 0][at], self.entry[:, :, 0][at] = (
-                    found.q[:, 0],
-                    found.control[:, 0],
-                    found.entry[:, 0],
-                )
+                self.q[:, :, 0][at] = found.q[:, 0]
+                self.control[:, :, 0][at] = found.control[:, 0]
+                self.entry[:, :, 0][at] = found.entry[:, 0]
             else:
                 self.q[at], self.control[at], self.entry[at] = found.q, found.control, found.entry
 

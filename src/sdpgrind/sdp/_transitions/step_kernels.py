@@ -114,9 +114,8 @@ def _kernel(
                                 here += extra[a, side]
                         i = 0.0
                         if y > axes[a, 0] or not logs[a]:
-                            i = ((np.log(y) - np.log(axes[a, 0])) if logs[a] else (y - axes[a, 0])) / axes[
-                                a, 2
-                            ]
+                            i = (np.log(y) - np.log(axes[a, 0])) if logs[a] else (y - axes[a, 0])
+                            i /= axes[a, 2]
                         i = min(max(i, 0.0), shape[a] - 1.0)
                         low[a] = min(int(i), shape[a] - 2)
                         part[a] = i - low[a]

@@ -16,10 +16,8 @@ from sdpgrind.weldbead.passes import TiltedDisc
 from sdpgrind.weldbead.passes import kernels as cutting
 
 SUB_STEPS = 56  # of table and sensors in a sample; derived: a multiple of the 8 inside the sensor
-_GRINDING, _BOUNCING = (
-    14,
-    56,
-)  # grinding sub-steps of a sample; chosen: with inertia the grinder rings at 50 Hz
+# grinding sub-steps of a sample; chosen: with inertia the grinder rings at 50 Hz
+_GRINDING, _BOUNCING = 14, 56
 _DAMPING = 0.05  # damping ratio of the grinder on its compliance; chosen: at 0 it rings on
 IDLE, LEAD_IN, ON_BEAD, LEAD_OUT, RESET = range(5)
 
