@@ -33,8 +33,8 @@ _PRESETS = {
         "the same ring with friction and contact that come nearest to the modelled columns of"
         " the source's tables",
         "Mears (2006), Tables 5.1 and 6.1 (modelled), which the printed parameters do not reproduce",
-        "friction and contact: fitted to both tables together, 18.9 kg only; a description, not a"
-        " measurement",
+        "friction and contact: fitted to both tables together, 18.9 kg only;"
+        " a description, not a measurement",
     ),
 }
 

@@ -205,8 +205,8 @@ class FrictionEstimator:
 
 _ADVICE = {
     "mu_static": "for mu_static break the part away slowly and read the peak force",
-    "mu_kinetic": "for mu_kinetic let it slide free, by a fast push with a hard stop, and read how far it"
-    " went",
+    "mu_kinetic": "for mu_kinetic let it slide free, by a fast push with a hard stop,"
+    " and read how far it went",
 }
 
 

@@ -14,7 +14,7 @@ REFERENCE = 0.9  # chosen: finds steps of 3 sd within 5 parts most often, at run
 _DELAY = 10  # chosen: parts before an innovation counts as noise, so that a step does not hide itself
 FEWEST = 20  # chosen: least innovations of a learned noise; with fewer, high limits find little
 _ROUNDED = sqrt(12)  # derived: step of rounded readings over the standard deviation of the rounding
-_RECENT = 60  # chosen: greatest number of parts back to the begin of a step
+_RECENT = 60  # chosen: greatest number of parts back to the start of a step
 _FARTHEST = 37.0  # derived: standard deviations beyond which probabilities are 0 in floating point
 
 

@@ -82,7 +82,7 @@ class Allowance(Described):
 
 
 def best_allowance(sd: float, *, approach_rate: float, crash_time: float) -> Allowance:
-    """Return the allowance of least cost: begin of controlled feed over the mean of the parts.
+    """Return the allowance of least cost: start of controlled feed over the mean of the parts.
 
     Parameters
     ----------

@@ -225,15 +225,15 @@ def _undulations(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bo
     """Undulations, their amplitudes, and a mask of those that count."""
     if not all(hasattr(spectrum, name) for name in ("upr", "amplitude")):
         raise TypeError(
-            "spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got"
-            f" {checks.shown(spectrum)}"
+            "spectrum must have arrays upr and amplitude, as Profile.spectrum gives;"
+            f" got {checks.shown(spectrum)}"
         )
     upr = checks.finite_array("upr", spectrum.upr, "1")
     amplitude = checks.finite_array("amplitude", spectrum.amplitude, "mm")
     if upr.ndim != 1 or amplitude.shape != upr.shape:
         raise ValueError(
-            f"upr and amplitude must be one-dimensional and of one length; got {upr.shape} and"
-            f" {amplitude.shape}"
+            "upr and amplitude must be one-dimensional and of one length;"
+            f" got {upr.shape} and {amplitude.shape}"
         )
     sd = np.broadcast_to(np.asarray(getattr(spectrum, "sd", 0.0), dtype=float), upr.shape)
     noise = _NOISE_FACTOR * np.where(np.isfinite(sd), sd, 0.0)
@@ -246,8 +246,8 @@ def _modes(
     """Natural frequency and damping ratio of each mode."""
     if not isinstance(resonances, Mapping):
         raise TypeError(
-            "resonances must be a mapping of names to natural frequencies (rad/s); got"
-            f" {checks.shown(resonances)}"
+            "resonances must be a mapping of names to natural frequencies (rad/s);"
+            f" got {checks.shown(resonances)}"
         )
     ratios = damping if isinstance(damping, Mapping) else dict.fromkeys(resonances, damping)
     for name in resonances:

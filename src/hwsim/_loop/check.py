@@ -180,8 +180,8 @@ def _misdirected(plant: Plant, controller: Any, route: Route, who: str) -> Itera
     for name, unit in commands_of(controller).items():
         if name not in plant.accepts and name not in route.sends:
             yield (
-                f"{who} commands {name}, which the plant does not accept; it accepts "
-                f"{', '.join(plant.accepts)}"
+                f"{who} commands {name}, which the plant does not accept; "
+                f"it accepts {', '.join(plant.accepts)}"
             )
         elif unit != (accepted := plant.accepts.get(name, unit)):
             yield f"{who} commands {name} in {_unit(unit)}, the plant accepts it in {_unit(accepted)}"

@@ -133,8 +133,8 @@ def check_order(plant: Plant, executor: Executor | None) -> None:
     if executor is not None and hasattr(plant, "after"):
         name = type(plant).__name__
         raise ValueError(
-            f"executor must be None on a {name}, which each part leaves changed; hwsim.repeat runs "
-            "whole series"
+            f"executor must be None on a {name}, which each part leaves changed; "
+            "hwsim.repeat runs whole series"
         )
 
 

@@ -59,8 +59,8 @@ def ambiguous(plant: Plant, tiers: Mapping[str, Controller]) -> Iterator[str]:
                 yield f"set-point {name} is commanded by {senders[name]} and by {tier}; one tier must"
             elif name in plant.measures:
                 yield (
-                    f"set-point {name} commanded by {tier} is also measured by the plant; it needs a "
-                    "name of its own"
+                    f"set-point {name} commanded by {tier} is also measured by the plant; "
+                    "it needs a name of its own"
                 )
             senders.setdefault(name, tier)
 

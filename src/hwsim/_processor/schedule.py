@@ -135,7 +135,7 @@ class Schedule(ByValue, Plan):
 
     @cached_property
     def slices(self) -> Whole:
-        """Uninterrupted intervals of work, one a row: place of the task, number of the job, begin and end
+        """Uninterrupted intervals of work, one a row: place of the task, number of the job, start and end
         (ns).
         """
         # begins (START, RESUME) and ends (PREEMPT, COMPLETE) alternate

@@ -23,7 +23,7 @@ class Row(NamedTuple):
 
     label: str
     waits: npt.NDArray[np.int64]  # (n, 2): release and completion
-    works: npt.NDArray[np.int64]  # (n, 2): begin and end of uninterrupted work
+    works: npt.NDArray[np.int64]  # (n, 2): start and end of uninterrupted work
     releases: npt.NDArray[np.int64]
     overruns: npt.NDArray[np.int64]
 

@@ -42,8 +42,8 @@ def _runs(found: Any) -> Iterator[str]:
     out, settings = found.outcome, found.study.settings
     hours = (out["time"].sum() + found.confirmation.outcome.time.values.sum()) / 3600
     yield (
-        f"What the cell did: {out['time'].size + len(found.confirmation)} specimens, {hours:.2f} h "
-        "of its time"
+        "What the cell did: "
+        f"{out['time'].size + len(found.confirmation)} specimens, {hours:.2f} h of its time"
     )
     yield "  ".join(f"{head:>11}" for head in _HEADS)
     for k in range(found.study.runs):
@@ -55,8 +55,8 @@ def _runs(found: Any) -> Iterator[str]:
         yield "  ".join(f"{cell:>11}" for cell in cells)
     shares = out["feed"].mean(axis=1) / settings["feed_rate"]
     yield (
-        f"Feed achieved: {100 * shares.min():.0f} to {100 * shares.max():.0f} % of what was "
-        "commanded, mean over a path"
+        f"Feed achieved: {100 * shares.min():.0f} to {100 * shares.max():.0f} % of what was commanded, "
+        "mean over a path"
     )
 
 
@@ -94,12 +94,12 @@ def _handed_on(found: Any) -> Iterator[str]:
         return
     tolerance = UM * float(found.prediction.response or 0.0)
     yield (
-        f"Handed on to the planner of sequences: {100 * model.residual_sd:.1f} % of scatter that no "
-        "setting takes away"
+        "Handed on to the planner of sequences: "
+        f"{100 * model.residual_sd:.1f} % of scatter that no setting takes away"
     )
     yield (
-        f"(10 $ for each µm above {tolerance:.2f} µm, 60 $ an hour; after each pass one may deliver "
-        "or finish again)"
+        f"(10 $ for each µm above {tolerance:.2f} µm, 60 $ an hour; "
+        "after each pass one may deliver or finish again)"
     )
     high = float(policy.grid.axes[0].high)
     places = np.linspace(0.0, high, _PLACES)
@@ -108,6 +108,6 @@ def _handed_on(found: Any) -> Iterator[str]:
         yield f"with time for {left} more: deliver below {UM * delivered.max(initial=0.0):.2f} µm"
     once, often = (float(policy.value(roughness=high, passes_left=k)) for k in (1, _PASSES))
     yield (
-        f"a specimen costs {once:.3f} $ finished once whatever comes, {often:.3f} $ with up to "
-        f"{_PASSES} passes"
+        f"a specimen costs {once:.3f} $ finished once whatever comes, "
+        f"{often:.3f} $ with up to {_PASSES} passes"
     )

@@ -64,8 +64,8 @@ class FinishingStudy:
     def __repr__(self) -> str:
         best = ", ".join(f"{name} {level}" for name, level in self.best.items())
         told = (
-            f"{self.prediction.mean:.2f} dB expected, {self.confirmed:.2f} dB found in "
-            f"{self.prediction.confirm} runs"
+            f"{self.prediction.mean:.2f} dB expected, "
+            f"{self.confirmed:.2f} dB found in {self.prediction.confirm} runs"
         )
         return f"FinishingStudy({best}: {told}{', within the interval' if self.held else ''})"
 

@@ -116,6 +116,6 @@ def broken_lines(why: Sequence[str], part: str) -> Iterator[str]:
         yield f"no {part} was finished: {reasons}"
     else:
         yield (
-            f"{broken.total()} of {len(why)} {part}s were broken off, and are in no mean of times "
-            f"and sizes: {reasons}"
+            f"{broken.total()} of {len(why)} {part}s were broken off, "
+            f"and are in no mean of times and sizes: {reasons}"
         )

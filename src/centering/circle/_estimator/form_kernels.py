@@ -21,7 +21,7 @@ _TURN = 2.0 * np.pi * (1.0 - 1e-6)
 _FLAT = 1.02  # derived: wave at the middle of a block over its mean in the block, up to 5 upr
 _MARGIN = 10.0  # chosen: factor on the noise at 7 upr, whose few squares may be small by chance
 _MIDDLE = 7.4  # derived: upr; inverse root of the mean of 1/n^2 over 6 to 9
-_WALK = 2.0  # derived: excess of a random walk at 1 upr over 1/n^2, as begin and end of the turn differ
+_WALK = 2.0  # derived: excess of a random walk at 1 upr over 1/n^2, as start and end of the turn differ
 
 
 @compiled(error_model="numpy")

@@ -57,7 +57,7 @@ _FORM = NEW_BIAS + 3
 (
     BLOCK_BEGIN, TURN_BEGIN, BLOCK_COUNT, TURN_COUNT, TURNS, LOW_SQUARES, FORM_SQUARES, TOLD_COUNT,
 ) = range(_FORM, _FORM + 8)  # fmt: skip
-"""Angle travelled at the begin of the present block and turn (rad), their readings, turns that separated form
+"""Angle travelled at the start of the present block and turn (rad), their readings, turns that separated form
 from noise, their squares of the waves above form and of the successive differences made by form (mm^2),
 readings of these turns."""
 BLOCK_SUM = TOLD_COUNT + 1

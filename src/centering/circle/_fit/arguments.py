@@ -35,8 +35,8 @@ def readings(
     span = float(turned.max() - turned.min())
     if turns is not None and span > 2 * pi * checks.positive("turns", turns, "1") * (1 + 1e-9):
         raise ValueError(
-            f"angle must span at most {turns:g} turns, {2 * pi * turns:.6g} rad; got {span:.6g}:"
-            " is it in degrees?"
+            f"angle must span at most {turns:g} turns, {2 * pi * turns:.6g} rad;"
+            f" got {span:.6g}: is it in degrees?"
         )
     smell = "" if turns is not None else evidence_of_degrees(turned, line)
     if smell:

@@ -181,9 +181,9 @@ def _judged(ended: int, result: Floats) -> tuple[Status, str]:
     offset = float(np.hypot(result[at.X], result[at.Y]))
     if ended == at.OUTSIDE or (ended == at.FITTED and offset >= result[at.RADIUS]):
         return Status.IMPOSSIBLE, (
-            "offset must be < radius (mm), as the spindle's axis lies in the part; the readings lead to"
-            f" {offset:.6g} and {result[at.RADIUS]:.6g}: turn the part further, or look for bad readings or a"
-            " wrong unit"
+            "offset must be < radius (mm), as the spindle's axis lies in the part;"
+            f" the readings lead to {offset:.6g} and {result[at.RADIUS]:.6g}:"
+            " turn the part further, or look for bad readings or a wrong unit"
         )
     if ended == at.SINGULAR or result[at.CONDITION] > CONDITION:
         widened = (

@@ -182,9 +182,9 @@ def _corrected(fitted: CircleEstimate, angle: Floats) -> CircleEstimate:
     """The limacon with radius and covariance corrected by (4.22)."""
     if not whole_turns(angle):
         raise ValueError(
-            "method 'printed' must have readings even over whole turns (rad), as its correction of the radius"
-            f" holds for these only; got {fitted.samples} readings over {fitted.swept:.4g} rad:"
-            " use method 'exact'"
+            "method 'printed' must have readings even over whole turns (rad),"
+            " as its correction of the radius holds for these only;"
+            f" got {fitted.samples} readings over {fitted.swept:.4g} rad: use method 'exact'"
         )
     if not fitted.ok:
         return fitted

@@ -224,7 +224,7 @@ class Strategy(Plan):
         rng : int, SeedSequence or Generator
             Source of randomness.
         start : float or array (runs,), optional
-            Offset at the begin, mm; by default uniform from a tenth of the problem's greatest offset to the
+            Offset at the start, mm; by default uniform from a tenth of the problem's greatest offset to the
             greatest.
 
         Returns

@@ -81,7 +81,7 @@ def _gap_at(t, motion):
     if speed == 0.0:
         return gap + (rate + 0.5 * acceleration * t) * t, rate + acceleration * t, acceleration
     whole, first, second = _fading(drag * t)
-    lost = drag * speed + coulomb  # deceleration at the begin
+    lost = drag * speed + coulomb  # deceleration at the start
     slowed = lost * t * first
     return (
         gap + (rate + (0.5 * acceleration + lost * second) * t) * t,

@@ -31,8 +31,8 @@ class PushStatus(StrEnum):
         "no push keeps all bounds: allow a larger stop error, less contact force, or less spread of friction"
     )
     NOT_CONFIRMED = (
-        "found, but a simulated part leaves the tip or stops too far off: ask for more contact force or finer"
-        " steps"
+        "found, but a simulated part leaves the tip or stops too far off:"
+        " ask for more contact force or finer steps"
     )
 
 

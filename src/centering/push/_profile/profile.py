@@ -184,7 +184,7 @@ class TipProfile(ByValue, Described):
 
     @property
     def stroke(self) -> float:
-        """Position at the end less that at the begin, mm."""
+        """Position at the end less that at the start, mm."""
         return float(self._moved.sum())
 
     @property

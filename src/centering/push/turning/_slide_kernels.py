@@ -113,7 +113,7 @@ def _error(law, h, k):
 
 @compiled(error_model="numpy")
 def _to_event(ring, tip, touching, h, y, k, end):
-    """Shorten a step to the begin or end of the contact, by the rule of Illinois; return the time."""
+    """Shorten a step to the start or end of the contact, by the rule of Illinois; return the time."""
     sign, low, high, side = -1.0 if touching else 1.0, 0.0, h, 0
     before = min(sign * _contact(ring, tip, y)[1], -_TINY)
     after = sign * _contact(ring, _tip_after(tip, h), end)[1]

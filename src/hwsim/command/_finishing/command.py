@@ -77,8 +77,8 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
         raise ValueError("--motion must be left out with --study, which plans motions of its own")
     if arguments.parts is not None:
         raise ValueError(
-            "--parts must be left out with --study (--confirm is of the runs that confirm); got "
-            f"{arguments.parts}"
+            "--parts must be left out with --study (--confirm is of the runs that confirm); "
+            f"got {arguments.parts}"
         )
     if arguments.confirm is not None:
         settings["confirm"] = arguments.confirm

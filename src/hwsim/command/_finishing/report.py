@@ -24,8 +24,8 @@ _COLUMNS = (
 def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     path, problem = plan.problem.path, plan.problem
     yield (
-        f"{title}: {path.pattern}, {path.length:.0f} mm of path, pitch {path.pitch:.3g} mm, tool "
-        f"{problem.tool_diameter:g} mm"
+        f"{title}: {path.pattern}, {path.length:.0f} mm of path, pitch {path.pitch:.3g} mm, "
+        f"tool {problem.tool_diameter:g} mm"
     )
     share = plan.mean_feed_rate / problem.feed_rate
     feed = (

@@ -47,8 +47,8 @@ after the last finished part, with the results that it would have had; a finishe
         if not isinstance(problem.model, locus.processes.Grinding):
             kind = type(problem.model).__name__
             raise ValueError(
-                "the problem must be one of grinding, as the preset grinding is: no other machine is "
-                f"here; got {kind}"
+                "the problem must be one of grinding, as the preset grinding is: "
+                f"no other machine is here; got {kind}"
             )
         return Job(AdaptiveGrinder(problem), PRINTED if arguments.printed else DESIGNED)
 

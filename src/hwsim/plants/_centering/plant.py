@@ -145,8 +145,8 @@ class CenteringMachine(Described):
         if self.ring is not None:
             if self.start_offset is not None:
                 raise ValueError(
-                    "start_offset must be left out with a ring, which says where it lies; got "
-                    f"{self.start_offset!r} (mm)"
+                    "start_offset must be left out with a ring, which says where it lies; "
+                    f"got {self.start_offset!r} (mm)"
                 )
             _check_ring(self.ring, radius, most)
 

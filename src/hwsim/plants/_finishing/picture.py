@@ -44,8 +44,8 @@ def _title(log: PartLog, wanted: float | None) -> str:
     )
     held = f"{force:.3f} N" + ("" if wanted is None else f" for {wanted:.3f} N")
     return (
-        f"{parts}, {out.attrs['pattern']}: force {held}, {100 * off:.2g} % without contact, feed "
-        f"{feed:.1f} mm/s"
+        f"{parts}, {out.attrs['pattern']}: "
+        f"force {held}, {100 * off:.2g} % without contact, feed {feed:.1f} mm/s"
     )
 
 

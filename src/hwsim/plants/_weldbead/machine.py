@@ -116,8 +116,8 @@ class WeldBead:
         )
         if abs(length / feed_rate + reset - duration) > _AGREE * duration:
             rule = (
-                f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} "
-                f"s, reset {reset:g} s"
+                f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} s, "
+                f"reset {reset:g} s"
             )
             raise checks.refuse("feed_rate", rule, feed_rate, "mm/s")
         return duration, feed_rate

@@ -21,8 +21,8 @@ _RESOLUTION = (
 def _checked_truth(name: str, truth: Any) -> Any:
     if truth is not None and not isinstance(truth, GrindingProcess | SequenceProblem) and not callable(truth):
         raise TypeError(
-            f"{name} must be None, a GrindingProcess, a SequenceProblem or a function of rng; got "
-            f"{checks.shown(truth)}"
+            f"{name} must be None, a GrindingProcess, a SequenceProblem or a function of rng; "
+            f"got {checks.shown(truth)}"
         )
     return truth
 

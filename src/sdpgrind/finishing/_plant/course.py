@@ -88,8 +88,8 @@ def _check_tip(course: Floats, tree: cKDTree) -> None:
     worst = int(np.argmax(away))
     if away[worst] > ASTRAY + spacing:
         raise ValueError(
-            f"motion must follow the path of the problem; at {course[worst, at.TIME]:g} s its tip is "
-            f"{away[worst]:.3g} mm away"
+            "motion must follow the path of the problem; "
+            f"at {course[worst, at.TIME]:g} s its tip is {away[worst]:.3g} mm away"
         )
 
 

@@ -31,8 +31,8 @@ _PRESETS: dict[str, tuple[Callable[[], FinishingProblem], str, str, str]] = {
     "specimen": (
         _specimen,
         "a flat specimen of 6.4 mm, Hilbert path of order 5: the pitch is the 0.2 mm of the source's zigzag",
-        "Wang and Jan (2001): lever arm, feed, pitch of the zigzag; the side is ours,"
-        " as the source gives none",
+        "Wang and Jan (2001): lever arm, feed, pitch of the zigzag;"
+        " the side is ours, as the source gives none",
         _OURS,
     ),
 }

@@ -113,8 +113,8 @@ class FinishingProblem(Described):
             raise self._refused("azimuth", "within a turn; units.deg(90) for degrees")
         if self.pushed and self.heading == "fixed":
             raise ValueError(
-                "pushed must be False where heading is 'fixed': such a tool is pushed there and dragged back;"
-                " got True"
+                "pushed must be False where heading is 'fixed':"
+                " such a tool is pushed there and dragged back; got True"
             )
         if not SLOWEST <= self.feed_rate <= FASTEST:
             raise self._refused("feed_rate", f"in [{SLOWEST:g}, {FASTEST:g}]: is it in mm/s?")

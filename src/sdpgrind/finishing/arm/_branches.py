@@ -125,9 +125,9 @@ def _jump(arm: "Arm", joints: Floats, at: int) -> Excess:
     turns = np.abs(joints[at + 1, :5] - joints[at, :5])
     j = int(np.argmax(turns))
     text = (
-        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a run; got {turns[j]:.4g}"
-        f" between poses[{at}] and poses[{at + 1}], where the heading has a corner, or the tool comes"
-        " through the vertical"
+        f"{arm.names[j]} must turn by at most {TURN:g} (rad) from pose to pose of a run;"
+        f" got {turns[j]:.4g} between poses[{at}] and poses[{at + 1}],"
+        " where the heading has a corner, or the tool comes through the vertical"
     )
     return Excess(at, text, float(turns[j] / TURN))
 

@@ -81,8 +81,8 @@ def _shortened(
             return arms
         arms[:, todo] *= np.clip(deviation / off[over], LEAST, MOST)
     raise ValueError(
-        f"deviation must be larger: the corner at nodes[{at[todo[0]]}] cannot be rounded within"
-        f" {deviation:g} mm"
+        "deviation must be larger:"
+        f" the corner at nodes[{at[todo[0]]}] cannot be rounded within {deviation:g} mm"
     )
 
 

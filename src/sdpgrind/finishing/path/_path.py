@@ -147,8 +147,8 @@ class Path(Described, ByValue):
         if len(still):
             u, v = self._mapping.carried(contact.jets(own.coefficients, still[:1], np.zeros(1)))[0, 0]
             raise ValueError(
-                f"nodes must be apart on the surface; leg {still[0]}, from (u, v) = ({u:.6g}, {v:.6g}),"
-                " has no length"
+                "nodes must be apart on the surface;"
+                f" leg {still[0]}, from (u, v) = ({u:.6g}, {v:.6g}), has no length"
             )
         return found
 

@@ -330,8 +330,8 @@ def _check_covariance(matrix: Floats) -> None:
     if np.any(np.abs(matrix - matrix.T) > rounding):
         i, j = (int(k) for k in np.argwhere(np.abs(matrix - matrix.T) > rounding)[0])
         raise ValueError(
-            f"covariance must be symmetric (1); got {matrix[i, j]:g} at [{i}, {j}], {matrix[j, i]:g} at"
-            f" [{j}, {i}]"
+            "covariance must be symmetric (1);"
+            f" got {matrix[i, j]:g} at [{i}, {j}], {matrix[j, i]:g} at [{j}, {i}]"
         )
     least = float(np.linalg.eigvalsh(matrix)[0])
     if least < -rounding:

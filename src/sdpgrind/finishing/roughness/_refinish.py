@@ -128,8 +128,8 @@ def refinish_problem(
         )
     if not isinstance(settings, Mapping) or not settings:
         raise ValueError(
-            f"settings must be passes by name, {{'fine': {{'pattern': ..., ...}}}}; got"
-            f" {checks.shown(settings)}"
+            f"settings must be passes by name, {{'fine': {{'pattern': ..., ...}}}};"
+            f" got {checks.shown(settings)}"
         )
     laws = {name: _law(model, name, how, extrapolate) for name, how in settings.items()}
     coarsest = 2 * max(float(law.support[1]) for law in laws.values())

@@ -90,9 +90,8 @@ def assigned(array: OrthogonalArray, levels: Sequence[int]) -> tuple[int, ...]:
         free = [c for c, n in enumerate(array.levels, start=1) if n == count and c not in taken]
         if not free:
             raise ValueError(
-                f"factors must fit the array: {array.name} has no free column of {count} levels for factor"
-                f" {k + 1}"
-                f" of {len(levels)}"
+                f"factors must fit the array: {array.name} has no free column of {count} levels"
+                f" for factor {k + 1} of {len(levels)}"
             )
         lost = [_hiding(array.matrix, taken, column) for column in free]
         taken.append(free[int(np.argmin(lost))])

@@ -92,10 +92,8 @@ class NextRuns(Sequence[NextRun]):
         for run in self.runs:
             where = ", ".join(f"{name} {_short(value)}" for name, value in run.settings.items())
             unit = self.unit if isinstance(run.law, sdp.LogNormal) else "dB"
-            lines.append(
-                f"{where}: {amount(float(run.law.mean), unit)} +- {amount(float(run.law.sd), unit)};"
-                f" {run.why}"
-            )
+            mean, sd = amount(float(run.law.mean), unit), amount(float(run.law.sd), unit)
+            lines.append(f"{where}: {mean} +- {sd}; {run.why}")
         promise = [f"the surface promises {self.gain:.2f} dB over the best levels"] if lines else []
         return "\n".join([*lines, *promise, *self.notes])
 
@@ -223,8 +221,8 @@ def _why(settings: dict[str, Level], inside: list[FactorAxis], tops: dict[str, L
             parts.append(f"{axis.factor} at the top of the surface: confirms it")
         else:
             parts.append(
-                f"{axis.factor} {'below' if value < top else 'above'} the top {top:.4g}: where else the"
-                " best may lie"
+                f"{axis.factor} {'below' if value < top else 'above'} the top {top:.4g}:"
+                " where else the best may lie"
             )
     swapped = [
         f"{name} {level(value)}: as good, as far as the data say"

@@ -116,8 +116,8 @@ def power(study: Observations, rng: Seed, runs: int, model: Any, pool: Pool, alp
     linear = found.model
     if linear.error_df == 0:
         raise ValueError(
-            "the study must leave an error to test with; it is saturated: fewer factors, or pool some for"
-            " `anova`"
+            "the study must leave an error to test with;"
+            " it is saturated: fewer factors, or pool some for `anova`"
         )
     without: tuple[str, ...] = ()
     if model is None:
@@ -157,8 +157,8 @@ def _of_a_model(study: Observations, rng: np.random.Generator, runs: int, model:
     draw: Callable[..., npt.ArrayLike] = getattr(model, "responses", model)
     if not callable(draw):
         raise TypeError(
-            "model must be a RoughnessModel or a function of settings, rng= and runs=; got"
-            f" {checks.shown(model)}"
+            "model must be a RoughnessModel or a function of settings, rng= and runs=;"
+            f" got {checks.shown(model)}"
         )
     there = present(study)
     settings = {name: values[there] for name, values in study.settings.items()}

@@ -99,8 +99,8 @@ def predict(study: Observations, levels: Mapping[str, Level], confirm: int, conf
     """Prediction of a study; see `Study.predict`."""
     if not isinstance(levels, Mapping):
         raise TypeError(
-            "levels must be a mapping from factors to levels, as study.best() gives; got"
-            f" {checks.shown(levels)}"
+            "levels must be a mapping from factors to levels, as study.best() gives;"
+            f" got {checks.shown(levels)}"
         )
     confirm = checks.count("confirm", confirm)
     names = list(study.factors)

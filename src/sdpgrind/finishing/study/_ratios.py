@@ -145,8 +145,8 @@ def _check_nominal(ratio: str, y: Floats) -> None:
     n = y.shape[-1]
     if n < 2:
         raise ValueError(
-            f"response must have two replicates or more where a nominal value is best; got {n}: no scatter"
-            " to see"
+            "response must have two replicates or more where a nominal value is best;"
+            f" got {n}: no scatter to see"
         )
     over = _over_largest(y)
     square, variance = np.mean(over, axis=-1) ** 2, np.var(over, axis=-1, ddof=1)

@@ -26,8 +26,8 @@ def checked_factors(factors: Any) -> Factors:
     """Factors and their levels, at least two different ones each; a repeated level is a dummy level."""
     if not isinstance(factors, Mapping) or not factors:
         raise TypeError(
-            f"factors must be a mapping from names to levels, such as {{'force': (1.0, 2.0)}}; got"
-            f" {checks.shown(factors)}"
+            f"factors must be a mapping from names to levels, such as {{'force': (1.0, 2.0)}};"
+            f" got {checks.shown(factors)}"
         )
     return {_named(name): _levels(str(name), levels) for name, levels in factors.items()}
 
@@ -80,9 +80,8 @@ def _codes_of_columns(
     for (name, levels), column in zip(factors.items(), columns, strict=True):
         if len(levels) != column.max() + 1:
             raise ValueError(
-                f"levels of {name!r} must be as many as its column has, {int(column.max()) + 1} (a level"
-                " may come twice);"
-                f" got {len(levels)}"
+                f"levels of {name!r} must be as many as its column has, {int(column.max()) + 1}"
+                f" (a level may come twice); got {len(levels)}"
             )
         index = {level: k for k, level in enumerate(distinct(levels))}
         coded.append(np.array([index[level] for level in levels])[column])

@@ -115,8 +115,8 @@ def setting(axis: TorqueAxis, kind: str, gains: object, observer: str, prefilter
     """Check the parts of a controller."""
     if kind != "pidff" and (observer != "pid" or prefilter):
         raise ValueError(
-            f"observer and prefilter must be left as they are with kind {kind!r}; got {observer!r} and"
-            f" {prefilter}"
+            f"observer and prefilter must be left as they are with kind {kind!r};"
+            f" got {observer!r} and {prefilter}"
         )
     return Setting(axis, kind, _gains(kind, gains), observer, prefilter)
 

@@ -137,9 +137,9 @@ def _check_sign(name: str, hidden: str, slopes: Floats) -> None:
     small = SIGN * np.max(np.abs(known), initial=0.0)
     if np.any(known > small) and np.any(known < -small):
         raise ValueError(
-            "hidden states must move a constraint one way all over the ranges; response - limit of"
-            f" {name} rises with {hidden} at some controls and falls at others: narrow the ranges,"
-            " or split the problem"
+            "hidden states must move a constraint one way all over the ranges;"
+            f" response - limit of {name} rises with {hidden} at some controls and falls at others:"
+            " narrow the ranges, or split the problem"
         )
 
 

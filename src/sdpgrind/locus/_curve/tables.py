@@ -77,8 +77,8 @@ def _part(rows: Columns, key: Floats, slope: Floats) -> LocusTable:
     known = np.isfinite(slope) & np.all(np.isfinite(rows.slope), axis=1)
     if not (np.all(slope[known] > 0) or np.all(slope[known] < 0)):
         raise ValueError(
-            "key must change one way along the locus, so that it belongs to one point; it turns,"
-            " or stands still"
+            "key must change one way along the locus, so that it belongs to one point;"
+            " it turns, or stands still"
         )
     return LocusTable(key[known], rows.controls[known], rows.slope[known] / slope[known, None])
 
@@ -102,8 +102,8 @@ def _check_joined(parts: list[LocusTable], name: str) -> None:
     for before, after in pairwise(parts):
         if not np.allclose(before.columns[-1], after.columns[0], rtol=1e-6, atol=1e-9):
             raise ValueError(
-                f"key must lead along the locus without a jump; {name} jumps from {before.high:.6g}"
-                f" to {after.low:.6g}"
+                "key must lead along the locus without a jump;"
+                f" {name} jumps from {before.high:.6g} to {after.low:.6g}"
             )
 
 

@@ -163,8 +163,8 @@ def _check_limits(samples: tuple[Problem, ...]) -> None:
     if np.any(apart & np.isfinite(limits)):
         k = int(np.flatnonzero(np.any(apart, axis=1))[0])
         raise ValueError(
-            f"samples[{k}] must have the limit of samples[0], which is computed; models may differ in"
-            " response and cost"
+            f"samples[{k}] must have the limit of samples[0], which is computed;"
+            " models may differ in response and cost"
         )
 
 

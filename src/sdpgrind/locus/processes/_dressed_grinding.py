@@ -57,8 +57,8 @@ class DressedGrinding(Described):
     def _check(self) -> None:
         if self.grinding.roughness is None:
             raise ValueError(
-                "grinding must have a roughness (see locus.processes.Roughness): the coarsest lead is best"
-                " without; got none"
+                "grinding must have a roughness (see locus.processes.Roughness):"
+                " the coarsest lead is best without; got none"
             )
 
     def check(

@@ -7,7 +7,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.states import floats, named, record
 from sdpgrind.plunge._model.problem import CycleProblem
 
-PRINTED, GAUGE, P_END = range(3)  # begin of spark-out
+PRINTED, GAUGE, P_END = range(3)  # start of spark-out
 FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)  # sections of a cycle
 # State: section, v_hat, r_hat, commanded infeed p, deflection beyond ploughing, last command, z*, whether
 # the sample counts for the slack; rejected sizes in a row, stock removed by the model since the size changed

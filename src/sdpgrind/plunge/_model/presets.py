@@ -53,11 +53,11 @@ _PRESETS: dict[str, tuple[Callable[[], CycleProblem], str, str, str]] = {
     ),
     "experiment": (
         _experiment,
-        "the bore of the second experiment, with a linear lag; no work is burned, so that there are two"
-        " segments",
+        "the bore of the second experiment, with a linear lag;"
+        " no work is burned, so that there are two segments",
         _SOURCE + "; rates and time constants of both experiments",
-        "lag and roundness: to the roundness of both, 3.9 and 2.9 µm; stock: to the published 24.66 s over"
-        " 1.38",
+        "lag and roundness: to the roundness of both, 3.9 and 2.9 µm;"
+        " stock: to the published 24.66 s over 1.38",
     ),
 }
 

@@ -79,8 +79,8 @@ class CycleProblem(Described):
     def _refuse_other_units(self) -> None:
         if self.stock >= self.model.work_diameter / 4:
             raise ValueError(
-                "stock must be radial and in mm, < work_diameter/4; units.um(...) for micrometres; got"
-                f" {self.stock!r}"
+                "stock must be radial and in mm, < work_diameter/4; units.um(...) for micrometres;"
+                f" got {self.stock!r}"
             )
         if self.model.depth_of_cut(self.command_rate_max) >= DEEPEST:
             raise ValueError(

@@ -83,7 +83,7 @@ class CyclePlan(Plan):
     error : float
         Estimated error of the time, s; inf: not solved.
     switches : tuple of float
-        End times of the pieces, s; for "dp" and "collocation": end of full rate, begin of spark-out, end.
+        End times of the pieces, s; for "dp" and "collocation": end of full rate, start of spark-out, end.
     trajectory : xarray.Dataset
         The course over time with units: stock, rates, deflection, depth of damage, power, wear flat area,
         rotation. For "dp" and "collocation": of the commands replayed in the model.

@@ -128,8 +128,8 @@ def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float
         raise ValueError("method must be 'dp' or 'collocation' where the model has wear; got 'exact'")
     if wear.exponent != 0 and method == "dp":
         raise ValueError(
-            "method must be 'collocation' where wear depends on the rate, exponent ="
-            f" {wear.exponent:g}; got 'dp'"
+            "method must be 'collocation' where wear depends on the rate,"
+            f" exponent = {wear.exponent:g}; got 'dp'"
         )
     area = problem.model.wear_flat_area + wear.growth * problem.stock
     if (

@@ -2,7 +2,7 @@
 
 At a command u the rate is v = u + (v0 - u) e^-s, and dt = tau(v) ds with the local time constant tau: times
 and infeeds are sums over s. Unknowns: the settings (rough rate u1, stage rate u2, switching stock r1, final
-rate v_f) and the lengths s1, s2 of both stages, which r1 and the begin of spark-out determine. Damage is
+rate v_f) and the lengths s1, s2 of both stages, which r1 and the start of spark-out determine. Damage is
 compared with the stock at levels of the rate from the burn rate to the greatest.
 """
 

@@ -114,8 +114,8 @@ def _readable(error: Exception) -> str:
         return f"step does not compile; pass compiled=False, or write it with what numba knows ({text})"
     if "truth value of an array" in text:
         return (
-            "callbacks must be written elementwise: operators and numpy functions such as np.where, no "
-            "if, and, or, min, max"
+            "callbacks must be written elementwise: "
+            "operators and numpy functions such as np.where, no if, and, or, min, max"
         )
     return text
 
@@ -139,8 +139,8 @@ def _move(problem: Problem, grid: Grid, k: int, notes: list[str]) -> None:
             raise ValueError("its charge or transition must give numbers; got NaN")
         if np.all(np.isinf(found.q)):
             notes.append(
-                f"move {problem.moves[k].name!r} is not allowed at any of {found.q.size} places "
-                "tried (s.mode is a number)"
+                f"move {problem.moves[k].name!r} is not allowed "
+                f"at any of {found.q.size} places tried (s.mode is a number)"
             )
     if isinstance(problem.moves[k].to, Sampled) and _compiles(Menu(alone, grid, 0)):
         _agree(Menu(alone, grid, 0))
@@ -176,8 +176,8 @@ def _agree(menu: Menu) -> None:
     for s, c, e, numpy_says, kernel_says in _agreement(menu, 8):
         if not np.allclose(numpy_says, kernel_says, rtol=1e-12, atol=1e-12, equal_nan=True):
             raise ValueError(
-                f"step must give the same in numpy and compiled; got {numpy_says} and {kernel_says} "
-                f"at {s}, {c}, {e}"
+                "step must give the same in numpy and compiled; "
+                f"got {numpy_says} and {kernel_says} at {s}, {c}, {e}"
             )
 
 
@@ -211,18 +211,16 @@ def _notes(problem: Problem, small: Problem) -> list[str]:
     for k, move in enumerate(problem.moves):
         if isinstance(move.to, Sampled) and move.to.compiled is None and not _steps(small, k):
             notes.append(
-                f"move {move.name!r}: step does not compile: fine while its table is small enough "
-                "to be kept, "
-                "else pass compiled=False"
+                f"move {move.name!r}: step does not compile: "
+                "fine while its table is small enough to be kept, else pass compiled=False"
             )
         for name, callback in _callbacks(move):
             try:
                 pickle.dumps(callback)
             except Exception:  # pickle raises errors of any type
                 notes.append(
-                    f"move {move.name!r}: {name} does not pickle (a lambda or closure?): fine here "
-                    "and on threads, "
-                    "not on executors of processes"
+                    f"move {move.name!r}: {name} does not pickle (a lambda or closure?): "
+                    "fine here and on threads, not on executors of processes"
                 )
     return notes
 

@@ -52,8 +52,8 @@ class Action:
         if name in controls:
             return controls[name]
         raise AttributeError(
-            f"an action has stop, name, duration, gap and the controls {', '.join(controls)}; it "
-            f"has no {name!r}",
+            f"an action has stop, name, duration, gap and the controls {', '.join(controls)}; "
+            f"it has no {name!r}",
             name=name,
             obj=self,
         )

@@ -128,8 +128,8 @@ class Solution:
         """Return the problem; refuse a loaded policy without one."""
         if self.problem is None:
             raise ValueError(
-                f"{purpose} needs the problem, whose functions no file can hold: plan it again, or "
-                "pass problem="
+                f"{purpose} needs the problem, whose functions no file can hold: "
+                "plan it again, or pass problem="
             )
         return self.problem
 

@@ -333,8 +333,8 @@ class Problem:
                 checks.one_of(f"move {move.name!r}: into", name, self.modes)
             if not isinstance(move.into, str) and into and len(into) != move.choices:
                 raise ValueError(
-                    f"move {move.name!r}: into must name {move.choices} modes, one for each "
-                    f"control; got {len(into)}"
+                    f"move {move.name!r}: "
+                    f"into must name {move.choices} modes, one for each control; got {len(into)}"
                 )
             if move.timed and isinstance(self.stages, Forever):
                 raise ValueError(f"move {move.name!r}: timed must be False where stages is Forever; got True")
@@ -345,8 +345,8 @@ class Problem:
         two_axes = len(stopping) == 1 and len(self.stops) == 1 and isinstance(self.stops[0].charge, Charge)
         if stopping and not (exact or two_axes):
             raise ValueError(
-                f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop whose charge is a "
-                "Charge of that axis"
+                f"the edge 'stop' of {stopping[0]!r} needs exactly one Stop "
+                "whose charge is a Charge of that axis"
             )
 
         numbers = [

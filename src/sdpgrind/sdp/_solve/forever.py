@@ -143,8 +143,8 @@ def _refuse_idle(problem: Problem, grid: Grid, table: StageTable) -> None:
     if np.any(away):
         mode, node = np.argwhere(away.reshape(best.shape))[0]
         raise ValueError(
-            f"the best policy never ends from {_place(problem, grid, mode, node)}: a move that "
-            "leads nowhere must be charged"
+            f"the best policy never ends from {_place(problem, grid, mode, node)}: "
+            "a move that leads nowhere must be charged"
         )
 
 

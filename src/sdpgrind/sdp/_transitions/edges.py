@@ -95,8 +95,7 @@ def _parts(problem: Problem, edge: Any, start: float, side: str) -> tuple[OneSid
     one = getattr(charge, side)
     if start < 0 or not isinstance(one, OneSided):
         raise ValueError(
-            f"the edge 'stop' needs a Charge with a Constant, Linear or Quadratic {side} side and "
-            "its target on the axis;"
-            f" got {charge!r}"
+            f"the edge 'stop' needs a Charge with a Constant, Linear or Quadratic {side} side "
+            f"and its target on the axis; got {charge!r}"
         )
     return tuple(part for part in beyond(one, start) if not part.zero)

@@ -53,8 +53,8 @@ class Sampled:
     def __post_init__(self) -> None:
         if not callable(self.step):
             raise TypeError(
-                "step must be a function f(s, c, e) that gives the coordinates after the move; got "
-                f"{self.step!r}"
+                "step must be a function f(s, c, e) that gives the coordinates after the move; "
+                f"got {self.step!r}"
             )
         if not isinstance(self.noise, Mapping) or not all(
             isinstance(law, Law) for law in self.noise.values()
@@ -78,8 +78,8 @@ class Sampled:
         if not isinstance(after, tuple) or len(after) != len(menu.grid.axes):
             got = f"a tuple of {len(after)}" if isinstance(after, tuple) else type(after).__name__
             raise TypeError(
-                f"move {menu.move.name!r}: step must return a tuple of {len(menu.grid.axes)} "
-                f"coordinates; got {got}"
+                f"move {menu.move.name!r}: "
+                f"step must return a tuple of {len(menu.grid.axes)} coordinates; got {got}"
             )
         charge = (
             0.0
@@ -165,8 +165,7 @@ def outside(menu: Menu, after: tuple[Floats, ...]) -> tuple[list[Floats], Floats
                 worst = float(x[beyond].flat[int(np.argmax(np.abs(x[beyond] - end)))])
                 raise ValueError(
                     f"move {menu.move.name!r} must keep {axis.name} in {axis.interval},"
-                    " or the axis needs another edge than 'refuse';"
-                    f" got {worst:g}"
+                    f" or the axis needs another edge than 'refuse'; got {worst:g}"
                 )
             leaving = beyond & (inside > 0)
             if edge == "stop":

@@ -119,8 +119,8 @@ def arrived(menu: Menu, axis: int, value: Any) -> Any:
         if edge != "hold" and np.any(outside):
             worst = float(np.asarray(value)[outside].ravel()[0]) if np.ndim(value) else float(value)
             raise ValueError(
-                f"move {menu.move.name!r}: {ax.name} must stay in {ax.interval} or have the edge "
-                f"'hold'; got {worst!r}"
+                f"move {menu.move.name!r}: "
+                f"{ax.name} must stay in {ax.interval} or have the edge 'hold'; got {worst!r}"
             )
     return np.clip(index, 0.0, top)
 

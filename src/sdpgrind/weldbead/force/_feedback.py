@@ -117,8 +117,8 @@ class ForceLoop(Described):
         worst = float(np.max(np.abs(self.open.closed().poles)))
         if worst >= 1:
             raise ValueError(
-                "law must give a stable loop: poles inside the unit circle; the largest modulus is"
-                f" {worst:.4g}"
+                "law must give a stable loop: poles inside the unit circle;"
+                f" the largest modulus is {worst:.4g}"
             )
 
     @property

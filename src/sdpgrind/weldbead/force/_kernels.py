@@ -72,7 +72,7 @@ def _play_step(position, played, half):
 
 @compiled
 def _backlash_step(position, platform, half, touch):
-    """Platform in a dead zone, mm: pressed down to the begin of contact (`touch`) or to the lower flank."""
+    """Platform in a dead zone, mm: pressed down to the start of contact (`touch`) or to the lower flank."""
     moved = min(max(platform, position - half), position + half)
     return max(position - half, touch) if moved > touch else moved
 

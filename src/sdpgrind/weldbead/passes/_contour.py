@@ -107,8 +107,8 @@ def volume_between(upper: Contour, lower: Contour, width: float | Contour) -> fl
     """
     if lower.x[0] > upper.x[0] or lower.x[-1] < upper.x[-1]:
         raise ValueError(
-            f"lower must reach over upper, {upper.x[0]:g} to {upper.x[-1]:g} mm; got {lower.x[0]:g} to"
-            f" {lower.x[-1]:g}"
+            f"lower must reach over upper, {upper.x[0]:g} to {upper.x[-1]:g} mm;"
+            f" got {lower.x[0]:g} to {lower.x[-1]:g}"
         )
     x, gap, across = _gap(upper, lower, width)
     return float(_removed(np.zeros(1), x, gap, across)[0])
@@ -121,8 +121,8 @@ def _gap(upper: Contour, lower: Contour, width: float | Contour) -> tuple[Floats
         raise checks.refuse("width", "> 0", float(min(across.z)), "mm")
     if across.x[0] > upper.x[0] or across.x[-1] < upper.x[-1]:
         raise ValueError(
-            f"width must reach over the bead, {upper.x[0]:g} to {upper.x[-1]:g} mm; got {across.x[0]:g} to"
-            f" {across.x[-1]:g}"
+            f"width must reach over the bead, {upper.x[0]:g} to {upper.x[-1]:g} mm;"
+            f" got {across.x[0]:g} to {across.x[-1]:g}"
         )
     x = merged(upper, lower, across, low=upper.x[0], high=upper.x[-1])
     return x, upper.at(x) - lower.at(x), across.at(x)
@@ -140,7 +140,7 @@ def _removed(shift: Floats, x: Floats, gap: Floats, across: Floats) -> Floats:
         cross = np.clip(np.where(a == b, 0.0, a / (a - b)), 0.0, 1.0)
     begin, end = np.where(a > 0, 0.0, cross), np.where(b > 0, 1.0, cross)
     begin = np.where((a <= 0) & (b <= 0), end, begin)
-    # The product of two straight lines, from begin to end of the segment: Simpson's rule is exact.
+    # The product of two straight lines, from start to end of the segment: Simpson's rule is exact.
     middle = 0.5 * (begin + end)
     product = [np.maximum(0.0, a + t * (b - a)) * (left + t * (right - left)) for t in (begin, middle, end)]
     return np.asarray(np.sum(h * (end - begin) / 6 * (product[0] + 4 * product[1] + product[2]), axis=1))
@@ -179,8 +179,8 @@ def contour_shift(bead: Contour, shape: Contour, volume: float, width: float | C
     volume = checks.nonnegative("volume", volume, "mm^3")
     if shape.x[0] > bead.x[0] or shape.x[-1] < bead.x[-1]:
         raise ValueError(
-            f"the target shape must cover the bead, {bead.x[0]:g} to {bead.x[-1]:g} mm; got {shape.x[0]:g}"
-            f" to {shape.x[-1]:g}"
+            f"the target shape must cover the bead, {bead.x[0]:g} to {bead.x[-1]:g} mm;"
+            f" got {shape.x[0]:g} to {shape.x[-1]:g}"
         )
     x, gap, across = _gap(bead, shape, width)
     levels = np.unique(gap)[::-1]

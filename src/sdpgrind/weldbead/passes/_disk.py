@@ -58,8 +58,8 @@ def _checked_table(name: str, table: Any) -> tuple[tuple[float, float], ...]:
     rows = checks.finite_array(name, table, "rad, N mm")
     if rows.ndim != 2 or rows.shape[0] < 2 or rows.shape[1] != 2:
         raise ValueError(
-            "compliance must be pairs of wind-up and torque (rad, N mm), two at least; got shape"
-            f" {rows.shape}"
+            "compliance must be pairs of wind-up and torque (rad, N mm), two at least;"
+            f" got shape {rows.shape}"
         )
     if np.any(rows[0] != 0):
         raise ValueError(
@@ -68,8 +68,8 @@ def _checked_table(name: str, table: Any) -> tuple[tuple[float, float], ...]:
     if np.any(np.diff(rows, axis=0) <= 0):
         k = int(np.argmax(np.any(np.diff(rows, axis=0) <= 0, axis=1)))
         raise ValueError(
-            f"compliance must increase in both columns (rad, N mm); got {rows[k].tolist()},"
-            f" {rows[k + 1].tolist()}"
+            "compliance must increase in both columns (rad, N mm);"
+            f" got {rows[k].tolist()}, {rows[k + 1].tolist()}"
         )
     return tuple((float(a), float(t)) for a, t in rows)
 
@@ -122,8 +122,8 @@ class TiltedDisc(Described):
             raise ValueError(f"relaxed_angle must be in (0, {STEEPEST:g}] (rad){hint}; got {angle!r}")
         if self.model.specific_energy > ENERGIES:
             raise ValueError(
-                f"specific_energy must be in J/mm^3, some 10; got {self.model.specific_energy!r}: W/(N mm/s)"
-                " or J/m^3 are meant?"
+                "specific_energy must be in J/mm^3, some 10;"
+                f" got {self.model.specific_energy!r}: W/(N mm/s) or J/m^3 are meant?"
             )
         if (self.rotational_stiffness is None) == (self.compliance is None):
             raise ValueError("either rotational_stiffness (N mm/rad) or compliance must be given")

@@ -103,8 +103,8 @@ class PassPlan(Plan):
             return f"burns, by up to {-self.burn_margin:.3g} N; leaves {100 * share:.3g} % of the volume"
         if worst > 0.05 * self.problem.force_limit:
             return (
-                f"exceeds its limit of {limit[most]:.4g} N by {worst:.3g} N; leaves {100 * share:.3g} % of"
-                " the volume"
+                f"exceeds its limit of {limit[most]:.4g} N by {worst:.3g} N;"
+                f" leaves {100 * share:.3g} % of the volume"
             )
         if over > 5e-3:
             return f"cuts too deep, by {100 * over:.3g} % of the volume; leaves {100 * share:.3g} %"
@@ -242,8 +242,8 @@ def plan(
         planned = PassPlan(problem, found or record, method if found else "inverse", error, how)
     if strict and planned.shortfall > 1e-3 * problem.volume:
         raise ValueError(
-            "mean_cut must be within the limits of force and power where strict (mm): the pass"
-            f" {planned.status}"
+            "mean_cut must be within the limits of force and power where strict (mm):"
+            f" the pass {planned.status}"
         )
     return planned
 

@@ -119,8 +119,8 @@ class PassProblem(Described):
         if rise >= reach:
             bumps = f"; mean_cut is {self.mean_cut:g} mm of it" if self.mean_cut > 0 else ""
             raise ValueError(
-                f"the bead must rise < {reach:.4g} above the path of the tip, to the disc's center (mm); got"
-                f" {rise:.4g}{bumps}"
+                f"the bead must rise < {reach:.4g} above the path of the tip, to the disc's center (mm);"
+                f" got {rise:.4g}{bumps}"
             )
 
     @property

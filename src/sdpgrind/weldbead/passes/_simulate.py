@@ -145,8 +145,8 @@ def simulate(
     )
     if x.ndim != 1 or x.size < 2 or height.shape != x.shape:
         raise ValueError(
-            f"center_x and fly_height must be of one length, 2 at least (mm); got shapes {x.shape},"
-            f" {height.shape}"
+            "center_x and fly_height must be of one length, 2 at least (mm);"
+            f" got shapes {x.shape}, {height.shape}"
         )
     times = _times(x, feed_rate)
     angle = np.full(x.size, disc.relaxed_angle) if relaxed_angle is None else _angles(x, relaxed_angle)
@@ -208,8 +208,8 @@ def _times(x: Floats, feed_rate: npt.ArrayLike) -> Floats:
     feed = checks.finite_array("feed_rate", feed_rate, "mm/s")
     if feed.shape not in ((), (x.size - 1,)):
         raise ValueError(
-            f"feed_rate must be a number or have one entry for each step, {x.size - 1} (mm/s); got"
-            f" {feed.shape}"
+            f"feed_rate must be a number or have one entry for each step, {x.size - 1} (mm/s);"
+            f" got {feed.shape}"
         )
     if np.any(feed <= 0):
         raise checks.refuse("feed_rate", "> 0", float(feed.min()), "mm/s")

@@ -198,8 +198,8 @@ class SequenceProblem(Described):
         threshold = self._mean_model.threshold_force
         if self.force_max <= threshold:
             raise ValueError(
-                f"force_max must be > the threshold force {threshold:.6g} N, under which nothing is removed"
-                f" (N); got {self.force_max!r}"
+                f"force_max must be > the threshold force {threshold:.6g} N,"
+                f" under which nothing is removed (N); got {self.force_max!r}"
             )
         if not any(low < high for low, high in map(self.force_interval, self.durations)):
             raise ValueError(
