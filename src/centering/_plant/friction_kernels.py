@@ -52,9 +52,7 @@ def _series(e):
 
 @compiled
 def _held(moment):
-    """Force over its maximum that can still hold a ring at rest while `moment` (over its maximum) holds its
-    spin.
-    """
+    """Force over its maximum that still holds a ring while `moment` (over its maximum) holds its spin."""
     if moment <= 0.0:
         return 1.0
     if moment >= 1.0:

@@ -173,9 +173,7 @@ def _step(state, cell):
 
 @compiled
 def _piece(state, cell, profile, lobes, length):
-    """Advance the ring through a piece of the slide's motion, s; return the used part, which ends at a first
-    touch.
-    """
+    """Advance the ring through a piece of the slide's motion, s; return the used part, to a first touch."""
     cell[slide.RADIUS] = ring.rim(state, cell, profile, lobes, 0.0)
     if _far(state, cell, profile, 2.0 * lobes[:, 1].sum(), length):
         state[slide.FORCE] = 0.0
@@ -206,9 +204,7 @@ def _piece(state, cell, profile, lobes, length):
 
 @compiled
 def advance(state, cell, profile, lobes, until):
-    """Advance slide, spindle and ring until a time, or to the start of the waiting profile; return whether it
-    has come.
-    """
+    """Advance slide, spindle and ring to a time or the waiting profile's start; return whether it came."""
     while state[slide.TIME] < until - _CLOSE:
         length = slide.piece_length(state, cell, profile, until - state[slide.TIME])
         length = _piece(state, cell, profile, lobes, length)

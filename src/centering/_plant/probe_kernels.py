@@ -44,8 +44,7 @@ def _profile(shape, lobes, at):
 
 @compiled
 def _tip(shape, lobes, along, across, angle, ahead):
-    """Centre of a tip that touches the surface `ahead` of the probe line: distance from the line, its slope,
-    distance along it.
+    """Centre of a tip touching the surface `ahead` of the probe line: distance from it, slope, place on it.
 
     The part's centre is at (along, across) of the line. The tip's centre is off the surface by its radius,
     along the normal, which is turned back from the polar direction by atan(s'/s).
@@ -109,9 +108,7 @@ def _outermost(shape, lobes, along, across, angle):
 
 @compiled
 def contact(shape, lobes, center_x, center_y, angle):
-    """Reading (mm) at a spindle angle, and polar angle of the contact about the part's centre, continuous
-    over turns.
-    """
+    """Reading (mm) at a spindle angle, and polar angle of the contact about the part's centre, unwrapped."""
     sine, cosine = np.sin(angle), np.cos(angle)
     along, across = center_x * cosine + center_y * sine, center_y * cosine - center_x * sine
     if shape[SCAN] != 0.0:
@@ -131,9 +128,7 @@ def contacts(shape, lobes, center_x, center_y, angles, reading, part_angle):
 
 @compiled
 def least_spread(shape, lobes, places):
-    """Least derivative of the tip centre's travel by polar angle along the parallel curve; < 0: a tip bridges
-    valleys.
-    """
+    """Least derivative of the tip centre's travel by polar angle on the parallel curve; < 0: it bridges."""
     least = np.inf
     for k in range(places):
         radius, first, second = _profile(shape, lobes, 2.0 * np.pi * k / places)

@@ -138,8 +138,7 @@ class Ring(Described):
         )
 
     def reading(self, angle: npt.ArrayLike, tip_radius: float = 0.0) -> Floats:
-        """Return the reading of a faultless probe: position of the surface on its line, mm from the spindle's
-        axis.
+        """Return the reading of a faultless probe: surface on its line, mm from the spindle's axis.
 
         It is the centre of the tip minus its radius. The tip's centre is on the parallel curve of the
         surface, solved to rounding; where a valley is narrower than the tip, the outermost branch counts: the

@@ -35,9 +35,7 @@ def rim(state, cell, profile, lobes, time):
 
 @compiled
 def contact_force(state, cell, profile, time, x, y, speed_x, speed_y):
-    """Force (N) of the tip on the ring along x and y of the table, its magnitude, and the closure (mm, < 0: a
-    gap).
-    """
+    """Force (N) of the tip on the ring along x and y of the table, its size, the closure (mm, < 0: gap)."""
     rate = slide.spindle_rate(state, cell)
     angle, spin = (
         state[slide.ANGLE] + (state[slide.SPEED] + 0.5 * rate * time) * time,
@@ -82,9 +80,7 @@ def pull(state, cell, profile, time, x, y, speed_x, speed_y):
 
 @compiled
 def hold(cell, scale):
-    """Set friction over that of the model, and the share that a changing table speed leaves for holding the
-    position.
-    """
+    """Set friction over that of the model, and the share left for holding while the table speed changes."""
     cell[slide.FRICTION] = scale
     spin = cell[slide.SPINDLE_ACCELERATION] * cell[slide.ROUND] * cell[slide.INERTIA]
     cell[slide.HELD] = friction._held(spin / (cell[slide.BREAKAWAY] * scale))

@@ -142,9 +142,7 @@ def begin_segment(state, profile, row):
 
 @compiled
 def _of_profile(state, cell, profile):
-    """Speed and acceleration of the slide in a profile; a difference in speed is reduced at maximum
-    acceleration.
-    """
+    """Speed and acceleration of the slide in a profile; speed differences go at maximum acceleration."""
     row = int(state[SEGMENT])
     rate = profile[row, 2]
     speed = profile[row, 1] + rate * state[GONE] + state[RUN_IN]

@@ -116,8 +116,7 @@ class PartReadings(ByValue):
         return largest + higher + eccentricity * (1 - cos(min(widest_gap(self.part_angle) / 2, np.pi)))
 
     def rise_between_samples(self, upr: float) -> float:
-        """Return the largest height of a form between samples over its largest sampled height, unit 1:
-        sec(upr gap/2).
+        """Return the height of a form between samples over its largest sampled one, unit 1: sec(upr gap/2).
 
         For N points on an even turn it is sec(pi upr/N); the widest gap counts. It holds for heights about
         any level.

@@ -159,8 +159,7 @@ class Profile(PartReadings, Plan):
         return _profile(steps_of.without_runout(self, task))
 
     def filter(self, kind: str = "gaussian", *, upr: float = 50) -> "Profile":
-        """Low-pass the form with the Gaussian filter for closed profiles, ISO 16610-21 (transmission 0.5 at
-        the cut-off).
+        """Low-pass the form with the Gaussian filter of ISO 16610-21, closed (transmission 0.5 at cut-off).
 
         A turn on an even grid is filtered by FFT. Other samples (several turns, gaps, an offset ring) give
         harmonics by least squares up to five cut-offs, across a gap two to one; several turns are averaged.
@@ -205,8 +204,7 @@ class Profile(PartReadings, Plan):
         return _profile(how(self, cut_off))
 
     def spectrum(self, upr_max: int | None = None) -> Spectrum:
-        """Return amplitude and phase of each undulation, by least squares over all turns about the centre
-        without 1 upr.
+        """Return amplitude and phase of undulations about the centre (no 1 upr): least squares, all turns.
 
         The offset, of 1 upr, is in `circle`.
 

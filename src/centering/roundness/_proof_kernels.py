@@ -23,8 +23,7 @@ def _height(x, y, cx, cy, zone):
 
 @compiled
 def steepness(x, y, cx, cy, basis, zone):
-    """Least first-order rise of the height per mm off a centre over all directions; < 0: not held by
-    contacts.
+    """Least first-order rise of height per mm off a centre over all directions; < 0: not held by contacts.
 
     It is the distance of the origin from the border of the polygon of the differences u - a (of u without
     outer contacts).

@@ -16,8 +16,7 @@ SEEN = 2.448  # derived: sqrt(2 ln 20), standard deviations that 5 % of Rayleigh
 
 @described("centering.runout")
 class Runout(Described, ByValue):
-    """Runout of the roller over the part angle: ``cosine cos(ratio part_angle) + sine sin(ratio
-    part_angle)``.
+    """Runout of the roller over part angle: ``cosine cos(ratio part_angle) + sine sin(ratio part_angle)``.
 
     A roller of radius rho on a part of radius R turns R/rho times as fast, Mears (6.19): its phase follows
     the arc along the part, at any offset.

@@ -125,8 +125,7 @@ def _separation(
 
 
 def _slip(state: SeparationState, part_angle: Floats, rows: Floats, fit: _Fit) -> tuple[float, float]:
-    """Spread of the roller's phase over pieces of a turn, as a length along the part, mm, and its
-    probability.
+    """Spread of the roller's phase over pieces of a turn, as length along the part, mm, and its probability.
 
     The covariance of the phases excludes the part absorbed by the fit, nearly all for pieces that were read
     once.

@@ -60,8 +60,7 @@ def start(task: SeparationTask, nominal: float) -> tuple[SeparationState, bool]:
 def _determines_ratio(
     basis: Basis, state: SeparationState, left: Floats, part_angle: Floats, nominal: float
 ) -> bool:
-    """Whether the samples determine the ratio better than its reach, and refining keeps the amplitude
-    certain.
+    """Whether the samples determine the ratio better than its reach and refining keeps the amplitude certain.
 
     Over one turn the harmonics replace the runout; near a whole number ratio and amplitude are correlated.
     """

@@ -133,8 +133,8 @@ def _warn(change: Changeover, profile: Profile, eccentricity: float | None) -> N
     if change.outside_population:
         off = profile.circle.offset
         advice = (
-            ", or not centred:"
-            f" it lies {off:.4g} mm off the spindle, eccentricity tells how near it will be when ground"
+            f", or not centred: it lies {off:.4g} mm off the spindle,"
+            " eccentricity tells how near it will be when ground"
         )
         _warning(
             f"{name} of {change.largest_radius:.7g} mm lies beyond the changeover of the population at"

@@ -1,6 +1,4 @@
-"""A guard around any controller: it reports each step to a host, and makes the machine safe when the host is
-silent.
-"""
+"""A guard around any controller: reports each step to a host; makes the machine safe if it is silent."""
 
 import json
 from collections.abc import Mapping

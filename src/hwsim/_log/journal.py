@@ -99,9 +99,7 @@ class Journal:
 
     @classmethod
     def create(cls, path: str | os.PathLike[str], ingredients: Mapping[str, Any], labels: Labels) -> Self:
-        """Make an empty journal and open it (private to this package); the file appears complete or not at
-        all.
-        """
+        """Make an empty journal and open it (private to this package); the file appears complete or never."""
         rows = {
             "version": _VERSION,
             "fingerprints": json.dumps({name: fingerprint(thing) for name, thing in ingredients.items()}),

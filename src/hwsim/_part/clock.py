@@ -15,9 +15,7 @@ _ROUNDING = 1e-15  # relative; chosen: above the rounding of a float (1/60), bel
 
 
 def simplest(value: float) -> Fraction:
-    """Return the simple fraction nearest to the float `value` (1/60), or its binary value where none rounds
-    to it.
-    """
+    """Return the simplest fraction nearest to the float `value` (1/60); its binary value if there is none."""
     fraction = Fraction(value).limit_denominator(_SIMPLEST)
     return fraction if abs(float(fraction) - value) <= _ROUNDING * abs(value) else Fraction(value)
 

@@ -57,9 +57,7 @@ def is_of_rows(key: str) -> bool:
 
 
 def row_table(tier: str, name: str, time: Column, values: Sequence[Any]) -> dict[str, dict[str, Column]]:
-    """Rows of the motions that a tier commanded under a name, with their time (s); empty where all are too
-    long.
-    """
+    """Rows of a tier's motions under a name, with their time (s); empty where all are too long."""
     short = [k for k, value in enumerate(values) if is_table(value) and 0 < len(value) <= ROWS_MAX]
     if not short:
         return {}

@@ -138,8 +138,7 @@ class Processor:
     def advance(
         self, to: int, angle: float = 0.0, speed: float = 0.0, acceleration: float = 0.0
     ) -> list[TaskJob]:
-        """Advance to a time (ns), included, and return the jobs completed on the way; motion as for
-        `next_event`.
+        """Advance to a time (ns), included, and return the jobs completed; motion as for `next_event`.
 
         Examples
         --------

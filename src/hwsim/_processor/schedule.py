@@ -103,8 +103,7 @@ class Schedule(ByValue, Plan):
         object.__setattr__(self, "trace", lasting(self.trace, np.int64))
 
     def jobs(self, task: str) -> Whole:
-        """Return the completed jobs of a task, shape (n, 4): number; release, start and completion (ns, whole
-        numbers).
+        """Return the completed jobs of a task, shape (n, 4): number; release, start, completion (whole ns).
 
         Parameters
         ----------
@@ -135,9 +134,7 @@ class Schedule(ByValue, Plan):
 
     @cached_property
     def slices(self) -> Whole:
-        """Uninterrupted intervals of work, one a row: place of the task, number of the job, start and end
-        (ns).
-        """
+        """Uninterrupted intervals of work, one a row: place of the task, job's number, start and end (ns)."""
         # begins (START, RESUME) and ends (PREEMPT, COMPLETE) alternate
         work = self.trace[self.trace[:, 1] >= Kind.START]
         begins, ends = work[0::2], work[1::2, 0]

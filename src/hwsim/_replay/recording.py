@@ -19,9 +19,7 @@ _EVEN = 1e-9  # s; chosen: above the rounding of equal steps
 
 
 class _Accepted(dict[str, str]):
-    """Recorded commands and their units; every other name is accepted too (as a difference), except
-    set-points of tiers.
-    """
+    """Recorded commands, units; other names are accepted too (as a difference), except tiers' set-points."""
 
     def __init__(self, recorded: Mapping[str, str], set_points: frozenset[str]) -> None:
         super().__init__(recorded)
@@ -180,9 +178,7 @@ class Recording:
         return value if motion is None or len(motion) != value else motion
 
     def _sort(self, name: str, value: Any, reading: dict[str, Any], commands: dict[str, Any]) -> None:
-        """Put a column's value among the readings or, for the first tier that has it, the commands to the
-        plant.
-        """
+        """Put a column's value among the readings or, for the first tier that has it, its commands."""
         bare = name.removesuffix(_COMMAND)
         if bare in self._set_points or name.endswith(_PLANNED):
             return

@@ -1,6 +1,4 @@
-"""Report of a designed experiment in the finishing cell: runs, analysis, confirmation, plan of repeated
-passes.
-"""
+"""Report of a designed experiment in the finishing cell: runs, analysis, confirmation, planned passes."""
 
 from collections.abc import Iterator
 from typing import Any

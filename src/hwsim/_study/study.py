@@ -137,9 +137,7 @@ class FinishingStudy:
         return sdp.plan(problem)
 
     def report(self, *, rng: Seed = 0) -> str:
-        """Return the report as text, in µm, N, mm/s and dB; `rng` is the random source of simulated
-        repetitions.
-        """
+        """Return the report as text, in µm, N, mm/s and dB; `rng`: source of simulated repetitions."""
         from hwsim._study.report import report
 
         return report(self, rng)

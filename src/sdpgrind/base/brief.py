@@ -10,9 +10,7 @@ SHORT = 8  # longest sequence that is written out; chosen: more do not fit a lin
 
 
 def brief(thing: Any, units: Mapping[str, str] | None = None) -> str:
-    """Return the fields of a dataclass as text, without those at their defaults; `units` by field, "1" is not
-    shown.
-    """
+    """Return the fields of a dataclass as text, without defaults; `units` by field, "1" is not shown."""
     units = units or {}
     shown = []
     for field in dataclasses.fields(thing):

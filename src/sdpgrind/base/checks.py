@@ -1,6 +1,4 @@
-"""Checks of arguments with one form of error: name, rule, unit, value. Arrays inside the library are not
-checked.
-"""
+"""Checks of arguments with one form of error: name, rule, unit, value. Internal arrays are not checked."""
 
 import os
 from collections.abc import Callable, Iterable, Sequence

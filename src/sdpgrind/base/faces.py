@@ -13,8 +13,7 @@ from sdpgrind.base.warned import warn
 def attach(
     package: str, file: str | os.PathLike[str], former: Sequence[str] = ()
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package from the ``__init__.pyi`` next to its
-    `file`.
+    """Return ``__getattr__``, ``__dir__``, ``__all__`` of a package from the ``__init__.pyi`` by its `file`.
 
     `former`: sub-packages whose names were in the package in version 0.1; they still work there, with a
     warning.

@@ -8,9 +8,7 @@ from sdpgrind.base.checks import Bools, Floats
 
 
 def halved(low: Floats, high: Floats, before: Callable[[Floats], Bools], times: int) -> Floats:
-    """Return the middle of each bracket (m,) after bisection; `before` says whether the root is above a point
-    (m,).
-    """
+    """Return the middle of each bracket (m,) after bisection; `before`: whether the root is above a point."""
     for _ in range(times):
         middle = 0.5 * (low + high)
         beyond = before(middle)

@@ -4,9 +4,7 @@ from typing import NamedTuple
 
 
 class PresetInfo(NamedTuple):
-    """Description of a preset (mm, s, N, W): name, content, source of its numbers, and which of them are
-    chosen here.
-    """
+    """Description of a preset (mm, s, N, W): name, content, source of its numbers, and those chosen here."""
 
     name: str
     about: str

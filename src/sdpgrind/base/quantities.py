@@ -214,9 +214,7 @@ class Described(Frozen):
         """Check rules between fields; a subclass overrides it."""
 
     def _refused(self, name: str, rule: str, value: object = None) -> ValueError:
-        """Return the error of a field against a rule, with its unit; `value` in place of the field's where
-        given.
-        """
+        """Return the error of a field against a rule, with its unit; `value` instead of its own if given."""
         unit = _written(self._declared[name].unit)
         return checks.refuse(name, rule, getattr(self, name) if value is None else value, unit)
 

@@ -90,8 +90,7 @@ class KernelDensity:
         return drawn
 
     def standardised(self) -> tuple[tuple[float, ...], float]:
-        """Return the sample standardised to mean 0 and sd 1, and the bandwidth in its standard deviations
-        (both unit 1).
+        """Return the sample standardised to mean 0 and sd 1, and the bandwidth in its sd (both unit 1).
 
         An empirical outcome law is made of them. For "log" the bandwidth is that at the mean.
         """

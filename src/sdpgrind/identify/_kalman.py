@@ -91,8 +91,7 @@ class RandomWalk:
 
     @property
     def innovation(self) -> Floats:
-        """Reading minus prediction at the last update; shape (p,), or (1,) with a row, in the unit of the
-        reading.
+        """Reading minus prediction at the last update; (p,), or (1,) with a row, in the reading's unit.
 
         NaN: no reading, or no prediction.
         """

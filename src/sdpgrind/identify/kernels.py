@@ -150,8 +150,7 @@ def measure(value, covariance, row, target, noise_variance, gain):
 
 @compiled(error_model="numpy")
 def covariance_step(value, inv_info, row, target, forgetting, gain):
-    """Add one row to least squares in covariance form, in place: Mears (4.40), errata corrected, with
-    forgetting.
+    """Add one row to least squares in covariance form, in place: Mears (4.40), corrected, with forgetting.
 
     `inv_info` is the inverse information (covariance over noise variance), shape (p, p); `forgetting` the
     weight in (0, 1] that earlier rows keep, unit 1; the rest as in `measure`. Directions without new rows
@@ -167,8 +166,7 @@ def covariance_step(value, inv_info, row, target, forgetting, gain):
 
 @compiled(error_model="numpy")
 def walk_step(value, covariance, known, walk, readings, rows, noise, innovation, innovation_sd, gain):
-    """Let the values walk, then correct them by independent readings, in place (Kalman filter, unit
-    transition).
+    """Let the values walk, then correct them by independent readings, in place (Kalman; unit transition).
 
     Parameters
     ----------

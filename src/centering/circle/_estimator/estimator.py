@@ -24,8 +24,7 @@ from sdpgrind.identify import Status
 
 
 class GeometryEstimator:
-    """Estimate radius and centre of an offset ring, one reading at a time, until the centre is certain enough
-    to push.
+    """Estimate radius and centre of an offset ring, by single readings, until the centre is certain enough.
 
     The estimate is the least-squares fit of the exact curve of an offset circle, at any offset and over any
     arc, by a recursion of constant cost. It is valid when the readings cover `arc_min` and the band
@@ -184,8 +183,7 @@ class GeometryEstimator:
         self._take(angle, reading, False)
 
     def first_valid(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> int | None:
-        """Take readings until the estimate is valid; return the index of the last one taken, None if it never
-        becomes valid.
+        """Take readings until the estimate is valid; return the index of the last one, None if never valid.
 
         Parameters
         ----------

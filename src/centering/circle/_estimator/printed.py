@@ -42,8 +42,7 @@ class PrintedHistory(NamedTuple):
 
 
 class PrintedEstimator:
-    """The source's running estimate of a part's offset, with its rule of validity; for comparison, not for
-    use.
+    """The source's running estimate of a part's offset, with its rule of validity; for comparison only.
 
     ========== ===============================================================================================
     algorithm  running estimate
@@ -193,8 +192,7 @@ class PrintedEstimator:
         return self._judged(outputs.reshape(*np.shape(reading), kernels.OUTPUTS))
 
     def first_valid(self, angle: npt.ArrayLike, reading: npt.ArrayLike) -> int | None:
-        """Return the index of the first reading at which the rule holds, from an empty start; None: it never
-        holds.
+        """Return the index of the first reading at which the rule holds, from an empty start; None: never.
 
         Parameters
         ----------
@@ -232,8 +230,7 @@ class PrintedEstimator:
 
     @property
     def estimate(self) -> CircleEstimate:
-        """Estimate so far, mm, with (4.50) as the standard deviation of the centre in every direction, as in
-        the source.
+        """Estimate so far, mm, with (4.50) as the standard deviation of the centre in every direction.
 
         The radius is the constant part of the fit, not corrected by (4.22).
         """

@@ -1,5 +1,4 @@
-"""The source's own estimators, reading by reading, on one flat state for each part: single steps and batches
-are bit-equal.
+"""The source's own estimators, by readings, on one flat state for each part: steps and batches are bit-equal.
 
 A state begins with the outputs after each reading (`OUTPUTS` slots), then the internal values:
 

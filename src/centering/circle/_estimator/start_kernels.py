@@ -160,8 +160,7 @@ def _triple(n):
 
 @compiled(error_model="numpy", inline="always")  # compiled with its caller
 def _agreed_errors(state, best, room):
-    """Write the errors (mm) of the readings about the circle through three of them of least median error;
-    return that.
+    """Write the errors (mm) of the readings about the circle of least median through three; return that.
 
     60 triples take one reading of each third; 60 more lie 3 to 15 readings apart, so that some miss any 14
     dusty neighbours. Those must fit much better: over a short arc form looks like a circle.

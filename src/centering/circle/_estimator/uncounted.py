@@ -7,8 +7,7 @@ from numba.extending import intrinsic
 
 @intrinsic
 def uncounted(typing_context: Any, array: Any) -> Any:
-    """Return a view of an array that holds no reference to the memory; it must not outlive the caller's
-    array.
+    """Return a view of an array that holds no reference to the memory; it must not outlive the owner's array.
 
     Compiled code counts the references to an array and to its slices at every call, by atomic operations: for
     one reading these cost more than the arithmetic.

@@ -39,8 +39,7 @@ def radial_position(slide: npt.ArrayLike, probe: npt.ArrayLike, calibration: flo
 def circle_reading(
     angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float, tip_radius: float = 0.0
 ) -> Floats:
-    """Return the reading of an offset circle, mm, Mears (4.11): d cos psi + sqrt((R + rho)^2 - d^2 sin^2 psi)
-    - rho.
+    """Return an offset circle's reading, mm, (4.11): d cos psi + sqrt((R + rho)^2 - d^2 sin^2 psi) - rho.
 
     psi = angle - offset_angle. A round tip reads the circle as one of radius R + rho, without further
     correction.

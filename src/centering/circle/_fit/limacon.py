@@ -128,8 +128,7 @@ def _inverse(fitted: float, offset: float, guess: float) -> float:
 
 
 def limacon_wave(radius: float, offset: float) -> float:
-    """Return the amplitude (mm) of the false undulation, 2 upr, in the residuals of a limacon fitted to a
-    circle.
+    """Return the amplitude (mm) of the false undulation, 2 upr, in the residuals of a circle's limacon.
 
     About d^2/(4 R); exactly R (k^2/4) 2F1(1/2, 3/2; 3; k^2) with k = d/R. Read no roundness from such
     residuals unless this is below the wanted resolution.
@@ -154,8 +153,7 @@ def limacon_wave(radius: float, offset: float) -> float:
 
 
 def limacon_bias(angle: npt.ArrayLike, radius: float, offset: float, offset_angle: float) -> Floats:
-    """Return the errors of radius and centre (x, y), mm, of a limacon fitted to the exact curve without
-    noise.
+    """Return the errors of radius and centre (x, y), mm, of a limacon fitted to the exact noiseless curve.
 
     Over whole even turns the centre is unbiased and `corrected_radius` corrects the radius; over an arc all
     three are biased, and correcting the radius does not help.

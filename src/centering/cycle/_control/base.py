@@ -128,7 +128,7 @@ class CycleBase(ABC):
     def _sense(self, time: float, angle: float, slide: float, probe: float, spindle_speed: float) -> None:
         """Store the readings."""
         self._table.see(time, angle, spindle_speed)
-        self._moving = self._velocity  # as it was told at the sample before
+        self._moving = self._velocity  # speed commanded at the sample before
         self._tip = slide + self.settings.probe_closed
         self._reading = slide + probe
         if isfinite(self._reading):

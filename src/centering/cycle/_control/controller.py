@@ -1,6 +1,4 @@
-"""Controller of the centering cycle: measures during the run-up, pushes as soon as it pays, ends when
-certain.
-"""
+"""Controller of the centering cycle: measures in the run-up, pushes as soon as it pays, ends when certain."""
 
 from collections.abc import Mapping
 from math import hypot, isfinite
@@ -110,9 +108,7 @@ class CenteringController(CycleBase):
         return samples * self._table.speed * self.period
 
     def report(self) -> dict[str, float]:
-        """Return state, offset (mm), its direction (rad), confidence band (mm), friction, trigger angles
-        (rad).
-        """
+        """Return state, offset (mm), direction (rad), confidence (mm), friction, trigger angles (rad)."""
         view = self._view
         told = {
             "state": float(self._state),

@@ -16,8 +16,7 @@ _SHARE = 0.9995  # derived: quantile of a two-sided 99.9 % interval
 
 
 class RingFilter:
-    """Centre, radius and lobes of a ring from all readings: the centre is new after each push, the rest
-    persists.
+    """Centre, radius and lobes of a ring from all readings: a push makes the centre new, the rest persists.
 
     Lobes of 2 to 7 undulations have unknown amplitudes: their effect on the centre of a short arc is part of
     its standard deviation, which falls as more of the rim is measured. Large lobes raise the expected

@@ -1,5 +1,4 @@
-"""Joint least squares of centre, radius and lobes of a ring, from its readings and prior information.
-Compiled.
+"""Joint least squares of centre, radius and lobes of a ring, from readings and prior information. Compiled.
 
 A reading (tip included) of a ring of radius R about (x, y) is that of a circle plus, to first order, steep
 (dR + dx cos b + dy sin b + sum of c_n cos nb + s_n sin nb): b the angle about the ring's centre, steep 1 over
@@ -44,9 +43,7 @@ def _write_row(angle, reading, x, y, radius, turning, row):
 
 @compiled(error_model="numpy")
 def _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, vector):
-    """Add readings to normal equations about a value: upper triangle; `radius` is that of dR = 0, tip
-    included.
-    """
+    """Add readings to normal equations about a value: upper triangle; `radius`: at dR = 0, tip included."""
     row = np.empty(SIZE)
     for k in range(angles.size):
         target, weight = _write_row(
@@ -63,8 +60,7 @@ def _add_readings(angles, readings, value, radius, turning, noise_sd, matrix, ve
 
 @compiled(error_model="numpy")
 def solve(angles, readings, value, radius, turning, noise_sd, known, told, matrix, vector):
-    """Improve `value` by readings and prior (`known`, and `told` times the value); write the normal
-    equations.
+    """Improve `value` by readings and prior (`known`, `told` times the value); write the normal equations.
 
     Returns the covariance of the values.
     """
@@ -92,9 +88,7 @@ def solve(angles, readings, value, radius, turning, noise_sd, known, told, matri
 
 @compiled(error_model="numpy")
 def residuals(angles, readings, value, radius, turning):
-    """Weighted sums of squared residuals of the readings, and of squared differences of successive ones,
-    mm^2.
-    """
+    """Weighted sums of squared residuals of readings, and of squares of successive differences, mm^2."""
     row, squares, lagged, before = np.empty(SIZE), 0.0, 0.0, 0.0
     for k in range(angles.size):
         left, weight = _write_row(angles[k], readings[k], value[0], value[1], radius + value[2], turning, row)

@@ -152,8 +152,7 @@ def preview(
     limits: CenteringLimits,
     friction: float = 1.0,
 ) -> SentPush:
-    """Return an approximate command of a later push: `launch` without correction of the stroke (`beyond` =
-    0).
+    """Return an approximate command of a later push: `launch` with its stroke uncorrected (`beyond` = 0).
 
     Parameters
     ----------

@@ -41,9 +41,7 @@ class RingTravel(Frozen):
     def between(
         cls, before: tuple[float, float], after: tuple[float, float], *, towards: float
     ) -> "RingTravel":
-        """Return the travel between two centres (mm) in a push whose direction on the table is `towards`
-        (rad).
-        """
+        """Return the travel between centres (mm) in a push directed on the table at `towards` (rad)."""
         x, y = after[0] - before[0], after[1] - before[1]
         return cls(x * cos(towards) + y * sin(towards), y * cos(towards) - x * sin(towards))
 
@@ -97,9 +95,7 @@ class LearnedBias:
 
 @dataclass(frozen=True)
 class _Pushed(Frozen):
-    """Executed push: centre and sd before (mm), direction on the table (rad), excess travel from turning
-    (mm).
-    """
+    """Executed push: centre and sd before (mm), direction on the table (rad), excess of turning (mm)."""
 
     x: float
     y: float
@@ -110,8 +106,7 @@ class _Pushed(Frozen):
 
 
 class PartLearner:
-    """Knowledge from the pushes of a part: friction, by the strategy's own rule, and a constant error of
-    direction.
+    """Knowledge from the pushes of a part: friction, by the strategy's rule, and a constant direction error.
 
     Parameters
     ----------

@@ -47,8 +47,7 @@ class PushStrategy(Protocol):
 
 
 class NextPush:
-    """Chooses the push and replans it when its assumptions change: coarsely at first, exactly when it is
-    sent.
+    """Chooses the push and replans it when assumptions change: coarsely at first, exactly when it is sent.
 
     Parameters
     ----------
@@ -119,9 +118,7 @@ class NextPush:
         return self.launch
 
     def set_trigger(self, direction: float, table: TableMotion) -> None:
-        """Set the next trigger angle of the planned push, for a high point under the tip at `direction`
-        (rad).
-        """
+        """Set the planned push's next trigger angle, for a high point under the tip at `direction` (rad)."""
         wanted = direction - (self.launch.lead if self.launch is not None else 0.0)
         soonest = table.angle + table.speed * _LATEST * self._problem.limits.sample_time
         self.trigger = wanted + _TURN * ceil((soonest - wanted) / _TURN)

@@ -141,9 +141,7 @@ class PrintedController(CycleBase):
         return self._measuring()
 
     def report(self) -> dict[str, float]:
-        """Return state, offset (mm), direction (rad), pushes, running correction (mm), lead and trigger
-        (rad).
-        """
+        """Return state, offset (mm), direction (rad), pushes, correction (mm), lead and trigger (rad)."""
         told = {
             "state": float(self._state),
             "pushes": float(self._pushes),

@@ -104,9 +104,7 @@ class PrintedPlanner:
         return abs(self.push.offset - offset) > max(_STALE * offset, _CHANGED)
 
     def _planned(self, offset: float, gap: float, spindle_speed: float) -> Push:
-        """Push at the speed of Mears (5.25), limited to that of a whole free slide; free slide off,
-        correction added.
-        """
+        """Push at the speed of Mears (5.25), limited to a whole free slide; slide off, correction added."""
         speed = self._push_speed
         if speed is None:
             balanced = energy_balance_speed(self._problem, offset)

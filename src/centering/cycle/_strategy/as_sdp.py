@@ -82,17 +82,14 @@ def friction_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
 
 
 def packed_axes(offset: sdp.Axis, friction: sdp.Axis) -> tuple[float, float, int, float, float, int]:
-    """Axes for kernels: log of low end, log step and nodes of the offset; low end, step and nodes of the
-    friction.
-    """
+    """Axes for kernels: log of low end, log step, nodes of the offset; low end, step, nodes of friction."""
     log_step = float(np.log(offset.high / offset.low)) / (offset.nodes - 1)
     step = (friction.high - friction.low) / (friction.nodes - 1)
     return float(np.log(offset.low)), log_step, offset.nodes, friction.low, step, friction.nodes
 
 
 def draws(problem: CenteringProblem) -> tuple[Floats, ...]:
-    """Draws of a push: friction (1), direction (rad), place (mm), its unmeasured share (mm), weight; each
-    (Q,).
+    """Draws of a push: friction (1), direction (rad), place (mm), unmeasured share (mm), weight; each (Q,).
 
     A rank-1 lattice: no two draws share a friction, so no push profits from a few favourable frictions.
     """
@@ -117,9 +114,7 @@ def _compiled(friction: Floats, direction: Floats, *others: Floats) -> tuple[Flo
 
 @dataclasses.dataclass(frozen=True)
 class KindOfPush:
-    """One kind of push as a transition after `pushes` informative pushes; None: counted by the stage
-    coordinate.
-    """
+    """One kind of push as a transition after `pushes` informative pushes; None: counted by the stage."""
 
     ground: StrategyGround
     kind: int

@@ -54,9 +54,7 @@ class FrictionScaleBelief(Described):
 
     @classmethod
     def of(cls, scatter: PushScatter) -> "FrictionScaleBelief":
-        """Return the belief before the first push under the `scatter` of a problem (relative standard
-        deviations).
-        """
+        """Return the belief before the first push under the `scatter` of a problem (relative sd)."""
         return cls(scatter.friction_part_sd, scatter.friction_push_sd)
 
     def sd(self, pushes: float) -> float:

@@ -32,8 +32,7 @@ def _likelihood(table, grid, stroke, part, push_sd, noise, travelled):
 
 @compiled
 def posterior(table, grid, stroke, prior, push_sd, noise, travelled):
-    """Mean and sd of a part's friction scale after a push; `prior` holds both before; `noise`, `travelled` in
-    mm.
+    """Mean and sd of a part's friction scale after a push; `prior`: both before; `noise`, `travelled` in mm.
 
     Where another friction explains the travel better, weighted by the rarity of such parts, the prior was
     wrong: mean and sd are those of such a part. Also returned: whether that is so.

@@ -21,8 +21,7 @@ def table_speed(speeds, axis, offset):
 
 @compiled
 def waiting_time(phase, busy, speed, arc, before, acceleration):
-    """Time (s) from one touch to the next: the table turns by `phase` (rad), and by full turns until all is
-    done.
+    """Time (s) from touch to touch: the table turns by `phase` (rad), and by full turns until all is done.
 
     Contact, retreat, measurement and approach take `busy` (s) and `arc` (rad); `before` is the previous
     speed.
@@ -35,9 +34,7 @@ def waiting_time(phase, busy, speed, arc, before, acceleration):
 
 @compiled
 def _learning_rate(travel, friction, weight, noise):
-    """Mean travel (mm), and the change of a push's friction, in its sd, per mm of travel: best linear
-    estimate.
-    """
+    """Mean travel (mm), and change of a push's friction (in its sd) per mm of it: best linear estimate."""
     mean, square, product = 0.0, 0.0, 0.0
     for q in range(travel.size):
         mean += weight[q] * travel[q]
@@ -64,8 +61,7 @@ def push_once(offset, travel, angle):
 
 @compiled
 def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, draws, out):
-    """Simulate pushes from P states; write expected times into `out`; return row starts (P + 1,), columns,
-    weights.
+    """Simulate pushes from P states; write expected times into `out`; return row starts, columns, weights.
 
     Parameters
     ----------
@@ -92,7 +88,7 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     busy, arc, acceleration = timing
     log_low, log_step, n_offset, low, step, n_friction = axes
     spread = np.sqrt(sd * sd + push_sd * push_sd)
-    share = sd * sd / spread if spread > 0.0 else 0.0  # of a push's deviation, what is the part's
+    share = sd * sd / spread if spread > 0.0 else 0.0  # share of the part in the deviation of a push
     high = low + step * (n_friction - 1)
     luck, cosine, sine, place, hidden, weight = draws
     moved, at_end = np.empty(luck.size), table_speed(speeds, (log_low, log_step), finish)

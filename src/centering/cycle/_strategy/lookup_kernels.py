@@ -26,9 +26,7 @@ def value_at(value, axes, offset, friction, pushes):
 
 @compiled
 def choose(policy, outcomes, speeds, axes, offset, friction, pushes):
-    """Kind, aim (mm), stroke (mm) and table speed (rad/s) of the best push; `policy`: kind and share of the
-    offset.
-    """
+    """Kind, aim (mm), stroke (mm), table speed (rad/s) of the best push; `policy`: kind, share of offset."""
     i, j = _place(axes, offset, friction)
     a, b = int(np.rint(i)), int(np.rint(j))
     kind, aim = policy[0][pushes, a, b], policy[1][pushes, a, b] * offset

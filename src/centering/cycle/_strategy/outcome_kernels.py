@@ -23,8 +23,9 @@ def _scale_cell(grid, scale, scales):
 
 @compiled
 def travel_at(table, grid, stroke, scale):
-    """Travel (mm) of a push, bilinear in log stroke and `scale_cell`; `grid` = (log first stroke, log step,
-    first cell, step).
+    """Travel (mm) of a push, bilinear in log stroke and `_scale_cell`.
+
+    `grid`: log first stroke, log step, first cell, step.
     """
     if stroke <= 0.0:
         return 0.0
@@ -39,9 +40,7 @@ def travel_at(table, grid, stroke, scale):
 
 @compiled
 def stroke_for(mean, grid, last, scale, travel):
-    """Least stroke (mm) with mean travel `travel` (mm) at a scale; infinite if no stroke up to node `last`
-    has it.
-    """
+    """Least stroke (mm) with mean travel `travel` (mm) at a scale; infinite: none up to node `last`."""
     b, y = _scale_cell(grid, scale, mean.shape[1])
     if (1.0 - y) * mean[last, b] + y * mean[last, b + 1] < travel:
         return np.inf

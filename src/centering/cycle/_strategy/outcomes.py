@@ -135,9 +135,7 @@ class OutcomeTable(ByValue, Described):
 
     @cached_property
     def grid(self) -> tuple[float, float, float, float]:
-        """Log of the first stroke (mm) and of the ratio, first friction scale and step (inverse sinh, unit
-        1).
-        """
+        """Log of the first stroke (mm) and of the ratio, first friction scale and step (asinh, unit 1)."""
         return float(np.log(self.first_stroke)), float(np.log(self.stroke_ratio)), _FIRST, _EACH
 
     @property
@@ -152,9 +150,7 @@ class OutcomeTable(ByValue, Described):
 
     @cached_property
     def mean_travel(self) -> Floats:
-        """Mean travel about each friction scale, monotone in the stroke, (K, S, R), mm; strokes are chosen by
-        it.
-        """
+        """Mean travel about each friction scale, monotone in the stroke, (K, S, R), mm: for its choice."""
         node, weight = np.polynomial.hermite_e.hermegauss(9)
         at = np.clip(np.add.outer(FRICTION_SCALES, _SPREAD * node), FRICTION_SCALES[0], FRICTION_SCALES[-1])
         cell = (np.arcsinh((at - 1.0) / FINE) - _FIRST) / _EACH

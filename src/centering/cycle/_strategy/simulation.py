@@ -100,9 +100,7 @@ class _Parts:
             self._move(int(k), choice, float(x), unit[:, k])
 
     def _travel(self, at: Any, choices: list[PushChoice], unit: Floats) -> Floats:
-        """Travel of the parts, mm: the tip meets the part at its place and stops at the commanded one, plus
-        scatter.
-        """
+        """Travel of the parts, mm: the tip meets the part where it is, stops as commanded, plus scatter."""
         place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
         scale = np.maximum(0.2, self.scale[at] * (1.0 + self.scatter.friction_push_sd * unit[0, at]))
         model = self.strategy.problem.model

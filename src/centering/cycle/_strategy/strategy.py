@@ -214,8 +214,7 @@ class Strategy(Plan):
     def simulate(
         self, *, runs: int = 200, rng: Seed = 0, start: npt.ArrayLike | None = None
     ) -> "CenteringRuns":
-        """Follow the strategy on the model: pushes simulated exactly, friction that stays with its part; no
-        machine.
+        """Follow the strategy on the model: pushes simulated exactly, friction of each part; no machine.
 
         Parameters
         ----------
@@ -238,9 +237,7 @@ class Strategy(Plan):
 
     @cached_property
     def dataset(self) -> xr.Dataset:
-        """The strategy as labelled arrays: value (s), kind of push, share of the offset, and what pushes do
-        (mm).
-        """
+        """The strategy as labelled arrays: value (s), kind of push, share of the offset, outcomes (mm)."""
         dims = ("pushes", "offset", "friction")
         low, step, nodes, first, spacing, count = self._axes
         table = self.outcomes
@@ -305,8 +302,7 @@ class Strategy(Plan):
         return cls(plain["problem"], outcomes, plain["timing"], arrays["spindle_speed"], table)
 
     def plot(self) -> Any:
-        """Draw expected time and best push over the offset, and what the friction belief changes; return the
-        figure.
+        """Draw expected time and best push over offset, and effect of the friction belief; return the figure.
 
         Specks in the map of the kinds of push are pushes that are equal within the noise of the table.
         """

@@ -56,9 +56,7 @@ class CycleTiming(Described):
 
 
 def table_speeds(problem: CenteringProblem, offset: Floats, speed: str | float) -> Floats:
-    """Return the greatest table speeds (rad/s) without slip or outrunning the tip at offsets (mm), or
-    `speed`.
-    """
+    """Return the greatest table speeds (rad/s) without slip or outrun tip at offsets (mm), or `speed`."""
     limits, model = problem.limits, problem.model
     slip = np.sqrt(_MARGIN * model.mu_static * GRAVITY / offset)
     fastest = np.minimum(np.minimum(limits.spindle_speed_max, slip), _REACH / offset)

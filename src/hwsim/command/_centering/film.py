@@ -27,9 +27,7 @@ class FilmStrip:
         self._radius = float(log.outcome.attrs["radius"])
 
     def plot(self) -> Any:
-        """Draw the centre before and after each push above, distances of tip and rim (mm) over time (s)
-        below.
-        """
+        """Draw the centre before and after each push, and distances of tip and rim (mm) over time (s)."""
         shown = self._shown()
         wide = max(len(shown), 1)
         figure = pictures.figure(3.0 * wide + 0.6, 6.0)

@@ -1,6 +1,4 @@
-"""Report of ``hwsim centering``: the first parts, the strategy's prediction next to the outcome, or two
-controllers.
-"""
+"""Report of ``hwsim centering``: the first parts, predictions next to outcomes, or two controllers."""
 
 import argparse
 from collections.abc import Iterator
@@ -69,9 +67,7 @@ def side_by_side(title: str, log: "Log", plan: Any) -> str:
 
 
 def _figures(outcome: Any) -> Iterator[tuple[str, Any, str]]:
-    """Rows of the comparison: name, a value for each controller, format; unfinished parts are in no mean of
-    times.
-    """
+    """Rows of the comparison: name, a value per controller, format; unfinished parts are in no mean."""
     yield "finished (%)", 100 * outcome.finished.mean("part").values, ".1f"
     broken = outcome.said_finished == 0
     if broken.any():

@@ -1,6 +1,4 @@
-"""``hwsim finishing``: plan a motion (or load it), finish specimens in a simulated cell, report; or an
-experiment.
-"""
+"""``hwsim finishing``: plan or load a motion, finish specimens in a simulated cell; or an experiment."""
 
 import argparse
 from collections.abc import Mapping

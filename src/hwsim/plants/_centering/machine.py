@@ -91,9 +91,7 @@ class CenteringPart:
         self._seen = self._read()
 
     def _next_sample(self, tasks: Tasks, until: int) -> bool:
-        """Advance to the start of the controller's job released at a tick, or of the next job where that one
-        is missed.
-        """
+        """Advance to the start of the controller's job released at a tick, or of the next if missed."""
         period = self._rig.control_ticks
         if until % period and until < self._most:
             rule = f"a whole number of those of the task control, {self._rig.clock.seconds(period):g}"

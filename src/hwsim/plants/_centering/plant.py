@@ -31,8 +31,7 @@ _NEAREST = 0.1  # default smallest offset over the greatest; chosen: a part that
 
 @described()
 class CenteringMachine(Described):
-    """A ring off the axis of a turning table; a slide follows its rim with a probe and pushes it: Mears
-    (2006), ch. 3, 5.
+    """A ring off the axis of a turning table; a slide probes and pushes its rim: Mears (2006), ch. 3, 5.
 
     Measured at each sample: ``time`` (s), ``angle`` of the spindle (rad, continuous over turns; the rim is
     farthest at the angle of the offset), ``slide`` (tip of the pusher, mm from the axis), ``probe`` (rim from

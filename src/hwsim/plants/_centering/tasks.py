@@ -46,9 +46,7 @@ class Moved(Protocol):
 
 
 class Tasks:
-    """Running tasks; the controller samples at the start of its job, its command takes effect at the
-    completion.
-    """
+    """Running tasks; the controller samples at the start of its job and commands at the completion."""
 
     def __init__(self, scheduler: Scheduler, rng: np.random.Generator) -> None:
         self._core = scheduler.start(rng, told=_TOLD)
@@ -59,8 +57,7 @@ class Tasks:
         self.refreshed = not self._models
 
     def sample(self, number: int, part: Moved, last: float) -> int | None:
-        """Advance to the start of job `number` of the controller, or of the first later one that was not
-        missed.
+        """Advance to the start of job `number` of the controller, or of the first later one not missed.
 
         Returns its number; None where the part or the time `last` (s) ends before.
         """

@@ -22,8 +22,7 @@ Truth: TypeAlias = CellTruth | Callable[[np.random.Generator], CellTruth] | None
 
 @described()
 class FinishingCell(Described):
-    """Robot-assisted finishing of one specimen: Wang and Jan (2001), section 5, with errors that they leave
-    out.
+    """Robot-assisted finishing of one specimen: Wang and Jan (2001), section 5, with errors they leave out.
 
     It accepts ``current`` of the torque axis (A; in steps of the converter, clipped), a ``motion`` (array (m,
     8): time in s, seven joints in rad and mm; once, before it is played) and ``feed_override`` (0 ... 1 of

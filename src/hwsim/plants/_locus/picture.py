@@ -18,9 +18,7 @@ _SAMPLES = ("sample_time", "true_infeed_rate", "best_infeed_rate", "true_grindin
 
 
 def picture(log: PartLog) -> "Figure":
-    """Draw a log of `AdaptiveGrinder`: infeed and power of the first parts, their path on the locus, and all
-    parts.
-    """
+    """Draw a log of `AdaptiveGrinder`: infeed and power of the first parts, path on the locus, all parts."""
     figure: Figure = pictures.figure(12.5, 7.2)
     grid = figure.add_gridspec(6, 2, width_ratios=(1.6, 1))
     slack = figure.add_subplot(grid[4:, 0])

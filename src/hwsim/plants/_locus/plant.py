@@ -40,8 +40,7 @@ def _check_process(name: str, process: object) -> Grinding:
 
 @described()
 class AdaptiveGrinder(Described):
-    """Plunge grinding as fast as a dulling wheel allows without burning: plant of the controller of Koren
-    (1989), eq. (36).
+    """Plunge grinding as fast as a dulling wheel allows without burning: plant of Koren (1989), eq. (36).
 
     It accepts ``infeed_rate`` (of the radius, mm/s) and ``work_rotation`` (rad/s) and holds them. The slide
     follows with a lag, the work at once. It measures ``grinding_power`` (W, without idle power, with the lag
@@ -163,9 +162,7 @@ class AdaptiveGrinder(Described):
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Stock (mm), touch-in (s), ranges (mm/s, rad/s), and the process unless it is a user's own, for the
-        log.
-        """
+        """Stock (mm), touch-in (s), ranges (mm/s, rad/s), the process unless user-defined, for the log."""
         plain = {"stock": self.stock, "touch_in": self.touch_in, **self._ranges._asdict()}
         try:
             return {**plain, "process": stored.encode(self.problem.model)}

@@ -77,9 +77,7 @@ class PlungePart:
         return {"size": float(size), "grinding_power": float(power), "power_saturated": float(saturated)}
 
     def whole(self, controller: Any) -> dict[str, dict[str, Floats]] | None:
-        """Grind the whole part under a controller with a compiled core, bit-equal to the loop; None
-        otherwise.
-        """
+        """Grind the whole part under a controller with a compiled core, bit-equal to the loop; else None."""
         if type(controller) not in (CycleController, StagedController):
             return None
         table, row, normals = np.empty((4 * _BLOCK, len(cycle.ROW))), 0, self._normals

@@ -164,9 +164,7 @@ class PlungeGrinder(Described):
         return self.problem.sample_time
 
     def start(self, rng: np.random.Generator) -> PlungePart:
-        """Draw the truth of the next part from a child of `rng`, its noise from another; return it at time 0
-        s.
-        """
+        """Draw the truth of the next part from a child of `rng`, its noise from another; return it at 0 s."""
         of_truth, of_noise = rng.spawn(2)
         model = self._drawn(of_truth)
         noise = GrinderNoise(0.0, 0.0) if self.noise is None else self.noise

@@ -148,9 +148,7 @@ class Probe(Described):
         return self.sample_time if self.samples_per_turn is None else _LATCH
 
     def start(self, rng: np.random.Generator) -> ProbePart:
-        """Draw the truth of the next part from a child of `rng`, its readings from another; return it at time
-        0 s.
-        """
+        """Draw the truth of the next part from a child of `rng`, readings from another; return it at 0 s."""
         of_truth, of_readings = rng.spawn(2)
         truth = self.ring if self.truth is None else self.truth
         ring = truth if isinstance(truth, Ring) else checks.kind("truth(rng)", truth(of_truth), Ring)

@@ -29,8 +29,7 @@ def _checked_truth(name: str, truth: Any) -> Any:
 
 @described()
 class WeldBeadStand(Described):
-    """A weld bead under a grinder: each pass removes a random depth of the whole bead, as the sequence
-    planner assumes.
+    """A weld bead under a grinder: each pass removes a random depth of it, as the planner assumes.
 
     A pass is one event, after which the bead is scanned. Time runs while a pass is ground and the grinder
     returns (``reset_time``), never while a controller thinks.

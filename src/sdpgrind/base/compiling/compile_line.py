@@ -82,9 +82,7 @@ def listen() -> None:
 
 @contextmanager
 def told(area: str, progress: Progress | None) -> Iterator[None]:
-    """Report compiling in the block, as work of `area`, to `progress`; None: a line on a terminal after two
-    seconds.
-    """
+    """Report compiling in the block, as work of `area`, to `progress`; None: a terminal line after 2 s."""
     listener.area, listener.progress = area, progress
     listener.forget()
     try:

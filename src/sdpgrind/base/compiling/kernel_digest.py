@@ -32,9 +32,7 @@ _pieces: WeakKeyDictionary[Any, tuple[bytes, tuple[Any, ...]]] = WeakKeyDictiona
 
 
 def digest(kernel: Any) -> str:
-    """Return the digest (SHA-256) of a kernel, its globals set, and of everything that its machine code
-    depends on.
-    """
+    """Return the digest (SHA-256) of a kernel, its globals and all else that its machine code depends on."""
     total = hashlib.sha256(_VERSIONS.encode())
     order = {function: k for k, function in enumerate(reached(kernel))}
     for function in order:
@@ -132,9 +130,7 @@ def _attributes(code: CodeType) -> Iterator[str]:
 
 
 def _globals(code: CodeType) -> Iterator[str]:
-    """Give names of globals, those of inner functions included; from the bytes, since `dis` takes 20 times as
-    long.
-    """
+    """Give names of globals, with those of inner functions; from the bytes: `dis` takes 20 times as long."""
     for one in _codes(code):
         argument = 0
         for operation, byte in zip(one.co_code[::2], one.co_code[1::2], strict=True):

@@ -39,9 +39,7 @@ def standing(problem: FinishingProblem, first: PathSamples, weight: float) -> Fl
 
 
 def _course(problem: FinishingProblem, time: Floats, poses: Floats, start: Floats, weight: float) -> Floats:
-    """Tip, normal and azimuth from tool poses in a frame parallel to the surface's; `start` is the beginning
-    of the path.
-    """
+    """Tip, normal and azimuth from tool poses in a frame parallel to the surface's; `start`: of the path."""
     side = 1.0 if problem.pushed else -1.0
     c, s = np.cos(problem.contact_angle), np.sin(problem.contact_angle)
     turn, tip = poses[:, :3, :3], poses[:, :3, 3] + problem.lever_arm * poses[:, :3, 2]

@@ -47,9 +47,7 @@ _FLYING = 1e-9  # N m; chosen: above rounding
 
 @compiled
 def field(waves, place, along):
-    """Height (mm) of a field at a point and its slope along a direction; rows of `waves`: vector, phase,
-    amplitude.
-    """
+    """Height (mm) of a field at a point, slope along a direction; `waves`: vector, phase, amplitude."""
     height, slope = 0.0, 0.0
     for k in range(waves.shape[0]):
         phase = waves[k, 0] * place[0] + waves[k, 1] * place[1] + waves[k, 2] * place[2] + waves[k, 3]
@@ -80,8 +78,7 @@ def _between(course, leg, share, column):
 
 @compiled
 def touch(course, waves, loop, cell, state, seconds):
-    """Advance the course by `seconds`; return point and direction of the contact, slope of the height error,
-    weight torque.
+    """Advance the course by `seconds`; return point and direction of contact, slope of error, weight torque.
 
     The tool is off its planned point by the error d of the table; the surface is higher than planned by the
     field h. Along the normal n the surface is nearer by h - d.n (d^2/2 times its curvature is neglected), so
@@ -265,9 +262,7 @@ def finish(
     table,
     most,
 ):
-    """Run a controller until the table of rows is full or the part is done; return number of rows, and
-    whether it is done.
-    """
+    """Run a controller until the table of rows is full or the part is done; return rows and whether done."""
     motor, known_axis = axis_state.view(MOTOR)[0], axis.view(AXIS)[0]
     setting, told = law.view(LAW)[0], controller.view(CONTROLLER)[0]
     for row in range(table.shape[0]):

@@ -74,8 +74,7 @@ class MotionError(ValueError):
 
 
 class Motion(Plan):
-    """A motion along a path as rows over time; immutable. A sharp corner has two rows, one for each feed
-    direction.
+    """A motion along a path as rows over time; immutable. A sharp corner: one row for each feed direction.
 
     Attributes
     ----------

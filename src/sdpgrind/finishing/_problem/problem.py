@@ -34,8 +34,7 @@ def _place(name: str, value: Any) -> tuple[float, ...]:
 
 @described("finishing.problem")
 class FinishingProblem(Described):
-    """A path over a surface, worked by a tool on a torque-controlled axis held by a robot, with the work on
-    an xy table.
+    """A path over a surface, for a tool on a torque-controlled axis held by a robot, the work on an xy table.
 
     Parameters
     ----------

@@ -108,8 +108,7 @@ class Arm(Described):
 
     @classmethod
     def generic(cls) -> Self:
-        """Return an arm of common size; all its numbers (mm, rad, s) are assumptions to replace by those of a
-        real one.
+        """Return an arm of common size; its numbers (mm, rad, s) are assumptions: replace by real ones.
 
         Examples
         --------

@@ -93,8 +93,7 @@ class RoughnessModel(Described):
 
     @classmethod
     def published(cls) -> Self:
-        """Return the least-squares model of Wang and Jan (2001), Table 2: scatter 6.7 %, coefficients of unit
-        1.
+        """Return the model of Wang and Jan (2001), Table 2: least squares, scatter 6.7 %, coefficients (1).
 
         Examples
         --------

@@ -80,9 +80,7 @@ def _first(a, b, c):
 
 @compiled
 def _in_contact(gap, speed, left, depth, frequency):
-    """Oscillate about the depth at rest to the end or to lift-off: a quadratic in the tangent of half the
-    phase.
-    """
+    """Oscillate about the depth at rest to end or lift-off: a quadratic in the tangent of half a phase."""
     rate = speed / frequency
     c, s = np.cos(0.5 * frequency * left), np.sin(0.5 * frequency * left)
     half = _first(2.0 * depth - gap, rate, gap)

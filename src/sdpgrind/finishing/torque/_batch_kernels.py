@@ -17,9 +17,7 @@ STATES = width(MOTOR)
 
 @compiled
 def batch(law, start, time, torque, axis, resolution, offsets, depth, surface, load, out):
-    """Run from each offset (rad) of surface and encoder at a deflection `depth` (rad); rows of `out` are
-    samples.
-    """
+    """Run from each offset (rad) of surface and encoder at a deflection `depth` (rad); `out`: samples."""
     state, axis_state = np.empty(start.size), np.empty(STATES)
     controller, motor = state.view(CONTROLLER)[0], axis_state.view(MOTOR)[0]
     setting, known = law.view(LAW)[0], axis.view(AXIS)[0]

@@ -183,8 +183,7 @@ class TorqueController(Stateful, Described):
         return self.law.start.copy()
 
     def loop(self, truth: TorqueAxis | None = None, *, sampled_time: bool = False) -> AxisLoop:
-        """Return the closed loop as a linear system in rad, s, N m, without prefilter, rounding, limits and
-        lift-off.
+        """Return the closed loop, linear in rad, s, N m, without prefilter, rounding, limits and lift-off.
 
         Parameters
         ----------

@@ -46,8 +46,7 @@ def _feed_override(law, s):
 
 @compiled
 def torque_at(time, torque, path_time, state):
-    """Return the torque reference (N m) at a time of the motion (s): linear between its times, constant
-    beyond.
+    """Return the torque reference (N m) at a time of the motion (s): linear inside it, constant beyond.
 
     Parameters
     ----------
@@ -173,9 +172,7 @@ def _pidff(law, s, true_torque, true_speed):
 
 @compiled
 def _observed(law, s):
-    """Estimate the torque, and return the correction torque of the observer's motor, N m: Wang (9),
-    corrected.
-    """
+    """Estimate the torque, and return the correction of the observer's motor, N m: Wang (9), corrected."""
     error = s.reading - s.obs_angle
     if law.observer == at.PID_OBSERVER:
         s.obs_torque += law.sample_time * law.obs_ki * error

@@ -187,8 +187,7 @@ class LqgGains(Described):
         return A, np.array([0.0, 1.0 / J, 0.0, 0.0])
 
     def sampled(self, axis: TorqueAxis) -> tuple[Floats, Floats, Floats]:
-        """Return A (4, 4), B (4,) over a sample (rad, s, N m) with constant torque, and the covariance (4, 4)
-        of d''.
+        """Return A (4, 4), B (4,) over a sample (rad, s, N m) at constant torque, covariance (4, 4) of d''.
 
         Parameters
         ----------
@@ -206,8 +205,7 @@ class LqgGains(Described):
         return over[:4, :4], over[:4, 4], twice[4:, 4:].T @ twice[:4, 4:]
 
     def kalman(self, axis: TorqueAxis) -> Floats:
-        """Return the gain (4,) of the stationary Kalman filter for readings rounded to counts, states per
-        rad.
+        """Return the gain (4,) of the stationary Kalman filter for readings rounded to counts, states/rad.
 
         Parameters
         ----------
@@ -224,8 +222,7 @@ class LqgGains(Described):
         return np.asarray(P[0] / (P[0, 0] + reading))
 
     def kalman_continuous(self, axis: TorqueAxis) -> Floats:
-        """Return the gain (4,) of the stationary Kalman filter in continuous time, 1/s times those of
-        `kalman`.
+        """Return the gain (4,) of the stationary Kalman filter in continuous time, 1/s times `kalman`'s.
 
         Parameters
         ----------
@@ -242,9 +239,7 @@ class LqgGains(Described):
         return np.asarray(P[0] * scale[0] * scale / reading)
 
     def _scale(self, axis: TorqueAxis) -> Floats:
-        """Magnitudes of the state errors at the filter's own rate; in rad and N m its equation is badly
-        scaled.
-        """
+        """Magnitudes of the state errors at the filter's own rate; in rad, N m its equation scales badly."""
         angle = _rounding(axis)
         rate = (self.density / (axis.inertia * angle * axis.sample_time**0.5)) ** 0.25
         rate = min(rate, 1.0 / axis.sample_time)

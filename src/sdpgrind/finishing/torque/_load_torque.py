@@ -1,6 +1,4 @@
-"""Load torque, indistinguishable from the contact torque in contact: from weight, and measured before
-touch-down.
-"""
+"""Load torque, in contact indistinguishable from the contact torque: from weight, or before touch-down."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,8 +18,7 @@ _PLACES, _NEAR = 64, 9
 
 
 def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
-    """Return the torque of the weight of a tool about the motor's axis, m g d cos(angle), N m: part of the
-    load torque.
+    """Return the torque of a tool's weight about the motor's axis, m g d cos(angle), N m: part of the load.
 
     Not in the source. Its inertia would be that of 0.44 kg at 50 mm, more than its motor can hold: balance
     the tool. The rest changes with the pose; pass it to the controller as `load_torque`.
@@ -56,8 +53,7 @@ def identify_load_torque(
     until: float | None = None,
     throw: bool = True,
 ) -> idf.Estimate:
-    """Estimate the load torque T_L from free motion before touch-down: least squares of J theta'' = k_t i -
-    T_L.
+    """Estimate the load torque T_L from motion before touch-down: least squares, J theta'' = k_t i - T_L.
 
     The motor's angle is a parabola plus the exact double integral of the current; readings are rounded to
     counts. In slow or even motion these errors are not independent: the covariance is the effect of rounding

@@ -1,6 +1,4 @@
-"""Closed loop of axis and controller as a linear system: poles, frequency response, static gain, step
-response.
-"""
+"""Closed loop of axis and controller as a linear system: poles, frequency and step response, gain."""
 
 import dataclasses
 from functools import cached_property

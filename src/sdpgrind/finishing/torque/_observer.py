@@ -12,8 +12,7 @@ from sdpgrind.finishing.torque._gains import PidffGains
 
 
 class ObservedTorque(NamedTuple):
-    """Polynomials in s, highest power first, of the observer's estimate: N/D of torques, and M/D of the
-    motor's speed.
+    """Polynomials in s, highest power first, of the observer's estimate: N/D of torques, M/D of motor speed.
 
     Attributes
     ----------
@@ -30,8 +29,7 @@ class ObservedTorque(NamedTuple):
     denominator: Floats
 
     def response(self, frequency: npt.ArrayLike) -> Complex:
-        """Return the complex gains (..., 2) from contact and load torque (unit 1) and from the speed (N m
-        s/rad).
+        """Return the complex gains (..., 2) from contact and load torque (1) and from the speed (N m s/rad).
 
         Parameters
         ----------
@@ -50,8 +48,7 @@ def observed_torque(
     observer: str = "pid",
     truth: TorqueAxis | None = None,
 ) -> ObservedTorque:
-    """Return the response of the observer's estimate to contact and load torque and to the motor's speed:
-    Wang (9).
+    """Return the response of the observer's estimate to contact and load torque and motor speed: Wang (9).
 
     That = (N/D) [(k_t^/k_t)(T_f + T_L) + J^ (J k_t^/(J^ k_t) - 1) s omega], corrected: the source prints k_t
     in place of (k_t^/k_t) N, k_oi s^2 for k_od s^2, and no s before omega. With exact J^ and k_t^ it is (10),

@@ -101,9 +101,7 @@ class AxisRecord:
 
     @property
     def figures(self) -> dict[str, float]:
-        """Means over the runs: settling to 2 and 5 % (s), overshoot (unit 1), offset, ripple and error rms
-        (N).
-        """
+        """Means over runs: settling to 2 and 5 % (s), overshoot (unit 1), offset, ripple, error rms (N)."""
         means = {
             "settling_2": self.settling(0.02),
             "settling_5": self.settling(0.05),

@@ -22,8 +22,7 @@ RULES, METHODS = ("contracting", "printed"), ("qp", "nlp")
 
 
 class ConstraintBounding:
-    """Recursive Constraint Bounding: the fastest three stages of a model within bounds learned from part to
-    part.
+    """Recursive Constraint Bounding: the fastest three stages of a model in bounds learned from part to part.
 
     Before each part the settings x of a `StagedController` minimise the model's time T(x) subject to g_j(x)
     <= b_j: burned layer (damage deeper than the remaining stock, mm, at most 0), out-of-roundness (mm) and,

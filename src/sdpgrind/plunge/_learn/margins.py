@@ -183,8 +183,7 @@ class ChanceMargin:
 
 
 class RoundnessMargin:
-    """Least roundness margin at which the probability of exceeding the roundness limit is at most 1 -
-    `confidence`.
+    """Least roundness margin that exceeds the roundness limit with probability at most 1 - `confidence`.
 
     A part that ended before size is ignored.
 

@@ -227,8 +227,7 @@ def _with_finer_noise(problem: Problem) -> Problem | None:
 
 
 def grid_error(changes: list[float]) -> float:
-    """Return the estimated error ($) of the last of several solutions, from the largest changes at each
-    halving.
+    """Return the estimated error ($) of the last of several solutions, from largest changes at each halving.
 
     If a halving divides the error by r, the last change is (r - 1) times the error. Linear interpolation
     gives r = 4 on average; kinks of the value-to-go fall unevenly into cells, so r is the ratio of the last

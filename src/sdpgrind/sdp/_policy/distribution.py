@@ -30,8 +30,7 @@ class Left:
 
 @dataclass(frozen=True)
 class Distribution:
-    """Distribution of the final penalty: atoms at nodes where the policy stops, and exact tails beyond
-    stopping edges.
+    """Distribution of the final penalty: atoms at nodes of stopping, and exact tails beyond stopping edges.
 
     In-path charges are not part of it; their expectation is `on_the_way`. Exact for the process that the
     table solves, with outcomes put on neighbour nodes at random.
@@ -97,8 +96,7 @@ class Distribution:
         return (self.excess(level) - self.excess(level + step)) / step
 
     def cvar(self, confidence: float) -> float:
-        """Return the conditional value at risk: mean penalty ($) of the worst ``1 - confidence`` of all
-        cases.
+        """Return the conditional value at risk: mean penalty ($) of the worst ``1 - confidence`` of cases.
 
         Rockafellar and Uryasev: the least of ``c + E (penalty - c)+ / (1 - confidence)`` over c.
         """

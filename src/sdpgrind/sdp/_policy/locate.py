@@ -17,8 +17,7 @@ Mask = npt.NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Place:
-    """States located in the table: slice, late charge, mode, position on every axis (cells), coordinates,
-    stage coordinate.
+    """States located in the table: slice, late charge, mode, place on each axis (cells), coordinates, stage.
 
     The late charge is the one missing in the slice, 0 except in the slice before the first stage ("base").
     """

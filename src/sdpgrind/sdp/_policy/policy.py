@@ -202,8 +202,7 @@ class Policy(Solution, Plan):
         return simulate(self, runs, rng, problem, snap, executor, state, noise)
 
     def distribution(self, *, nodes: npt.ArrayLike | None = None, **state: Any) -> Any:
-        """Return the distribution of the final penalty ($) from one state, by a forward recursion on the
-        table's nodes.
+        """Return the distribution of the final penalty ($) from one state, by forward recursion on nodes.
 
         Exact for the process that the table solves. For moves smaller than a cell, give finer `nodes` of the
         only axis (its unit, from end to end) for the probability.

@@ -151,8 +151,7 @@ class Levels:
 
 
 class Transition(Protocol):
-    """Change of the coordinates by a move: `Shift`, `Sampled`, `Stay`, or a user's class with these two
-    methods.
+    """Change of the coordinates by a move: `Shift`, `Sampled`, `Stay`, or a class with these two methods.
 
     Both get P points, with an entry of the move's lists and a value of its continuous control for each;
     `menu.state` and `menu.controls` make ``s`` and ``c`` of them.

@@ -137,8 +137,7 @@ def _next(a, b, c, qa, qb, qc, halve):
 def _descend(
     group, base, node, f, low, high, stride, q, before, after, tables, value, flipped, level, levels
 ):
-    """Find the minimum around level `f` (value `q`, scanned neighbours `before`, `after`) inside the regime
-    [low, high].
+    """Find the minimum around level `f` (value `q`, neighbours `before`, `after`) in the regime [low, high].
 
     A bracket a < b < c of levels closes until they are neighbours; at an end of the regime a or c equals b.
     Return control, value, and its estimated error.

@@ -116,8 +116,7 @@ class Motor(Described):
 
     @classmethod
     def air(cls) -> "Motor":
-        """Return an air motor of 50 Hz free and 20 Hz at 90 N (assumed; rad/s and N mm), guarded at 80 % of
-        its peak power.
+        """Return an air motor of 50 Hz free and 20 Hz at 90 N (assumed; rad/s, N mm), guarded at 80 %.
 
         Examples
         --------

@@ -73,9 +73,7 @@ def _specific_energy(done: _Pass, now: PassCoefficients, cut: float) -> PassCoef
 
 
 def _c1(done: _Pass, now: PassCoefficients, cut: float) -> PassCoefficients:
-    """C1 = 1/K1 scatters while C2 = -K2/(w K1) is constant, Brown (1988), eq. (4.9a): K1 and K2 vary
-    together.
-    """
+    """C1 = 1/K1 scatters, C2 = -K2/(w K1) is constant, Brown (1988), eq. (4.9a): K1 and K2 vary together."""
     power = grinding_power(done.process, now, done.normal_force)
     idle_volume = now.idle_power / now.specific_energy  # mm^3/s
     energy = power / (done.swept * cut + idle_volume)

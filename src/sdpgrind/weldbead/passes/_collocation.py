@@ -48,7 +48,7 @@ class Freedom(Described):
     time_weight : float
         Cost of a second, against the squared distance of the tip over a second, mm^2.
     height_rate_max : float
-        Greatest vertical speed of the center, mm/s.
+        Greatest vertical speed of the centre, mm/s.
     force_rate_max : float
         Greatest rate of the normal force, N/s.
 
@@ -101,7 +101,7 @@ class Collocation:
 
 
 class _Window(NamedTuple):
-    """Ends of the intervals: time, s, position of the center, mm, and the inverse plan there (mm, rad)."""
+    """Ends of the intervals: time, s, position of the centre, mm, and the inverse plan there (mm, rad)."""
 
     time: Floats
     center: Floats

@@ -50,7 +50,7 @@ class Bead(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Target of the disc: center, height ``a + b (path + R sin(angle))``, relaxed
+    """Target of the disc: centre, height ``a + b (path + R sin(angle))``, relaxed
     angle, offset of the face; mm, rad.
     """
 
@@ -92,7 +92,7 @@ def _along(path, bead, x):
 
 @compiled(inline="always")  # measured: a simulated pass takes 10 % less
 def tip(wind, step, core, state, path, bead):
-    """Position and height of the tip, and height of the center, mm."""
+    """Position and height of the tip, and height of the centre, mm."""
     angle = step.relaxed_angle - wind
     x, drop = step.center - core.radius * np.cos(angle), core.radius * np.sin(angle)
     height = step.a
@@ -213,7 +213,7 @@ def _worn(bead, core, state, angle, x, y):
 def cut_step(bead, core, state, step, path, most, raise_disk, second_order):
     """Bring the disc to `step`, cut, and keep the state.
 
-    Return code, volume (mm^3), torque (N mm), height of the center (mm). Where the wind-up would exceed
+    Return code, volume (mm^3), torque (N mm), height of the centre (mm). Where the wind-up would exceed
     `most` the disc is raised until it does not (`raise_disk`), or nothing is cut and the code says why.
     """
     free = _excess(0.0, 0.0, 0.0, bead, core, state, step, path)

@@ -273,7 +273,7 @@ def _record(problem: PassProblem, method: str, gains: tuple[float, float], spaci
 
 
 def _centers(problem: PassProblem, spacing: float) -> Floats:
-    """Positions of the center, mm, from the lead-in until the tip has left the bead at any wind-up."""
+    """Positions of the centre, mm, from the lead-in until the tip has left the bead at any wind-up."""
     disk = problem.disc
     reach = disk.model.disk_radius * np.cos(disk.relaxed_angle)
     most = float(disk.deflection(problem.force_limit * disk.model.disk_radius))

@@ -1,4 +1,4 @@
-"""Simulation of a pass for given heights of the disc's center, step by step."""
+"""Simulation of a pass for given heights of the disc's centre, step by step."""
 
 import dataclasses
 from typing import Any
@@ -24,9 +24,9 @@ class PassRecord:
     time : array (steps,)
         Time since the start, s.
     center_x, tip_x, tip_z : array (steps,)
-        Positions of the disc's center and of its tip along the bead, and height of the tip, mm.
+        Positions of the disc's centre and of its tip along the bead, and height of the tip, mm.
     fly_height : array (steps,)
-        Height of the center H, mm.
+        Height of the centre H, mm.
     disk_angle : array (steps,)
         Angle of the disc theta, rad.
     normal_force : array (steps,)
@@ -102,9 +102,9 @@ def simulate(
     bead : Contour
         Bead, mm.
     center_x : array (steps + 1,)
-        Positions of the center, rising, mm; at the first the disc must touch nothing.
+        Positions of the centre, rising, mm; at the first the disc must touch nothing.
     fly_height : array (steps + 1,)
-        Heights of the center there, mm.
+        Heights of the centre there, mm.
     feed_rate : float or array (steps,)
         Feed from each position to the next, mm/s.
     relaxed_angle : array (steps + 1,), optional
@@ -224,7 +224,7 @@ def _nodes(bead: Contour, spacing: float) -> Floats:
 
 @dataclasses.dataclass
 class PassRun:
-    """Disc over a bead on even nodes, at positions of its center with the times between them; used once."""
+    """Disc over a bead on even nodes, at positions of its centre with the times between them; used once."""
 
     disk: TiltedDisc
     ground: Bead

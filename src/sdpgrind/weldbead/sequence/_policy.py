@@ -216,8 +216,7 @@ class SequencePolicy(Plan):
         return self.table.alternatives(within, **self._state(height, time_left, last_duration))
 
     def _state(self, height: Any, time_left: Any, last_duration: Any) -> dict[str, Any]:
-        """State for the table. Where the finish is charged a bead just ground down gets no further pass: a
-        rule.
+        """State for the table. Where the finish is charged, a bead just ground down gets no further pass.
 
         The table holds at 0 the limit from above, where one more pass may pay: 0 counts as below.
         """

@@ -106,8 +106,7 @@ class Scatter(Described):
         return dict(zip(self._sources, values, strict=True)).get(name, 0.0)
 
     def expected(self, process: GrindingProcess) -> GrindingProcess:
-        """Return the process of the mean cut: a random mu raises the mean of mu^2, hence the droop, by 1 +
-        r^2.
+        """Return the process of the mean cut: a random mu raises the mean of mu^2, the droop, by 1 + r^2.
 
         Its mean power, threshold force, peak force (N) and mean cut (mm) are averages over mu. Other
         attributions change nothing.
