@@ -178,7 +178,7 @@ class Recording:
         return value if motion is None or len(motion) != value else motion
 
     def _sort(self, name: str, value: Any, reading: dict[str, Any], commands: dict[str, Any]) -> None:
-        """Put a column's value among the readings or, for the first tier that has it, its commands."""
+        """Put a column's value among the readings or, for the first tier that has it, the commands."""
         bare = name.removesuffix(_COMMAND)
         if bare in self._set_points or name.endswith(_PLANNED):
             return

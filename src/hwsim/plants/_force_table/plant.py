@@ -1,4 +1,4 @@
-"""Passes over a weld bead under force control: Brown (1988), chapters 6, 7, with errors he leaves out."""
+"""A force-controlled stand that grinds a bead pass by pass: a disc on a compliance over a moving table."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
@@ -50,7 +50,7 @@ def _checked_truth(name: str, truth: Any) -> Any:
 
 @described()
 class ForceTableStand(Described):
-    """Passes over a weld bead under force control: Brown (1988), chapters 6, 7, with errors not in it.
+    """Passes over a weld bead under force control: Brown (1988), chapters 6, 7, with errors he leaves out.
 
     A tilted disc on a rotational compliance cuts the bead by volume balance; a motor-driven table with
     stiction and backlash moves the work up and down; force sensors are read once a sample. Each pass has its

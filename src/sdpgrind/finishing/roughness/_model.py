@@ -93,7 +93,7 @@ class RoughnessModel(Described):
 
     @classmethod
     def published(cls) -> Self:
-        """Return the model of Wang and Jan (2001), Table 2: least squares, scatter 6.7 %, coefficients (1).
+        """Return the least-squares fit of Wang and Jan (2001), Table 2: scatter 6.7 %, values of unit 1.
 
         Examples
         --------

@@ -45,7 +45,7 @@ class TableLayout(NamedTuple):
 
 @compiled
 def inertial(grinder, state):
-    """Return an air motor: 50 Hz free, 20 Hz at 90 N (assumed; rad/s, N mm), guard at 80 % of peak power.
+    """Slope and offset of the torque (N mm) on the grinder, as a function of its deflection after the step.
 
     Backward Euler: bouncing on the unilateral contact never gains energy.
     """

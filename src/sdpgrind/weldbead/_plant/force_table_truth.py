@@ -116,7 +116,7 @@ class Motor(Described):
 
     @classmethod
     def air(cls) -> "Motor":
-        """Return an air motor of 50 Hz free and 20 Hz at 90 N (assumed; rad/s, N mm), guarded at 80 %.
+        """Return an air motor: 50 Hz free, 20 Hz at 90 N (assumed; rad/s, N mm), guard at 80 % of peak power.
 
         Examples
         --------

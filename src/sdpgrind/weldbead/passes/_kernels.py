@@ -50,9 +50,7 @@ class Bead(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Target of the disc: centre, height ``a + b (path + R sin(angle))``, relaxed
-    angle, offset of the face; mm, rad.
-    """
+    """Disc target: centre, height ``a + b (path + R sin(angle))``, relaxed angle, face offset; mm, rad."""
 
     center: float
     a: float
