@@ -61,7 +61,7 @@ def push_once(offset, travel, angle):
 
 @compiled
 def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, draws, out):
-    """Simulate pushes from P states; write expected times into `out`; return row starts, columns, weights.
+    """Simulate pushes from P states; return row starts (P + 1,), columns and weights of the transitions.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     kind : tuple
         (travel [stroke, friction scale], mean travel, contact time [stroke], grid, last) of the kind of push.
     tables : tuple
-        (table speeds at the nodes of the offset,).
+        (table speeds at the nodes of the offset, measured offset of a centred part (mm)).
     belief : tuple
         (sd, push_sd, noise of the travel) before the push.
     timing : tuple
@@ -92,9 +92,8 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     high = low + step * (n_friction - 1)
     luck, cosine, sine, place, hidden, weight = draws
     moved, at_end = np.empty(luck.size), table_speed(speeds, (log_low, log_step), finish)
-    points, count = offset.size, luck.size
+    points, count, room = offset.size, luck.size, 4 * luck.size
     starts = np.zeros(points + 1, dtype=np.int64)
-    room = 4 * count
     columns = np.empty(points * room, dtype=np.int32)
     weights = np.empty(columns.size)
     here, touched = np.zeros(n_offset * n_friction), np.empty(room, dtype=np.int32)
@@ -122,9 +121,8 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
                 continue
             i = min(max((0.5 * np.log(square) - log_low) / log_step, 0.0), n_offset - 1.0)
             speed = _between(speeds, i)
-            time += w * waiting_time(
-                _turn_to(along, across), pressed + busy, speed, arc, before, acceleration
-            )
+            turn = _turn_to(along, across)
+            time += w * waiting_time(turn, pressed + busy, speed, arc, before, acceleration)
             learned = min(max(m + share * rate * (x - expected), low), high)
             j = min((learned - low) / step, n_friction - 1.0)
             a, b = min(int(i), n_offset - 2), min(int(j), n_friction - 2)
