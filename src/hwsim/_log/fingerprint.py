@@ -29,22 +29,25 @@ CellTruth; _arm.arm Arm; _motion Motion; _path.path Path; _problem FinishingProb
 RoughnessModel; _surface.surface Surface; _timing.limits JointLimits; _timing.table_loop TableLoop;
 _torque.axis TorqueAxis; _torque.controller TorqueController; _torque.gains LqgGains PidffGains
 DampingGains; _torque.law Setting.
-sdpgrind.locus: _area Area; _area_controller AreaController; _controller LocusController; _dressed_grinding
-DressedGrinding; _drift Drift; _gain_schedule GainSchedule; _grinding Grinding; _learned LearnedStart;
-_locus Locus; _modifiers ModifierController; _problem Problem Varying; _problem_text Expression; _robust
-RobustLocus; _roughness Roughness; _turning Turning.
+sdpgrind.locus: _koren_example KorenExample; _motor MotorAxis; _area Area; _area_controller
+AreaController; _controller LocusController; _dressed_grinding DressedGrinding; _drift Drift;
+_gain_schedule GainSchedule; _grinding Grinding; _learned LearnedStart; _locus Locus; _modifiers
+ModifierController; _problem Problem Varying; _problem_text Expression; _robust RobustLocus; _roughness
+Roughness; _turning Turning.
 sdpgrind.plunge: _bounding ConstraintBounding; _chain Chain SharpnessUpdate _OfflineOnly; _controller
-CycleController; _cycle CyclePlan; _margins ChanceMargin MarginBounding RoundnessMargin _Bias; _model
-PlungeModel Wear; _problem CycleProblem; _staged StagedController.
-sdpgrind.sdp: _charges Charge; _one_sided Linear Quadratic Constant OneSided; _policy Policy; _problem
-Problem Axis Stop Levels Move Stages Forever.
-sdpgrind.weldbead: hwsim.plants._force_table_truth CoefficientScatter Motor; _burn ForceBurnLimit
-MalkinBurnLimit PowerBurnLimit; _controllers SequenceController; _hierarchy Hierarchy _PassTier
-_SequenceTier; _policy SequencePolicy; _problem SequenceProblem FinishCharge; _process GrindingProcess;
-_scatter Scatter.
+CycleController; _cycle CyclePlan; _margins ChanceMargin MarginBounding RoundnessMargin
+_ConstantFilter=_Bias; _dressing RoughnessLaw; _model PlungeModel Wear; _problem CycleProblem; _staged
+StagedController.
+sdpgrind.sdp: _normal Normal LogNormal; _rayleigh Rayleigh; _empirical Empirical RectifiedNormal;
+_discrete Discrete; _charges Charge; _one_sided Linear Quadratic Constant OneSided; _policy Policy;
+_problem Problem Axis Stop Levels Move Stages Forever.
+sdpgrind.weldbead: passes._disc TiltedDisc; hwsim.plants._force_table_truth CoefficientScatter Motor;
+_burn ForceBurnLimit MalkinBurnLimit PowerBurnLimit; _controllers SequenceController; _hierarchy Hierarchy
+_PassTier _SequenceTier; _policy SequencePolicy; _problem SequenceProblem FinishCharge; _process
+GrindingProcess; _scatter Scatter.
 """
-Home = Callable[[Any], Any]
-"""From a class or a function to the module that counts in a fingerprint."""
+Home = Callable[[Any], tuple[Any, str]]
+"""From a class or a function to the module and the name that count in a fingerprint."""
 
 
 def fingerprint(thing: Any) -> str:
@@ -63,28 +66,30 @@ def _digest(thing: Any, home: Home) -> str:
     return digest.hexdigest()
 
 
-def _home(thing: Any) -> Any:
-    """Module of a class or function; of ours the package alone, since modules may be moved."""
+def _home(thing: Any) -> tuple[Any, str]:
+    """Module and name; of ours the package alone, since modules may be moved."""
     module = getattr(thing, "__module__", "")
     package = str(module).partition(".")[0]
-    return package if package in _OURS else module
+    return package if package in _OURS else module, thing.__qualname__
 
 
-def _former_home(thing: Any) -> Any:
+def _former_home(thing: Any) -> tuple[Any, str]:
     module = getattr(thing, "__module__", "")
     area = ".".join(str(module).split(".")[: 2 if str(module).startswith("sdpgrind.") else 1])
-    return _former_modules().get((area, thing.__qualname__), module)
+    return _former_modules().get((area, thing.__qualname__), (module, thing.__qualname__))
 
 
 @functools.cache
-def _former_modules() -> dict[tuple[str, str], str]:
-    """(area, class) -> its module in version 0.1.0."""
-    found: dict[tuple[str, str], str] = {}
+def _former_modules() -> dict[tuple[str, str], tuple[str, str]]:
+    """(area, class) -> its module and name in version 0.1.0; ``new=old`` in the table: renamed since."""
+    found: dict[tuple[str, str], tuple[str, str]] = {}
     for text in _FORMER.split(".\n")[:-1]:
         area, _, modules = text.strip().partition(": ")
         for module, *names in map(str.split, modules.split(";")):
             home = module if module.startswith("hwsim.") else f"{area}.{module}"
-            found |= {(area, name): home for name in names}
+            for name in names:
+                new, _, old = name.partition("=")
+                found[area, new] = home, old or new
     return found
 
 
@@ -100,7 +105,7 @@ def _feed(take: Any, thing: Any, above: tuple[int, ...], home: Home) -> None:
         take(f"array:{thing.dtype.str}{thing.shape};".encode())
         take(np.ascontiguousarray(thing).tobytes())
     else:
-        take(f"{home(type(thing))}.{type(thing).__qualname__}(".encode())
+        take("{}.{}(".format(*home(type(thing))).encode())
         for piece in _pieces(thing, home):
             _feed(take, piece, (*above, id(thing)), home)
         take(b")")
@@ -135,7 +140,7 @@ def _code(thing: Any, home: Home) -> list[Any]:
     """Pieces of a function: its code and constants, not its address."""
     if isinstance(thing, types.MethodType):
         return [thing.__self__, thing.__func__]
-    named = [home(thing), thing.__qualname__]
+    named = [*home(thing)]
     if not isinstance(thing, types.FunctionType):
         return named
     closure = [cell.cell_contents for cell in thing.__closure__ or ()]
