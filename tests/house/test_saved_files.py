@@ -1,7 +1,11 @@
 """Files saved by 0.1.0 (`tests/data/saved-0.1.0`) still load, tell the same, and are saved as they were."""
 
+import re
+import subprocess
+import sys
+
 import pytest
-from house_names import ROOT
+from house_names import ROOT, SOURCE
 
 import hwsim
 import sdpgrind
@@ -34,3 +38,23 @@ def test_a_saved_journal_opens():
 def test_every_kind_but_those_of_minutes_is_here():
     assert TOLD.keys() == FILES.keys() and len(FILES) >= 17
     assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 1_000_000
+
+
+FRESH = """
+import json, sys
+from sdpgrind.base.stored import decode
+for name in sys.argv[1:]:
+    try:
+        decode(json.dumps({"stored": name}))
+    except ValueError as error:
+        assert "does not know" not in str(error), name
+    except TypeError:
+        pass  # the class is found, its fields are missing
+"""
+
+
+def test_every_stored_class_is_found_in_a_process_that_has_imported_nothing():
+    text = "".join(path.read_text() for path in SOURCE.rglob("*.py"))
+    names = sorted(set(re.findall(r'^@(?:described|stored)\("([a-z_.]+)"', text, re.MULTILINE)))
+    assert len(names) > 70
+    subprocess.run([sys.executable, "-c", FRESH, *names], check=True)

@@ -3,6 +3,8 @@
 import dataclasses
 import json
 from collections.abc import Callable
+from importlib import import_module
+from pkgutil import walk_packages
 from typing import Any, TypeVar
 
 import numpy as np
@@ -11,6 +13,8 @@ Stored = TypeVar("Stored")
 
 _classes: dict[str, type] = {}
 _names: dict[type, str] = {}
+# areas whose stored names do not begin with the name of a package of sdpgrind
+_HOMES = {"centering": "centering", "force": "sdpgrind.weldbead.force", "hwsim": "hwsim"}
 
 
 def stored(name: str) -> Callable[[type[Stored]], type[Stored]]:
@@ -51,9 +55,28 @@ def _from_json(fields: dict[str, Any]) -> Any:
     name = fields.pop("stored", None)
     if name is None:
         return fields
+    return _class_of(name)(**{key: _tuples(value) for key, value in fields.items()})
+
+
+def _class_of(name: str) -> type:
+    """Class of a stored name; the modules of its area are imported until one registers it."""
+    area = name.partition(".")[0]
+    for module in () if name in _classes else _modules(_HOMES.get(area, f"sdpgrind.{area}")):
+        import_module(module)
+        if name in _classes:
+            break
     if name not in _classes:
         raise ValueError(f"the file holds a {name!r}, which this version does not know")
-    return _classes[name](**{key: _tuples(value) for key, value in fields.items()})
+    return _classes[name]
+
+
+def _modules(package: str) -> list[str]:
+    try:
+        found = import_module(package)
+    except ImportError:
+        return []
+    each = walk_packages(found.__path__, f"{package}.")
+    return [module.name for module in each if not module.name.endswith("__main__")]
 
 
 def _tuples(value: Any) -> Any:
