@@ -19,13 +19,12 @@ def identify(data: Any, what: Literal["friction"], **options: Any) -> Estimate: 
 def identify(data: Any, what: str = "circle", **options: Any) -> Estimate:
     """Estimate from measured data.
 
-    ========== ===================================================== =========================================
+    ========== ===================================================== ==================================
     `what`     data                                                  result
-    ========== ===================================================== =========================================
-    "circle"   spindle angle (rad) and reading (mm), a scan or a log radius and centre (mm): `identify_circle`
-    "friction" pushes: traces, or readings of each                   coefficients (unit 1):
-    `identify_friction`
-    ========== ===================================================== =========================================
+    ========== ===================================================== ==================================
+    "circle"   spindle angle (rad) and reading (mm), a scan or a log radius, centre (`identify_circle`)
+    "friction" pushes: traces, or readings of each                   unit 1 (`identify_friction`)
+    ========== ===================================================== ==================================
 
     Parameters
     ----------

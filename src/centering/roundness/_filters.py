@@ -10,7 +10,7 @@ from sdpgrind.base.checks import Floats
 
 CUT_OFFS = (15, 50, 150, 500, 1500)
 """Source: ISO 12181-2, usual cut-offs, undulations per revolution."""
-PRACTICE = 7  # source: good practice; samples for each undulation at the cut-off
+PRACTICE = 7  # chosen: samples for each undulation at the cut-off
 PASSED = 5  # derived: cut-offs up to which harmonics are kept; beyond, less than 3e-8 passes
 
 

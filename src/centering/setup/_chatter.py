@@ -12,7 +12,7 @@ from sdpgrind.base.checks import Floats
 
 # derived: sqrt(2 ln 1000), the amplitude of noise over its sd (Rayleigh) that is exceeded once in 1000
 _NOISE_FACTOR = 3.717
-_DAMPING_MAX = 0.35  # derived: above it a resonance has no half-power band
+_DAMPING_MAX = 0.35  # chosen: a half-power band exists up to sin(pi/8) = 0.383, very wide above this
 _PER_TURN = 2 * pi
 
 

@@ -23,6 +23,7 @@ from collections.abc import Callable, Iterable, Mapping
 from types import NoneType
 from typing import Any, ClassVar, NamedTuple, TypeVar, dataclass_transform, get_args
 
+import numpy as np
 import numpy.typing as npt
 
 from sdpgrind.base import checks, units
@@ -140,8 +141,12 @@ def count(at_least: int = 1, **options: Any) -> Any:
 
 
 def flag(**options: Any) -> Any:
-    """Declare True or False."""
-    return _field(Spec("flag", lambda name, value: checks.kind(name, value, bool)), options)
+    """Declare True or False, numpy's included."""
+    return _field(Spec("flag", _truth), options)
+
+
+def _truth(name: str, value: Any) -> bool:
+    return bool(value) if isinstance(value, np.bool_) else checks.kind(name, value, bool)
 
 
 def text(**options: Any) -> Any:

@@ -16,10 +16,8 @@ class RandomWalk:
     """Kalman filter of p values that change by independent random steps between updates.
 
     An update reads each value, or one known linear combination of all (`row`): with rows ``[1, cos, sin]`` of
-    the
-    spindle angle the filter tracks a slowly moving part. The one-value filter is Mears (4.35)-(4.39); its lag
-    is
-    `random_walk_response`.
+    the spindle angle the filter tracks a slowly moving part. The one-value filter is Mears (4.35)-(4.39); its
+    lag is `random_walk_response`.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 
 ``method="printed"`` gives the table as printed: its correlated variance of a product ignores the sign of the
 correlation and its mean the covariance; its variance of a ratio of independent quantities is less accurate
-than first
-order and contradicts its correlated column.
+than
+first order and contradicts its correlated column.
 """
 
 from collections.abc import Callable

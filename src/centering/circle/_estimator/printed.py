@@ -52,8 +52,7 @@ class PrintedEstimator:
     "prls"     least squares on [1, cos, sin] of all readings so far (4.45); of the first two readings the
                solution of least norm
     "kalman"   a random-walk filter (4.35)-(4.39), whose offset is half the range of its values (4.48). It
-    lags
-               and attenuates (`sdpgrind.identify.random_walk_response`), and is never valid
+               lags and attenuates (`sdpgrind.identify.random_walk_response`), and is never valid
     ========== ===============================================================================================
 
     The rule "mears", (4.49)-(4.52): valid from `arc_min` on when the full width ``2 z sqrt(SSE/(m (m - 2)))``

@@ -5,8 +5,7 @@ A state begins with the outputs after each reading (`OUTPUTS` slots), then the i
 ========== ===============================================================================================
 "rls"      two values [cos, sin] and their inverse information, Mears (4.40)-(4.44)
 "prls"     triangle of all rows [1, cos, sin] so far, and the first two directions seen, (4.45)
-"kalman"   the filtered reading and its variance (4.35)-(4.39), and the extremes of all filtered readings
-(4.48)
+"kalman"   the filtered reading and its variance (4.35)-(4.39), extremes of all filtered readings (4.48)
 ========== ===============================================================================================
 """
 

@@ -24,7 +24,7 @@ FRACTIONS = np.array([*_NEAR, *_OVER])
 The largest move a nearly centred part by about a stick-slip jump: a shorter push most likely sticks, and so
 does the next.
 """
-WORTH = 0.65  # measured: evidence of a push, in fully informative pushes; mean of `Strategy.update_belief`
+WORTH = 0.65  # chosen: evidence of a push in fully informative ones; about the mean of `update_belief`
 DRAWS = 101  # chosen: draws of friction, direction and place of a push
 _LATTICE = (1, 26, 40)  # chosen: steps of a lattice of DRAWS points; small ones leave gaps between planes
 _SIGMAS = 3.0  # chosen: half width of the friction axis, in standard deviations from part to part

@@ -121,7 +121,7 @@ class PushTrace(ByValue, Plan):
 
     @cached_property
     def time(self) -> Floats:
-        """Even times of the samples, (m,), s: 60 or more per period of the part on the contact."""
+        """Even times of the samples, (m,), s: 60 per period of the part on the contact, 400 to 20 001."""
         period = 2.0 * pi * sqrt(self.parameters[0] / self.parameters[1])
         wanted = _PER_PERIOD * self.duration / period
         return lasting(np.linspace(0.0, self.duration, int(np.clip(wanted, *_SAMPLES))))

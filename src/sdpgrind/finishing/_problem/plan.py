@@ -39,8 +39,9 @@ def plan(
     ``"trapezoid"``: rest at every sharp corner, in between a trapezoid of feed (Wang, figure 9), slower where
     a joint needs it; its acceleration jumps. ``"toppra"``: fastest law under the limits of speed and
     acceleration, by the package toppra (extra ``toppra``). ``"min_time"``: fastest law under the limits of
-    speed, acceleration and jerk; slower than a trapezoid where there are many corners; ``jerk_max=None``: no
-    limit of jerk. All three rest at sharp corners; ``path.blended()`` has none, and suits the last two.
+    speed, acceleration and jerk; slower than a trapezoid (no limit of jerk) where there are many corners;
+    ``jerk_max=None``: no limit of jerk. All three rest at sharp corners; ``path.blended()`` has none, and
+    suits the last two.
 
     Parameters
     ----------

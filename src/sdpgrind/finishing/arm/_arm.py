@@ -108,7 +108,7 @@ class Arm(Described):
 
     @classmethod
     def generic(cls) -> Self:
-        """Return an arm of common size; its numbers (mm, rad, s) are assumptions: replace by real ones.
+        """Return an arm of common size, all numbers assumed (mm, rad, s); full acceleration after 0.1 s.
 
         Examples
         --------

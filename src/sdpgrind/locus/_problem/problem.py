@@ -63,7 +63,7 @@ class Problem(Described):
     hidden : mapping
         Name of each hidden state to (least, greatest).
     cost : callable, optional
-        phi(s, c), Koren (2), (14); it may depend on the hidden states.
+        phi(s, c), Koren (2), (14); it may depend on the hidden states. Maximise: with its sign changed.
     constraints : sequence of Varying
         Constraints, Koren (16), (19).
     units : mapping, optional

@@ -224,9 +224,9 @@ class Turning(Described):
     def power_residual(self, cutting_speed: Any, feed: Any) -> Any:
         """Return the residual (W) of the locus of the power, at a cutting speed (mm/s) and feed (mm).
 
-        P_c v = P_max in the stationarity condition gives, free of wear, [1 + (1 - n) tau/T] q K_c f^q v
-        - [1 + (1 - p) tau/T] (P_max - C_v v^2). With small C_v it has no zero: the optimum keeps the greatest
-          feed and reduces the speed.
+        P_c v = P_max in the stationarity condition gives, free of wear,
+        ``[1 + (1 - n) tau/T] q K_c f^q v - [1 + (1 - p) tau/T] (P_max - C_v v^2)``. With small C_v it has no
+        zero: the optimum keeps the greatest feed and reduces the speed.
         """
         if self.power_max is None:
             raise ValueError(

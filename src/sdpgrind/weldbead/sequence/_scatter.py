@@ -154,7 +154,7 @@ class Scatter(Described):
         return sdp.Empirical(mean, sd, () if self.sample is None else self.sample, self.bandwidth)
 
     def peak_force(self, process: GrindingProcess) -> float:
-        """Return the normal force of greatest mean cut of a process, N."""
+        """Return the normal force of greatest mean cut, N; with random mu, the process's own over 1 + r^2."""
         return self.expected(process).peak_force
 
     def switch_force(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> Floats:
