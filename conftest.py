@@ -1,13 +1,17 @@
-"""For every test: one thread of linear algebra, as in the library's own work; two of them wait for each
-other.
+"""For every test: one thread of linear algebra, as in the library's own work, since two wait for each other.
 
-And what takes longest to compile is compiled before the first test, which has no time for it.
+Kernels that compile longest are compiled before the first test. No example of a property has a deadline: the
+first one may compile.
 """
 
 import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("sdpgrind", deadline=None)
+settings.load_profile("sdpgrind")
 
 for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before numpy is loaded; programs that tests start inherit it
