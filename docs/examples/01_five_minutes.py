@@ -13,8 +13,7 @@ it better to stop? That is what a plan answers."""
 # The process
 # -----------
 # First the physics: how much power removes how much metal. These numbers come from cutting tests; how to get
-# them
-# from measurements is the subject of :doc:`04_law_and_attribution`. Everything is in mm, s, N, J and W.
+# them from measurements is the subject of :doc:`04_law_and_attribution`. Everything is in mm, s, N, J and W.
 
 import hwsim
 import sdpgrind
@@ -36,11 +35,8 @@ print(f"A pass at 12.5 mm/s and 50 N removes {process.mean_cut(50.0, 12.5):.3f} 
 # The problem
 # -----------
 # Then the job: how long a pass may take, the strongest force, how the depth scatters, and what errors cost. A
-# height
-# of
-# 0 mm is the target. Here a mm of metal left costs 2 $, a mm ground into the sheet 10 $. The ratio of the two
-# matters
-# most: it decides how boldly the last pass should go for the target.
+# height of 0 mm is the target. Here a mm of metal left costs 2 $, a mm ground into the sheet 10 $. The ratio
+# of the two matters most: it decides how boldly the last pass should go for the target.
 
 problem = weldbead.SequenceProblem(
     process,
@@ -78,18 +74,15 @@ print(policy.action(height=0.64, time_left=18.0))
 
 # %%
 # And with 0.05 mm left, 6 s before the deadline? One light pass, a little above the force below which the
-# disc only
-# rubs. With 4 s left there is no time for a pass, and the plan says stop.
+# disc only rubs. With 4 s left there is no time for a pass, and the plan says stop.
 
 print(policy.action(height=0.05, time_left=6.0))
 print(policy.action(height=0.05, time_left=4.0))
 
 # %%
 # The whole plan in one picture: what it is expected to cost, how long the next pass should take, how hard it
-# should
-# press. Where the bead is high the force is at its limit. Near the target it falls, and it falls more gently
-# the more
-# time is left: there will be another pass to correct this one.
+# should press. Where the bead is high the force is at its limit. Near the target it falls, and it falls more
+# gently the more time is left: there will be another pass to correct this one.
 
 _ = policy.plot()
 
@@ -103,8 +96,8 @@ print(policy.risk(height=1.5, time_left=30.0, confidence=0.95))
 # Run it
 # ------
 # A plan is followed by a controller, and a controller runs a machine. Here the machine is simulated: the
-# stand draws
-# what each pass really removes, and measures heights, powers and forces with noise. Five hundred beads:
+# stand draws what each pass really removes, and measures heights, powers and forces with noise. Five hundred
+# beads:
 
 stand = hwsim.WeldBeadStand(problem, height=1.5, time=30.0)
 log = hwsim.run(stand, weldbead.SequenceController(policy), parts=500, rng=3)
@@ -115,8 +108,7 @@ print(f"realised {float(penalty.mean()):.4f} +- {float(penalty.std() / len(log) 
 
 # %%
 # Most beads cost a few cents; a few are ground deep and cost many times the mean. With a law as lopsided as
-# this,
-# some hundreds of beads are needed before a mean says much.
+# this, some hundreds of beads are needed before a mean says much.
 
 _ = log.plot()
 
@@ -124,8 +116,7 @@ _ = log.plot()
 # Keep it
 # -------
 # Plans and logs are files, and one function opens them all. The problem is inside: a plan that was loaded can
-# be
-# looked up, simulated and planned again.
+# be looked up, simulated and planned again.
 
 import tempfile
 from pathlib import Path
@@ -136,5 +127,5 @@ with tempfile.TemporaryDirectory() as folder:
     print(sdpgrind.load(path).action(height=1.5, time_left=30.0))
 
 # %%
-# Next: :doc:`02_reading_a_policy`. The same job from the command line, with its numbers in a file:
-# ``hwsim weldbead examples/weldbead.toml --parts 20 --out runs/weldbead``.
+# Next: :doc:`02_reading_a_policy`. The same job from the command line, with its numbers in a file: ``hwsim
+# weldbead examples/weldbead.toml --parts 20 --out runs/weldbead``.

@@ -18,8 +18,8 @@ policy = weldbead.plan(problem, tolerance=1e-4)
 # Value: what is still to be paid
 # -------------------------------
 # ``value`` is the penalty to expect from here on, when every pass from now on follows the policy. Numbers go
-# in,
-# numbers come out; arrays go in, arrays come out. It is the price tag of a state, so prices follow from it.
+# in, numbers come out; arrays go in, arrays come out. It is the price tag of a state, so prices follow from
+# it.
 
 print(f"1 mm left and 24 s: {policy.value(height=1.0, time_left=24.0):.4f} $")
 print(f"the same with 12 s: {policy.value(height=1.0, time_left=12.0):.4f} $")
@@ -27,10 +27,8 @@ print(f"a mm of metal there costs {policy.gradient(height=1.0, time_left=12.0):.
 
 # %%
 # Against time the value is a flight of steps. A step down stands where one more pass fits in: the fastest
-# pass takes
-# 6 s, and half a pass is no use. Between two stages the answer is that of the stage below, the one that is
-# sure to be
-# reached. Do not interpolate over such a step.
+# pass takes 6 s, and half a pass is no use. Between two stages the answer is that of the stage below, the one
+# that is sure to be reached. Do not interpolate over such a step.
 
 time = np.arange(0.0, 60.0, 0.1)
 figure, ax = plt.subplots(figsize=(7, 3.6), layout="constrained")
@@ -42,14 +40,13 @@ ax.grid(alpha=0.3)
 
 # %%
 # Below 6 s nothing fits in: the policy stops and pays 2 $ for every mm that is left. With a minute left every
-# one of
-# these beads costs a cent or less: what remains to be paid for is the scatter of the last, light passes.
+# one of these beads costs a cent or less: what remains to be paid for is the scatter of the last, light
+# passes.
 #
 # Action: what to do
 # ------------------
 # ``action`` always gives the same type: ``stop``, ``duration``, ``feed_rate``, ``normal_force``,
-# ``mean_cut``,
-# ``gap``.
+# ``mean_cut``, ``gap``.
 
 action = policy.action(height=0.2, time_left=12.0)
 print(action)
@@ -57,8 +54,7 @@ print(f"It goes for {action.mean_cut / 0.2:.0%} of the height, on average.")
 
 # %%
 # How much of the height does the policy go for? Not all of it: grinding into the sheet costs five times what
-# metal
-# left over costs. And the less, the more passes can follow; close to the deadline it gets bolder.
+# metal left over costs. And the less, the more passes can follow; close to the deadline it gets bolder.
 
 height = np.linspace(0.005, 1.0, 400)
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
@@ -81,16 +77,13 @@ right.set(xlabel="height [mm]", ylabel="mean cut over height", ylim=(0, 1))
 
 # %%
 # Where the curves on the right fall as 1/height, the force is at its limit. Where they jump, the policy
-# changes to a
-# slower pass, which removes more. Very near the target even the lightest useful pass is a gamble, and the
-# share
-# drops: see :doc:`/words_of_warning` on forces near the threshold.
+# changes to a slower pass, which removes more. Very near the target even the lightest useful pass is a
+# gamble, and the share drops: see :doc:`/words_of_warning` on forces near the threshold.
 #
 # Gap: does it matter?
 # --------------------
 # ``gap`` is what the best *other* duration, or stopping, would cost more. A small gap is freedom: an operator
-# who
-# prefers another pass may have it. ``alternatives`` lists everything within a price.
+# who prefers another pass may have it. ``alternatives`` lists everything within a price.
 
 for state in ({"height": 1.5, "time_left": 30.0}, {"height": 0.2, "time_left": 12.0}):
     print(state, f"gap {policy.action(**state).gap:.4f} $")
@@ -99,12 +92,9 @@ for state in ({"height": 1.5, "time_left": 30.0}, {"height": 0.2, "time_left": 1
 
 # %%
 # The map of the gap shows where the table has a firm opinion. Where it is light two passes are equally good,
-# and a
-# policy from a slightly different model may choose otherwise there, at no cost. The light blocks just above
-# the
-# target, and those high up with a lot of time, say that the order of passes, or a second more or less for the
-# last
-# one, makes no difference.
+# and a policy from a slightly different model may choose otherwise there, at no cost. The light blocks just
+# above the target, and those high up with a lot of time, say that the order of passes, or a second more or
+# less for the last one, makes no difference.
 
 heights, times = policy.states()
 grid = policy.action(height=heights[1:, None], time_left=times[None, 3:-1])
@@ -121,22 +111,20 @@ ax.set(xlabel="time left [s]", ylabel="height [mm]")
 # Risk: more than the mean
 # ------------------------
 # The distribution of the final penalty follows from the table without any random numbers: the probability of
-# grinding
-# into the sheet, the mean of the worst 5 %, the number of passes.
+# grinding into the sheet, the mean of the worst 5 %, the number of passes.
 
 for time_left in (12.0, 24.0, 48.0):
     print(f"{time_left:g} s:", policy.risk(height=1.0, time_left=time_left, confidence=0.95))
 
 # %%
 # The policy makes the *mean* as small as it can be, not the worst case. If the worst case matters more,
-# charge more
-# for it: a steeper or a quadratic charge on the over side moves the whole table.
+# charge more for it: a steeper or a quadratic charge on the over side moves the whole table.
 #
 # Error: how far from exact
 # -------------------------
 # ``error`` estimates the largest distance of any value at the table's nodes from the converged one. It is
-# about the
-# arithmetic alone. It knows nothing of a wrong specific energy: what that costs, ``simulate`` tells.
+# about the arithmetic alone. It knows nothing of a wrong specific energy: what that costs, ``simulate``
+# tells.
 
 print(f"arithmetic: {policy.error:.1e} $")
 duller = problem.model.replace(specific_energy=12.0)

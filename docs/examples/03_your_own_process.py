@@ -19,17 +19,15 @@ from sdpgrind import sdp
 # Axes, moves, stops, stages
 # --------------------------
 # A problem is made of four things. The *axis* is the state: the stock that is left, in mm. Below 0 the bore
-# is too
-# large and the process ends, and is charged for it, exactly, however far it goes.
+# is too large and the process ends, and is charged for it, exactly, however far it goes.
 
 stock = sdp.Axis("stock", 0.0, 0.040, 161, "mm", below="stop")
 
 # %%
 # A *move* is what one may do: one round of strokes. Its charge is the time of the machine: 0.02 $ a stroke,
-# 0.30 $ to
-# stop and measure. Its transition says what happens to the stock: it falls by a random amount. Such a
-# ``Shift`` is
-# the fast and exact case; the only thing to write is the law of the amount. ``c`` holds the controls.
+# 0.30 $ to stop and measure. Its transition says what happens to the stock: it falls by a random amount. Such
+# a ``Shift`` is the fast and exact case; the only thing to write is the law of the amount. ``c`` holds the
+# controls.
 
 PER_STROKE = 0.0004  # mm, mean
 
@@ -47,10 +45,8 @@ hone = sdp.Move("hone", {"strokes": sdp.Levels(1, 120, 121)}, sdp.Shift("stock",
 
 # %%
 # A *stop* ends it. Taguchi's square law suits a bore that should be on size: 4 µm of stock left cost 1.60 $.
-# Too
-# large is worse: it costs four times that, and scrap does not get better by being only just scrap, but let it
-# be
-# smooth here; :doc:`/words_of_warning` tells what a jump would do.
+# Too large is worse: it costs four times that, and scrap does not get better by being only just scrap, but
+# let it be smooth here; :doc:`/words_of_warning` tells what a jump would do.
 
 done = sdp.Stop("done", sdp.Charge(under=sdp.Quadratic(1.6 / 0.004**2), over=sdp.Quadratic(6.4 / 0.004**2)))
 
@@ -62,8 +58,7 @@ print(sdp.check(problem))
 
 # %%
 # ``check`` tries everything once on a small grid and tells all that is wrong, before a long solve. Nothing
-# is. Solve
-# it:
+# is. Solve it:
 
 policy = sdp.plan(problem, tolerance=1e-3)
 print(policy)
@@ -73,8 +68,7 @@ print(policy.simulate(runs=20_000, stock=0.040, rng=0))
 
 # %%
 # How many strokes, for how much stock? A long first round, then short ones; and below some 2 µm it is not
-# worth going
-# on.
+# worth going on.
 
 x = np.linspace(0.0, 0.040, 801)
 action = policy.action(stock=x)
@@ -90,22 +84,17 @@ right.legend(frameon=False)
 
 # %%
 # Between whole numbers of strokes the table interpolates. Where only whole numbers make sense, give a list
-# instead of
-# ``Levels``: ``{"strokes": np.arange(1, 121)}``.
+# instead of ``Levels``: ``{"strokes": np.arange(1, 121)}``.
 #
 # A second coordinate, and a step of your own
 # -------------------------------------------
 # Stones glaze: the more strokes since the last dressing, the less they cut. Glazing is a second coordinate,
-# and it
-# changes how much the next round removes. Now the amount depends on where one is, so that ``Shift`` on the
-# stock with
-# a law that reads ``s.glaze`` is still right, with ``others`` telling where the glaze goes; but suppose the
-# stone
-# also cuts less the less stock is left, because the bore gets rounder and bears more. Then nothing shifts any
-# more.
-# ``Sampled`` takes any step: state ``s``, controls ``c`` and noise ``e`` in, next coordinates out. It is
-# written with
-# operators and numpy functions only, no ``if``, so that the same lines work on arrays and in compiled code.
+# and it changes how much the next round removes. Now the amount depends on where one is, so that ``Shift`` on
+# the stock with a law that reads ``s.glaze`` is still right, with ``others`` telling where the glaze goes;
+# but suppose the stone also cuts less the less stock is left, because the bore gets rounder and bears more.
+# Then nothing shifts any more. ``Sampled`` takes any step: state ``s``, controls ``c`` and noise ``e`` in,
+# next coordinates out. It is written with operators and numpy functions only, no ``if``, so that the same
+# lines work on arrays and in compiled code.
 
 
 def round_of_strokes(s, c, e):
@@ -132,8 +121,7 @@ print(sdp.check(glazing))
 
 # %%
 # The check found it: from a glazed stone, a long round leads beyond the end of the axis. A real stone does
-# not glaze
-# without end, so the far end holds.
+# not glaze without end, so the far end holds.
 
 glazing = sdp.Problem([axes[0], sdp.Axis("glaze", 0.0, 1.0, 21, above="hold")], moves, [done], sdp.Forever())
 print(sdp.check(glazing))
@@ -156,7 +144,5 @@ ax.set_title("grey: stop; orange: dress first", loc="left", fontsize=10)
 
 # %%
 # How much a simplification costs is a question of two plans: solve both, and follow the simple one on the
-# richer
-# truth. What the solver can do besides (deadlines, modes, several stops, three coordinates, a late side) is
-# in the
-# reference of :mod:`sdpgrind.sdp`.
+# richer truth. What the solver can do besides (deadlines, modes, several stops, three coordinates, a late
+# side) is in the reference of :mod:`sdpgrind.sdp`.

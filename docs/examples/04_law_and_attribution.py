@@ -19,23 +19,22 @@ process = problem.model
 # Which coefficient scatters
 # --------------------------
 # The mean cut of a pass is what the power removes after the idle power is paid for. With :math:`\\Pi` the
-# power at
-# the contact, :math:`w` the width and :math:`V` the feed,
+# power at the contact, :math:`w` the width and :math:`V` the feed,
 #
 # .. math:: m = \\frac{\\Pi - K_2}{K_1 w V}
 #
 # =====  ===============================================  ================================================
 # name   what scatters                                    scatter of the depth
 # =====  ===============================================  ================================================
-# "C1"   1/K1, while K2/K1 stays (Brown's own choice)     grows with the whole power, the lost part too
-# "K1"   the specific energy alone                        a fixed share of the depth, at any force, feed
-# "K2"   the idle power alone                             the same at any force; less at a fast feed
-# "mu"   the friction between disc and work               as "C1" while the disc keeps its speed
+# "C1"   1/K1, while K2/K1 stays (Brown's own choice)     grows with the whole power, the lost part too "K1"
+# the specific energy alone                        a fixed share of the depth, at any force, feed "K2"   the
+# idle power alone                             the same at any force; less at a fast feed "mu"   the friction
+# between disc and work               as "C1" while the disc keeps its speed
 # =====  ===============================================  ================================================
 #
 # The practical difference: with "C1", "K2" or "mu" a light pass is relatively *less* certain, and of two
-# passes that
-# remove the same depth the faster one is the more certain. With "K1" feed and force do not matter.
+# passes that remove the same depth the faster one is the more certain. With "K1" feed and force do not
+# matter.
 
 force = np.linspace(8.0, 50.0, 300)
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
@@ -64,18 +63,15 @@ right.set(
 
 # %%
 # The four are scaled to scatter alike in the strongest pass, where most tests are made. There they cannot be
-# told
-# apart. In light passes, which decide about the finished height, they differ by a lot.
+# told apart. In light passes, which decide about the finished height, they differ by a lot.
 #
 # Which law
 # ---------
 # The laws have the same mean and standard deviation and differ in their tails. The Rayleigh law is Brown's:
-# no pass
-# cuts less than nothing, some cut deep. It cannot scatter more than 52 % of its mean; when asked for more it
-# keeps
-# the mean and scatters by 52 %. A log-normal law takes any scatter and has a longer tail. A normal law is
-# symmetric
-# and, near nothing, has to be cut off at 0: what would lie below is put at 0, a pass that removes nothing.
+# no pass cuts less than nothing, some cut deep. It cannot scatter more than 52 % of its mean; when asked for
+# more it keeps the mean and scatters by 52 %. A log-normal law takes any scatter and has a longer tail. A
+# normal law is symmetric and, near nothing, has to be cut off at 0: what would lie below is put at 0, a pass
+# that removes nothing.
 
 figure, axes = plt.subplots(1, 2, figsize=(10, 3.4), layout="constrained")
 for ax, normal_force in zip(axes, (30.0, 10.0), strict=True):
@@ -115,14 +111,12 @@ for name, value in values.items():
 
 # %%
 # The law matters, the attribution matters more: with "K1" the last light passes are accurate, and the plan
-# relies on
-# them. If that is wrong, the bill comes later. So ask the data.
+# relies on them. If that is wrong, the bill comes later. So ask the data.
 #
 # Ask the data
 # ------------
 # Tests for this question vary force *and* feed, light passes included. Here a stand whose specific energy
-# alone
-# scatters stands in for the workshop; its controller does not plan, it goes through a list of settings.
+# alone scatters stands in for the workshop; its controller does not plan, it goes through a list of settings.
 
 
 class TestPasses:
@@ -161,8 +155,7 @@ print(log)
 
 # %%
 # First the coefficients, from power and removal rate of each pass. The removal rate is the noisy one of the
-# two, so
-# it is regressed on the power, not the power on it, which would be biased.
+# two, so it is regressed on the power, not the power on it, which would be biased.
 
 power = weldbead.identify(log, "power")
 print(power)
@@ -170,8 +163,7 @@ print(weldbead.identify(log, "friction"))
 
 # %%
 # Then which coefficient scatters. The noise of the two scans is not scatter of the process and is taken out:
-# here 2
-# µm each.
+# here 2 µm each.
 
 found = weldbead.identify(log, "scatter", model=process, depth_noise=SCAN * 2**0.5)
 for name, relative_sd, error, likelihood in zip(
@@ -194,8 +186,7 @@ print("from strong passes alone:", ", ".join(blind.plausible))
 # Where no named law fits, the standardised depths themselves can be the law: ``weldbead.identify(log, "law",
 # ...)``
 # gives a scatter with an empirical law. Either way ``updated`` puts the answer into the problem, ready to be
-# planned
-# again:
+# planned again:
 
 better = problem.updated(power).updated(found)
 print(better.scatter)

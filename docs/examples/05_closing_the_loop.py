@@ -16,8 +16,7 @@ from sdpgrind import weldbead
 # The model and the truth
 # -----------------------
 # The planner believes in the process of P1. The stand is told otherwise with ``truth``, the one way in which
-# a plant
-# may differ from what the planner knows.
+# a plant may differ from what the planner knows.
 
 problem = weldbead.preset("P1")
 truth = problem.model.replace(specific_energy=12.5, idle_power=130.0, friction_ratio=0.33)
@@ -30,8 +29,8 @@ print(f"true:    {truth.mean_cut(50.0, 12.5):.3f} mm")
 # Plan, run
 # ---------
 # Forty beads by the first plan. It does not do badly: it looks at what each pass has left and corrects
-# itself.
-# Feedback forgives much. But it trusts the last pass too much, and that pass cannot be corrected any more.
+# itself. Feedback forgives much. But it trusts the last pass too much, and that pass cannot be corrected any
+# more.
 
 first = weldbead.plan(problem, tolerance=1e-3)
 log = hwsim.run(stand, weldbead.SequenceController(first), parts=40, rng=1)
@@ -53,9 +52,8 @@ print("95 % intervals:", power.interval(0.95).round(2).tolist())
 # %%
 # The estimate of the friction ratio is good. Specific energy and idle power are known less well, and not
 # independently: most passes of a plan are strong ones, and a line is hard to place by points at one end. That
-# harms
-# little, since the combination that matters, the depth of the passes that are used, is known better than
-# either.
+# harms little, since the combination that matters, the depth of the passes that are used, is known better
+# than either.
 
 print("correlation of the two:", power.correlation[0, 1].round(2))
 table = log["sequence"]
@@ -88,10 +86,8 @@ print(second.action(height=0.2, time_left=6.0))
 
 # %%
 # Does it pay? ``compare`` gives both controllers the same beads: bead number k draws the same random numbers
-# for
-# each, so that the difference between the two is known much better than either cost. A third controller knows
-# the
-# truth: nobody can do better than that by planning.
+# for each, so that the difference between the two is known much better than either cost. A third controller
+# knows the truth: nobody can do better than that by planning.
 
 perfect = weldbead.plan(problem.replace(model=truth), tolerance=1e-3)
 controllers = {
@@ -119,7 +115,6 @@ ax.legend(frameon=False)
 
 # %%
 # What this does not do: the plan knows the estimates, not their uncertainty, and it does not make a pass
-# stronger or
-# weaker in order to learn. For a job that drifts, identify with forgetting (``method="recursive"``) and plan
-# again
-# from time to time; ``hwsim.run(..., adapt=...)`` is the place for it in a simulated series.
+# stronger or weaker in order to learn. For a job that drifts, identify with forgetting
+# (``method="recursive"``) and plan again from time to time; ``hwsim.run(..., adapt=...)`` is the place for it
+# in a simulated series.

@@ -26,16 +26,13 @@ problem = weldbead.preset("P1")
 # ============================================  ============================================================
 # what                                          one piece of work
 # ============================================  ============================================================
-# ``weldbead.sweep``, ``weldbead.sensitivity``  one plan
-# ``policy.simulate``                           a block of sequences
-# ``hwsim.run``, ``hwsim.compare``              some parts (not with ``adapt``, where a part needs the one
-# before)
-# ``sdp.plan`` with two or three coordinates    a block of the grid, at each stage
+# ``weldbead.sweep``, ``weldbead.sensitivity``  one plan ``policy.simulate``                           a block
+# of sequences ``hwsim.run``, ``hwsim.compare``              some parts (not with ``adapt``, where a part
+# needs the one before) ``sdp.plan`` with two or three coordinates    a block of the grid, at each stage
 # ============================================  ============================================================
 #
 # A plan with one coordinate, such as the weld bead's, ignores the executor: its stages are so quick that
-# waiting for
-# workers would cost more than it gains.
+# waiting for workers would cost more than it gains.
 #
 # Threads
 # -------
@@ -58,17 +55,13 @@ if __name__ == "__main__":  # the reason comes below
 # Processes
 # ---------
 # A simulated part is mostly Python, and Python runs on one core a process. So processes help there. Start
-# them by
-# *spawn*, which is the same on every system and safe with compiled code; *fork* copies a process in whatever
-# state
-# its threads are.
+# them by *spawn*, which is the same on every system and safe with compiled code; *fork* copies a process in
+# whatever state its threads are.
 #
 # A spawned process begins by importing your script, to find the functions in it. Without a guard it would
-# come to the
-# line that starts processes, and start more. Hence the rule: what does work stands under ``if __name__ ==
-# "__main__":``, and only imports, definitions and what is quickly made stand at the top. A worker takes some
-# seconds
-# to start, since it imports the library: start an executor once and use it for everything.
+# come to the line that starts processes, and start more. Hence the rule: what does work stands under ``if
+# __name__ == "__main__":``, and only imports, definitions and what is quickly made stand at the top. A worker
+# takes some seconds to start, since it imports the library: start an executor once and use it for everything.
 
 if __name__ == "__main__":
     policy = weldbead.plan(problem, tolerance=1e-2)
@@ -83,9 +76,8 @@ if __name__ == "__main__":
 
 # %%
 # What is sent to a process has to be picklable. Problems, policies and controllers of the library are. A
-# function of
-# your own is, if it stands at the top of a module; a lambda is not. ``sdp.check`` names the callbacks that
-# are not:
+# function of your own is, if it stands at the top of a module; a lambda is not. ``sdp.check`` names the
+# callbacks that are not:
 
 own = sdp.Problem(
     [sdp.Axis("error", -3, 3, 61, "mm", below="stop", above="stop")],
@@ -107,8 +99,8 @@ if __name__ == "__main__":
 # A cluster
 # ---------
 # There is no distributed code in this library, because there is no need: a ``dask`` client has an executor,
-# and so do
-# MPI and many batch systems. With the extra ``dask`` installed, and for example two workers on this machine:
+# and so do MPI and many batch systems. With the extra ``dask`` installed, and for example two workers on this
+# machine:
 #
 # .. code-block:: python
 #
@@ -119,13 +111,10 @@ if __name__ == "__main__":
 #            log = hwsim.run(stand, controller, parts=100_000, rng=0, executor=client.get_executor())
 #
 # Replace ``LocalCluster`` by the address of a scheduler, and the same lines run on a thousand cores. (They
-# are not
-# run for this page, but the tests run them.) For series that take hours give ``hwsim.run`` a ``journal=`` as
-# well:
-# killed, it goes on where it was.
+# are not run for this page, but the tests run them.) For series that take hours give ``hwsim.run`` a
+# ``journal=`` as well: killed, it goes on where it was.
 #
 # Random numbers
 # --------------
 # ``rng=0`` is enough. Part number k always draws from the k-th child of that seed, whoever runs it. So more
-# parts
-# leave the first ones as they are, and two controllers in ``compare`` meet the same luck.
+# parts leave the first ones as they are, and two controllers in ``compare`` meet the same luck.

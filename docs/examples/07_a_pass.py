@@ -27,8 +27,8 @@ disc = passes.TiltedDisc(process, relaxed_angle=units.deg(20), rotational_stiffn
 # A depth becomes a contour
 # -------------------------
 # The target is a level line (or any `target_shape`), lowered until what lies above it is the volume that was
-# asked for.
-# Over a dip the tip of the disc passes above the metal: the contour that is left is the lower of the two.
+# asked for. Over a dip the tip of the disc passes above the metal: the contour that is left is the lower of
+# the two.
 
 x = np.linspace(0, 150, 1501)
 bead = passes.Contour(x, 1.0 + 0.15 * np.sin(2 * np.pi * x / 60) + 0.03 * np.sin(2 * np.pi * x / 17))
@@ -41,9 +41,8 @@ plan.plot()
 # A disc cuts
 # -----------
 # Four moments: the disc is held by a rotational spring, so its face (red) leans back where there is more
-# metal ahead of
-# the tip. Ahead of the tip the bead is as it was, behind it is what the tip has left. The vertical scale is
-# stretched.
+# metal ahead of the tip. Ahead of the tip the bead is as it was, behind it is what the tip has left. The
+# vertical scale is stretched.
 
 figure, axes = plt.subplots(4, 1, figsize=(8, 6.5), sharex=True, sharey=True, layout="constrained")
 for axis, place in zip(axes, (2.0, 30.0, 76.0, 120.0), strict=True):
@@ -65,12 +64,9 @@ axes[-1].set_xlabel("position along the bead [mm]")
 # Five ways to plan
 # -----------------
 # `inverse` (the default) holds the tip on the target and asks in each step which height that takes; where the
-# force or
-# the power would be too much it tracks the limit, and says what is left standing. `static` is the closed form
-# of a flat
-# cut, `quasistatic` the same at the front of the patch. `pi` is the source's servo on the error of the tip.
-# `collocation`
-# states an optimal control problem, and replays what it found.
+# force or the power would be too much it tracks the limit, and says what is left standing. `static` is the
+# closed form of a flat cut, `quasistatic` the same at the front of the patch. `pi` is the source's servo on
+# the error of the tip. `collocation` states an optimal control problem, and replays what it found.
 
 for method in ("inverse", "static", "quasistatic", "pi", "collocation"):
     way = passes.plan(problem, method=method)
@@ -92,8 +88,7 @@ for energy in (10.0, 12.8, 16.0):
 # A grinder that droops
 # ---------------------
 # An air motor slows down under load: its power has a peak, and past the peak more force cuts less. The
-# planner stays at
-# 80 % of the peak, and what it could not take off is said.
+# planner stays at 80 % of the peak, and what it could not take off is said.
 
 air = passes.TiltedDisc(
     process.replace(free_speed=units.hz(50.0), speed_droop=0.0821),
@@ -108,8 +103,7 @@ for feed in (5.0, 20.0):
 
 # %%
 # Where power is short the feed need not be the same all along. With `Freedom` the optimal control chooses it
-# too: the disc goes
-# slowly where much is to be taken off, at the power that it may use.
+# too: the disc goes slowly where much is to be taken off, at the power that it may use.
 
 freedom = passes.Freedom(feed_rate_min=2.0, feed_rate_max=40.0, time_weight=1e-4)
 paced = passes.plan(
@@ -127,8 +121,8 @@ low.set(ylabel="power [W]", xlabel="tip along the bead [mm]")
 # Many candidates
 # ---------------
 # Before one pass is planned, many can be looked through: without the dynamics of the disc the cut that comes
-# nearest to
-# the target is a small quadratic program. Which feed is the fastest that leaves no more than 10 µm rms?
+# nearest to the target is a small quadratic program. Which feed is the fastest that leaves no more than 10 µm
+# rms?
 
 feeds = np.arange(10.0, 41.0, 2.0)
 found = passes.relax(problem, candidates=[(0.2, feed) for feed in feeds])

@@ -18,8 +18,7 @@ from sdpgrind.weldbead import force
 # What is driven
 # --------------
 # The drive of Appendix B of the source, in two ways: as it is used for design, and as its own numbers give
-# it, with
-# friction at the motor that lets it stick.
+# it, with friction at the motor that lets it stick.
 
 for name in ("design", "appendix-b"):
     drive = force.table_drive(name)
@@ -32,8 +31,7 @@ for name in ("design", "appendix-b"):
 # What is seen
 # ------------
 # The 30 Hz filter behind the sensor does not keep out what is above 30 Hz: a disc that wobbles at 50 Hz is
-# read as 10
-# Hz, at 58 Hz as 2 Hz, and at 60 Hz as a force that is not there.
+# read as 10 Hz, at 58 Hz as 2 Hz, and at 60 Hz as a force that is not there.
 
 sensor = force.SensorChain()
 for spin in (50.0, 58.0, 60.0):
@@ -51,12 +49,9 @@ print(force.margins(loop, delay_samples=1))
 # What feedback can do at all
 # ---------------------------
 # Four designs within the same limits: gain margin, peak of the sensitivity, and response to a wobbling disc.
-# `f_b` is
-# the frequency up to which an error is less than 0.707 f/f_b of what it would be without feedback. The convex
-# design is
-# the best that any linear law can do: at 60 Hz and one sample of delay nobody beats a well tuned PI by more
-# than a
-# half.
+# `f_b` is the frequency up to which an error is less than 0.707 f/f_b of what it would be without feedback.
+# The convex design is the best that any linear law can do: at 60 Hz and one sample of delay nobody beats a
+# well tuned PI by more than a half.
 
 limits = force.DesignLimits(runout_response=0.1)
 table = force.design_table(force.designs(limits=limits))
@@ -72,10 +67,8 @@ for row in range(table.sizes["design"]):
 # Two degrees of freedom
 # ----------------------
 # Feedback only has to do what nobody could foresee, if the planned height is sent ahead by the lag of the
-# loop. Here
-# the plan asks for 45 N and a sine of 15 N; the table has play worth 4.8 N, and the contact is 15 % softer
-# than
-# planned.
+# loop. Here the plan asks for 45 N and a sine of 15 N; the table has play worth 4.8 N, and the contact is 15
+# % softer than planned.
 
 
 def wanted(hertz):
@@ -110,12 +103,9 @@ axes[-1].set_xlabel("time [s]")
 # Limits that are known beforehand
 # --------------------------------
 # The predictive controller solves a small quadratic program in each sample: it knows how fast the platform
-# may move,
-# and that a disc can push but not pull. A step of 60 N with a platform that makes 4 mm/s: PI begins when the
-# step is
-# there, and winds up; the predictive controller sees it coming in the plan, begins before, and arrives
-# without
-# overshoot.
+# may move, and that a disc can push but not pull. A step of 60 N with a platform that makes 4 mm/s: PI begins
+# when the step is there, and winds up; the predictive controller sees it coming in the plan, begins before,
+# and arrives without overshoot.
 
 t = np.arange(0.0, 4.0, 0.004)
 jump = np.where(t < 1.5, 10.0, 70.0)

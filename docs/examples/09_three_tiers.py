@@ -19,10 +19,8 @@ from sdpgrind.weldbead import force, passes
 # What goes where
 # ---------------
 # Each tier turns what it is asked for into something for the tier below, and sees only what it needs: the
-# sequence a
-# bead and a time, once a pass; the pass a scanned contour; the force loop a force, sixty times a second. What
-# a pass
-# really did comes back and improves the coefficients that all of it rests on.
+# sequence a bead and a time, once a pass; the pass a scanned contour; the force loop a force, sixty times a
+# second. What a pass really did comes back and improves the coefficients that all of it rests on.
 
 BOXES = {
     "sequence": (0.02, "height, time left\n-> depth, feed"),
@@ -108,8 +106,8 @@ for name, penalty in zip(both.outcome.controller.values, both.outcome.penalty.va
 # A spring before the sensor
 # --------------------------
 # Where the grinder's own inertia counts, a wobbling disc makes it ring, and a sensor behind it reads the
-# ringing. The
-# source advises to put the compliance between grinder and sensor, so that the sensor reads the spring alone:
+# ringing. The source advises to put the compliance between grinder and sensor, so that the sensor reads the
+# spring alone:
 
 for first in (False, True):
     ringing = stand.replace(grinder_inertia=5.4, spring_first=first, runout=0.2)

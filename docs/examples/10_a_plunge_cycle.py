@@ -19,10 +19,9 @@ best.plot()
 
 # %%
 # The fastest cycle has three pieces: full rate; a rate at which the damage is just as deep as the stock that
-# is left; spark-out,
-# in which the machine gives back by how much it gave way. It is exact: no other way within the limits is
-# faster, and dynamic
-# programming and collocation, which know nothing of that argument, come out above it.
+# is left; spark-out, in which the machine gives back by how much it gave way. It is exact: no other way
+# within the limits is faster, and dynamic programming and collocation, which know nothing of that argument,
+# come out above it.
 
 for method in ("dp", "collocation"):
     other = plunge.plan(problem, method=method)
@@ -32,8 +31,7 @@ for method in ("dp", "collocation"):
 # Where the gain comes from
 # -------------------------
 # Not from the smooth rate: three plain stages that may burn, and clean up, are as good to a tenth of a
-# percent. It comes from
-# letting damage occur. Without any, the same part takes three times as long.
+# percent. It comes from letting damage occur. Without any, the same part takes three times as long.
 
 
 def time_of(controller):
@@ -62,16 +60,15 @@ for k, time in enumerate(times.values()):
 
 # %%
 # As printed it loses one second and a half at the end: (2) and (3) reckon with one time constant, but the
-# machine gives way by
-# the force, which is no straight line. Spark-out begins early, and the wheel creeps until size.
+# machine gives way by the force, which is no straight line. Spark-out begins early, and the wheel creeps
+# until size.
 #
 # Part after part
 # ---------------
 # The controller believes the wheel to be 10 % sharper than it is, and starts with a margin of 0.05 mm. What
-# is learned between
-# parts: (9) with a quarter of the slack each time, or the recommended chain. The controller of the latter
-# learns during the part
-# as well, from size and power: where the wheel touched, how the machine gives way, how sharp the wheel is.
+# is learned between parts: (9) with a quarter of the slack each time, or the recommended chain. The
+# controller of the latter learns during the part as well, from size and power: where the wheel touched, how
+# the machine gives way, how sharp the wheel is.
 
 believed = problem.replace(wear_flat_area=0.9 * problem.model.wear_flat_area)
 ways = {
@@ -109,8 +106,8 @@ right.set(xlabel="part", ylabel="stock left below the damage [µm]", ylim=(-1, 2
 # What no slack tells
 # -------------------
 # Damage is not measured. It is reckoned from the power, so a power monitor that shows 2 % too little hides
-# some 3.5 µm of it from
-# controller and adaptation alike. Say so, and the margin covers it, for a quarter of a second.
+# some 3.5 µm of it from controller and adaptation alike. Say so, and the margin covers it, for a quarter of a
+# second.
 
 off = hwsim.PlungeGrinder(problem, contact_zero_sd=units.um(10), power_gain=0.98)
 for tolerance in (0.0, 0.02):

@@ -16,10 +16,8 @@ from sdpgrind import plunge
 # The task
 # --------
 # A bore is ground as in the simulation of Dong, Danai and Malkin (2004). The controller believes in a wheel
-# that is sharper by
-# a tenth than it is, and reckons with it: it keeps the depth of damage of *its* wheel below the stock that is
-# left, by a
-# margin. The noise is that of a common size gauge and power monitor.
+# that is sharper by a tenth than it is, and reckons with it: it keeps the depth of damage of *its* wheel
+# below the stock that is left, by a margin. The noise is that of a common size gauge and power monitor.
 
 problem = plunge.preset("simulation")
 sharper = problem.replace(wear_flat_area=0.9 * problem.model.wear_flat_area)
@@ -34,10 +32,8 @@ print(f"margin 0: {none.outcome.time.item():.2f} s, burned: {bool(none.outcome.b
 
 # %%
 # What a workshop sees is not the true slack. It has the readings: the least stock that was left beyond the
-# damage, as the
-# power tells it, while the controller balanced the two. The least of many noisy values is too small, by about
-# two thousandths
-# of a millimetre here: what is learned from it stays on the safe side.
+# damage, as the power tells it, while the controller balanced the two. The least of many noisy values is too
+# small, by about two thousandths of a millimetre here: what is learned from it stays on the safe side.
 
 
 def measured_slack(log, controller):
@@ -56,12 +52,9 @@ print(f"measured: {measured_slack(log, first):.4f} mm")
 # A Gaussian process
 # ------------------
 # Slack is a function of the margin, not known. What is known beforehand: a margin that is smaller by 1 µm
-# leaves about 1 µm less
-# slack. So the process has the mean m - β, with the shortfall β of the first part, and says how far from that
-# line slack may
-# be elsewhere: the farther from what was tried, the farther. Given slacks y of margins m, mean and spread of
-# the slack at other
-# margins are a few lines:
+# leaves about 1 µm less slack. So the process has the mean m - β, with the shortfall β of the first part, and
+# says how far from that line slack may be elsewhere: the farther from what was tried, the farther. Given
+# slacks y of margins m, mean and spread of the slack at other margins are a few lines:
 
 
 class GaussianProcess:
@@ -82,12 +75,10 @@ class GaussianProcess:
 
 # %%
 # The next margin is the smallest that can be reached from one that was tried without leaving what is safe:
-# everywhere on the
-# way the slack stays positive with a probability of 99 %, 2.33 standard deviations. An adaptation is an
-# object with ``next``,
-# which sees the controller and the log of the last part. It draws nothing and reads no clock, so that a
-# series that was
-# killed resumes from its journal as if nothing had been.
+# everywhere on the way the slack stays positive with a probability of 99 %, 2.33 standard deviations. An
+# adaptation is an object with ``next``, which sees the controller and the log of the last part. It draws
+# nothing and reads no clock, so that a series that was killed resumes from its journal as if nothing had
+# been.
 
 
 class SafeMargin:
@@ -135,12 +126,9 @@ axes[0].set_ylabel("slack [µm]")
 # Against what is in the library
 # ------------------------------
 # `MarginBounding` is the rule of the source, with a fixed share of the slack for each part. `ChanceMargin`
-# estimates one number,
-# the shortfall, knows how much of what it measures is noise, and keeps as much as a given probability needs.
-# The Gaussian
-# process assumes less: the shortfall may change with the margin. It pays for that with parts, and with the
-# bias of what it
-# measures.
+# estimates one number, the shortfall, knows how much of what it measures is noise, and keeps as much as a
+# given probability needs. The Gaussian process assumes less: the shortfall may change with the margin. It
+# pays for that with parts, and with the bias of what it measures.
 
 SERIES, PARTS = 8, 10
 rules = {
@@ -165,20 +153,16 @@ axis.legend(frameon=False)
 
 # %%
 # A step of 0.8 as printed believes each single reading, and burns. A smaller one is safe and slow: it takes
-# the same share of
-# the slack however well the slack is known. The other two take what they know, and are there after two or
-# three parts. Where
-# the model is wrong by little more than a constant, `ChanceMargin` is the one to take. The Gaussian process
-# is for what nobody
-# knows the form of, such as another rule or another limit: nothing in it says that it is about damage.
+# the same share of the slack however well the slack is known. The other two take what they know, and are
+# there after two or three parts. Where the model is wrong by little more than a constant, `ChanceMargin` is
+# the one to take. The Gaussian process is for what nobody knows the form of, such as another rule or another
+# limit: nothing in it says that it is about damage.
 #
 # Several limits at once
 # ----------------------
 # On a machine that has stages only, three or four settings are to be learned together, against burning,
-# out-of-roundness and
-# perhaps the power of the spindle. `ConstraintBounding` takes the model's fastest cycle within bounds, and
-# moves the bounds by
-# what each part has left.
+# out-of-roundness and perhaps the power of the spindle. `ConstraintBounding` takes the model's fastest cycle
+# within bounds, and moves the bounds by what each part has left.
 
 stages = plunge.StagedController(sharper, stage_remaining=0.12, stage_rate=0.005)
 log = hwsim.run(
@@ -190,7 +174,6 @@ print("roundness [µm]:", 1e3 * log.outcome.roundness.values.round(5))
 
 # %%
 # What is left tends to the buffers that were asked for. That does not make it the fastest cycle of the *real*
-# machine: with three
-# limits that are met, one of four settings is chosen by the slopes of a model that is known to be wrong. Here
-# that costs little.
-# Where it does not, those slopes have to be measured, too, by trials about what is set: modifier adaptation.
+# machine: with three limits that are met, one of four settings is chosen by the slopes of a model that is
+# known to be wrong. Here that costs little. Where it does not, those slopes have to be measured, too, by
+# trials about what is set: modifier adaptation.

@@ -35,8 +35,7 @@ curve.plot()
 
 # %%
 # Up to x = 0.5 nothing limits the process. From there on the best point walks along a circle. Somebody runs
-# it at (2.1, 2.8) and
-# reads 7.0: which hidden state explains that, and what is best for it?
+# it at (2.1, 2.8) and reads 7.0: which hidden state explains that, and what is best for it?
 print(curve.retrieve(u=2.1, v=2.8, response=7.0))
 
 # %%
@@ -48,10 +47,8 @@ print(f"{table.key.size} nodes; the best u and v where 7.0 is read on the locus:
 # Gains that are designed
 # -----------------------
 # Where the model may be wrong, feedback is safer: change one control until response and limit meet, and let
-# the other follow on
-# the locus. How strongly? Along the locus the slack falls with a known slope. It tells which gain is stable,
-# which one never
-# steps over the limit, and how far drift will push it over.
+# the other follow on the locus. How strongly? Along the locus the slack falls with a known slope. It tells
+# which gain is stable, which one never steps over the limit, and how far drift will push it over.
 design = locus.gains.design_gain(curve, along="v", x=(0.758, 1.721))
 print(f"stable below {design.stable:.3f}; no violation up to {design.violation_free:.3f}")
 print(f"noise of the reading comes through {design.noise_gain:.2f} times")
@@ -79,11 +76,9 @@ axis.legend(frameon=False)
 # Grinding
 # --------
 # The same for a grinding machine: as much removed as the dulling wheel allows without burning the work. Power
-# is measured, infeed
-# is changed, the speed of the work follows on the locus. The slide lags by 1.25 s. Koren's controller
-# computes the limit from the
-# commanded infeed, which the work does not feel yet; where the limit is taken at the actual infeed, nothing
-# is overstated.
+# is measured, infeed is changed, the speed of the work follows on the locus. The slide lags by 1.25 s.
+# Koren's controller computes the limit from the commanded infeed, which the work does not feel yet; where the
+# limit is taken at the actual infeed, nothing is overstated.
 grinding = locus.preset("grinding")
 curve = locus.plan(grinding)
 grinder = hwsim.AdaptiveGrinder(grinding)

@@ -15,8 +15,7 @@ from sdpgrind import locus
 # A model that is wrong
 # ---------------------
 # Koren's example, whose speed counts with the power 1 in the model. In the plant the power is another one.
-# The limit is computed
-# and right; what is measured is the response.
+# The limit is computed and right; what is measured is the response.
 
 
 def example(power=1.0):
@@ -37,10 +36,8 @@ curve = locus.plan(model)
 
 # %%
 # `robust_locus` takes models that disagree. Wherever feedback stops the plant, its own response is at the
-# limit; only the place
-# along the limit is wrong. So a loss is of second order, and the locus can be chosen to make its mean small.
-# Open loop it is of
-# first order, and the limit is violated.
+# limit; only the place along the limit is wrong. So a loss is of second order, and the locus can be chosen to
+# make its mean small. Open loop it is of first order, and the limit is violated.
 
 robust = locus.robust_locus([model, example(1.3)], along="v")
 summary = robust.losses.max(["sample", "x"])
@@ -52,11 +49,9 @@ for way in robust.losses.way.values:
 # Four ways to run it
 # -------------------
 # The third way is modifier adaptation, with the response and the cost measured: a small dither along the
-# limit tells how both
-# change there, and the model is tilted until it agrees. By itself it keeps the limit with a bias at a hidden
-# state that stays
-# where it was. The last way combines both: the hidden state is followed as on a locus, and the locus bends as
-# slopes are learned.
+# limit tells how both change there, and the model is tilted until it agrees. By itself it keeps the limit
+# with a bias at a hidden state that stays where it was. The last way combines both: the hidden state is
+# followed as on a locus, and the locus bends as slopes are learned.
 
 declared = (0.8, 4.0)
 
@@ -79,10 +74,8 @@ ways = {
 
 # %%
 # The hidden state goes up and down between 1 and 3 at a constant rate. What is charged is the cost beyond the
-# plant's own
-# optimum. A violation lowers the cost; it is charged at twice its multiplier, so that being beyond the limit
-# costs as much as
-# the same distance before it.
+# plant's own optimum. A violation lowers the cost; it is charged at twice its multiplier, so that being
+# beyond the limit costs as much as the same distance before it.
 
 grid = np.linspace(1.0, 3.0, 41)
 
@@ -136,10 +129,8 @@ axes[0].legend(frameon=False, fontsize=8)
 
 # %%
 # The dither costs 0.003 here, whatever the plant. The robust locus is the best near the models that it was
-# made for, and halfway
-# between them. Elsewhere slopes that are measured win. Noise raises the black line, drift that of the bias:
-# it lags behind, as
-# the hidden state that it holds on to is not the plant's.
+# made for, and halfway between them. Elsewhere slopes that are measured win. Noise raises the black line,
+# drift that of the bias: it lags behind, as the hidden state that it holds on to is not the plant's.
 #
 # Break-even
 # ----------
@@ -165,12 +156,9 @@ for rate in (0.0, 0.02):
 
 # %%
 # With noise of 0.1 the power must be wrong by a fifth before slopes pay. In grinding they hardly ever do. The
-# printed sliding
-# power is suspect; at three fifths of its term with the speed of the work, the work turns faster at the
-# optimum. With feedback
-# the locus of the printed one loses less than 0.003 mm²/s then: cost is flat along the limit. What is lost
-# without feedback is
-# more than what is ground off.
+# printed sliding power is suspect; at three fifths of its term with the speed of the work, the work turns
+# faster at the optimum. With feedback the locus of the printed one loses less than 0.003 mm²/s then: cost is
+# flat along the limit. What is lost without feedback is more than what is ground off.
 
 grinding = locus.preset("grinding")
 power = grinding.model.power

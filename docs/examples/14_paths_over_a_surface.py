@@ -25,8 +25,8 @@ print(f"radii in the middle: {1 / high:.0f} mm and {1 / low:.0f} mm (negative: a
 # A Hilbert path
 # --------------
 # It goes through all cells of a board of 2, 4, 8 ... to a side, one after the other, and never far at a time:
-# so no direction is
-# preferred, which a polisher likes. Four nodes in five are corners, which a robot dislikes.
+# so no direction is preferred, which a polisher likes. Four nodes in five are corners, which a robot
+# dislikes.
 path = finishing.hilbert(die, order=5)
 print(
     f"{len(path.nodes)} nodes, {len(path.runs) - 1} corners, {path.length:.0f} mm long,"
@@ -38,8 +38,8 @@ path.plot()
 # Equal parameters are not equal areas
 # ------------------------------------
 # A board of equal steps in the parameters is what Wang and Jan lay on the surface. Where control points
-# crowd, so do the passes.
-# This die is nearly the same, but its control points are drawn together in one corner.
+# crowd, so do the passes. This die is nearly the same, but its control points are drawn together in one
+# corner.
 crowded = finishing.surface.uneven_surfaces()["crowded"]
 figure = plt.figure(figsize=(12, 4.2), layout="constrained")
 for k, mapping in enumerate(("parametric", "equal_area")):
@@ -56,13 +56,10 @@ for k, mapping in enumerate(("parametric", "equal_area")):
 # Zigzags
 # -------
 # A zigzag is told how far apart its passes may be *on the surface*. There are four ways to place them, and
-# none leaves more
-# between two passes; where passes turn back and at the corners of the surface the largest gap may be sqrt(2)
-# times as wide. This
-# die is nearly the nominal one again, with weights that draw its parameters to the middle. Lines of the
-# parameters bend there:
-# near enough in one place, they are too near in another. "geodesic" keeps the gap along the whole of each
-# pass.
+# none leaves more between two passes; where passes turn back and at the corners of the surface the largest
+# gap may be sqrt(2) times as wide. This die is nearly the nominal one again, with weights that draw its
+# parameters to the middle. Lines of the parameters bend there: near enough in one place, they are too near in
+# another. "geodesic" keeps the gap along the whole of each pass.
 weighted = finishing.surface.uneven_surfaces()["weighted"]
 zigzags = {}
 for mapping in ("parametric", "equal_spacing", "equal_area", "geodesic"):
@@ -84,9 +81,8 @@ for k, mapping in enumerate(("equal_spacing", "geodesic")):
 # What the tool reaches
 # ---------------------
 # The footprint is not the tool. A ball of 4 mm that sinks in by 10 µm touches a spot of 0.2 mm radius; that
-# spot has to cover
-# the surface. A Hilbert path needs more of it than a zigzag of the same pitch: at some cell corners no pass
-# comes near.
+# spot has to cover the surface. A Hilbert path needs more of it than a zigzag of the same pitch: at some cell
+# corners no pass comes near.
 print(f"a ball of 4 mm, 10 µm deep: radius {finishing.path.ball_footprint(2.0, units.um(10)):.2f} mm")
 plate = finishing.surface.flat_surface(16.0)
 radius = np.linspace(0.5, 0.75, 6)  # mm, and over the pitch: that is 1 mm
@@ -120,10 +116,8 @@ except ValueError as error:
 # In practice
 # -----------
 # Begin with "equal_area" for a Hilbert path, with "equal_spacing" for a zigzag or "geodesic" where lines of
-# the parameters bend;
-# and with a pitch of 1.4 times the radius of the footprint, for a zigzag of a little less than twice. A
-# zigzag covers better with
-# the same length and has far fewer corners. In the experiment of Wang and Jan the finer of two fractal paths
-# left the smoothest
-# surface nevertheless; but they print the pitch of neither.
+# the parameters bend; and with a pitch of 1.4 times the radius of the footprint, for a zigzag of a little
+# less than twice. A zigzag covers better with the same length and has far fewer corners. In the experiment of
+# Wang and Jan the finer of two fractal paths left the smoothest surface nevertheless; but they print the
+# pitch of neither.
 plt.show()

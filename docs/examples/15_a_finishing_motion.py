@@ -13,8 +13,8 @@ from sdpgrind import finishing, units
 # The job
 # -------
 # The robot is an arm of five joints that holds the tool, and a table of two axes that carries the work. Its
-# lengths and limits
-# are *assumptions* (the source does not print those of its A530): put those of yours in ``Arm``.
+# lengths and limits are *assumptions* (the source does not print those of its A530): put those of yours in
+# ``Arm``.
 path = finishing.hilbert(finishing.surface.nominal_surface(), order=4)
 problem = finishing.FinishingProblem(
     path,
@@ -34,19 +34,15 @@ motion.plot()
 
 # %%
 # 25 mm/s were commanded. The mean is less, as the robot stops at each of 204 corners. Every limit is checked
-# between the points
-# as well, and what comes nearest to one is named. Where the tool comes near to the vertical (a cosine of 0)
-# the first joint would
-# have to spin.
+# between the points as well, and what comes nearest to one is named. Where the tool comes near to the
+# vertical (a cosine of 0) the first joint would have to spin.
 #
 # Three ways to share out the time
 # --------------------------------
 # "trapezoid" is what most robots do: speed up, cruise, slow down. "toppra" is the fastest that speeds and
-# accelerations of the
-# joints allow. "min_time" holds their jerk, too: it is slower, and what a real drive can follow. All three
-# stop at a sharp
-# corner. Rounded corners are gone through; ``blended`` says by how much the path may be left. A coarse path
-# will do to compare.
+# accelerations of the joints allow. "min_time" holds their jerk, too: it is slower, and what a real drive can
+# follow. All three stop at a sharp corner. Rounded corners are gone through; ``blended`` says by how much the
+# path may be left. A coarse path will do to compare.
 coarse = finishing.hilbert(finishing.surface.nominal_surface(), order=2)
 print(f"{'corners':22}{'method':12}{'time':>8}{'mean feed':>12}   nearest limit")
 for name, laid in (("sharp", coarse), ("rounded within 0.6 mm", coarse.blended(0.6))):
@@ -57,10 +53,8 @@ for name, laid in (("sharp", coarse), ("rounded within 0.6 mm", coarse.blended(0
 
 # %%
 # A trapezoid knows one speed for each run from rest to rest. Through rounded corners all of the path is one
-# run, and the sharpest
-# bend slows down the whole, so that rounding gains nothing; the other two slow down where they must. Rounding
-# takes the tool off
-# the path. What is left out is seen by measuring again:
+# run, and the sharpest bend slows down the whole, so that rounding gains nothing; the other two slow down
+# where they must. Rounding takes the tool off the path. What is left out is seen by measuring again:
 for name, laid in (("sharp", path), ("rounded", path.blended()), ("rounded more", path.blended(0.6))):
     found = laid.metrics(footprint_radius=2.0, surface_step=0.4, path_step=0.2)
     told = f"coverage {100 * found.coverage:.2f} %, largest gap {found.largest_gap:.2f} mm"
@@ -70,9 +64,8 @@ for name, laid in (("sharp", path), ("rounded", path.blended()), ("rounded more"
 # Why the tool does not turn into the feed
 # ----------------------------------------
 # The contact angle is defined in the direction of feed, so the tool would have to turn at each corner. This
-# arm cannot yaw its
-# wrist: the whole arm turns, and the table has to carry the work after it. That is found out before anything
-# moves:
+# arm cannot yaw its wrist: the whole arm turns, and the table has to carry the work after it. That is found
+# out before anything moves:
 try:
     finishing.plan(problem.replace(heading="feed_aligned"))
 except ValueError as error:
@@ -80,8 +73,7 @@ except ValueError as error:
 
 # %%
 # So one heading is kept, and the tool is dragged here and pushed there. Friction then helps to press, or
-# hinders. The same force
-# takes different torques, which the motion brings along for the controller:
+# hinders. The same force takes different torques, which the motion brings along for the controller:
 low, high = motion.torque_per_force.min(), motion.torque_per_force.max()
 print(f"torque for 1.111 N: {1.111 * low:.4f} to {1.111 * high:.4f} N m; F = T/R says {1.111 * 0.095:.4f}")
 
@@ -89,8 +81,7 @@ print(f"torque for 1.111 N: {1.111 * low:.4f} to {1.111 * high:.4f} N m; F = T/R
 # What is refused
 # ---------------
 # A tool that stands too steep locks itself: no torque holds a force. A feed that the joints do not reach is
-# slowed down, not
-# refused; a place that they do not reach is, with its joint and by how much.
+# slowed down, not refused; a place that they do not reach is, with its joint and by how much.
 try:
     problem.replace(contact_angle=units.deg(75))
 except ValueError as error:

@@ -15,8 +15,7 @@ from sdpgrind import finishing, units
 # From surface to log
 # -------------------
 # The four examples before in ten lines: a die, a path of even cells, a motion within the limits of the
-# joints, a controller, and
-# a specimen that is finished.
+# joints, a controller, and a specimen that is finished.
 surface = finishing.preset("nominal").surface
 path = finishing.hilbert(surface, order=5, mapping="equal_area")
 problem = finishing.FinishingProblem(
@@ -44,10 +43,9 @@ log.plot()
 
 # %%
 # Even in a cell that is just as planned the force is not constant. The table's own loop overshoots at each
-# corner (its gains are
-# assumed), the contact leaves the path and runs further than planned, and on a ridge that is a height. The
-# robot stops at 818
-# corners, so that of 25 mm/s less than two thirds were planned in the first place.
+# corner (its gains are assumed), the contact leaves the path and runs further than planned, and on a ridge
+# that is a height. The robot stops at 818 corners, so that of 25 mm/s less than two thirds were planned in
+# the first place.
 #
 # Controllers on the same specimens
 # ---------------------------------
@@ -63,18 +61,15 @@ for kind in kinds:
 
 # %%
 # With a constant current the tool bounces along. Look at its roughness: the cell takes that from the law of
-# the 18 readings,
-# which knows the *mean* force and nothing else of it. Nobody has measured what a bouncing tool leaves. Do not
-# take such a number
-# for true. What the other two differ in is small beside what the parts differ in: load torque and torque
-# constant, which neither
-# can tell.
+# the 18 readings, which knows the *mean* force and nothing else of it. Nobody has measured what a bouncing
+# tool leaves. Do not take such a number for true. What the other two differ in is small beside what the parts
+# differ in: load torque and torque constant, which neither can tell.
 #
 # An experiment in the cell
 # -------------------------
 # The L18 of Wang and Jan once more, on a small flat specimen: each run with a path, a motion and a controller
-# of its own. Nothing
-# in this cell makes the roughness depend on the feed, but what is read depends on force, friction and luck.
+# of its own. Nothing in this cell makes the roughness depend on the feed, but what is read depends on force,
+# friction and luck.
 bench = hwsim.FinishingCell(finishing.preset("specimen"), scatter=hwsim.CellScatter())
 experiment = hwsim.finishing_study(bench, confirm=3, rng=1)
 study = experiment.study
@@ -86,8 +81,8 @@ experiment.plot()
 
 # %%
 # Tool, path and force come out as they were put in. Should the feed have a small p, it is one of the findings
-# that p < 0.05 makes
-# one time in twenty. On the finer paths the commanded feed was hardly ever reached anyhow.
+# that p < 0.05 makes one time in twenty. On the finer paths the commanded feed was hardly ever reached
+# anyhow.
 #
 # The best levels are tried again. Where the new runs fall into the interval, the analysis is confirmed:
 print(experiment.prediction)
@@ -97,9 +92,8 @@ print(f"found: {experiment.confirmed:.2f} dB;", "confirmed" if experiment.held e
 # What settings cannot take away
 # ------------------------------
 # A best setting is chosen once. Specimens still differ. Whether one of them is good enough, or is to be
-# finished again, is
-# decided when its roughness has been read: a problem for the planner of sequences, which takes the roughness
-# as a law.
+# finished again, is decided when its roughness has been read: a problem for the planner of sequences, which
+# takes the roughness as a law.
 model = experiment.model
 print(f"scatter that is left: {100 * model.residual_sd:.1f} %")
 policy = experiment.refinishing(passes=3)
@@ -112,7 +106,6 @@ for left in (2, 1):
     print(f"with time for {left} more: deliver up to {max(deliver):.2f} µm")
 
 # %%
-# The more time is left, the choosier one may be. All of this from the command line:
-# ``hwsim finishing examples/finishing.toml --parts 5 --out runs/finishing``, and with ``--study`` the
-# experiment.
+# The more time is left, the choosier one may be. All of this from the command line: ``hwsim finishing
+# examples/finishing.toml --parts 5 --out runs/finishing``, and with ``--study`` the experiment.
 plt.show()

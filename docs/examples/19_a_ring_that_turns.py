@@ -17,8 +17,8 @@ from sdpgrind import units
 # Reading by reading
 # ------------------
 # A simulated table of 20 turns a minute, read 100 times a second; the surface is rough by 40 µm. The
-# estimator is told how rough,
-# how sure it has to be, and which error may remain: 3 % of the offset, but never less than 2 µm.
+# estimator is told how rough, how sure it has to be, and which error may remain: 3 % of the offset, but never
+# less than 2 µm.
 ring = hwsim.Ring(61.94, offset=3.6, offset_angle=units.deg(40))
 probe = hwsim.Probe(ring, errors=hwsim.ProbeErrors(noise_sd=0.04))
 scan = probe.scan(turns=1, rng=0)
@@ -36,8 +36,7 @@ print(f"limited by {circle.limited_by or 'nothing'} after {np.rad2deg(circle.swe
 
 # %%
 # The model is the exact curve of an offset circle under a round tip. A cosine, which many use, would be off
-# by 0.16 mm here,
-# without any noise. The dashed part has not been seen yet.
+# by 0.16 mm here, without any noise. The dashed part has not been seen yet.
 used = slice(circle.samples)
 circle.plot(scan.angle[used], scan.reading[used])
 
@@ -77,10 +76,8 @@ log.plot()
 # After a push
 # ------------
 # A push moves the centre and leaves the radius as it was. Whoever has waited for one full turn may carry the
-# radius over: an
-# arc of 30 degrees then says ten times as much; no algorithm makes up for that. Pushes of this machine end
-# some percent
-# beside where they should.
+# radius over: an arc of 30 degrees then says ten times as much; no algorithm makes up for that. Pushes of
+# this machine end some percent beside where they should.
 
 
 def pushed(part, found, rng):
@@ -120,10 +117,8 @@ centering.circle.plot_centers(centers, tolerance=0.010)
 # When the part moves
 # -------------------
 # Somebody touches the part after a third of a turn. The readings after it are refused one by one, and when
-# that are more than
-# half of the latest 30, the estimator begins anew by itself with these; the radius it keeps. What was refused
-# can be looked
-# at.
+# that are more than half of the latest 30, the estimator begins anew by itself with these; the radius it
+# keeps. What was refused can be looked at.
 moved = probe.replace(
     moved=(1.0, 0.8, -0.5), errors=hwsim.ProbeErrors(noise_sd=0.004, dust=0.02, dust_size=0.2)
 )

@@ -16,10 +16,9 @@ from sdpgrind import units
 # Counting
 # --------
 # Three pushes of a part, from far off-centre to nearly centred, with noise of 40 µm, as in chapter 4 of Mears
-# (2006). The
-# printed rule takes the error of a mean, and stops too early. ``GeometryEstimator`` asks how well these
-# angles determine the
-# centre in its worst direction. "Inside" means: the true centre was no farther away than was said.
+# (2006). The printed rule takes the error of a mean, and stops too early. ``GeometryEstimator`` asks how well
+# these angles determine the centre in its worst direction. "Inside" means: the true centre was no farther
+# away than was said.
 angle = units.deg(np.arange(6000.0))
 rng = np.random.default_rng(0)
 shares = {"printed": [], "ours": []}
@@ -59,17 +58,14 @@ ax.legend(frameon=False)
 
 # %%
 # Being sure takes data: for the last push fourteen turns, where the source believed one. That is what 3 µm
-# cost at a noise of
-# 40 µm; a quieter probe or a coarser tolerance is the way out, not another formula.
+# cost at a noise of 40 µm; a quieter probe or a coarser tolerance is the way out, not another formula.
 #
 # Form
 # ----
 # A part with three lobes of 3 µm, measured with 1 µm of noise. The estimator that knows of noise alone is
-# sure after 60
-# degrees, and 18 µm wrong where it says 10. Told that there may be lobes (``form=``) it adds how far they
-# could bend the
-# estimate, and turns on. Once the spectrum is known, it can be subtracted (``harmonics=``), and a short arc
-# is enough again.
+# sure after 60 degrees, and 18 µm wrong where it says 10. Told that there may be lobes (``form=``) it adds
+# how far they could bend the estimate, and turns on. Once the spectrum is known, it can be subtracted
+# (``harmonics=``), and a short arc is enough again.
 lobes, offset = 0.003, 0.5
 turn = units.deg(np.arange(0.0, 360.0))
 spectrum = centering.roundness.Spectrum([3], [lobes], [1.0])
@@ -136,9 +132,8 @@ for arc in (30, 60, 90, 180, 360):
 # Noise that is not independent
 # -----------------------------
 # A ground surface is smooth from degree to degree: neighbours err together, and ten readings say no more than
-# one. A test for a
-# normal distribution often sees nothing of it; the correlation does. The estimator widens its band by what it
-# sees.
+# one. A test for a normal distribution often sees nothing of it; the correlation does. The estimator widens
+# its band by what it sees.
 rng, noise = np.random.default_rng(7), np.zeros(720)
 for k in range(1, 720):
     noise[k] = 0.88 * noise[k - 1] + rng.normal(0.0, 0.01 * np.sqrt(1 - 0.88**2))

@@ -17,8 +17,7 @@ from sdpgrind import units
 # A ring, and what the probe shows of it
 # --------------------------------------
 # The lines are those of a bearing ring on a roundness machine (Mears, Table 6.5). Four turns, one reading a
-# degree.
-# upr: µm
+# degree. upr: µm
 LINES = {
     2: 0.155,
     3: 0.206,
@@ -44,16 +43,14 @@ print(f"a cosine would leave {1e3 * centering.circle.limacon_wave(61.94, 3.6):.0
 
 # %%
 # A cosine of that offset has an error of its own, 52 µm of two undulations; the exact curve has none. What is
-# left are 4 µm, most
-# of them the roller's.
+# left are 4 µm, most of them the roller's.
 #
 # The roller
 # ----------
 # A roller of 3.75 mm turns 16.5 times a turn of the part. It follows the arc, so that on an offset part its
-# tone is not a line of
-# the spectrum, and a notch in the spectrum of one turn would smear it over the part's own lines. One
-# least-squares fit over all
-# turns tells both apart, and finds the roller's true radius on the way.
+# tone is not a line of the spectrum, and a notch in the spectrum of one turn would smear it over the part's
+# own lines. One least-squares fit over all turns tells both apart, and finds the roller's true radius on the
+# way.
 clean = profile.remove_runout()
 print(clean.runout)
 one_turn = centering.Profile(scan.angle[:360], scan.reading[:360], tip_radius=3.75)
@@ -68,8 +65,7 @@ for upr, amplitude in found.largest(5):
 
 # %%
 # With an integer ratio the roller stands at the same place of the part in each turn. Nothing can tell them
-# apart then, and
-# nothing is made up:
+# apart then, and nothing is made up:
 try:
     profile.remove_runout(ratio=17.0)
 except ValueError as error:
@@ -79,8 +75,7 @@ except ValueError as error:
 # Filter
 # ------
 # A Gaussian filter of 50 undulations, as roundness is usually stated. The amplitude at the cut-off is halved.
-# Each step is
-# written into the profile.
+# Each step is written into the profile.
 smooth = clean.filter("gaussian", upr=50)
 print(smooth)
 smooth.plot()
@@ -89,10 +84,8 @@ smooth.plot()
 # Four circles
 # ------------
 # Least squares, minimum circumscribed, maximum inscribed and minimum zone: ISO 12181 knows them all, and
-# roundness is a
-# number only together with its circle. The three extreme ones rest on two to four points, and these prove
-# them: no circle can
-# be better than its contacts allow.
+# roundness is a number only together with its circle. The three extreme ones rest on two to four points, and
+# these prove them: no circle can be better than its contacts allow.
 print(f"{'':6}{'RONt':>10}{'RONp':>10}{'RONv':>10}{'radius':>14}   contacts [degrees]")
 for kind in ("LSC", "MCC", "MIC", "MZC"):
     circle = smooth.roundness(kind)
@@ -106,8 +99,7 @@ zone.plot()
 
 # %%
 # The zone is the smallest, always. How sure it is, and by how much noise has widened it: from simulated
-# profiles with as much
-# noise again, each with its own circle, as noise makes other points contacts.
+# profiles with as much noise again, each with its own circle, as noise makes other points contacts.
 print(
     f"{1e3 * zone.value:.3f} µm +- {1e3 * zone.value_sd:.3f} µm, of which noise has added about {1e3 * zone.value_bias:.3f} µm"
 )
@@ -116,8 +108,7 @@ print(
 # A part with two lobes
 # ---------------------
 # Squeezed in a chuck: the circumscribed circle then rests on two points across from each other. Where dust
-# was under the
-# probe one of the contacts is the dust: look at them before you believe an extreme circle.
+# was under the probe one of the contacts is the dust: look at them before you believe an extreme circle.
 oval = hwsim.Ring(61.94, lobes={2: (0.010, 0.3), 4: (0.001, 0.0)})
 scan = hwsim.Probe(oval, samples_per_turn=720, errors=None).scan(turns=1)
 squeezed = centering.Profile(scan.angle, scan.reading, tip_radius=3.75)

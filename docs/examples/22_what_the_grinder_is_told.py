@@ -17,10 +17,8 @@ from sdpgrind import units
 # Where rapid feed ends
 # ---------------------
 # Without a measurement the wheel has to stop where no part of the population reaches. With one it may go on
-# to this part's
-# largest radius: that about the axis that it is ground about, with what noise and gaps between samples can
-# hide. The rest is
-# air, and time.
+# to this part's largest radius: that about the axis that it is ground about, with what noise and gaps between
+# samples can hide. The rest is air, and time.
 lobes = {2: (0.004, 0.3), 3: (0.002, 1.0), 43: (0.0003, 0.0)}
 ring = hwsim.Ring(62.05, offset=0.002, offset_angle=1.0, lobes=lobes)
 scan = hwsim.Probe(ring, samples_per_turn=400).scan(turns=4, rng=0)
@@ -38,8 +36,7 @@ change.plot()
 
 # %%
 # "3 sigma" of the population are 3.5 here, as both scatters are added up. Combined as they should be, the
-# population's rule
-# gains a little, too:
+# population's rule gains a little, too:
 rss = centering.plan_changeover(profile, stock, combine="rss", **job)
 print(
     f"{change.population_position:.4f} mm added up, {rss.population_position:.4f} mm as the root of squares"
@@ -50,10 +47,8 @@ print(f"against that the measurement saves {rss.time_saved:.2f} s")
 # How far away at all
 # -------------------
 # Each standard deviation of allowance is ground in air at each part; a crash costs a dressing now and then.
-# Where both
-# together are least depends on what a crash costs, by its logarithm: some half of a standard deviation for
-# ten times the
-# cost.
+# Where both together are least depends on what a crash costs, by its logarithm: some half of a standard
+# deviation for ten times the cost.
 sigmas = np.linspace(1.5, 5.0, 71)
 figure, ax = plt.subplots(figsize=(7, 3.2), layout="constrained")
 for minutes, color in ((0.5, "#5a9a68"), (5.0, "#4878a8"), (60.0, "#b04a3a")):
@@ -68,9 +63,8 @@ ax.legend(frameon=False)
 # Which speeds to avoid
 # ---------------------
 # Undulations that the part brings along shake the grinder at their number times the rotation of the work.
-# Where that is a
-# resonance, or in step with the wheel, they are ground in instead of off. A little faster or slower is
-# enough.
+# Where that is a resonance, or in step with the wheel, they are ground in instead of off. A little faster or
+# slower is enough.
 spectrum = profile.spectrum(upr_max=60)
 speeds = {"wheel_rotation": units.rpm(4210), "work_rotation": units.rpm(300)}
 check = centering.setup.chatter_check(
@@ -83,11 +77,9 @@ check.plot()
 # What drifts
 # -----------
 # The table pushes each part to the middle, and notes by how much it had to correct its stroke, and how much
-# the part resisted.
-# Both walk slowly. A step is something else: a chip on a locating face, another oil. From part 60 on the
-# correction is 6 µm
-# off. After an alarm that quantity is not watched until the alarm is acknowledged, here before part 75, with
-# clean faces.
+# the part resisted. Both walk slowly. A step is something else: a chip on a locating face, another oil. From
+# part 60 on the correction is 6 µm off. After an alarm that quantity is not watched until the alarm is
+# acknowledged, here before part 75, with clean faces.
 rng = np.random.default_rng(0)
 track = centering.DriftTrack({"stroke_offset": 0.002, "mu_kinetic": 0.004})
 for part in range(100):
@@ -104,8 +96,8 @@ track.plot()
 # What the machine upstream is told
 # ---------------------------------
 # Roundness and stock of each part are known here first. Limits come from the first 50 parts; then a turning
-# tool wears, and parts
-# come with more and more stock. The summary is plain text for whatever connects the machines.
+# tool wears, and parts come with more and more stock. The summary is plain text for whatever connects the
+# machines.
 rng = np.random.default_rng(2)
 chart = centering.ControlChart(
     {"roundness": 0.010 + 0.001 * rng.normal(size=50), "stock": 0.150 + 0.004 * rng.normal(size=50)}

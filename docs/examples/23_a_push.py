@@ -88,8 +88,8 @@ for mass in (0.8, 5.0, 18.9):
 # The gentle push is a rule. `minimum_time_push` searches the motion of the tip of least time that keeps
 # contact and stops within the tolerance at every friction from 0.9 to 1.1 times that of the model. It pays
 # where the same push comes again, in a series of rings that lie alike: below are its gain, and the number of
-# pushes that repay the search. Over short ways it also spares the second push that the gentle one
-# leaves to do.
+# pushes that repay the search. Over short ways it also spares the second push that the gentle one leaves to
+# do.
 quick = problem.replace(push_speed_max=speed)
 print("  mm   gentle: time, worst stop   least time: time, worst stop    gain of time")
 for way in (0.3, 1.0, 5.0):

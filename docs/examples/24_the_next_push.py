@@ -19,9 +19,8 @@ from sdpgrind import units
 # A strategy
 # ----------
 # The heavy ring once more. Planning simulates thousands of pushes of ten kinds exactly, and solves. A warning
-# comes first: half
-# of the jump of stick and slip is three times the tolerance, so that slow pushes alone would centre this ring
-# by luck.
+# comes first: half of the jump of stick and slip is three times the tolerance, so that slow pushes alone
+# would centre this ring by luck.
 problem = centering.preset("printed").replace(
     part=centering.push.Part(mass=18.9, radius=89.5), tolerance=0.0025
 )
@@ -33,9 +32,8 @@ strategy.plot()
 
 # %%
 # From afar the ring is pushed fast, whatever it slides on: there is time to measure again. Then gently, so
-# that it stays at the
-# tip, and the last micrometres are made by taps: a slow push cannot move this ring by less than 15 µm, a tap
-# can by 2 µm.
+# that it stays at the tip, and the last micrometres are made by taps: a slow push cannot move this ring by
+# less than 15 µm, a tap can by 2 µm.
 for offset in (10.0, 1.0, 0.1, 0.03, 0.01, 0.005):
     push = strategy.push(offset=offset)
     print(
@@ -51,9 +49,8 @@ print(f"a look-up takes {1e3 * (time.perf_counter() - begin):.0f} us")
 # Why it draws back
 # -----------------
 # The same strokes at 5 mm/s, ending at rest in contact, or drawn back at once at 2560 mm/s^2. The contact
-# gives back what it has
-# stored, and the part moves on while the tip rests: by 12 µm, or not at all. Drawn back, it moves by 2 µm or
-# more.
+# gives back what it has stored, and the part moves on while the tip rests: by 12 µm, or not at all. Drawn
+# back, it moves by 2 µm or more.
 strokes = np.geomspace(0.005, 0.1, 300)
 figure, axis = plt.subplots(figsize=(7, 3.8), layout="constrained")
 rests = [centering.TipProfile.move(x, 5.0, problem.limits.acceleration_max) for x in strokes]
@@ -76,8 +73,7 @@ axis.legend(frameon=False)
 # What is believed
 # ----------------
 # The friction of a ring persists. A ring that went too far goes too far again, unless the strategy carries
-# what it has seen: a
-# mean, and how many pushes' worth of evidence there is.
+# what it has seen: a mean, and how many pushes' worth of evidence there is.
 friction, evidence = 1.0, 0.0
 for travelled in (1.03, 0.99, 1.0):
     push = strategy.push(offset=1.0, friction=friction, evidence=evidence)

@@ -17,8 +17,7 @@ from sdpgrind import units
 # One ring
 # --------
 # 0.8 kg, from somewhere between 1 and 10 mm to 2.5 µm. The controller measures while the table runs up, and
-# pushes as soon as
-# it is sure enough that waiting would cost more.
+# pushes as soon as it is sure enough that waiting would cost more.
 problem = centering.preset("printed").replace(
     part=centering.push.Part(mass=0.8, radius=61.95), tolerance=0.0025
 )
@@ -45,9 +44,8 @@ for k in np.flatnonzero(np.diff(state, prepend=-1) != 0):
 # Beside the source's controller
 # ------------------------------
 # The same rings, and the same speeds of the table. The source's controller pushes over the whole offset at
-# the speed of the
-# energy balance, aligns at the end of the push by times that are too long, and waits for its rule of validity
-# before each.
+# the speed of the energy balance, aligns at the end of the push by times that are too long, and waits for its
+# rule of validity before each.
 source = centering.PrintedController(problem, scheduled=strategy)
 both = hwsim.compare(machine, {"source": source, "ours": ours}, parts=5, rng=1)
 for name in ("source", "ours"):
@@ -62,8 +60,7 @@ both.plot()
 # One of your own
 # ---------------
 # A controller is any object with these names. This one measures a whole turn before each push, and believes
-# in the nominal
-# friction; whatever the machine measures comes in, whatever it accepts may go out.
+# in the nominal friction; whatever the machine measures comes in, whatever it accepts may go out.
 
 
 class Mine:
@@ -104,8 +101,7 @@ print(
 # A part that nobody has pushed yet
 # ---------------------------------
 # Its friction need not be known before: a few pushes of a cycle that is planned with a guess tell it. No push
-# is made for that
-# alone. Here 18.9 kg that slides better than was guessed; parts differ by some 8 %.
+# is made for that alone. Here 18.9 kg that slides better than was guessed; parts differ by some 8 %.
 guess = centering.preset("printed").replace(pushes_max=4)
 slippery = hwsim.CenteringMachine(guess, truth=guess.model.replace(mu_static=0.16, mu_kinetic=0.11))
 tried = hwsim.run(slippery, centering.PrintedController(guess), parts=2, rng=2)
@@ -136,16 +132,13 @@ for axis, name in zip(axes, ("source", "ours"), strict=True):
 
 # %%
 # ``hwsim centering --preset printed --out DIR`` keeps such a strip of the last part, with what tip and rim
-# did in each push;
-# ``--live`` shows the chart in the terminal while the machine runs; ``--source`` compares.
+# did in each push; ``--live`` shows the chart in the terminal while the machine runs; ``--source`` compares.
 #
 # The tasks of its computer
 # -------------------------
 # Control, data, model and communication share one processor; a more urgent task interrupts a less urgent one.
-# Time is counted
-# in whole nanoseconds, so that 60 Hz does not drift, and the same seed gives the same trace, byte for byte.
-# Here the model task
-# gets too much to do:
+# Time is counted in whole nanoseconds, so that 60 Hz does not drift, and the same seed gives the same trace,
+# byte for byte. Here the model task gets too much to do:
 busy = hwsim.Scheduler(
     [
         hwsim.Task("control", period=0.01, priority=1, execution_time=(0.0005, 0.00005), jitter=2e-5),
@@ -165,8 +158,7 @@ schedule.plot()
 # Replay
 # ------
 # A log is a machine, too: it answers with what was recorded, and says whether the controller commands what it
-# commanded then, to
-# the last entry of the profile of a push.
+# commanded then, to the last entry of the profile of a push.
 again = hwsim.run(hwsim.Recording(log), ours).outcome.isel(part=0)
 print("same commands" if again.same else f"differs at {float(again.difference_time)} s")
 changed = centering.CenteringController(strategy, settings=centering.CycleSettings(margin=0.6))

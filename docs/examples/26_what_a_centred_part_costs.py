@@ -20,10 +20,9 @@ import hwsim
 # What is assumed
 # ---------------
 # Mears (2006) prints 60 s and 25 $/h for the operator who centres by hand, 29.1 s for a ring of 18.9 kg on
-# his machine, and
-# less than 10 000 $ for its parts. The rest is made up: a machine (grinder or measuring machine) that waits
-# while a ring is
-# centred, loading by hand, and a share of the time in which somebody watches. Change them.
+# his machine, and less than 10 000 $ for its parts. The rest is made up: a machine (grinder or measuring
+# machine) that waits while a ring is centred, loading by hand, and a share of the time in which somebody
+# watches. Change them.
 
 
 @dataclass(frozen=True)
@@ -123,14 +122,12 @@ print(", ".join(f"{way.name} {sum(costs(way, idle)):.3f} $ a part" for way in wa
 
 # %%
 # Once the pushes take two or three seconds, loading is what is left: a strategy that was twice as fast again
-# would be worth
-# little.
+# would be worth little.
 #
 # What if they are wrong
 # ----------------------
 # Each assumption halved and doubled, the others as they are; what is saved a part, against the hammer and
-# against the published
-# cycle.
+# against the published cycle.
 
 
 def saving(money, against):

@@ -16,8 +16,7 @@ from sdpgrind import sdp
 
 # %%
 # The step is written once, with operators and numpy functions. It serves arrays in numpy and floats in a
-# compiled
-# kernel.
+# compiled kernel.
 TOLERANCE = 0.0025  # mm
 
 

@@ -19,8 +19,7 @@ problem = weldbead.preset("P1")
 # The state
 # ---------
 # Heights on a grid of 0.02 mm, times on the lattice of 2 s. A bead below zero needs no grid: nothing but
-# stopping
-# makes sense there, and its charge is known.
+# stopping makes sense there, and its charge is known.
 h, stage = 0.02, 2.0
 height = np.arange(0.0, 2.0 + h / 2, h)
 nodes, stages = height.size, 30
@@ -30,9 +29,8 @@ nodes, stages = height.size, 30
 # One pass
 # --------
 # A force gives the cut a mean and a standard deviation; its law is Rayleigh's, moved to that mean and
-# stretched to that
-# deviation, or only stretched where it would begin below zero. All that is needed of it is ``G(y) = E (y -
-# D)+``.
+# stretched to that deviation, or only stretched where it would begin below zero. All that is needed of it is
+# ``G(y) = E (y - D)+``.
 def g(y, mean, sd):
     q = sd / np.sqrt(2 - np.pi / 2)
     start = mean - q * np.sqrt(np.pi / 2)
@@ -43,12 +41,9 @@ def g(y, mean, sd):
 
 # %%
 # Between nodes the value-to-go J is taken as linear. A function that is linear between nodes is a sum of
-# hats, so E
-# J(x - D) is a sum of E hat: second differences of G. They are probabilities (none is negative, they add up
-# to 1),
-# they are exact, and the weight of falling k cells does not depend on where one is. What falls below zero is
-# charged
-# 10 $/mm, in closed form: E (D - x)+ = G(x) - x + mean.
+# hats, so E J(x - D) is a sum of E hat: second differences of G. They are probabilities (none is negative,
+# they add up to 1), they are exact, and the weight of falling k cells does not depend on where one is. What
+# falls below zero is charged 10 $/mm, in closed form: E (D - x)+ = G(x) - x + mean.
 def weights(mean, sd):
     lag = h * np.arange(-1, nodes + 1)[:, None]
     curve = g(lag, mean, sd)
@@ -71,8 +66,7 @@ for duration in problem.durations:
 # Backward in time
 # ----------------
 # With no time left one stops. With t left one stops too, or takes the pass whose expected value-to-go, t less
-# its
-# duration from the end, is least.
+# its duration from the end, is least.
 stop = 2.0 * height
 J = np.empty((stages + 1, nodes))
 best = np.zeros((stages + 1, nodes))
@@ -105,9 +99,8 @@ print(
 # Finer grids
 # -----------
 # The rest of the library's work is: choosing the grid so that the error is known, finding the best force
-# without trying
-# hundreds, doing a stage in one matrix product, late sides, modes, several coordinates, and keeping the
-# result.
+# without trying hundreds, doing a stage in one matrix product, late sides, modes, several coordinates, and
+# keeping the result.
 exact = weldbead.plan(problem, tolerance=1e-4)
 print(f"converged: {exact.value(1.0, 24.0):.5f} $, within {exact.error:.0e} $")
 

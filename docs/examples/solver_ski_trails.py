@@ -27,9 +27,8 @@ places = (*"ABCDEFGHIJK", *entrances)
 
 # %%
 # One move, "ski", has one entry for each trail. It keeps the coordinates (there are none), is allowed where
-# the trail
-# begins, charges the minutes, and leads into the mode where the trail ends. One stops at an entrance, for
-# nothing.
+# the trail begins, charges the minutes, and leads into the mode where the trail ends. One stops at an
+# entrance, for nothing.
 start = np.array([places.index(a) for a, _, _ in trails])
 minutes = np.array([float(t) for _, _, t in trails])
 
@@ -66,8 +65,7 @@ policy = sdp.plan(problem)
 
 # %%
 # The table tells the way from anywhere, also from where one did not mean to go: the wrong turn from I to E
-# costs 2
-# minutes.
+# costs 2 minutes.
 for place in "ABDEI":
     trail = trails[int(policy.action(mode=place).trail)]
     print(f"from {place}: {policy.value(mode=place):g} minutes, by the trail to {trail[1]}")

@@ -16,8 +16,7 @@ from sdpgrind import sdp
 
 # %%
 # A pass at a force (N) takes 4 s, removes 0.02 mm a newton with a sharp disc and half of that at dullness 1,
-# with a
-# relative scatter from 10 % to 25 %.
+# with a relative scatter from 10 % to 25 %.
 FORCES = sdp.Levels(0.0, 50.0, 65)
 
 

@@ -102,8 +102,8 @@ for entry in ROWS:
 # What cannot be reproduced
 # -------------------------
 # Figures 6-9, 6-11, 6-12, 7-7 and 7-8 (no data and no gains are printed); "within 10 %" and "50 %" of
-# prediction error; 3 Hz
-# as a number, and 0.2 Hz as a need: in the model the 3 Hz loop stays stable with all that the text blames.
+# prediction error; 3 Hz as a number, and 0.2 Hz as a need: in the model the 3 Hz loop stays stable with all
+# that the text blames.
 
 plan.plot()
 plt.show()

@@ -52,8 +52,7 @@ row("C3 [1/s]", 1e-3, 1020.0, found.C3, "corrected: the exponent lost its sign, 
 # Slopes of section 5.5
 # ---------------------
 # The time that a mm takes at the greatest force: the source prints neither length nor force, and several
-# pairs of them
-# give the same.
+# pairs of them give the same.
 rounded = process.replace(friction_ratio=1000 * 12.5 / (85 * 500))  # C1 C3 = 0.1 mm/(N s)
 slope = 1000.0 / float(rounded.mean_cut(normal_force=40.0, feed_rate=1.0))
 row("slope of the greatest force [s/mm]", 313.0, 312.5, slope, "consistent: 1000 mm, 40 N are guessed")
@@ -72,12 +71,9 @@ row("burn limit: B [J/(mm^2 s^0.5)]", "4.1e4 in-lb", 7.1802, B, "reproduced: uni
 # Cut fractions of section 5.4
 # ----------------------------
 # How much of what is left the next pass should take, one and two passes before the deadline. The source says
-# 57 % and
-# 49 %, hypothetically. Where scatter is proportional to depth the fractions are constants: no idle power, 60
-# % scatter,
-# and overgrinding five times as dear as undergrinding (the ratio of Fig. 5-4). The closeness suggests, and
-# does not
-# prove, that this was his regime.
+# 57 % and 49 %, hypothetically. Where scatter is proportional to depth the fractions are constants: no idle
+# power, 60 % scatter, and overgrinding five times as dear as undergrinding (the ratio of Fig. 5-4). The
+# closeness suggests, and does not prove, that this was his regime.
 scaled = weldbead.plan(weldbead.preset("C0"), tolerance=2e-5)
 for band, published, correct in ((1, 57.0, 55.656), (2, 49.0, 49.662)):
     fraction = 100 * scaled.action(1.0, 6.0 * band).mean_cut
@@ -90,8 +86,7 @@ for band, correct in enumerate(slopes, start=1):
 # The canonical problems
 # ----------------------
 # The figures of chapter 5 cannot be computed: see below. These problems stand in for them, P1 with a fixed
-# deadline, P2
-# with expensive and P3 with cheap lateness, P4 with a burn limit, P5 with quadratic charges.
+# deadline, P2 with expensive and P3 with cheap lateness, P4 with a burn limit, P5 with quadratic charges.
 NAMED = {
     (0.2, 10.0): (0.112393, 0.112393, 0.112393, 0.112393, 0.007297),
     (1.0, 4.0): (2.000000, 1.812000, 1.219047, 2.000000, 0.881656),
@@ -157,8 +152,8 @@ for what, why in NOT.items():
 # The policy map of P1
 # --------------------
 # Penalty, duration of the next pass, its force. Compare the regions of chapter 5: no grinding in the last 6
-# s,
-# bands of 6 s, the fastest feed below the threshold of the greatest force, fewer and slower passes above it.
+# s, bands of 6 s, the fastest feed below the threshold of the greatest force, fewer and slower passes above
+# it.
 figure = plans["P1"].plot()
 
 # %%

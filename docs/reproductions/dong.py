@@ -57,9 +57,8 @@ row(
 # The time constant
 # -----------------
 # Six seconds at full rate on a machine of 1.935 s, sampled each 0.04 s: (4) by least squares, as printed, and
-# output error.
-# (4) leaves out a term, takes noise of the size for a lag that is not there, and an unknown contact for a
-# part of it.
+# output error. (4) leaves out a term, takes noise of the size for a lag that is not there, and an unknown
+# contact for a part of it.
 true, rate, time = 1.935, simulation.command_rate_max, np.arange(161) * 0.04
 size = rate * (time - true * (1 - np.exp(-time / true)))
 
@@ -92,8 +91,8 @@ row("bound of Cramer and Rao, 0.5 µm [s]", "-", 0.0032, bound, "ours")
 # The two experiments
 # -------------------
 # They assumed 1.8 and 1.95 s and left 3.9 and 2.9 µm of out-of-roundness, which is in proportion to the final
-# rate. Two equations
-# for the lag and for the rate of 3 µm; the stock then follows from the time, 24.66 s less 38 %.
+# rate. Two equations for the lag and for the rate of 3 µm; the stock then follows from the time, 24.66 s less
+# 38 %.
 for assumed, full, left in ((1.8, 0.026, 3.9), (1.95, 0.0255, 2.9)):
     lag = experiment.model.linear_time_constant
     end = full - assumed / lag * (full - experiment.final_rate)
@@ -133,8 +132,7 @@ row("second experiment; fastest cycle [s]", "17.87", "-", plunge.plan(experiment
 # The cycle, and what is learned between parts
 # --------------------------------------------
 # The times of the simulation were used to find what Part 1 would have told: they test this program. The
-# optimum, the share of
-# series with a burned part and the time without any damage were not.
+# optimum, the share of series with a burned part and the time without any damage were not.
 row("fastest cycle [s]", "-", 12.0195, plunge.plan(simulation).time, "ours")
 row(
     "fastest without any damage [s]",
@@ -174,8 +172,7 @@ for step in (0.25, 0.8):
 # Sharpness from the power
 # ------------------------
 # (6) gives the wear flat area. An error of 1 % of the power is one of some 2.5 % of the area: nobody can
-# measure it better from
-# one reading, and 300 readings make it 0.15 %.
+# measure it better from one reading, and 300 readings make it 0.15 %.
 for where, v in (("full rate", rate), ("where burning begins", model.burn_rate)):
     bare = float(model.grinding_power(v) - model.replace(wear_flat_area=1e-9).grinding_power(v))
     row(

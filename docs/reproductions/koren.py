@@ -221,7 +221,6 @@ for entry in ROWS:
 # The five cycles
 # ---------------
 # The first begins at 1 µm/s; each later one where the one before ended. The small violation after the rise is
-# real: the limit is
-# computed from the commanded infeed, but the work feels the actual one.
+# real: the limit is computed from the commanded infeed, but the work feels the actual one.
 log.plot()
 plt.show()

@@ -89,8 +89,7 @@ row(
 # Stiffness and restitution
 # -------------------------
 # Table 3.1 is all that is said of the stiffness; the model takes 1.2 N/µm, and 0.729 N/µm come nearest to its
-# results. Through
-# the origin the line of least squares is 3 % steeper.
+# results. Through the origin the line of least squares is 3 % steeper.
 DISTANCE = np.array([10, 15, 20, 25, 30, 35]) / 1e3  # mm
 FORCE = np.array([10.7, 16.0, 22.4, 31.0, 37.4, 40.6])  # N
 row(
@@ -138,8 +137,7 @@ row("(5.13): by how much it is too long [ms]", "-", 1e3 * RAPID / ACCELERATION, 
 # Lead and stroke
 # ---------------
 # (5.17) as it stands, aligned at the end of the push; then with the printed times, which turn the lead by so
-# much as the source
-# finds, and last where the ring must lie to be pushed to the axis.
+# much as the source finds, and last where the ring must lie to be pushed to the axis.
 LIMITS = printed.limits.replace(approach_speed=83.333, push_speed_max=83.333)
 source = printed.replace(part=centering.push.Part(18.9, 61.94), limits=LIMITS)
 LEADS = (
@@ -210,10 +208,9 @@ for offset, speed, *_ in LEADS:
 # What a push does: Tables 5.1 and 6.1
 # ------------------------------------
 # The part of 18.9 kg, pushed at constant speed for 0.4 s. The printed parameters do not give the modelled
-# columns, whatever the
-# static friction, which is not printed: a slide at 300 mm/min needs a force that swings down to nothing, and
-# with it a peak 28
-# N above the Coulomb friction; 18.5 N are printed. The fitted ones come near to both tables.
+# columns, whatever the static friction, which is not printed: a slide at 300 mm/min needs a force that swings
+# down to nothing, and with it a peak 28 N above the Coulomb friction; 18.5 N are printed. The fitted ones
+# come near to both tables.
 MODELLED = {  # mm/min: slide [µm], peak force [N]
     100: (0, 39.81), 200: (0, 41.83), 300: (13, 46.25), 400: (36, 51.00), 500: (65, 56.19), 600: (109, 61.39), 700: (140, 66.65),
     800: (184, 71.87), 900: (229, 76.16), 1000: (272, 79.76), 1200: (366, 86.95), 1500: (494, 118.48), 2000: (948, 123.14),
@@ -337,10 +334,8 @@ for rate, um, said in ((500, 81, "70"), (1000, 323, "110"), (2000, 1293, "1000")
 # Stiction resonance
 # ------------------
 # The dominant line of the contact force, above 4 Hz, of a push of 0.2 s at 600 mm/min (zero-padded). One
-# stiffness cannot serve
-# both masses: the light part wants 82 N/mm. And it is no property of the part alone: as soon as the tip comes
-# off, the period
-# grows by the flight, and the frequency falls with the speed.
+# stiffness cannot serve both masses: the light part wants 82 N/mm. And it is no property of the part alone:
+# as soon as the tip comes off, the period grows by the flight, and the frequency falls with the speed.
 
 
 def by_hand(model, rate):
@@ -382,10 +377,8 @@ for mass, hertz, stiffness in ((18.9, 29.9, 667), (18.9, 27.8, 577), (0.8, 51.0,
 # The band-stop filter
 # --------------------
 # The text has a band of 5 to 40 Hz, a caption 20 to 40 Hz, and the lag is that of 25 to 40 Hz. With 5 Hz the
-# pusher would have
-# to draw back. What the filter does to the peak force of the light part is no property of part and filter: it
-# is how the first
-# sample jumps.
+# pusher would have to draw back. What the filter does to the peak force of the light part is no property of
+# part and filter: it is how the first sample jumps.
 for low, correct in ((25.0, 47.746), (20.0, 79.577), (5.0, 557.04)):
     lag = 1e3 * centering.push.band_stop_lag(10.0, band=(low, 40.0))
     row(
@@ -435,8 +428,7 @@ for rate, correct in ((1000.0, 23.482), (4000.0, 36.169)):
 # Friction from a push: Tables 6.2 and 6.3
 # ----------------------------------------
 # The formulas hold for one part and fast pushes. The forces are used as read: with the correction of 14.1 N,
-# which the text
-# speaks of, the first would be 0.231.
+# which the text speaks of, the first would be 0.231.
 PRINTED = centering.friction.PrintedFriction()
 TABLE_6_2 = {
     "dry": {
@@ -521,12 +513,10 @@ for surface, published, correct, off in (("dry", "0.133", 0.13312, 5.6), ("oily"
 
 # %%
 # The model, told the measured friction, does not give what was read in Table 6.2 either. With the printed
-# parameters forces are
-# a third too high and slides a quarter too short at 5000 mm/min; the fitted ones, whose viscous friction is
-# three times as much,
-# are right in the force of fast pushes and give half of the slide. So what the general estimator finds of one
-# pair of readings
-# depends on the speed: one friction does not explain them.
+# parameters forces are a third too high and slides a quarter too short at 5000 mm/min; the fitted ones, whose
+# viscous friction is three times as much, are right in the force of fast pushes and give half of the slide.
+# So what the general estimator finds of one pair of readings depends on the speed: one friction does not
+# explain them.
 for name, problem in PRESETS.items():
     doubted = problem.replace(scatter=problem.scatter.replace(friction_part_sd=0.5))
     print(
@@ -568,10 +558,8 @@ for name, problem in PRESETS.items():
 # Whole cycles: Table 5.4
 # -----------------------
 # Where parts were placed, how fast the table turned and how much pushes scattered is not said. What can be
-# checked: a push
-# takes about a turn. The simulated machine, with the scatter assumed here and at 30 rpm, and the controller
-# as the source
-# describes it:
+# checked: a push takes about a turn. The simulated machine, with the scatter assumed here and at 30 rpm, and
+# the controller as the source describes it:
 for part, (mean_time, pushes) in enumerate(((28.0, 10.8), (25.5, 10.0), (24.6, 9.3), (29.1, 8.9)), 1):
     row(f"part {part}: turns a push at 20 1/min (0.7 to 1.1)", "-", 0.9, mean_time / pushes / 3.0, 0.2)
 row("17.5 s, 9 pushes: slowest table [1/min]", "20", 30.9, 60 * 9 / 17.5, 0.1, "more than a turn a push")
@@ -591,10 +579,8 @@ for name, problem in PRESETS.items():
 
 # %%
 # With the heavy part the reason is the jump of stick and slip, 15 µm of the printed parameters and 71 µm of
-# the fitted ones,
-# while the window of the tolerance is 5 µm wide. That the real machine came there in 8.9 pushes says that its
-# jump was smaller,
-# or its scatter larger, than its model says.
+# the fitted ones, while the window of the tolerance is 5 µm wide. That the real machine came there in 8.9
+# pushes says that its jump was smaller, or its scatter larger, than its model says.
 for name, correct in (("printed", 15.446), ("identified", 70.581)):
     row(
         f"{name}: jump of stick and slip, 18.9 kg [µm]",

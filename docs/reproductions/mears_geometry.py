@@ -36,10 +36,8 @@ row, missing = page.row, page.missing
 # A cosine instead of the exact curve, over whole turns
 # -----------------------------------------------------
 # The source fits the limaçon R + d cos and repairs the radius by (4.22), as "there is no closed form". There
-# is:
-# :math:`\hat R = (2R/\pi)\,E(d^2/R^2)`, with E the complete elliptic integral of the second kind. Below, the
-# mean of the exact
-# curve by numerical integration is what is correct.
+# is: :math:`\hat R = (2R/\pi)\,E(d^2/R^2)`, with E the complete elliptic integral of the second kind. Below,
+# the mean of the exact curve by numerical integration is what is correct.
 
 
 def exact_ratio(k):
@@ -107,8 +105,7 @@ row(
 
 # %%
 # Over an arc the cosine is wrong altogether, and correcting the radius does not help. The centre, where the
-# arc begins at its
-# worst:
+# arc begins at its worst:
 for k, corrects in ((0.2, (0.20, 0.16, 0.11, 0.043)), (0.05, (0.049, 0.039, 0.028, 0.011))):
     for degrees, correct in zip((30, 120, 180, 270), corrects, strict=True):
         arc = np.deg2rad(np.arange(degrees + 1))
@@ -122,9 +119,8 @@ for k, corrects in ((0.2, (0.20, 0.16, 0.11, 0.043)), (0.05, (0.049, 0.039, 0.02
 # Table 4.1: a ring of 61.9 mm
 # ----------------------------
 # The source measures what the theory predicts, to half a millimetre, but for row 3, where 60.3 must be a
-# misprint of 61.1:
-# that is what corrects to the printed 61.7. Of the corrected radii only that of row 3 then follows from
-# (4.22).
+# misprint of 61.1: that is what corrects to the printed 61.7. Of the corrected radii only that of row 3 then
+# follows from (4.22).
 TABLE_4_1 = ((6.03, "61.3", 61.753, 61.44, "61.7"), (12.48, "60.3", 61.266, 60.91, "61.7"))
 TABLE_4_1 += ((18.8, "60.7", 60.447, 62.07, "61.8"), (26.4, "58.9", 58.981, 61.68, "61.9"))
 for number, (offset, seen, theory, by_formula, corrected) in enumerate(TABLE_4_1, 2):
@@ -176,8 +172,8 @@ missing(
 # The Kalman filter, and why Table 4.4 says -0.9 %
 # ------------------------------------------------
 # A random walk that follows a cosine at one sample a degree attenuates it and lags behind. The -0.9 % of its
-# amplitude is in the
-# table; the seven degrees of lag, which displace the centre by an eighth of the offset, are not.
+# amplitude is in the table; the seven degrees of lag, which displace the centre by an eighth of the offset,
+# are not.
 degree = units.deg(1.0)
 gain = identify.random_walk_gain(0.0005, 0.03)
 response = complex(identify.random_walk_response(gain, degree))
@@ -204,10 +200,8 @@ for upr, correct in ((3, 0.954), (43, 0.222)):
 # How fast the running estimators converge
 # ----------------------------------------
 # 4000 times the simulated data (4.46), one reading a degree. The source's recursion has two parameters and
-# starts from a
-# tight guess, its PRLS has three and none. That is all of the difference: with the same parameters both are
-# the same numbers.
-# Its single runs are well within the distributions.
+# starts from a tight guess, its PRLS has three and none. That is all of the difference: with the same
+# parameters both are the same numbers. Its single runs are well within the distributions.
 angle = np.deg2rad(np.arange(1.0, 361.0))
 turned = np.arange(1, 361)
 rng = np.random.default_rng(0)
@@ -310,8 +304,7 @@ for upr, gains in ((2, (3.94, 3.49, 2.24)), (3, (8.65, 6.22, 1.426)), (5, (22.2,
 
 # %%
 # As printed, with half of the width, case 2 of Table 4.6 would be valid at 30 degrees at once. With the full
-# width it comes
-# out, and case 3 is never valid within its turn. "99.9 %" means something else altogether.
+# width it comes out, and case 3 is never valid within its turn. "99.9 %" means something else altogether.
 BANDS = (
     (1, 20.0, 30, "52.7", 47.2, 0.13),
     (2, 1.0, 77, "29.7", 29.8, 0.08),
@@ -394,8 +387,8 @@ missing(
 
 # %%
 # The covariance of the centre in its worst direction, with Student's quantile, keeps its word, and needs more
-# data: case 3
-# eleven turns. 99.9 % in any one direction is 99.55 % of the plane; ``joint=True`` is 99.9 % of the plane.
+# data: case 3 eleven turns. 99.9 % in any one direction is 99.55 % of the plane; ``joint=True`` is 99.9 % of
+# the plane.
 SURE = {"noise_sd": 0.04, "confidence": 0.999, "rel_tol": 0.03, "abs_tol": 0.002, "model": "limacon"}
 
 
@@ -444,25 +437,19 @@ for case, offset, correct, tolerance, most in (
 # Without a number of their own, and decided so in this library:
 #
 # * (4.1) and the text after (3.17) count the slide in opposite directions. Both slide and probe are positive
-# outward here.
+#   outward here.
 # * (4.5), (4.6) have the basis 1, cos, sin; (4.7), (4.28), (4.41), (4.44) have sin before cos, which turns
-# phi into 90
-#   degrees less phi. Here it is 1, cos, sin everywhere. (4.9) loses the half plane.
+#   phi into 90 degrees less phi. Here it is 1, cos, sin everywhere. (4.9) loses the half plane.
 # * (4.40) to (4.45): the regressor is that of the current sample throughout; I is 1; what stands in (4.43)
-# beside the
-# diagonal are covariances, as the product of two standard deviations makes a matrix that cannot be inverted;
-# P times the
-# variance is the covariance. A solution of (4.45) is not added to the one before. Its cost does not grow as
-# the square of
-#   the readings.
+#   beside the diagonal are covariances, as the product of two standard deviations makes a matrix that cannot
+#   be inverted; P times the variance is the covariance. A solution of (4.45) is not added to the one before.
+#   Its cost does not grow as the square of the readings.
 # * (4.41) has no constant: readings without their mean are meant, which only a whole turn tells. "RLS is
-# superior" rests on
-#   that.
+#   superior" rests on that.
 # * (4.49): of m readings and three parameters m - 3 are free.
 # * 20 and 30 degrees of arc are floors, and say nothing of how sure an estimate is.
 # * The error of the limaçon falls as the square of the offset, not exponentially; its centre is unbiased for
-# whole even turns
-#   alone.
+#   whole even turns alone.
 
 page.show()
 
@@ -487,8 +474,8 @@ axes[1].legend(frameon=False)
 # One run, and all of them
 # ------------------------
 # Where the amplitude comes to stay within 10 % (Fig. 4.15): the published runs are two draws from these.
-# Beside it the width that
-# the printed rule goes by, the one that holds 99.9 %, and what is allowed in Table 4.6.
+# Beside it the width that the printed rule goes by, the one that holds 99.9 %, and what is allowed in Table
+# 4.6.
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
 for name, published, color in (("rls", 106, "#4878a8"), ("prls", 190, "#b04a3a")):
     axes[0].hist(

@@ -36,10 +36,8 @@ row, missing = page.row, page.missing
 # Normal residuals prove little
 # -----------------------------
 # The source tests its residuals for a normal distribution. Form alone, without any noise, passes that test
-# four times in
-# five, with neighbours correlated by 0.88: errors are then up to four times what independent noise would make
-# them.
-# upr: µm
+# four times in five, with neighbours correlated by 0.88: errors are then up to four times what independent
+# noise would make them. upr: µm
 TABLE_6_5 = {
     43: 0.235,
     3: 0.206,
@@ -85,10 +83,8 @@ missing("A2 of the residuals of its parts", "pictures", "no number is printed")
 # The part of Tables 6.4 and 6.5
 # ------------------------------
 # The lines of the roundness machine add up to its 1.3 µm. That the 43 undulations are lost "by the roller's
-# bridging" is not
-# so: a roller of 3.75 mm bridges them from 0.59 mm of amplitude on. What the prototype's own Kalman filter
-# leaves of them is
-# 22 %.
+# bridging" is not so: a roller of 3.75 mm bridges them from 0.59 mm of amplitude on. What the prototype's own
+# Kalman filter leaves of them is 22 %.
 row("sum of the amplitudes [µm]", "-", 0.823, float(amplitude.sum()), 1e-9)
 row("rms [µm]", "-", 0.2548, float(np.sqrt(np.sum(amplitude**2) / 2)), 1e-4)
 span = np.ptp(forms(1500, 1024, rng), axis=1)
@@ -142,9 +138,8 @@ for upr, correct in ((2, 0.059), (3, 0.060), (16, 0.94)):
 
 # %%
 # So the runout is fitted, together with the lines of Table 6.5, over four turns of the simulated probe, 3.6
-# mm off-centre. The
-# roller follows the arc: in the angle about the part's centre its tone is a line, in the spindle's angle it
-# is not.
+# mm off-centre. The roller follows the arc: in the angle about the part's centre its tone is a line, in the
+# spindle's angle it is not.
 lobes = {upr: (units.um(height), 0.37 * upr) for upr, height in TABLE_6_5.items()}
 errors = hwsim.ProbeErrors(probe_quantum=0.0, slide_quantum=0.0, counts=0, noise_sd=1e-4, runout=1.5e-3)
 scan = hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5, lobes=lobes), samples_per_turn=360, errors=errors).scan(
@@ -182,8 +177,7 @@ for wheel, count, correct in ((16.517, 1, 122), (16.517, 2, 1.45), (16.05, 1, 80
 # Where rapid feed ends
 # ---------------------
 # The source gives the rule and no numbers. Those below are ours: a shaft of 35 mm, and rates and cycle time
-# of Dong, Danai
-# and Malkin (2004). Two sums of 3 sigma that are added up are more than 3 sigma.
+# of Dong, Danai and Malkin (2004). Two sums of 3 sigma that are added up are more than 3 sigma.
 row("3 sigma: no contact [%]", "99.865", 99.8650, 100 * float(special.ndtr(3.0)), 1e-4)
 row("4 sigma: no contact [%]", "99.997", 99.99683, 100 * float(special.ndtr(4.0)), 1e-5)
 stock = centering.setup.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
@@ -227,14 +221,12 @@ missing("air grinding saved", "-", "no number is printed")
 # Without a number of their own, and decided so in this library:
 #
 # * "ISO 1492" is ISO 4291, today ISO 12181. The zone circle is neither heuristic nor graphical; LSC is
-# repeatable, MZC the
-#   smallest.
+#   repeatable, MZC the smallest.
 # * The most material is the minimum *circumscribed* circle, about the grinder's axis.
 # * (6.21) is of a bandwidth; the limit is half of the sampling rate. A limit in undulations that does not
-# depend on speed
-#   needs samples that are triggered by the angle.
+#   depend on speed needs samples that are triggered by the angle.
 # * The roller's tone is removed completely only if its ratio is known and no whole number. Fig. 6.21 may show
-# rms values.
+#   rms values.
 
 page.show()
 

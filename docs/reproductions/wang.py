@@ -31,8 +31,7 @@ row, missing = page.row, page.missing
 # The experiment: Tables 2 and 3
 # ------------------------------
 # The printed ratios are those of the roughness over 10 µm. The sums of squares must be made from the
-# roughness, not from the
-# rounded ratios.
+# roughness, not from the rounded ratios.
 study = finishing.Study.published("wang-2001")
 PRINTED = [6.021, 9.119, 8.519, 1.671, 4.437, 4.437, 7.432, 5.597, 3.414]
 PRINTED += [6.936, 4.082, 6.021, 2.499, 3.414, -0.424, 3.414, 0.677, 3.742]
@@ -82,8 +81,7 @@ for name, (*_, ratio) in TABLE_3.items():
 # The best levels
 # ---------------
 # The paper takes 1.667 N. The means of its own readings are higher at 1.111 N, by an amount that these
-# readings cannot tell from
-# nothing. The feed has no effect that they show.
+# readings cannot tell from nothing. The feed has no effect that they show.
 best = study.best()
 means = study.level_means()["normal_force"]
 row("mean S/N at 1.111 N [dB]", "-", 5.541, means[1.111], 1e-3)
@@ -136,8 +134,8 @@ row("2000 repetitions: 1.667 N beats 1.111 N", "-", 0.34, power.beats("normal_fo
 # Controller and observer
 # -----------------------
 # The printed gains are three equal poles each, at -61 and -40 1/s: the observer is slower than the loop
-# around it. Both together
-# have none of these poles. The loop answers 3.7 times more slowly than was designed, and overshoots more.
+# around it. Both together have none of these poles. The loop answers 3.7 times more slowly than was designed,
+# and overshoots more.
 axis = finishing.TorqueAxis()
 printed, designed = (
     finishing.torque.PidffGains(),
@@ -205,10 +203,8 @@ missing("contact torque while finishing", "none", "no trace is printed")
 # What a load torque does
 # -----------------------
 # "The steady-state error will disappear": only if the true contact torque were fed back. Current and angle
-# show the sum of
-# contact and load torque. The loop brings that sum to its target, the estimate has no error, and the contact
-# lacks all of the
-# load.
+# show the sum of contact and load torque. The loop brings that sum to its target, the estimate has no error,
+# and the contact lacks all of the load.
 for form, correct in (("ideal", 0.0), ("pid", -1.0), ("state", -1.0)):
     ours = float(loops[form].loop().dc_gain("load_torque")[0])
     row(
@@ -236,8 +232,7 @@ row(
 # Digital limits
 # --------------
 # The smallest step of the command is not what the observer can tell: that is one count of the encoder. The
-# paper does not print
-# how many counts it has; 20 000 in a turn are assumed here.
+# paper does not print how many counts it has; 20 000 in a turn are assumed here.
 REASON = "the step of the current was rounded first"
 # N, the weight of a gram as the source has it; in N m it is that of a kilogram at a millimetre
 GRAM = 9.81e-3
@@ -269,11 +264,9 @@ row("the same, with 20 000 counts [N]", "-", 0.040, axis.force_resolution, 1e-3)
 # Force from torque
 # -----------------
 # F = T/R holds where the tool lies flat on the surface. At 30 degrees and a friction ratio of 0.3 the same
-# torque presses with
-# 2 % less where the tool is dragged, and with 40 % more where it is pushed. And a tool that turns into the
-# feed, as the contact
-# angle is defined, makes this kind of robot carry the work around its base at each corner: there is no joint
-# that yaws the wrist.
+# torque presses with 2 % less where the tool is dragged, and with 40 % more where it is pushed. And a tool
+# that turns into the feed, as the contact angle is defined, makes this kind of robot carry the work around
+# its base at each corner: there is no joint that yaws the wrist.
 CASES = (
     ("dragged", 0.3, False, 0.984),
     ("pushed", 0.3, True, 1.397),
@@ -306,9 +299,8 @@ missing("poses of the A530", "photographs", "lengths and limits of the robot are
 # Paths
 # -----
 # The substitution rules are right. What R draws is misprinted: the curve runs over itself. As L already draws
-# four nodes at order
-# 0, the order of the paper is one less than ours; if it counts otherwise in its Table 2, nothing printed
-# tells.
+# four nodes at order 0, the order of the paper is one less than ours; if it counts otherwise in its Table 2,
+# nothing printed tells.
 plate = finishing.surface.flat_surface(1.0)
 for order in range(1, 8):
     nodes = finishing.path.hilbert_nodes(order)
@@ -345,8 +337,7 @@ missing("figures 3 to 7", "pictures", "no numbers of surface, specimen and pitch
 # Feed that is commanded and feed that is had
 # -------------------------------------------
 # Four nodes in five of a fractal path are corners. A robot that stops at each of them never comes near to the
-# commanded feed,
-# which may be why it has no effect in Table 3.
+# commanded feed, which may be why it has no effect in Table 3.
 for feed, correct in ((12.5, 0.56), (25.0, 0.28), (37.5, 0.19)):
     law = finishing.timing.Trapezoid(0.2, speed_max=feed, acceleration=1000.0)
     row(f"0.2 mm from rest to rest: mean over {feed} mm/s", "-", correct, law.mean_share, 5e-3)
@@ -372,8 +363,7 @@ for ax, misprinted in zip(axes, (True, False), strict=True):
 # The step as it was designed, and as it is
 # -----------------------------------------
 # A quarter of overshoot is there by design, since (8) has a zero at -20 1/s; a prefilter takes it away. The
-# rest is the slow
-# observer: with one of three times the pole of the loop it is gone.
+# rest is the slow observer: with one of three times the pole of the loop it is gone.
 time = np.linspace(0.0, 0.3, 601)
 faster = finishing.TorqueController(
     axis, normal_force=1.111, gains=finishing.torque.PidffGains.of_poles(axis, pole=61.0)
