@@ -26,10 +26,10 @@ process = problem.model
 # =====  ===============================================  ================================================
 # name   what scatters                                    scatter of the depth
 # =====  ===============================================  ================================================
-# "C1"   1/K1, while K2/K1 stays (Brown's own choice)     grows with the whole power, the lost part too "K1"
-# the specific energy alone                        a fixed share of the depth, at any force, feed "K2"   the
-# idle power alone                             the same at any force; less at a fast feed "mu"   the friction
-# between disc and work               as "C1" while the disc keeps its speed
+# "C1"   1/K1, while K2/K1 stays (Brown's own choice)     grows with the whole power, the lost part too
+# "K1"   the specific energy alone                        a fixed share of the depth, at any force, feed
+# "K2"   the idle power alone                             the same at any force; less at a fast feed
+# "mu"   the friction between disc and work               as "C1" while the disc keeps its speed
 # =====  ===============================================  ================================================
 #
 # The practical difference: with "C1", "K2" or "mu" a light pass is relatively *less* certain, and of two

@@ -26,9 +26,10 @@ problem = weldbead.preset("P1")
 # ============================================  ============================================================
 # what                                          one piece of work
 # ============================================  ============================================================
-# ``weldbead.sweep``, ``weldbead.sensitivity``  one plan ``policy.simulate``                           a block
-# of sequences ``hwsim.run``, ``hwsim.compare``              some parts (not with ``adapt``, where a part
-# needs the one before) ``sdp.plan`` with two or three coordinates    a block of the grid, at each stage
+# ``weldbead.sweep``, ``weldbead.sensitivity``  one plan
+# ``policy.simulate``                           a block of sequences
+# ``hwsim.run``, ``hwsim.compare``              some parts (not with ``adapt``: a part needs the one before)
+# ``sdp.plan`` with two or three coordinates    a block of the grid, at each stage
 # ============================================  ============================================================
 #
 # A plan with one coordinate, such as the weld bead's, ignores the executor: its stages are so quick that
