@@ -4,7 +4,7 @@ from math import exp
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.states import floats, named, record
+from sdpgrind.base.states import floats, record
 from sdpgrind.plunge._model.problem import CycleProblem
 
 PRINTED, GAUGE, P_END = range(3)  # start of spark-out
@@ -51,8 +51,9 @@ def law_of(problem: CycleProblem, final_rate: float, **settings: float) -> Float
         "rough_rate": problem.command_rate_max,
     }
     law = floats(LAW)
+    row = law.view(LAW)
     for name, value in (values | settings).items():
-        named(law, LAW)[name] = value
+        row[name] = value
     return law
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import compiled
 
 
-@compiled
+@compiled(inline="always")  # measured: a look-up of many states takes a third
 def _cell(shape, index, point, corner, low):
     """Flat node and weight of a corner (bits of `corner`) of a point's cell; `low` is its lowest node."""
     node, weight = 0, 1.0
@@ -17,7 +17,7 @@ def _cell(shape, index, point, corner, low):
     return node, weight
 
 
-@compiled
+@compiled(inline="always")
 def _lowest(shape, index, point, low):
     for axis in range(shape.size):
         low[axis] = max(0, min(int(np.floor(index[axis, point])), shape[axis] - 2))
