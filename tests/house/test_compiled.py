@@ -370,6 +370,7 @@ def test_a_closed_kernel_has_no_machine_code_of_its_own():
     def summed(x):
         return _rooted(x) + _rooted(x + 5.0)
 
+    _rooted._cache.flush()  # what an earlier run left on disk
     _rooted.compile((types.float64,))
     (made,) = _rooted.overloads.values()
     assert isinstance(made.library, LinkedLibrary)
