@@ -66,7 +66,7 @@ def test_the_class_of_a_kind_knows_it(kind):
     assert issubclass(cls, Record) and cls.kind == kind
 
 
-PICTURE = re.compile(r"(?:^|_)(?:pictures?|plots?|film)$")
+PICTURE = re.compile(r"(?:^|_)(?:picture|plot)s?$")
 
 
 def pictures_at_the_top(name):

@@ -1,6 +1,6 @@
 """Pictures of logs: that of the plant, or a panel for each measured quantity."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from importlib import import_module
 from math import nan
 from textwrap import fill
@@ -10,7 +10,6 @@ import numpy as np
 
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
-from sdpgrind.base.checks import Floats
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,14 +47,6 @@ def label(variable: Any, name: str, more: str = "") -> str:
     text = variable.attrs.get("long_name", name)
     escaped = unit.replace("$", r"\$")
     return text + more if unit == "1" else f"{text}{more} [{escaped}]"
-
-
-def columns(log: PartLog, names: Sequence[str], part: int = -1) -> dict[str, Floats]:
-    """Columns of the first table for one part, -1: the last; NaN where there is no such column."""
-    table = log[log.tiers[0]]
-    rows = table.part.values == (table.part.values[-1] if part < 0 else part)
-    missing = np.full(rows.sum(), nan)
-    return {name: table[name].values[rows] if name in table.variables else missing for name in names}
 
 
 def _legible(variable: Any) -> Any:

@@ -73,7 +73,7 @@ def _class_of(name: str) -> type:
 def _modules(package: str) -> list[str]:
     try:
         found = import_module(package)
-    except ImportError:
+    except ModuleNotFoundError:  # no such area
         return []
     each = walk_packages(found.__path__, f"{package}.")
     return [module.name for module in each if not module.name.endswith("__main__")]

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._log.picture import columns
+from hwsim._log.columns import columns
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.checks import Floats

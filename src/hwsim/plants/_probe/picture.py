@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._log.picture import columns
+from hwsim._log.columns import columns
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
