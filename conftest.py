@@ -1,11 +1,14 @@
 """For every test: one thread of linear algebra, as in the library's own work, since two wait for each other.
 
-Kernels that compile longest are compiled before the first test. No example of a property has a deadline: the
-first one may compile.
+A run of the whole suite compiles the areas' kernels before workers start, since two workers at work in one
+area would compile the same. Bytecode is kept even where PYTHONDONTWRITEBYTECODE is set, as kernels are: each
+worker and each program that a test starts would compile all modules anew (measured: 15 s a worker). No
+example of a property has a deadline: the first one may compile.
 """
 
 import os
-from pathlib import Path
+import subprocess
+import sys
 
 import pytest
 from hypothesis import settings
@@ -13,20 +16,20 @@ from hypothesis import settings
 settings.register_profile("sdpgrind", deadline=None)
 settings.load_profile("sdpgrind")
 
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # before numpy is loaded; programs that tests start inherit it
 
+# Areas for each of two processes; chosen: they share few kernels, and halve the time (measured: 82 and 97 s)
+_HALVES = (("centering", "plunge"), ("weldbead", "locus", "finishing"))
+_WARM = "import sys; from hwsim import cli; sys.exit(max(cli.main(['warm', area]) for area in sys.argv[1:]))"
 
-@pytest.fixture(scope="session", autouse=True)
-def compiled():
-    """Trace a locus where its kernels are not on disk yet: that takes the better part of a minute, once."""
-    import sdpgrind
 
-    kept = (
-        Path(sdpgrind.__file__)
-        .with_name("locus")
-        .joinpath("_trace", "__pycache__")
-        .glob("*trace_kernels.follow*.nbc")
-    )
-    if not any(kept):
-        sdpgrind.warm("locus")
+def pytest_configure(config):
+    """Compile where workers are about to start on the whole suite."""
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    if whole and not config.option.collectonly and getattr(config.option, "numprocesses", None):
+        each = [subprocess.Popen([sys.executable, "-c", _WARM, *areas]) for areas in _HALVES]
+        if [process for process in each if process.wait()]:
+            raise pytest.UsageError("the kernels of an area cannot be compiled")

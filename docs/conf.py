@@ -3,19 +3,27 @@ pictures.
 """
 
 import os
+import sys
+from logging import WARNING, getLogger
 from pathlib import Path
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+from sphinx.util import logging
+
 import sdpgrind
 
+getLogger("sdpgrind").setLevel(WARNING)  # a package of an example shows all levels
 HERE = Path(__file__).parent
+sys.path.append(str(HERE))  # for the directive `entries`
 
 project = "sdpgrind"
 author = "The sdpgrind developers"
 version = release = sdpgrind.__version__
 html_theme = "furo"
 html_title = f"{project} {release}"
+html_use_index = False  # one page of 280 kB; the tables of the reference and the search find the same
+html_domain_indices = False
 exclude_patterns = ["_build", "**/GALLERY_HEADER.rst"]
 nitpicky = False
 default_role = "code"
@@ -27,6 +35,7 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
+    "entries",
 ]
 
 # -- reference: what a package exports, from its numpydoc docstrings
@@ -34,12 +43,13 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # types stand in the docstrings, with units
 autodoc_default_options = {"members": True, "exclude-members": "__weakref__"}
 autosummary_generate = False
+toc_object_entries_show_parents = "hide"
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 
 # -- examples: every script of the galleries is run, a failure fails the build
-GALLERIES = [name for name in ("examples", "reproductions") if (HERE / name / "GALLERY_HEADER.rst").exists()]
+GALLERIES = ["commissioning", "examples", "reproductions"]
 sphinx_gallery_conf = {
     "examples_dirs": GALLERIES,
     "gallery_dirs": [f"gallery/{name}" for name in GALLERIES],
@@ -51,6 +61,24 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "min_reported_time": 60,
     "show_memory": False,
+    "write_computation_times": False,
     "show_signature": False,
     "plot_gallery": "True",
 }
+
+# -- size of pages
+LARGEST = 200  # kB; chosen: a page of 900 kB takes seconds to be laid out
+
+
+def _too_large(app, error):
+    """Warn of pages over the largest size."""
+    for page in sorted(Path(app.outdir).rglob("*.html")):
+        size = page.stat().st_size / 1000
+        if size > LARGEST:
+            name = page.relative_to(app.outdir)
+            logging.getLogger(__name__).warning("%s must be <= %d kB; got %d", name, LARGEST, size)
+
+
+def setup(app):
+    """Check the pages when they are written."""
+    app.connect("build-finished", _too_large)

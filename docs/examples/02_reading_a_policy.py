@@ -26,15 +26,15 @@ print(f"the same with 12 s: {policy.value(height=1.0, time_left=12.0):.4f} $")
 print(f"a mm of metal there costs {policy.gradient(height=1.0, time_left=12.0):.2f} $/mm")
 
 # %%
-# Against time the value is a flight of steps. A step down stands where one more pass fits in: the fastest
-# pass takes 6 s, and half a pass is no use. Between two stages the answer is that of the stage below, the one
+# Against time, which runs out to the right, the value is a flight of steps. A step stands where one more pass
+# fits in: the fastest pass takes 6 s, and half a pass is no use. Between two stages the answer is that of the stage below, the one
 # that is sure to be reached. Do not interpolate over such a step.
 
 time = np.arange(0.0, 60.0, 0.1)
 figure, ax = plt.subplots(figsize=(7, 3.6), layout="constrained")
 for height in (0.1, 0.2, 0.5, 1.0, 1.5):
     ax.semilogy(time, policy.value(height=height, time_left=time), label=f"{height:g} mm")
-ax.set(xlabel="time left [s]", ylabel=r"expected penalty [\$]", xticks=range(0, 61, 6))
+ax.set(xlabel="time left [s]", ylabel=r"expected penalty [\$]", xticks=range(0, 61, 6), xlim=(60, 0))
 ax.legend(title="height", ncols=2, frameon=False)
 ax.grid(alpha=0.3)
 
@@ -105,7 +105,7 @@ image = ax.pcolormesh(
 )
 bar = figure.colorbar(image, ax=ax, label=r"gap [\$]", ticks=range(-5, 1))
 bar.ax.set_yticklabels([f"$10^{{{k}}}$" for k in range(-5, 1)])
-ax.set(xlabel="time left [s]", ylabel="height [mm]")
+ax.set(xlabel="time left [s]", ylabel="height [mm]", xlim=(60, times[3]))
 
 # %%
 # Risk: more than the mean

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, NoReturn
 
+from hwsim.command._demo.command import add_demo
+from hwsim.command._verify import add_verify
 from hwsim.command._warm import add_warm
 from hwsim.command.base import add_to
 from sdpgrind import __version__
@@ -26,7 +28,8 @@ REFUSED, INTERRUPTED = 2, 130  # exit status; source: argparse, and 128 + SIGINT
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status.
 
-    0: done; 1: every part was broken off; 2: wrong input, with one line of text; 130: interrupted.
+    0: done; 1: every part was broken off, or a page was changed or comes out otherwise; 2: wrong input, with
+    one line of text; 130: interrupted.
 
     Parameters
     ----------
@@ -96,7 +99,10 @@ def _parser() -> argparse.ArgumentParser:
     known = [import_module(module).AREA for module in _AREAS]
     for area in known:
         add_to(areas, area)
-    add_warm(areas, {area.name: area for area in known}, parser.parse_args)
+    named = {area.name: area for area in known}
+    add_demo(areas)
+    add_warm(areas, named, parser.parse_args)
+    add_verify(areas, named, parser.parse_args)
     return parser
 
 

@@ -14,6 +14,11 @@ from sdpgrind.base.quantities import Described, count, custom, described, quanti
 __all__ = ["Gauge", "Scanner"]
 
 
+def __dir__() -> list[str]:
+    """Public names only, as of packages."""
+    return sorted(__all__)
+
+
 @described()
 class Gauge(Described):
     """A reading with white noise, rounded to steps.

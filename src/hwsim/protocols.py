@@ -8,8 +8,8 @@ and a controller below it reads. That controller gets it by name in the same tic
 (NaN before); numbers or arrays. Units on both sides are compared before the first tick. The log has it as
 ``<name>_command`` where it was commanded, and, if a number, also where it was read. The table of one of
 several controllers has the measurements that it ``reads``. For a commanded array of two dimensions (a motion)
-the table has the number of rows and, in ``<name>_digest_command``, a hash of the entries; motions of at most
-64 rows are in a table ``<tier>:<name>``.
+the table has the number of rows and, in ``<name>_digest_command``, a hash of the entries; the rows of each
+motion stand once, at its first command, in a table ``<tier>:<name>``.
 
 Optional attributes:
 
@@ -49,6 +49,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = ["FOREVER", "Adaptation", "Controller", "Machine", "PartLog", "Plant"]
+
+
+def __dir__() -> list[str]:
+    """Public names only, as of packages."""
+    return sorted(__all__)
+
 
 FOREVER: Final = 2**62
 """Number of ticks that means "until the next event"; chosen: time + FOREVER fits 64 bits."""

@@ -77,10 +77,10 @@ def push_twin(ground, kind, offset, friction, share, seen, worth, draws):
     sd = belief.sd(worth * seen)
     spread = sqrt(sd**2 + belief.push_sd**2)
     pressed = float(np.interp(log(stroke), np.log(table.strokes), table.contact_time[kind]))
-    nodes = np.geomspace(where.low, where.high, where.nodes)
+    nodes = np.log(np.geomspace(where.low, where.high, where.nodes))
 
     def speed(d):
-        return float(np.interp(log(d), np.log(nodes), ground.speeds))
+        return float(np.interp(log(d), nodes, ground.speeds))
 
     travels = np.array(
         [

@@ -226,6 +226,7 @@ def thousand():
     return parts(PROBLEM, [HARD, SLOW], 1000, 0)
 
 
+@pytest.mark.slow
 def test_intervals_of_95_percent_hold_95_percent_of_1000_parts():
     true, _, low, high = thousand().transpose(1, 0, 2)
     held = np.mean((low <= true) & (true <= high), axis=0)

@@ -182,7 +182,7 @@ def test_advance_of_the_rim_is_what_is_left_to_its_farthest_place(angle, d):
         ),
         (
             lambda: plan_push(PROBLEM, offset=10.0, spindle_speed=20.0, push_speed=10.0),
-            r"spindle_speed must be <= 10.472 at an offset of 10 mm \(table\) \(rad/s\); got 20.0",
+            r"spindle_speed must be <= 10.472 at an offset of 10 mm \(table\) \(rad/s; units.rpm\(...\) for rev/min\); got 20.0",
         ),
         (
             lambda: plan_push(
@@ -191,7 +191,7 @@ def test_advance_of_the_rim_is_what_is_left_to_its_farthest_place(angle, d):
                 spindle_speed=8.0,
                 push_speed=10.0,
             ),
-            r"spindle_speed must be <= 7.0025 at an offset of 10 mm \(friction\) \(rad/s\); got 8.0",
+            r"spindle_speed must be <= 7.0025 at an offset of 10 mm \(friction\) \(rad/s; units.rpm\(...\) for rev/min\); got 8.0",
         ),
     ],
 )

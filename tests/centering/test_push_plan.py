@@ -310,7 +310,10 @@ def test_equal_plans_are_equal():
         ({"offset": 62.0}, r"offset must be < radius = 61.94, or the probe finds no part \(mm\); got 62.0"),
         ({"rpm": -1.0}, r"spindle_speed must be > 0 \(rad/s\); got -0.1"),
         ({"push_speed": math.nan}, r"push_speed must be finite \(mm/s\); got nan"),
-        ({"push_speed": 100.0}, r"push_speed must be <= push_speed_max = 83.333 \(mm/s\); got 100.0"),
+        (
+            {"push_speed": 100.0},
+            r"push_speed must be <= push_speed_max = 83.333 \(mm/s\); units.mm_per_min\(...\) for mm/min; got 100.0",
+        ),
         ({"direction": "left"}, "direction must be one of exact, quasi-static, contact, end; got 'left'"),
         ({"timing": "legacy"}, "timing must be one of exact, printed; got 'legacy'"),
         ({"shape": "round"}, "shape must be one of trapezoid, gentle; got 'round'"),

@@ -25,6 +25,7 @@ from centering.cycle import PushKind
 from sdpgrind.base.progress import silent
 
 TABLE = made_up_table()
+STATES = 6  # chosen: 24 in all; each is simulated draw by draw
 
 
 @pytest.fixture(scope="module")
@@ -100,10 +101,10 @@ def test_a_push_obeys_the_law_of_cosines(offset, travel, angle):
 def test_all_draws_against_one_by_one(ground, kind, seen):
     rng = np.random.default_rng(kind + 2 * seen)
     where, scale = ground.axes
-    offset = np.geomspace(where.low, where.high, 9)[rng.integers(0, 9, 12)]
-    friction, share = rng.uniform(scale.low, scale.high, 12), rng.choice(FRACTIONS, 12)
+    offset = np.geomspace(where.low, where.high, 9)[rng.integers(0, 9, STATES)]
+    friction, share = rng.uniform(scale.low, scale.high, STATES), rng.choice(FRACTIONS, STATES)
     time, (starts, columns, weights) = KindOfPush(ground, kind, 6)._follow(offset, friction, share, seen)
-    for p in range(12):
+    for p in range(STATES):
         slow, on_nodes = push_twin(
             ground, kind, offset[p], friction[p], share[p], seen, WORTH, draws(ground.problem)
         )

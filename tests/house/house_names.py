@@ -3,7 +3,7 @@
 import importlib
 import inspect
 from enum import Enum
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -93,13 +93,15 @@ def package(name: str) -> Any:
         return getattr(importlib.import_module(parent), last)
 
 
-def modules() -> list[str]:
+@cache
+def modules() -> tuple[str, ...]:
     """Every module of the source tree, private ones too, but not their tests or caches."""
     paths = sorted(path.relative_to(SOURCE) for path in SOURCE.rglob("*.py"))
-    return [".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in paths]
+    return tuple(".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in paths)
 
 
-def everything() -> list[Public]:
+@cache
+def everything() -> tuple[Public, ...]:
     """Every public name once."""
     found: dict[str, Public] = {}
     for where in PACKAGES:
@@ -111,7 +113,7 @@ def everything() -> list[Public]:
             found[f"{where}.{name}"] = Public(f"{where}.{name}", thing, None)
             if inspect.isclass(thing):
                 found |= {each.name: each for each in _members(f"{where}.{name}", thing)}
-    return list(found.values())
+    return tuple(found.values())
 
 
 def _members(name: str, cls: type) -> list[Public]:

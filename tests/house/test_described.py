@@ -4,6 +4,7 @@ import ast
 import inspect
 import math
 import re
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -262,6 +263,7 @@ def test_what_is_trusted_is_not_checked():
 # ---------------------------------------------------------- units: once in code, once in the docstring
 
 
+@cache
 def all_described():
     """Every described class of the library."""
     everything()  # imports all that is public
@@ -359,11 +361,11 @@ def named(unit, entry):
 
 
 def test_docstrings_give_the_declared_units():
-    wrong = {}
+    wrong, documents = {}, {cls: documented(inspect.getdoc(cls) or "") for cls in all_described()}
     for cls in all_described():
         told = {}
         for base in reversed(cls.__mro__):
-            told |= documented(inspect.getdoc(base) or "") if base in all_described() else {}
+            told |= documents.get(base, {})
         if told and not cls.__name__.startswith("_"):
             missing = {
                 name: unit for name, unit in units_of(cls).items() if not named(unit, told.get(name, ""))

@@ -55,7 +55,7 @@ REFUSED = [
     ),
     (
         lambda: hwsim.run(STAND, Stop(), progress=3),
-        "progress must be a function of the share done (0..1) and a text; got 3",
+        "progress must be True, None or a function of the share done (0..1) and a text; got 3",
     ),
     (
         lambda: hwsim.run(STAND, Stop(), executor=3),

@@ -1,4 +1,6 @@
-"""Every example runs by itself, without a warning, and says something."""
+"""Every example runs by itself, without a warning, and says something: ``pytest -m gallery``, some three minutes.
+The pages are built from what they say; .ci/run does both.
+"""
 
 import runpy
 import sys
@@ -6,7 +8,7 @@ import sys
 import pytest
 from house_names import ROOT
 
-FOLDERS = ("docs/examples", "docs/reproductions")
+FOLDERS = ("docs/commissioning", "docs/examples", "docs/reproductions")
 SHARED = "published"  # the table of all reproductions
 EXAMPLES = sorted(path for folder in FOLDERS for path in (ROOT / folder).glob("*.py") if path.stem != SHARED)
 
@@ -21,6 +23,7 @@ def pyplot(monkeypatch, tmp_path):
     pyplot.rcdefaults()
 
 
+@pytest.mark.gallery
 @pytest.mark.parametrize("path", EXAMPLES, ids=[path.stem for path in EXAMPLES])
 def test_runs(path, pyplot, capfd, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(path.parent)  # as where a script is run from the command line

@@ -1,11 +1,14 @@
 """What was typed in another unit is refused, and the message names the conversion that was forgotten."""
 
+from pathlib import Path
+
 import pytest
 
 import centering
 import hwsim
 from centering import friction, setup
-from centering.push import Part
+from centering.push import Part, plan_push
+from hwsim.command._plunge.toml import read
 from sdpgrind import finishing, locus, plunge, units, weldbead
 from sdpgrind.finishing.kernels import CellScatter
 from sdpgrind.weldbead import force, passes
@@ -27,6 +30,8 @@ CHANGE = setup.Changeover(
 CENTERING = centering.preset("printed")
 MALKIN = weldbead.MalkinBurnLimit.published(diameter=170.0)
 FINISHING = finishing.preset("specimen")
+TORQUE = finishing.torque.TorqueAxis()
+TURNED = locus.preset("turning")
 
 SCANNER = hwsim.devices.Scanner()
 TABLE = hwsim.Scheduler([hwsim.Task("model", angle_step=0.1)], spindle_speed_max=10.0)
@@ -77,6 +82,18 @@ CALLS = [
     (FINISHING, {"tool_diameter": 0.004}, "mm, some 4; units.m(...) for metres; got 0.004"),
     (FINISHING, {"tool_diameter": 4000}, "mm, some 4; units.um(...) for micrometres; got 4000"),
     (FINISHING, {"acceleration": 0.9}, "mm/s^2, some 1000; units.m(...) for m/s^2; got 0.9"),
+    (FINISHING, {"acceleration": 5.0}, "mm/s^2, some 1000; units.m(...) for m/s^2; got 5.0"),
+    (TORQUE, {"sample_time": 1.0}, "s, some 0.001; got 1.0"),
+    (
+        CYCLE,
+        {"work_rotation": 280.0},
+        "rad/s, with the work's surface below 7400 mm/s; units.rpm(...) for rev/min; got 280.0",
+    ),
+    (
+        TURNED,
+        {"controls": TURNED.controls | {"cutting_speed": (60.0, 300.0)}},
+        "mm/s, its greatest some 3000 as life_speed; units.m_per_min(...) for m/min; got 300.0",
+    ),
     (FINISHING.path, {"deviation": 2000}, "mm, some 0.1; units.um(...) for micrometres; got 2000"),
     (finishing.Arm.generic(), {"a2": 0.3}, "mm, some 300; units.m(...) for metres; got 0.3"),
     (finishing.Arm.generic(), {"d1": 400e3}, "mm, some 400; units.um(...) for micrometres; got 400000.0"),
@@ -149,4 +166,28 @@ CALLS = [
 def test_the_conversion_is_named(thing, change, told):
     with pytest.raises(ValueError) as refused:
         thing.replace(**change)
-    assert str(refused.value) == f"{next(iter(change))} must be in {told}"
+    name = "cutting_speed" if "controls" in change else next(iter(change))
+    assert str(refused.value) == f"{name} must be in {told}"
+
+
+PUSH = {"offset": 1.0, "spindle_speed": 2.0, "push_speed": 10.0}
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"push_speed": 4800.0}, "(mm/s); units.mm_per_min(...) for mm/min; got 4800.0"),
+        ({"spindle_speed": 20.0}, "rad/s; units.rpm(...) for rev/min); got 20.0"),
+    ],
+)
+def test_a_push_names_the_conversion(change, told):
+    with pytest.raises(ValueError) as refused:
+        plan_push(CENTERING, **PUSH | change)
+    assert str(refused.value).endswith(told)
+
+
+def test_a_text_with_its_unit_is_told_as_written(tmp_path):
+    job = tmp_path / "job.toml"
+    job.write_text(Path("examples/plunge.toml").read_text().replace('"37 m/s"', '"37 m/min"'))
+    with pytest.raises(ValueError, match=r"wheel_speed must be in mm/s, some 30000; got '37 m/min'"):
+        read(job)

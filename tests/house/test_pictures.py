@@ -8,11 +8,11 @@ import pytest
 from house_names import ROOT
 
 import hwsim
-from sdpgrind import locus, units, weldbead
+from sdpgrind import finishing, locus, units, weldbead
 from sdpgrind.weldbead import force, passes
 
 P1 = weldbead.preset("P1")
-FOLDERS = ("src", "docs/examples", "docs/reproductions", "docs/pictures")
+FOLDERS = ("src", "docs/commissioning", "docs/examples", "docs/reproductions", "docs/pictures")
 LABELLED = [
     path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py") if "label" in path.read_text()
 ]
@@ -215,3 +215,54 @@ def test_colours_of_a_policy_tell_small_penalties_apart(pyplot):
     below = np.mean(values[values > 0] < image.norm.vmin)
     assert below <= 0.02 or image.norm.vmin <= 1e-6 * values.max()
     assert image.colorbar.extend == ("min" if values.min() < image.norm.vmin else "neither")
+
+
+def test_time_left_falls_to_the_right(pyplot):
+    """As it passes; a clock of the machine, which counts from 0, runs to the right."""
+    plan = weldbead.plan(P1, tolerance=1e-2)
+    pictures = (plan.plot(), plan.table.plot())
+    for figure in pictures:
+        axes = [axis for axis in figure.axes if re.search(r"time.left", axis.get_xlabel())]
+        assert axes and all(left > right for left, right in (axis.get_xlim() for axis in axes))
+
+
+def empty(figure):
+    """Share of a figure that no panel fills: outside of the box around what each panel draws."""
+    figure.canvas.draw()
+    shown = (np.asarray(figure.canvas.buffer_rgba())[::-1, :, :3] < 250).any(axis=2)
+    filled = np.zeros_like(shown)
+    for axis in figure.axes:
+        x0, y0, x1, y1 = np.clip(axis.get_tightbbox().extents, 0, None).astype(int)
+        y, x = np.nonzero(shown[y0 : y1 + 1, x0 : x1 + 1])
+        filled[y0 + y.min() : y0 + y.max() + 1, x0 + x.min() : x0 + x.max() + 1] = True
+    return 1 - filled.mean()
+
+
+FLAT, BALL = finishing.surface.flat_surface(10.0), finishing.surface.sphere_surface(20.0)
+
+
+@pytest.mark.parametrize(
+    "surface", [FLAT, BALL, finishing.surface.nominal_surface()], ids=["flat", "ball", "nominal"]
+)
+def test_pictures_of_surfaces_and_paths_are_full(pyplot, surface):
+    assert empty(surface.plot()) <= 1 / 3
+    assert empty(finishing.hilbert(surface, order=2).plot()) <= 1 / 3
+
+
+def test_the_picture_of_a_motion_is_full(pyplot):
+    path = finishing.hilbert(finishing.surface.nominal_surface(), order=1)
+    problem = finishing.FinishingProblem(
+        path,
+        arm=finishing.Arm.generic(),
+        contact_angle=units.deg(30),
+        lever_arm=95.0,
+        feed_rate=25.0,
+        heading="fixed",
+    )
+    assert empty(finishing.plan(problem).plot()) <= 1 / 3
+
+
+def test_an_empty_picture_would_be_found(pyplot):
+    figure = pyplot.figure(figsize=(6, 4))
+    figure.add_axes((0.1, 0.6, 0.8, 0.3)).plot([0, 1])
+    assert empty(figure) > 1 / 3

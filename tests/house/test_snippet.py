@@ -204,7 +204,7 @@ def test_the_tour_runs_as_written(elsewhere, coarse):
     assert sorted(path.name for path in elsewhere.iterdir()) == ["policy.nc", "run.nc"]
 
 
-def test_the_tour_of_the_three_tiers_runs_as_written(elsewhere, coarse):
+def test_the_tour_of_the_three_tiers_runs_as_written(elsewhere, coarse, few):
     names: dict = {}
     exec(compile(TIERS, "tiers", "exec"), names)
     plan = names["plan"]
@@ -284,7 +284,7 @@ def few(monkeypatch):
     )
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the tolerance of:UserWarning")  # slow pushes move the heavy part by more
 def test_the_tour_of_a_centering_machine_runs_as_written(elsewhere, few):
     import sdpgrind
@@ -312,6 +312,7 @@ def commands():
     return [block.strip() for block in re.findall(r"```sh\n(.*?)```", readme(), re.S)]
 
 
+@pytest.mark.slow
 def test_the_lines_of_the_readme_run(elsewhere, capsys):
     (lines,) = re.findall(r"```python\n(.*?)```", readme(), re.S)
     assert len(lines.strip().splitlines()) <= 6  # five and a blank
@@ -321,11 +322,12 @@ def test_the_lines_of_the_readme_run(elsewhere, capsys):
     assert "normal_force" in capsys.readouterr().out
 
 
-def test_the_readme_has_two_commands_that_set_up_everything():
-    job, tests = commands()
-    for command in (job, tests):
+def test_each_command_of_the_readme_sets_up_everything():
+    demo, job, tests = commands()
+    for command in (demo, job, tests):
         assert "\n" not in command
         assert command.startswith("python3 -m venv .venv && .venv/bin/pip install ")
+    assert demo.endswith(".venv/bin/hwsim demo --out demo")
     assert ".venv/bin/hwsim weldbead examples/weldbead.toml" in job
     assert tests.endswith(".venv/bin/python -m pytest")
 
@@ -337,9 +339,10 @@ def test_the_files_that_the_readme_names_exist():
         assert (ROOT / link).exists(), link
 
 
+@pytest.mark.slow
 def test_the_main_job_runs(elsewhere):
     """The command of the README, in this environment, for a few parts and a plan of less accuracy."""
-    job = commands()[0].split("&&")[-1].split()
+    job = commands()[1].split("&&")[-1].split()
     arguments = [str(ROOT / word) if word.startswith("examples/") else word for word in job[1:]]
     arguments[arguments.index("--parts") + 1] = "3"
     arguments += ["--tolerance", "1e-3"]

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,6 +18,7 @@ from hwsim import cli
 from hwsim.command import _warm
 from sdpgrind.base.compiling import compile_line, warm
 from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.base.progress import Speaker
 
 SOURCE = Path(sdpgrind.__file__).parents[1]
 TOY = """
@@ -215,9 +217,12 @@ def test_kernels_are_of_an_area():
 
 def test_a_terminal_has_one_line(monkeypatch):
     stream = terminal(monkeypatch)
-    with _warm.Teller() as tell:
-        tell(0.5, "halfway")
-    assert stream.getvalue() == "\r\x1b[Khalfway\r\x1b[K"
+    with Speaker(every=0.001) as line:
+        line(0.5, "halfway")
+        while "halfway" not in stream.getvalue():
+            time.sleep(0.001)
+    lines = stream.getvalue().split("\r\x1b[K")
+    assert " 50 % halfway; about 0 s to go" in lines and lines[-1] == "" and "\n" not in stream.getvalue()
 
 
 def test_interrupts_are_those_of_the_shell():

@@ -2,7 +2,9 @@
 
 import re
 
-NEWS = re.compile(r"hwsim: (planning|running \d+ \w+( twice)?|planning and running .*) \.\.\.\n")
+NEWS = re.compile(
+    r"hwsim: about .*\(times of the example\)\n|hwsim: (planning|running \d+ \w+( twice)?|planning and running .*) \.\.\.\n"
+)
 
 
 def only_news(error):

@@ -12,7 +12,6 @@ from hwsim._part.motions import command_column, digest
 from hwsim._part.part import column
 from hwsim._processor.schedule import Kind
 from hwsim._processor.tasks import DRAWN, release_time
-from hwsim.command._quantities import parse, quantity
 from hwsim.command._report import CommandReport, broken_off, parts_table, summary_head, summary_line
 from hwsim.command._run_folder import with_kept
 from hwsim.command._toml import Table, read
@@ -37,9 +36,7 @@ __all__ = [
     "former",
     "packed",
     "paired",
-    "parse",
     "parts_table",
-    "quantity",
     "read",
     "release_time",
     "same",

@@ -75,19 +75,20 @@ def test_runs_reports_and_keeps(tmp_path, capsys):
     )
     assert lines[0] == "full: 2 mm/s" and lines[1].split() == ["drain", "time", "s", "lost", "mm/s"]
     assert lines[2].split() == ["0", f"{log.outcome.time.values[0]:.2f}", f"{log.outcome.leak.values[0]:.3f}"]
-    assert lines[12] == " ...  (2 more)" and lines[13].startswith("mean of 12 drains ")
+    assert lines[12] == " ...  (2 more)" and lines[15].startswith("mean of 12 drains ")
     time = log.outcome.time.values
-    assert lines[14].split() == [
+    assert lines[16].split() == [
         "time",
         "(s)",
         "5.00",
         f"{time.mean():.2f}",
         f"{time.std(ddof=1) / 12**0.5:.2f}",
     ]
-    assert lines[-1] == f"kept in {out}: plan.nc, run.nc, run.db, plan.png, run.png"
+    assert lines[-1] == f"kept in {out}: plan.nc, run.nc, run.db, plan.png, run.png, report.html"
     assert sorted(file.name for file in out.iterdir()) == [
         "plan.nc",
         "plan.png",
+        "report.html",
         "run.db",
         "run.nc",
         "run.png",
@@ -205,6 +206,8 @@ def test_a_report_says_which_parts_were_broken_off():
         "   0           4.0",
         "   1           1.0  broken off: the table threw the part",
         "   2           2.0  broken off: it was tired",
+        "worst          4.0",
+        "of               0",
         "",
         "mean of 1 of 3 rings         planned    realised  std. error",
         "time (s)                         3.0         4.0           -",

@@ -87,7 +87,7 @@ def in_python(job, strategy, parts=3):
 
 
 def test_keeps_strategy_log_journal_and_pictures(job, strategy, finished):
-    assert sorted(file.name for file in finished.iterdir()) == KEPT
+    assert sorted(file.name for file in finished.iterdir()) == sorted([*KEPT, "report.html"])
     log = sdpgrind.load(finished / "run.nc")
     assert same(log, in_python(job, strategy))
     with sdpgrind.load(finished / "run.db") as journal:
@@ -112,7 +112,7 @@ def test_prints_the_strategy_beside_what_came_of_it(job, strategy, finished, cap
     )
     row = next(line for line in lines if line.startswith("offset at the end (µm)")).split()
     assert float(row[-2]) == pytest.approx(1000 * float(outcome.offset.mean()), abs=6e-4)
-    assert out.endswith(f"kept in {finished}: strategy.nc, run.nc, run.db\n")
+    assert out.endswith(f"kept in {finished}: strategy.nc, run.nc, run.db, report.html\n")
 
 
 def test_a_kept_run_goes_on(job, strategy, given, tmp_path, capsys):

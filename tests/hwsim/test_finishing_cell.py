@@ -382,6 +382,25 @@ def test_a_log_tells_which_motion_was_played(tmp_path):
     assert "motion_method" not in both and both["pattern"] == of.path.pattern  # only what is true of both
 
 
+def test_the_rows_of_a_long_motion_stand_once_in_the_log_and_are_compared(tmp_path):
+    of = problem(order=1)
+    plan = finishing.plan(of, method="trapezoid")
+    assert len(plan.profile) > 64
+    found = finishing.TorqueController(AXIS, plan, normal_force=FORCE, kind="damped")
+    plant = hwsim.FinishingCell(of)
+    log = hwsim.run(plant, found, parts=3, rng=0, journal=tmp_path / "run.db")
+    table = log[f"{log.tiers[0]}:motion"]
+    assert table.part.values.tolist() == [0] * len(plan.profile)
+    np.testing.assert_array_equal(table.motion_command, plan.profile)
+    with hwsim.Journal(tmp_path / "run.db") as journal:
+        assert hwsim.run(hwsim.Recording(journal.log(), part=2), found).outcome.same[0] == 1
+    other = finishing.TorqueController(
+        AXIS, finishing.plan(of, method="min_time"), normal_force=FORCE, kind="damped"
+    )
+    told = hwsim.run(hwsim.Recording(log, part=1), other).outcome
+    assert told.same[0] == 0 and str(told.difference_name[0].values).startswith("motion")
+
+
 def test_a_controller_without_a_motion_is_refused():
     of = problem()
     with pytest.raises(ValueError, match=r"controller must have a motion to be played in the cell"):

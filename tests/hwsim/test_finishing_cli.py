@@ -71,7 +71,7 @@ def in_python(job, parts=3):
 
 
 def test_keeps_motion_log_journal_and_pictures(job, finished):
-    assert sorted(file.name for file in finished.iterdir()) == KEPT
+    assert sorted(file.name for file in finished.iterdir()) == sorted([*KEPT, "report.html"])
     log = sdpgrind.load(finished / "run.nc")
     assert same(log, in_python(job))
     with sdpgrind.load(finished / "run.db") as journal:
@@ -101,7 +101,7 @@ def test_prints_the_plan_beside_what_came_of_it(job, finished, capsys):
     assert rows["rms off the force (N)"][1] == f"{outcome.force_error.values.mean():.4f}"
     assert rows["time (s)"][0] == f"{motion.duration:.3f}" and rows["beyond the model (%)"][1] == "100.0"
     assert "roughness Ra (µm)" not in rows  # the model knows no such path
-    assert lines[-1] == f"kept in {finished}: motion.nc, run.nc, run.db"
+    assert lines[-1] == f"kept in {finished}: motion.nc, run.nc, run.db, report.html"
 
 
 def test_a_finished_run_is_reported_again_and_made_longer(job, finished, tmp_path, capsys):
@@ -399,6 +399,7 @@ def test_a_study_from_the_command_line(study_job, studied, tmp_path, capsys):
         "confirm.png",
         "confirm.nc",
         "confirm.db",
+        "report.html",
         *(f"run-{k + 1:02d}.db" for k in range(18)),
     }
     assert (tmp_path / "study.txt").read_text() == out[: out.rindex("\n\nkept in")] + "\n"

@@ -329,6 +329,15 @@ def test_a_journal_of_the_first_version_is_carried_on(tmp_path):
             hwsim.run(plant, controller, parts=3, rng=rng, journal=path)
 
 
+def of_exact_numbers():
+    """A problem without a number from LAPACK, whose last bits differ between processors."""
+    problem = finishing.preset("specimen")
+    rounded = tuple(round(8 * c) / 8 for c in problem.model.coefficients)
+    covariance = tuple(map(tuple, 0.001 * np.eye(len(rounded))))
+    model = problem.model.replace(coefficients=rounded, covariance=covariance, residual_sd=0.0625)
+    return problem.replace(model=model)
+
+
 @pytest.mark.parametrize(
     ("make", "printed"),
     [
@@ -339,7 +348,7 @@ def test_a_journal_of_the_first_version_is_carried_on(tmp_path):
         (lambda: hwsim.AdaptiveGrinder(locus.preset("grinding")), "3e2821c3c780"),
         (lambda: hwsim.CenteringMachine(centering.preset("printed")), "0b5d6cb8e121"),
         (lambda: hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5)), "55d8aea8ffee"),
-        (lambda: hwsim.FinishingCell(finishing.preset("nominal")), "268c3bda2f1a"),
+        (lambda: hwsim.FinishingCell(of_exact_numbers()), "0db730b0bc3b"),
     ],
 )
 def test_fingerprints_of_the_first_version_are_known(make, printed):

@@ -56,18 +56,26 @@ class Here(kill.Job):
         return (out / "run.nc").read_bytes()
 
 
+@pytest.fixture(scope="module")
+def policy(tmp_path_factory):
+    """File of a policy for both jobs."""
+    path = tmp_path_factory.mktemp("policy") / "p1.nc"
+    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101).save(path)
+    return path
+
+
 @pytest.fixture(scope="module", params=["--parts 50 --simple", "--parts 2"], ids=["one draw", "three tiers"])
-def job(request, tmp_path_factory):
+def job(request, policy, tmp_path_factory):
     """A job whose policy is planned already, its uninterrupted log, and how long it lasts."""
     folder = tmp_path_factory.mktemp("kill")
-    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101).save(folder / "p1.nc")
-    job = Here(("--policy", str(folder / "p1.nc"), *request.param.split(), "--rng", "3"))
+    job = Here(("--policy", str(policy), *request.param.split(), "--rng", "3"))
     start = time.perf_counter()
     kill.Job.finish(job, folder / "whole")
     lasts = time.perf_counter() - start
     return job, (folder / "whole" / "run.nc").read_bytes(), lasts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_command_line_killed_at_a_random_moment(tmp_path, job, seed):
     line, whole, lasts = job

@@ -58,7 +58,7 @@ def in_python(**options):
 
 
 def test_keeps_plan_log_journal_and_pictures(finished):
-    assert sorted(file.name for file in finished.iterdir()) == KEPT
+    assert sorted(file.name for file in finished.iterdir()) == sorted([*KEPT, "report.html"])
     log = sdpgrind.load(finished / "run.nc")
     assert same(log, in_python(adapt=plunge.adaptation(PROBLEM)))
     with sdpgrind.load(finished / "run.db") as journal:
@@ -179,7 +179,8 @@ def test_what_begins_is_said_and_so_is_a_warning_in_one_line(tmp_path, capsys):
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         assert main(["plunge", str(slow), "--parts", "1", "--no-pictures"]) == 0
-    warning, *news = capsys.readouterr().err.splitlines()
+    first, warning, *news = capsys.readouterr().err.splitlines()
+    assert first.startswith("hwsim: about plan 1 s, 1 part 1 s, ")
     assert warning.startswith("hwsim: warning: no spark-out is needed: ")
     assert news == ["hwsim: planning ...", "hwsim: running 1 part ..."]
 

@@ -33,8 +33,9 @@ def spread(sd, count, offset=0.0, **options):
     return values.mean(), values.std(ddof=1), np.sqrt(np.mean([one.covariance[0, 0] for one in each]))
 
 
-def cramer_rao(sd, long, first=0):
-    """Least standard deviation of an unbiased estimate with an unknown offset: readings every 0.04 s."""
+def cramer_rao(sd, long, first=0, touched=False):
+    """Least standard deviation of an unbiased estimate with an unknown offset, and touch-in: every 0.04 s."""
     t = STEP * np.arange(first, round(long / STEP) + 1)
     slope = -RATE * (1 - np.exp(-t / TAU) * (1 + t / TAU))
-    return sd / np.sqrt(np.sum((slope - slope.mean()) ** 2))
+    known = np.stack([np.ones_like(t), 1 - np.exp(-t / TAU)][: 1 + touched], axis=1)
+    return sd / np.linalg.norm(slope - known @ np.linalg.lstsq(known, slope, rcond=None)[0])

@@ -1,6 +1,7 @@
 """Private names of plunge that tests use."""
 
 from sdpgrind.plunge._control import state as state
+from sdpgrind.plunge._doubts.alignment import of_cycles as of_cycles
 from sdpgrind.plunge._identify import contact as contact
 from sdpgrind.plunge._identify import cycles as cycles
 from sdpgrind.plunge._identify import time_constant as time_constant

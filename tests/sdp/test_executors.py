@@ -61,13 +61,15 @@ def test_threads(serial, workers):
         assert_same_bits(everything(executor), serial)
 
 
-@pytest.mark.parametrize("workers", [3])
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [2])
 def test_spawned_processes(serial, workers):
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, mp_context=context) as executor:
         assert_same_bits(everything(executor), serial)
 
 
+@pytest.mark.slow
 def test_dask(serial):
     distributed = pytest.importorskip("distributed")
     with (

@@ -305,7 +305,7 @@ def test_the_error_covers_the_quadrature_of_sampled_noise(points):
     axis = sdp.Axis("x", -1.0, 2.0, 31, below="hold", above="hold")
     stop = sdp.Stop("stop", lambda s: np.where(s.x > 0, 2 * s.x, -10 * s.x))
     policy, true = to_tolerance(
-        sdp.Problem([axis], grind(points), [stop], sdp.Stages(2, 1.0)), 2e-2, 4, moves=grind(2000)
+        sdp.Problem([axis], grind(points), [stop], sdp.Stages(2, 1.0)), 2e-2, 4, moves=grind(500)
     )
     assert true <= policy.error <= 2e-2
     few = sdp.plan(sdp.Problem(policy.grid.axes, grind(points), [stop], sdp.Stages(2, 1.0)))

@@ -72,6 +72,7 @@ def test_bandwidth_that_feedback_can_have(limit, pi, convex):
         assert m.runout_response <= limit * 1.01
 
 
+@pytest.mark.slow
 def test_no_design_claims_more_than_the_yardstick():
     limits = force.DesignLimits(runout_response=0.1)
     table = force.design_table(force.designs(limits=limits))

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from math import inf, isfinite
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from centering._problem.model import PushModel
 from sdpgrind import units
 from sdpgrind.base import checks
+from sdpgrind.base.doubts.record import Doubts, asked
 from sdpgrind.base.quantities import Described, count, described, part, quantity, valued
 from sdpgrind.identify import Estimate, Status
 
@@ -252,6 +253,40 @@ class CenteringProblem(Described):
         return (
             changed.replace(scatter=self.scatter.replace(friction_part_sd=spread)) if spread < 1 else changed
         )
+
+    def doubts(self, data: Any) -> Doubts:
+        """Return what scans or pushes say about this problem, and what they do not.
+
+        Radius, place, noise and form from a scan; both coefficients of friction from pushes, with the scatter
+        of the problem as belief before. The expected time is planned again at both ends of the intervals of
+        the friction, on a coarse table: a plan takes some 3 s.
+
+        Parameters
+        ----------
+        data : pair of arrays, mapping, scan, pushes, log, or table of a log
+            As for ``centering.identify``: angle (rad) and reading (mm), or pushes.
+
+        Returns
+        -------
+        Doubts
+            Rows, sentences and stakes; ``print`` shows the page.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For missing or bad data.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from centering import preset
+        >>> angle = np.radians(np.arange(0, 360))
+        >>> reading = 89.5 + 0.05 * np.cos(angle) + np.random.default_rng(0).normal(0.0, 1e-3, 360)
+        >>> found = preset("printed").doubts((angle, reading))
+        >>> found["radius"].verdict, found["mu_kinetic"].verdict
+        ('agrees', 'not told')
+        """
+        return asked("centering._doubts.doubts:doubts", self, data)
 
 
 def _relative_sd(estimate: Estimate) -> float:

@@ -15,6 +15,7 @@ from centering.push._contact.trace import PushTrace
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.tables import tables_in
 from sdpgrind.identify import Estimate, Status
 
 NAMES = ("mu_static", "mu_kinetic")
@@ -223,7 +224,7 @@ def identify_friction(
     data : PushTrace, sequence of PushTrace or mapping, or log
         Pushes in any order; a mapping has ``profile`` (TipProfile) and any of ``peak_force`` (N),
         ``free_slide`` (mm), ``final_position`` (mm), see `FrictionEstimator.update`. Or the log of a
-        centering cycle, or the arrays of its table "control": the motion of the tip then follows from the
+        centering cycle, its table "control", or the arrays of it: the motion of the tip then follows from the
         readings of the slide, the way of the part from the reported centres. Samples of 10 ms determine the
         friction of a heavy part; for one of 5 kg they say little.
     problem : CenteringProblem
@@ -254,7 +255,7 @@ def identify_friction(
     >>> bool(abs(identify_friction([push, push], problem)["mu_static"] - 0.2) < 0.01)
     True
     """
-    logged = hasattr(data, "tiers") or (isinstance(data, Mapping) and "pushing" in data)
+    logged = hasattr(data, "tiers") or (isinstance(data, Mapping) and _is_logged(data))
     estimator = FrictionEstimator(problem, **(_LOGGED | options if logged else options))
     for push in logged_pushes(data, problem, part) if logged else _pushes(data):
         if isinstance(push, PushTrace):
@@ -267,6 +268,11 @@ def identify_friction(
     if throw and estimate.status is Status.IMPOSSIBLE:
         raise ValueError(estimate.message)
     return estimate
+
+
+def _is_logged(data: Mapping[str, Any]) -> bool:
+    """Whether a mapping holds the columns or the tables of a log, not the readings of one push."""
+    return "pushing" in data or bool(tables_in(data, "control"))
 
 
 def _pushes(data: Any) -> list[Any]:

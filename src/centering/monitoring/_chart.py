@@ -16,6 +16,7 @@ from centering.monitoring._sequential import ewma_run_length, ewma_sd, is_missin
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.records import Record
+from sdpgrind.base.reported import Reported
 
 _RANGE = 2 / sqrt(pi)  # derived: mean moving range of standard normal values, 1.128
 _FEWEST = 20  # chosen: least number of parts of a batch; with 20, signals come 5.6 times as often
@@ -78,7 +79,7 @@ class ChartSignal(NamedTuple):
         return f"part {self.part}: {what}{self.quantity} {self.value:.4g} is {beyond} {limit}"
 
 
-class ControlChart(Record):
+class ControlChart(Reported, Record):
     """Control charts of several quantities, with limits from a first batch.
 
     Limits per quantity: single values ``mean +- sigmas sd``; moving range ``sqrt(2) sigmas sd``; average ``a

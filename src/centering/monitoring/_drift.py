@@ -12,10 +12,11 @@ from centering.monitoring._sequential import cusum_detection, cusum_limit, is_mi
 from centering.monitoring._tracked import FEWEST, REFERENCE, Tracked
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.records import Record
+from sdpgrind.base.reported import Reported
 from sdpgrind.identify import Estimate, RandomWalk, Status
 
 
-class DriftTrack(Record):
+class DriftTrack(Reported, Record):
     """Track of slowly changing quantities over parts, with an alarm when one steps.
 
     Each quantity is a random walk: ``level <- level + walk noise_sd w``, ``reading = level + noise_sd e``,

@@ -15,7 +15,11 @@ from sdpgrind.base.stored import stored
 @stored("centering.profile_origin")
 @dataclasses.dataclass(frozen=True)
 class Origin:
-    """Steps (sentences), runout, filter, sd of harmonics from 0 on (mm), noise (mm), Nyquist limit (upr)."""
+    """Steps (sentences), runout, filter, sd of harmonics from 0 on (mm), noise (mm), Nyquist limit (upr).
+
+    ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
+    profiles, wherever they come from.
+    """
 
     steps: tuple[str, ...] = ()
     runout: Runout | None = None
@@ -23,6 +27,7 @@ class Origin:
     sd: tuple[float, ...] = ()
     noise_sd: float | None = None
     nyquist: float = 0.0
+    source: str = dataclasses.field(default="", compare=False)
 
 
 MEASURED = Origin()

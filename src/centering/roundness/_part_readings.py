@@ -16,6 +16,7 @@ from centering.roundness._sampling import rise, turns_of, unwrapped_turns, wides
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns.source import Source
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -37,6 +38,11 @@ class PartReadings(ByValue):
         object.__setattr__(self, "tip_radius", checks.nonnegative("tip_radius", self.tip_radius, "mm"))
         checks.kind("internal", self.internal, bool)
         object.__setattr__(self, "circle", circle_of(self.angle, self.reading, self._tip))
+
+    @property
+    def source(self) -> Source | None:
+        """Origin of a profile that was read: file, units, factors, rows left out; None: of arrays."""
+        return Source.from_json(self._origin.source) if self._origin.source else None
 
     @property
     def _tip(self) -> float:

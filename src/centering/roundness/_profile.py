@@ -1,6 +1,8 @@
 """A measured profile of a ring and its steps: removed runout, filters, spectrum, reference circles, file."""
 
 import dataclasses
+import os
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +14,8 @@ from centering.roundness import _profile_steps as steps_of
 from centering.roundness._filters import warn_if_sparse
 from centering.roundness._origin import Made
 from centering.roundness._part_readings import PartReadings
+from centering.roundness._profile_sheet import report as sheet_of_profile
+from centering.roundness._read import samples
 from centering.roundness._roundness import Roundness
 from centering.roundness._runout import Runout
 from centering.roundness._samples import Samples
@@ -69,6 +73,70 @@ class Profile(PartReadings, Plan):
     kind = "centering.profile"
     _left: Floats | None = dataclasses.field(default=None, init=False, compare=False)
     _sd: Floats | None = dataclasses.field(default=None, init=False, compare=False)
+
+    @classmethod
+    def read(
+        cls,
+        data: Any,
+        *,
+        angle: Any = None,
+        reading: Any = None,
+        deviation: Any = None,
+        radius: float | None = None,
+        tip_radius: float = 0.0,
+        internal: bool = False,
+        group: str | None = None,
+        missing: Sequence[str] = (),
+        plausible: bool = True,
+    ) -> "Profile":
+        """Read a file of a form tester, or a table; units stand in the call or in the file.
+
+        Parameters
+        ----------
+        data : path, pandas.DataFrame, xarray.Dataset, mapping of arrays
+            Text (.csv, .txt, .dat, .lvm, .asc), .tdms, .h5, .hdf5 or .x3p. In X3P x is the length of arc
+            and z the deviation.
+        angle : str or tuple, optional
+            Header of the spindle angle, ``("angle", "deg")``; it may start again at each turn. Not for X3P.
+        reading, deviation : str or tuple, optional
+            Header of the radial position, or of what it deviates from `radius`: ``("dev", "um")``. Of the two
+            one is given. Default for X3P: deviation z.
+        radius : float, optional
+            Nominal radius of deviations, mm.
+        tip_radius, internal
+            As of a profile (mm).
+        group : str, optional
+            Group of a TDMS or HDF5 file. Default: all that hold the columns.
+        missing : sequence of str
+            Further words for no reading. Points without one are left out.
+        plausible : bool
+            Whether units are held against what a gauge can mean.
+
+        Returns
+        -------
+        Profile
+            The profile; its `source` tells what was read.
+
+        Raises
+        ------
+        ValueError
+            For a missing or wrong unit, header or number (in one sentence with file, header and value);
+            without the radius of deviations.
+        ImportError
+            Without the library of the format (extra ``io``).
+
+        Examples
+        --------
+        >>> angle = np.arange(0.0, 360.0, 2.0)
+        >>> table = {"angle (deg)": angle, "dev (um)": 50 * np.cos(np.radians(angle))}
+        >>> round(Profile.read(table, angle="angle", deviation="dev", radius=40.0).circle.offset, 4)  # mm
+        0.05
+        """
+        found = samples(data, angle, reading, deviation, radius, group, missing, plausible)
+        profile = cls(found.angle, found.reading, tip_radius=tip_radius, internal=internal)
+        origin = dataclasses.replace(profile._origin, source=found.source.to_json())
+        object.__setattr__(profile, "_origin", origin)
+        return profile
 
     @property
     def steps(self) -> tuple[str, ...]:
@@ -261,6 +329,44 @@ class Profile(PartReadings, Plan):
     def plot(self) -> Any:
         """Draw the profile magnified about its circle (µm) and its spectrum (µm); return the figure."""
         return pictures.drawn("centering.roundness._profile_picture:plot", self)
+
+    def report(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        limits: Mapping[str, float] | None = None,
+    ) -> str:
+        """Write one HTML page: limits, four reference circles, undulations, pictures, source, digest.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            HTML file in an existing folder. None: only the text is returned.
+        limits : mapping of str to float, optional
+            Limits of "RONt", "RONp", "RONv", "RONq" about the least-squares circle, mm; a RONt whose 95 %
+            interval holds its limit is not decided.
+
+        Returns
+        -------
+        str
+            The path of the file, or the text of the page.
+
+        Raises
+        ------
+        ValueError
+            For a limit of another name, or not > 0.
+        ImportError
+            With a path, without the extra ``report``.
+
+        Examples
+        --------
+        >>> angle = np.arange(4 * 360) * 2 * np.pi / 360
+        >>> noise = 1e-5 * np.random.default_rng(0).normal(size=angle.size)
+        >>> profile = Profile(angle, 65.69 + 2e-4 * np.cos(3 * angle) + noise)
+        >>> print(profile.report(limits={"RONt": 0.001}).splitlines()[5])
+        RONt (LSC) 0.4562 ± 0.014 µm, limit 1 µm: kept
+        """
+        return sheet_of_profile(self, path, limits)
 
     @property
     def dataset(self) -> xr.Dataset:

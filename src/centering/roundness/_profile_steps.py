@@ -121,6 +121,7 @@ def _even(
         sd=tuple(sd.tolist()),
         noise_sd=sd_of_harmonics(sd[2:]),
         nyquist=profile.nyquist,
+        source=profile._origin.source,
     )
     return Made(
         angle,

@@ -86,6 +86,18 @@ def _joined(blocks: Sequence[Column]) -> Column:
     return stacked([block[:, np.newaxis] if block.ndim == 1 else block for block in blocks])
 
 
+def of_parts(frames: Frames, numbers: Sequence[int]) -> Frames:
+    """Keep some parts, in the given order, and number them from 0."""
+    outcome = frames.outcome.isel(part=list(numbers)).assign_coords(part=np.arange(len(numbers)))
+    return Frames({tier: _own_rows(table, numbers) for tier, table in frames.tables.items()}, outcome)
+
+
+def _own_rows(table: "xr.Dataset", numbers: Sequence[int]) -> "xr.Dataset":
+    rows = [np.flatnonzero(table.part.values == number) for number in numbers]
+    part = np.repeat(np.arange(len(rows)), [each.size for each in rows])
+    return table.isel(row=np.concatenate(rows)).assign_coords(part=("row", part, table.part.attrs))
+
+
 def side_by_side(runs: Mapping[str, Frames]) -> Frames:
     """Join runs of several controllers: a coordinate ``controller`` in tables, a dimension in outcomes."""
     import xarray as xr

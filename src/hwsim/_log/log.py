@@ -1,6 +1,7 @@
 """The log of a run: tables by tier, outcomes of parts, a picture, a file."""
 
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -11,15 +12,19 @@ from hwsim._log.frames import Frames
 from hwsim._log.labels import Labels
 from hwsim._part.motions import is_of_rows, rows_of
 from hwsim._part.part import Column, LivePart
+from sdpgrind.base import notebook
+from sdpgrind.base.by_name import called
 from sdpgrind.base.records import Record
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from sdpgrind.base.columns.source import Source
+
 
 class Log(Record):
-    """Everything measured, commanded and planned in a run; made by `run`, `compare` and `sdpgrind.load`.
+    """Everything measured, commanded and planned in a run; made by `run`, `compare`, `read`, `sdpgrind.load`.
 
     ``log[tier]`` is the table (`xarray.Dataset`, dimension ``row``) of one tier of control: one row a step of
     its controller, and a last row without a command when something was measured after its last step.
@@ -27,9 +32,9 @@ class Log(Record):
     ``controller``. Columns, with ``units`` in their attributes: ``<name>`` measured before the step,
     ``<name>_command`` commanded, ``<name>_planned`` reported by the controller. NaN: no reading, no command.
 
-    The column of a motion (a commanded table) holds its number of rows. The rows of all motions are
-    concatenated in ``log["<tier>:<name>"]``, with the ``time`` of the step (s); of motions of more than 64
-    rows only a digest is kept.
+    The column of a motion (a commanded table) holds its number of rows, and ``<name>_digest_command`` a hash
+    of its entries. The rows of each motion stand once in ``log["<tier>:<name>"]``, with the ``part`` and the
+    ``time`` (s) of its first command; beyond a million rows only digests are kept.
 
     Examples
     --------
@@ -58,6 +63,9 @@ class Log(Record):
 
     kind = "hwsim.log"
 
+    made_of: Mapping[str, Any] | None = None
+    """Plant, controller, rng and adaptation of `run` (private to this package); None: read from a file."""
+
     def __init__(self, make: Callable[[], Frames], parts: Sequence[LivePart] | None = None) -> None:
         self._make, self._parts = make, parts
 
@@ -69,6 +77,124 @@ class Log(Record):
     @classmethod
     def restored(cls, dataset: "xr.Dataset") -> Self:
         return cls(lambda: _frames.from_dataset(dataset))
+
+    @classmethod
+    def read(
+        cls,
+        data: Any,
+        *,
+        time: Any = None,
+        period: float | None = None,
+        part: Any = None,
+        group: str | Sequence[str] | None = None,
+        commands_at: str = "begin",
+        duplicates: str = "refuse",
+        on_restart: str = "refuse",
+        resample: float | None = None,
+        missing: Sequence[str] = (),
+        time_format: str | None = None,
+        plausible: bool = True,
+        **columns: Any,
+    ) -> Self:
+        """Read a file of a machine, a rig or a gauge; units stand in the call or in the file.
+
+        The log has one table, ``"data"``: coordinates ``part`` (0, 1, ... in order of appearance; their words
+        in the attribute ``labels`` of the table) and ``time`` (s), columns in the library's units, commands
+        as ``<name>_command``. `outcome` holds ``duration`` (s) and ``rows`` of each part.
+
+        Parameters
+        ----------
+        data : path, list of paths, pandas.DataFrame, xarray.Dataset, mapping of arrays
+            Text (.csv, .txt, .dat, .lvm, .asc), .tdms, .h5 or .hdf5; of a list, each file is a part. Also
+            what has ``__dataframe__``. Attributes ``units`` of a dataset count.
+        time : str or tuple, optional
+            Header of the times, ``"t"`` or ``("t", "ms")``. Stamps count from the first row of a part,
+            numbers are kept. Default: waveforms of a TDMS file.
+        period : float, optional
+            Step from row to row where there is no column of times, s.
+        part : str, optional
+            Header of the numbers or words of the parts. Default: each group, each file is one.
+        group : str or list of str, optional
+            Groups of a TDMS or HDF5 file. Default: all that hold the columns, run10 after run9.
+        commands_at : {"begin", "end", "centre"}
+            Whether the command of a row holds from the row on, led to the row, or is the mean about it.
+        duplicates : {"refuse", "first", "last", "mean"}
+            Which of several different rows at one time is kept. Equal rows are left out and counted.
+        on_restart : {"refuse", "new part"}
+            Whether a time that falls is refused, or begins a part.
+        resample : float, optional
+            Step of common instants, s: means of faster columns, lines through slower ones, commands as held.
+            Needed where columns are of unequal lengths.
+        missing : sequence of str
+            Further words for no reading.
+        time_format : str, optional
+            Format of stamps (strptime), such as ``"%d/%m/%Y %H:%M:%S"``.
+        plausible : bool
+            Whether units are checked: against what a machine can mean, and columns against each other.
+        **columns
+            Name in the library = header, ``(header, unit)`` or ``(header, unit, factor)``. The header may
+            lack its bracket. A factor turns what is recorded into what the name means: -0.5 for what is left
+            on a diameter.
+
+        Returns
+        -------
+        Log
+            The log; its `source` records what was read.
+
+        Raises
+        ------
+        ValueError
+            In one sentence with file, header, row and the call that would do: a unit that is missing,
+            unknown, of another kind or implausible, a header that is missing or doubled, a word among
+            numbers, a row of another width, falling time, an ambiguous date, unequal lengths, an empty or
+            damaged file.
+        ImportError
+            Without npTDMS or h5py (extra ``io``).
+
+        Warns
+        -----
+        UserWarning
+            Where more than 5 % of a column are missing; where the call gives another unit than the file.
+
+        Examples
+        --------
+        >>> import hwsim, numpy as np
+        >>> time = np.arange(0.0, 8.0, 0.1)
+        >>> table = {"t [s]": time, "D": 500 - 2 * 40 * time, "v [mm/min]": np.full(80, 2.4)}
+        >>> log = hwsim.Log.read(table, time="t", size=("D", "um", -0.5), command_rate="v")
+        >>> print(log.source)
+        the mapping
+        column                unit  header      recorded in  from     factor        missing
+        time                  s     t [s]       s            bracket  1             0
+        size                  mm    D           um           call     -0.0005       0
+        command_rate_command  mm/s  v [mm/min]  mm/min       bracket  0.0166666667  0
+        80 rows read, 0 left out, 80 kept in 1 part, commands_at 'begin'
+        """
+        from hwsim.io import _recorded
+        from sdpgrind.base.columns.read import read
+        from sdpgrind.base.columns.taken import Rules
+
+        rules = Rules(
+            period=period,
+            group=group,
+            commands_at=commands_at,
+            duplicates=duplicates,
+            on_restart=on_restart,
+            resample=resample,
+            missing=missing,
+            time_format=time_format,
+            plausible=plausible,
+        )
+        recording = read(data, columns, time=time, part=part, rules=rules)
+        table, outcome = _recorded.data_table(recording), _recorded.outcome_of(recording)
+        return cls(lambda: Frames({_recorded.TABLE: table}, outcome))
+
+    @property
+    def source(self) -> "Source | None":
+        """Origin of a log that was read: files, units, factors, rows left out; None: made by a run."""
+        from sdpgrind.base.columns.source import source_of
+
+        return next(filter(None, map(source_of, self._frames.tables.values())), None)
 
     @cached_property
     def _frames(self) -> Frames:
@@ -145,8 +271,41 @@ class Log(Record):
             f"<hwsim.Log: {len(self)} parts on {self.outcome.attrs['plant']}, tables {', '.join(self.tiers)}>"
         )
 
+    def _repr_html_(self) -> str:
+        return notebook.columns(repr(self)[1:-1], self.outcome)
+
     def _written(self) -> "xr.Dataset":
         return _frames.to_dataset(self._frames)
+
+    def to_csv(self, path: str | os.PathLike[str], table: str | None = None) -> None:
+        """Write a table as text, whole or not at all: headers ``name [unit]``, floats in full.
+
+        `Log.read` of the file gives the same numbers to the bit. Entries of arrays are columns ``name.0`` and
+        on.
+
+        Parameters
+        ----------
+        path : str or path
+            File in an existing folder.
+        table : str, optional
+            Name of the table; ``"outcome"``: what the parts became. Default: the first table.
+
+        Examples
+        --------
+        >>> import hwsim, pathlib, tempfile
+        >>> log = hwsim.Log.read({"t [s]": [0.0, 0.1], "P [kW]": [1.2, 1.3]}, time="t", grinding_power="P")
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     log.to_csv(f"{folder}/log.csv")
+        ...     print(pathlib.Path(folder, "log.csv").read_text())
+        part,time [s],grinding_power [W]
+        0,0.0,1200.0
+        0,0.1,1300.0
+        <BLANKLINE>
+        """
+        from hwsim.io import _written
+
+        wanted = table if table is not None else self.tiers[0]
+        _written.write(path, self.outcome if wanted == "outcome" else self[wanted])
 
     def plot(self) -> "Figure":
         """Draw the run: the picture of its plant, or every measured quantity against time.
@@ -173,6 +332,55 @@ class Log(Record):
         from hwsim._log.picture import draw
 
         return draw(self)
+
+    def report(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        plan: Any = None,
+        problem: Any = None,
+        *,
+        doubts: Any = None,
+    ) -> str:
+        """Write one HTML page: verdict, worst parts first, planned against realised, all parts, origin.
+
+        Each quantity has one unit, µm for lengths below 0.05 mm. ``hwsim verify`` finds a changed number.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            HTML file in an existing folder, written complete or not at all. None: only the text is returned.
+        plan : Plan, optional
+            The plan that the controller followed; it is compared with what came of it.
+        problem : optional
+            The problem, where it is not that of the plan.
+        doubts : Doubts, optional
+            What the log says about a problem, as ``problem.doubts(log)`` gives it.
+
+        Returns
+        -------
+        str
+            The path of the file, or the text of the page.
+
+        Raises
+        ------
+        ImportError
+            With a path, without the extra ``report`` (jinja2, matplotlib).
+
+        Examples
+        --------
+        >>> import hwsim
+        >>> from sdpgrind import plunge
+        >>> problem = plunge.preset("simulation")
+        >>> log = hwsim.run(hwsim.PlungeGrinder(problem), plunge.CycleController(problem), parts=3)
+        >>> print(log.report(plan=plunge.plan(problem)).splitlines()[3])
+        3 parts on PlungeGrinder by CycleController: all finished
+        """
+        return str(called("hwsim._report.log_page:report", self, path, plan, problem, doubts))
+
+
+def of_parts(log: Log, numbers: Sequence[int]) -> Log:
+    """Log of some parts of a run, numbered from 0 in the given order."""
+    return Log(lambda: _frames.of_parts(log._frames, numbers))
 
 
 def rows(log: Log, tier: str, name: str) -> "xr.Dataset | None":

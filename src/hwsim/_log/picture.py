@@ -134,7 +134,8 @@ def _tells(variable: Any) -> bool:
 def _all_measured(log: PartLog) -> "Figure":
     """Every measured and commanded quantity of the first table against time, a line for each part."""
     table = log[log.tiers[0]]
-    names = [str(n) for n, v in table.data_vars.items() if v.dims == ("row",) and np.isfinite(v.values).any()]
+    drawn = {str(name): each for name, each in table.data_vars.items() if each.dims == ("row",)}
+    names = [n for n, v in drawn.items() if v.dtype.kind in "fiub" and np.isfinite(v.values).any()]
     figure, axes = _panels(len(names), columns=1)
     for axis, name in zip(axes, names, strict=True):
         for part in range(min(len(log), _MOST_PARTS)):

@@ -10,19 +10,20 @@ from hwsim._log import frames as _frames
 from hwsim._log.labels import Labels
 from hwsim._log.log import Log
 from hwsim._loop.check import checked_clock
-from hwsim._loop.loop import BLOCK, PIECE, Numbered, RunSeries, batched, check_helpers, check_order
+from hwsim._loop.loop import BLOCK, PIECE, Numbered, RunSeries, batched, check_executor, check_order
 from hwsim._part.clock import Clock
 from hwsim._part.part import LivePart
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import execute
-from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.progress import ProgressOption, quiet
 from sdpgrind.base.rng import Seed, children
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@quiet
 def compare(
     plant: Plant,
     controllers: Mapping[str, Controller],
@@ -30,7 +31,7 @@ def compare(
     parts: int = 1,
     rng: Seed = 0,
     executor: Executor | None = None,
-    progress: Progress = silent,
+    progress: ProgressOption = None,
 ) -> Log:
     """Run several controllers on the same parts.
 
@@ -48,8 +49,8 @@ def compare(
         Random source.
     executor : concurrent.futures.Executor, optional
         Runs parts in parallel, bit-equal to serial results; not on a plant that parts change.
-    progress : callable
-        Called with the completed share (0..1) and a text.
+    progress : callable(share, text), True or None
+        Called with the completed share (0..1) and a text; True: a line with the time left. Default: silent.
 
     Returns
     -------
@@ -87,7 +88,8 @@ def compare(
         )
     if not controllers:
         raise ValueError("controllers must be a mapping name -> controller with at least one; got none")
-    check_helpers(executor, progress)
+    assert callable(progress)  # made by the decorator
+    check_executor(executor)
     parts = checks.count("parts", parts)
     rngs = children(rng, parts)
     runs = {}
@@ -96,12 +98,15 @@ def compare(
         check_order(fitted, executor)
         labels = Labels.of(fitted, controller)
         series = RunSeries(fitted, clock, controller, None, labels)
-        done = list(series.in_order(list(enumerate(copy.deepcopy(rngs))), executor))
+        done = []
+        for part in series.in_order(list(enumerate(copy.deepcopy(rngs))), executor):
+            done.append(part)
+            progress((k + len(done) / parts) / len(controllers), f"{name}: part {len(done)} of {parts}")
         runs[name] = _frames.from_parts(done, labels)
-        progress((k + 1) / len(controllers), f"{name}: {parts} parts")
     return Log(lambda: _frames.side_by_side(runs))
 
 
+@quiet
 def repeat(
     plant: Plant,
     controller: Controller,
@@ -111,7 +116,7 @@ def repeat(
     rng: Seed = 0,
     adapt: Adaptation | None = None,
     executor: Executor | None = None,
-    progress: Progress = silent,
+    progress: ProgressOption = None,
 ) -> "xr.Dataset":
     """Run a series several times with different random numbers, to measure what learning gains.
 
@@ -125,8 +130,8 @@ def repeat(
         Random source; series k is ``run`` with the k-th child.
     executor : concurrent.futures.Executor, optional
         Runs series in parallel, bit-equal to serial results.
-    progress : callable
-        Called with the completed share (0..1) and a text.
+    progress : callable(share, text), True or None
+        Called with the completed share (0..1) and a text; True: a line with the time left. Default: silent.
 
     Returns
     -------
@@ -148,6 +153,7 @@ def repeat(
     >>> outcome.time.dims, outcome.burned.values.sum()
     (('series', 'part'), np.float64(0.0))
     """
+    assert callable(progress)  # made by the decorator
     rngs = children(rng, checks.count("series", series))
     plant, clock = checked_clock(plant, controller)
     labels = Labels.of(plant, controller)

@@ -17,11 +17,12 @@ from hwsim._log.labels import Labels
 from hwsim._log.log import Log
 from hwsim._loop.check import checked_clock, other_job
 from hwsim._part.clock import Clock
+from hwsim._part.kept_motions import KeptMotions
 from hwsim._part.part import LivePart, run_part
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import execute
-from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.progress import ProgressOption, logger, quiet
 from sdpgrind.base.rng import Seed, children
 
 Numbered = tuple[int, np.random.Generator]
@@ -29,6 +30,7 @@ BLOCK = 64  # parts handed to workers at once; chosen: an interruption loses at 
 PIECE = 8  # parts in one piece of work; chosen: smaller pieces pickle the controller more often
 
 
+@quiet
 def run(
     plant: Plant,
     controller: Controller,
@@ -38,7 +40,7 @@ def run(
     adapt: Adaptation | None = None,
     journal: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
-    progress: Progress = silent,
+    progress: ProgressOption = None,
 ) -> Log:
     """Run a controller on a plant, part after part.
 
@@ -64,8 +66,8 @@ def run(
     executor : concurrent.futures.Executor, optional
         Runs parts in parallel, bit-equal to serial results. Not with `adapt`, nor on a plant that parts
         change (``after``, see `hwsim.protocols`).
-    progress : callable
-        Called with the completed share (0..1) and a text.
+    progress : callable(share, text), True or None
+        Called with the completed share (0..1) and a text; True: a line with the time left. Default: silent.
 
     Returns
     -------
@@ -94,7 +96,8 @@ def run(
     (('part',), array([20., 20., 20., 20., 20.]))
     """
     parts = checks.count("parts", parts)
-    check_helpers(executor, progress)
+    assert callable(progress)  # made by the decorator
+    check_executor(executor)
     if adapt is not None:
         if isinstance(adapt, type):
             raise TypeError(
@@ -110,20 +113,23 @@ def run(
         journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels
     ) as book:
         series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels)
-        done = list(book.read(parts)) if book else []
+        kept = KeptMotions()
+        done = [kept.of(part) for part in book.read(parts)] if book else []
         for part in done:
             series.learn(part)
         waiting = list(enumerate(children(rng, parts)))[len(done) :]
-        for part in series.in_order(waiting, executor):
+        for part in map(kept.of, series.in_order(waiting, executor)):
             if book:
                 book.add(len(done), part)
             done.append(part)
+            logger.debug("part %d of %d is finished", len(done), parts)
             progress(len(done) / parts, f"part {len(done)} of {parts}")
-    return Log.of(done, labels)
+    log = Log.of(done, labels)
+    log.made_of = {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}
+    return log
 
 
-def check_helpers(executor: Executor | None, progress: Progress) -> None:
-    checks.able("progress", progress, "a function of the share done (0..1) and a text", "__call__")
+def check_executor(executor: Executor | None) -> None:
     if executor is not None:
         checks.able("executor", executor, "None or a concurrent.futures.Executor", "submit")
 

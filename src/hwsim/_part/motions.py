@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 Column = npt.NDArray[Any]
-ROWS_MAX = 64  # chosen: a robot path of 7000 rows is the same for each part, and its digest is enough
 _OF = ":"  # refused in names of tiers
 
 
@@ -51,20 +50,26 @@ def rows_of(tier: str, name: str) -> str:
     return f"{tier}{_OF}{name.removesuffix('_command')}"
 
 
+def tier_and_name(key: str) -> tuple[str, str]:
+    """Name of the tier and of its command, from the key of a table of rows."""
+    tier, _, name = key.partition(_OF)
+    return tier, name
+
+
 def is_of_rows(key: str) -> bool:
     """Whether a table holds rows of motions."""
     return _OF in key
 
 
 def row_table(tier: str, name: str, time: Column, values: Sequence[Any]) -> dict[str, dict[str, Column]]:
-    """Rows of a tier's motions under a name, with their time (s); empty where all are too long."""
-    short = [k for k, value in enumerate(values) if is_table(value) and 0 < len(value) <= ROWS_MAX]
-    if not short:
+    """Rows of a tier's motions under a name, with their time (s); empty where there are none."""
+    steps = [k for k, value in enumerate(values) if is_table(value) and len(value)]
+    if not steps:
         return {}
-    motions = [values[k] for k in short]
+    motions = [values[k] for k in steps]
     lengths = [len(motion) for motion in motions]
     return {
-        rows_of(tier, name): {"time": np.repeat(time[short], lengths), command_column(name): stacked(motions)}
+        rows_of(tier, name): {"time": np.repeat(time[steps], lengths), command_column(name): stacked(motions)}
     }
 
 

@@ -142,7 +142,7 @@ class Schedule(ByValue, Plan):
         return np.column_stack([begins[:, 2], begins[:, 3], begins[:, 0], ends])
 
     @property
-    def report(self) -> dict[str, TaskReport]:
+    def report(self) -> dict[str, TaskReport]:  # type: ignore[override]  # older than pages: figures of tasks
         """Figures of each task by name (times in s)."""
         return {task.name: self._report(place, task.name) for place, task in enumerate(self.tasks)}
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from hwsim._log.log import Log, rows
 from hwsim._part.clock import Clock, common_tick, exact, simplest
-from hwsim._part.motions import Column
+from hwsim._part.motions import Column, command_column, digest_name
 from hwsim._replay.difference import unpadded
 from hwsim._replay.replay import Instant, Replay
 from sdpgrind.base import checks
@@ -38,8 +38,8 @@ class Recording:
     ``hwsim.run(hwsim.Recording(log), controller)`` tries the controller of the log, or a changed one, on the
     record of a simulated or real machine. The part ends with the recording or at the first command that
     differs. Motions are compared row by row: ``profile[2, 1]`` is the second entry of the third row,
-    ``profile`` a difference in the number of rows. Where the log lacks the rows (many rows, an old log),
-    digests are compared: ``motion_digest``.
+    ``profile`` a difference in the number of rows. Where the log lacks the rows (beyond a million, an old
+    log), digests are compared: ``motion_digest``.
 
     Outcome: ``same`` (1: every command equals the recorded one bit for bit), ``steps`` compared, and of the
     first difference ``difference_time`` (s), ``difference_name`` and the values ``recorded`` and
@@ -89,7 +89,7 @@ class Recording:
             (tier, name, when): motion
             for tier, table in self._tables.items()
             for name in table
-            for when, motion in _motions(rows(log, tier, name), part)
+            for when, motion in _motions(log, tier, name, part)
         }
         self._set_points = frozenset(_set_points(self._tables))
         self._of = str(log.outcome.attrs.get("plant", ""))
@@ -195,14 +195,29 @@ def _columns(table: Any, part: int) -> dict[str, tuple[Column, str]]:
     return {name: (variable.values[rows], _unit(variable)) for name, variable in named.items()}
 
 
-def _motions(table: Any, part: int) -> Iterator[tuple[float, Column]]:
-    """Motions of one part with the time (s) of their command; empty for a table None."""
-    if table is None:
+def _motions(log: Log, tier: str, name: str, part: int) -> Iterator[tuple[float, Column]]:
+    """Motions of one part with the time (s) of their command, by time or, where kept earlier, by digest."""
+    kept = rows(log, tier, name)
+    if kept is None:
         return
-    here = table["part"].values == part
-    (values,) = (variable.values[here] for variable in table.data_vars.values())
-    time = table["time"].values[here]
-    yield from ((when, values[time == when]) for when in np.unique(time).tolist())
+    at = dict(_kept(kept))
+    yield from ((when, motion) for (number, when), motion in at.items() if number == part)
+    steps, column = log[tier], command_column(digest_name(name))
+    if column not in steps:  # written before digests were
+        return
+    columns = (steps[each].values.tolist() for each in ("part", "time", column))
+    digests = list(zip(*columns, strict=True))
+    known = {told: at[number, when] for number, when, told in digests if (number, when) in at}
+    yield from ((when, known[told]) for number, when, told in digests if number == part and told in known)
+
+
+def _kept(table: Any) -> Iterator[tuple[tuple[int, float], Column]]:
+    """Motions of a table of rows by part and time (s) of the command."""
+    (values,) = (variable.values for variable in table.data_vars.values())
+    places = np.rec.fromarrays([table["part"].values, table["time"].values])
+    begins = np.flatnonzero(np.r_[True, places[1:] != places[:-1]][: places.size])
+    for begin, end in zip(begins, [*begins[1:], places.size], strict=True):
+        yield places[begin].tolist(), values[begin:end]
 
 
 def _unit(variable: Any) -> str:

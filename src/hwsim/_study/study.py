@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hwsim._log.log import Log
-from hwsim._loop.loop import check_helpers
 from hwsim._study.bench import Bench
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
-from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.progress import ProgressOption, quiet
 from sdpgrind.base.rng import Seed, children
 
 if TYPE_CHECKING:
@@ -147,6 +146,7 @@ class FinishingStudy:
         return self.study.plot()
 
 
+@quiet
 def finishing_study(
     cell: "FinishingCell",
     *,
@@ -161,7 +161,7 @@ def finishing_study(
     confirm: int = 3,
     rng: Seed = 0,
     folder: str | os.PathLike[str] | None = None,
-    progress: Progress = silent,
+    progress: ProgressOption = None,
 ) -> FinishingStudy:
     """Vary tool, path, feed and force in a simulated cell by an L18 array (Wang and Jan, 2001), and confirm.
 
@@ -189,8 +189,8 @@ def finishing_study(
         Random source.
     folder : path, optional
         Folder of the journals of all runs; after an interruption the same call resumes from them.
-    progress : callable
-        Called with the completed share (0..1) and a text.
+    progress : callable(share, text), True or None
+        Called with the completed share (0..1) and a text; True: a line with the time left. Default: silent.
 
     Returns
     -------
@@ -212,7 +212,7 @@ def finishing_study(
     ('hilbert5', True)
     """
     replicates, confirm = checks.count("replicates", replicates), checks.count("confirm", confirm)
-    check_helpers(None, progress)
+    assert callable(progress)  # made by the decorator
     factors = {
         "tool_diameter": tuple(tool_diameter),
         "pattern": tuple(pattern),

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from hwsim._report.worst import GAVE_UP, broken_off, worst_part
+
 if TYPE_CHECKING:
     from hwsim._log.log import Log
 
 _SHOWN = 10  # parts printed one by one; chosen: the summary still fits a screen
-_ENDS = {"timed_out": "time was up", "slipped": "the table threw the part", "lost": "the part was lost"}
-_GAVE_UP = "the controller gave up"
 Finished = npt.NDArray[np.bool_]
 """Whether each part was finished."""
 
@@ -33,7 +33,7 @@ class CommandReport:
     head: Callable[[str, Any, Any], Iterator[str]]
     summary: Callable[["Log", Any, Any, Finished], Iterator[str]]
     part: str = "part"
-    otherwise: str = _GAVE_UP  # reason where no flag is set
+    otherwise: str = GAVE_UP  # reason where no flag is set
 
     def __call__(self, title: str, log: "Log", plan: Any, job: Any = None) -> str:
         """Return the whole report as text."""
@@ -48,21 +48,6 @@ class CommandReport:
         return "\n".join([*self.head(title, plan, job), "", *table, "", *means])
 
 
-def broken_off(outcome: Any, otherwise: str = _GAVE_UP) -> list[str]:
-    """Reason why each part was broken off, from flags of the outcome; "": it was finished."""
-    told = {name: outcome[name].values != 0 for name in _ENDS if name in outcome}
-    if "unfinished" in outcome:
-        broken = outcome.unfinished.values != 0
-    elif "said_finished" in outcome:
-        broken = outcome.said_finished.values == 0
-    else:
-        broken = told.get("timed_out", np.zeros(outcome.sizes["part"], dtype=bool))
-    return [
-        next((_ENDS[name] for name in told if told[name][k]), otherwise) if bad else ""
-        for k, bad in enumerate(broken)
-    ]
-
-
 def parts_table(
     log: "Log",
     part: str,
@@ -70,9 +55,9 @@ def parts_table(
     short: Mapping[str, str],
     why: Sequence[str] = (),
 ) -> Iterator[str]:
-    """Lines of a table of the first parts, a column for each (name, format); `short`: headings of some.
+    """Lines of a table of the first parts and the worst of each column; a column for each (name, format).
 
-    `why` ends the line of a part that was broken off.
+    `short`: headings of some columns. `why` ends the line of a part that was broken off.
     """
     outcome = log.outcome
     yield "  ".join([part, *(f"{_heading(outcome, name, short):>12}" for name, _ in columns)])
@@ -81,6 +66,21 @@ def parts_table(
         yield "  ".join([f"{k:{len(part)}d}", *cells]) + (f"  broken off: {why[k]}" if why and why[k] else "")
     if len(log) > _SHOWN:
         yield f" ...  ({len(log) - _SHOWN} more)"
+    yield from _worst(outcome, part, columns)
+
+
+def _worst(outcome: Any, part: str, columns: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Two lines: the worst value of each column over all parts, and the part that has it."""
+    parts = {name: worst_part(name, outcome[name].values) for name, _ in columns}
+    if all(number is None for number in parts.values()):
+        return
+    values, numbers = [" " * len(part)], [" " * len(part)]
+    for name, form in columns:
+        number = parts[name]
+        values.append(f"{_cell(outcome[name].values[number or 0], form):>12}")
+        numbers.append(f"{'-' if number is None else number:>12}")
+    for words, cells in (("worst", values), ("of", numbers)):
+        yield words + "  ".join(cells)[len(words) :]  # the cells are wider than the word
 
 
 def _cell(value: Any, form: str) -> str:

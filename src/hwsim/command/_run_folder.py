@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from hwsim._log.log import Log
 
 
+PAGE = "report.html"
+"""Name of the page in a folder."""
+
+
 class RunFolder:
     """Folder of a run: ``<word>.nc``, ``run.nc``, ``run.db`` and pictures; `load` opens a plan."""
 
@@ -105,6 +109,15 @@ def drawn(folder: Path, things: Mapping[str, Any]) -> list[str]:
             figure.savefig(temporary, format="png", dpi=150)
         pyplot.close(figure)
     return list(things)
+
+
+def paged(folder: Path, write: Callable[[Path], str]) -> list[str]:
+    """Write the page of a folder and return its name; without jinja2, a text that says so."""
+    try:
+        write(folder / PAGE)
+    except ImportError as error:
+        return [f"no page ({error})"]
+    return [PAGE]
 
 
 def differences(one: Any, other: Any) -> str:

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from hwsim.command._quantities import quantity
 from sdpgrind.base.quantities import Spec, specs
+from sdpgrind.base.unit_text import quantity
 
 Made = TypeVar("Made")
 
@@ -77,7 +77,13 @@ class Table:
             return make(*values, **options)
         except (ValueError, TypeError) as error:
             where = f"[{self.name}] " if self.name else ""
-            raise ValueError(f"{where}{error}") from None
+            raise ValueError(f"{where}{self._as_written(str(error))}") from None
+
+    def _as_written(self, message: str) -> str:
+        """Message without a forgotten conversion where the file itself gives the unit."""
+        given = self.entries.get(message.partition(" ")[0])
+        begin, hint, _ = message.partition("; units.")
+        return f"{begin}; got {given!r}" if hint and isinstance(given, str) else message
 
     def one(self, cls: type[Made], *given: Any) -> Made:
         """Object of a described class from this table, after the arguments `given`."""

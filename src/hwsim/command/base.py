@@ -10,7 +10,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
 
-from hwsim.command._run_folder import RunFolder, differences, with_kept
+from hwsim.command._run_folder import RunFolder, differences, paged, with_kept
+from hwsim.command._times import UNKNOWN, Outlook
+from sdpgrind.base.progress import portion, redraw
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -158,6 +160,33 @@ def add_to(subparsers: Any, area: AreaCommand) -> None:
 
 def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
     """Carry out the command and return the exit status: 0, or 1 where every part was broken off."""
+    from sdpgrind.base.progress import Speaker, reported, silent
+
+    outlook = _foretold(area, arguments)
+    live = getattr(arguments, "live", False)  # it draws on the terminal
+    known = 0.0 if outlook is UNKNOWN else outlook.whole
+    with Speaker(shown=not live, whole=known) as line, reported(silent if live else line) as told:
+        arguments.plan_progress = portion(told, 0.0, outlook.ends()[0])
+        arguments.run_progress = portion(told, *outlook.ends())
+        return _carried_out(area, arguments)
+
+
+def _foretold(area: AreaCommand, arguments: argparse.Namespace) -> Outlook:
+    """Say what will be done and how long it takes; wrong arguments are told later, alone."""
+    parts = PARTS if arguments.parts is None else max(arguments.parts, 0)
+    outlook = Outlook.of(area.name, arguments, parts, f"{area.plan_word}.nc")
+    given = [each for each in (arguments.problem, arguments.preset, arguments.plan) if each is not None]
+    there = arguments.problem is None or arguments.problem.exists()
+    if outlook is not None and given and there:
+        print(f"hwsim: {outlook.line(_several(parts, area.part))}", file=sys.stderr, flush=True)
+    return UNKNOWN if outlook is None else outlook
+
+
+def _several(parts: int, word: str) -> str:
+    return f"{parts} {word}{'s' if parts != 1 else ''}"
+
+
+def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
     job, given = _job(area, arguments)
     _check_numbers(area, arguments)
     title = str(arguments.problem or arguments.preset or arguments.plan)
@@ -183,6 +212,8 @@ def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
         else {f"{area.plan_word}.png": plan, "run.png": log, **area.more_pictures(log)}
     )
     kept = [] if folder is None else folder.keep(log, pictures)
+    if folder is not None:
+        kept += paged(folder.path, partial(_page, area, arguments, title, log, plan))
     text = area.report(title, log, plan, job)
     if len(log) > arguments.parts:
         held = f"{folder} held {len(log)} finished {area.part}s already"
@@ -191,14 +222,44 @@ def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
     return _status(log)
 
 
+def _page(
+    area: AreaCommand, arguments: argparse.Namespace, title: str, log: "Log", plan: Any, path: Path
+) -> str:
+    """Write the page of a run, with the command that ran it."""
+    from hwsim._report.log_page import report
+
+    told = f"{title}: {len(log)} {area.part}{'s' if len(log) > 1 else ''}"
+    return report(
+        log, path, plan, title=told, command=_told(area, arguments), pictures=not arguments.no_pictures
+    )
+
+
+def _told(area: AreaCommand, arguments: argparse.Namespace) -> dict[str, Any]:
+    """The command as plain values, the text of its file included."""
+    file: Path | None = arguments.problem
+    options = [name.removeprefix("--").replace("-", "_") for name in (*area.switches, *area.counts)]
+    return {
+        "area": area.name,
+        "toml": None if file is None else file.read_text(encoding="utf-8"),
+        "preset": arguments.preset,
+        area.plan_word: None if arguments.plan is None else arguments.plan.name,
+        "parts": arguments.parts,
+        "rng": arguments.rng,
+        "tolerance": arguments.tolerance,
+        **{name: getattr(arguments, name) for name in options},
+    }
+
+
 def _status(log: "Log") -> int:
-    from hwsim.command._report import broken_off
+    from hwsim._report.worst import broken_off
 
     return NOTHING_FINISHED if all(broken_off(log.outcome)) else 0
 
 
 def announce(text: str) -> None:
     """Print what begins now on standard error."""
+    if sys.stderr.isatty():
+        redraw("")
     print(f"hwsim: {text} ...", file=sys.stderr, flush=True)
 
 
@@ -248,8 +309,6 @@ def _plan(
     area: AreaCommand, job: Job, given: Any, folder: RunFolder | None, arguments: argparse.Namespace
 ) -> Any:
     """The given plan, that in the folder, or a new one; refuse an error above the tolerance."""
-    from sdpgrind.base.progress import TerminalLine
-
     if given is not None:
         _check_error(
             area,
@@ -262,7 +321,7 @@ def _plan(
     kept = None if folder is None else folder.plan
     if kept is None:
         announce("planning")
-        return area.plan(job, arguments, TerminalLine())
+        return area.plan(job, arguments, arguments.plan_progress)
     _check_error(area, kept, arguments, f"--out {arguments.out}", "choose another folder or tolerance")
     return kept
 
@@ -281,14 +340,13 @@ def _run(
     area: AreaCommand, job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace
 ) -> "Log":
     from hwsim._loop.loop import run
-    from sdpgrind.base.progress import TerminalLine
 
     journal = None if folder is None else folder.journal
     finished = 0 if folder is None else folder.finished
     parts = max(arguments.parts, finished)
     adapt, controller = area.adaptation(job, arguments), area.watched(job.controller(plan), job, arguments)
     if finished < parts:
-        announce(f"running {parts - finished} {area.part}{'s' if parts - finished > 1 else ''}")
+        announce(f"running {_several(parts - finished, area.part)}")
     return run(
         job.stand,
         controller,
@@ -296,5 +354,5 @@ def _run(
         rng=arguments.rng,
         adapt=adapt,
         journal=journal,
-        progress=TerminalLine(),
+        progress=arguments.run_progress,
     )

@@ -17,17 +17,18 @@ def brief(thing: Any, units: Mapping[str, str] | None = None) -> str:
         value = getattr(thing, field.name)
         if field.repr and not (field.default is not dataclasses.MISSING and value is field.default):
             unit = units.get(field.name, "") if value is not None else ""
-            shown.append(f"{field.name}={_text(value)} {unit if unit != '1' else ''}".rstrip())
+            shown.append(f"{field.name}={text(value)} {unit if unit != '1' else ''}".rstrip())
     return f"{type(thing).__name__}({', '.join(shown)})"
 
 
-def _text(value: Any) -> str:
+def text(value: Any) -> str:
+    """Return a value in six digits, sequences of more than `SHORT` by their size."""
     if isinstance(value, float | np.floating):
         return f"{value:.6g}"
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{name}: {_text(entry)}" for name, entry in value.items()) + "}"
+        return "{" + ", ".join(f"{name}: {text(entry)}" for name, entry in value.items()) + "}"
     if isinstance(value, tuple | list | np.ndarray):
         if np.size(value) > SHORT:
             return f"<{np.size(value)} values>"
-        return "(" + ", ".join(map(_text, value)) + ("," if len(value) == 1 else "") + ")"
+        return "(" + ", ".join(map(text, value)) + ("," if len(value) == 1 else "") + ")"
     return repr(value)

@@ -27,12 +27,12 @@ class Frozen:
         own = _fields(self)
         further = {name: changes.pop(name) for name in list(changes) if name not in own}
         if further:
-            inside: dict[str, Any] = {
-                name: changes.get(name, getattr(self, name, None)) for name in _inside(self)
+            inner: dict[str, Any] = {
+                name: changes.get(name, getattr(self, name, None)) for name in inside(self)
             }
-            _refuse_unknown(self, further, own.union(*map(_all_fields, inside.values())))
-            for home, named in _by_home(type(self).__name__, further, inside).items():
-                changes[home] = inside[home].replace(**named)
+            _refuse_unknown(self, further, own.union(*map(_all_fields, inner.values())))
+            for home, named in _by_home(type(self).__name__, further, inner).items():
+                changes[home] = inner[home].replace(**named)
         thing: Any = self  # a base class cannot declare itself a dataclass
         changed: Self = dataclasses.replace(thing, **changes)
         return changed
@@ -42,21 +42,22 @@ def _fields(thing: Any) -> set[str]:
     return {field.name for field in dataclasses.fields(thing)} if dataclasses.is_dataclass(thing) else set()
 
 
-def _inside(thing: Any) -> tuple[str, ...]:
+def inside(thing: Any) -> tuple[str, ...]:
+    """Return the names of the fields whose own fields `replace` of an object accepts, too."""
     names: str | tuple[str, ...] = getattr(thing, "_inside", ())
     return (names,) if isinstance(names, str) else names
 
 
 def _all_fields(thing: Any) -> set[str]:
     """Names that `replace` of an object accepts."""
-    return _fields(thing).union(*(_all_fields(getattr(thing, name, None)) for name in _inside(thing)))
+    return _fields(thing).union(*(_all_fields(getattr(thing, name, None)) for name in inside(thing)))
 
 
-def _by_home(owner: str, names: dict[str, Any], inside: dict[str, Any]) -> dict[str, dict[str, Any]]:
+def _by_home(owner: str, names: dict[str, Any], inner: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """Changes by the inner object to which they belong."""
     found: dict[str, dict[str, Any]] = {}
     for name, value in names.items():
-        homes = [home for home, thing in inside.items() if name in _all_fields(thing)]
+        homes = [home for home, thing in inner.items() if name in _all_fields(thing)]
         if len(homes) > 1:
             raise ValueError(
                 f"{owner} has {name!r} in {' and in '.join(homes)}; replace the one that is meant"
@@ -79,7 +80,7 @@ def _deeper(thing: Any, name: str) -> tuple[str, ...]:
     """Names of fields that lead to an inner object with a field `name`; empty: there is none."""
     for field in sorted(_fields(thing)):
         inner = getattr(thing, field)
-        if field in _inside(thing):
+        if field in inside(thing):
             if way := _deeper(inner, name):
                 return field, *way
         elif name in _fields(inner) and hasattr(inner, "replace"):

@@ -3,9 +3,9 @@
 A result does not import its picture, nor matplotlib: `drawn` imports the picture by name.
 """
 
-from importlib import import_module
 from typing import Any
 
+from sdpgrind.base.by_name import called
 from sdpgrind.base.extras import need
 
 ACTUAL = "#4878a8"
@@ -19,8 +19,7 @@ SMALL = 8  # size of a legend's text, points; chosen: smaller than axis labels
 
 def drawn(picture: str, thing: Any, *options: Any) -> Any:
     """Draw an object by the function named ``"package.module:function"``; return the figure."""
-    module, _, function = picture.partition(":")
-    return getattr(import_module(module), function)(thing, *options)
+    return called(picture, thing, *options)
 
 
 def figure(width: float | None = None, height: float | None = None) -> Any:

@@ -3,13 +3,15 @@
 from abc import abstractmethod
 from typing import TYPE_CHECKING, Self
 
+from sdpgrind.base import notebook
 from sdpgrind.base.records import Record
+from sdpgrind.base.reported import Reported
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-class Plan(Record):
+class Plan(Reported, Record):
     """Result of a solver, with labels and units; immutable: a copy is the plan itself."""
 
     @property
@@ -29,3 +31,6 @@ class Plan(Record):
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._told()})"
+
+    def _repr_html_(self) -> str:
+        return notebook.columns(repr(self), self.dataset)

@@ -19,16 +19,17 @@ ValueError: radius must be in mm, some 90; units.m(...) for metres; got 0.085
 import dataclasses
 import math
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from types import NoneType
 from typing import Any, ClassVar, NamedTuple, TypeVar, dataclass_transform, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base import checks, units
+from sdpgrind.base import checks, notebook, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.brief import brief
+from sdpgrind.base.brief import text as written
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 
@@ -124,15 +125,20 @@ def _rules(
 
 def _of_another_unit(name: str, value: Any, unit: str, usual: tuple[float, float], typical: float) -> str:
     """Message with the conversion that makes the value usual, and nearest to `typical`."""
+    meant = forgotten(float(value), unit, usual, typical)
+    return f"{name} must be in {unit}, some {typical:g}{meant}; got {checks.shown(value)}"
+
+
+def forgotten(value: float, unit: str, usual: tuple[float, float], typical: float) -> str:
+    """Return the end of a message: the conversion that makes a value usual, nearest to `typical`; or ""."""
     fitting = []
     for convert, words in units.CONVERSIONS.get(unit, ()):
-        number = convert(float(value))
+        number = convert(value)
         if number and usual[0] <= number <= usual[1]:
             fitting.append(
                 (abs(math.log(abs(number / typical))), f"; units.{convert.__name__}(...) for {words}")
             )
-    meant = min(fitting)[1] if fitting else ""
-    return f"{name} must be in {unit}, some {typical:g}{meant}; got {checks.shown(value)}"
+    return min(fitting)[1] if fitting else ""
 
 
 def count(at_least: int = 1, **options: Any) -> Any:
@@ -225,6 +231,20 @@ class Described(Frozen):
 
     def __repr__(self) -> str:
         return brief(self, units_of(type(self)))
+
+    def _repr_html_(self) -> str:
+        return notebook.table(type(self).__name__, ("field", "value", "unit"), _rows(self))
+
+
+def _rows(thing: Described, within: str = "") -> Iterator[tuple[str, str, str]]:
+    """Name, value and unit of each field, those of declared parts included."""
+    known = units_of(type(thing))
+    for field in dataclasses.fields(thing):
+        value, name = getattr(thing, field.name), within + field.name
+        if isinstance(value, Described):
+            yield from _rows(value, f"{name}.")
+        elif field.repr:
+            yield name, written(value), _written(known.get(field.name, ""))
 
 
 @dataclass_transform(

@@ -19,7 +19,13 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["N_MM_S_PER_W", "deg", "hz", "inch", "m", "m_per_s", "mm_per_min", "rpm", "um"]
+__all__ = ["N_MM_S_PER_W", "deg", "hz", "inch", "m", "m_per_min", "m_per_s", "mm_per_min", "rpm", "um"]
+
+
+def __dir__() -> list[str]:
+    """Public names only, as of packages."""
+    return sorted(__all__)
+
 
 N_MM_S_PER_W = 1000.0  # N mm/s in one W; derived
 UM = 1000.0  # derived: µm in a millimetre
@@ -56,6 +62,11 @@ def m_per_s(value: Quantity) -> Quantity:
     return _numbers(value, "m/s") * 1000.0
 
 
+def m_per_min(value: Quantity) -> Quantity:
+    """Metres per minute to mm/s."""
+    return _numbers(value, "m/min") * (1000.0 / 60.0)
+
+
 def mm_per_min(value: Quantity) -> Quantity:
     """Millimetres per minute to mm/s."""
     return _numbers(value, "mm/min") / 60.0
@@ -78,7 +89,7 @@ def m(value: Quantity) -> Quantity:
 
 CONVERSIONS: dict[str, tuple[tuple[Callable[[float], float], str], ...]] = {
     "mm": ((m, "metres"), (inch, "inches"), (um, "micrometres")),
-    "mm/s": ((m_per_s, "m/s"), (mm_per_min, "mm/min"), (um, "um/s"), (inch, "in/s")),
+    "mm/s": ((m_per_s, "m/s"), (m_per_min, "m/min"), (mm_per_min, "mm/min"), (um, "um/s"), (inch, "in/s")),
     "mm/s^2": ((m, "m/s^2"),),
     "rad": ((deg, "degrees"),),
     "rad/s": ((rpm, "rev/min"), (hz, "Hz")),

@@ -1,4 +1,4 @@
-"""Estimation from data."""
+"""Estimation from data: fits, recursive filters, moments, densities."""
 
 from sdpgrind.base import faces
 

@@ -2,6 +2,7 @@ from ._density import KernelDensity as KernelDensity
 from ._density import QuantileDensity as QuantileDensity
 from ._density import kernel_density as kernel_density
 from ._density import quantile_density as quantile_density
+from ._doubts import Doubts as Doubts
 from ._estimate import Estimate as Estimate
 from ._estimate import Status as Status
 from ._kalman import RandomWalk as RandomWalk

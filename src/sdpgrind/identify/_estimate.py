@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtri, stdtrit
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, notebook
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
@@ -48,6 +48,10 @@ class Estimate(Frozen):
         Unit of each value, for display only.
     freedom : float
         Degrees of freedom of the covariance, unit 1. inf: the noise was known.
+    noise_sd : float
+        Standard deviation of a reading about the model, in the unit of the readings. 0: not estimated.
+    noise_correlation : float
+        Correlation of the noise from one reading to the next, unit 1. 0: white.
 
     Raises
     ------
@@ -71,6 +75,8 @@ class Estimate(Frozen):
     message: str = ""
     units: tuple[str, ...] = ()
     freedom: float = np.inf
+    noise_sd: float = dataclasses.field(default=0.0, kw_only=True)
+    noise_correlation: float = dataclasses.field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
         size = len(checks.unique("names", self.names))
@@ -133,6 +139,17 @@ class Estimate(Frozen):
             f"{name} = {value:.6g} ± {sd:.2g} {unit}".rstrip() for name, value, sd, unit in rows
         )
         return f"Estimate({shown}; {self.message})"
+
+    def _repr_html_(self) -> str:
+        ends = self.interval()
+        rows = [
+            (name, f"{value:.6g}", f"{sd:.2g}", f"{low:.6g} to {high:.6g}", "" if unit == "1" else unit)
+            for name, value, sd, (low, high), unit in zip(
+                self.names, self.value, self.sd, ends, self.units, strict=True
+            )
+        ]
+        head = ("name", "value", "standard deviation", "95 % interval", "unit")
+        return notebook.table(f"Estimate: {self.message}", head, rows)
 
 
 def finished(estimate: Estimate, throw: bool) -> Estimate:

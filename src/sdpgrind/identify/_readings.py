@@ -8,6 +8,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.tables import column_of, command_in, rows_of_parts, table_of
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,16 +69,23 @@ class Readings:
 
 
 def readings(
-    data: Any, units: Mapping[str, str], *, tier: str, each: str = "rows", commanded: Sequence[str] = ()
+    data: Any,
+    units: Mapping[str, str],
+    *,
+    tier: str,
+    each: str = "rows",
+    commanded: Sequence[str] = (),
+    part: int | Sequence[int] | None = None,
 ) -> Readings:
-    """Return named quantities of `data`: arrays by name, or one table of a log.
+    """Return named quantities of `data`: arrays by name, a table of a log, or a log.
 
     In a log, a row with NaN (no reading) is dropped and counted; in arrays NaN is refused.
 
     Parameters
     ----------
-    data : mapping of arrays, or log
-        Arrays of one length, or a log with a table `tier`.
+    data : mapping of arrays, table, or log
+        Arrays of one length, a table of a log (`xarray.Dataset`), or a log: its only table, of several the
+        one named `tier`.
     units : mapping
         Names of the quantities, and their units (for messages).
     tier : str
@@ -86,7 +94,9 @@ def readings(
         Noun for the entries, in the plural, for messages.
     commanded : sequence of str
         Quantities of a log taken from the command that led to the readings of a row, if there is one: free of
-        sensor noise.
+        sensor noise. So is any other quantity that was commanded, but not measured.
+    part : int or sequence of int, optional
+        Numbers (unit 1) of the parts. Default: all.
 
     Raises
     ------
@@ -100,15 +110,18 @@ def readings(
     (50.0, 'from 2 passes')
     """
     table, is_log = table_of(data, tier)
-    arrays = {name: column_of(table, name, unit) for name, unit in units.items()}
-    if is_log:
-        arrays |= {
-            name: _led_to(table, name, units[name]) for name in commanded if f"{name}_command" in table
-        }
+    led = [name for name in units if is_log and (name in commanded or name not in table)]
+    arrays = {
+        name: (_led_to if name in led and command_in(table, name) != name else column_of)(table, name, unit)
+        for name, unit in units.items()
+    }
     first, size = next((name, values.size) for name, values in arrays.items())
     for name, values in arrays.items():
         if values.size != size:
             raise ValueError(f"{name} must have as many entries as {first}, {size}; got {values.size}")
+    if part is not None:
+        kept = np.concatenate([np.arange(size)[rows] for _, rows in rows_of_parts(table, size, part)])
+        arrays = {name: values[kept] for name, values in arrays.items()}
     read = Readings(arrays, units, each)
     if is_log:
         read = read.only(~np.any([np.isnan(values) for values in arrays.values()], axis=0))
@@ -117,28 +130,10 @@ def readings(
     return read
 
 
-def table_of(data: Any, tier: str) -> tuple[Any, bool]:
-    """Return the table `tier` of a log, or the arrays; and whether it is a log (private to this package)."""
-    try:
-        return data[tier], True
-    except (KeyError, IndexError):
-        return data, False
-    except TypeError:
-        raise TypeError(f"data must be arrays by name, or a log; got {type(data).__name__}") from None
-
-
 def _led_to(table: Any, name: str, unit: str) -> Floats:
     """Command of the row before, in the same part: the command in a row follows its measurement."""
-    command, part = column_of(table, f"{name}_command", unit), np.asarray(table["part"])
-    before = np.concatenate([[np.nan], command[:-1]])
-    return np.where(np.concatenate([[False], part[1:] == part[:-1]]), before, np.nan)
-
-
-def column_of(table: Any, name: str, unit: str) -> Floats:
-    """Return a column as an array of numbers (private to this package)."""
-    try:
-        column = table[name]
-    except (KeyError, IndexError):
-        held = ", ".join(map(str, table)) or "nothing"
-        raise ValueError(f"data must hold {name} ({unit}); it holds {held}") from None
-    return np.asarray(column, dtype=float).ravel()
+    command = column_of(table, f"{name}_command", unit)
+    led = np.full(command.size, np.nan)
+    for _, rows in rows_of_parts(table, command.size, None):
+        led[rows][1:] = command[rows][:-1]
+    return led

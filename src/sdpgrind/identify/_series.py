@@ -8,7 +8,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.identify._readings import column_of, table_of
+from sdpgrind.base.tables import column_of, command_in, rows_of_parts, table_of
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,15 +49,16 @@ def series(
 
     Parameters
     ----------
-    data : mapping of arrays, or log
-        Arrays of one length with ``time`` (s), and ``part`` for several; or a log with a table `tier`.
+    data : mapping of arrays, table, or log
+        Arrays of one length with ``time`` (s), and ``part`` for several; a table of a log (`xarray.Dataset`);
+        or a log: its only table, of several the one named `tier`.
     units : mapping
         Names of the quantities, and their units (for messages).
     tier : str
         Table of a log.
     commands : sequence of str
-        Quantities that are commands; in a log the column ``<name>_command``. A missing command: the last one
-        holds.
+        Quantities that are commands: the column ``<name>_command``, else ``<name>``. A missing command: the
+        last one holds.
     optional : sequence of str
         Quantities that may be missing.
     part : int or sequence of int, optional
@@ -74,8 +75,8 @@ def series(
     >>> one["size"].tolist()
     [0.0, nan]
     """
-    table, is_log = table_of(data, tier)
-    renamed = {name: f"{name}_command" if is_log and name in commands else name for name in units}
+    table, _ = table_of(data, tier)
+    renamed = {name: command_in(table, name) if name in commands else name for name in units}
     kept = [name for name in units if name not in optional or renamed[name] in table]
     arrays = {name: column_of(table, renamed[name], units[name]) for name in kept}
     time = column_of(table, "time", "s")
@@ -89,31 +90,11 @@ def series(
             time[rows],
             {name: _held(v[rows]) if name in commands else _gaps(v[rows]) for name, v in arrays.items()},
         )
-        for label, rows in _parts(table, time.size, part)
+        for label, rows in rows_of_parts(table, time.size, part)
     ]
     for one in found:
         _rising(one)
     return tuple(found)
-
-
-def _parts(table: Any, size: int, part: int | Sequence[int] | None) -> list[tuple[str, slice]]:
-    """Label and rows of each requested part."""
-    if "part" not in table:
-        if part is not None:
-            raise checks.refuse("part", "left out of data without a column part", part)
-        return [("", slice(0, size))]
-    number = np.asarray(table["part"]).astype(int).ravel()
-    tags = [np.asarray(table[name]).ravel() for name in ("controller", "part") if name in table]
-    changes = np.flatnonzero(np.any([tag[1:] != tag[:-1] for tag in tags], axis=0)) + 1
-    starts, ends = [0, *changes.tolist()], [*changes.tolist(), size]
-    wanted = set(number.tolist()) if part is None else set(np.atleast_1d(part).tolist())
-    for entry in wanted:
-        checks.one_of("part", entry, np.unique(number).tolist())
-    blocks = [
-        (" of ".join(f"{tag[k]}" for tag in reversed(tags)), k, end)
-        for k, end in zip(starts, ends, strict=True)
-    ]
-    return [(f"part {label}", slice(k, end)) for label, k, end in blocks if number[k] in wanted]
 
 
 def _held(values: Floats) -> Floats:

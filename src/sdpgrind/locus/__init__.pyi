@@ -10,6 +10,7 @@ from ._curve.locus import Event as Event
 from ._curve.locus import Locus as Locus
 from ._curve.plan import plan as plan
 from ._curve.point import Point as Point
+from ._identify import identify as identify
 from ._path.calibration import Calibration as Calibration
 from ._path.stretch import Stretch as Stretch
 from ._path.stretch import StretchPoint as StretchPoint

@@ -1,6 +1,6 @@
 """Grinding power as the sum of chips, ploughing and sliding, for numbers, arrays or CasADi symbols."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from sdpgrind.base.quantities import Described, described, law, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
@@ -34,6 +34,7 @@ class GrindingPower(Described):
     1778
     """
 
+    _inside: ClassVar[str] = "sliding"
     specific_energy: float = quantity("J/mm^3", above=0, default=13.8)
     ploughing_force: float = quantity("N/mm", at_least=0, default=0.962)
     sliding: SlidingLaw = law(

@@ -8,7 +8,7 @@ from sdpgrind.weldbead.sequence._presets import preset
 
 
 def first_use() -> None:
-    """Plan a sequence and step its controller once."""
+    """Plan a sequence coarsely, in a second and by the kernels of a fine plan; step its controller once."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # the policy may be inexact
-        SequenceController(plan(preset("P1"))).step(height=1.0, time_left=10.0)
+        SequenceController(plan(preset("P1"), tolerance=1e-2)).step(height=1.0, time_left=10.0)

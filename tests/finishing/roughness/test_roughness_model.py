@@ -236,8 +236,11 @@ REFUSED = [
         lambda: MODEL.responses({"feed_rate": [1.0]}, rng=0, runs=1),
         r"settings must hold pattern; got feed_rate",
     ),
-    (lambda: identify_roughness({"pattern": ["zigzag"]}), r"data must hold tool_diameter; got pattern"),
-    (lambda: identify_roughness([1.0]), r"data must be a Study or a mapping of arrays"),
+    (
+        lambda: identify_roughness({"pattern": ["zigzag"]}),
+        r"data must hold tool_diameter \(mm\); it holds pattern",
+    ),
+    (lambda: identify_roughness([1.0]), r"data must be a Study, arrays by name or a log; got"),
     (
         lambda: identify_roughness(of_one_pattern(5.0)),
         r"roughness_ra must be in \(0, 1\); units.um\(...\) for micrometres \(mm\); got 5.0",

@@ -51,6 +51,8 @@ class CircleEstimate(Estimate, ByValue):
     noise_sd : float
         Standard deviation of one reading about the fitted curve, mm; without form where whole turns separate
         it.
+    noise_correlation : float
+        As of every estimate, unit 1; here 0, as `inflation` tells it.
     inflation : float
         Factor on standard deviations by correlated noise, unit 1; the covariance includes it.
     form_bound : float

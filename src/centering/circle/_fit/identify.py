@@ -48,9 +48,10 @@ def identify_circle(
 
     Parameters
     ----------
-    data : pair of arrays, mapping of arrays, scan, or log
+    data : pair of arrays, mapping of arrays, scan, table of a log, or log
         Spindle angle (rad) and reading (mm): (angle, reading), or by these names (also attributes, as of a
-        scan), or a log with a table "probe". Rows of scans and logs without a reading are left out.
+        scan), or a log whose only table, or table "probe", holds these columns and time (s), or that table.
+        Rows of scans and logs without a reading are left out.
     method : {"exact", "limacon", "printed"}
         Fitted curve.
     part : int, optional
@@ -116,11 +117,10 @@ def _pair(data: Any, part: int | None) -> tuple[Any, Any]:
         if len(data) != 2:
             raise ValueError(f"data must be the pair (angle, reading) (rad, mm); got {len(data)} entries")
         return data[0], data[1]
-    if isinstance(data, Mapping) and "angle" in data:
-        wanted = {name: data[name] for name in _UNITS if name in data}  # no column "probe" as a table
-        table = idf.readings(wanted, _UNITS, tier="probe", each="readings")
-        return table["angle"], table["reading"]
-    if hasattr(data, "angle") and hasattr(data, "reading"):
+    if not hasattr(data, "data_vars") and isinstance(data, Mapping) and "angle" in data:
+        read = idf.readings(data, _UNITS, tier="probe", each="readings", part=part)
+        return read["angle"], read["reading"]
+    if not isinstance(data, Mapping) and hasattr(data, "angle") and hasattr(data, "reading"):
         return _read(data.angle, data.reading)
     of_parts = idf.series(data, _UNITS, tier="probe", part=part)
     if len(of_parts) != 1:

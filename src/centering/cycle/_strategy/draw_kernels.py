@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from centering.cycle._strategy.outcome_kernels import stroke_for, travel_at
+from centering.cycle._strategy.outcome_kernels import scale_cell, stroke_for, travel_in_cell
 from sdpgrind.base.compiling.compiled import compiled
 
 
@@ -43,6 +43,20 @@ def _learning_rate(travel, friction, weight, noise):
         product += weight[q] * (travel[q] - mean) * friction[q]
     variance = square + noise * noise
     return mean, product / variance if variance > 0.0 else 0.0
+
+
+@compiled
+def _cells_of(known, slot, friction, spread, luck, grid, scales):
+    """Cells of the friction scales of all draws, and positions in them; found anew for another friction.
+
+    `known`: friction scale, cells and positions of each slot; the states of a plan share few friction scales.
+    """
+    kept, cells, places = known
+    if kept[slot] != friction:
+        kept[slot] = friction
+        for q in range(luck.size):
+            cells[slot, q], places[slot, q] = scale_cell(grid, friction + spread * luck[q], scales)
+    return cells[slot], places[slot]
 
 
 @compiled
@@ -92,6 +106,11 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
     high = low + step * (n_friction - 1)
     luck, cosine, sine, place, hidden, weight = draws
     moved, at_end = np.empty(luck.size), table_speed(speeds, (log_low, log_step), finish)
+    known = (
+        np.full(n_friction, np.nan),
+        np.empty((n_friction, luck.size), np.int64),
+        np.empty((n_friction, luck.size)),
+    )
     points, count, room = offset.size, luck.size, 4 * luck.size
     starts = np.zeros(points + 1, dtype=np.int64)
     columns = np.empty(points * room, dtype=np.int32)
@@ -108,8 +127,10 @@ def all_draws(offset, friction, fraction, kind, tables, belief, timing, axes, dr
             continue
         pressed = _between(contact, min(max((np.log(s) - grid[0]) / grid[1], 0.0), contact.size - 1.0))
         before = table_speed(speeds, axis, d)
+        node = min(max(int((m - low) / step + 0.5), 0), n_friction - 1)
+        cells, places = _cells_of(known, node, m, spread, luck, grid, travel.shape[1])
         for q in range(count):
-            moved[q] = travel_at(travel, grid, s + place[q], m + spread * luck[q])
+            moved[q] = travel_in_cell(travel, grid, s + place[q], cells[q], places[q])
         expected, rate = _learning_rate(moved, luck, weight, noise)
         time, many = 0.0, 0
         for q in range(count):

@@ -14,7 +14,7 @@ def _scale_at(grid, j):
 
 
 @compiled
-def _scale_cell(grid, scale, scales):
+def scale_cell(grid, scale, scales):
     """Cell of a friction scale among `scales` nodes, and the position in it."""
     j = min(max((np.arcsinh((scale - 1.0) / FINE) - grid[2]) / grid[3], 0.0), scales - 1.0)
     b = min(int(j), scales - 2)
@@ -23,16 +23,22 @@ def _scale_cell(grid, scale, scales):
 
 @compiled
 def travel_at(table, grid, stroke, scale):
-    """Travel (mm) of a push, bilinear in log stroke and `_scale_cell`.
+    """Travel (mm) of a push, bilinear in log stroke and `scale_cell`.
 
     `grid`: log first stroke, log step, first cell, step.
     """
+    b, y = scale_cell(grid, scale, table.shape[1])
+    return travel_in_cell(table, grid, stroke, b, y)
+
+
+@compiled
+def travel_in_cell(table, grid, stroke, b, y):
+    """`travel_at` where the cell of the scale, and the position in it, are known."""
     if stroke <= 0.0:
         return 0.0
-    strokes, scales = table.shape
+    strokes = table.shape[0]
     i = min(max((np.log(stroke) - grid[0]) / grid[1], 0.0), strokes - 1.0)
     a = min(int(i), strokes - 2)
-    b, y = _scale_cell(grid, scale, scales)
     x = i - a
     low = (1.0 - x) * table[a, b] + x * table[a + 1, b]
     return (1.0 - y) * low + y * ((1.0 - x) * table[a, b + 1] + x * table[a + 1, b + 1])
@@ -41,7 +47,7 @@ def travel_at(table, grid, stroke, scale):
 @compiled
 def stroke_for(mean, grid, last, scale, travel):
     """Least stroke (mm) with mean travel `travel` (mm) at a scale; infinite: none up to node `last`."""
-    b, y = _scale_cell(grid, scale, mean.shape[1])
+    b, y = scale_cell(grid, scale, mean.shape[1])
     if (1.0 - y) * mean[last, b] + y * mean[last, b + 1] < travel:
         return np.inf
     low, high = -1, last

@@ -21,19 +21,20 @@ from centering.cycle._strategy.timing import CycleTiming, table_speeds
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.progress import Progress, TerminalLine
+from sdpgrind.base.progress import Progress, ProgressOption, portion, reporting
 
 SETTLED = 4  # chosen: pushes after which the belief counts as settled; further ones change its sd little
 GIVEN_UP = 60.0  # chosen: charge of a part that is not centred after the greatest number of pushes, s
 _SHARES = (0.0, 0.6, 0.8, 1.0)  # chosen: of the work: pushes simulated, the settled belief, the first pushes
 
 
+@reporting
 def plan(
     problem: CenteringProblem,
     *,
     spindle_speed: str | float = "scheduled",
     executor: Executor | None = None,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
 ) -> Strategy:
     """Return the sequence of pushes that centres a part in the least expected time.
 
@@ -46,8 +47,8 @@ def plan(
         demands.
     executor : concurrent.futures.Executor, optional
         Runs the simulations; the result does not depend on it.
-    progress : callable(share, text), optional
-        Default: one line on a terminal when it takes long, silent elsewhere.
+    progress : callable(share, text), True or None
+        True: a line with the time left. Default: one line on a terminal when it takes long, silent elsewhere.
 
     Returns
     -------
@@ -79,14 +80,9 @@ def plan(
         )
     if problem.quantum_note:
         warnings.warn(problem.quantum_note, stacklevel=2)
-    tell = progress if progress is not None else TerminalLine()
-    return solved(
-        prepared(
-            problem, spindle_speed, default_kinds(problem.limits.push_speed_max), Size(), executor, tell
-        ),
-        executor,
-        tell,
-    )
+    assert callable(progress)  # made by the decorator
+    kinds = default_kinds(problem.limits.push_speed_max)
+    return solved(prepared(problem, spindle_speed, kinds, Size(), executor, progress), executor, progress)
 
 
 def prepared(
@@ -105,7 +101,7 @@ def prepared(
         longest=1.3 * axis.high,
         acceleration=problem.limits.acceleration_max,
         executor=executor,
-        tell=lambda share, text: tell(_SHARES[1] * share, text),
+        tell=portion(tell, _SHARES[0], _SHARES[1]),
     )
     offsets = np.geomspace(axis.low, axis.high, axis.nodes)
     return StrategyGround(
@@ -127,9 +123,7 @@ def solved(ground: StrategyGround, executor: Executor | None, tell: Progress) ->
             ground.axes, moves(ground, SETTLED, False), [given_up], sdp.Stages(further, 1.0, "unseen", "")
         ),
         executor=executor,
-        progress=lambda share, text: tell(
-            _SHARES[1] + (_SHARES[2] - _SHARES[1]) * share, "the pushes after the first ones"
-        ),
+        progress=_named(portion(tell, _SHARES[1], _SHARES[2]), "the pushes after the first ones"),
     )
     done = sdp.Stop("seen", _Settled(settled), allowed=_no_more)
     first = sdp.plan(
@@ -137,11 +131,16 @@ def solved(ground: StrategyGround, executor: Executor | None, tell: Progress) ->
             ground.axes, moves(ground, SETTLED, True), [done], sdp.Stages(SETTLED, 1.0, "unseen", "")
         ),
         executor=executor,
-        progress=lambda share, text: tell(_SHARES[2] + (1 - _SHARES[2]) * share, "the first pushes"),
+        progress=_named(portion(tell, _SHARES[2], _SHARES[3]), "the first pushes"),
     )
     return Strategy(
         ground.problem, ground.outcomes, ground.timing, ground.speeds, _joined(ground.size, settled, first)
     )
+
+
+def _named(tell: Progress, name: str) -> Progress:
+    """Progress that says `name` before each text."""
+    return lambda share, text: tell(share, f"{name}: {text}")
 
 
 class _Settled:

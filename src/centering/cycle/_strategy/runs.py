@@ -75,7 +75,7 @@ class CenteringRuns:
         right.hist(1e3 * self.offset, bins=30, color=pictures.ACTUAL)
         right.axvline(1e3 * self.problem.tolerance, color="k", lw=1, ls="--", label="tolerance")
         right.set(xlabel="offset at the end [µm]", ylabel="parts")
-        right.legend(frameon=False, loc="upper center")
+        right.legend(frameon=False, loc="upper left")
         return figure
 
     def __repr__(self) -> str:

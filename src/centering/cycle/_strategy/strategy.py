@@ -22,7 +22,10 @@ from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.rng import Seed
+from sdpgrind.base.sheets.amounts import Amounts
+from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.base.stored import decode, encode
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from centering.cycle._strategy.runs import CenteringRuns
@@ -289,6 +292,22 @@ class Strategy(Plan):
             }
         )
         return xr.Dataset(variables, coordinates, {"strategy": plain})
+
+    def _figures(self) -> tuple[AmountTable]:
+        """Whole cycles from offsets over the range of the table, and their first push."""
+        places = np.geomspace(2.0 * self.finish, self.offset_max, 8)
+        first = [self.push(offset=float(place)) for place in places]
+        columns = (
+            Amounts.of("offset", places, "mm"),
+            Amounts.of(
+                "cycle_time", [self.cycle_time(float(place)) for place in places], "s", "expected time"
+            ),
+            Amounts.of("stroke", [push.stroke for push in first], "mm", "stroke of the first push"),
+            Amounts.of("push_speed", [push.push_speed for push in first], "mm/s"),
+            Amounts.of("spindle_speed", [push.spindle_speed for push in first], "rad/s"),
+        )
+        finish = f"centred where {UM * self.finish:.3g} µm are measured"
+        return (AmountTable(f"Whole cycle by the offset at its start; {finish}", columns),)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:

@@ -29,12 +29,13 @@ from centering.push.turning._shooting import Aim, aimed
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.quantities import trusted
+from sdpgrind.base.quantities import forgotten, trusted
 from sdpgrind.base.stored import stored
 
 DIRECTIONS = ("exact", "quasi-static", "contact", "end")
 SHAPES = ("trapezoid", "gentle")
 
+_SLOWEST = 1e-3  # chosen: share of the greatest push speed; a converted speed below it was not meant
 _ROUNDS = 3  # chosen: a gentle profile depends little on the angle; each round gains a digit or more
 _FINE, _SMALL = 1e-3, 0.1  # chosen: misses beyond these shares of offset and tolerance warn
 # chosen: share of the offset beyond which a miss is refused, unless the ring sticks or is thrown
@@ -112,7 +113,9 @@ def plan_touch(
         raise checks.refuse("offset", f"< the radius of the part = {problem.model.part.radius:g}", d, "mm")
     v = checks.positive("push_speed", push_speed, "mm/s")
     if v > problem.limits.push_speed_max * (1 + 1e-12):
-        raise checks.refuse("push_speed", f"<= push_speed_max = {problem.limits.push_speed_max:g}", v, "mm/s")
+        most = problem.limits.push_speed_max
+        meant = forgotten(v, "mm/s", (_SLOWEST * most, most), most)
+        raise ValueError(f"push_speed must be <= push_speed_max = {most:g} (mm/s){meant}; got {v!r}")
     checks.one_of("direction", direction, DIRECTIONS)
     checks.one_of("shape", shape, SHAPES)
     most = problem.limits.stroke_offset_max

@@ -13,7 +13,9 @@ from centering.push.turning._lead import too_fast
 from centering.push.turning._rim_kernels import advance, greatest, motion
 from centering.push.turning._sliding import ring_friction
 from sdpgrind.base import checks
+from sdpgrind.base.quantities import forgotten
 
+_SLOWEST = 0.01  # chosen: share of the greatest speed; a converted speed below it was not meant
 _PLACES = 24  # chosen: samples of the search for a minimum; the functions have one or two in the interval
 _GOLDEN = (sqrt(5.0) - 1.0) / 2.0  # derived: golden section
 _SECTIONS = 36  # chosen: golden sections; they give the place to 1e-8 of a step, the value to rounding
@@ -213,7 +215,8 @@ def check_speed(problem: CenteringProblem, offset: float, spindle_speed: float) 
     limit = spindle_speed_limit(problem, offset=offset)
     if spindle_speed > limit.value * (1.0 + _ROUNDING):
         rule = f"<= {limit.value:.5g} at an offset of {offset:g} mm ({limit.reason.replace('_', ' ')})"
-        raise too_fast("spindle_speed", rule, spindle_speed, "rad/s")
+        meant = forgotten(spindle_speed, "rad/s", (_SLOWEST * limit.value, limit.value), limit.value)
+        raise too_fast("spindle_speed", rule, spindle_speed, f"rad/s{meant}")
 
 
 def spindle_acceleration_limit(problem: CenteringProblem, *, offset: float, spindle_speed: float) -> float:

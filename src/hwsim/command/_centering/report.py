@@ -2,14 +2,17 @@
 
 import argparse
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from centering.cycle import CycleState
-from hwsim.command._report import broken_lines, broken_off, parts_table, summary_head, summary_line
-from hwsim.command._run_folder import drawn, refuse_file, with_kept
+from hwsim._report.log_page import report as report_page
+from hwsim._report.worst import broken_off
+from hwsim.command._report import broken_lines, parts_table, summary_head, summary_line
+from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
 from hwsim.command.base import PARTS, announce
 from sdpgrind.base.units import UM
 
@@ -132,7 +135,6 @@ def _summary(log: "Log", plan: Any, why: list[str]) -> Iterator[str]:
 def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> str:
     """Run both controllers, write files where a folder is given, and return the report."""
     from hwsim._loop.compare import compare
-    from sdpgrind.base.progress import TerminalLine
 
     if arguments.live:
         raise ValueError("--live must be left out with --source, which runs every part twice")
@@ -141,7 +143,7 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
     both = {"source": job.source(plan), "ours": job.controller(plan)}
     parts = PARTS if arguments.parts is None else arguments.parts
     announce(f"running {parts} part{'s' if parts > 1 else ''} twice")
-    log = compare(job.stand, both, parts=parts, rng=arguments.rng, progress=TerminalLine())
+    log = compare(job.stand, both, parts=parts, rng=arguments.rng, progress=arguments.run_progress)
     text = side_by_side(title, log, plan)
     return text if folder is None else with_kept(text, folder, _keep(folder, plan, log, arguments))
 
@@ -149,12 +151,11 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
 def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
     """The given strategy (checked before to be of this problem), or a new one."""
     import sdpgrind
-    from sdpgrind.base.progress import TerminalLine
 
     if arguments.plan is not None:
         return sdpgrind.load(arguments.plan)
     announce("planning")
-    return area.plan(job, arguments, TerminalLine())
+    return area.plan(job, arguments, arguments.plan_progress)
 
 
 def _folder(path: Path | None) -> Path | None:
@@ -170,4 +171,5 @@ def _keep(folder: Path, plan: Any, log: Any, arguments: argparse.Namespace) -> l
     plan.save(folder / "strategy.nc")
     log.save(folder / "compare.nc")
     pictures = {} if arguments.no_pictures else {"strategy.png": plan, "compare.png": log}
-    return ["strategy.nc", "compare.nc", *(drawn(folder, pictures) if pictures else [])]
+    page = paged(folder, partial(report_page, log, plan=plan, pictures=bool(pictures)))
+    return ["strategy.nc", "compare.nc", *(drawn(folder, pictures) if pictures else []), *page]

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from hwsim.command._run_folder import drawn, refuse_file, with_kept
+from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
 from hwsim.command.base import AreaCommand, announce
 from sdpgrind.base.records import whole_file
 
@@ -68,7 +68,6 @@ on after the last finished part, with the results that it would have had; a fini
 def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
     """Run the experiment, write its files where a folder is given, and return its report."""
     from hwsim._study.study import finishing_study
-    from sdpgrind.base.progress import TerminalLine
 
     settings = {"method": job.method, "kind": job.settings.get("kind", "lqg"), **job.study}
     if arguments.plan is not None:
@@ -83,7 +82,9 @@ def studied(title: str, job: Any, arguments: argparse.Namespace) -> str:
     folder = arguments.out
     refuse_file(folder)
     announce("planning and running an experiment")
-    found = finishing_study(job.stand, rng=arguments.rng, folder=folder, progress=TerminalLine(), **settings)
+    found = finishing_study(
+        job.stand, rng=arguments.rng, folder=folder, progress=arguments.plan_progress, **settings
+    )
     text = f"{title}: {found.report(rng=arguments.rng)}"
     return text if folder is None else with_kept(text, folder, _keep(folder, found, text, arguments))
 
@@ -95,7 +96,8 @@ def _keep(folder: Path, found: Any, text: str, arguments: argparse.Namespace) ->
     found.confirmation.save(folder / "confirm.nc")
     things = {"study.png": found, "confirm.png": found.confirmation}
     pictures = [] if arguments.no_pictures else drawn(folder, things)
-    return ["study.txt", "run-01.db ... run-18.db", "confirm.db", "confirm.nc", *pictures]
+    page = paged(folder, found.study.report)
+    return ["study.txt", "run-01.db ... run-18.db", "confirm.db", "confirm.nc", *pictures, *page]
 
 
 AREA = Finishing()

@@ -38,7 +38,7 @@ after the last finished part, with the results that it would have had; a finishe
         """Plan a job."""
         from hwsim.command._plunge.toml import planned
 
-        return planned(job.problem)
+        return planned(job.problem, progress)
 
     def adaptation(self, job: Any, arguments: argparse.Namespace) -> Any:
         """Learn margins between parts, except with --no-adapt."""

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
@@ -22,12 +23,13 @@ class Job(StandJob[PlungeGrinder]):
         return plunge.CycleController(plan.problem, **settings)
 
 
-def planned(problem: plunge.CycleProblem) -> plunge.CyclePlan:
+def planned(problem: plunge.CycleProblem, progress: Any = None) -> plunge.CyclePlan:
     """The fastest cycle, by the most exact method for the problem's wear."""
     wear = problem.model.wear
     if wear is None or wear.growth == 0:
-        return plunge.plan(problem)
-    return plunge.plan(problem, method="dp" if wear.exponent == 0 else "collocation")
+        return plunge.plan(problem, progress=progress)
+    method = "dp" if wear.exponent == 0 else "collocation"
+    return plunge.plan(problem, method=method, progress=progress)
 
 
 def read(path: Path) -> Job:

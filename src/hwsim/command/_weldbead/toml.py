@@ -12,7 +12,6 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from hwsim.command._quantities import quantity
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.command.base import Job as AreaJob
@@ -22,6 +21,7 @@ from hwsim.plants._weldbead.plant import WeldBeadStand
 from sdpgrind import sdp, units, weldbead
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import specs, units_of
+from sdpgrind.base.unit_text import quantity
 from sdpgrind.weldbead import force, passes
 from sdpgrind.weldbead.kernels import CoefficientScatter, Motor
 

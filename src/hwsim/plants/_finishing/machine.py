@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hwsim._part.clock import Clock, exact
-from hwsim._part.motions import digest
+from hwsim._part.motions import digest, row_table
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
@@ -143,7 +143,9 @@ class FinishingPart:
             rows = np.empty((min(_BLOCK, self._most - self.time), len(core.ROWS)))
             used, self.done = core.finish(*self._core, *held, rows, self._most)
             blocks.append(rows[:used])
-        return {getattr(controller, "tier", "controller"): self._labelled(np.concatenate(blocks), motion)}
+        table = self._labelled(np.concatenate(blocks), motion)
+        tier = getattr(controller, "tier", "controller")
+        return {tier: table, **row_table(tier, "motion", table["time"], [motion])}
 
     def _labelled(self, rows: Floats, motion: Floats) -> dict[str, Floats]:
         last = self.step({}, 0)

@@ -12,7 +12,7 @@ from typing import Any
 from numba.core.event import Listener, register
 
 from sdpgrind.base.compiling.kernel_digest import reached
-from sdpgrind.base.progress import Progress, redraw
+from sdpgrind.base.progress import Progress, current, redraw
 
 _PATIENCE = 2.0  # silent compiling, s; chosen: a longer silence looks like a fault
 
@@ -56,15 +56,19 @@ class Compiling(Listener):
     @property
     def _shown(self) -> bool:
         lasted = self._spent + (self._clock() - self._begin if self._depth else 0.0)
-        return self.progress is None and lasted > _PATIENCE and sys.stderr.isatty()
+        alone = self.progress is None and current() is None
+        return alone and lasted > _PATIENCE and sys.stderr.isatty()
 
     def _tell(self, kernel: Any) -> None:
-        if self.progress is None and not self._shown:
+        verb = current()
+        if self.progress is None and verb is None and not self._shown:
             return
         done, total = sum(bool(one.overloads) for one in self._kernels), len(self._kernels)
         text = f"compiling {self.area or _area(kernel)}, once on this machine: {done} of {total}"
         if self.progress is not None:
             self.progress(done / max(total, 1), text)
+        elif verb is not None:
+            verb.say(text)
         else:
             redraw(text)
 

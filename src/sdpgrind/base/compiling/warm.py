@@ -3,7 +3,7 @@
 from importlib import import_module
 
 from sdpgrind.base import checks
-from sdpgrind.base.progress import Progress
+from sdpgrind.base.progress import Portions, Progress, ProgressOption, reported
 
 # area -> package, whose module ``_first_use`` has the example
 HOMES = {
@@ -15,7 +15,7 @@ HOMES = {
 }
 
 
-def warm(area: str | None = None, progress: Progress | None = None) -> dict[str, int]:
+def warm(area: str | None = None, progress: ProgressOption = None) -> dict[str, int]:
     """Compile what the first use of an area would compile, for up to half a minute each, once on a machine.
 
     Kernels are compiled at their first call and kept on disk. Call this at installation where a first plan
@@ -25,9 +25,9 @@ def warm(area: str | None = None, progress: Progress | None = None) -> dict[str,
     ----------
     area : str, optional
         ``"weldbead"``, ``"plunge"``, ``"locus"``, ``"finishing"`` or ``"centering"``. Default: all of them.
-    progress : callable, optional
+    progress : callable, True or None
         Called with the completed share (0..1) and a text: ``"compiling locus, once on this machine: 12 of
-        45"``. Default: a line on a terminal, after two seconds.
+        45"``. True: a line, in a pipe every few seconds. Default: a line on a terminal, after two seconds.
 
     Returns
     -------
@@ -46,7 +46,12 @@ def warm(area: str | None = None, progress: Progress | None = None) -> dict[str,
     {'plunge': 37}
     """
     areas = [checks.one_of("area", area, HOMES)] if area is not None else list(HOMES)
-    return {name: first_use(name, progress) for name in areas}
+    if progress is None:
+        return {name: first_use(name) for name in areas}
+    with reported(progress) as tell:
+        portions = Portions(tell)
+        parts = [portions.next(1.0, len(areas) - k) for k in range(1, len(areas) + 1)]
+        return {name: first_use(name, part) for name, part in zip(areas, parts, strict=True)}
 
 
 def first_use(area: str, progress: Progress | None = None) -> int:

@@ -26,7 +26,7 @@ def identify(
     ============== =========================================================================================
     "roughness"    Coefficients and scatter of `RoughnessModel`, for `FinishingProblem.updated`. Data: a
                    `Study` with the factors pattern, tool_diameter (mm) and normal_force (N), or arrays of
-                   one length of these and of roughness_ra (mm).
+                   one length of these and of roughness_ra (mm), or a log with these columns.
     "load_torque"  T_L (N m), for `TorqueController`, as no controller can separate it from the contact
                    torque. Data: free motion before touch-down as arrays time (s), motor_angle (rad) and
                    current (A, applied from that time on), or a log; needs `axis` and, if there is a
@@ -35,7 +35,7 @@ def identify(
 
     Parameters
     ----------
-    data : Study, mapping of arrays, or log
+    data : Study, mapping of arrays, table of a log, or log
         Measurements, see the table.
     what : {"roughness", "load_torque"}
         Quantity to estimate.

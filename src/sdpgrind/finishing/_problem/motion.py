@@ -13,6 +13,7 @@ from sdpgrind.base import checks, pictures, stored
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.plans import Plan
+from sdpgrind.base.sheets.blocks import AmountTable, figures
 from sdpgrind.finishing._problem.problem import FinishingProblem
 from sdpgrind.finishing.arm._heading import pitch_cosine
 from sdpgrind.finishing.timing._violations import Violation
@@ -232,6 +233,18 @@ class Motion(Plan):
     def plot(self) -> Any:
         """Draw the feed (mm/s) along the path and the joints' shares of their limits over time (s)."""
         return pictures.drawn("sdpgrind.finishing._problem.motion_picture:plot", self)
+
+    def _figures(self) -> tuple[AmountTable]:
+        rows = (
+            ("duration", self.duration, "s"),
+            ("length", float(self.length[-1]), "mm"),
+            ("mean_feed_rate", self.mean_feed_rate, "mm/s"),
+            ("tool_off_the_path", self.error, "mm"),
+            ("least_cos_pitch", self.least_cos_pitch, "1"),
+            ("nearest limit", f"{self.worst_violation}", ""),
+            ("time law", self.method, ""),
+        )
+        return (figures("The motion", *rows),)
 
     @property
     def dataset(self) -> xr.Dataset:

@@ -8,6 +8,7 @@ import numpy as np
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
+from sdpgrind.finishing.surface._picture import fill
 
 if TYPE_CHECKING:
     from sdpgrind.finishing._problem.motion import Motion
@@ -21,13 +22,15 @@ COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "blac
 
 def plot(motion: "Motion") -> Any:
     """Draw a motion; return the figure."""
-    figure = pictures.figure(12, 5.5)
+    figure = pictures.figure(12, 5)
     grid = figure.add_gridspec(3, 2, width_ratios=(1.2, 1))
-    _draw_path(figure, figure.add_subplot(grid[:, 0], projection="3d", computed_zorder=False), motion)
+    above = figure.add_subplot(grid[:, 0], projection="3d", computed_zorder=False)
+    _draw_path(figure, above, motion)
     _draw_feed(figure.add_subplot(grid[0, 1]), motion)
     _draw_close(figure.add_subplot(grid[1, 1]), motion)
     _draw_joints(figure.add_subplot(grid[2, 1]), motion)
     figure.suptitle(f"{motion.length[-1]:.0f} mm in {motion.duration:.1f} s, {motion.method}", fontsize=10)
+    fill(above)
     return figure
 
 
@@ -46,7 +49,7 @@ def _draw_path(figure: Any, axis: Any, motion: "Motion") -> None:
         *place, color="black", s=25, zorder=4, label=f"{told}: {100 * worst.ratio:.1f} % of its limit"
     )
     pictures.legend(axis, loc="upper left")
-    figure.colorbar(drawn, ax=axis, shrink=0.6, pad=0.12, label="feed [mm/s]")
+    figure.colorbar(drawn, ax=axis, shrink=0.6, pad=0.08, label="feed [mm/s]")
 
 
 def _apart(motion: "Motion") -> Any:

@@ -7,7 +7,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.progress import Progress, TerminalLine
+from sdpgrind.base.progress import ProgressOption, portion, reporting
 from sdpgrind.finishing._problem.motion import EXCEEDED, Motion, MotionError, Posture
 from sdpgrind.finishing._problem.motion_rows import rows
 from sdpgrind.finishing._problem.problem import TABLE_HEIGHT, FinishingProblem
@@ -25,14 +25,16 @@ METHODS = ("trapezoid", "toppra", "min_time")
 ENDLESS = 1e6  # mm, chosen: half the travel of a table without limits, far beyond any arm
 # Least samples of a leg, and mm between them; chosen: a spline through the joints follows the path.
 FEWEST, STEP = 8, 0.25
+JOINTS_SHARE = 0.3  # chosen: portion of progress for the joints; with "trapezoid" they take most of the time
 
 
+@reporting
 def plan(
     problem: FinishingProblem,
     *,
     method: str = "trapezoid",
     throw: bool = True,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
 ) -> Motion:
     """Plan the motion along a path: poses, joints in closed form, and a time law within the limits.
 
@@ -51,9 +53,8 @@ def plan(
         The time law.
     throw : bool
         Whether a limit exceeded by more than 0.1 % is an error. False: only the status of the motion says so.
-    progress : callable, optional
-        Called with the share done (0..1) and a text. Default: one line on a terminal when planning takes
-        long.
+    progress : callable(share, text), True or None
+        True: a line with the time left. Default: one line on a terminal when it takes long, silent elsewhere.
 
     Returns
     -------
@@ -74,10 +75,12 @@ def plan(
     >>> motion.worst_violation.held, round(motion.mean_feed_rate / motion.problem.feed_rate, 2)
     (True, 0.67)
     """
+    assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, FinishingProblem, " (see finishing.preset)")
     checks.one_of("method", method, METHODS)
     if problem.heading == "fixed":  # ends of legs show what is out of reach, before the long sampling
         posture_of(problem, problem.path.sample(per_leg=1))
+    progress(0.0, "joints along the path")
     samples = problem.path.sample(per_leg=_per_leg(problem.path))
     posture, joints = posture_of(problem, samples)
     arm = problem.arm
@@ -95,7 +98,7 @@ def plan(
         feed_rate=problem.feed_rate,
         acceleration=pace,
         method=method,
-        progress=progress or TerminalLine(),
+        progress=portion(progress, JOINTS_SHARE, 1.0),
     )
     worst = worst_violation(runs, laws, limits=limits, feed_rate=problem.feed_rate)
     begun = sum(law.duration for law in laws[: worst.run])

@@ -10,6 +10,7 @@ from typing import Any, Self
 from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.doubts.record import Doubts, asked
 from sdpgrind.base.quantities import Described, choice, custom, described, part, quantity, valued
 from sdpgrind.base.stored import encode
 from sdpgrind.finishing.arm._arm import Arm
@@ -100,7 +101,7 @@ class FinishingProblem(Described):
     azimuth: float = quantity("rad", default=0.0)
     pushed: bool = custom(default=False)
     feed_rate: float = quantity("mm/s", above=0, default=25.0)
-    acceleration: float = quantity("mm/s^2", above=0, usual=(1.0, 1e7), typical=1000, default=1000.0)
+    acceleration: float = quantity("mm/s^2", above=0, usual=(30.0, 1e7), typical=1000, default=1000.0)
     friction_ratio: float = quantity("1", at_least=0, default=0.3)
     tool_diameter: float = quantity("mm", above=0, usual=(0.05, 1000.0), typical=4, default=4.0)
     wrist_radius: float | tuple[float, ...] = custom(unit="mm", default=350.0)
@@ -206,6 +207,37 @@ class FinishingProblem(Described):
             When the estimate has failed, or is of another quantity.
         """
         return self.replace(model=self.model.updated(estimate))
+
+    def doubts(self, data: Any) -> Doubts:
+        """Return what finished parts, or free motion of the axis, say about this problem, and what not.
+
+        Coefficients of the roughness model and the load torque with their intervals; the alignment of the
+        current that the angles prefer; the median roughness of tool and path at both ends of each interval.
+
+        Parameters
+        ----------
+        data : Study, mapping of arrays, log, or table of a log
+            As for `finishing.identify`: pattern, tool_diameter (mm), normal_force (N) and roughness_ra (mm);
+            or time (s), motor_angle (rad) and current (A).
+
+        Returns
+        -------
+        Doubts
+            Rows, sentences, alignment and stakes; ``print`` shows the page.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For missing or bad data.
+
+        Examples
+        --------
+        >>> from sdpgrind import finishing
+        >>> found = finishing.preset("nominal").doubts(finishing.Study.published("wang-2001"))
+        >>> found["tool_exponent"].verdict, round(found["tool_exponent"].told, 3)
+        ('agrees', -0.902)
+        """
+        return asked("sdpgrind.finishing._doubts.doubts:doubts", self, data)
 
 
 def _digest(path: Path) -> str:

@@ -8,6 +8,7 @@ from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.extras import need
 from sdpgrind.finishing.path._path import Path
+from sdpgrind.finishing.surface._picture import fill
 
 PIECES = 20_000  # chosen: straight pieces of the line, at most about
 COLOURS = "plasma"
@@ -18,9 +19,9 @@ AWAY = 0.18  # chosen: opacity of the line on the far side
 def plot(path: Path, ax: Any = None) -> Any:
     """Draw a path on its surface, coloured by the length behind; see `Path.plot`."""
     collections = need("mpl_toolkits.mplot3d.art3d", "plot")
-    if ax is None:
-        figure = pictures.figure(7.6, 5.2)
-        ax = figure.add_subplot(projection="3d")
+    own = ax is None
+    if own:
+        ax = pictures.figure(7.6, 4.6).add_subplot(projection="3d")
     figure = path.surface.plot(ax)
     samples = path.sample(per_leg=max(1, min(8, PIECES // len(path.nodes))))
     every = slice(None, None, max(1, len(samples.length) // (2 * PIECES)))
@@ -30,10 +31,12 @@ def plot(path: Path, ax: Any = None) -> Any:
     ax.add_collection3d(line)
     for k, sign in ((0, "o"), (-1, "s")):
         ax.plot(*samples.point[[k]].T, sign, color="black", markersize=4, zorder=4)
-    bar = figure.colorbar(line, ax=ax, shrink=0.6, pad=0.08, label="length, from the dot to the square [mm]")
+    bar = figure.colorbar(line, ax=ax, shrink=0.6, pad=0.12, label="length, from the dot to the square [mm]")
     bar.solids.set_alpha(1.0)
     how = path.pattern if path.pattern == "zigzag" else f"{path.pattern}, {path.mapping.replace('_', ' ')}"
     ax.set_title(f"{how}: {path.length:.4g} mm, mean pitch {path.pitch:.3g} mm")
+    if own:
+        fill(ax, alone=True)
     return figure
 
 

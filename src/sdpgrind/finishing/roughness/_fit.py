@@ -10,21 +10,24 @@ import numpy.typing as npt
 from sdpgrind import identify
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.tables import cells_of, column_of, table_of
 from sdpgrind.finishing.roughness._terms import NAMES, checked_patterns, design
 from sdpgrind.finishing.study._study import Study
 from sdpgrind.identify import Estimate
 
 _SETTINGS = {"tool_diameter": "mm", "normal_force": "N"}
+_NUMBERS = _SETTINGS | {"roughness_ra": "mm"}
 
 
-def identify_roughness(data: Study | Mapping[str, Any], *, throw: bool = True) -> Estimate:
+def identify_roughness(data: Any, *, throw: bool = True) -> Estimate:
     """Estimate the coefficients of `RoughnessModel` from finished parts.
 
     Parameters
     ----------
-    data : Study or mapping of arrays
+    data : Study, mapping of arrays, table, or log
         Study with the factors pattern, tool_diameter (mm) and normal_force (N) and readings in mm; or these
-        factors and roughness_ra (mm) as arrays of one length.
+        factors and roughness_ra (mm) as arrays of one length, or as columns of a log; there, rows without a
+        reading are left out.
     throw : bool
         Raise if the data do not determine the coefficients; else the status reports it.
 
@@ -71,7 +74,7 @@ def published_estimate() -> Estimate:
 
 def _system(data: Any) -> tuple[Floats, Floats]:
     """Design matrix (n, 6) of the model and ln(R_a/µm), (n,)."""
-    arrays = _of_study(data) if isinstance(data, Study) else _of_mapping(data)
+    arrays = _of_study(data) if isinstance(data, Study) else _of_columns(data)
     rough = arrays["roughness_ra"]
     if np.any(rough <= 0) or np.any(rough >= 1):
         worst = rough[(rough <= 0) | (rough >= 1)][0]
@@ -85,27 +88,28 @@ def _of_study(study: Study) -> dict[str, npt.NDArray[Any]]:
     readings, repeats = study.readings.ravel(), study.readings.shape[1]
     there = ~np.isnan(readings)
     settings = {name: np.repeat(values, repeats)[there] for name, values in study.settings.items()}
-    return _of_mapping(settings | {"roughness_ra": readings[there]})
+    return _of_columns(settings | {"roughness_ra": readings[there]})
 
 
-def _of_mapping(data: Any) -> dict[str, npt.NDArray[Any]]:
-    if not isinstance(data, Mapping):
-        raise TypeError(f"data must be a Study or a mapping of arrays; got {checks.shown(data)}")
-    for name in ("pattern", *_SETTINGS, "roughness_ra"):
-        if name not in data:
-            raise ValueError(f"data must hold {name}; got {', '.join(map(str, data))}")
-    patterns = np.ravel(checked_patterns(data["pattern"]))
-    arrays: dict[str, npt.NDArray[Any]] = {"pattern": patterns}
-    for name, unit in (*_SETTINGS.items(), ("roughness_ra", "mm")):
-        arrays[name] = np.ravel(checks.finite_array(name, data[name], unit))
-        if arrays[name].size != patterns.size:
-            raise ValueError(
-                f"{name} must have {patterns.size} entries, as pattern has; got {arrays[name].size}"
-            )
-    for name, unit in _SETTINGS.items():
-        if np.any(arrays[name] <= 0):
-            raise checks.refuse(name, "> 0", float(arrays[name].min()), unit)
-    return arrays
+def _of_columns(data: Any) -> dict[str, npt.NDArray[Any]]:
+    """Pattern, settings (mm, N) and roughness (mm) of each row; those of a log without a reading left out."""
+    if not isinstance(data, Mapping) and not hasattr(data, "tiers"):
+        raise TypeError(f"data must be a Study, arrays by name or a log; got {checks.shown(data)}")
+    table, is_log = table_of(data, "data")
+    patterns = np.ravel(np.asarray(cells_of(table, "pattern", ""), dtype=object))
+    numbers = {name: column_of(table, name, unit) for name, unit in _NUMBERS.items()}
+    for name, values in numbers.items():
+        if values.size != patterns.size:
+            raise ValueError(f"{name} must have {patterns.size} entries, as pattern has; got {values.size}")
+    if is_log:
+        read = np.array([isinstance(name, str) and name != "" for name in patterns])
+        read &= ~np.any([np.isnan(values) for values in numbers.values()], axis=0)
+        patterns, numbers = patterns[read], {name: values[read] for name, values in numbers.items()}
+    for name, unit in _NUMBERS.items():
+        numbers[name] = checks.finite_array(name, numbers[name], unit)
+        if name in _SETTINGS and np.any(numbers[name] <= 0):
+            raise checks.refuse(name, "> 0", float(numbers[name].min()), unit)
+    return {"pattern": checked_patterns(patterns), **numbers}
 
 
 class LeaveOneOut(NamedTuple):
@@ -133,12 +137,12 @@ class LeaveOneOut(NamedTuple):
     worst_of_reading: float
 
 
-def leave_one_out(data: Study | Mapping[str, Any]) -> LeaveOneOut:
+def leave_one_out(data: Any) -> LeaveOneOut:
     """Predict the median of each reading (mm) by a model fitted to all others.
 
     Parameters
     ----------
-    data : Study or mapping of arrays
+    data : Study, mapping of arrays, table, or log
         As for `identify_roughness`, at least 8 readings.
 
     Returns

@@ -1,6 +1,7 @@
 """Designed experiment: settings, readings and their analysis."""
 
 import dataclasses
+import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -18,6 +19,7 @@ from sdpgrind.finishing.study._power import Power, power
 from sdpgrind.finishing.study._prediction import Prediction, predict
 from sdpgrind.finishing.study._report import report
 from sdpgrind.finishing.study._settings import FreeRuns, Level
+from sdpgrind.finishing.study._sheet import sheet
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -252,13 +254,25 @@ class Study(Observations):
         """
         return next_runs(self, number, pool)
 
-    def report(self, *, rng: Seed = 0) -> str:
-        """Return all results as text: readings in their unit, ratios in dB.
+    def report(self, path: str | os.PathLike[str] | None = None, *, rng: Seed = 0) -> str:
+        """Return all results as text, or write them with pictures: readings in their unit, ratios in dB.
 
         Parameters
         ----------
+        path : str or path, optional
+            HTML file in an existing folder, one page that needs nothing else. None: the text is returned.
         rng : int, Generator or SeedSequence
             Source of randomness of the simulated repetitions.
+
+        Returns
+        -------
+        str
+            The text, or the path of the file.
+
+        Raises
+        ------
+        ImportError
+            With a path, without the extra ``report``.
 
         Examples
         --------
@@ -266,7 +280,7 @@ class Study(Observations):
         >>> print(fin.Study.published("wang-2001").report().splitlines()[0])
         roughness R_a: 18 runs in the L18(2^1 3^7), 1 reading each
         """
-        return report(self, rng)
+        return report(self, rng) if path is None else sheet(self, rng, path)
 
     def plot(self, confidence: float = 0.95) -> Any:
         """Draw the mean ratio (dB) at the levels of each factor, with intervals of `confidence` (unit 1)."""

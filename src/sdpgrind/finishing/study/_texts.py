@@ -2,20 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 
+from sdpgrind.base import text_table
+
 NOT_AVAILABLE = "not available"
 
 
 def aligned(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Table: first column left-aligned, others right-aligned, two blanks between."""
-    table = [tuple(head), *(tuple(row) for row in rows)]
-    width = [max(len(row[k]) for row in table) for k in range(len(head))]
-    lines = (
-        "  ".join(
-            cell.rjust(w) if k else cell.ljust(w) for k, (cell, w) in enumerate(zip(row, width, strict=True))
-        )
-        for row in table
-    )
-    return "\n".join(line.rstrip() for line in lines)
+    return "\n".join(text_table.aligned([head, *rows], "<>"))
 
 
 def percent(share: float) -> str:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 FINE = 60  # chosen: facets each way
 COLOUR, LINES = "#b4cbe0", pictures.TRACKED
 THICK = 0.08  # chosen: least width of the drawn box over its greatest, so that a flat surface is visible
+ROOM = 0.76  # chosen: share of the panel that the box fills; ticks and labels need the rest
+AREA, BAR = 29.0, 1.2  # square inches, inches; chosen: some 7 by 4, and a bar of colours with its label
 TICKS = 5  # chosen: ticks along the longest side of the box
 
 
@@ -35,6 +37,8 @@ def surface(shape: "Surface", ax: Any = None) -> Any:
         axes.plot(*line.T, color=LINES, lw=0.7, zorder=1.5)
     axes.view_init(elev=height, azim=azimuth)
     _scaled(axes, found.point.reshape(-1, 3))
+    if ax is None:
+        fill(axes, alone=True)
     return figure
 
 
@@ -50,7 +54,7 @@ def knot_lines(shape: "Surface") -> list[checks.Floats]:
 def _axes(ax: Any) -> tuple[Any, Any]:
     """Return figure and axes to draw in."""
     if ax is None:
-        figure = pictures.figure(7, 5)
+        figure = pictures.figure(7, 4.2)
         return figure, figure.add_subplot(projection="3d")
     if not hasattr(ax, "plot_surface"):
         raise TypeError(
@@ -78,3 +82,33 @@ def _scaled(axes: Any, points: checks.Floats) -> None:
         )
         axes.locator_params(axis=name, nbins=max(1, round(TICKS * width / shown.max())))
     axes.set_box_aspect([float(width) for width in shown])
+
+
+def fill(axes: Any, *, alone: bool = False) -> None:
+    """Zoom so that the box fills the panel of the axes; matplotlib keeps it within a square.
+
+    A figure with these axes alone, and perhaps a bar of colours, gets the shape of the box.
+    """
+    figure, box = axes.figure, _box(axes)
+    if alone:
+        width, height = np.sqrt(AREA / box.prod()) * box
+        figure.set_size_inches(width + BAR * (len(figure.axes) - 1), height)
+        box = _box(axes)
+    panel = axes.get_position(original=True).size * figure.bbox.size
+    widths = [float(np.ptp(each)) for each in _limits(axes)]
+    axes.set_box_aspect(widths, zoom=float(np.min(ROOM * panel / box)))
+    for drawn in (*axes.collections, *axes.lines):
+        drawn.set_clip_on(False)  # it would be cut at that square
+    figure.set_layout_engine("none")  # it would make the panel smaller for the larger box
+
+
+def _box(axes: Any) -> checks.Floats:
+    """Width and height of the drawn box, pixels, once the panels are laid out."""
+    axes.figure.draw_without_rendering()
+    corners = np.array(np.meshgrid(*_limits(axes))).reshape(3, -1)
+    x, y, _ = need("mpl_toolkits.mplot3d.proj3d", "plot").proj_transform(*corners, axes.get_proj())
+    return np.asarray(np.ptp(axes.transData.transform(np.column_stack([x, y])), axis=0))
+
+
+def _limits(axes: Any) -> list[Any]:
+    return [axes.get_xlim(), axes.get_ylim(), axes.get_zlim()]

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.progress import Progress, silent
+from sdpgrind.base.progress import ProgressOption, quiet
 from sdpgrind.finishing.timing._jerk_limited import LawError, jerk_limited_law
 from sdpgrind.finishing.timing._joint_path import JointPath
 from sdpgrind.finishing.timing._limits import JointLimits, LimitedRun
@@ -19,6 +19,7 @@ ACCELERATION = 1000.0  # mm/s^2, chosen: default acceleration of the contact poi
 REFINE = 20  # chosen: places in a piece of a law for its limits
 
 
+@quiet
 def time_laws(
     runs: Sequence[JointPath],
     limits: JointLimits,
@@ -26,7 +27,7 @@ def time_laws(
     feed_rate: float,
     acceleration: float | None = None,
     method: str = "trapezoid",
-    progress: Progress = silent,
+    progress: ProgressOption = None,
 ) -> tuple[TimeLaw, ...]:
     """Return the time law of each run, from rest to rest.
 
@@ -48,8 +49,8 @@ def time_laws(
         ``feed_rate`` and all limits of the joints. Without limits of jerk it is swept over a grid, refined
         until that saves less than 0.02 % of the time; with them it is a nonlinear program (CasADi), no slower
         than the trapezoid of seven pieces.
-    progress : callable
-        Called with the share done (0..1) and a text.
+    progress : callable(share, text), True or None
+        Called with the share done (0..1) and a text; True: a line with the time left. Default: silent.
 
     Raises
     ------
@@ -67,6 +68,7 @@ def time_laws(
     >>> round(law.duration, 4), round(law.slowed, 4)
     (4.025, 1.5846)
     """
+    assert callable(progress)  # made by the decorator
     checks.one_of("method", method, tuple(_MAKERS))
     if method == "toppra" and limits.jerk_max is not None:
         raise checks.refuse(

@@ -1,12 +1,12 @@
 """Load torque, in contact indistinguishable from the contact torque: from weight, or before touch-down."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sdpgrind import identify as idf
-from sdpgrind.base import checks
+from sdpgrind.base import checks, serial
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.torque._axis import GRAVITY, TorqueAxis
 
@@ -15,6 +15,12 @@ _LEAST = 8  # chosen: readings for three values and an estimate of their noise
 _FREE = 1.75  # derived: rms of residuals over that of rounding; rounding alone gives at most sqrt(3)
 # phases of the counts, and motions each way within a count; chosen: fewer miss the worst, more cost time
 _PLACES, _NEAR = 64, 9
+_SMOOTH = (
+    0.95  # chosen: correlation of readings that noise stays below; the tool in contact gives 0.957 to 0.98
+)
+_SIGMAS = 4.5  # chosen: rejects one good Gaussian reading in 150 000
+_COMPONENTS = 4  # measured: polynomials that tell the noise; 8 hold 92 % at a correlation of 0.8, 3 tell less
+_BEAT = 2.0  # chosen: variance over that of random rounding from which a beat of the counts is feared
 
 
 def gravity_torque(mass: float, centre_distance: float, angle: Any) -> Any:
@@ -55,15 +61,17 @@ def identify_load_torque(
 ) -> idf.Estimate:
     """Estimate the load torque T_L from motion before touch-down: least squares, J theta'' = k_t i - T_L.
 
-    The motor's angle is a parabola plus the exact double integral of the current; readings are rounded to
-    counts. In slow or even motion these errors are not independent: the covariance is the effect of rounding
-    on this motion, over all phases of the counts, and larger where the fit is worse than rounding explains.
+    The motor's angle is a parabola plus the exact double integral of the current. The polynomials of third to
+    sixth degree in the residuals tell the noise at the parabola's frequencies, white or of filters, with four
+    degrees of freedom a part. In slow or even motion rounding to counts is not independent from reading to
+    reading: there the variance is its effect on the worst motion that the readings allow, over all phases of
+    the counts.
 
     Parameters
     ----------
-    data : mapping of arrays, or log
+    data : mapping of arrays, table of a log, or log
         Arrays by name: time (s), motor_angle (rad; NaN: no reading), current (A, from that time on); or a log
-        with a table "controller".
+        whose only table, or table "controller", holds them, or that table.
     axis : TorqueAxis
         Believed J and k_t: a relative error of J acts on T_L less the torque of the current, one of k_t on
         that torque.
@@ -101,68 +109,102 @@ def identify_load_torque(
     each = idf.series(data, _QUANTITIES, tier="controller", commands=("current",), part=part)
     end = np.inf if until is None else checks.positive("until", until, "s")
     found = [_of_part(one, axis, end) for one in each]
-    good = [one for one in found if one.ok]
-    result = _pooled(good) if good else found[0] if found else _not_identified("there is no part")
+    good = [one for one in found if isinstance(one, _Motion)]
+    reasons = [one for one in found if isinstance(one, str)]
+    result = _pooled(good) if good else _not_identified((reasons or ["there is no part"])[0])
     if throw and not result.ok:
         raise ValueError(result.message)
     return result
 
 
-def _of_part(one: idf.Series, axis: TorqueAxis, end: float) -> idf.Estimate:
+class _Motion(NamedTuple):
+    """Load torque of a part, N m.
+
+    Its variance for white noise of 1 rad, the variance of the noise (rad^2), and the freedom of that.
+    """
+
+    load: float
+    gain: float
+    noise: float
+    freedom: float
+
+
+def _of_part(one: idf.Series, axis: TorqueAxis, end: float) -> _Motion | str:
+    """Load torque of a part, or the reason why it tells none."""
     rows = one.time < end
     time, shown = one.time[rows], one["motor_angle"][rows]
     read = np.isfinite(shown)
     if read.sum() < _LEAST:
-        return _not_identified(
-            f"{read.sum()} readings of the angle are too few: at least {_LEAST} are needed"
-        )
-    time, driven = (time - time[0])[read], _driven(time, one["current"][rows], axis)[read]
-    shown = shown[read]
+        return f"{read.sum()} readings of the angle are too few: at least {_LEAST} are needed"
+    time, driven = (time - time[0])[read], driven_angle(time, one["current"][rows], axis)[read]
+    if np.ptp(time) == 0:
+        return "the readings are all at one time"
     matrix = np.stack([np.ones_like(time), time, -0.5 * time**2 / axis.inertia], axis=1)
-    rounding = axis.angle_step / np.sqrt(12.0)
-    fit = idf.least_squares(matrix, shown - driven, noise_sd=rounding, throw=False)
-    rms = float(np.sqrt(np.mean((shown - driven - matrix @ fit.value) ** 2)))
-    if not fit.ok:
-        return _not_identified("the readings are all at one time")
-    worst = float(np.abs(shown - driven - matrix @ fit.value).max())
-    if rms > _FREE * rounding or worst > axis.angle_step:
-        told = f"readings are off by {rms:.2g} rad, rounding explains {rounding:.2g}"
-        return _not_identified(
-            f"the motion is not free ({told}): end it before touch-down, or look at the current"
-        )
-    variance = _variance(matrix, driven + matrix @ fit.value, axis) * max(1.0, (rms / rounding) ** 2)
-    return _estimate(float(fit.value[2]), max(variance, float(fit.covariance[2, 2])), "from free motion")
+    inverse, goal = np.linalg.pinv(matrix), shown[read] - driven
+    values = inverse @ goal
+    left = goal - matrix @ values
+    if reason := _not_free(time, left, axis.angle_step):
+        return reason
+    weights, gain = inverse[2], float(inverse[2] @ inverse[2])
+    noise = _noise(time, left, weights)
+    beat = _beat(weights, shown[read] - left, left, axis.angle_step) / gain
+    if beat > max(noise, _BEAT * axis.angle_step**2 / 12):
+        return _Motion(float(values[2]), gain, beat, np.inf)
+    return _Motion(float(values[2]), gain, noise, float(_COMPONENTS))
 
 
-def _driven(time: Floats, current: Floats, axis: TorqueAxis) -> Floats:
+def _not_free(time: Floats, left: Floats, count: float) -> str:
+    """Reason why residuals are no noise: too smooth for their size, or one far off; empty: they are."""
+    rounding, rms = count / np.sqrt(12.0), float(np.sqrt(np.mean(left**2)))
+    rho = serial.correlation(left, 3, serial.gaps(time, time.size))
+    smooth = rho > _SMOOTH or serial.effective(left.size, 3, rho) <= 1
+    if not (smooth and rms > _FREE * rounding) and np.abs(left).max() <= max(count, _SIGMAS * rms):
+        return ""
+    told = f"readings are off by {rms:.2g} rad, rounding explains {rounding:.2g}"
+    return f"the motion is not free ({told}): end it before touch-down, or look at the current"
+
+
+def _noise(time: Floats, left: Floats, weights: Floats) -> float:
+    """Variance of white noise with the effect on the load torque that the noise of these residuals has.
+
+    Noise of filters is greatest at low frequencies, where the parabola is. The polynomials next to it tell
+    it: the ratio of their variances to that of the load torque is that of first-order noise.
+    """
+    apart = serial.gaps(time, time.size)
+    rho = serial.correlation(left, 3, apart)
+    powers = np.polynomial.legendre.legvander(2 * (time - time[0]) / np.ptp(time) - 1, 2 + _COMPONENTS)
+    near = np.linalg.qr(powers)[0][:, 3:]
+    each = np.array([serial.variance(one, rho, apart) for one in near.T])
+    ratio = serial.variance(weights, rho, apart) / float(weights @ weights)
+    return ratio * float(np.mean((left @ near) ** 2 / each))
+
+
+def driven_angle(time: Floats, current: Floats, axis: TorqueAxis) -> Floats:
     """Angle due to the current alone, rad; the current is constant between times."""
     step, gain = np.diff(time), axis.torque_constant / axis.inertia * current[:-1]
     speed = np.concatenate([[0.0], np.cumsum(gain * step)])
     return np.concatenate([[0.0], np.cumsum(speed[:-1] * step + 0.5 * gain * step**2)])
 
 
-def _variance(matrix: Floats, angle: Floats, axis: TorqueAxis) -> float:
-    """Variance of the estimate; rounding is far from random in even motion.
+def _beat(weights: Floats, angle: Floats, left: Floats, count: float) -> float:
+    """Variance of the load torque by rounding, which is far from random in even motion.
 
-    The mean over all phases of the counts, for the worst motion within a count of the fitted one, since no
-    readings separate those.
+    The mean over all phases of the counts, for the worst motion within a count of the fitted one that the
+    readings allow: from which they deviate by no wider a range than a count, or than from the fitted one.
     """
+    wide = max(count, float(np.ptp(left)))
     share = np.linspace(0.0, 1.0, angle.size)
-    weights = np.linalg.pinv(matrix)[2]
     begin = ((np.arange(_PLACES) + 0.5) / _PLACES)[:, np.newaxis]
     found = 0.0
     for turned in np.linspace(-1.0, 1.0, _NEAR):
         for bent in np.linspace(-1.0, 1.0, _NEAR):
-            places = angle / axis.angle_step + begin + turned * share + bent * 4 * share * (1 - share)
-            rounding = (np.rint(places) - places) * axis.angle_step
+            moved = turned * share + bent * 4 * share * (1 - share)
+            if np.ptp(left - moved * count) > wide * (1 + 1e-9):
+                continue
+            places = angle / count + begin + moved
+            rounding = (np.rint(places) - places) * count
             found = max(found, float(np.mean((rounding @ weights) ** 2)))
     return found
-
-
-def _estimate(value: float, variance: float, message: str) -> idf.Estimate:
-    return idf.Estimate(
-        ("load_torque",), np.array([value]), np.array([[variance]]), message=message, units=("N m",)
-    )
 
 
 def _not_identified(reason: str) -> idf.Estimate:
@@ -171,12 +213,17 @@ def _not_identified(reason: str) -> idf.Estimate:
     return idf.Estimate(("load_torque",), *unknown, status, f"{status}: {reason}", ("N m",))
 
 
-def _pooled(each: list[idf.Estimate]) -> idf.Estimate:
-    """Mean by inverse variances, with at least the scatter of the parts."""
-    if len(each) == 1:
-        return each[0]
-    values = np.array([one.value[0] for one in each])
-    weights = np.array([1 / one.covariance[0, 0] for one in each])
-    mean = float(weights @ values / weights.sum())
-    scatter = float(weights @ (values - mean) ** 2) / (len(each) - 1)
-    return _estimate(mean, max(scatter, 1.0) / float(weights.sum()), f"from free motion of {len(each)} parts")
+def _pooled(each: list[_Motion]) -> idf.Estimate:
+    """Mean of parts with one noise by least squares, with at least the scatter of the parts."""
+    load, gain, noise, freedom = (np.array(column) for column in zip(*each, strict=True))
+    level = float(np.average(noise, weights=np.minimum(freedom, 1e9)))
+    mean, known = float(np.average(load, weights=1 / gain)), float(np.sum(1 / gain))
+    free, told = float(freedom.sum()), "from free motion"
+    if len(each) > 1:
+        told += f" of {len(each)} parts"
+        scatter = float(np.sum((load - mean) ** 2 / gain)) / (len(each) - 1)
+        level, free = (scatter, len(each) - 1.0) if scatter > level else (level, free)
+    covariance = np.full((1, 1), level / known)
+    return idf.Estimate(
+        ("load_torque",), np.array([mean]), covariance, message=told, units=("N m",), freedom=free
+    )

@@ -23,6 +23,7 @@ from sdpgrind.locus._trace.table_kernels import INSIDE
 from sdpgrind.locus._trace.trace import ROUNDING, Tracer
 
 if TYPE_CHECKING:
+    from sdpgrind.base.sheets.blocks import AmountTable
     from sdpgrind.locus._curve.inversion import Inversion
     from sdpgrind.locus._path.stretch import Stretch
     from sdpgrind.locus._trace.table import LocusTable
@@ -298,6 +299,11 @@ class Locus(Plan):
     def plot(self) -> Any:
         """Draw controls and responses over the hidden state and the first two controls; return the figure."""
         return pictures.drawn("sdpgrind.locus._curve.picture:picture", self)
+
+    def _figures(self) -> "tuple[AmountTable]":
+        from sdpgrind.locus._curve.record import best_points
+
+        return (best_points(self.problem, [piece.table for piece in self.best], self.error),)
 
     @property
     def status(self) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.progress import Progress, ProgressOption, reporting
 from sdpgrind.locus._curve.area import Area
 from sdpgrind.locus._curve.locus import Locus
 from sdpgrind.locus._problem.problem import Problem
@@ -16,10 +17,12 @@ from sdpgrind.locus._trace.pieces import counts, pieces, tabulate
 from sdpgrind.locus._trace.trace import ROUNDING, Branch, Tracer
 
 POINTS = 200  # chosen: fewer leave a coarse table, more cost time
+TRACED = 0.2, 0.7  # chosen: shares of progress at which tracing begins and the table
 SIGN = 1e-9  # chosen: slope by the hidden state, relative to the largest; less is rounding and has no sign
 
 
-def plan(problem: Problem, *, points: int = POINTS) -> Any:
+@reporting
+def plan(problem: Problem, *, points: int = POINTS, progress: ProgressOption = None) -> Any:
     """Find all optima over the range of the hidden states, Koren (11)-(13).
 
     Searches start at several hidden states from all minima of a lattice. Pseudo-arclength continuation with
@@ -32,6 +35,8 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
         The problem, in the user's units.
     points : int
         Approximate number of points of the table.
+    progress : callable(share, text), True or None
+        True: a line with the time left. Default: one line on a terminal when it takes long, silent elsewhere.
 
     Returns
     -------
@@ -65,13 +70,21 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
     >>> {name: round(value, 9) for name, value in point.controls.items()}, round(point.response, 9)
     ({'u': 2.0, 'v': 3.0}, 7.0)
     """
+    assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, Problem, " (see locus.preset)")
     checks.count("points", points, 2)
     _check_counts(problem)
+    progress(0.0, "the system and its derivatives")
     system = system_of(problem)
     _check_signs(problem, system)
-    if system.h > 1:
-        return _area(problem)
+    progress(TRACED[0], "tracing the optima")
+    found = _area(problem) if system.h > 1 else _curve(problem, system, points, progress)
+    progress(1.0, "planned")
+    return found
+
+
+def _curve(problem: Problem, system: System, points: int, tell: Progress) -> Locus:
+    """Trace and tabulate a curve over one hidden state."""
     tracer = Tracer(system, np.zeros(1))
     branches, degenerate = tracer.branches(), False
     if is_degenerate(tracer, branches):
@@ -80,6 +93,7 @@ def plan(problem: Problem, *, points: int = POINTS) -> Any:
         branches, degenerate = tracer.branches(), True
     if not branches:
         raise ValueError(_alike(problem) if degenerate else _nowhere(problem))
+    tell(TRACED[1], "the table of the optima")
     runs = list(marked(tracer, branches))
     sizes = counts([run for run, _ in runs], points)
     table = tabulate(tracer, [run for run, _ in runs], sizes)

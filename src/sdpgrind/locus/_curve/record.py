@@ -6,11 +6,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from sdpgrind.base.sheets.amounts import Amounts
+from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.locus._problem.problem import Problem, read_problem, written
 from sdpgrind.locus._problem.system import system_of
 from sdpgrind.locus._trace.grid import TraceGrid
 from sdpgrind.locus._trace.pieces import Columns, Piece
 
+_SHOWN = 12  # points in a table; chosen: a third of a page
 _WIDE = {"controls": "control", "slope": "control", "bound_multipliers": "control"}
 _TALL = {"multipliers": "constraint", "response": "constraint", "limit": "constraint"}
 _NARROW = ("cost", "margin", "residual")
@@ -46,6 +49,22 @@ def dataset_of(problem: Problem, pieces: tuple[Piece, ...], degenerate: bool) ->
         "degenerate": int(degenerate),
     }
     return xr.Dataset(variables, coordinates(problem), attrs)
+
+
+def best_points(problem: Problem, tables: list[Columns], error: float) -> AmountTable:
+    """Return a dozen best points: hidden state, controls, responses with their limits, cost."""
+    table = Columns.joined(tables)
+    rows = np.unique(np.linspace(0, len(table.hidden) - 1, _SHOWN).round().astype(int))
+    columns = [Amounts.of(problem.hidden_names[0], table.hidden[rows], problem.unit(problem.hidden_names[0]))]
+    for k, name in enumerate(problem.names):
+        columns.append(Amounts.of(name, table.controls[rows, k], problem.unit(name)))
+    for k, name in enumerate(problem.responses):
+        for word, values in (("", table.response), (" limit", table.limit)):
+            columns.append(
+                Amounts.of(name, values[rows, k], problem.unit(name), name.replace("_", " ") + word)
+            )
+    columns.append(Amounts.of("cost", table.cost[rows], problem.unit("cost")))
+    return AmountTable(f"Best points along the curve (scaled residual {error:.1g})", columns)
 
 
 def columns_of(

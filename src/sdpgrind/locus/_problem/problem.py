@@ -9,6 +9,7 @@ from typing import Any, Self
 import casadi as ca
 
 from sdpgrind.base import checks, stored
+from sdpgrind.base.doubts.record import Doubts, asked
 from sdpgrind.base.quantities import Described, custom, described
 from sdpgrind.identify import Estimate
 from sdpgrind.locus._problem.process import Function, Ranges, Varying, check_function, check_name
@@ -163,7 +164,7 @@ class Problem(Described):
         Parameters
         ----------
         estimate : Estimate
-            Fields of the model by name, in their units.
+            Fields of the model, or of its inner objects, by name, in their units; see `locus.identify`.
 
         Raises
         ------
@@ -178,6 +179,46 @@ class Problem(Described):
         if not estimate.ok:
             raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
         return self.replace(model=self.model.replace(**{name: estimate[name] for name in estimate.names}))
+
+    def doubts(self, data: Any) -> Doubts:
+        """Return what measured responses say about the model of this problem, and what they do not.
+
+        Each number of the model with its interval, all others as believed; the least cost at the middle of
+        the hidden states, planned again at both ends of each interval.
+
+        Parameters
+        ----------
+        data : mapping of arrays, log, or table of a log
+            As for `locus.identify`: responses, controls and hidden states by name, in their units.
+
+        Returns
+        -------
+        Doubts
+            Rows, sentences and stakes; ``print`` shows the page.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For missing or bad data, or a problem without a model.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from sdpgrind import locus
+        >>> problem, rng = locus.preset("grinding"), np.random.default_rng(0)
+        >>> rate, area = np.meshgrid([0.01, 0.015, 0.02], [0.006, 0.007, 0.008, 0.009])
+        >>> data = {"infeed_rate": rate.ravel(), "work_rotation": np.full(12, 10.0),
+        ...         "wear_flat_area": area.ravel()}
+        >>> power = problem.model.replace(specific_energy=12.0).grinding_power(*data.values())
+        >>> found = problem.doubts(data | {"grinding_power": power + rng.normal(0.0, 1.0, 12)})
+        >>> found["specific_energy"].verdict, round(found["specific_energy"].told, 1)
+        ('differs', 12.0)
+        """
+        if self.model is None:
+            raise ValueError(
+                "doubts need a problem with a model, whose fields are compared; this one has none"
+            )
+        return asked("sdpgrind.locus._doubts.doubts:doubts", self, data)
 
     def __deepcopy__(self, memo: object) -> Self:
         return self  # immutable

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import KW_ONLY
 from math import inf, pi
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -73,6 +73,7 @@ class Grinding(Described):
     0.0075
     """
 
+    _inside: ClassVar[tuple[str, ...]] = ("power", "burning", "roughness")
     _: KW_ONLY
     wheel_diameter: float = quantity("mm", above=0, usual=(2.0, 3000.0), typical=300)
     work_diameter: float = quantity("mm", above=0, usual=(2.0, 10000.0), typical=60)

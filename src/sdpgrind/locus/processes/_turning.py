@@ -6,9 +6,11 @@ from math import inf
 from typing import Any
 
 from sdpgrind.base import checks
-from sdpgrind.base.quantities import Described, described, quantity
+from sdpgrind.base.quantities import Described, described, forgotten, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.locus._problem.process import Varying
+
+SPEEDS = 5.0, 50.0  # chosen: life_speed over the least, and the greatest over life_speed, of a range's end
 
 
 def tool_change_time(
@@ -124,6 +126,30 @@ class Turning(Described):
         if self.breaking_force is not None and self.breaking_exponent >= self.force_exponent:
             rule = f"< force_exponent = {self.force_exponent:g}: else no feed is too great for the tool"
             raise self._refused("breaking_exponent", rule)
+
+    def check(
+        self, controls: Mapping[str, tuple[float, float]], hidden: Mapping[str, tuple[float, float]]
+    ) -> None:
+        """Refuse a range of the cutting speed in another unit than mm/s.
+
+        Parameters
+        ----------
+        controls, hidden : mapping of str to (float, float)
+            Ranges (low, high) of a problem, in their units; only that of ``cutting_speed`` (mm/s) is checked.
+
+        Raises
+        ------
+        ValueError
+            When the greatest cutting speed is below a fifth of `life_speed`, or above fifty times it.
+        """
+        fastest, typical = controls.get("cutting_speed", (0.0, self.life_speed))[1], self.life_speed
+        usual = (typical / SPEEDS[0], typical * SPEEDS[1])
+        if not usual[0] <= fastest <= usual[1]:
+            meant = forgotten(fastest, "mm/s", usual, typical)
+            raise ValueError(
+                f"cutting_speed must be in mm/s, its greatest some {typical:g} as life_speed{meant};"
+                f" got {fastest!r}"
+            )
 
     @property
     def constraints(self) -> tuple[Varying, ...]:

@@ -36,9 +36,10 @@ def identify(
     `what`               result and methods (the first is the default)
     ==================== ===================================================================================
     "time_constant"      lag of the actual behind the commanded rate, s. "output_error": least squares of the
-                         size of the linear model up to a constant offset, of least variance among unbiased
-                         estimators. "recursive": the same reading by reading, with forgetting. "printed":
-                         (4); noise of the size makes it too short, an offset ruins it
+                         size of the linear model, offset of the gauge, touch-in, first-order noise.
+                         "recursive": reading by reading, with forgetting, with the touch-in of the first;
+                         least squares as if white, variance of first-order noise. "printed": (4); noise of
+                         the size makes it too short, an offset ruins it
     "wear_flat_area"     0..1. "mean": of the areas by (6), over the samples in which sliding takes more than
                          a quarter of the power; needs `problem`. 1 % of power is some 2.5 % of area
     "contact_zero"       command lacking at contact, mm (negative: contact after the command is 0): size less
@@ -51,10 +52,11 @@ def identify(
 
     Parameters
     ----------
-    data : mapping of arrays, or log
+    data : mapping of arrays, table of a log, or log
         Arrays of one length: time (s), command_rate (mm/s, from that time on), size (radial stock removed,
-        mm; NaN: no reading), grinding_power (W), and part if there are several. Or a log with the table
-        "controller". At the start of a part the wheel must be unloaded.
+        mm; NaN: no reading), grinding_power (W), and part if there are several. Or a log whose only table, or
+        table "controller", holds them, or that table; the command is command_rate_command there. At the start
+        of a part the wheel must be unloaded.
     what : str
         Quantity of the table.
     method : str, optional

@@ -19,6 +19,7 @@ CLIPPED = 0.99  # chosen: share of the greatest power from which a reading count
 _NEAR = 0.95  # chosen: share of the greatest power above which the expected power may be clipped
 _FIT_STEPS = [1e-4, 1e-3]  # chosen: steps of the differences by contact zero, mm, and scale
 _PLATEAU = 3  # chosen: equal readings of the greatest power that show a clipping monitor
+_SETTLED = 0.02  # chosen: change, in standard deviations, below which rounds of rates and areas end
 _LEAST, _MOST = 1e-6, 1.0  # chosen: range of the wear flat area
 
 
@@ -34,7 +35,7 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         count = int(clipped.sum())
         few = f"all {count} readings of the power are clipped" if count else "there is no power"
         return not_identified(NAME, UNIT, few)
-    mean = model.wear_flat_area
+    before, mean = np.inf, model.wear_flat_area
     corrected = bool(np.any(cycle.read)) and not fault(cycle)
     for _ in range(20):
         trial = model.replace(wear_flat_area=float(np.clip(mean, _LEAST, _MOST)))
@@ -44,8 +45,9 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         if each.size < MOVING:
             few = f"{each.size} readings of a power that slides and is not clipped are too few"
             return not_identified(NAME, UNIT, f"{few}: {MOVING} are needed")
-        before, mean = mean, float(each.mean())
-        if abs(mean - before) <= 1e-5 * abs(mean):
+        earlier, before, mean = before, mean, float(each.mean())
+        change = min(abs(mean - before), abs(mean - earlier))  # a sample at a limit may come and go
+        if change <= max(_SETTLED * _of_mean(each) ** 0.5, 1e-5 * abs(mean)):
             break
     first = each - grown
     if not _LEAST < first.mean() <= _MOST:

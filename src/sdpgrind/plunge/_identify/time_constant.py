@@ -7,10 +7,11 @@ gauge. For a command held between samples this is exact at any sample time.
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import chdtri
 
 from sdpgrind import identify as idf
-from sdpgrind.base import checks
+from sdpgrind.base import checks, serial
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._identify.cycles import MOVING, Cycle, concluded, fault, not_identified
 from sdpgrind.plunge._plan.replay_kernels import lags
@@ -21,56 +22,89 @@ FAINT = "command and size say too little of it: take readings while the rate cha
 _CURVED = (
     "the linear model leaves more than noise: at other rates the lag is another; in spark-out with `problem`"
 )
-_BLOCK, _RARELY = 16, 1e-3  # chosen: readings of a mean; probability that noise alone counts as curvature
-_SIGNIFICANT = 8.0  # derived: F with one degree of freedom exceeded once in 200 by chance
+_BLOCK, _RARELY = 32, 1e-3  # measured, chosen: readings of a mean; white noise counts as curvature so rarely
+_SIGNIFICANT = 8.0  # derived: square of a normal value exceeded once in 200 by chance, in variances
+_ALIKE = 0.866  # chosen: correlation with the touch-in from which it doubles the sd of the time constant
 
 
 def by_output_error(cycle: Cycle) -> idf.Estimate:
-    """Least squares of the size over time constant, offset and, where significant, touch-in."""
+    """Least squares of the size over time constant, offset of the gauge and touch-in."""
     if reason := fault(cycle):
         return not_identified(NAME, UNIT, reason)
-    fit = _fitted(cycle)
-    found = concluded(_of_logarithm(fit), FAINT)
-    return found.replace(message=_CURVED) if found.ok and _curved(cycle, fit) else found
+    found = fitted(cycle)
+    told = concluded(_of_logarithm(found), FAINT)
+    return told.replace(message=_CURVED) if told.ok and _curved(cycle, found) else told
 
 
-def _curved(cycle: Cycle, fit: idf.Estimate) -> bool:
-    """Whether block means of the residuals differ by more than the gauge's noise (chi-square test)."""
-    off = (cycle.size - lagged(cycle, float(np.exp(fit.value[0])), *fit.value[1:]))[cycle.read]
-    count = off.size // _BLOCK
-    means = (off - off.mean())[: count * _BLOCK].reshape(count, _BLOCK).mean(axis=1)
-    noise = max(cycle.noise_sd, 1e-6) ** 2 / _BLOCK
+def fitted(cycle: Cycle, noise: str = "first order") -> idf.Estimate:
+    """Logarithm of the time constant, offset of the gauge and touch-in (mm).
+
+    Where the command hardly tells a touch-in from a lag, an insignificant one is 0 in the values; in their
+    covariance it always is a fitted value, since none is known.
+    """
+    touched = fit(cycle, noise)
+    told = touched.value[2] ** 2 > _SIGNIFICANT * touched.covariance[2, 2]
+    if touched.ok and (told or abs(touched.correlation[0, 2]) < _ALIKE):
+        return touched
+    plain = fit(cycle, noise, size=2)
+    value, covariance = np.append(plain.value, 0.0), np.pad(plain.covariance, (0, 1))
+    if touched.ok:
+        return touched.replace(value=value)
+    return plain.replace(names=touched.names, units=touched.units, value=value, covariance=covariance)
+
+
+def fit(cycle: Cycle, noise: str = "first order", *, size: int = 3, correlation: float = 0.0) -> idf.Estimate:
+    """The first `size` values of `fitted` by least squares of residuals filtered by a known correlation."""
+    low, high = np.log(RANGE)
+    begin = min(np.linspace(low, high, 25), key=lambda entry: float(np.var(residual(cycle, [entry]))))
+    offset = float(np.mean(residual(cycle, [begin])))
+    first = max(float(cycle.infeed[int(np.argmax(cycle.moving))]), 1e-6)
+    time = cycle.time[cycle.read]
+    apart = serial.gaps(time, time.size)
+    return idf.output_error(
+        lambda values: serial.filtered(residual(cycle, values), correlation, apart),
+        [begin, offset, 0.0][:size],
+        scale=[0.1, 1e-3, 1e-3][:size],
+        low=[low, -np.inf, -float(cycle.infeed[-1])][:size],
+        high=[high, np.inf, first][:size],
+        noise=noise,
+        time=time,
+        throw=False,
+    )
+
+
+def residual(cycle: Cycle, values: npt.ArrayLike) -> Floats:
+    """Sizes read (mm) less those of the model, for values as in `fitted`; left out: 0."""
+    log_tau, offset, touch_in = np.append(np.asarray(values, dtype=float), [0.0, 0.0])[:3]
+    return np.asarray(
+        (cycle.size - lagged(cycle, float(np.exp(log_tau)), float(touch_in)))[cycle.read] - offset
+    )
+
+
+def _curved(cycle: Cycle, found: idf.Estimate) -> bool:
+    """Whether block means of the whitened residuals differ by more than their noise (chi-square test).
+
+    The correlation is that of neighbours, from their differences, which slow misfit does not raise.
+    """
+    off = residual(cycle, found.value)
+    near, next_but_one = np.diff(off), off[2:] - off[:-2]
+    alike = next_but_one @ next_but_one / max(float(near @ near), 1e-300) - 1 + off.size**-0.5
+    rho = min(found.noise_correlation, max(float(alike), 0.0))
+    white = serial.filtered(off, rho, serial.gaps(cycle.time[cycle.read], off.size))
+    count = white.size // _BLOCK
+    means = white[: count * _BLOCK].reshape(count, _BLOCK).mean(axis=1)
+    noise = max(float(np.mean(np.diff(white) ** 2)) / 2, 1e-12) / _BLOCK
     return count > 1 and bool(means @ means > noise * chdtri(count - 1, _RARELY))
 
 
-def _fitted(cycle: Cycle) -> idf.Estimate:
-    """Logarithm of the time constant, and the touch-in (mm) where the F test finds it significant."""
-
-    def residual(values: Floats) -> Floats:
-        off = (cycle.size - lagged(cycle, float(np.exp(values[0])), *values[1:]))[cycle.read]
-        return np.asarray(off - off.mean())
-
-    def square(values: Floats) -> float:
-        return float(np.sum(residual(values) ** 2))
-
-    low, high = np.log(RANGE)
-    grid = np.linspace(low, high, 25)
-    begin = min(grid, key=lambda entry: square(np.array([entry])))
-    plain = idf.output_error(residual, [begin], scale=[0.1], low=[low], high=[high], nuisance=1, throw=False)
-    first = max(float(cycle.infeed[int(np.argmax(cycle.moving))]), 1e-6)
-    start, bounds = [plain.value[0], 0.0], {"low": [low, -float(cycle.infeed[-1])], "high": [high, first]}
-    touched = idf.output_error(residual, start, scale=[0.1, 1e-3], nuisance=1, throw=False, **bounds)
-    least = square(plain.value)
-    better = (least - square(touched.value)) * touched.freedom > _SIGNIFICANT * square(touched.value)
-    return touched if touched.ok and better and least > 1e-20 * cycle.time.size else plain
-
-
-def _of_logarithm(fit: idf.Estimate) -> idf.Estimate:
-    tau = float(np.exp(fit.value[0]))
+def _of_logarithm(found: idf.Estimate) -> idf.Estimate:
+    tau = float(np.exp(found.value[0]))
     at_end = not 1.001 * RANGE[0] < tau < RANGE[1] / 1.001
-    status = idf.Status.NOT_IDENTIFIED if at_end else fit.status
-    square = np.where(np.isfinite(fit.covariance[:1, :1]), tau**2 * fit.covariance[:1, :1], np.inf)
-    return idf.Estimate((NAME,), np.array([tau]), square, status, units=(UNIT,), freedom=fit.freedom)
+    status = idf.Status.NOT_IDENTIFIED if at_end else found.status
+    square = np.where(np.isfinite(found.covariance[:1, :1]), tau**2 * found.covariance[:1, :1], np.inf)
+    return found.replace(
+        names=(NAME,), value=np.array([tau]), covariance=square, status=status, message="", units=(UNIT,)
+    )
 
 
 def lagged(cycle: Cycle, time_constant: float, touch_in: float = 0.0) -> Floats:
@@ -89,7 +123,7 @@ def recursively(cycles: tuple[Cycle, ...], forgetting: float) -> idf.Estimate:
     reasons = [reason for reason in map(fault, cycles) if reason]
     for cycle in cycles:
         if not fault(cycle):
-            estimator.begin(touch_in=float(np.append(_fitted(cycle).value, 0.0)[1]))
+            estimator.begin(touch_in=float(fitted(cycle, noise="white").value[2]))
             for row in zip(
                 cycle.time.tolist(), cycle.size.tolist(), cycle.command_rate.tolist(), strict=True
             ):
@@ -125,7 +159,8 @@ class TimeConstantEstimator:
 
     The linear model runs for 141 time constants at once, each with its sensitivity; the estimate is the
     interpolated zero of the slope of the squared residuals. It needs no start value; without forgetting it
-    equals that of all readings at once. Each part has its own constant offset between gauge and command.
+    equals that of all readings at once. Each part has its own constant offset between gauge and command. The
+    variance holds for first-order noise, and takes the touch-in for known.
 
     Parameters
     ----------
@@ -156,7 +191,7 @@ class TimeConstantEstimator:
 
     def reset(self) -> None:
         """Forget all readings of all parts."""
-        self._closed, self._sums = np.zeros((4, self._taus.size)), np.zeros((6, 1))
+        self._closed, self._sums = np.zeros((5, self._taus.size)), np.zeros((7, 1))
         self._count = 0
         self.begin()
 
@@ -172,7 +207,8 @@ class TimeConstantEstimator:
         self._touch = checks.number("touch_in", touch_in, "mm")
         self._closed, size = self._profiled, self._taus.size
         self._deflection, self._sensitivity = np.full(size, max(-self._touch, 0.0)), np.zeros(size)
-        self._sums, self._doubles = np.zeros((6, size)), np.zeros((3, size))
+        self._sums, self._doubles = np.zeros((7, size)), np.zeros((3, size))
+        self._last = np.zeros(size)
         self._time, self._command, self._infeed = np.nan, 0.0, 0.0
 
     def update(self, *, time: float, size: float, command_rate: float) -> None:
@@ -209,30 +245,35 @@ class TimeConstantEstimator:
         self._deflection = full + pole * (self._deflection - full)
 
     def _learn(self, size: float) -> None:
-        """Add to sums of w(1, r, r^2, g, g^2, g r) and w^2(1, g, g^2); r: residuals, g: slopes."""
+        """Add to sums of w(1, r, r^2, g, g^2, g r, r r-1) and w^2(1, g, g^2); r: residuals, g: slopes."""
         f, g = self._forgetting, self._sensitivity
         r = size - max(self._infeed - self._touch, 0.0) + self._deflection
         one = np.ones_like(r)
-        self._sums = f * self._sums + np.stack([one, r, r * r, g, g * g, g * r])
+        self._sums = f * self._sums + np.stack([one, r, r * r, g, g * g, g * r, r * self._last])
         self._doubles = f * f * self._doubles + np.stack([one, g, g * g])
-        self._closed = self._closed * np.array([f, f, f, f * f])[:, None]
+        self._closed = self._closed * np.array([f, f, f, f * f, f])[:, None]
+        self._last = r
         self._count += 1
 
     @property
     def _profiled(self) -> Floats:
-        """Squares, slope, information and that of squared weights per time constant, for the best offsets."""
-        w, r, rr, g, gg, gr = self._sums
+        """Of each time constant with the best offsets: squares, slope, information, that of squared weights.
+
+        At last the sum of products of residuals with those before.
+        """
+        w, r, rr, g, gg, gr, alike = self._sums
         if w[0] == 0:
             return self._closed
         mean = g / w
         double, by, square = self._doubles
-        fresh = [rr - r * r / w, gr - g * r / w, gg - g * mean, square - 2 * mean * by + mean**2 * double]
+        double_of_slope = square - 2 * mean * by + mean**2 * double
+        fresh = [rr - r * r / w, gr - g * r / w, gg - g * mean, double_of_slope, alike - r * r / w]
         return np.asarray(self._closed + np.stack(fresh))
 
     @property
     def estimate(self) -> idf.Estimate:
         """Estimate of ``time_constant`` (s); not ok until the readings determine it."""
-        squares, slope, information, double = self._profiled
+        squares, slope, information, double, products = self._profiled
         if self._count < MOVING:
             return not_identified(
                 NAME, UNIT, f"{self._count} readings are too few: at least {MOVING} are needed"
@@ -243,14 +284,22 @@ class TimeConstantEstimator:
         tau = _root(np.log(self._taus), slope, best)
         at = {"x": np.log(tau), "xp": np.log(self._taus)}
         known, twice = np.interp(fp=information, **at), np.interp(fp=double, **at)
-        freedom = max(self._effective - 2.0, 1.0)
-        left = max(float(squares[best] - slope[best] ** 2 / information[best]), 0.0)
-        noise = left / self._weight * self._effective / freedom
-        variance = noise * twice / known**2 if known > 0 else np.inf
+        gained = slope[best] ** 2 / information[best]  # by the root between the nodes
+        left = max(float(squares[best] - gained), 0.0)
+        rho = serial.unbiased(float(products[best] - gained) / left, 2, self._effective) if left > 0 else 0.0
+        noise = left / self._weight * self._effective / max(self._effective - 2, 1.0)
+        variance = noise * twice / known**2 * (1 + rho) / (1 - rho) if known > 0 else np.inf
         found = idf.Estimate(
-            (NAME,), np.array([tau]), np.full((1, 1), variance), units=(UNIT,), freedom=freedom
+            (NAME,),
+            np.array([tau]),
+            np.full((1, 1), variance),
+            message=f"from {self._count} readings",
+            units=(UNIT,),
+            freedom=serial.effective(self._effective, 2, rho),
+            noise_sd=float(np.sqrt(noise)),
+            noise_correlation=rho,
         )
-        return concluded(found.replace(message=f"from {self._count} readings"), FAINT)
+        return concluded(found, FAINT)
 
     @property
     def _weight(self) -> float:

@@ -15,6 +15,8 @@ from sdpgrind.base.warned import warn
 from sdpgrind.plunge._model import kernels as _kernels
 from sdpgrind.plunge._model.kernels import PlungeCore
 
+# chosen: least speed of the wheel over that of the work; a smaller one, some 60, is rev/min taken as rad/s
+SPEED_RATIO = 5.0
 SLOWEST_WHEEL, FASTEST_WORK = 1000.0, 300.0  # chosen, mm/s and rad/s: beyond them another unit is meant
 
 
@@ -129,6 +131,12 @@ class PlungeModel(Described):
     def _check(self) -> None:
         if self.internal and self.wheel_diameter >= self.work_diameter:
             raise self._refused("wheel_diameter", f"< work_diameter = {self.work_diameter:g} in a bore")
+        if self.work_rotation * self.work_diameter / 2 > self.wheel_speed / SPEED_RATIO:
+            raise ValueError(
+                "work_rotation must be in rad/s, with the work's surface below"
+                f" {self.wheel_speed / SPEED_RATIO:g} mm/s; units.rpm(...) for rev/min;"
+                f" got {self.work_rotation!r}"
+            )
         self._warn_of_area()
 
     def _warn_of_area(self) -> None:

@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 from math import inf
-from typing import Self
+from typing import Any, Self, TypeVar
 
 from sdpgrind.base import checks
+from sdpgrind.base.doubts.record import Doubts, asked
 from sdpgrind.base.quantities import Described, described, part, quantity, specs, valued
 from sdpgrind.base.warned import warn
 from sdpgrind.identify import Estimate
@@ -107,8 +108,10 @@ class CycleProblem(Described):
         Parameters
         ----------
         estimate : Estimate
-            Result of `plunge.identify`: the time constant of the controller (s), or fields of the model by
-            name in their units (wear flat area 1, force ratio 1, stiffness N/mm).
+            Result of `plunge.identify`: the time constant (s), or fields of the model by name in their units
+            (wear flat area 1, force ratio 1, stiffness N/mm). A time constant is that of the controller and
+            of the plan: the linear lag of a model that has one, else the stiffness is scaled so that the
+            deflection has this time constant.
 
         Raises
         ------
@@ -122,7 +125,48 @@ class CycleProblem(Described):
         known = ["time_constant", *_fields_of_numbers()]
         for name in estimate.names:
             checks.one_of("estimate.names", name, known)
-        return self.replace(**{name: estimate[name] for name in estimate.names})
+        values = {name: estimate[name] for name in estimate.names}
+        if "time_constant" not in values:
+            return self.replace(**values)
+        return with_time_constant(self.replace(**values), values["time_constant"])
+
+    def doubts(self, data: Any) -> Doubts:
+        """Return what parts say about this problem, what they do not, and what it costs not to know.
+
+        Time constant, contact zero, force ratio and wear flat area with their intervals against the values of
+        the problem; the alignment of the commands that the sizes prefer; noise, step and bent residuals; the
+        time of the cycle planned again at both ends of each interval.
+
+        Parameters
+        ----------
+        data : mapping of arrays, log, or table of a log
+            As for `plunge.identify`: time (s), command_rate (mm/s), size (mm) and, if measured,
+            grinding_power (W).
+
+        Returns
+        -------
+        Doubts
+            Rows, sentences, alignment and stakes; ``print`` shows the page.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For missing or bad data.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from sdpgrind import plunge
+        >>> time = np.arange(0.0, 8.0, 0.04)
+        >>> lag = 0.0448 * 1.5 * (np.exp(-np.maximum(time - 5.0, 0.0) / 1.5) - np.exp(-time / 1.5))
+        >>> data = {"time": time, "command_rate": np.where(time < 4.99, 0.0448, 0.0),
+        ...         "size": 0.0448 * np.minimum(time, 5.0) - lag}
+        >>> found = plunge.preset("simulation").doubts(data)
+        >>> row = found["time_constant"]
+        >>> round(row.believed, 3), round(row.told, 3), row.verdict, found.alignment
+        (1.933, 1.5, 'differs', 'begin')
+        """
+        return asked("sdpgrind.plunge._doubts.doubts:doubts", self, data)
 
     def _secant(self) -> float:
         m, low = self.model, self.final_rate
@@ -135,3 +179,14 @@ class CycleProblem(Described):
 def _fields_of_numbers() -> list[str]:
     """Names of the numeric fields of the model."""
     return [name for name, spec in specs(PlungeModel).items() if spec.kind == "number"]
+
+
+_Problem = TypeVar("_Problem", bound=CycleProblem)
+
+
+def with_time_constant(problem: _Problem, value: float) -> _Problem:
+    """Return a problem whose machine and controller have a time constant, s."""
+    if problem.model.linear_time_constant is not None:
+        return problem.replace(linear_time_constant=value, time_constant=value)
+    own = float(problem.replace(time_constant=None).time_constant or value)
+    return problem.replace(stiffness=problem.model.stiffness * own / value, time_constant=value)

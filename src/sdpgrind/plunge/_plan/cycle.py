@@ -10,6 +10,8 @@ import numpy as np
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.plans import Plan
+from sdpgrind.base.sheets.amounts import Interval
+from sdpgrind.base.sheets.blocks import AmountTable, figures
 from sdpgrind.plunge._model.problem import CycleProblem
 
 if TYPE_CHECKING:
@@ -166,6 +168,17 @@ class CyclePlan(Plan):
                 axis.axvline(switch, color="0.8", lw=0.8, zorder=0)
         figure.suptitle(f"{self.time:.2f} s, {1e3 * self.roundness:.2f} µm out of round", fontsize=10)
         return figure
+
+    def _figures(self) -> tuple[AmountTable]:
+        rows = (
+            ("time", Interval(self.time, self.error), "s"),
+            ("roundness", self.roundness, "mm"),
+            ("safety_margin", self.safety_margin, "mm"),
+            *((f"end of piece {k}", end, "s") for k, end in enumerate(self.switches, 1)),
+            ("method", self.method, ""),
+            ("limit at the end", self.binding, ""),
+        )
+        return (figures("The cycle", *rows),)
 
     @cached_property
     def dataset(self) -> "xr.Dataset":

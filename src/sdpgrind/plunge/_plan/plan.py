@@ -1,11 +1,13 @@
 """Planning of the fastest plunge cycle."""
 
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.base.progress import Portions, Progress, ProgressOption, reporting
 from sdpgrind.plunge._model.dynamics import burns_always, core_at
 from sdpgrind.plunge._model.model import FASTEST_WORK
 from sdpgrind.plunge._model.problem import CycleProblem
@@ -21,6 +23,7 @@ FEWEST = 40  # chosen: least number of steps; the error estimate needs a quarter
 ROUNDING, SOLVING = 1e-12, 1e-6
 
 
+@reporting
 def plan(
     problem: CycleProblem,
     *,
@@ -29,6 +32,7 @@ def plan(
     work_rotation_range: tuple[float, float] | None = None,
     steps: int | None = None,
     throw: bool = True,
+    progress: ProgressOption = None,
 ) -> CyclePlan:
     """Plan the fastest cycle.
 
@@ -54,6 +58,8 @@ def plan(
         quarter as many.
     throw : bool
         Raise where a solver fails; False: return its last plan with its `status`.
+    progress : callable(share, text), True or None
+        True: a line with the time left. Default: one line on a terminal when it takes long, silent elsewhere.
 
     Returns
     -------
@@ -79,6 +85,7 @@ def plan(
     >>> round(plunge.plan(dull, method="dp").time, 2), round(plunge.plan(dull, method="collocation").time, 2)
     (12.66, 12.66)
     """
+    assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, CycleProblem, " (see plunge.preset)")
     checks.one_of("method", method, METHODS)
     if checks.nonnegative("safety_margin", safety_margin, "mm") >= problem.stock:
@@ -88,11 +95,13 @@ def plan(
     if method == "exact":
         if steps is not None:
             raise ValueError(f"steps must be None with method 'exact', which has none; got {steps!r}")
-        return _by_envelope(problem, safety_margin)
+        progress(0.0, "the bound of all limits")
+        cycle = _by_envelope(problem, safety_margin)
+        progress(1.0, "planned")
+        return cycle
     found = _by_stages if method == "dp" else _by_collocation
-    best = found(
-        problem, safety_margin, rotation, None if steps is None else checks.count("steps", steps, FEWEST)
-    )
+    count = None if steps is None else checks.count("steps", steps, FEWEST)
+    best = found(problem, safety_margin, rotation, count, progress)
     if throw and best.solution is not None and not best.solution.ok:
         raise CycleError(
             f"problem must be one that method {method!r} can solve; it was {best.status}: try other steps,"
@@ -154,12 +163,12 @@ def _by_envelope(problem: CycleProblem, margin: float) -> CyclePlan:
 
 
 def _by_stages(
-    problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None
+    problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None, tell: Progress
 ) -> CyclePlan:
     from sdpgrind.plunge._plan import dp as _dp
 
     played, count = [], steps or _dp.STAGES
-    for stages in (count // 4, count // 2, count):
+    for stages in _told((count // 4, count // 2, count), tell):
         solved = _dp.solve(problem, margin, stages)
         commands = Commands(solved.command, solved.duration, np.full(stages, rotation[0]))
         played.append(replay(problem, commands, margin))
@@ -168,15 +177,25 @@ def _by_stages(
     return _refined(problem, margin, "dp", played, found)
 
 
+def _told(sizes: tuple[int, ...], tell: Progress) -> Iterator[int]:
+    """Yield numbers of steps and tell them; the work grows with the steps."""
+    portions = Portions(tell)
+    for k, size in enumerate(sizes):
+        part = portions.next(size, sum(sizes[k + 1 :]))
+        part(0.0, f"{size} steps")
+        yield size
+        part(1.0, f"{size} steps")
+
+
 def _by_collocation(
-    problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None
+    problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None, tell: Progress
 ) -> CyclePlan:
     from sdpgrind.plunge._plan import collocation
 
     count = steps or collocation.INTERVALS
     solved = [
         collocation.solve_from_guess(problem, margin, rotation, intervals)
-        for intervals in (count // 4, count // 2, count)
+        for intervals in _told((count // 4, count // 2, count), tell)
     ]
     played = [replay(problem, one.commands, margin) for one in solved]
     fine, best = solved[-1], played[-1]

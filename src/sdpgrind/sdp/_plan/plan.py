@@ -9,7 +9,7 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import one_blas_thread
-from sdpgrind.base.progress import Progress, TerminalLine
+from sdpgrind.base.progress import Portions, Progress, ProgressOption, logger, reporting, silent
 from sdpgrind.sdp._plan.look_up_error import between_nodes
 from sdpgrind.sdp._policy.policy import Policy
 from sdpgrind.sdp._problem.grid import Grid
@@ -23,6 +23,7 @@ from sdpgrind.sdp._transitions.shift import Shift
 
 REFINEMENTS = 10  # chosen: most halvings of the cells; memory ends most problems before
 STALLED = 0.6  # chosen: least ratio of changes at which halving is useless; second order gives 0.25
+FIRST_GUESS = 4  # chosen: halvings expected before an error is known; it serves progress alone
 LARGEST = 2.0 * 2**30  # chosen: bytes of tables; more does not fit a small machine
 
 
@@ -42,12 +43,13 @@ class ToleranceError(ValueError):
         self.message, self.policy = message, policy
 
 
+@reporting
 def plan(
     problem: Problem,
     *,
     tolerance: float | None = None,
     executor: Executor | None = None,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
     throw: bool = True,
 ) -> Policy:
     """Solve a problem by stochastic dynamic programming.
@@ -63,8 +65,8 @@ def plan(
     executor : concurrent.futures.Executor, optional
         Executor for blocks of problems with two or three axes; results do not depend on it. Ignored on one
         axis.
-    progress : callable(share, text), optional
-        Default: one line on a terminal for long solves, silent elsewhere.
+    progress : callable(share, text), True or None
+        True: a line with the time left. Default: one line on a terminal for long solves, silent elsewhere.
     throw : bool
         Raise if the tolerance is unreachable; False: return the best policy, its ``error`` above the
         tolerance.
@@ -96,15 +98,20 @@ def plan(
     True
     """
     checks.kind("problem", problem, Problem, " of this package, as axes, moves, stops and stages make it")
-    tell = progress if progress is not None else TerminalLine()
+    assert callable(progress)  # made by the decorator
     if tolerance is None:
-        return _solve(problem, 1, executor, tell)
-    checks.positive("tolerance", tolerance, "$")
-    return _refined(problem, tolerance, executor, tell, throw)
+        policy = _solve(problem, 1, executor, progress)
+    else:
+        checks.positive("tolerance", tolerance, "$")
+        policy = _refined(problem, tolerance, executor, Portions(progress), throw)
+    progress(1.0, "planned")
+    return policy
 
 
 def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progress) -> Policy:
     grid = Grid.of(problem, refine)
+    logger.info("solving on %d nodes", grid.size)
+    tell(0.0, f"{grid.size} nodes: tables of the moves")
     solve = solve_stages if isinstance(problem.stages, Stages) else solve_forever
     with one_blas_thread():
         table = solve(problem, grid, Bundles(problem, grid, executor), tell)
@@ -112,15 +119,17 @@ def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progr
 
 
 def _refined(
-    problem: Problem, tolerance: float, executor: Executor | None, tell: Progress, throw: bool
+    problem: Problem, tolerance: float, executor: Executor | None, portions: Portions, throw: bool
 ) -> Policy:
-    before = _solve(problem, 1, executor, tell)
+    before = _solve(problem, 1, executor, portions.next(1.0, _work_after(0, FIRST_GUESS, problem)))
     changes: list[float] = []
     at_nodes: list[float] = []
     hopeless = 0  # halvings in a row without promise; a single one may first resolve a kink
     for halvings in range(1, REFINEMENTS + 1):
         if before.table.search_error > tolerance / 4 or _stalls(changes):
             problem = _with_finer_levels(problem)
+        more = _halvings_to(tolerance, changes, halvings, problem)
+        tell = portions.next(1.0, _work_after(halvings, more, problem))
         policy = _solve(problem, 2**halvings, executor, tell)
         every, shared = _changes(before, policy)
         changes.append(every)
@@ -128,14 +137,18 @@ def _refined(
         # The grid suffices, the search does not.
         if grid_error(changes) <= tolerance / 2 < policy.table.search_error:
             problem = _with_finer_levels(problem)
-            policy = _solve(problem, 2**halvings, executor, tell)
+            policy = _solve(problem, 2**halvings, executor, portions.next(1.0, 1.0))
         error = grid_error(changes) + policy.table.search_error
         room = _halvings_left(problem, halvings)
+        logger.debug(
+            "halving %d: largest change %.3g, search %.3g, error %.3g, wanted %.3g",
+            halvings, every, policy.table.search_error, error, tolerance,
+        )  # fmt: skip
         if halvings > 2:  # the first grids may be too coarse to judge by
             hopeless = hopeless + 1 if _within_reach(error, changes, room) > tolerance else 0
         last = room == 0 or (throw and hopeless > 1)
         if (halvings > 1 and error <= tolerance) or last:
-            solve = partial(_solve, refine=2**halvings, executor=executor, tell=tell)
+            solve = partial(_solve, refine=2**halvings, executor=executor, tell=silent)
             error = max(error, grid_error(at_nodes) + between_nodes(policy) + policy.table.search_error)
             problem, policy, noise = _with_enough_noise(problem, policy, tolerance / 4, solve)
             error += noise
@@ -148,6 +161,20 @@ def _refined(
             return policy
         before = policy
     raise AssertionError("a hopeless tolerance is refused before")
+
+
+def _work_after(halvings: int, more: int, problem: Problem) -> float:
+    """Work after a grid over the work on it, if `more` halvings follow; one axis: 1 : 4 : 16."""
+    ratio = 2.0 ** (1 + len(problem.axes))
+    return sum(ratio**k for k in range(1, more + 1))
+
+
+def _halvings_to(tolerance: float, changes: list[float], halvings: int, problem: Problem) -> int:
+    """Number of halvings expected after the next solve; the error falls to a quarter with each."""
+    if not changes:
+        return FIRST_GUESS - halvings
+    later = np.log(max(grid_error(changes) / tolerance, 1.0)) / np.log(4.0) - 1.0
+    return int(np.clip(np.ceil(later), 0, _halvings_left(problem, halvings)))
 
 
 def _stalls(changes: list[float]) -> bool:

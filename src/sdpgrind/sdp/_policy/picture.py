@@ -10,7 +10,7 @@ from sdpgrind.sdp._policy.table import Solution
 
 
 def plot(policy: Solution, mode: int) -> Any:
-    """Draw value-to-go and chosen move: over (stage, axis), or over two axes in the last slice."""
+    """Draw value-to-go and chosen move: over (stages left, axis), or over two axes in the last slice."""
     layout, t, grid = policy.layout, policy.table, policy.grid
     figure, (left, right) = pictures.subplots(1, 2, (10, 4))
     skip = 1 if layout.has_base else 0
@@ -35,6 +35,8 @@ def plot(policy: Solution, mode: int) -> Any:
     _moves(policy, figure, right, x, y, best)
     for ax in (left, right):
         ax.set(xlabel=names[0], ylabel=names[1])
+        if len(grid.axes) < 2:
+            ax.invert_xaxis()  # stages left fall to the right
     return figure
 
 

@@ -62,7 +62,8 @@ class Solution:
         best, entry, control, gap = np.empty(n, np.int16), np.empty(n, np.int32), np.empty(n), np.empty(n)
         t = self.table
         table, out = (t.best, t.entry, t.control, t.gap), (best, entry, control, gap)
-        _lookup.act(table, self.kinks, place.row, place.mode, self.shape, place.index, out)
+        mode = np.ascontiguousarray(place.mode)  # another layout would be compiled apart
+        _lookup.act(table, self.kinks, place.row, mode, self.shape, place.index, out)
         at, stop = self._bent(place.row, place.mode, place.index)
         if at.size:
             line, cost = self._moves(place.row[at], place.mode[at], place.index[:, at])

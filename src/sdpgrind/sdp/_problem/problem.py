@@ -13,7 +13,7 @@ from typing import Any, Literal, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from sdpgrind.base import checks
+from sdpgrind.base import checks, notebook
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.stored import stored
 from sdpgrind.sdp._problem.charges import Charge
@@ -368,3 +368,12 @@ class Problem:
     def step(self) -> float:
         """Length of a stage, in the unit of the stages (0 for `Forever`)."""
         return self.stages.step if isinstance(self.stages, Stages) else 0.0
+
+    def _repr_html_(self) -> str:
+        rows = [
+            *(("axis", axis.name, f"{axis.low:g} to {axis.high:g}", axis.unit) for axis in self.axes),
+            *(("stop", stop.name, "", "") for stop in self.stops),
+            *(("move", move.name, ", ".join(move.controls), "") for move in self.moves),
+        ]
+        head = ("part", "name", "range or controls", "unit")
+        return notebook.table(f"Problem, {self.stages!r}", head, rows)

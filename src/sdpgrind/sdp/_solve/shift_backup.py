@@ -23,6 +23,7 @@ from sdpgrind.sdp._transitions.shift import Shift, refuse_leak
 ROUGH = 0.05  # chosen: sd, cells, below which expectations have kinks at nodes; more would forbid good curves
 LONG = 600  # chosen: least nodes of sums by Fourier transform, n log n instead of n^2 operations a row
 CHUNK = 32  # chosen: rows transformed back together; more cost memory, fewer overhead
+PIECE = 2**16  # chosen: entries of a table filled together; more leave the processor's cache
 BLOCKS = 4  # chosen: column blocks of the matrix product without its lower triangle; fixed for equal bits
 
 
@@ -77,7 +78,7 @@ class ShiftBundle:
         charged = any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used)
         self.gone = np.zeros((groups, rows, n if charged else 0))
         self.stopped = np.zeros((groups, rows, 0))
-        self._ends, self._stops = used, any(end.edge == "stop" for end in used)
+        self._ended: list[tuple[slice, Floats]] = []  # rows and their probabilities of ending beyond an edge
         self.above = np.zeros((groups, rows, n if rising else 0))
         self.charge = np.zeros((groups, rows, n))
         self.target = np.zeros((groups, rows, 2 ** (len(self.grid.axes) - 1)), dtype=np.int64)
@@ -86,7 +87,7 @@ class ShiftBundle:
         for menu, at, (law, s, c) in zip(self.menus, self.row_at, laws, strict=False):
             here = slice(int(at), int(at) + menu.rows)
             allowed = self._fill(menu, here, law, ends, rising)
-            self._aim(menu, here, s, c, np.broadcast_to(allowed, (groups, menu.rows, n)).any(axis=2))
+            self._aim(menu, here, s, c, allowed.any(axis=2))
         used = self.weight != 0
         low = np.argmax(used, axis=2)
         high = used.shape[2] - 1 - np.argmax(used[:, :, ::-1], axis=2)
@@ -106,37 +107,46 @@ class ShiftBundle:
         self._runs = _runs(self.target[0, self.scan_rows, 0]) if self.dense else []
 
     def _fill(self, menu: Menu, here: slice, law: Law, ends: list[Exit], rising: bool) -> Any:
-        n, h, axis = self.nodes, self.grid.spacing[self.axis], self.grid.axes[self.axis]
-        lag = np.arange(self.first_lag - 1, n + 1)
-        curve = law.under((h * lag)[:, None, None])
-        # Weights beyond the law's support are rounding of differences: sums skip them.
-        far = (h * lag[1:-1])[:, None, None] > law.support[1] + h
-        _put(self.weight, here, np.where(far, 0.0, (curve[2:] - 2 * curve[1:-1] + curve[:-2]) / h))
-        self.rough[:, here] = _rough(menu, law, self.groups, h)
-        x = (axis.low + h * np.arange(n))[:, None, None]
-        allowed = self._penalties(menu, here)
-        for end in ends if rising else ends[:1]:
-            probability = end.probability(law, x)
-            if end.edge == "refuse":
-                refuse_leak(
-                    menu,
-                    end,
-                    np.where(
-                        allowed,
-                        np.moveaxis(np.broadcast_to(probability, (n, self.groups, menu.rows)), 0, 2),
-                        0.0,
-                    ),
-                )
-            if end.edge not in ("hold", "stop"):
-                _add(self.gone, here, probability)
-            _add(self.charge, here, end.charge(law, x, probability))
-            if end.sign < 0:
-                _add(
-                    self.above,
-                    here,
-                    end.full_hat(law, x, h, probability) - (probability if end.edge == "hold" else 0.0),
-                )
+        """Fill the tables of one move; return the mask (groups, rows, nodes) of what is allowed."""
+        self.rough[:, here] = _rough(menu, law, self.groups, self.grid.spacing[self.axis])
+        allowed = np.broadcast_to(self._penalties(menu, here), (self.groups, menu.rows, self.nodes))
+        for some in self._pieces(menu):
+            there, piece = slice(here.start + some.start, here.start + some.stop), self._laws(menu, some)[0]
+            self._put_weight(there, piece)
+            for end in ends if rising else ends[:1]:
+                self._put_end(menu, end, there, piece, allowed[:, some])
         return allowed
+
+    def _pieces(self, menu: Menu) -> list[slice]:
+        """Rows whose laws are evaluated together."""
+        size = max(1, PIECE // (self.nodes * self.groups))
+        return [slice(k, min(k + size, menu.rows)) for k in range(0, menu.rows, size)]
+
+    def _put_weight(self, here: slice, law: Law) -> None:
+        h, end = self.grid.spacing[self.axis], law.support[1] + self.grid.spacing[self.axis]
+        lag = np.arange(self.first_lag - 1, self.nodes + 1)
+        # Weights beyond the law's support are rounding of differences: sums skip them.
+        lag = lag[: 2 + np.count_nonzero(h * lag[1:-1] <= np.max(end))]
+        far, curve = (h * lag[1:-1])[:, None, None] > end, law.under((h * lag)[:, None, None])
+        weight = np.where(far, 0.0, (curve[2:] - 2 * curve[1:-1] + curve[:-2]) / h)
+        _put(self.weight[:, :, : lag.size - 2], here, weight)
+
+    def _put_end(self, menu: Menu, end: Exit, here: slice, law: Law, allowed: Any) -> None:
+        """Put probability and charge of passing one end into the tables."""
+        h, axis = self.grid.spacing[self.axis], self.grid.axes[self.axis]
+        x = (axis.low + h * np.arange(self.nodes))[:, None, None]
+        probability = end.probability(law, x)
+        if end.edge == "refuse":
+            spread = np.broadcast_to(probability, (self.nodes, *allowed.shape[:2]))
+            refuse_leak(menu, end, np.where(allowed, np.moveaxis(spread, 0, 2), 0.0))
+        if end.edge == "stop":
+            self._ended.append((here, probability))
+        elif end.edge != "hold":
+            _add(self.gone, here, probability)
+        _add(self.charge, here, end.charge(law, x, probability))
+        if end.sign < 0:
+            kept = probability if end.edge == "hold" else 0.0
+            _add(self.above, here, end.full_hat(law, x, h, probability) - kept)
 
     def _penalties(self, menu: Menu, here: slice) -> Any:
         """Put the in-path charges into the table; return the mask of allowed moves."""
@@ -182,7 +192,7 @@ class ShiftBundle:
         shape = (len(self.menus), self.groups, self.nodes)
         q, control, entry = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
         targets = np.repeat(level, self.others) if self.others > 1 else level
-        if self._stops and not self.stopped.size and np.any(targets != v[:, 0]):
+        if self._ended and np.any(targets != v[:, 0]):
             self.tabulate_stopped()
         _kernels.push(
             0, len(self.menus), self.plan, self.tables, v, flipped, targets,
@@ -200,25 +210,23 @@ class ShiftBundle:
         mode = np.repeat(np.arange(self.modes), lines) if self.per_mode and self.modes > 1 else None
         return [np.tile(p, self.sources) for p in points], mode
 
-    def _laws(self, menu: Menu) -> tuple[Law, Any, Any]:
-        """Laws of all (groups, rows), with their ``s`` and ``c``."""
+    def _laws(self, menu: Menu, rows: slice = slice(None)) -> tuple[Law, Any, Any]:
+        """Laws of (groups, rows), with their ``s`` and ``c``."""
         points, mode = self._starts()
         places = [p[:, None] for p in points]
         places.insert(self.axis, np.empty(0))
         s = menu.state(places, None if mode is None else mode[:, None], self.stage, without=_shift(menu).axis)
-        c = _row_controls(menu)
+        c = _row_controls(menu, rows)
         return _shift(menu).law(s, c), s, c
 
     def tabulate_stopped(self) -> None:
         """Tabulate probabilities of ending beyond an edge, for charges unlike those at the first node."""
+        if self.stopped.size:
+            return
         self.stopped = np.zeros((self.groups, int(self.row_at[-1]), self.nodes))
-        x = self.grid.axes[self.axis].low + self.grid.spacing[self.axis] * np.arange(self.nodes)
-        x = x[:, None, None]
-        for menu, at in zip(self.menus, self.row_at, strict=False):
-            law = self._laws(menu)[0]
-            for end in self._ends:
-                if end.edge == "stop":
-                    _add(self.stopped, slice(int(at), int(at) + menu.rows), end.probability(law, x))
+        for here, probability in self._ended:
+            _add(self.stopped, here, probability)
+        self._ended.clear()
         self.tables = (*self.tables[:4], self.stopped, *self.tables[5:])
 
     @property
@@ -246,10 +254,10 @@ def _scan_rows(menu: Menu) -> Ints:
     ).ravel()
 
 
-def _row_controls(menu: Menu, extra: int = 1) -> Any:
+def _row_controls(menu: Menu, rows: slice = slice(None), extra: int = 1) -> Any:
     """``c`` with shape (1, rows) or (1, rows, 1): groups first, nodes of the falling axis last."""
     c = menu.row_controls()
-    return type(c)(*(np.asarray(f)[(None, slice(None), *([None] * (extra - 1)))] for f in c))
+    return type(c)(*(np.asarray(f)[(None, rows, *([None] * (extra - 1)))] for f in c))
 
 
 def _rough(menu: Menu, law: Law, groups: int, h: float) -> Any:

@@ -29,6 +29,7 @@ from sdpgrind.sdp._solve.kinks import Changes
 SMALL = 64  # chosen: nodes below which the induction is one compiled call; on more, Python's share is small
 HISTORY = 2**26  # chosen: bytes of costs kept for the kinks; more cost memory
 TABLES = ("value", "best", "move", "control", "entry", "gap")
+TABLES_SHARE = 0.45  # measured: of the time of a grid, before its first stage; 40 to 50 % from 801 nodes on
 CONVERGED = 1e-13  # chosen: relative change of a solved stationary late side; a smaller one is rounding
 
 
@@ -113,13 +114,12 @@ def solve_stages(problem: Problem, grid: Grid, bundles: Bundles, progress: Progr
         sweep.base = sweep.stationary(stages.late) if stationary else sweep.stopped()
     if sweep.at_once():
         return sweep.table()
-    for stage in range(first, stages.count + 1):
-        sweep.step(stage)
-        if stage % 16 == 0:
-            progress(
-                (stage - first + 1) / (stages.count - first + 1),
-                f"{grid.size} nodes, {stages.name} {stage * stages.step:g} {stages.unit}",
-            )
+    rows = stages.count - first + 1
+    for row in range(rows):
+        sweep.step(first + row)
+        if (row + 1) % max(1, rows // 64) == 0:
+            share = TABLES_SHARE + (1 - TABLES_SHARE) * (row + 1) / rows
+            progress(share, f"{grid.size} nodes: stage {row + 1} of {rows}")
     return sweep.table()
 
 

@@ -4,7 +4,7 @@ After each pass the bead is scanned, the coefficients are estimated anew, sequen
 """
 
 from collections.abc import Mapping
-from math import floor, isnan, nan
+from math import ceil, floor, isnan, nan
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from sdpgrind.weldbead.passes import plan as plan_pass
 from sdpgrind.weldbead.sequence._controller import SequenceController
 from sdpgrind.weldbead.sequence._plan import plan as plan_sequence
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
+from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 # chosen: relative sd of the coefficients of a bead before its first pass, and of a pass about them
@@ -176,9 +177,8 @@ class _SequenceTier(Stateful):
         problem = self._policy.problem
         if self._reestimate and self._learner.learn(**others):
             self._model = self._learner.model
-            self._follow.follow(
-                plan_sequence(problem.replace(model=self._model), tolerance=None, nodes=NODES)
-            )
+            rest = _ahead(problem.replace(model=self._model), time_left)
+            self._follow.follow(plan_sequence(rest, tolerance=None, nodes=NODES))
         if self._begun and not self._replan:
             height = nan
         self._begun = True
@@ -201,6 +201,15 @@ class _SequenceTier(Stateful):
             if problem.lateness_charge is None
             else floor(time_left / problem.stage + 1e-9) * problem.stage
         )
+
+
+def _ahead(problem: SequenceProblem, time_left: float) -> SequenceProblem:
+    """Problem of the time left (s): more time changes nothing in its plan, to the bit."""
+    if isnan(time_left):
+        return problem
+    stages = ceil(max(time_left, 0.0) / problem.stage)
+    horizon = min(max(stages * problem.stage, problem.durations[0]), problem.horizon)
+    return problem.replace(horizon=horizon)
 
 
 class _Learner:

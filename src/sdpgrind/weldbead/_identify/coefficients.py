@@ -5,13 +5,18 @@ from typing import Any
 import numpy as np
 
 from sdpgrind import identify as idf
-from sdpgrind.base import checks
+from sdpgrind.base import checks, serial
 from sdpgrind.base.checks import Floats
 
 POWER = ("specific_energy", "idle_power")
 _LINE = ("at_no_power", "per_watt")  # removal rate = at_no_power + per_watt * power
 _POWER_UNITS = ("J/mm^3", "W")
 FRICTION = ("friction_ratio",)
+_RARELY = 0.01  # chosen: probability of so alike residuals by chance from which the estimate says it
+_ORDERED = (
+    "residuals resemble those of the pass before (Durbin-Watson {d:.2f}, by chance {share:.2g}):"
+    " the interval is too short"
+)
 _OF_POWER = {"grinding_power": "W", "removal_rate": "mm^3/s"}
 _OF_FRICTION = {"normal_force": "N", "tangential_force": "N"}
 
@@ -30,22 +35,29 @@ def estimate_power(
             )
         fit = _swapped(idf.total_least_squares(rate, power, noise_ratio=noise_ratio, throw=throw))
     elif method == "printed":
-        fit = _swapped(idf.least_squares(_with_one(rate), power, throw=throw))
+        fit = _swapped(
+            _ordered(idf.least_squares(_with_one(rate), power, throw=throw), _with_one(rate), power)
+        )
     elif method == "recursive":
         fit = _coefficients(_recursive(_LINE, _with_one(power), rate, forgetting))
     else:
-        fit = _coefficients(idf.least_squares(_with_one(power), rate, names=_LINE, throw=throw))
+        line = idf.least_squares(_with_one(power), rate, names=_LINE, throw=throw)
+        fit = _coefficients(_ordered(line, _with_one(power), rate))
     return _concluded(fit, read, throw)
 
 
 def estimate_friction(data: Any, method: str, *, forgetting: float, throw: bool) -> idf.Estimate:
-    """Ratio mu = F_t'F_n/F_n'F_n, by one of `FRICTION_METHODS`."""
+    """Ratio mu = F_t'F_n/F_n'F_n, by one of `FRICTION_METHODS`.
+
+    By regression with the variance of MacKinnon and White's HC3, as noise of forces may grow with them.
+    """
     read = idf.readings(data, _OF_FRICTION, tier="sequence", each="passes").require(3)
     normal, tangential = read["normal_force"][:, None], read["tangential_force"]
     if method == "recursive":
         fit = _recursive(FRICTION, normal, tangential, forgetting, units=("1",))
     else:
         fit = idf.least_squares(normal, tangential, names=FRICTION, units=("1",), throw=throw)
+        fit = _ordered(_uneven(fit, normal[:, 0], tangential), normal, tangential)
     return _concluded(fit, read, throw)
 
 
@@ -55,6 +67,23 @@ FRICTION_METHODS = ("regression", "recursive")
 
 def _with_one(x: Floats) -> Floats:
     return np.column_stack([np.ones(x.size), x])
+
+
+def _uneven(fit: idf.Estimate, x: Floats, y: Floats) -> idf.Estimate:
+    """Slope through the origin with the variance sum (x e/(1 - h))^2/(sum x^2)^2, h = x^2/sum x^2."""
+    if not fit.ok:
+        return fit
+    square = float(x @ x)
+    left = (y - fit.value[0] * x) / (1 - np.minimum(x * x / square, 0.999))
+    return fit.replace(covariance=np.full((1, 1), float(np.sum((x * left) ** 2)) / square**2))
+
+
+def _ordered(fit: idf.Estimate, matrix: Floats, target: Floats) -> idf.Estimate:
+    """Say where residuals resemble those of the pass before (Durbin-Watson), so are no white noise."""
+    if not fit.ok:
+        return fit
+    d, share = serial.durbin_watson(target - matrix @ fit.value, matrix)
+    return fit.replace(message=_ORDERED.format(d=d, share=share)) if share < _RARELY else fit
 
 
 def _recursive(
@@ -93,7 +122,8 @@ def _concluded(fit: idf.Estimate, read: idf.Readings, throw: bool) -> idf.Estima
         fit = fit.replace(status=idf.Status.IMPOSSIBLE)
     if throw and not fit.ok:
         raise ValueError(f"{fit.status} ({read.message})")
-    return fit.replace(message=f"{fit.status} ({read.message})" if not fit.ok else read.message)
+    told = f"; {fit.message}" if fit.message != str(fit.status) else ""
+    return fit.replace(message=f"{fit.status} ({read.message})" if not fit.ok else read.message + told)
 
 
 class _Streaming:

@@ -80,10 +80,11 @@ def identify(
 
     Parameters
     ----------
-    data : mapping of arrays, or log
+    data : mapping of arrays, table of a log, or log
         Arrays of one length by name: grinding_power (W), removal_rate (mm^3/s), normal_force (N),
-        tangential_force (N), feed_rate (mm/s), cut_depth (mm), one entry per pass, no NaN. Or a log, whose
-        table "sequence" has them; its rows with NaN (no reading) are left out and counted.
+        tangential_force (N), feed_rate (mm/s), cut_depth (mm), one entry per pass, no NaN. Or a log whose
+        only table, or table "sequence", holds them, or that table; its rows with NaN (no reading) are left
+        out and counted.
     what : {"power", "friction", "scatter", "law"}
         Quantity to estimate.
     method : str, optional

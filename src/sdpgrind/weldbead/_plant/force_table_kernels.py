@@ -12,8 +12,6 @@ from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.weldbead.force.kernels import drive_step, sensor_step
 from sdpgrind.weldbead.passes.kernels import DONE, RATE, WIND, CutCore, Step, cut_step
 
-_NO_PATH = np.zeros(2)
-
 # places in the state of a machine: mm, s, N, rad, rad/s, mm^3
 CENTER, DEFLECTION, DEFLECTION_RATE, PHASE, SPIN, FORCE, SHOWN = range(7)
 REMOVED, INTEGRAL, FORCE_SUM, STATES = range(7, 11)
@@ -79,7 +77,10 @@ def ground(bead, core, cut, grinder, state, height):
     cut[WIND] = max(0.0, state[DEFLECTION] - free)
     rate = cut[RATE]
     place = Step(state[CENTER], height, 0.0, angle, grinder.runout * np.sin(state[PHASE]), grinder.step)
-    code, volume, torque, _ = cut_step(bead, now, cut, place, _NO_PATH, now.wind_max, False, True)
+    # Variables where constants would do, and an array of the core for the path, unused at the given height:
+    # other types would compile the cut a second time.
+    raised, second_order = grinder.step < 0.0, grinder.step > 0.0
+    code, volume, torque, _ = cut_step(bead, now, cut, place, core.angles, now.wind_max, raised, second_order)
     if code == DONE:
         moved(grinder, state, cut[WIND] + free)
     state[INTEGRAL] += 0.5 * grinder.step * (rate + cut[RATE])

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from math import isfinite, isnan, nan
+from operator import is_
 from typing import Any, ClassVar
 
 import numpy as np
@@ -249,11 +250,12 @@ class ForceController(Stateful):
     def _take(self, time: Any, force: Any, height: Any, place: Any) -> None:
         """Follow new set-points; repeated ones change nothing."""
         given = (time, force, height, place)
+        known = bool(self._set_points)
+        if known and all(map(is_, self._set_points, given)):
+            return
         if self._plan is not None or any(each is None for each in given[:3]) or not np.all(np.isfinite(time)):
             return
-        pairs = list(zip(self._set_points, given, strict=False))
-        same = bool(pairs) and all(a is b or np.array_equal(a, b) for a, b in pairs)
-        if not same:
+        if not (known and all(map(np.array_equal, self._set_points, given))):
             self._set_points = given
             self._reference = ForceReference.arrays(time, force, height, self._force_max, place)
             self._restart()

@@ -1,9 +1,9 @@
 """Position drive of the platform, from command to position, with stiction, play and backlash as data."""
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.signal
 from scipy.optimize import least_squares
 
 from sdpgrind.base import checks
@@ -13,6 +13,9 @@ from sdpgrind.base.units import hz
 from sdpgrind.control import held
 from sdpgrind.weldbead.force._kernels import DriveCore
 from sdpgrind.weldbead.force._servo import ServoTable
+
+if TYPE_CHECKING:
+    from scipy.signal import TransferFunction
 
 
 @described("force.drive")
@@ -65,26 +68,33 @@ class TableDrive(Described):
     dc_gain: float = quantity("mm/V", above=0, default=1.0)
 
     @property
-    def transfer(self) -> scipy.signal.TransferFunction:
+    def transfer(self) -> "TransferFunction":
         """Transfer function from command to position (mm/mm, s in rad/s) without friction; Brown (7.2)."""
+        from scipy.signal import TransferFunction  # it imports half of SciPy
+
+        return TransferFunction(*self.polynomials)
+
+    @property
+    def polynomials(self) -> tuple[Floats, Floats]:
+        """Numerator and denominator of `transfer` (mm/mm), highest power of s (rad/s) first."""
         if self.lag == self.lead:
             speed = self.damping + self.gain * self.tachometer
-            return scipy.signal.TransferFunction([self.gain], [1.0, speed, self.gain])
+            return np.array([self.gain]), np.array([1.0, speed, self.gain])
         k, d, h, p, ratio = self.gain, self.damping, self.tachometer, self.lag, self.lag / self.lead
         top = [k * ratio, k * p]
         low = [1.0, p + d + k * h * ratio, p * (d + k * h) + k * ratio, k * p]
-        return scipy.signal.TransferFunction(top, low)
+        return np.array(top), np.array(low)
 
     @property
     def poles(self) -> Complex:
         """Poles, rad/s, slowest first."""
-        roots = np.asarray(np.roots(self.transfer.den), dtype=complex)
+        roots = np.asarray(np.roots(self.polynomials[1]), dtype=complex)
         return roots[np.argsort(np.abs(roots), kind="stable")]
 
     @property
     def lag_time(self) -> float:
         """Lag of the platform behind a slow command, s."""
-        top, low = np.atleast_1d(self.transfer.num), self.transfer.den
+        top, low = self.polynomials
         return float(low[-2] / low[-1] - (top[-2] / top[-1] if len(top) > 1 else 0.0))
 
     @property
@@ -98,7 +108,8 @@ class TableDrive(Described):
     def response(self, frequency: Floats) -> Complex:
         """Return the complex gain (mm/mm) at an angular `frequency`, rad/s."""
         s = 1j * np.asarray(frequency, dtype=float)
-        return np.asarray(np.polyval(self.transfer.num, s) / np.polyval(self.transfer.den, s))
+        top, low = self.polynomials
+        return np.asarray(np.polyval(top, s) / np.polyval(low, s))
 
     def matrices(self) -> tuple[Floats, Floats, Floats]:
         """Return the effects of state (mm, mm/s, mm), command (mm) and friction (mm/s^2) on the state."""

@@ -57,7 +57,7 @@ class ForcePlant(Described):
     @cached_property
     def undelayed(self) -> Sampled:
         """Exact sampled model from command (mm) to reading (N) without friction and delay."""
-        drive = continuous(self.drive.transfer.num, self.drive.transfer.den)
+        drive = continuous(*self.drive.polynomials)
         sensor = continuous(*self.sensor.analogue)
         A, B, C = _series(drive, sensor)
         chain = held(A, B, C, 0.0, self.sensor.inner_time)

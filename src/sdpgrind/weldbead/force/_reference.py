@@ -1,6 +1,8 @@
 """Demand of a pass plan on the force loop, as arrays over time, checked once."""
 
 import dataclasses
+from bisect import bisect_right
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -72,18 +74,33 @@ class ForceReference:
 
     def at(self, time: float) -> tuple[float, float]:
         """Planned force (N) and height (mm) at a time (s); outside the plan 0 N, at the height of its end."""
-        force = float(np.interp(time, self.time, self.normal_force, left=0.0, right=0.0))
-        return force, float(np.interp(time, self.time, self.fly_height))
+        times, force, height, _ = self._lists
+        if times[0] <= time <= times[-1]:
+            k = bisect_right(times, time) - 1
+            return _between(time, k, times, force), _between(time, k, times, height)
+        return 0.0, height[0] if time < times[0] else height[-1]
 
     def when(self, center_x: float) -> float:
         """Planned time, s, of a disc center at `center_x`, mm; extrapolated at the speeds of the ends."""
-        x, t = self.center_x, self.time
-        assert x is not None
+        times, _, _, x = self._lists
         if center_x < x[0]:
-            return float(t[0] + (center_x - x[0]) * (t[1] - t[0]) / (x[1] - x[0]))
+            return times[0] + (center_x - x[0]) * (times[1] - times[0]) / (x[1] - x[0])
         if center_x > x[-1]:
-            return float(t[-1] + (center_x - x[-1]) * (t[-1] - t[-2]) / (x[-1] - x[-2]))
-        return float(np.interp(center_x, x, t))
+            return times[-1] + (center_x - x[-1]) * (times[-1] - times[-2]) / (x[-1] - x[-2])
+        return _between(center_x, bisect_right(x, center_x) - 1, x, times)
+
+    @cached_property
+    def _lists(self) -> tuple[list[float], list[float], list[float], list[float]]:
+        """Columns as lists: a look-up in each sample takes a fifth of `numpy.interp`."""
+        place = [] if self.center_x is None else self.center_x.tolist()
+        return self.time.tolist(), self.normal_force.tolist(), self.fly_height.tolist(), place
+
+
+def _between(at: float, k: int, x: list[float], y: list[float]) -> float:
+    """Value at a point from entry `k` on, to the bit that of `numpy.interp`."""
+    if k + 1 == len(x) or at == x[k]:
+        return y[k]
+    return (y[k + 1] - y[k]) / (x[k + 1] - x[k]) * (at - x[k]) + y[k]
 
 
 def _check_force(force: Floats, force_max: float) -> None:

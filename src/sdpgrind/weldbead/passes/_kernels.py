@@ -60,7 +60,7 @@ class Step(NamedTuple):
     time: float  # since the step before, s
 
 
-@compiled
+@compiled(forceinline=True)
 def _torque_at(wind, core):
     """Torque of the spring, N mm; beyond the end of its table the last slope continues."""
     if wind <= 0.0:
@@ -72,7 +72,7 @@ def _torque_at(wind, core):
     return core.torques[k - 1] + slope * (wind - core.angles[k - 1])
 
 
-@compiled
+@compiled(forceinline=True)
 def _removal(torque, core):
     """Removal rate, mm^3/s: power above the idle power over the specific energy."""
     shaft = core.friction_ratio * torque
@@ -99,40 +99,58 @@ def tip(wind, step, core, state, path, bead):
     return x, height - drop + state[WEAR] + step.offset, height
 
 
-@compiled
-def swept(bead, core, state, step, wind, x, y, cut):
-    """Volume, mm^3, between bead and disc with its tip at x, y; removed where `cut`."""
+@compiled(forceinline=True)
+def swept(bead, state, step, wind, x, y):
+    """Volume, mm^3, between bead and disc with its tip at x, y: below the path of the tip, then the face."""
     old_x, old_y = state[TIP_X], state[TIP_Z]
     rise = np.tan(step.relaxed_angle - wind)
     path = (y - old_y) / (x - old_x) if x > old_x else 0.0
-    first = max(0, int(np.floor((min(old_x, x) - bead.start) / bead.spacing)) + 1)
-    volume, touched, patches, last = 0.0, 0, 0, -2
-    for k in range(first, bead.z.size):
+    volume, k = 0.0, max(0, int(np.floor((min(old_x, x) - bead.start) / bead.spacing)) + 1)
+    while k < bead.z.size:
         at = bead.start + k * bead.spacing
-        if at <= x:
-            lower = old_y + path * (at - old_x)
-        else:
-            lower = y + rise * (at - x)
-            if lower >= bead.top[k] or at > step.center:
-                break
+        if at > x:
+            break
+        depth = bead.z[k] - (old_y + path * (at - old_x))
+        if depth > 0.0:
+            volume += bead.area[k] * depth
+        k += 1
+    while k < bead.z.size:
+        at = bead.start + k * bead.spacing
+        lower = y + rise * (at - x)
+        if lower >= bead.top[k] or at > step.center:
+            break
         depth = bead.z[k] - lower
         if depth > 0.0:
             volume += bead.area[k] * depth
-            if cut:
-                bead.z[k] = lower
-                patches += 1 if k > last + 1 else 0
-                touched, last = touched + 1, k
-    if cut:
-        state[TOUCHED], state[PATCHES] = touched, patches
+        k += 1
     return volume
 
 
 @compiled
+def _cut_away(bead, state, step, wind, x, y):
+    """Remove what `swept` measures; count its nodes and its patches."""
+    old_x, old_y = state[TIP_X], state[TIP_Z]
+    rise = np.tan(step.relaxed_angle - wind)
+    path = (y - old_y) / (x - old_x) if x > old_x else 0.0
+    touched, patches, last = 0, 0, -2
+    for k in range(max(0, int(np.floor((min(old_x, x) - bead.start) / bead.spacing)) + 1), bead.z.size):
+        at = bead.start + k * bead.spacing
+        lower = old_y + path * (at - old_x) if at <= x else y + rise * (at - x)
+        if at > x and (lower >= bead.top[k] or at > step.center):
+            break
+        if bead.z[k] > lower:
+            bead.z[k] = lower
+            patches += 1 if k > last + 1 else 0
+            touched, last = touched + 1, k
+    state[TOUCHED], state[PATCHES] = touched, patches
+
+
+@compiled(forceinline=True)
 def _excess(wind, share, carried, bead, core, state, step, path):
     """Volume in the way less the volume removed in the step, mm^3; falls as the disc winds up."""
     x, y, _ = tip(wind, step, core, state, path, bead)
     return (
-        swept(bead, core, state, step, wind, x, y, False)
+        swept(bead, state, step, wind, x, y)
         - step.time * share * _removal(_torque_at(wind, core), core)
         - carried
     )
@@ -186,13 +204,13 @@ def _raised(wind, wanted, bead, core, state, step, path):
     """Extra height, mm, at which the disc, wound up to `wind`, sweeps only the volume `wanted`, mm^3."""
     x, y, _ = tip(wind, step, core, state, path, bead)
     low, high = 0.0, 1e-4
-    while swept(bead, core, state, step, wind, x, y + high, False) > wanted:
+    while swept(bead, state, step, wind, x, y + high) > wanted:
         low, high = high, 4.0 * high
     for _ in range(200):
         middle = 0.5 * (low + high)
         if high - low <= 1e-13 or middle in (low, high):
             break
-        if swept(bead, core, state, step, wind, x, y + middle, False) > wanted:
+        if swept(bead, state, step, wind, x, y + middle) > wanted:
             low = middle
         else:
             high = middle
@@ -228,7 +246,8 @@ def cut_step(bead, core, state, step, path, most, raise_disk, second_order):
             return STALLED, 0.0, _torque_at(wind, core), 0.0
         higher = _raised(wind, wanted, bead, core, state, step, path)
     x, y, height = tip(wind, step, core, state, path, bead)
-    volume = swept(bead, core, state, step, wind, x, y + higher, True)
+    volume = swept(bead, state, step, wind, x, y + higher)
+    _cut_away(bead, state, step, wind, x, y + higher)
     if core.grinding_ratio < np.inf and volume > 0.0:
         state[WEAR] += _worn(bead, core, state, step.relaxed_angle - wind, x, y + higher)
     state[WIND], state[TIP_X], state[TIP_Z] = wind, x, y + higher

@@ -8,6 +8,7 @@ import xarray as xr
 from sdpgrind.base import checks, pictures, stored
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
+from sdpgrind.base.sheets.blocks import AmountTable, figures
 from sdpgrind.weldbead.passes import _kernels
 from sdpgrind.weldbead.passes._collocation import Collocation, Freedom, collocate
 from sdpgrind.weldbead.passes._contour import Contour, volume_between
@@ -133,6 +134,19 @@ class PassPlan(Plan):
             truth, p.bead, center_x=self.center_x, fly_height=self.fly_height,
             feed_rate=self.record.feed_rate, spacing=p.spacing,
         )  # fmt: skip
+
+    def _figures(self) -> tuple[AmountTable]:
+        rows = (
+            ("time", float(self.time[-1]), "s"),
+            ("volume", float(self.problem.volume), "mm^3"),
+            ("shortfall", float(self.shortfall), "mm^3"),
+            ("overcut", float(self.overcut), "mm^3"),
+            ("greatest_force", float(np.max(self.normal_force)), "N"),
+            ("burn_margin", float(self.burn_margin), "N"),
+            ("error_of_the_contour", float(self.error), "mm"),
+            ("method", self.method, ""),
+        )
+        return (figures("The pass by the model", *rows),)
 
     def plot(self) -> Any:
         """Draw contours, force, power and height along the bead; return the figure."""

@@ -254,7 +254,7 @@ class PassRun:
             begin = begin._replace(a=0.0, b=1.0)
         place = _kernels.tip(0.0, begin, core, state, along, self.ground)
         state[_kernels.TIP_X], state[_kernels.TIP_Z] = place[0], place[1]
-        if _kernels.swept(self.ground, core, state, begin, 0.0, place[0], place[1], False) > 0.0:
+        if _kernels.swept(self.ground, state, begin, 0.0, place[0], place[1]) > 0.0:
             raise ValueError(
                 f"the disc must start clear of the bead (mm); its tip starts in metal at {place[0]:.5g}"
             )

@@ -4,6 +4,7 @@ from ._burn import ForceBurnLimit as ForceBurnLimit
 from ._burn import MalkinBurnLimit as MalkinBurnLimit
 from ._burn import PowerBurnLimit as PowerBurnLimit
 from ._controller import SequenceController as SequenceController
+from ._operator_table import OperatorTable as OperatorTable
 from ._plan import plan as plan
 from ._policy import SequenceAction as SequenceAction
 from ._policy import SequencePolicy as SequencePolicy

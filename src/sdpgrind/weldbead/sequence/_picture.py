@@ -13,9 +13,10 @@ _LOWEST, _DECADES = 0.02, 1e-6
 
 
 def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
-    """Draw expected penalty, duration and force of a policy over heights, mm, and times left, s; grey: stop.
+    """Draw expected penalty, duration and force of a policy over height, mm, and time left, s; grey: stop.
 
-    A plan for a stage holds until the next one: its cell reaches up to the stage above.
+    Time left falls to the right. A plan for a stage holds until the next one: its cell reaches up to the
+    stage above.
     """
     plt = need("matplotlib.pyplot", "plot")
     colors = need("matplotlib.colors", "plot")
@@ -33,7 +34,7 @@ def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
         ),
         (action.normal_force, "normal force [N]", "cividis", None),
     )
-    figure, axes = pictures.subplots(1, 3, (13, 3.9), sharey=True)
+    figure, axes = pictures.subplots(1, 3, (13, 3.9), sharex=True, sharey=True)
     for ax, (field, label, name, norm) in zip(axes, panels, strict=True):
         cmap = plt.get_cmap(name).with_extremes(bad="0.88")
         image = ax.pcolormesh(
@@ -47,6 +48,7 @@ def plot_policy(policy: Any, height: Floats, time: Floats) -> Any:
             bar.minorticks_off()
         ax.set(title=label, xlabel="time left [s]")
     axes[0].set_ylabel("height [mm]")
+    axes[0].invert_xaxis()
     return figure
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
-from sdpgrind.base.progress import Progress
+from sdpgrind.base.progress import Portions, Progress, ProgressOption, reporting
 from sdpgrind.weldbead.sequence._as_sdp import sdp_problem
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
@@ -18,6 +18,7 @@ START_NODES = 101  # chosen: first grid of the refinement to a tolerance
 HALVINGS = 6  # chosen: largest number of halvings of the stage for a continuous feed; each doubles the moves
 
 
+@reporting
 def plan(
     problem: SequenceProblem,
     *,
@@ -25,7 +26,7 @@ def plan(
     nodes: int | None = None,
     feed: str = "lattice",
     executor: Executor | None = None,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
     throw: bool = True,
 ) -> SequencePolicy:
     """Plan a grinding sequence; Brown (1988), chapter 5.
@@ -46,8 +47,8 @@ def plan(
         changes by at most `tolerance`.
     executor : concurrent.futures.Executor, optional
         Passed on to `sdp.plan`, which ignores it on one axis.
-    progress : callable(share, text), optional
-        Progress report. Default: one line on a terminal when it takes long.
+    progress : callable(share, text), True or None
+        Progress report; True: a line with the time left. Default: one line on a terminal when it takes long.
     throw : bool
         Whether an unreachable tolerance is an error; False: return the best plan and its ``error``.
 
@@ -68,6 +69,7 @@ def plan(
     >>> round(policy.value(height=1.0, time_left=10.0), 3)
     0.634
     """
+    assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, SequenceProblem, " (see weldbead.preset)")
     checks.one_of("feed", feed, ("lattice", "continuous"))
     if isinstance(tolerance, str):
@@ -87,7 +89,7 @@ def plan(
 
 
 def _plan_as_well_as_can_be(
-    problem: SequenceProblem, nodes: int | None, executor: Executor | None, progress: Progress | None
+    problem: SequenceProblem, nodes: int | None, executor: Executor | None, progress: Progress
 ) -> SequencePolicy:
     """Plan to the default tolerance, or to the best in reach with a warning."""
     wanted = default_tolerance(problem)
@@ -106,12 +108,14 @@ def default_tolerance(problem: SequenceProblem) -> float:
     return max(1e-5, 1e-6 * float(problem.height_charge(problem.height_max)))
 
 
-def _plan_continuous(problem: SequenceProblem, tolerance: float, progress: Progress | None) -> SequencePolicy:
-    policy = plan(with_stage(problem, problem.stage), tolerance=tolerance / 4, progress=progress)
+def _plan_continuous(problem: SequenceProblem, tolerance: float, progress: Progress) -> SequencePolicy:
+    portions = Portions(progress)  # twice the stages and twice the moves: four times the work
+    first = with_stage(problem, problem.stage)
+    policy = plan(first, tolerance=tolerance / 4, progress=portions.next(1.0, 20.0))
     for _ in range(HALVINGS):
-        finer = plan(
-            with_stage(problem, policy.problem.stage / 2), tolerance=tolerance / 4, progress=progress
-        )
+        part = portions.next(1.0, 4.0)
+        halved = with_stage(problem, policy.problem.stage / 2)
+        finer = plan(halved, tolerance=tolerance / 4, progress=part)
         change = _largest_change(policy, finer)
         policy = finer
         if change <= tolerance:

@@ -1,10 +1,12 @@
 """Planned grinding sequence, looked up after each pass."""
 
+import os
 from concurrent.futures import Executor
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from sdpgrind import sdp
@@ -12,10 +14,13 @@ from sdpgrind.base import checks, pictures, stored
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.rng import Seed
+from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.weldbead.sequence._as_sdp import sdp_problem, true_problem
+from sdpgrind.weldbead.sequence._operator_table import OperatorTable, ending_of, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._risk import Risk, risk_of
+from sdpgrind.weldbead.sequence._sheet import first_passes
 
 
 class SequenceAction:
@@ -311,6 +316,49 @@ class SequencePolicy(Plan):
         """
         return risk_of(self.table, self._state(height, time_left, last_duration), confidence)
 
+    def operator_table(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        heights: npt.ArrayLike | None = None,
+        times: npt.ArrayLike | None = None,
+    ) -> OperatorTable:
+        """Return the plan as a table by which an operator grinds, and what reading it in steps costs.
+
+        Parameters
+        ----------
+        path : path, optional
+            File that is written, too: ``.html`` (a sheet of A4 for the printer), ``.txt`` or ``.csv``.
+        heights : array_like, optional
+            Rows, rising, mm. Default: as many as keep the loss below 2 % of the penalty, or as fit on A4.
+        times : array_like, optional
+            Columns, rising, s. Default: likewise.
+
+        Returns
+        -------
+        OperatorTable
+            Duration (s) and force (N) of the next pass by height (mm) and time left (s).
+
+        Raises
+        ------
+        ValueError
+            For rows or columns that do not rise or lie outside the plan, or another ending of the file.
+
+        Examples
+        --------
+        >>> from sdpgrind import weldbead
+        >>> policy = weldbead.plan(weldbead.preset("P1"), tolerance=1e-2)
+        >>> table = policy.operator_table(heights=[0.5, 1.0, 2.0], times=[20, 40, 60])
+        >>> table.action(0.8, 45.0)  # row 1.0 mm, column 40 s: duration in s, force in N
+        (8.0, 45.31)
+        """
+        if path is not None:
+            ending_of(path)  # refused before the work
+        table = operator_table(self.problem, self.table, heights, times)
+        if path is not None:
+            table.save(path)
+        return table
+
     # -- keeping ---------------------------------------------------------------------------------------
 
     @property
@@ -326,6 +374,9 @@ class SequencePolicy(Plan):
     def plot(self) -> Any:
         """Draw expected penalty, duration and force over time left and height; return the figure."""
         return pictures.drawn("sdpgrind.weldbead.sequence._picture:plot_policy", self, *self.states())
+
+    def _figures(self) -> tuple[AmountTable]:
+        return (first_passes(self),)
 
     def states(self) -> tuple[Floats, Floats]:
         """Return the heights (mm) and the times left (s, not late) of the table's nodes."""

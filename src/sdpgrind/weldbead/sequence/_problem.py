@@ -9,6 +9,7 @@ import numpy.typing as npt
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.doubts.record import Doubts, asked
 from sdpgrind.base.quantities import Check, Described, custom, described, law, quantity, specs, valued
 from sdpgrind.base.warned import warn
 from sdpgrind.weldbead.sequence._burn import BURN_LIMITS, NAMES, BurnLimit
@@ -280,6 +281,40 @@ class SequenceProblem(Described):
         for name in estimate.names:
             checks.one_of("estimate.names", name, known)
         return self.replace(model=self.model.replace(**{name: estimate[name] for name in estimate.names}))
+
+    def doubts(self, data: Any) -> Doubts:
+        """Return what passes say about this problem, what they do not, and what it costs not to know.
+
+        Coefficients and scatter with their intervals against the values of the problem; contradictions
+        between columns; the expected penalty of a whole bead ($), planned again on 101 nodes at both ends of
+        each interval.
+
+        Parameters
+        ----------
+        data : mapping of arrays, log, or table of a log
+            As for `weldbead.identify`: any of grinding_power (W) and removal_rate (mm^3/s); normal_force and
+            tangential_force (N); feed_rate (mm/s) and cut_depth (mm).
+
+        Returns
+        -------
+        Doubts
+            Rows, sentences and stakes; ``print`` shows the page.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For missing or bad data.
+
+        Examples
+        --------
+        >>> from sdpgrind import weldbead
+        >>> power = [150.0, 300.0, 450.0, 600.0]
+        >>> rate = [5.1, 19.8, 35.2, 49.9]
+        >>> found = weldbead.preset("P1").doubts({"grinding_power": power, "removal_rate": rate})
+        >>> found["specific_energy"].verdict, found["friction_ratio"].verdict
+        ('agrees', 'not told')
+        """
+        return asked("sdpgrind.weldbead._doubts.doubts:doubts", self, data)
 
 
 def _multiple(name: str, value: object, stage: float) -> float:

@@ -68,14 +68,14 @@ def _figures(found: sdp.Distribution, confidence: float) -> dict[str, float]:
 def risk_of(table: sdp.Policy, state: dict[str, Any], confidence: float) -> Risk:
     """Return the risk figures ($, 1) of a table from one state."""
     axis = table.layout.axes[0]
-    heights = _heights(axis.high)
+    heights = nodes_of(axis.high)
     fine, coarse = (table.distribution(nodes=nodes, **state) for nodes in (heights, heights[::2]))
     risk = Risk(fine, confidence, coarse)
     _warn(risk)
     return risk
 
 
-def _heights(high: float) -> Floats:
+def nodes_of(high: float) -> Floats:
     """Return nodes from the target to `high`, mm, in growing cells; every other node makes such a row too."""
     nodes = [0.0]
     while nodes[-1] < high:

@@ -3,11 +3,11 @@
 import math
 
 import pytest
-from hwsim_inside import parse, quantity
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sdpgrind import units
+from sdpgrind.base.unit_text import factor, near, parse, quantity
 
 
 @pytest.mark.parametrize(
@@ -86,3 +86,43 @@ def test_refused_texts(value, unit, message):
 def test_refused_types(value):
     with pytest.raises(TypeError, match=r"x must be a number \(mm\); got"):
         quantity("x", value, "mm")
+
+
+@pytest.mark.parametrize(
+    ("written", "unit", "expected"),
+    [
+        ("kp", "N", 9.80665), ("kgf", "N", 9.80665), ("daN", "N", 10.0), ("PS", "W", 735.49875), ("ms", "s", 1e-3),
+        ("us", "s", 1e-6), ("nm", "mm", 1e-6), ("Nm", "N mm", 1e3), ("J/mm3", "J/mm^3", 1.0), ("Zoll", "mm", 25.4),
+        ("mm3/s", "mm^3/s", 1.0), ("mm·s⁻¹", "mm/s", 1.0), ("mm s^-1", "mm/s", 1.0), ("cm³/min", "mm^3/s", 1000 / 60),
+        ("µm", "mm", 1e-3), ("1", "", 1.0), ("%", "1", 0.01), ("m s-2", "mm/s^2", 1e3), ("Grad", "rad", math.pi / 180),
+    ],
+)  # fmt: skip
+def test_factors(written, unit, expected):
+    assert factor(written, unit) == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("written", ["1/min", "min-1", "min^-1", "min⁻¹", "U/min", "rev/min", "rpm"])
+def test_revolutions_a_minute(written):
+    assert factor(written, "rad/s") == pytest.approx(units.rpm(1.0), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("written", "unit", "message"),
+    [
+        ("N", "mm", r"have a unit like mm \(nm, um, cm, m, in\); got 'N'"),
+        (
+            "furlong",
+            "mm/s",
+            r"have a unit like mm/s \(um/s, .*\); got 'furlong': 'furlong' is no unit known here",
+        ),
+        ("1/s", "rad/s", r"have a unit like rad/s \(deg/s, 1/min, Hz\); got '1/s'"),
+        ("mm", "", r"have a unit like 1 \(none\); got 'mm'"),
+    ],
+)
+def test_refused_units_name_what_is_near(written, unit, message):
+    with pytest.raises(ValueError, match=message):
+        factor(written, unit)
+
+
+def test_near_units_are_of_one_kind():
+    assert near("W") == ("mW", "kW", "PS", "hp") and near("") == ()

@@ -1,6 +1,13 @@
-"""Quantities in users' files: ``"150 mm"``, ``"7 in"``, ``"300 rpm"``, or a plain number.
+"""Texts of units and quantities in users' files: ``"mm³/s"``, ``"7 in"``, ``"300 rpm"``.
 
 Factors are exact fractions of SI units: ``"150 mm"`` is 150.0 to the last bit.
+
+Examples
+--------
+>>> factor("mm·min-1", "mm/s") * 600
+10.0
+>>> near("W")
+('mW', 'kW', 'PS', 'hp')
 """
 
 import math
@@ -38,21 +45,39 @@ _TURN = Fraction(2 * math.pi)
 # derived: exponents of length, time, mass, angle
 _FORCE, _ENERGY, _POWER, _ANGLE = (1, -2, 1), (2, -2, 1), (2, -3, 1), (0, 0, 0, 1)
 _POUND = Fraction("4.4482216152605")  # N; source: 0.45359237 kg of 1959 times 9.80665 m/s^2
-_LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "um": "1e-6", "µm": "1e-6", "μm": "1e-6", "in": "0.0254"}
+_KILOPOND = Fraction("9.80665")  # N; source: standard acceleration of gravity of 1901
+_LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "nm": "1e-9"} | dict.fromkeys(("um", "µm", "μm"), "1e-6")
+_INCHES = dict.fromkeys(("in", "inch", "Zoll"), "0.0254")
+_TIMES = {"s": "1", "ms": "0.001", "min": "60", "h": "3600"} | dict.fromkeys(("us", "µs", "μs"), "1e-6")
+_KILOPONDS = dict.fromkeys(("kp", "kgf"), _KILOPOND)
+_TURNS = dict.fromkeys(("rev", "U"), _TURN)
+_DEGREES = dict.fromkeys(("deg", "°", "Grad"), _TURN / 360)
+_HORSES = {"hp": 550 * Fraction("0.3048") * _POUND, "PS": 75 * _KILOPOND}
 _NAMED: tuple[tuple[Mapping[str, str | Fraction], tuple[int, ...]], ...] = (
-    (_LENGTHS | {"inch": "0.0254", "ft": "0.3048"}, (1,)),
-    ({"s": "1", "ms": "0.001", "min": "60", "h": "3600"}, (0, 1)),
+    (_LENGTHS | _INCHES | {"ft": "0.3048"}, (1,)),
+    (_TIMES, (0, 1)),
     ({"kg": "1", "g": "0.001"}, (0, 0, 1)),
-    ({"N": "1", "kN": "1000", "lbf": _POUND}, _FORCE),
-    ({"J": "1", "mJ": "0.001", "kJ": "1000"}, _ENERGY),
-    ({"W": "1", "mW": "0.001", "kW": "1000", "hp": 550 * Fraction("0.3048") * _POUND}, _POWER),
-    ({"rad": "1", "rev": _TURN, "deg": _TURN / 360, "°": _TURN / 360}, _ANGLE),
+    ({"N": "1", "kN": "1000", "daN": "10", "lbf": _POUND, **_KILOPONDS}, _FORCE),
+    ({"J": "1", "mJ": "0.001", "kJ": "1000", "Nm": "1"}, _ENERGY),
+    ({"W": "1", "mW": "0.001", "kW": "1000", **_HORSES}, _POWER),
+    ({"rad": "1", **_TURNS, **_DEGREES}, _ANGLE),
     ({"Hz": _TURN, "rpm": _TURN / 60}, (0, -1, 0, 1)),
     ({"$": "1", "ct": "0.01"}, (0, 0, 0, 0, 1)),
     ({"A": "1", "mA": "0.001"}, (0, 0, 0, 0, 0, 1)),
     ({"1": "1", "%": "0.01"}, ()),
 )
 _UNITS = {name: _unit(factor, *powers) for named, powers in _NAMED for name, factor in named.items()}
+_USUAL = tuple(
+    (  # noqa: SIM905, a list of words is longer
+        "nm um mm cm m in us ms s min um/s mm/s mm/min m/min m/s in/min in/s mm/s^2 m/s^2 N daN kN kp lbf mW"
+        " W kW PS hp rad deg rad/s deg/s 1/min Hz J/mm^3 mm^3/s mm^3/min cm^3/min mm^2/s mm^3/(mm*min) mA A"
+        " N*mm N*m"
+    ).split()
+)
+"""Units that files of machines and gauges are written in, for messages."""
+_PER_MINUTE = _unit(Fraction(1, 60), 0, -1)
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
+_SIGNS = str.maketrans({"·": "*", "⋅": "*", "∙": "*", "×": "*", "−": "-"})
 _TOKEN = re.compile(r"\s*([A-Za-zµμ]+|[$%°()^*/·]|-?\d+(?:\.\d+)?)")
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
 
@@ -79,6 +104,37 @@ def quantity(name: str, value: Any, unit: str) -> float:
     return checks.number(name, float(Fraction(number) * given.factor / wanted.factor), unit)
 
 
+def factor(written: str, unit: str) -> float:
+    """Return the factor from the unit text `written` to `unit`, "" or "1": none.
+
+    1/min of a rotation is a revolution a minute. The message of a ValueError begins with the rule.
+    """
+    wanted = parse(unit or "1")
+    try:
+        given = parse(written)
+    except ValueError as error:
+        raise ValueError(f"{_alike(unit)}; got {written!r}: {error}") from None
+    if given == _PER_MINUTE and wanted.exponents == _UNITS["rpm"].exponents:
+        given = _UNITS["rpm"]
+    if given.exponents != wanted.exponents:
+        raise ValueError(f"{_alike(unit)}; got {written!r}")
+    return float(given.factor / wanted.factor)
+
+
+def near(unit: str) -> tuple[str, ...]:
+    """Return the other usual units of the kind of `unit`."""
+    wanted = parse(unit or "1")
+    kind = {wanted.exponents} | (
+        {_PER_MINUTE.exponents} if wanted.exponents == _UNITS["rpm"].exponents else set()
+    )
+    return tuple(name for name in _USUAL if name != unit and parse(name).exponents in kind)
+
+
+def _alike(unit: str) -> str:
+    others = near(unit)
+    return f"have a unit like {unit or '1 (none)'}" + (f" ({', '.join(others)})" if others else "")
+
+
 def parse(text: str) -> Unit:
     """Read a unit: names, products (space, ``*``), quotients, powers, parentheses."""
     tokens = _tokens(text)
@@ -89,7 +145,7 @@ def parse(text: str) -> Unit:
 
 
 def _tokens(text: str) -> list[str]:
-    text = text.replace("²", "^2").replace("³", "^3")
+    text = _plain(text)
     tokens, end = [], 0
     while end < len(text.rstrip()):
         found = _TOKEN.match(text, end)
@@ -98,6 +154,12 @@ def _tokens(text: str) -> list[str]:
         tokens.append(found[1])
         end = found.end()
     return tokens
+
+
+def _plain(text: str) -> str:
+    """A unit with ``^`` before its exponents and ``*`` between factors: ``mm·s⁻¹`` and ``min-1``, too."""
+    text = re.sub(r"[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda found: "^" + found[0].translate(_RAISED), text)
+    return re.sub(r"(?<=[A-Za-zµμ])([+-]?\d+)", r"^\1", text.translate(_SIGNS))
 
 
 def _product(tokens: list[str]) -> Unit:

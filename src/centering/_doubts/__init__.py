@@ -1,0 +1,1 @@
+"""Doubts about centering: what scans and pushes of a part say about its model."""

@@ -1,0 +1,106 @@
+"""Angles and readings of a ring from files of form testers and tables."""
+
+import dataclasses
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns.plausible import refuse_other_units
+from sdpgrind.base.columns.read import opened, read
+from sdpgrind.base.columns.request import Bound, bound, request_of
+from sdpgrind.base.columns.sheet import Column
+from sdpgrind.base.columns.source import ColumnNote, Source
+from sdpgrind.base.columns.taken import Rules
+from sdpgrind.base.units import m
+
+_ARC_LENGTH = ".x3p"
+
+
+class Turned(NamedTuple):
+    """Angles (rad) and readings (mm) in the order of a file, and their origin."""
+
+    angle: Floats
+    reading: Floats
+    source: Source
+
+    def known(self) -> "Turned":
+        """Return the points with an angle and a reading; the others are counted."""
+        kept = np.isfinite(self.angle) & np.isfinite(self.reading)
+        left_out = self.source.rows_left_out + int(np.sum(~kept))
+        source = dataclasses.replace(self.source, rows_left_out=left_out)
+        return Turned(self.angle[kept], self.reading[kept], source)
+
+
+def samples(
+    data: Any,
+    angle: Any,
+    reading: Any,
+    deviation: Any,
+    radius: float | None,
+    group: str | None,
+    missing: Sequence[str],
+    plausible: bool,
+) -> Turned:
+    """Return angles (rad) and readings (mm) of a file or a table, without those that are missing."""
+    rules = Rules(period=1.0, group=group, missing=missing, plausible=plausible)
+    nominal = None if radius is None else checks.positive("radius", radius, "mm")
+    if isinstance(data, str | os.PathLike) and Path(data).suffix.lower() == _ARC_LENGTH:
+        return _of_arc(data, angle, reading, deviation, nominal, rules).known()
+    wanted = {"reading": reading, "deviation": deviation}
+    asked = {name: value for name, value in wanted.items() if value is not None}
+    if angle is None or len(asked) != 1:
+        got = ", ".join(["angle"] * (angle is not None) + list(asked)) or "none"
+        raise ValueError(
+            'angle must be named, and either reading or deviation, as angle=("angle", "deg"),'
+            f' deviation=("dev", "um"); got {got}'
+        )
+    if (deviation is None) != (nominal is None):
+        rule = "the nominal radius of deviations" if nominal is None else "left out where readings are radii"
+        raise checks.refuse("radius", rule, radius, "mm")
+    found = read(data, {"angle": angle, **asked}, rules=rules)
+    columns, origin = found.columns, found.source
+    notes = [note for note in origin.columns if note.name != "time"]  # the rows have none
+    more = () if nominal is None else (f"reading = {nominal:g} mm + deviation",)
+    source = dataclasses.replace(
+        origin, columns=tuple(notes), commands_at="", gaps=(), notes=(*origin.notes, *more)
+    )
+    readings = columns["reading"] if nominal is None else columns["deviation"] + nominal
+    return Turned(columns["angle"], readings, source).known()
+
+
+def _of_arc(
+    data: Any, angle: Any, reading: Any, deviation: Any, radius: float | None, rules: Rules
+) -> Turned:
+    """Angles (rad) and readings (mm) of X3P: x is the length of arc, z the deviation, both in m."""
+    if radius is None:
+        raise ValueError(
+            "radius must be the nominal radius of the ring in .x3p (mm): x / radius is the angle; got None"
+        )
+    if angle is not None or reading is not None:
+        raise ValueError(
+            "angle and reading must be left out of .x3p: x / radius is the angle, z the deviation"
+        )
+    files, (sheet,) = opened(data, rules)
+    asked = bound(request_of("deviation", "z" if deviation is None else deviation), sheet)
+    arc, heights = sheet.take((0, asked.place))
+    found = heights * asked.factor
+    if rules.plausible:
+        bounds: dict[str, Bound] = {"deviation": asked}
+        refuse_other_units({"deviation": found}, bounds, sheet.file)
+    header, height = sheet.headings[0].header, asked.heading.header
+    notes = (
+        ColumnNote("angle", "rad", header, "m", "x / radius", m(1.0) / radius, _missing(arc)),
+        ColumnNote("deviation", "mm", height, asked.unit, asked.origin, asked.factor, _missing(found)),
+    )
+    told = f"angle = x / {radius:g} mm, reading = {radius:g} mm + deviation"
+    source = Source(tuple(files), notes, 1, found.size, commands_at="", notes=(told,))
+    return Turned(m(arc) / radius, found + radius, source)
+
+
+def _missing(values: Column) -> int:
+    return int(np.sum(np.isnan(values)))

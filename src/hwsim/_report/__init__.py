@@ -1,0 +1,1 @@
+"""Pages of logs: worst parts first, planned against realised with reasons, job and digests inside."""

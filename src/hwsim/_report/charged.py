@@ -1,0 +1,96 @@
+"""What a plant's plan is charged for: outcomes, what was planned for them, and reasons for a difference.
+
+A plant's module has ``CHARGED``, names of outcomes, the first being what parts are ranked by; ``planned(log,
+plan)``, an interval or a value of each part by name; and ``reasons(log, plan)``, sentences by name.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from hwsim._report.statistics import Promise
+from hwsim._report.worst import badness, broken_off
+from sdpgrind.base.checks import Floats
+
+# Plant -> module; a table, since a file must not name code to import
+_MODULES = {
+    "AdaptiveGrinder": "hwsim._report.locus",
+    "CenteringMachine": "hwsim._report.centering",
+    "FinishingCell": "hwsim._report.finishing",
+    "ForceTableStand": "hwsim._report.weldbead",
+    "PlungeGrinder": "hwsim._report.plunge",
+    "WeldBeadStand": "hwsim._report.weldbead",
+}
+_OF_FINISHED = ("time", "roundness", "out_of_round", "offset", "pushes", "roughness_ra", "removal_rate")
+# flags and amounts that must be 0, with words for the parts that have them
+FAULTS = {
+    "burned": "burned",
+    "out_of_round": "out of round",
+    "overground": "ground below the target in places",
+    "lateness": "late",
+    "stalls": "stalled",
+    "collisions": "with a collision",
+    "slipped": "slipped",
+    "lost": "lost",
+    "extrapolated": "beyond the model",
+}
+_SCRAP = ("burned", "out_of_round")  # faults that no other figure of a part makes good
+_LIKE = 0.7  # least correlation that is told; chosen: half of the variance
+_FEW = 8  # parts for a correlation; chosen: 0.7 is then beyond chance (5 %)
+
+
+@dataclass(frozen=True)
+class Charges:
+    """Charged outcomes of a log, and what was planned for them."""
+
+    names: tuple[str, ...]
+    planned: Mapping[str, Promise]
+    reasons: Callable[[], Mapping[str, str]]
+
+
+def charges_of(log: Any, plan: Any) -> Charges:
+    """Return the charges of a log's plant, or all outcomes that are numbers."""
+    outcome = log.outcome
+    module = _MODULES.get(str(outcome.attrs.get("plant", "")))
+    known = None if module is None else import_module(module)
+    names = known.CHARGED if known else [str(n) for n, v in outcome.data_vars.items() if v.dims == ("part",)]
+    there = tuple(n for n in names if n in outcome and not n.startswith("true_") and n not in FAULTS)
+    planned = known.planned(log, plan) if known else {}
+    reasons = (lambda: known.reasons(log, plan)) if known else dict
+    return Charges(there, {n: Promise(each) for n, each in planned.items() if n in there}, reasons)
+
+
+def values_of(log: Any, name: str) -> Floats:
+    """Return an outcome of each part; NaN where the part was broken off and it counts for finished ones."""
+    values = np.array(log.outcome[name].values, dtype=float)
+    if name in _OF_FINISHED:
+        values[[bool(each) for each in broken_off(log.outcome)]] = np.nan
+    return values
+
+
+def worst_parts(log: Any, names: tuple[str, ...], count: int) -> list[int]:
+    """Return the worst parts, worst first: broken off, then scrap, then by the first charged outcome."""
+    broken = np.array([bool(each) for each in broken_off(log.outcome)])
+    scrap = np.sum([log.outcome[name].values > 0 for name in _SCRAP if name in log.outcome], axis=0)
+    rank = badness(names[0], values_of(log, names[0])) if names else np.zeros(len(log))
+    order = np.lexsort((-np.nan_to_num(rank, nan=-np.inf), -scrap * np.ones(len(log)), ~broken))
+    return [int(k) for k in order[:count]]
+
+
+def likeness(log: Any, name: str) -> str:
+    """Return words for the hidden truth that an outcome goes with over the parts; "": there is none."""
+    values, best = values_of(log, name), ("", 0.0)
+    for other, variable in log.outcome.data_vars.items():
+        if variable.dims != ("part",) or not str(other).startswith("true_"):
+            continue
+        paired = np.array([values, np.asarray(variable.values, dtype=float)])
+        paired = paired[:, np.isfinite(paired).all(axis=0)]
+        if paired.shape[1] < _FEW or not np.ptp(paired, axis=1).all():
+            continue
+        found = float(np.corrcoef(paired)[0, 1])
+        if abs(found) > max(_LIKE, abs(best[1])):
+            best = (str(other).replace("_", " "), found)
+    return f"over the parts it goes with {best[0]} (correlation {best[1]:.2f})" if best[0] else ""

@@ -1,0 +1,67 @@
+"""Blocks of the page of a comparison: each figure of each controller, and paired differences."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hwsim._report.statistics import mean
+from hwsim._report.worst import worst_part
+from sdpgrind.base.sheets.amounts import Amounts
+from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Picture, Sentences
+
+
+def comparison(log: Any) -> Iterator[Block]:
+    """Yield the blocks of a log of `compare`, up to the problem."""
+    outcome = log.outcome
+    names = [str(name) for name in outcome.controller.values]
+    scalar = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("controller", "part")]
+    told = [name for name in scalar if np.any(np.ptp(np.nan_to_num(outcome[name].values), axis=(0, 1)))]
+    yield Sentences(
+        [
+            f"{len(log)} equal parts on {outcome.attrs.get('plant', 'data')} by each of {', '.join(names)}",
+            *_firm(outcome, names, told),
+        ],
+        strong=True,
+    )
+    yield Heading("Worst part of each controller")
+    yield AmountTable("Worst value", [_worst(outcome[name], name) for name in told], ("figure", *names))
+    yield AmountTable("Its part", [_which(outcome[name], name) for name in told], ("figure", *names))
+    yield Heading("Means")
+    rows = [_amounts(outcome[name], name, outcome[name].values) for name in told]
+    yield AmountTable("Mean over the parts, 95 % interval", rows, ("figure", *names))
+    if len(names) > 1:
+        less = [_amounts(outcome[n], n, outcome[n].values[1:] - outcome[n].values[:1]) for n in told]
+        heads = ("figure", *(f"{name} less {names[0]}" for name in names[1:]))
+        yield AmountTable("Difference part by part, 95 % interval", less, heads)
+    yield Heading("Pictures")
+    yield Picture("Every figure", log.plot)
+
+
+def _unit(variable: Any) -> str:
+    return str(variable.attrs.get("units", ""))
+
+
+def _amounts(variable: Any, name: str, rows: Any) -> Amounts:
+    return Amounts.of(name, [mean(np.asarray(row, dtype=float)) for row in rows], _unit(variable))
+
+
+def _worst(variable: Any, name: str) -> Amounts:
+    worst = [worst_part(name, row) for row in variable.values]
+    values = [row[number or 0] for row, number in zip(variable.values, worst, strict=True)]
+    return Amounts.of(name, values, _unit(variable))
+
+
+def _which(variable: Any, name: str) -> Amounts:
+    worst = [worst_part(name, row) for row in variable.values]
+    return Amounts.of(name, ["all alike" if number is None else number for number in worst])
+
+
+def _firm(outcome: Any, names: list[str], told: list[str]) -> Iterator[str]:
+    """The first figure in which the last controller differs from the first beyond the interval."""
+    for name in told if len(names) > 1 else ():
+        found = mean(outcome[name].values[-1] - outcome[name].values[0])
+        if abs(found.value) > found.half and not name.startswith("true_"):
+            unit = _unit(outcome[name]).replace("1", "")
+            yield f"{name.replace('_', ' ')}: {names[-1]} less {names[0]} {found.shown(1.0)} {unit}".rstrip()
+            return

@@ -1,0 +1,47 @@
+"""Grinding along the locus: time and removal rate against the best point of each wheel."""
+
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.units import UM
+
+CHARGED = ("time", "slack", "removal_rate", "convergence_time", "burned")
+
+
+def planned(log: Any, plan: Any) -> dict[str, Floats]:
+    """Return time (s) and removal rate (mm^3/s) at the best point of each part's true wheel."""
+    best = _best(log)
+    if best is None:
+        return {}
+    found = {"time": float(log.outcome.attrs["stock"]) / best}
+    if plan is not None:
+        across = np.pi * plan.problem.model.work_diameter * plan.problem.model.width
+        found["removal_rate"] = across * best
+    return found
+
+
+def _best(log: Any) -> Any:
+    """Best infeed rate of each part, mm/s, in the middle of its course; None: not in the log."""
+    return (
+        np.nanmedian(log.outcome.best_infeed_rate.values, axis=1)
+        if "best_infeed_rate" in log.outcome
+        else None
+    )
+
+
+def reasons(log: Any, plan: Any) -> dict[str, str]:
+    """Return reasons for differences, by outcome."""
+    outcome = log.outcome
+    reached = outcome.convergence_time.values
+    known = reached[np.isfinite(reached)]
+    slow = "the controller begins below the best point"
+    if known.size:
+        slow += f", reaches it after {known.mean():.3g} s on average (part 0 after {reached[0]:.3g} s)"
+    true = float(np.nanmean(outcome.true_infeed_rate.values))
+    best = float(np.nanmean(outcome.best_infeed_rate.values))
+    rates = f"mean infeed rate {UM * true:.3g} µm/s, best {UM * best:.3g} µm/s"
+    slack = float(outcome.slack.values.mean())
+    text = f"{slow}, and keeps at least {slack:.2g} W to burning: {rates}"
+    return {"time": text, "removal_rate": text}

@@ -1,0 +1,232 @@
+"""The page of a log: verdict, worst parts, planned and realised, pictures, all parts, problem, origin."""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hwsim._report.charged import FAULTS, Charges, charges_of, likeness, values_of, worst_parts
+from hwsim._report.comparison import comparison
+from hwsim._report.job import JOB, digests_table, job_of
+from hwsim._report.statistics import mean
+from hwsim._report.worst import broken_off, ranked, worst_part
+from hwsim._report.worst_drawn import worst_picture
+from sdpgrind.base.sheets import page
+from sdpgrind.base.sheets.amounts import Amounts
+from sdpgrind.base.sheets.blocks import (
+    AmountTable,
+    Block,
+    Embedded,
+    Heading,
+    Listing,
+    Picture,
+    Sentences,
+    scales_of,
+)
+from sdpgrind.base.sheets.origin import problem_blocks, versions_table
+from sdpgrind.base.sheets.record_page import SIGNATURE
+
+_WORST = 3  # parts with a picture of their own; source: the page's specification
+_MOST = 500  # parts on lines of their own; chosen: they take a quarter of a page of 1.5 MB
+
+
+def report(
+    log: Any,
+    path: str | os.PathLike[str] | None,
+    plan: Any = None,
+    problem: Any = None,
+    doubts: Any = None,
+    *,
+    title: str = "",
+    command: Mapping[str, Any] | None = None,
+    pictures: bool = True,
+) -> str:
+    """Write the page of a log, or return its text; `command`: the command line that ran it."""
+    if problem is None and plan is not None:
+        problem = plan.problem
+    blocks = _blocks(log, plan, problem, command, doubts)
+    kept = (block for block in blocks if pictures or not isinstance(block, Picture))
+    return page.report(title or _parts(log), kept, path)
+
+
+def _parts(log: Any) -> str:
+    return f"{len(log)} part{'s' if len(log) > 1 else ''} on {log.outcome.attrs.get('plant', 'data')}"
+
+
+def _blocks(
+    log: Any, plan: Any, problem: Any, command: Mapping[str, Any] | None, doubts: Any
+) -> Iterator[Block]:
+    if "controller" in log.outcome.dims:
+        yield from comparison(log)
+    else:
+        yield from _of_run(log, plan, burns=getattr(problem, "burn_limit", True) is not None)
+    if problem is not None:
+        stored = getattr(plan, "dataset", None)
+        yield from problem_blocks(problem, None if stored is None else stored.attrs.get("problem"))
+    if (source := getattr(log, "source", None)) is not None:
+        yield Heading("Source of the data")
+        yield Listing(str(source))
+    if doubts is not None:
+        yield Heading(f"Doubts: {doubts.subject}")
+        yield from doubts._figures()
+    job = job_of(log, plan, command)
+    yield Heading("Origin")
+    yield digests_table(job)
+    yield versions_table()
+    yield Embedded(JOB, job)
+    yield SIGNATURE
+
+
+def _of_run(log: Any, plan: Any, *, burns: bool) -> Iterator[Block]:
+    """What stands on the page of a run with one controller, up to the problem; `burns`: it has a limit."""
+    charges = charges_of(log, plan)
+    compared = _compared(log, charges)
+    yield Sentences(list(_verdict(log, charges, burns)), strong=True)
+    yield Heading("Worst parts")
+    yield _worst(log, charges)
+    worst = worst_parts(log, charges.names, _WORST)
+    if len(log) > len(worst):
+        yield worst_picture(log, worst)
+    if compared.amounts:
+        yield Heading("Planned and realised")
+        yield compared
+        yield from _explained(log, charges)
+    yield Heading("Pictures")
+    yield Picture(f"All {len(log)} parts", log.plot)
+    if plan is not None and callable(getattr(plan, "plot", None)):
+        yield Picture("The plan", plan.plot)
+    yield Heading("Every part")
+    yield from _every_part(log)
+
+
+def _verdict(log: Any, charges: Charges, burns: bool) -> Iterator[str]:
+    """What ran, what came of it against the limits, and the first charged figure."""
+    outcome, why = log.outcome, broken_off(log.outcome)
+    by = f" by {outcome.attrs['controller']}" if "controller" in outcome.attrs else ""
+    broken = [each for each in why if each]
+    told = ", ".join(f"{broken.count(each)} {each}" for each in dict.fromkeys(broken))
+    state = f"{len(broken)} broken off ({told})" if broken else "all finished"
+    yield f"{_parts(log)}{by}: {state}"
+    faults = [f"{FAULTS[name]}: {_count(log, name, burns)}" for name in FAULTS if name in outcome]
+    if faults:
+        yield "; ".join(faults)
+    if charges.names and np.isfinite(values_of(log, charges.names[0])).any():
+        yield _first_figure(log, charges)
+
+
+def _count(log: Any, name: str, burns: bool) -> str:
+    """Number of parts with a fault, in words."""
+    if name == "burned" and not burns:
+        return "not known, the problem has no burn limit"
+    bad = int(np.sum(log.outcome[name].values > 0))
+    return f"{bad} of {len(log)}" if bad else "none"
+
+
+def _first_figure(log: Any, charges: Charges) -> str:
+    name = charges.names[0]
+    values, unit = values_of(log, name), str(log.outcome[name].attrs.get("units", ""))
+    scale = scales_of([AmountTable("", [Amounts.of(name, values, unit)])])[name, unit]
+    after = "" if scale[1] in ("", "1") else f" {scale[1]}"
+
+    def told(value: Any) -> str:
+        shown, *known = Amounts.of(name, [value, float(values[0])], unit).cells(scale)[0].split(" ", 1)
+        if known and not known[0].startswith("±"):  # the unit stands before words
+            return f"{shown}{after} {known[0]}"
+        return " ".join([shown, *known]) + after
+
+    text = f"{name.replace('_', ' ')} {told(mean(values))} a part"
+    if name in charges.planned:
+        text += f", planned {told(charges.planned[name].mean)}"
+    if (worst := worst_part(name, values)) is not None:
+        text += f"; worst {told(values[worst])}, part {worst}"
+    return text
+
+
+def _worst(log: Any, charges: Charges) -> AmountTable:
+    """For each charged outcome the worst value, its part, median and mean."""
+    rows = []
+    for name in (*charges.names, *(n for n in FAULTS if n in log.outcome and np.any(log.outcome[n].values))):
+        values, unit = values_of(log, name), str(log.outcome[name].attrs.get("units", ""))
+        known, number = values[np.isfinite(values)], worst_part(name, values)
+        if known.size:
+            shown = float(known[0]) if number is None else float(values[number])
+            part = "all alike" if number is None else ", ".join(map(str, ranked(name, values, _WORST)))
+            rows.append(Amounts.of(name, [shown, part, float(np.median(known)), mean(values)], unit))
+    return AmountTable(
+        "Each figure over all parts (interval of the mean: 95 %)",
+        rows,
+        ("figure", "worst", "worst parts", "median", "mean"),
+    )
+
+
+def _compared(log: Any, charges: Charges) -> AmountTable:
+    rows = []
+    for name, planned in charges.planned.items():
+        values, unit = values_of(log, name), str(log.outcome[name].attrs.get("units", ""))
+        if np.isfinite(values).any():
+            alike = "as planned" if np.isfinite(values).sum() > 1 else "one value"
+            judged = "differs" if planned.differs(values) else alike
+            cells = [planned.mean, mean(values), planned.difference(values), judged]
+            rows.append(Amounts.of(name, cells, unit))
+    heads = ("figure", "planned", "realised", "difference", "beyond two standard errors")
+    return AmountTable("Mean over the parts, 95 % intervals", rows, heads)
+
+
+def _explained(log: Any, charges: Charges) -> Iterator[Block]:
+    """A sentence for each figure that differs from the plan."""
+    different = [n for n, planned in charges.planned.items() if planned.differs(values_of(log, n))]
+    if not different:
+        several = "Nothing differs from the plan by more than two standard errors."
+        yield Sentences([several if len(log) > 1 else "One part does not tell a difference from chance."])
+        return
+    known = charges.reasons()
+    lines = [
+        f"{name.replace('_', ' ')}: {known.get(name) or likeness(log, name) or 'the log shows no reason'}."
+        for name in different
+    ]
+    yield Sentences(lines)
+
+
+def _every_part(log: Any) -> Iterator[Block]:
+    outcome, why = log.outcome, broken_off(log.outcome)
+    if len(log) > _MOST:
+        yield Sentences(
+            [
+                f"The first {_MOST} of {len(log)} parts; the figures above, worst parts included, and the "
+                "digest of the outcomes below are of all parts."
+            ]
+        )
+    shown = min(len(log), _MOST)
+    columns = [Amounts.of("part", range(shown))]
+    columns += [_column(outcome[name], str(name), shown) for name in _scalars(outcome)]
+    if any(why):
+        columns.append(Amounts.of("broken_off", [each or "no" for each in why[:shown]]))
+    for narrow in _narrow(columns):
+        yield AmountTable("Outcome of each part", narrow)
+
+
+def _scalars(outcome: Any) -> list[str]:
+    """Outcomes of one number a part that are not the same everywhere, hidden truths last."""
+    names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("part",) and v.dtype.kind in "fiub"]
+    told = [name for name in names if outcome.sizes["part"] == 1 or _varies(outcome[name].values)]
+    return sorted(told, key=lambda name: name.startswith("true_"))
+
+
+def _varies(values: Any) -> bool:
+    known = values[np.isfinite(values)]
+    return bool(known.size and (known.size < values.size or np.any(known != known[0])))
+
+
+def _column(variable: Any, name: str, shown: int) -> Amounts:
+    return Amounts.of(name, variable.values[:shown], str(variable.attrs.get("units", "")))
+
+
+_WIDTH = 9  # columns of a table; chosen: they fit the width of a page
+
+
+def _narrow(columns: Sequence[Amounts]) -> Iterator[list[Amounts]]:
+    """Cut columns into tables that fit a page, the first column in each."""
+    first, *others = columns
+    for k in range(0, max(len(others), 1), _WIDTH):
+        yield [first, *others[k : k + _WIDTH]]

@@ -1,0 +1,48 @@
+"""Plunge grinding: time, slack of damage, roundness; what the margins and the last infeed rate explain."""
+
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.sheets.amounts import Interval
+from sdpgrind.base.units import UM
+
+CHARGED = ("time", "part_slack", "roundness", "burned", "out_of_round")
+_LEARNING = 2  # parts with margins that were not learned; source: `plunge.adaptation`
+
+
+def planned(log: Any, plan: Any) -> dict[str, Interval]:
+    """Return what a `CyclePlan` promises: time (s), slack and roundness (mm)."""
+    if plan is None:
+        return {}
+    slack, roundness = Interval(plan.safety_margin, 0.0), Interval(plan.roundness, 0.0)
+    return {"time": Interval(plan.time, plan.error), "part_slack": slack, "roundness": roundness}
+
+
+def reasons(log: Any, plan: Any) -> dict[str, str]:
+    """Return reasons for differences, by outcome."""
+    outcome = log.outcome
+    slack = float(np.nanmean(outcome.part_slack.values))
+    margin = UM * plan.safety_margin
+    kept = f"the controller kept {UM * slack:.2g} µm between damage and size, the plan {margin:.2g}"
+    time = outcome.time.values
+    learned = f"{kept}, and reads size and power with noise"
+    if len(log) > _LEARNING and np.ptp(time):
+        learned += (
+            f"; {time[:_LEARNING].mean():.4g} s in the first {_LEARNING} parts, before margins were learned, "
+            f"{time[_LEARNING:].mean():.4g} s after"
+        )
+    return {"time": learned, "part_slack": kept, "roundness": _last_rate(log, plan)}
+
+
+def _last_rate(log: Any, plan: Any) -> str:
+    table = log[log.tiers[0]]
+    rates = table.infeed_rate_planned.values
+    last = [rates[rows][np.isfinite(rates[rows])][-1:] for rows in _rows(table.part.values)]
+    found, wanted = float(np.mean(np.concatenate(last))), float(plan.trajectory.infeed_rate[-1])
+    rates = f"{UM * found:.3g} µm/s by the controller, {UM * wanted:.3g} µm/s by the plan"
+    return f"the infeed rate at the end was {rates}"
+
+
+def _rows(parts: Any) -> list[Any]:
+    return [np.flatnonzero(parts == part) for part in np.unique(parts)]

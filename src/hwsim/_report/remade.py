@@ -1,0 +1,127 @@
+"""Plan and log of a page made again, from the data in it and nothing else."""
+
+import contextlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from hwsim._log.fingerprint import fingerprint
+from hwsim._report.again import PLAN
+from hwsim._report.job import JOB, made_again
+from sdpgrind.base import stored
+from sdpgrind.base.sheets.record_page import solved_of
+
+PAGE = "report.html"
+"""Name of the page in a folder."""
+# Kind of a plan -> package with ``plan(problem)``; a table, since a page must not name code to import
+_PACKAGES = {
+    "centering.strategy": "centering",
+    "finishing.motion": "sdpgrind.finishing",
+    "locus.curve": "sdpgrind.locus",
+    "plunge.cycle": "sdpgrind.plunge",
+    "weldbead.sequence": "sdpgrind.weldbead",
+}
+
+
+def refuse_unable(data: Mapping[str, Any]) -> None:
+    """Refuse a page from which nothing can be made again, with the reason."""
+    if reason := _of_log(data[JOB]) if JOB in data else _of_plan(data):
+        raise ValueError(f"--rerun needs a page that holds its whole job; {reason}")
+
+
+def _of_plan(data: Mapping[str, Any]) -> str:
+    kind = data.get(PLAN, {}).get("kind", "nothing that is solved")
+    if kind not in _PACKAGES:
+        return f"this one is of {kind}, which no command solves again"
+    return "" if "problem" in data else "the problem of this one holds functions of its own"
+
+
+def _of_log(job: Mapping[str, Any]) -> str:
+    """Reason why a log cannot be made again; "": it can, if need be with a plan made again."""
+    if job["command"] is not None:
+        return ""
+    plant, controller = job["plant"], job["controller"]
+    if plant is None or plant["fingerprint"] is None:
+        return "the log of this one was read from a file or compares controllers"
+    if plant["made_of"] is None:
+        return f"the {plant['name']} of this one holds functions or a class of your own"
+    if job["seed"] is None:
+        return "the seed of this one was a generator, not a whole number"
+    for told in (controller, job["adapt"]):
+        if told is not None and told["made_of"] is None and job["plan"] is None:
+            return (
+                f"the {told['name']} of this one cannot be told by values, and no plan was reported with it"
+            )
+    return ""
+
+
+def make(data: Mapping[str, Any], folder: Path) -> None:
+    """Make plan, log and page again in a folder.
+
+    Raises
+    ------
+    ValueError
+        When a controller or an adaptation is not the one of the page.
+    """
+    problem = stored.decode(json.dumps(data["problem"])) if "problem" in data else None
+    job = data.get(JOB)
+    plan = _planned(data[PLAN] if job is None else job["plan"], problem)
+    if plan is not None:
+        plan.save(folder / "plan.nc")
+    if job is None:
+        plan.report(folder / PAGE)
+        return
+    log = _run(job, plan, problem)
+    log.save(folder / "run.nc")
+    log.report(folder / PAGE, plan=plan, problem=problem)
+
+
+def _planned(told: Mapping[str, Any] | None, problem: Any) -> Any:
+    """The plan solved again, by the method of the page and the defaults of all else."""
+    if told is None or problem is None or told["kind"] not in _PACKAGES:
+        return None
+    package: Any = import_module(_PACKAGES[told["kind"]])
+    return package.plan(problem, **({"method": told["method"]} if told.get("method") else {}))
+
+
+def _run(job: Mapping[str, Any], plan: Any, problem: Any) -> Any:
+    from hwsim._loop.loop import run
+
+    package: Any = import_module(_PACKAGES[job["plan"]["kind"]]) if plan is not None else None
+    controller, adapt = job["controller"], job["adapt"]
+    follows: list[Callable[[], Any]] = [
+        lambda: getattr(package, controller["name"])(plan),
+        lambda: getattr(package, controller["name"])(problem),
+    ]
+    learns: list[Callable[[], Any]] = [
+        lambda: package.adaptation(problem),
+        lambda: getattr(package, adapt["name"])(),
+    ]
+    plant = made_again(job["plant"]["made_of"])
+    changed = plan is not None and solved_of(plan.kind, plan.dataset) != job["plan"]
+    return run(
+        plant,
+        _same(controller, follows, changed, plan),
+        parts=job["parts"],
+        rng=job["seed"],
+        adapt=None if adapt is None else _same(adapt, learns, changed, plan),
+    )
+
+
+def _same(told: Mapping[str, Any], ways: Sequence[Callable[[], Any]], changed: bool, plan: Any) -> Any:
+    """The object of the page: of its values, or made in a usual way and of the same fingerprint.
+
+    Where the plan has `changed`, which is counted, no fingerprint can be the same: the first way counts.
+    """
+    if told["made_of"] is not None:
+        return made_again(told["made_of"], plan)
+    for make_it in ways:
+        with contextlib.suppress(Exception):  # not the way that this class is made
+            if fingerprint(thing := make_it()) == told["fingerprint"] or changed:
+                return thing
+    raise ValueError(
+        f"--rerun needs a {told['name']} that is made of its plan or problem alone; the one of this page was"
+        " made with more"
+    )

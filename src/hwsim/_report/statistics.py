@@ -1,0 +1,66 @@
+"""Means with 95 % intervals, and when a mean differs from what was planned."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.sheets.amounts import Interval
+
+_PROBABILITY = 0.975  # chosen: both sides leave 5 %
+_NORMAL = 1.959963984540054  # derived: of _PROBABILITY, for many values
+_SE = 2.0  # standard errors beyond which a difference is explained; source: the page's specification
+_FEWEST = 2  # values that have a standard error; derived: of n - 1
+_ROUNDING = 1e-9  # relative; chosen: above the rounding of a mean
+
+
+def mean(values: Floats) -> Interval:
+    """Return the mean of the known values with half of its interval (Student); NaN: of one value."""
+    from scipy.special import stdtrit
+
+    known = values[np.isfinite(values)]
+    if known.size < 2:
+        return Interval(float(known[0]) if known.size else math.nan, math.nan)
+    error = float(known.std(ddof=1)) / math.sqrt(known.size)
+    return Interval(float(known.mean()), float(stdtrit(known.size - 1, _PROBABILITY)) * error)
+
+
+def standard_error(values: Floats) -> float:
+    """Return the standard error of a mean; 0 of one value."""
+    known = values[np.isfinite(values)]
+    return float(known.std(ddof=1)) / math.sqrt(known.size) if known.size > 1 else 0.0
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What was planned: for all parts alike with an interval, or for each part."""
+
+    planned: Interval | Floats
+
+    @property
+    def mean(self) -> Interval:
+        """Planned mean."""
+        if isinstance(self.planned, Interval):
+            return self.planned
+        return Interval(float(np.nanmean(self.planned)), 0.0)
+
+    def difference(self, values: Floats) -> Interval:
+        """Return mean realised less planned, part by part where each part has its own."""
+        if isinstance(self.planned, Interval):
+            found = mean(values)
+            known = 0.0 if math.isnan(self.planned.half) else self.planned.half
+            return Interval(found.value - self.planned.value, math.hypot(found.half, known))
+        return mean(values - self.planned)
+
+    def differs(self, values: Floats) -> bool:
+        """Whether the mean is more than two standard errors from what was planned; False of one value."""
+        if np.isfinite(values).sum() < _FEWEST:
+            return False
+        if isinstance(self.planned, Interval):
+            known = 0.0 if math.isnan(self.planned.half) else self.planned.half / _NORMAL
+            error = math.hypot(standard_error(values), known)
+        else:
+            error = standard_error(values - self.planned)
+        gap = abs(self.difference(values).value)
+        return gap > max(_SE * error, _ROUNDING * abs(self.mean.value))

@@ -1,0 +1,112 @@
+"""How long a command takes: its first line, printed before anything heavy is imported or compiled.
+
+Times are CPU seconds of one thread on the example files; ``benchmarks/times.py`` checks them (factor 2).
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import sdpgrind
+
+
+class Times(NamedTuple):
+    """Times (s) of a command: plan, one part, the rest (imports, report, pictures), compiling at a first use.
+
+    `kernel`: source file and name of a kernel that is compiled late; on disk, so are the others.
+    """
+
+    plan: float
+    part: float
+    rest: float
+    compiling: float
+    kernel: str
+
+    @property
+    def on_disk(self) -> bool:
+        """Whether its kernels were compiled after the last change of the file of that kernel."""
+        path, name = self.kernel.split(":")
+        source = Path(sdpgrind.__file__).parents[1] / path
+        return any(found.stat().st_mtime >= source.stat().st_mtime for found in _kept(source, name))
+
+
+_CENTERING = "centering/_plant/measure_kernels.py:measure"
+_FINISHING = "sdpgrind/finishing/_plant/kernels.py:finish"
+
+# measured: benchmarks/times.py, on one core of a machine that others used too; three are estimates: those of
+# "weldbead --simple", "finishing --study" and "centering --source"
+TIMES: Mapping[str, Times] = {
+    "weldbead": Times(6.0, 0.7, 4.5, 17.0, "sdpgrind/weldbead/_plant/force_table_kernels.py:sample"),
+    "weldbead --simple": Times(6.0, 0.05, 4.5, 9.0, "sdpgrind/sdp/_policy/look_up_kernels.py:act"),
+    "demo": Times(0.0, 0.0, 5.0, 9.0, "sdpgrind/plunge/_plant/part_kernels.py:grind"),
+    "plunge": Times(0.3, 0.06, 4.7, 8.0, "sdpgrind/plunge/_plant/part_kernels.py:grind"),
+    "locus": Times(0.5, 0.04, 5.0, 30.0, "sdpgrind/locus/_trace/table_kernels.py:look_up"),
+    "finishing": Times(0.9, 0.05, 4.3, 17.0, _FINISHING),
+    "finishing --study": Times(15.0, 0.0, 0.0, 17.0, _FINISHING),
+    "centering": Times(9.0, 0.04, 4.7, 43.0, _CENTERING),
+    "centering --source": Times(15.0, 0.0, 0.0, 43.0, _CENTERING),
+}
+
+
+class Outlook(NamedTuple):
+    """Seconds that a command will take: before and after its plan and parts, for them, and to compile."""
+
+    plan: float
+    run: float
+    rest: float
+    compiling: float
+
+    @classmethod
+    def of(cls, name: str, arguments: argparse.Namespace, parts: int, plan_file: str) -> "Outlook | None":
+        """Look ahead for the command of an area; None: its times are unknown."""
+        switches = [f"{name} --{key}" for key, given in vars(arguments).items() if given is True]
+        times = next((TIMES[each] for each in (*switches, name) if each in TIMES), None)
+        if times is None:
+            return None
+        kept = arguments.plan is not None or (
+            arguments.out is not None and (arguments.out / plan_file).exists()
+        )
+        compiling = 0.0 if times.on_disk else times.compiling
+        return cls(0.0 if kept else times.plan, times.part * parts, times.rest, compiling)
+
+    def line(self, parts: str) -> str:
+        """Return the first line of a command; `parts` is as in "20 beads"."""
+        told = [("plan", self.plan), (parts, self.run), ("the rest", self.rest)]
+        steps = ", ".join(f"{word} {_seconds(time)}" for word, time in told if time > 0)
+        first = f", first time on this machine + {_seconds(self.compiling)} to compile"
+        return f"about {steps}{first if self.compiling else ''} (times of the example)"
+
+    def ends(self) -> tuple[float, float]:
+        """Return the shares of the whole at which the plan and the run end."""
+        whole = max(self.whole, 1e-9)
+        before = 0.5 * self.rest
+        return (before + self.plan) / whole, (before + self.plan + self.run) / whole
+
+    @property
+    def whole(self) -> float:
+        """Seconds of all steps without compiling."""
+        return self.plan + self.run + self.rest
+
+
+UNKNOWN = Outlook(1.0, 1.0, 0.2, 0.0)
+"""Portions of a command without times."""
+
+
+def _seconds(time: float) -> str:
+    return f"{max(1, round(time))} s"
+
+
+def _kept(source: Path, name: str) -> Iterator[Path]:
+    """Give the index files of a kernel, in the folders in which numba keeps them."""
+    index = f"{source.stem}.{name}-*.nbi"
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        yield from Path(given).glob(f"*/{index}")
+        return
+    yield from (source.parent / "__pycache__").glob(index)
+    home = Path.home()
+    users = {"darwin": home / "Library/Caches/numba", "win32": home / "AppData/Local/numba/numba/Cache"}
+    yield from users.get(sys.platform, home / ".cache/numba").glob(f"*/{index}")

@@ -1,0 +1,1 @@
+"""Users' files as the tables of a log, and tables as files: columns, parts, commands, origin."""

@@ -1,0 +1,247 @@
+"""Two columns that say one thing: what no range tells, as a diameter for a radius or mm/min for mm/s."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import isclose, isfinite, log, nan, pi
+from typing import NamedTuple
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns.sheet import Column
+from sdpgrind.base.columns.table import COMMAND
+
+LEAST, MOST = 0.7, 1.15  # source: specification of the columns; right cycles gave 0.88 to 0.97
+_MEANT = 0.93  # measured: what a right cycle gives; the rest is deflection
+_SLACK = 2.0  # chosen: a cycle that ends early is no other unit
+_AGREE = 0.15  # chosen: two fifths of a hold that agree are steady
+_MOVES = 0.05  # chosen: share of the range of the size that is more than noise in the air
+_ROWS = 10  # chosen: rows of a hold of which a fifth still has a slope
+_HOLDS = 5  # chosen: holds that are looked at; more are rapid moves
+_FORCES = (0.05, 1.0)  # chosen: friction ratios of grinding
+_TURNED = (0.7, 1.4)  # chosen: turns that are counted against those of the speed
+_SPOKEN = {
+    1.0: "the other sign",
+    2.0: "a diameter for a radius",
+    25.4: "inch for mm",
+    1000.0: "um for mm, or ms for s",
+    60.0: "mm/min for mm/s, or min for s",
+    1000 / 60: "m/min for mm/s, or um/s for mm/min",
+}
+FACTORS = [sign * f**power for f in _SPOKEN for power in (1, -1) for sign in (1, -1)]
+"""Factors between what is usually confused; derived."""
+_OF_TURNS = {
+    2 * pi / 60: "1/min for rad/s",
+    2 * pi: "Hz for rad/s",
+    180 / pi: "degrees for rad",
+    1000.0: "ms for s",
+}
+
+Columns = Mapping[str, Column]
+Parts = Sequence[tuple[Floats, Columns]]
+"""Times (s) and columns of each part."""
+
+
+Ratio = Callable[[Floats, Floats, Floats], float]
+"""From times (s), a way and its rate to their ratio; NaN: they do not tell."""
+
+
+class Contradiction(NamedTuple):
+    """Two columns that contradict each other; `times` would put the `first` right (NaN: unknown)."""
+
+    first: str
+    second: str
+    told: str
+    times: float = nan
+
+
+def contradictions(parts: Iterable[tuple[Floats, Columns]]) -> list[Contradiction]:
+    """Compare what columns of parts (time in s, columns by name) say twice; the median over parts counts."""
+    each = list(parts)
+    names = set(each[0][1]) if each else set()
+    found = [
+        _followed(each, names, "size", "command_rate", slope_of_size),
+        _followed(each, names, "removed", "infeed_rate", share_removed),
+        _forces(each, names),
+        _turns(each, names),
+    ]
+    return [one for one in found if one is not None]
+
+
+def _column(name: str, names: set[str]) -> str | None:
+    """Name under which a quantity is there, measured before commanded."""
+    return next((known for known in (name, name + COMMAND) if known in names), None)
+
+
+def _median(values: Iterable[float]) -> float:
+    known = [value for value in values if isfinite(value)]
+    return float(np.median(known)) if known else nan
+
+
+def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -> Contradiction | None:
+    """A way against the integral of its rate."""
+    driver = _column(rate, names)
+    if way not in names or driver is None:
+        return None
+    told = _median(ratio(time, columns[way], columns[driver]) for time, columns in each)
+    if not isfinite(told) or LEAST <= told <= MOST:
+        return None
+    times = min((f for f in FACTORS if f * told > 0), key=lambda f: abs(log(f * told / _MEANT)))
+    if not LEAST <= times * told <= MOST and LEAST / _SLACK < told < MOST * _SLACK:
+        return None
+    words = _SPOKEN[min(_SPOKEN, key=lambda f: abs(abs(log(abs(times))) - log(f)))]
+    falls = f"{way} is falling while {rate} feeds, " * (told < 0)
+    return Contradiction(
+        way,
+        driver,
+        f"{way} must follow {rate}, {LEAST} ... {MOST} of its integral; got {told:.3g}: {falls}{words}?",
+        times,
+    )
+
+
+def _held(rate: Floats) -> Floats:
+    """Rates, each held until the next; 0 before the first."""
+    known = np.isfinite(rate)
+    last = np.maximum.accumulate(np.where(known, np.arange(rate.size), -1))
+    return np.where(last >= 0, np.where(known, rate, 0.0)[last], 0.0)
+
+
+def _integral(time: Floats, rate: Floats) -> Floats:
+    return np.concatenate([[0.0], np.cumsum(_held(rate)[:-1] * np.diff(time))])
+
+
+def slope_of_size(time: Floats, size: Floats, rate: Floats) -> float:
+    """Slope of the size against the command: steady in the longest way that moves it, else of the whole.
+
+    NaN: the columns do not tell, as of an air cut or of zeros.
+    """
+    known = np.isfinite(size)
+    if np.sum(known) < _ROWS:
+        return nan
+    spread = float(np.subtract(*np.quantile(size[known], [0.98, 0.02])))
+    way, held = _integral(time, rate), _held(rate)
+    if spread <= 0 or not np.any(held):
+        return nan
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(held)) + 1, [time.size - 1]])
+    runs = sorted(
+        zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True), key=lambda r: -abs(way[r[1]] - way[r[0]])
+    )
+    for begin, end in runs[:_HOLDS]:
+        if way[end] == way[begin]:
+            break
+        steady = _steady(way[begin : end + 1], size[begin : end + 1], spread)
+        if steady is not None:
+            return steady if isfinite(steady) else _of_whole(way, size, spread)
+    return _of_whole(way, size, spread)
+
+
+def _steady(way: Floats, size: Floats, spread: float) -> float | None:
+    """Slope in the last fifth of a hold; NaN: not steady, None: the size does not move."""
+    known = np.isfinite(size)
+    way, size = way[known], size[known]
+    if size.size < _ROWS:
+        return None
+    fifth = size.size // 5
+    if abs(float(np.median(size[-fifth:]) - np.median(size[:fifth]))) < _MOVES * spread:
+        return None
+    last, before = (
+        _slope(way[-fifth:], size[-fifth:]),
+        _slope(way[-2 * fifth : -fifth], size[-2 * fifth : -fifth]),
+    )
+    return last if abs(last - before) <= _AGREE * abs(last) else nan
+
+
+def _slope(x: Floats, y: Floats) -> float:
+    x = x - x.mean()
+    return float(x @ (y - y.mean()) / (x @ x)) if np.any(x) else nan
+
+
+def _of_whole(way: Floats, size: Floats, spread: float) -> float:
+    """Size last less first over the command, from where the size begins to move."""
+    rows = np.flatnonzero(np.isfinite(size))
+    tail = max(1, rows.size // 20)
+    start, stop = (float(np.median(size[part])) for part in (rows[:tail], rows[-tail:]))
+    still = np.flatnonzero(np.abs(size[rows] - start) < _MOVES * spread)
+    first = rows[_run_end(still)] if still.size else rows[0]
+    travel = float(way[rows[-1]] - way[first])
+    return (stop - start) / travel if travel else nan
+
+
+def _run_end(places: np.ndarray) -> int:
+    """Last of the places that follow each other from the first on."""
+    breaks = np.flatnonzero(np.diff(places) > 1)
+    return int(places[breaks[0]] if breaks.size else places[-1])
+
+
+def share_removed(time: Floats, removed: Floats, rate: Floats) -> float:
+    """What was removed over the integral of the infeed; NaN: nothing was."""
+    rows = np.flatnonzero(np.isfinite(removed))
+    if rows.size < 2:
+        return nan
+    way = _integral(time, rate)
+    travel = float(way[rows[-1]] - way[rows[0]])
+    took = float(removed[rows[-1]] - removed[rows[0]])
+    return took / travel if travel and took else nan
+
+
+def _forces(each: Parts, names: set[str]) -> Contradiction | None:
+    """Tangential against normal force, where the normal one is not small."""
+    if not {"tangential_force", "normal_force"} <= names:
+        return None
+    told = _median(_force_ratio(columns["tangential_force"], columns["normal_force"]) for _, columns in each)
+    low, high = _FORCES
+    if not isfinite(told) or low <= told <= high:
+        return None
+    more = "; exchanged?" if told > high else ""
+    return Contradiction(
+        "tangential_force",
+        "normal_force",
+        f"tangential_force must be {low:g} ... {high:g} of normal_force; got {told:.3g}{more}",
+    )
+
+
+def _force_ratio(tangential: Floats, normal: Floats) -> float:
+    both = np.isfinite(tangential) & np.isfinite(normal)
+    sizes = np.abs(normal[both])
+    if not np.any(sizes):
+        return nan
+    much = sizes > 0.5 * np.quantile(sizes, 0.95)
+    return float(np.median(np.abs(tangential[both][much]) / sizes[much]))
+
+
+def _turns(each: Parts, names: set[str]) -> Contradiction | None:
+    """Turns counted from the angle against those of the spindle's speed."""
+    speed = _column("spindle_speed", names)
+    if "angle" not in names or speed is None:
+        return None
+    told = _median(_turned(time, columns["angle"], columns[speed]) for time, columns in each)
+    low, high = _TURNED
+    if not isfinite(told) or low <= told <= high:
+        return None
+    words = next(
+        (text for f, text in _OF_TURNS.items() if any(isclose(told, g, rel_tol=0.2) for g in (f, 1 / f))), ""
+    )
+    return Contradiction(
+        "angle",
+        speed,
+        f"angle must turn as spindle_speed says, {low:g} ... {high:g} of it; got {told:.3g}"
+        + f": {words}?" * bool(words),
+    )
+
+
+def _turned(time: Floats, angle: Floats, speed: Floats) -> float:
+    """Angle turned over the integral of the speed; NaN: the turns cannot be counted."""
+    known = np.isfinite(angle)
+    steps = np.diff(angle[known])
+    if steps.size < 2:
+        return nan
+    sign, spread = np.sign(np.median(steps)), np.ptp(angle[known])
+    if np.any(steps * sign < 0):
+        back = steps * sign < -0.5 * spread
+        if spread > 2.2 * pi and not np.any(back):
+            return nan
+        again = (steps + pi) % (2 * pi) - pi
+        steps = again if spread <= 2.2 * pi else np.where(back, steps + sign * spread, steps)
+    rows = np.flatnonzero(known)
+    way = _integral(time, speed)
+    travel = abs(float(way[rows[-1]] - way[rows[0]]))
+    return abs(float(steps.sum())) / travel if travel else nan

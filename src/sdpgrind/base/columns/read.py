@@ -1,0 +1,226 @@
+"""Users' files and tables as columns in our units: nothing guessed, every row that is left out counted."""
+
+import dataclasses
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns import binary, memory, text
+from sdpgrind.base.columns.pairs import Contradiction, contradictions
+from sdpgrind.base.columns.plausible import refuse_other_units
+from sdpgrind.base.columns.request import Bound, Request, place_of, request_of, requests_of, unit_of_name
+from sdpgrind.base.columns.resample import resampled
+from sdpgrind.base.columns.rows import PartRows, aligned, gaps, one_a_time
+from sdpgrind.base.columns.sheet import Column, Sheet, too_long
+from sdpgrind.base.columns.source import ColumnNote, FileNote, Source, file_note
+from sdpgrind.base.columns.table import TEXT
+from sdpgrind.base.columns.taken import Rules, Taken, taken
+from sdpgrind.base.unit_text import factor, near
+from sdpgrind.base.warned import warn
+
+_MISSING = 0.05  # chosen: share of missing readings above which a user should look at the file
+ENDINGS = (*text.ENDINGS, *binary.READERS)
+_SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".ods")
+
+
+class Recorded(NamedTuple):
+    """Columns in our units over the rows of all parts, with their origin."""
+
+    time: Floats
+    part: npt.NDArray[np.int64]
+    columns: Mapping[str, Column]
+    units: Mapping[str, str]
+    labels: tuple[str, ...]
+    source: Source
+
+
+def read(
+    data: Any, columns: Mapping[str, Any], *, time: Any = None, part: Any = None, rules: Rules | None = None
+) -> Recorded:
+    """Read `columns` (our name -> header, unit, factor) of a file, files or a table."""
+    rules = rules or Rules()
+    if not columns:
+        raise ValueError('columns must be named, as size="header" or size=("header", "um"); got none')
+    asked = requests_of(columns)
+    when = None if time is None else request_of("time", time)
+    of_part = None if part is None else request_of("part", part)
+    if when is not None and rules.period is not None:
+        raise ValueError(
+            f"period must be left out where time is a column; got {rules.period:g} s and {when.header!r}"
+        )
+    files, sheets = opened(data, rules)
+    kept, notes = _with_columns(sheets, asked, rules)
+    found = [taken(sheet, asked, when, of_part, rules) for sheet in kept]
+    return _whole(files, found, asked, rules, notes)
+
+
+def opened(data: Any, rules: Rules) -> tuple[list[FileNote], list[Sheet]]:
+    """Sheets of a path, of a list of paths, or of a table in memory, and notes of the files."""
+    if isinstance(data, str | os.PathLike):
+        data = [data]
+    if not isinstance(data, list | tuple):
+        sheet = memory.sheet(data)
+        return [FileNote(sheet.file)], [sheet]
+    if not data:
+        raise ValueError("data must hold at least one path; got an empty list")
+    notes, sheets = [], []
+    for path in data:
+        raw, found = _of_file(checks.path("data", path), rules)
+        notes.append(file_note(found[0].file, raw, found[0].layout))
+        label = Path(path).stem if len(data) > 1 else None
+        sheets += [dataclasses.replace(each, label=each.label or label) for each in found]
+    return notes, sheets
+
+
+def _of_file(path: Path, rules: Rules) -> tuple[bytes, list[Sheet]]:
+    ending = path.suffix.lower()
+    if ending in _SPREADSHEETS:
+        raise ValueError(
+            f"{path.name} is a spreadsheet: hwsim.Log.read(pandas.read_excel({str(path)!r}), ...)"
+        )
+    if ending not in ENDINGS:
+        raise ValueError(f"data must end in one of {', '.join(ENDINGS)}; got {str(path)!r}")
+    if not path.is_file():
+        raise FileNotFoundError(f"data must be an existing file; got {str(path)!r}")
+    if ending in text.ENDINGS:
+        too_long(path.name, text.count_of_lines(path))
+    raw = path.read_bytes()
+    if not raw:
+        raise ValueError(f"{path.name} must hold a table; it is empty")
+    if ending in binary.READERS:
+        return raw, binary.sheets(path.name, raw, ending)
+    return raw, text.sheets(path.name, raw, rules.missing)
+
+
+def _with_columns(sheets: list[Sheet], asked: list[Request], rules: Rules) -> tuple[list[Sheet], list[str]]:
+    """Sheets that hold what is asked for, of the groups that are asked for; what is left out is noted."""
+    if rules.group is not None:
+        wanted = [rules.group] if isinstance(rules.group, str) else list(rules.group)
+        labels = [sheet.label for sheet in sheets]
+        for name in wanted:
+            if name not in labels:
+                held = ", ".join(repr(each) for each in labels if each) or "no groups"
+                raise ValueError(
+                    f"{sheets[0].file}: group must be one of its groups; got {name!r}, it holds {held}"
+                )
+        return [sheet for sheet in sheets if sheet.label in wanted], [f"groups read: {', '.join(wanted)}"]
+    holding = [sheet for sheet in sheets if any(_holds(sheet, each) for each in asked)]
+    if not holding:
+        place_of(asked[0], sheets[0])
+    others = [sheet.where for sheet in sheets if sheet not in holding]
+    return holding, [f"left out, as none of the columns is there: {', '.join(others)}"] if others else []
+
+
+def _holds(sheet: Sheet, request: Request) -> bool:
+    return any(request.header in (each.header, each.name) for each in sheet.headings)
+
+
+def _whole(
+    files: list[FileNote], found: list[Taken], asked: list[Request], rules: Rules, notes: list[str]
+) -> Recorded:
+    """Clean the rows of all parts, check their units, join them."""
+    blocks = [_clean(block, rules) for one in found for block in one.blocks]
+    columns = {each.column: np.concatenate([b.columns[each.column] for b in blocks]) for each in asked}
+    where = files[0].name if len(files) == 1 else f"{files[0].name} ... {files[-1].name}"
+    if rules.plausible:
+        refuse_other_units(columns, found[0].bounds, where)
+        for fault in contradictions((block.time, block.columns) for block in blocks):
+            raise ValueError(f"{where}: {_with_calls(fault, found[0].bounds)}")
+    else:
+        notes = [*notes, "plausible=False: units are not held against what a machine can mean"]
+    sizes = [block.time.size for block in blocks]
+    source = _source(files, found, columns, blocks, rules, notes)
+    _warn_of_missing(source, sum(sizes), where)
+    return Recorded(
+        np.concatenate([block.time for block in blocks]),
+        np.repeat(np.arange(len(blocks)), sizes),
+        columns,
+        {each.column: unit_of_name(each.name) for each in asked},
+        tuple(block.label or str(k) for k, block in enumerate(blocks)),
+        source,
+    )
+
+
+def _source(
+    files: list[FileNote],
+    found: list[Taken],
+    columns: Mapping[str, Column],
+    blocks: list[PartRows],
+    rules: Rules,
+    notes: list[str],
+) -> Source:
+    rows, kept = sum(one.rows for one in found), sum(block.time.size for block in blocks)
+    if rules.resample is not None:
+        told = f"resampled to a step of {rules.resample:g} s: {kept} instants from {rows} rows"
+        rows, notes = kept, [*notes, told]
+    return Source(
+        tuple(files),
+        tuple(_notes(found, columns)),
+        len(blocks),
+        rows,
+        rows - kept,
+        tuple((k, *gap) for k, block in enumerate(blocks) for gap in gaps(block)),
+        rules.commands_at,
+        tuple(notes),
+    )
+
+
+def _clean(block: PartRows, rules: Rules) -> PartRows:
+    """Rows of a part as asked: one at a time, commands aligned, resampled."""
+    if block.ready:
+        return block
+    block = aligned(one_a_time(block, rules.duplicates), rules.commands_at)
+    if rules.resample is None:
+        return block
+    series = {name: (block.time, values) for name, values in block.columns.items()}
+    time, columns = resampled(series, rules.resample, block.where)
+    return block._replace(time=time, columns=columns, row=np.arange(time.size))
+
+
+def _with_calls(fault: Contradiction, bounds: Mapping[str, Bound]) -> str:
+    """A contradiction with the calls that would put either column right."""
+    if fault.times != fault.times:
+        return f"{fault.told} (plausible=False takes it as it is)"
+    calls = (_call(bounds[fault.first], fault.times), _call(bounds[fault.second], 1 / fault.times))
+    return f"{fault.told} Say {' or '.join(calls)} (plausible=False takes it as it is)"
+
+
+def _call(each: Bound, times: float) -> str:
+    """Argument that multiplies a column: another unit where one has that factor, else a factor."""
+    ours = unit_of_name(each.request.name)
+    used = factor(each.unit, ours)
+    for other in (ours, *near(ours)):
+        if np.isclose(factor(other, ours) / used, times, rtol=1e-6):
+            return each.call(unit=other)
+    return each.call(times=times)
+
+
+def _notes(found: list[Taken], columns: Mapping[str, Column]) -> list[ColumnNote]:
+    """A note of each column, more where files record it otherwise."""
+    notes: dict[tuple[Any, ...], ColumnNote] = {}
+    for one in found:
+        notes.setdefault(("time", one.time.header, one.time.recorded), one.time)
+        for name, each in one.bounds.items():
+            unit, header = unit_of_name(each.request.name), each.heading.header
+            missing = int(np.sum(_missing(columns[name])))
+            ours = "1" if unit in ("", TEXT) else unit
+            note = ColumnNote(name, ours, header, each.unit, each.origin, each.factor, missing)
+            notes.setdefault((name, header, each.unit, each.factor), note)
+    return list(notes.values())
+
+
+def _missing(values: Column) -> Any:
+    return np.isnan(values) if values.dtype.kind == "f" else values == ""
+
+
+def _warn_of_missing(source: Source, rows: int, where: str) -> None:
+    for note in source.columns:
+        if note.missing > _MISSING * rows:
+            share = note.missing / rows
+            warn(f"{where}: {note.name} has no reading in {note.missing} of {rows} rows, {share:.0%}")

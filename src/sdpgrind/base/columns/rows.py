@@ -1,0 +1,117 @@
+"""Rows of a part: equal ones, two at one time, falls of time, gaps, alignment of commands."""
+
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.checks import Bools, Floats
+from sdpgrind.base.columns.commands import held
+from sdpgrind.base.columns.sheet import Column
+from sdpgrind.base.columns.table import is_command
+
+GAP = 3.0  # chosen: medians of the step above which a step is a gap; fewer would note a jitter of the clock
+
+
+class PartRows(NamedTuple):
+    """Rows of one part: time (s), columns, and the place of each row in its file."""
+
+    label: str
+    where: str
+    time: Floats
+    columns: Mapping[str, Column]
+    row: npt.NDArray[np.int64]
+    place: Callable[[int], str]
+    ready: bool = False  # at common instants already
+
+    def only(self, kept: Bools | npt.NDArray[np.int64] | slice, label: str | None = None) -> "PartRows":
+        """Some of the rows."""
+        columns = {name: values[kept] for name, values in self.columns.items()}
+        return self._replace(
+            label=self.label if label is None else label,
+            time=self.time[kept],
+            columns=columns,
+            row=self.row[kept],
+        )
+
+    def at(self, k: int) -> str:
+        """Row or line in the file."""
+        return self.place(int(self.row[k]))
+
+
+def without_equal(block: PartRows) -> PartRows:
+    """Leave out each row that is equal to the one before in every column, time included."""
+    if not np.any(block.time[1:] == block.time[:-1]):
+        return block
+    same = block.time[1:] == block.time[:-1]
+    for values in block.columns.values():
+        both_missing = (values[1:] != values[1:]) & (values[:-1] != values[:-1])
+        same &= (values[1:] == values[:-1]) | both_missing
+    return block.only(np.concatenate([[True], ~same]))
+
+
+def restarts(block: PartRows, on_restart: str) -> list[PartRows]:
+    """Parts of a block: one, or one from each fall of its time on."""
+    falls = np.flatnonzero(np.diff(block.time) < 0)
+    if not falls.size:
+        return [block]
+    if on_restart == "refuse":
+        k = int(falls[0])
+        raise ValueError(
+            f"{block.where}: time must rise within a part (s); got {float(block.time[k])!r} and then"
+            f' {float(block.time[k + 1])!r} in {block.at(k + 1)}: part="header" of the part\'s number, or'
+            ' on_restart="new part"'
+        )
+    edges = [0, *(falls + 1).tolist(), block.time.size]
+    return [block.only(slice(a, b)) for a, b in pairwise(edges)]
+
+
+def one_a_time(block: PartRows, duplicates: str) -> PartRows:
+    """Merge different rows at one time as asked, or refuse them."""
+    again = np.diff(block.time) == 0
+    if not np.any(again):
+        return block
+    if duplicates == "refuse":
+        k = int(np.argmax(again))
+        raise ValueError(
+            f"{block.where}: time must rise from row to row (s); {float(block.time[k])!r} stands in"
+            f" {block.at(k)} and, with other values, in {block.at(k + 1)}:"
+            ' duplicates="first", "last" or "mean"'
+        )
+    first = np.flatnonzero(np.concatenate([[True], ~again]))
+    if duplicates == "mean":
+        means = {name: _means(values, first) for name, values in block.columns.items()}
+        return block.only(first)._replace(columns=means)
+    return block.only(first if duplicates == "first" else np.append(first[1:], block.time.size) - 1)
+
+
+def _means(values: Column, first: npt.NDArray[np.int64]) -> Column:
+    """Means of runs of rows, without missing ones; words: the first."""
+    if values.dtype.kind != "f":
+        return values[first]
+    known = np.isfinite(values)
+    with np.errstate(invalid="ignore"):
+        sums = np.add.reduceat(np.where(known, values, 0.0), first)
+        return np.asarray(sums / np.add.reduceat(known.astype(float), first))
+
+
+def gaps(block: PartRows) -> list[tuple[float, float]]:
+    """Time and length (s) of each step of more than three medians."""
+    steps = np.diff(block.time)
+    if steps.size < 2:
+        return []
+    wide = np.flatnonzero(steps > GAP * np.median(steps))
+    return [(float(block.time[k]), float(steps[k])) for k in wide]
+
+
+def aligned(block: PartRows, commands_at: str) -> PartRows:
+    """Commands as they hold from their row on, from such as led to it ("end") or are means about it."""
+    if commands_at == "begin":
+        return block
+    columns = {
+        name: held(values, commands_at) if is_command(name) and values.dtype.kind == "f" else values
+        for name, values in block.columns.items()
+    }
+    return block._replace(columns=columns)

@@ -1,0 +1,114 @@
+"""Time stamps of files as nanoseconds: ISO 8601, dd.mm.yyyy, time of day, or a format that is told."""
+
+import re
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from sdpgrind.base.columns.sheet import Column
+
+Nanoseconds = npt.NDArray[np.int64]
+DAY = 86_400_000_000_000  # ns; derived
+_ISO = re.compile(r"\d{4}[-/]\d{1,2}[-/]\d{1,2}(?:[T ].*)?")
+_DOTS = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})(.*)")
+_SLASHES = re.compile(r"\d{1,2}/\d{1,2}/\d{2,4}.*")
+_OF_DAY = re.compile(r"(\d{1,2})(:\d{2}:\d{2}.*)")
+_TWO = re.compile(r"\d{1,2}:\d{2}(?:[.,]\d*)?")
+
+
+class Stamps(NamedTuple):
+    """Times in ns; of a day: without a date, so that midnight makes them fall."""
+
+    time: Nanoseconds
+    of_day: bool
+
+
+def stamps(values: Column, time_format: str | None, where: str, place: Callable[[int], str]) -> Stamps:
+    """Return the stamps of a column; the error names the row."""
+    if values.dtype.kind == "M":
+        return Stamps(_checked(values, values, where, place, "a time"), False)
+    texts = [str(each).strip() if each is not None else "" for each in values]
+    first = next((each for each in texts if each), "")
+    if time_format is not None:
+        of_day = not re.search(r"%[djDxcsuU]", time_format)
+        return Stamps(
+            _parsed(texts, texts, time_format, where, place, f"of the format {time_format!r}"), of_day
+        )
+    if _SLASHES.fullmatch(first):
+        raise ValueError(
+            f"{where}: time must say which is the month; {first!r} in {place(0)} may be either:"
+            ' time_format="%d/%m/%Y ..." or "%m/%d/%Y ..."'
+        )
+    if _TWO.fullmatch(first):
+        raise ValueError(
+            f'{where}: time must say what {first!r} in {place(0)} is: time_format="%H:%M" or "%M:%S"'
+        )
+    if _OF_DAY.fullmatch(first):
+        return Stamps(
+            _parsed(texts, [_dated(each) for each in texts], "ISO8601", where, place, "a time of day"), True
+        )
+    if _DOTS.fullmatch(first):
+        turned = [_DOTS.sub(r"\3-\2-\1\4", each) for each in texts]
+        return Stamps(
+            _parsed(texts, turned, "ISO8601", where, place, "a time such as 31.12.2026 23:59:59,123"), False
+        )
+    if _ISO.fullmatch(first):
+        turned = [each.replace("/", "-") for each in texts]
+        return Stamps(
+            _parsed(texts, turned, "ISO8601", where, place, "a time such as 2026-12-31T23:59:59.123"), False
+        )
+    raise ValueError(
+        f"{where}: time must be numbers with a unit, ISO 8601, dd.mm.yyyy hh:mm:ss or hh:mm:ss; got"
+        f' {first!r} in {place(0)}: time_format="%H-%M-%S" or the like reads others'
+    )
+
+
+def _dated(text: str) -> str:
+    """A time of day with a date, which ISO 8601 requires."""
+    found = _OF_DAY.fullmatch(text)
+    return f"1970-01-01T{int(found[1]):02d}{found[2]}" if found else text
+
+
+def _padded(text: str) -> str:
+    """Month, day and hour with two digits, and a point for the comma of seconds."""
+    text = re.sub(r"(?<![\d.,])(\d)(?=[-:T ]|$)", r"0\1", text.replace(",", "."))
+    return re.sub(r"\s+", " ", text)
+
+
+def _parsed(
+    told: list[str], texts: list[str], form: str, where: str, place: Callable[[int], str], rule: str
+) -> Nanoseconds:
+    import pandas as pd
+
+    def parsed(ready: list[str]) -> Column:
+        found = pd.to_datetime(pd.Series(ready, dtype=object), format=form, errors="coerce", utc=True)
+        return np.array(found.dt.tz_localize(None).to_numpy("datetime64[ns]"))
+
+    times = parsed(texts)
+    lost = np.flatnonzero(np.isnat(times))
+    if lost.size and form == "ISO8601":
+        times[lost] = parsed([_padded(texts[k]) for k in lost])
+    return _checked(times, told, where, place, rule)
+
+
+def _checked(
+    times: Column, told: Column | list[str], where: str, place: Callable[[int], str], rule: str
+) -> Nanoseconds:
+    bad = np.flatnonzero(np.isnat(times))
+    if bad.size:
+        raise ValueError(
+            f"{where}: time must be {rule} in each row; got {str(told[bad[0]])!r} in {place(int(bad[0]))}"
+            " (time_format= reads others)"
+        )
+    return times.astype("datetime64[ns]").astype(np.int64)
+
+
+def unrolled(found: Stamps) -> npt.NDArray[np.float64]:
+    """Seconds from the first row of a part; of a day, a fall by more than 12 h is midnight."""
+    time = found.time
+    if found.of_day and time.size:
+        days = np.concatenate([[0], np.cumsum(np.diff(time) < -DAY // 2)])
+        time = time + days * DAY
+    return (time - time[0]) / 1e9 if time.size else time.astype(float)

@@ -1,0 +1,138 @@
+"""Doubts as a page of text: values from the data first, then assumptions, sentences and stakes."""
+
+from collections.abc import Sequence
+from textwrap import fill, indent
+
+import numpy as np
+
+from sdpgrind.base.doubts.rows import ASSUMED, DIFFERS, NOT_TOLD, Doubt
+from sdpgrind.base.doubts.stakes import Figure, Stake
+from sdpgrind.base.doubts.words import probability, significant, to_spread
+from sdpgrind.base.text_table import aligned
+
+_WIDE = 110  # chosen: width of the page, characters
+
+
+def page(
+    subject: str,
+    rows: Sequence[Doubt],
+    sentences: Sequence[str],
+    figure: Figure | None,
+    stakes: Sequence[Stake],
+) -> str:
+    """Return the page of doubts; see `Doubts` for its parts."""
+    blocks = [f"Doubts: {subject}\n{fill(summary(rows), _WIDE)}", _table(told_rows(rows))]
+    return "\n\n".join([*blocks, *remarks(rows, sentences, figure, stakes)])
+
+
+def told_rows(rows: Sequence[Doubt]) -> list[Doubt]:
+    """Return the rows with a value of the data."""
+    return [row for row in rows if row.measured or np.isfinite(row.told)]
+
+
+def remarks(
+    rows: Sequence[Doubt], sentences: Sequence[str], figure: Figure | None, stakes: Sequence[Stake]
+) -> list[str]:
+    """Return what is assumed, what is not told, the sentences and the stakes, a text each."""
+    assumed = [row for row in rows if row.verdict == ASSUMED]
+    texts = [_assumptions(assumed), _untold(rows), "\n".join(_item(sentence) for sentence in sentences)]
+    if figure:
+        texts.append(_stakes(figure, stakes))
+    return [text for text in texts if text]
+
+
+def summary(rows: Sequence[Doubt]) -> str:
+    """Return how many values the data tell, and which differ from what is believed."""
+    measured = [row for row in rows if row.measured]
+    off = [row.name for row in measured if row.verdict == DIFFERS]
+    numbers = [row for row in rows if row.verdict != ASSUMED]
+    known = f"The data tell {len(measured)} of {len(numbers)} values"
+    if not measured:
+        return f"{known}."
+    names = f"{', '.join(off)} {'differs' if len(off) == 1 else 'differ'}" if off else "none differs"
+    return f"{known}; {names} from what is believed."
+
+
+def _table(rows: Sequence[Doubt]) -> str:
+    if not rows:
+        return "The data tell no value of the model."
+    cells = [("", "believed", "told by the data (95 %)", "verdict")]
+    cells += [(named(row), believed(row), told(row), verdict(row)) for row in rows]
+    return _aligned(cells)
+
+
+def _aligned(cells: Sequence[tuple[str, ...]]) -> str:
+    return indent("\n".join(aligned(cells)), "  ")
+
+
+def named(row: Doubt | Stake) -> str:
+    """Return name and unit."""
+    return row.name if row.unit in ("", "1") else f"{row.name} [{row.unit}]"
+
+
+def believed(row: Doubt) -> str:
+    """Return the believed value as text."""
+    return row.believed if isinstance(row.believed, str) else f"{row.believed:.4g}"
+
+
+def told(row: Doubt) -> str:
+    """Return value and interval of the data as text."""
+    half = (row.high - row.low) / 2
+    value, low, high = (to_spread(each, half) for each in (row.told, row.low, row.high))
+    return f"{value}  ({low} to {high})"
+
+
+def verdict(row: Doubt) -> str:
+    """Return the verdict, with the probability of a difference by chance."""
+    if row.verdict == NOT_TOLD:
+        return f"{row.verdict}: its error is as large as it is"
+    return f"{row.verdict} ({probability(row.chance)})" if row.verdict == DIFFERS else row.verdict
+
+
+def _assumptions(rows: Sequence[Doubt]) -> str:
+    if not rows:
+        return ""
+    lines = [_item(f"{row.name}: {row.believed}" + (f"; {row.note}" if row.note else "")) for row in rows]
+    return "\n".join(["Assumed by the reader; the file does not say it:", *lines])
+
+
+def _untold(rows: Sequence[Doubt]) -> str:
+    """Names of the values that the data do not tell, by what would tell them."""
+    groups: dict[str, list[str]] = {}
+    for row in rows:
+        if row.verdict == NOT_TOLD and not np.isfinite(row.told):
+            groups.setdefault(row.note, []).append(row.name)
+    if not groups:
+        return ""
+    lines = [_item(", ".join(names) + (f": {note}" if note else "")) for note, names in groups.items()]
+    return "\n".join(["Not told by the data:", *lines])
+
+
+def _item(sentence: str) -> str:
+    return fill(sentence, _WIDE, initial_indent="- ", subsequent_indent="  ")
+
+
+def _stakes(figure: Figure, stakes: Sequence[Stake]) -> str:
+    solved = f" ({figure.solved})" if figure.solved else ""
+    head = f"The plan as believed: {figure.name} = {significant(figure.value, 4)} {figure.unit}{solved}."
+    if not stakes:
+        return f"{head}\nIt depends on no value that the data tell."
+    cells: list[tuple[str, ...]] = [("with", "at the low end", "at the high end", "change at most")]
+    cells += [_stake(figure, stake) for stake in stakes]
+    return f"{head}\nSolved again at both ends of each interval, largest change first:\n{_aligned(cells)}"
+
+
+def _stake(figure: Figure, stake: Stake) -> tuple[str, ...]:
+    half, found = (
+        (stake.high - stake.low) / 2,
+        [at for at in (stake.at_low, stake.at_high) if np.isfinite(at)],
+    )
+    spread = max(float(np.ptp(found)) if found else 0.0, 1e-3 * abs(figure.value))
+    shown = [
+        f"{to_spread(at, spread)} {figure.unit}" if np.isfinite(at) else "no plan"
+        for at in (stake.at_low, stake.at_high)
+    ]
+    ends = [f"{to_spread(end, half)}: {at}" for end, at in zip((stake.low, stake.high), shown, strict=True)]
+    most = max((at - figure.value for at in found), key=abs, default=np.nan)
+    words = f"{most:+.2g} {figure.unit}" if found else ""
+    return named(stake), *ends, f"{words} {stake.reason}".strip()

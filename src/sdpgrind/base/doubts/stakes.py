@@ -1,0 +1,59 @@
+"""What it costs not to know: the plan solved again at both ends of each interval."""
+
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from sdpgrind.base.doubts.rows import Doubt
+
+
+class Figure(NamedTuple):
+    """What a plan is judged by: its name, unit, value as believed, and how well it was solved, in words."""
+
+    name: str
+    unit: str
+    value: float
+    solved: str = ""
+
+
+class Stake(NamedTuple):
+    """Figure of the plan at both ends of the interval of a value; NaN: no plan, for the `reason`."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    at_low: float
+    at_high: float
+    reason: str = ""
+
+    def change(self, believed: float) -> float:
+        """Greatest difference between the plans at both ends and that of the believed value."""
+        values = [value for value in (self.at_low, self.at_high, believed) if np.isfinite(value)]
+        return max(values) - min(values) if len(values) > 1 else np.inf
+
+
+def stakes(
+    rows: Iterable[Doubt], figure: Figure, solved: Callable[[str, float], float | None]
+) -> tuple[Stake, ...]:
+    """Return the stake of each measured value, largest first.
+
+    `solved`: figure of the plan with a field changed; None: the plan does not depend on it. A ValueError of
+    it is the reason why there is no such plan.
+    """
+    found = []
+    for row in rows:
+        if not row.measured:
+            continue
+        (at_low, why), (at_high, why_high) = (_tried(solved, row.name, end) for end in (row.low, row.high))
+        if at_low is not None and at_high is not None:
+            found.append(Stake(row.name, row.unit, row.low, row.high, at_low, at_high, why or why_high))
+    return tuple(sorted(found, key=lambda stake: -stake.change(figure.value)))
+
+
+def _tried(solved: Callable[[str, float], float | None], name: str, end: float) -> tuple[float | None, str]:
+    try:
+        return solved(name, end), ""
+    except ValueError as error:
+        return np.nan, str(error)

@@ -1,0 +1,40 @@
+"""Numbers in words: as many digits as their uncertainty carries, small lengths in micrometres."""
+
+from math import floor, isfinite, log10
+
+from sdpgrind.base.sheets.amounts import SMALL, places_of
+
+_FEW = 1e-4  # chosen: probabilities below are written by their power of ten
+
+
+def amount(value: float, unit: str, digits: int = 2) -> str:
+    """Return a value with its unit, to some significant digits; millimetres below 0.05 as um."""
+    if unit == "mm" and 0 < abs(value) < SMALL:
+        value, unit = 1e3 * value, "um"
+    return f"{significant(value, digits)} {'' if unit == '1' else unit}".rstrip()
+
+
+def significant(value: float, digits: int = 2) -> str:
+    """Return a value to some significant digits, without exponent between 1e-4 and 1e6."""
+    if value == 0 or not isfinite(value):
+        return f"{value:g}"
+    power = floor(log10(abs(value)))
+    if not -5 < power < 6:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{max(digits - 1 - power, 0)}f}"
+
+
+def to_spread(value: float, spread: float) -> str:
+    """Return a value with the decimals that two digits of its spread carry."""
+    if not isfinite(value):
+        return f"{value:g}"
+    if not isfinite(spread) or spread <= 0 or not 1e-6 <= abs(value or spread) < 1e6:
+        return f"{value:.4g}"
+    return f"{value:.{places_of(spread)}f}"
+
+
+def probability(chance: float) -> str:
+    """Return a probability in words of a sentence."""
+    if chance >= _FEW:
+        return f"by chance {significant(100 * chance, 2)} %"
+    return "by chance < 0.01 %"

@@ -1,0 +1,96 @@
+"""Noise in which readings resemble the one before: its correlation, its filter, and a test of order.
+
+First-order noise e has the correlation rho^h between readings h steps apart. A series begins where the time
+falls or stays; its first reading is correlated with none before.
+"""
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import brentq
+from scipy.special import betainc
+
+from sdpgrind.base.checks import Floats
+
+MOST = 0.98  # chosen: greatest correlation; a greater one cannot be told from a drift of the model
+
+
+def gaps(time: npt.ArrayLike | None, count: int) -> Floats:
+    """Steps before each of `count` readings over the median step, unit 1; inf: the first of a series."""
+    if time is None:
+        return np.concatenate([[np.inf], np.ones(count - 1)])
+    steps = np.diff(np.asarray(time, dtype=float))
+    rising = steps > 0
+    typical = float(np.median(steps[rising])) if np.any(rising) else 1.0
+    return np.concatenate([[np.inf], np.where(rising, steps / typical, np.inf)])
+
+
+def filtered(residual: Floats, correlation: float, apart: Floats) -> Floats:
+    """White residuals (..., n), as much information: sqrt((1 - rho^2)/(1 - rho^2h)) (e_k - rho^h e_k-1)."""
+    if correlation == 0.0:
+        return residual
+    carried = correlation**apart
+    scale = np.sqrt((1 - correlation**2) / (1 - carried**2))
+    return np.asarray(scale * (residual - carried * np.roll(residual, 1, axis=-1)))
+
+
+def correlation(residual: Floats, fitted: int, apart: Floats) -> float:
+    """Correlation of first-order noise one step apart, from residuals after a fit of `fitted` values."""
+    later = np.isfinite(apart)
+    square = float(residual @ residual)
+    if square == 0.0 or not np.any(later):
+        return 0.0
+    products = float(residual[1:] @ (residual[:-1] * later[1:])) / int(later.sum())
+    alike = _given_back(products * residual.size / square, fitted, residual.size)
+    steps = apart[later]
+    if alike <= 0.0 or alike >= float(np.mean(MOST**steps)):
+        return 0.0 if alike <= 0.0 else MOST
+    return float(brentq(lambda rho: np.mean(rho**steps) - alike, 0.0, MOST))
+
+
+def unbiased(ratio: float, fitted: int, count: float) -> float:
+    """Correlation of first-order noise, from the ratio of sums e_k e_k-1 and e_k^2 of `count` residuals."""
+    return float(np.clip(_given_back(ratio, fitted, count), 0.0, MOST))
+
+
+def _given_back(ratio: float, fitted: int, count: float) -> float:
+    """Slow regressors take p (1 + rho)/n off the mean of the ratio, its own spread 2 rho/n."""
+    return (count * ratio + fitted) / max(count - fitted - 2, 1.0)
+
+
+def variance(weights: Floats, correlation: float, apart: Floats) -> float:
+    """Variance of the sum of `weights` times first-order noise of variance 1."""
+    total, carried, before = 0.0, 0.0, 0.0
+    for weight, share in zip(weights.tolist(), (correlation**apart).tolist(), strict=True):
+        carried = share * (carried + before)
+        total += weight * (weight + 2 * carried)
+        before = weight
+    return total
+
+
+def effective(count: float, fitted: int, correlation: float) -> float:
+    """Degrees of freedom of first-order noise after a fit of `fitted` values, >= 1."""
+    return max(count * (1 - correlation) / (1 + correlation) - fitted, 1.0)
+
+
+def durbin_watson(residual: Floats, matrix: Floats) -> tuple[float, float]:
+    """Durbin and Watson's d of a regression, and the probability of a lesser one of independent noise.
+
+    d/4 has the beta distribution of the exact mean and variance of d for these regressors.
+    """
+    square = float(residual @ residual)
+    count, size = matrix.shape
+    if square == 0.0 or count <= size + 1:
+        return 2.0, 0.5
+    basis = np.linalg.qr(matrix)[0]
+    steps = np.diff(basis, axis=0)  # D Q; d = |D e|^2/|e|^2
+    edge = np.zeros((1, size))
+    back = np.diff(np.vstack([edge, steps, edge]), axis=0)  # -D'D Q
+    inside = steps.T @ steps
+    first = 2 * (count - 1) - float(np.trace(inside))  # trace of M D'D, M = 1 - Q Q'
+    second = 6 * count - 8 - 2 * float(np.sum(back**2)) + float(np.sum(inside**2))  # of its square
+    freedom = count - size
+    mean = first / freedom
+    variance = 2 * (second - freedom * mean**2) / (freedom * (freedom + 2))
+    d, share = float(np.sum(np.diff(residual) ** 2)) / square, mean / 4
+    weight = share * (1 - share) * 16 / variance - 1
+    return d, float(betainc(share * weight, (1 - share) * weight, min(d / 4, 1.0)))

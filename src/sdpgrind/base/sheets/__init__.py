@@ -1,0 +1,1 @@
+"""Pages for colleagues: one HTML file from blocks, with pictures, data and digests inside."""

@@ -1,0 +1,181 @@
+"""Amounts of a quantity, shown with one unit and as many digits as they need."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+_FINER = {"mm": "µm", "mm/s": "µm/s", "s": "ms"}
+SMALL = 0.05  # greatest value in mm, mm/s or s that is shown in a thousandth; source: a gauge's last digits
+# significant digits of the greatest of several values, and of a value alone; chosen: a deviation of 0.1 % is
+# seen, and an input stands as it was typed
+_DIGITS, _ALONE = 4, 6
+_SHARP = 1e-6  # least relative interval that is written with the places of its value; derived: of _ALONE
+_WIDE = 500.0  # greatest over least value from which on each has its own digits; chosen: one digit remains
+_PLAIN = (1e-4, 1e6)  # greatest values without a power of ten; chosen: at most ten characters
+_PLACES = 9  # chosen: greatest number of decimal places; more are rounding of the arithmetic
+_NOTHING = "–"
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A value with half of its 95 % interval, in the same unit; 0: exact, NaN: not known."""
+
+    value: float
+    half: float
+
+    def shown(self, factor: float) -> str:
+        """Return the text of value and interval, times a factor."""
+        value, half = factor * self.value, factor * self.half
+        if not math.isfinite(value):
+            return _endless(value)
+        if 0 < half < _SHARP * abs(value):
+            return f"{value:.{_ALONE}g} ± {half:.1g}"
+        if half > 0 and math.isfinite(half):
+            places = places_of(half)
+            return f"{value:.{places}f} ± {half:.{places}f}"
+        return f"{value:.{_ALONE}g} {'exact' if half == 0 else '(no interval)'}"
+
+
+Cell = float | int | str | Interval
+"""A float or an interval is in the unit of its quantity; whole numbers and texts are shown as they are."""
+
+
+@dataclass(frozen=True)
+class Amounts:
+    """Values of one quantity: a column of a table, or a row.
+
+    Attributes
+    ----------
+    name : str
+        Name of the quantity; all amounts of this name in a page have one unit.
+    values : tuple of Cell
+        Values in `unit`.
+    unit : str
+        Unit of the library; "1" or "": none.
+    heading : str
+        Words instead of the name.
+    """
+
+    name: str
+    values: tuple[Cell, ...]
+    unit: str = ""
+    heading: str = ""
+
+    @classmethod
+    def of(cls, name: str, values: Iterable[Any], unit: str = "", heading: str = "") -> "Amounts":
+        """Return the amounts of numbers of any kind (numpy's included), texts and intervals."""
+        return cls(name, tuple(map(cell, values)), unit, heading)
+
+    @property
+    def greatest(self) -> float:
+        """Greatest finite magnitude; 0: there is none."""
+        return max((abs(x) for x in self._floats if math.isfinite(x)), default=0.0)
+
+    @property
+    def _floats(self) -> list[float]:
+        numbers = [each.value if isinstance(each, Interval) else each for each in self.values]
+        return [each for each in numbers if isinstance(each, float)]
+
+    def head(self, scale: tuple[float, str]) -> str:
+        """Return name and unit."""
+        words, unit = self.heading or self.name.replace("_", " "), scale[1]
+        return words if unit in ("", "1") else f"{words} [{unit}]"
+
+    def cells(self, scale: tuple[float, str]) -> list[str]:
+        """Return the values as texts, times the factor of a `scale`."""
+        factor = scale[0]
+        whole = factor == 1 and all(x == int(x) for x in self._floats if math.isfinite(x))
+        least = min((abs(x) for x in self._floats if x), default=0.0)
+        if self.greatest > _WIDE * least > 0:
+            return [_text(each, factor, math.nan, whole) for each in self.values]
+        if len(self.values) == 1 and self.greatest:
+            return [_text(each, factor, math.inf, whole=False) for each in self.values]
+        return [_text(each, factor, self.greatest * factor, whole) for each in self.values]
+
+    def plain(self) -> dict[str, Any]:
+        """Return the amounts for JSON."""
+        values = [_coded(each) for each in self.values]
+        return {"name": self.name, "unit": self.unit, "heading": self.heading, "values": values}
+
+    @classmethod
+    def from_plain(cls, plain: dict[str, Any]) -> "Amounts":
+        """Return the amounts of `plain`."""
+        values = tuple(map(_decoded, plain["values"]))
+        return cls(plain["name"], values, plain["unit"], plain["heading"])
+
+
+def places_of(spread: float) -> int:
+    """Return the decimal places that two digits of a spread > 0 carry."""
+    return min(max(1 - math.floor(math.log10(spread)), 0), _PLACES)
+
+
+def scale_of(unit: str, greatest: float) -> tuple[float, str]:
+    """Return factor and unit in which amounts are shown: a thousandth where the greatest is small."""
+    finer = _FINER.get(unit)
+    return (1e3, finer) if finer and 0 < greatest < SMALL else (1.0, unit)
+
+
+def cell(value: Any) -> Cell:
+    """Return a number of any kind, a truth, a text or an interval as a cell."""
+    if isinstance(value, Interval | str):
+        return value
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, int | np.integer):
+        return int(value)
+    return math.nan if value is None else float(value)
+
+
+def _text(value: Cell, factor: float, greatest: float, whole: bool) -> str:
+    if isinstance(value, Interval):
+        return value.shown(factor)
+    if not isinstance(value, float):
+        return str(value)
+    if not math.isfinite(value):
+        return _endless(value)
+    return f"{value:.0f}" if whole and greatest < _PLAIN[1] else _written(factor * value, greatest)
+
+
+def _endless(value: float) -> str:
+    return _NOTHING if math.isnan(value) else "∞" if value > 0 else "-∞"
+
+
+def _written(value: float, greatest: float) -> str:
+    """Text with the decimal places that the greatest amount needs; inf: six digits, NaN: four of its own."""
+    size = abs(greatest)
+    if not math.isfinite(size):
+        return f"{value:.{_ALONE if size > 0 else _DIGITS}g}"
+    if size and not _PLAIN[0] <= size < _PLAIN[1]:
+        return f"{value:.{_DIGITS}g}"
+    places = max(_DIGITS - 1 - math.floor(math.log10(size)), 0) if size else 0
+    text = f"{value:.{places}f}"
+    return text.removeprefix("-") if float(text) == 0 else text
+
+
+def _coded(value: Cell) -> Any:
+    """A cell for JSON, which has neither NaN nor infinity."""
+    if isinstance(value, Interval):
+        return {"value": _coded(value.value), "half": _coded(value.half)}
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else {"infinite": 1 if value > 0 else -1}
+    return value
+
+
+def _decoded(value: Any) -> Cell:
+    if isinstance(value, dict) and "infinite" in value:
+        return math.inf * int(value["infinite"])
+    if isinstance(value, dict):
+        return Interval(_number(value["value"]), _number(value["half"]))
+    return math.nan if value is None else _kept(value)
+
+
+def _number(value: Any) -> float:
+    found = _decoded(value)
+    return found if isinstance(found, float) else math.nan
+
+
+def _kept(value: Any) -> Cell:
+    return value if isinstance(value, str | int | float) else str(value)

@@ -1,0 +1,137 @@
+"""A page from blocks: one HTML file that needs nothing else, or plain text."""
+
+import os
+import unicodedata
+from collections.abc import Iterable, Sequence
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from sdpgrind.base.extras import need
+from sdpgrind.base.records import whole_file
+from sdpgrind.base.sheets import blocks as forms
+from sdpgrind.base.sheets import seal
+from sdpgrind.base.sheets.blocks import AmountTable, Block, Embedded, Heading, Listing, Picture, Sentences
+from sdpgrind.base.sheets.svg import svg_of
+
+_KEPT = "\n\t"  # control characters that a page may hold
+
+
+def report(title: str, blocks: Iterable[Block], path: str | os.PathLike[str] | None = None) -> str:
+    """Write a page to `path`, complete or not at all, and return the path; None: return its text.
+
+    Parameters
+    ----------
+    title : str
+        Words above everything.
+    blocks : iterable of Block
+        Contents of the page, in order.
+    path : path, optional
+        HTML file in an existing folder.
+
+    Raises
+    ------
+    ImportError
+        With a path, without jinja2 (extra ``report``).
+    """
+    made = list(blocks)
+    if path is None:
+        return text(title, made)
+    page = html(title, made)
+    with whole_file(path) as temporary:
+        temporary.write_text(page, encoding="utf-8", newline="\n")
+    return os.fspath(path)
+
+
+def html(title: str, blocks: Sequence[Block]) -> str:
+    """Return the HTML of a page. A picture that cannot be drawn is left out with its reason."""
+    template = _template()
+    drawn: list[tuple[Any, str]] = []  # block, SVG
+    for block in blocks:
+        if not isinstance(block, Embedded):
+            drawn.append(_drawn(block, len(drawn)) if isinstance(block, Picture) else (block, ""))
+    plain = _legible({"title": title, "blocks": [block.plain() for block, _ in drawn]})
+    parts = {seal.PAGE: plain} | {b.name: _legible(b.value) for b in blocks if isinstance(b, Embedded)}
+    texts = {name: seal.as_json(value) for name, value in parts.items()}
+    digests = {
+        "parts": {name: seal.part_digest(value, texts[name]) for name, value in parts.items()},
+        "pictures": [{"caption": b.caption, "sha256": seal.sha256(svg)} for b, svg in drawn if svg],
+        "seal": seal.UNSEALED,
+    }
+    shown = [forms.from_plain(each) for each in plain["blocks"]]
+    page: str = template.render(
+        title=plain["title"],
+        blocks=list(zip(shown, [svg for _, svg in drawn], strict=True)),
+        scales=forms.scales_of(shown),
+        data=texts | {seal.DIGESTS: seal.as_json(_legible(digests))},
+        seal=seal.UNSEALED,
+    )
+    return seal.sealed(page)
+
+
+def _drawn(block: Picture, number: int) -> tuple[Picture, str]:
+    """The picture with its SVG, or with the reason why there is none."""
+    if block.draw is None:
+        return block, ""
+    try:
+        return block, svg_of(block.draw, f"p{number}")
+    except Exception as error:  # of any kind: the numbers must not be lost with a picture
+        return Picture(block.caption, missing=" ".join(str(error).split()) or type(error).__name__), ""
+
+
+@cache
+def _template() -> Any:
+    try:
+        jinja = need("jinja2", "report")
+    except ImportError as error:
+        raise ImportError(
+            "a page needs jinja2: pip install 'sdpgrind[report]'; the plan is still there, and report() "
+            "without a path returns the text"
+        ) from error
+    environment = jinja.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    source = files("sdpgrind.base.sheets").joinpath("page.html").read_text(encoding="utf-8")
+    return environment.from_string(source, {"kind": lambda block: type(block).__name__})
+
+
+def _legible(value: Any) -> Any:
+    """A plain value whose texts hold no character that HTML forbids."""
+    if isinstance(value, dict):
+        return {_legible(key): _legible(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_legible(each) for each in value]
+    if isinstance(value, str):
+        return "".join("\ufffd" if _forbidden(letter) else letter for letter in value)
+    return value
+
+
+def _forbidden(letter: str) -> bool:
+    """Whether a character is a control, half of a surrogate pair, or no character at all."""
+    code = ord(letter)
+    no_character = code & 0xFFFE == 0xFFFE or 0xFDD0 <= code <= 0xFDEF
+    return letter not in _KEPT and (no_character or unicodedata.category(letter) in ("Cc", "Cs"))
+
+
+def text(title: str, blocks: Sequence[Block]) -> str:
+    """Return a page as text, without pictures."""
+    scales = forms.scales_of(blocks)
+    parts = [f"{title}\n{'=' * len(title)}"]
+    for block in blocks:
+        if isinstance(block, Heading):
+            parts.append(f"{block.text}\n{'-' * len(block.text)}")
+        elif isinstance(block, AmountTable):
+            parts.append("\n".join([block.caption, *_aligned([block.head(scales), *block.rows(scales)])]))
+        elif isinstance(block, Sentences):
+            parts.append("\n".join(block.lines))
+        elif isinstance(block, Listing):
+            parts.append(block.text)
+    return "\n\n".join(parts)
+
+
+def _aligned(rows: list[list[str]]) -> list[str]:
+    """Lines with the first column to the left, the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for first, *others in rows:
+        cells = [f"{cell:>{width}}" for cell, width in zip(others, widths[1:], strict=True)]
+        lines.append("  ".join([f"{first:<{widths[0]}}", *cells]).rstrip())
+    return lines

@@ -1,0 +1,79 @@
+"""Page of a plan or another record: status, figures, picture, problem, versions, digest."""
+
+import hashlib
+import os
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sdpgrind.base.sheets import page
+from sdpgrind.base.sheets.amounts import Amounts
+from sdpgrind.base.sheets.blocks import AmountTable, Blanks, Block, Embedded, Heading, Picture, Sentences
+from sdpgrind.base.sheets.origin import problem_blocks, versions, versions_table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+SIGNATURE = Blanks(("name", "date", "signature"))
+
+
+def report(record: Any, path: str | os.PathLike[str] | None, more: tuple[Block, ...] = ()) -> str:
+    """Write the page of a record, or return its text; `more` blocks follow the figures."""
+    written: str = page.report(title_of(record), blocks_of(record, more), path)
+    return written
+
+
+def title_of(record: Any) -> str:
+    """Return the title of a record, else its kind in words."""
+    return record._title or str(record.kind).replace(".", " ").replace("_", " ").capitalize()
+
+
+def blocks_of(record: Any, more: tuple[Block, ...] = ()) -> Iterator[Block]:
+    """Yield all blocks of the page of a record."""
+    dataset = record._written()
+    yield Sentences([str(getattr(record, "status", "")) or repr(record)], strong=True)
+    yield from record._figures()
+    if numbers := [*_numbers(dataset)]:
+        yield AmountTable("Figures", numbers, ("figure", "value"))
+    yield from more
+    if callable(draw := getattr(record, "plot", None)):
+        yield Heading("Picture")
+        yield Picture(title_of(record), draw)
+    if (problem := getattr(record, "problem", None)) is not None:
+        yield from problem_blocks(problem, dataset.attrs.get("problem"))
+    yield Heading("Origin")
+    yield versions_table()
+    solved = solved_of(record.kind, dataset)
+    yield Sentences([f"sha256 of the arrays: {solved['arrays']}"])
+    yield Embedded("plan", {**solved, **versions()})
+    yield SIGNATURE
+
+
+def _numbers(dataset: "xr.Dataset") -> Iterator[Amounts]:
+    """Yield the single numbers of a dataset."""
+    for name, variable in dataset.data_vars.items():
+        if variable.dims == () and variable.dtype.kind in "fiu":
+            words = str(variable.attrs.get("long_name", name)).replace("_", " ")
+            yield Amounts.of(str(name), [variable.item()], str(variable.attrs.get("units", "")), words)
+
+
+def solved_of(kind: str, dataset: "xr.Dataset") -> dict[str, str]:
+    """Return kind, digest of the arrays, and method of a plan where it tells one, for JSON."""
+    method = {"method": str(dataset.attrs["method"])} if "method" in dataset.attrs else {}
+    return {"kind": kind, "arrays": arrays_digest(dataset), **method}
+
+
+def arrays_digest(dataset: "xr.Dataset") -> str:
+    """Return a SHA-256 of names, dimensions, types and bits of all arrays of a dataset."""
+    digest = hashlib.sha256()
+    for name in sorted(map(str, dataset.variables)):
+        variable = dataset[name]
+        values = np.ascontiguousarray(variable.values)
+        words = values.dtype.kind in "OU"  # objects in some files, arrays of texts in others
+        digest.update(
+            f"{name} {variable.dims} {'text' if words else values.dtype.str} {values.shape}\n".encode()
+        )
+        digest.update(repr(values.tolist()).encode() if words else values.tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,1 @@
+"""Doubts about an optimal locus: what measured responses say about the fields of its model."""

@@ -1,0 +1,41 @@
+"""Time of the plunge cycle, planned again at both ends of each interval."""
+
+import warnings
+from collections.abc import Sequence
+
+from sdpgrind.base.doubts.rows import Doubt
+from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
+from sdpgrind.plunge._model.problem import CycleProblem, with_time_constant
+from sdpgrind.plunge._plan.plan import plan
+
+_STEPS = 80  # chosen: of "dp" and "collocation"; the time is known to some 1e-3
+_SOLVED = {"exact": "exact", "dp": f"dp, {_STEPS} steps", "collocation": f"collocation, {_STEPS} steps"}
+
+_OF_THE_PLAN = ("linear_time_constant", "normal_force_ratio", "wear_flat_area")
+
+
+def of_plan(problem: CycleProblem, rows: Sequence[Doubt]) -> tuple[Figure, tuple[Stake, ...]]:
+    """Return the time of the cycle as believed, s, and at the ends of each interval."""
+    figure = Figure("cycle time", "s", _time(problem), f"method {_SOLVED[_method(problem)]}")
+    return figure, stakes(rows, figure, lambda name, value: _with(problem, name, value))
+
+
+def _with(problem: CycleProblem, name: str, value: float) -> float | None:
+    """Time of the cycle with another value, s; None: it does not depend on it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        if name == "time_constant" and problem.model.linear_time_constant is None:
+            return _time(with_time_constant(problem, value))
+        return _time(problem.replace(**{name: value})) if name in _OF_THE_PLAN else None
+
+
+def _method(problem: CycleProblem) -> str:
+    wear = problem.model.wear
+    if wear is None or wear.growth == 0:
+        return "exact"
+    return "dp" if wear.exponent == 0 else "collocation"
+
+
+def _time(problem: CycleProblem) -> float:
+    method = _method(problem)
+    return plan(problem, method=method, steps=None if method == "exact" else _STEPS).time

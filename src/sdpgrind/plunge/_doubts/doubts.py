@@ -1,0 +1,121 @@
+"""Doubts about a plunge cycle: its model against the sizes, commands and powers of parts."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.doubts import assumed
+from sdpgrind.base.doubts.alignment import alignment_sentence
+from sdpgrind.base.doubts.record import Doubts
+from sdpgrind.base.doubts.rows import Doubt, compared, complete
+from sdpgrind.base.tables import table_of
+from sdpgrind.identify import Estimate
+from sdpgrind.plunge._doubts import cost, experiments
+from sdpgrind.plunge._doubts.alignment import of_cycles
+from sdpgrind.plunge._doubts.jobs import against_the_problem
+from sdpgrind.plunge._doubts.residuals import of_model, of_models, of_readings
+from sdpgrind.plunge._identify import contact, sharpness
+from sdpgrind.plunge._identify.cycles import Cycle, cycles, fault, mean_of_parts
+from sdpgrind.plunge._identify.time_constant import NAME, UNIT, by_output_error
+from sdpgrind.plunge._model.problem import CycleProblem
+
+_POWER = "power at three rates or more would tell it: at fewer it shows only in a sum with the sliding power"
+_LINEAR, _DEFLECTION = "linear lag", "deflection of the model, scaled"
+_SAME = "deflection of the model, scaled as normal_force_ratio"
+_BURNT = "parts ground beyond the burn limit, and etched"
+_ROUND = "the form of parts ground with two final rates"
+_DRAWING = "a fact of machine and part, which no column shows"
+HINTS = {
+    "specific_energy": _POWER,
+    "ploughing_force": _POWER,
+    "stiffness": "only normal_force_ratio/stiffness shows in a size; a force gauge would tell it",
+    "u0": _BURNT,
+    "B": _BURNT,
+    "diffusivity": _BURNT,
+    "roundness_base": _ROUND,
+    "roundness_gain": _ROUND,
+    **dict.fromkeys(("wheel_diameter", "work_diameter", "width", "wheel_speed", "work_rotation"), _DRAWING),
+    "coefficient": _POWER,
+    "exponent": _POWER,
+    "normal_force_ratio": "it has no effect where the lag is linear",
+    "wear_flat_area": "a column grinding_power would tell it",
+}
+"""Experiment that would tell a number of the model."""
+
+_FIRST = 3  # chosen: readings of a mean; of more the part has moved
+
+
+def doubts(problem: CycleProblem, data: Any) -> Doubts:
+    """Compare a problem with parts; see `CycleProblem.doubts`."""
+    table, _ = table_of(data, "controller")
+    each = tuple(_from_zero(cycle) for cycle in cycles(data, power="grinding_power" in table))
+    usable = [cycle for cycle in each if not fault(cycle)]
+    reader = assumed.reader_of(data, table)
+    aligned = of_cycles(usable, reader.commands_at) if usable else None
+    deflected = of_model(problem, usable)
+    by_model = deflected is not None and aligned is not None and deflected.noise_sd <= aligned.fit.noise_sd
+    lag = contact.secant if by_model else lambda cycle, _: by_output_error(cycle)
+    tau = mean_of_parts(each, lambda cycle: lag(cycle, problem), NAME, UNIT)
+    model = complete(_told(problem, each, tau, _SAME if by_model else _LINEAR), problem.model, HINTS)
+    figure, stakes = cost.of_plan(problem, [row for row in model if row.note != _SAME])
+    sentences = [fault(cycle) for cycle in each if fault(cycle)]
+    if aligned:
+        sentences += [alignment_sentence(aligned.alignment, reader.commands_at, aligned.time_constants, UNIT)]
+        sentences += of_readings(usable, aligned.fit, deflected if by_model else None)
+        sentences += of_models(usable, aligned.fit, deflected)
+        sentences += against_the_problem(problem, usable, figure)
+        sentences += _into_the_plan(problem, tau, by_model)
+        sentences += experiments.sentences(usable, aligned, tau)
+    return Doubts(
+        _subject(each), (*model, *reader.rows), sentences, aligned and aligned.alignment, figure, stakes
+    )
+
+
+def _from_zero(cycle: Cycle) -> Cycle:
+    """Sizes from 0 on, where the gauge begins farther off than the part is fed: its zero tells no contact."""
+    read = cycle.size[cycle.read][:_FIRST]
+    if not read.size or abs(read.mean()) <= cycle.infeed[-1]:
+        return cycle
+    return dataclasses.replace(cycle, size=cycle.size - read.mean())
+
+
+def _into_the_plan(problem: CycleProblem, tau: Estimate, by_model: bool) -> list[str]:
+    """Sentence on how what is told of the lag changes the plan, where the model has a deflection."""
+    if not tau.ok or problem.model.linear_time_constant is not None:
+        return []
+    if by_model:
+        return [
+            "To plan with what the sizes tell:"
+            ' problem.updated(plunge.identify(log, "normal_force_ratio", problem=problem)).'
+        ]
+    return [
+        'To plan with this lag: problem.updated(plunge.identify(log, "time_constant")) scales the deflection'
+        f" to it; problem.replace(linear_time_constant={tau.value[0]:.4g}) puts the lag in its place."
+    ]
+
+
+def _told(problem: CycleProblem, each: tuple[Cycle, ...], tau: Estimate, law: str) -> list[Doubt]:
+    """Rows of the values that sizes, commands and powers may tell; `law`: that of the time constant."""
+    model = problem.model
+    found = [compared(tau, NAME, float(problem.time_constant or 0.0), note=law)]
+    if model.linear_time_constant is not None:
+        told = tau.replace(names=("linear_time_constant",))
+        found.append(compared(told, "linear_time_constant", model.linear_time_constant, note=_LINEAR))
+    zero = mean_of_parts(each, lambda cycle: contact.contact_zero(cycle, problem), *contact.CONTACT)
+    found.append(compared(zero, contact.CONTACT[0], 0.0, scale=problem.stock, note=_DEFLECTION))
+    if model.linear_time_constant is None:
+        ratio = mean_of_parts(each, lambda cycle: contact.normal_force_ratio(cycle, problem), *contact.RATIO)
+        found.append(compared(ratio, contact.RATIO[0], model.normal_force_ratio, note=_DEFLECTION))
+    if any(np.any(np.isfinite(cycle.grinding_power)) for cycle in each):
+        area = mean_of_parts(
+            each, lambda cycle: sharpness.wear_flat_area(cycle, problem, None), sharpness.NAME, sharpness.UNIT
+        )
+        found.append(compared(area, sharpness.NAME, model.wear_flat_area, note="at the believed energy"))
+    return found
+
+
+def _subject(each: tuple[Cycle, ...]) -> str:
+    count, readings = len(each), sum(int(cycle.read.sum()) for cycle in each)
+    step = float(np.median(np.concatenate([cycle.step for cycle in each])))
+    return f"plunge cycle, {count} part{'s' * (count > 1)}, {readings} sizes, one each {step:.3g} s"

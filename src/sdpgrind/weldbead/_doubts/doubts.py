@@ -1,0 +1,113 @@
+"""Doubts about a weld bead: process and scatter against the readings of passes."""
+
+from typing import Any
+
+import numpy as np
+
+from sdpgrind import identify as idf
+from sdpgrind.base.doubts.assumed import reader_of
+from sdpgrind.base.doubts.record import Doubts
+from sdpgrind.base.doubts.rows import Doubt, compared, complete, untold
+from sdpgrind.base.tables import table_of
+from sdpgrind.weldbead._doubts import cost, passes
+from sdpgrind.weldbead._identify.attribution import ScatterEstimate
+from sdpgrind.weldbead._identify.identify import identify
+from sdpgrind.weldbead.sequence._problem import SequenceProblem
+
+_FACT = "a fact of machine and bead, which no column shows"
+_HINTS = {
+    "specific_energy": "the columns grinding_power and removal_rate would tell it",
+    "idle_power": "the columns grinding_power and removal_rate would tell it",
+    "friction_ratio": "the columns normal_force and tangential_force would tell it",
+    "relative_sd": "the columns normal_force, feed_rate and cut_depth would tell it",
+    "speed_droop": "the speed of the disc under load would tell it",
+    "free_speed": "the speed of the disc without load would tell it",
+    **dict.fromkeys(("disk_radius", "bead_width"), _FACT),
+}
+_COLUMNS = {
+    "power": ("grinding_power", "removal_rate"),
+    "friction": ("normal_force", "tangential_force"),
+    "scatter": ("normal_force", "feed_rate", "cut_depth"),
+}
+_FEWEST = 4  # derived: two coefficients and a scatter about them
+
+
+def doubts(problem: SequenceProblem, data: Any) -> Doubts:
+    """Compare a problem with passes; see `SequenceProblem.doubts`."""
+    table, _ = table_of(data, "sequence")
+    there = [what for what, names in _COLUMNS.items() if all(_held(table, name) for name in names)]
+    if not there:
+        raise ValueError(
+            "data must hold grinding_power and removal_rate, normal_force and tangential_force, or"
+            f" normal_force, feed_rate and cut_depth; they hold {', '.join(map(str, table))}"
+        )
+    found, sentences = [], passes.checks_of(problem, table)
+    model = problem.model
+    if "power" in there:
+        power = identify(table, "power", throw=False)
+        found += [
+            compared(power, name, getattr(model, name), scale=_scale(problem, name)) for name in power.names
+        ]
+        sentences += [*passes.of_power(problem, table), *_warned(power)]
+    if "friction" in there:
+        friction = identify(table, "friction", throw=False)
+        found.append(compared(friction, "friction_ratio", model.friction_ratio))
+        sentences += _warned(friction)
+    row, words = _scatter(problem, table) if "scatter" in there else (_untold_scatter(problem), [])
+    every = complete([*found, row], model, _HINTS)
+    reader = reader_of(data, table)
+    figure, stakes = cost.of_plan(problem, every)
+    return Doubts(_subject(table), (*every, *reader.rows), [*sentences, *words], None, figure, stakes)
+
+
+def _warned(estimate: idf.Estimate) -> list[str]:
+    """What the estimate says beside its origin, as that its interval is too short."""
+    told = estimate.message.partition("; ")[2]
+    return [f"{' and '.join(estimate.names)}: {told}."] if estimate.ok and told else []
+
+
+def _held(table: Any, name: str) -> bool:
+    return name in table or f"{name}_command" in table
+
+
+def _scale(problem: SequenceProblem, name: str) -> float:
+    """Size against which the error of a coefficient is small or not: an idle power may be 0."""
+    return float(problem.model.grinding_power(problem.force_max)) if name == "idle_power" else 0.0
+
+
+def _untold_scatter(problem: SequenceProblem, why: str = "") -> Doubt:
+    return untold("relative_sd", "1", float(problem.scatter.total), why or _HINTS["relative_sd"])
+
+
+def _scatter(problem: SequenceProblem, table: Any) -> tuple[Doubt, list[str]]:
+    """Row of the scatter under its believed attribution, and a sentence on the favoured one."""
+    scatter = problem.scatter
+    try:
+        found = identify(table, "scatter", model=problem.model)
+    except ValueError as error:
+        return _untold_scatter(problem, str(error)), []
+    name = scatter.attribution
+    if not isinstance(name, str):
+        return _untold_scatter(problem, "several coefficients scatter, and passes tell only one"), []
+    spread = found.standard_error[found.names.index(name)]
+    told = idf.Estimate(("relative_sd",), np.array([found[name]]), np.array([[spread**2]]), units=("1",))
+    return compared(told, "relative_sd", float(scatter.total), note=f"if {name} scatters"), _attributed(
+        found, name
+    )
+
+
+def _attributed(found: ScatterEstimate, believed: str) -> list[str]:
+    if believed in found.plausible:
+        others = [name for name in found.plausible if name != believed]
+        if not others or found.distinguishable:
+            return []
+        return [
+            f"That {believed} scatters is plausible, and so is {', '.join(others)}: more passes at several"
+            " forces and feeds would tell."
+        ]
+    return [f"The depths scatter as if {found.favoured} did, not {believed}."]
+
+
+def _subject(table: Any) -> str:
+    first = next(table[name] for names in _COLUMNS.values() for name in names if name in table)
+    return f"weld bead, {np.size(first)} passes"

@@ -1,0 +1,235 @@
+"""Units that are wrong are refused with the right one; odd but right data pass."""
+
+import importlib
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import centering
+import hwsim
+import sdpgrind
+from sdpgrind import locus, plunge, weldbead
+from sdpgrind.base.columns.pairs import slope_of_size
+from sdpgrind.base.columns.table import KNOWN
+from sdpgrind.base.quantities import Described, specs
+from sdpgrind.base.unit_text import parse
+
+SAMPLES = Path(__file__).parents[1] / "data" / "samples"
+BRACKETS = {"time": "t", "size": "X", "command_rate": "v", "grinding_power": "P"}
+GERMAN = {"time": "Zeit", "size": "Aufmaß Durchmesser", "command_rate": "Zustellung"}
+BEAD = {
+    "normal_force": "Fn",
+    "tangential_force": "Ft",
+    "grinding_power": "P",
+    "removal_rate": "Q",
+    "feed_rate": "feed",
+    "cut_depth": "a",
+}
+SHAFT = {"time": "t", "grinding_power": "P", "infeed_rate": "v", "work_rotation": "n", "removed": "removed"}
+RING = {"angle": "angle", "deviation": "deviation", "radius": 40.0}
+WRONG = [
+    ("plunge_brackets.csv", BRACKETS | {"size": ("X", "mm")}, 'size=("X", "um")'),
+    ("plunge_brackets.csv", BRACKETS | {"size": ("X", "m")}, 'size=("X", "um")'),
+    ("plunge_brackets.csv", BRACKETS | {"size": ("X", "in")}, 'size=("X", "um")'),
+    ("plunge_brackets.csv", BRACKETS | {"size": ("X", "nm")}, 'size=("X", "um")'),
+    ("plunge_brackets.csv", BRACKETS | {"size": ("X", "um", 2)}, "diameter"),
+    ("plunge_brackets.csv", BRACKETS | {"size": ("X", "um", 0.5)}, "diameter"),
+    ("plunge_brackets.csv", BRACKETS | {"size": ("X", "um", -1)}, "falling"),
+    ("plunge_brackets.csv", BRACKETS | {"grinding_power": ("P", "W")}, 'grinding_power=("P", "kW")'),
+    ("plunge_brackets.csv", BRACKETS | {"grinding_power": ("P", "mW")}, 'grinding_power=("P", "kW")'),
+    ("plunge_brackets.csv", BRACKETS | {"command_rate": ("v", "mm/s")}, 'command_rate=("v", "mm/min")'),
+    ("plunge_brackets.csv", BRACKETS | {"command_rate": ("v", "um/s")}, 'command_rate=("v", "mm/min")'),
+    ("plunge_brackets.csv", BRACKETS | {"command_rate": ("v", "m/min")}, 'command_rate=("v", "mm/min")'),
+    ("plunge_brackets.csv", BRACKETS | {"command_rate": ("v", "in/min")}, "inch for mm"),
+    ("plunge_brackets.csv", BRACKETS | {"time": ("t", "ms")}, "ms for s"),
+    ("plunge_brackets.csv", BRACKETS | {"time": ("t", "min")}, "min for s"),
+    ("plunge_deutsch.csv", GERMAN, "size is falling.*diameter.*-0\\.5"),
+    ("plunge_deutsch.csv", GERMAN | {"size": ("Aufmaß Durchmesser", "um", 0.5)}, "falling"),
+    ("plunge_deutsch.csv", GERMAN | {"size": ("Aufmaß Durchmesser", "um", -1.0)}, "diameter"),
+    ("bead_passes.csv", BEAD | {"period": 1.0, "grinding_power": ("P", "W")}, 'grinding_power=("P", "kW")'),
+    ("bead_passes.csv", BEAD | {"period": 1.0, "cut_depth": ("a", "mm")}, 'cut_depth=("a", "um")'),
+    ("bead_passes.csv", BEAD | {"period": 1.0, "normal_force": "Ft", "tangential_force": "Fn"}, "exchanged"),
+    ("shaft.h5", SHAFT | {"infeed_rate": ("v", "mm/s")}, 'infeed_rate=("v", "mm/min")'),
+    ("shaft.h5", SHAFT | {"removed": ("removed", "um")}, 'removed=("removed", "mm")'),
+    ("shaft.h5", SHAFT | {"time": ("t", "ms")}, "ms for s"),
+    ("ring_degrees.csv", RING | {"angle": ("angle", "rad")}, 'angle=("angle", "deg")'),
+    ("ring_degrees.csv", RING | {"deviation": ("deviation", "mm")}, 'deviation=("deviation", "um")'),
+]  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore:.*the file says")
+@pytest.mark.parametrize(("name", "call", "message"), WRONG)
+def test_wrong_units_are_refused_with_the_right_one(name, call, message):
+    door = centering.Profile.read if "radius" in call else hwsim.Log.read
+    told = message if ".*" in message else message.replace("(", r"\(").replace(")", r"\)")
+    with pytest.raises(ValueError, match=told) as refused:
+        door(SAMPLES / name, **call)
+    assert str(refused.value).startswith(name) and "\n" not in str(refused.value)
+
+
+def test_another_unit_than_that_of_the_file_warns():
+    with pytest.warns(
+        UserWarning,
+        match=r"column 'P \[kW\]': grinding_power is taken in PS as the call says; the file says kW",
+    ):
+        log = hwsim.Log.read(SAMPLES / "plunge_brackets.csv", **BRACKETS | {"grinding_power": ("P", "PS")})
+    assert log["data"].grinding_power.values[0] == pytest.approx(0.1739 * 735.49875)
+
+
+def test_units_are_taken_as_told_without_the_check():
+    with pytest.warns(UserWarning, match="the file says um"):
+        log = hwsim.Log.read(
+            SAMPLES / "plunge_brackets.csv", **BRACKETS | {"size": ("X", "mm")}, plausible=False
+        )
+    assert "plausible=False" in str(log.source)
+
+
+def cycle(step=0.02, rate=0.04, tau=0.5, air=0.0, approach=0.0):
+    """Noisy size (mm) of a bore behind its command (mm/s): rapid approach, air, roughing, spark-out."""
+    time = np.arange(0.0, approach + air + 8.0, step)
+    fast = time < approach
+    command = np.where(fast, 3.0, np.where(time < approach + air + 5.0, rate, 0.0))
+    contact = np.where((time >= approach + air) & (time < approach + air + 5.0), rate, 0.0)
+    actual = np.zeros(time.size)
+    for k in range(1, time.size):
+        actual[k] = actual[k - 1] + step / tau * (contact[k - 1] - actual[k - 1])
+    size = np.concatenate([[0.0], np.cumsum(actual[:-1] * step)])
+    return {
+        "t [s]": time,
+        "v [mm/s]": command,
+        "X [mm]": size + 3e-4 * np.random.default_rng(1).standard_normal(time.size),
+    }
+
+
+def read(table, **more):
+    return hwsim.Log.read(table, time="t", size="X", command_rate="v", **more)
+
+
+ODD = {
+    "plain": cycle(),
+    "air cut": cycle(air=4.0),
+    "rapid approach": cycle(approach=3.0),
+    "rapid approach and air cut": cycle(approach=2.0, air=2.0),
+    "slow machine": cycle(tau=3.0),
+    "ends at once": {name: values[:200] for name, values in cycle(tau=1.5).items()},
+    "spike": {
+        name: np.where(np.arange(values.size) == 99, 500.0, values) if name[0] == "X" else values
+        for name, values in cycle().items()
+    },
+    "command in steps": {
+        name: values if name[0] != "v" else np.round(values, 2) for name, values in cycle().items()
+    },
+    "size of zeros": cycle() | {"X [mm]": np.zeros(400)},
+    "command of zeros": cycle() | {"v [mm/s]": np.zeros(400)},
+}
+
+
+@pytest.mark.parametrize("case", ODD)
+@pytest.mark.parametrize("at", ["begin", "end"])
+def test_odd_but_right_data_pass(case, at):
+    assert len(read(ODD[case], commands_at=at)["data"].row) == ODD[case]["t [s]"].size
+
+
+@pytest.mark.parametrize("case", ["plain", "air cut", "rapid approach", "rapid approach and air cut"])
+@pytest.mark.parametrize("factor", [2.0, -1.0, 0.5, 1 / 25.4, -2.0])
+def test_a_diameter_shows_behind_air(case, factor):
+    table = ODD[case] | {"X [mm]": factor * ODD[case]["X [mm]"]}
+    with pytest.raises(ValueError, match="the mapping: size must follow command_rate"):
+        read(table)
+    slope = slope_of_size(table["t [s]"], table["X [mm]"], table["v [mm/s]"])
+    assert slope / factor == pytest.approx(1.0, abs=0.15)
+
+
+def test_spike_of_power_and_zeros_pass():
+    power = np.zeros(100)
+    table = {"t [s]": np.arange(100.0), "P [W]": power}
+    assert hwsim.Log.read(table, time="t", grinding_power="P") is not None
+    table["P [W]"] = np.where(np.arange(100) == 3, 1e9, 800.0)
+    assert hwsim.Log.read(table, time="t", grinding_power="P") is not None
+
+
+def test_turns_against_the_speed_of_the_spindle():
+    time = np.arange(0, 4, 0.01)
+    angle = 20.0 * time
+    table = {
+        "t [s]": time,
+        "a [rad]": np.mod(angle, 2 * np.pi),
+        "n [1/min]": np.full(time.size, 20.0 * 60 / (2 * np.pi)),
+    }
+    columns = {"angle": "a", "spindle_speed": "n"}
+    assert hwsim.Log.read(table, time="t", **columns) is not None
+    with (
+        pytest.warns(UserWarning, match="the file says 1/min"),
+        pytest.raises(ValueError, match=r"angle must turn as spindle_speed says.*1/min for rad/s"),
+    ):
+        hwsim.Log.read(table, time="t", **columns | {"spindle_speed": ("n", "rad/s")})
+
+
+def described():
+    """Classes with declared fields of all modules that declare some."""
+    source = Path(sdpgrind.__file__).parents[1]
+    for path in source.rglob("*.py"):
+        if "@described(" in path.read_text(encoding="utf-8"):
+            importlib.import_module(
+                ".".join(path.relative_to(source).with_suffix("").parts).removesuffix(".__init__")
+            )
+    waiting = [Described]
+    while waiting:
+        below = waiting.pop().__subclasses__()
+        waiting += below
+        yield from below
+
+
+# names of a field that mean another quantity than the column: a tolerance of programs, an angle of a step
+ANOTHER = {
+    "deviation",
+    "angle",
+    "acceleration",
+    "inertia",
+    "speed",
+    "start",
+    "step",
+    "phase",
+    "profile",
+    "value",
+    "feed",
+    "reset_time",
+    "platform",
+}
+
+
+def usual(spec):
+    """Usual range of a declared number; None: it has none."""
+    names = spec.check.__code__.co_freevars if hasattr(spec.check, "__code__") else ()
+    return spec.check.__closure__[names.index("usual")].cell_contents if "usual" in names else None
+
+
+def test_no_name_has_two_units_or_two_ranges():
+    """What is declared of a field holds for the column of its name; a bound of 0 or none is no range."""
+    ranges = {}
+    for cls in described():
+        for name, spec in specs(cls).items():
+            if name in KNOWN and name not in ANOTHER and spec.unit:
+                relative = spec.unit in ("1", "relative")
+                assert relative or parse(spec.unit) == parse(KNOWN[name].unit or "1"), (cls, name)
+                if not relative and (given := usual(spec)) is not None:
+                    low, high = ranges.get(name, given)
+                    ranges[name] = min(low, given[0]), max(high, given[1])
+    assert {"feed_rate", "wheel_diameter"} <= set(ranges)
+    for name, (low, high) in ranges.items():
+        meant = KNOWN[name]
+        assert low <= 0 or meant.least == low, name
+        assert math.isinf(high) or meant.greatest == high, name
+
+
+def test_every_quantity_of_the_machines_may_be_read():
+    machines = [
+        hwsim.PlungeGrinder(plunge.preset("simulation")),
+        hwsim.WeldBeadStand(weldbead.preset("P1")),
+        hwsim.AdaptiveGrinder(locus.preset("grinding")),
+    ]
+    for machine in machines:
+        for name, unit in {**machine.measures, **machine.accepts}.items():
+            assert KNOWN[name].unit == unit, name

@@ -1,0 +1,83 @@
+"""CPU time of every test: at the end of a run those are told that took long.
+
+A busy machine stretches the time on the clock, the CPU time hardly. What a test compiled is not counted
+against it: compiled kernels stay on disk. Its fixtures count, and the programs that it starts.
+"""
+
+import os
+import sys
+import time
+from collections import Counter
+
+import pytest
+
+CPU_LIMIT = 5.0  # s; chosen: some 10 000 tests in eight minutes on two cores leave few of them more
+_begun = pytest.StashKey()
+
+
+def pytest_addoption(parser):
+    told = "fail where a test took more CPU time (s), compiled nothing and is not marked slow"
+    parser.addoption("--cpu-limit", type=float, metavar="S", help=told)
+
+
+def pytest_collection_modifyitems(config, items):
+    """Give workers files with slow tests first, then those of many: no long one is left to a single worker."""
+    if hasattr(config, "workerinput"):
+        many = Counter(item.path for item in items)
+        slow_ones = {item.path for item in items if item.get_closest_marker("slow")}
+        items.sort(key=lambda item: (item.path not in slow_ones, -many[item.path], str(item.path)))
+
+
+def _spent():
+    """CPU time of this process and of those that it waited for, s; kernels compiled here."""
+    compiling = sys.modules.get("sdpgrind.base.compiling.compile_line")
+    times = os.times()
+    seconds = time.process_time() + times.children_user + times.children_system
+    return seconds, compiling.listener.count if compiling else 0
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_setup(item):
+    item.stash[_begun] = _spent()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_call(item):
+    try:
+        return (yield)
+    finally:
+        seconds, compiled = (now - begun for now, begun in zip(_spent(), item.stash[_begun], strict=True))
+        if compiled == 0 and not any(map(item.get_closest_marker, ("slow", "gallery"))):
+            item.user_properties.append(("cpu", seconds))
+
+
+def slow(reports, limit):
+    """Sentences on the tests above a limit (s), the slowest first; `reports` of their calls."""
+    times = [
+        (value, report.nodeid)
+        for report in reports
+        for name, value in getattr(report, "user_properties", ())
+        if name == "cpu" and value > limit and report.when == "call"
+    ]
+    return [f"{seconds:6.1f} s  {test}" for seconds, test in sorted(times, reverse=True)]
+
+
+def _slow(config, limit):
+    terminal = config.pluginmanager.get_plugin("terminalreporter")
+    return slow([report for kind in terminal.stats.values() for report in kind], limit) if terminal else []
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session):
+    limit = session.config.option.cpu_limit
+    if limit is not None and _slow(session.config, limit):
+        session.exitstatus = max(session.exitstatus, pytest.ExitCode.TESTS_FAILED)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    limit = config.option.cpu_limit or CPU_LIMIT
+    found = _slow(config, limit)
+    if found:
+        terminalreporter.section(f"more than {limit:g} s of CPU time, not marked slow")
+        terminalreporter.write_line("\n".join(found))

@@ -1,0 +1,180 @@
+"""Progress: shares never fall, a pipe hears of long steps, compiling speaks, stages are logged."""
+
+import argparse
+import io
+import itertools
+import logging
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import hwsim
+import sdpgrind
+from hwsim.cli import _parser
+from hwsim.command import _times as times
+from sdpgrind import finishing, locus, plunge, sdp, weldbead
+from sdpgrind.base.compiling import compile_line
+from sdpgrind.base.progress import Portions, Speaker, Told, current, reported
+
+BEND = sdp.Problem(
+    [sdp.Axis("error", -3, 3, 31, "mm", below="stop", above="stop")],
+    [
+        sdp.Move(
+            "bend",
+            {"by": sdp.Levels(0, 5, 21)},
+            sdp.Shift("error", lambda s, c: sdp.Normal(c.by, 0.1 * c.by)),
+        )
+    ],
+    [sdp.Stop("done", sdp.Charge(under=sdp.Linear(1.0), over=sdp.Linear(4.0)))],
+    sdp.Stages(2, 1.0, "hits_left", ""),
+)
+BEAD = weldbead.preset("P1")
+CYCLE = plunge.preset("simulation")
+GRINDER, FOLLOW = hwsim.PlungeGrinder(CYCLE), plunge.CycleController(CYCLE, safety_margin=0.002)
+PATH = finishing.hilbert(finishing.preset("nominal").surface, 2)
+VERBS = {
+    "one grid": lambda tell: sdp.plan(BEND, progress=tell),
+    "refined": lambda tell: sdp.plan(BEND, tolerance=1e-2, progress=tell),
+    "out of reach": lambda tell: sdp.plan(BEND, tolerance=1e-7, throw=False, progress=tell),
+    "sequence": lambda tell: weldbead.plan(BEAD, tolerance=1e-2, progress=tell),
+    "exact": lambda tell: plunge.plan(CYCLE, progress=tell),
+    "stages": lambda tell: plunge.plan(CYCLE, method="dp", steps=40, progress=tell),
+    "locus": lambda tell: locus.plan(locus.preset("koren-example"), progress=tell),
+    "motion": lambda tell: finishing.plan(finishing.FinishingProblem(PATH), progress=tell),
+    "run": lambda tell: hwsim.run(GRINDER, FOLLOW, parts=3, progress=tell),
+    "compare": lambda tell: hwsim.compare(GRINDER, {"a": FOLLOW, "b": FOLLOW}, parts=2, progress=tell),
+    "repeat": lambda tell: hwsim.repeat(GRINDER, FOLLOW, series=2, progress=tell),
+}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_shares_never_fall_and_end_at_one(verb, monkeypatch):
+    monkeypatch.setattr("sdpgrind.sdp._plan.plan.REFINEMENTS", 6)  # the last of ten takes seconds
+    told = []
+    VERBS[verb](lambda share, text: told.append(share))
+    assert told == sorted(told) and told[0] >= 0 and told[-1] == pytest.approx(1.0)
+    assert current() is None
+
+
+@given(st.lists(st.tuples(st.floats(0.01, 1e3), st.floats(0, 1e3)), min_size=1, max_size=8))
+def test_portions_are_what_is_left(stages):
+    told, at = [], 0.0
+    portions = Portions(lambda share, text: told.append(share))
+    for weight, later in stages:
+        stage = portions.next(weight, later)
+        stage(0.0, "")
+        stage(1.0, "")
+        assert told[-2] == pytest.approx(at)
+        at += (1 - at) * weight / (weight + later)
+        assert told[-1] == pytest.approx(at)
+    assert all(a <= b + 1e-12 for a, b in itertools.pairwise(told)) and at <= 1 + 1e-12
+
+
+def test_known_stages_have_their_share_of_the_work():
+    ends = []
+    portions = Portions(lambda share, text: ends.append(share))
+    for later in ((4.0 + 16.0), 4.0, 0.0):  # 1 : 4 : 16
+        portions.next(1.0, later)(1.0, "")
+    assert ends == pytest.approx([1 / 21, 5 / 21, 1.0])
+
+
+def test_a_verb_that_goes_back_is_held():
+    told = []
+    tell = Told(lambda share, text: told.append((share, text)))
+    tell(0.5, "a")
+    tell(0.2, "b")
+    tell.say("c")
+    assert told == [(0.5, "a"), (0.5, "b"), (0.5, "c")]
+
+
+def test_a_long_step_is_repeated_in_a_pipe():
+    stream = io.StringIO()
+    with Speaker(stream, every=0.001) as line:
+        line(0.25, "solving")
+        while stream.getvalue().count("solving") < 3:  # a single long step
+            time.sleep(0.001)
+    lines = stream.getvalue().splitlines()
+    assert lines[-1].startswith(" 25 % solving; about ") and lines[-1].endswith(" s to go")
+
+
+def test_progress_true_is_heard_in_a_pipe():
+    code = """
+import time, sdpgrind.base.progress as p
+p.EVERY = 0.05
+@p.quiet
+def verb(*, progress=None):
+    progress(0.5, "halfway")
+    time.sleep(0.3)
+verb(progress=True)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "" and " 50 % halfway; about " in done.stderr and "\r" not in done.stderr
+
+
+@pytest.mark.parametrize("wrong", [3, "yes", False])
+def test_other_progress_is_refused(wrong):
+    with pytest.raises(TypeError, match="progress must be True, None or a function of the share done"):
+        sdp.plan(BEND, progress=wrong)
+
+
+def test_compiling_speaks_through_the_verb_that_is_under_way(monkeypatch):
+    listener, told = compile_line.Compiling(), []
+    monkeypatch.setattr(compile_line, "_compiled_apart", lambda kernel: [kernel])
+    kernel = type(
+        "Kernel", (), {"py_func": SimpleNamespace(__module__="sdpgrind.locus._trace"), "overloads": {}}
+    )
+    with reported(lambda share, text: told.append((share, text))) as tell:
+        tell(0.4, "tracing")
+        listener.on_start(SimpleNamespace(data={"dispatcher": kernel}))
+    assert told[-1] == (0.4, "compiling locus, once on this machine: 0 of 1")
+
+
+def test_stages_are_logged_and_nothing_is_configured(caplog):
+    logger = logging.getLogger("sdpgrind")
+    assert logger.level == logging.NOTSET and [type(one) for one in logger.handlers] == [logging.NullHandler]
+    with caplog.at_level(logging.DEBUG, "sdpgrind"):
+        sdp.plan(BEND, tolerance=1e-2)
+    by_level = {
+        level: [r.getMessage() for r in caplog.records if r.levelname == level] for level in ("INFO", "DEBUG")
+    }
+    assert by_level["INFO"][:2] == ["sdpgrind.sdp.plan begins", "solving on 31 nodes"]
+    assert by_level["INFO"][-1].startswith("sdpgrind.sdp.plan took ")
+    assert by_level["DEBUG"][0].startswith("halving 1: largest change ")
+
+
+def arguments(line):
+    return _parser().parse_args(line.split())
+
+
+def test_the_table_has_every_command_and_kernels_that_are_there():
+    areas = [
+        arguments(f"{name} --preset x") for name in ("weldbead", "plunge", "locus", "finishing", "centering")
+    ]
+    assert {"demo", *(each.work.args[0].name for each in areas)} == {name.split()[0] for name in times.TIMES}
+    for name, row in times.TIMES.items():
+        arguments(name if name == "demo" else f"{name} --preset x")  # its switch is there
+        path, kernel = row.kernel.split(":")
+        assert f"def {kernel}(" in (Path(sdpgrind.__file__).parents[1] / path).read_text(), name
+
+
+def test_the_first_line_says_what_is_done_and_how_long(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    row = times.Times(12.0, 1.2, 3.0, 25.0, times.TIMES["weldbead"].kernel)
+    monkeypatch.setattr(times, "TIMES", {"weldbead": row})
+    given = arguments("weldbead --preset P1")
+    outlook = times.Outlook.of("weldbead", given, 20, "policy.nc")
+    assert outlook.line("20 beads").startswith(
+        "about plan 12 s, 20 beads 24 s, the rest 3 s, first time on this machine + 25 s to compile"
+    )
+    (tmp_path / "_plant_0").mkdir()
+    (tmp_path / "_plant_0" / "force_table_kernels.sample-0.py311.nbi").write_text("")
+    (tmp_path / "policy.nc").write_text("")
+    kept = argparse.Namespace(**{**vars(given), "out": tmp_path})
+    assert times.Outlook.of("weldbead", kept, 20, "policy.nc") == (0.0, 24.0, 3.0, 0.0)
+    assert times.Outlook.of("milling", given, 20, "policy.nc") is None

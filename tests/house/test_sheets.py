@@ -1,0 +1,210 @@
+"""Pages: valid HTML that needs nothing else, one unit a quantity, names from files escaped, changes found."""
+
+import math
+import re
+import sys
+
+import html5lib
+import pytest
+
+from sdpgrind.base.sheets import seal
+from sdpgrind.base.sheets.amounts import Amounts, Interval
+from sdpgrind.base.sheets.blocks import (
+    AmountTable,
+    Blanks,
+    Embedded,
+    Heading,
+    Picture,
+    Sentences,
+    from_plain,
+    scales_of,
+)
+from sdpgrind.base.sheets.page import html, report
+
+NASTY = "</script><!--<script>alert(1)</script>\x00\ufffe"
+ADDRESS = re.compile(r"""\w+://[^"'\s<]+|(?:src|href|action)="(?!#|data:)|url\((?!#)|@import""")
+
+
+def lines():
+    import matplotlib.pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2)
+    left.plot([math.sin(0.01 * k) for k in range(5001)])
+    left.set_title("a < b & $x^2$")
+    right.bar([1, 2], [0.003, 1.0], hatch="//")
+    return figure
+
+
+def nothing():
+    raise ValueError("no quantity has a reading")
+
+
+def blocks():
+    times = AmountTable(
+        "Every part",
+        [
+            Amounts.of("part", range(3)),
+            Amounts.of("time", [12.125, math.nan, 12.5], "s"),
+            Amounts.of("roundness", [0.003, 0.0029, math.inf], "mm"),
+            Amounts.of(NASTY, [NASTY, "", "lost"]),
+        ],
+    )
+    rows = [
+        Amounts.of("roundness", [0.003, 2, Interval(0.00295, 0.00002)], "mm"),
+        Amounts.of("time", [12.5, 0, Interval(12.0, 0.0)], "s"),
+    ]
+    return [
+        Sentences(["three parts", NASTY], strong=True),
+        Heading(NASTY),
+        AmountTable("Worst", rows, ("figure", "worst", "part", "mean")),
+        Picture("left", lines),
+        Picture("right", lines),
+        Picture("none", nothing),
+        times,
+        Embedded("job", {"seed": 7, "toml": NASTY}),
+        Blanks(["name", "date", "signature"]),
+    ]
+
+
+@pytest.fixture(scope="module")
+def page():
+    return html("Job " + NASTY, blocks())
+
+
+def test_the_page_is_html_that_needs_nothing_else(page):
+    html5lib.HTMLParser(strict=True).parse(page)
+    assert {found.split("/")[2] for found in ADDRESS.findall(page)} == {"www.w3.org"}  # namespaces
+    namespaces = re.findall(r'xmlns(?::\w+)?="[^"]*"', page)
+    assert not ADDRESS.search(re.sub(r'xmlns(?::\w+)?="[^"]*"', "", page)) and namespaces
+    assert "size: A4" in page and "break-inside: avoid" in page
+
+
+def test_an_address_would_be_found():
+    for text in ('<img src="https://x.org/a.png">', "url(fonts/a.woff)", '<a href="other.html">'):
+        assert ADDRESS.search(text)
+
+
+def test_no_name_stands_twice_and_every_reference_is_there(page):
+    names = re.findall(r'\bid="([^"]+)"', page)
+    assert len(names) == len(set(names)) > 20
+    wanted = set(re.findall(r'(?:href="#|url\(#)([^")]+)', page))
+    assert len(wanted) > 6 and wanted <= set(names)
+
+
+def test_many_points_become_pixels(page):
+    assert page.count("data:image/png;base64") == 2 and len(page) < 200_000
+
+
+def test_names_from_files_are_data(page):
+    assert page.count("<script") == 3 == page.count("</script>")  # page, job, digests; none of a name
+    tree = html5lib.parse(page, namespaceHTMLElements=False)
+    assert "<script>alert(1)</script>" in "".join(tree.find(".//h1").itertext())
+    job = re.search(r'id="job">(.*?)</script>', page)[1]
+    assert "<\\/script>\\u003c!--" in job and '"seed": 7' in job
+
+
+def test_what_cannot_be_drawn_is_left_out_with_its_reason(page):
+    assert "none: left out, no quantity has a reading" in page and page.count("<svg") == 2
+
+
+def test_a_page_is_the_same_to_the_bit(page):
+    assert html("Job " + NASTY, blocks()) == page and not seal.changes(page)
+    assert not seal.changes(page.replace("\n", "\r\n"))
+
+
+@pytest.mark.parametrize(
+    ("written", "changed", "named"),
+    [
+        (
+            "<td>12.12</td>",
+            "<td>12.18</td>",
+            r"row 1, time \[s\]: the page shows '12.18', its data say '12.12'",
+        ),
+        ('"seed": 7', '"seed": 8', "data 'job', seed: 8 is not"),
+        ("12.125,", "12.1250001,", "data of table 'Every part', time, value 1: 12.1250001"),
+        ("<td>2</td>", "<td>1</td>", "row 1, part: the page shows '1'"),
+        ("<td>lost</td>", "<td>lost</td><td>0</td>", "the page shows '0'"),
+        ("three parts", "four parts", "the page shows 'four parts'"),
+        (">4000<", ">3000<", "picture 'left': not as it was written"),
+        ("</footer>", "</footer><p>passed</p>", "the page shows 'passed'|texts, its data"),
+        ("table.rows td", "table.rows  td", "the page is not as it was written"),
+    ],
+)
+def test_a_change_is_found_and_named(page, written, changed, named):
+    assert written in page
+    found = seal.changes(page.replace(written, changed, 1))
+    assert found and re.search(named, " ".join(found)), found
+
+
+def test_every_digit_of_the_texts_counts(page):
+    """Each digit that a reader sees, changed by one, one after another."""
+    start, end = page.index("<h1>"), page.index("<footer>")
+    visible = re.sub(
+        r"<svg.*?</svg>|<[^>]*>", lambda found: "\0" * len(found[0]), page[start:end], flags=re.S
+    )
+    digits = [start + found.start() for found in re.finditer(r"\d", visible)]
+    assert len(digits) > 30
+    for k in digits:
+        other = str((int(page[k]) + 1) % 10)
+        assert seal.changes(page[:k] + other + page[k + 1 :])
+
+
+def test_another_file_is_refused():
+    with pytest.raises(ValueError, match="the page must be a report of this library"):
+        seal.changes("<html><body>12.5</body></html>")
+
+
+def test_one_unit_for_a_quantity():
+    small = Amounts.of("roundness", [0.003, 0.002], "mm")
+    for most, head, cell in ((0.0499, "roundness [µm]", "3.000"), (0.05, "roundness [mm]", "0.003000")):
+        both = [AmountTable("a", [small]), AmountTable("b", [Amounts.of("roundness", [most], "mm")])]
+        scales = scales_of(both)
+        assert both[0].head(scales) == [head] and both[1].head(scales) == [head]
+        assert both[0].rows(scales)[0][0] == cell
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "shown"),
+    [
+        (12.1738, 0.0822, "12.174 ± 0.082"),
+        (12.0, 0.0, "12 exact"),
+        (12.0, math.nan, "12 (no interval)"),
+        (0.003, 0.00002, "0.003000 ± 0.000020"),
+        (math.nan, 0.1, "–"),
+    ],
+)
+def test_intervals(value, half, shown):
+    assert Interval(value, half).shown(1.0) == shown
+
+
+def test_blocks_come_back():
+    for block in (each for each in blocks() if not isinstance(each, Embedded)):
+        assert list(from_plain(block.plain()).shown({})) == list(block.shown({}))
+
+
+def test_a_page_is_whole_or_not_at_all(tmp_path, monkeypatch):
+    path = tmp_path / "job.html"
+    assert report("Job", blocks(), path) == str(path)
+    first = path.read_bytes()
+    with pytest.raises(FileNotFoundError, match="existing folder"):
+        report("Job", blocks(), tmp_path / "none" / "job.html")
+    monkeypatch.setattr(seal, "sealed", lambda page: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        report("Job", blocks(), path)
+    assert path.read_bytes() == first and list(tmp_path.iterdir()) == [path]
+
+
+def test_without_the_extra_one_sentence_says_so(tmp_path, monkeypatch):
+    from sdpgrind.base.sheets import page as pages
+
+    pages._template.cache_clear()
+    monkeypatch.setitem(sys.modules, "jinja2", None)
+    with pytest.raises(ImportError, match=r"pip install 'sdpgrind\[report\]'; the plan is still there"):
+        report("Job", blocks(), tmp_path / "job.html")
+    assert not list(tmp_path.iterdir()) and "12.1" in report("Job", blocks())
+
+
+def test_without_matplotlib_the_numbers_stay(monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    page = html("Job", blocks())
+    assert "<svg" not in page and "pip install" in page and not seal.changes(page)

@@ -1,0 +1,261 @@
+"""Pages of logs: the worst part is on top, a difference from the plan has a reason, a changed digit is found."""
+
+import json
+import math
+import re
+import sys
+
+import html5lib
+import numpy as np
+import pytest
+
+import hwsim
+from hwsim._log.fingerprint import fingerprint
+from hwsim._report.charged import likeness, worst_parts
+from hwsim._report.job import made_again
+from hwsim._report.statistics import Promise, mean
+from hwsim._report.worst import worst_part
+from hwsim.cli import main
+from sdpgrind import plunge, weldbead
+from sdpgrind.base import stored
+from sdpgrind.base.sheets import seal
+from sdpgrind.base.sheets.amounts import Interval
+from sdpgrind.base.sheets.record_page import arrays_digest
+
+PROBLEM = weldbead.preset("P1")
+
+
+class OnePass:
+    """One pass of a duration, then stop."""
+
+    period = None
+
+    def __init__(self, duration=20.0):
+        self.duration = duration
+
+    def reset(self):
+        self.begun = False
+
+    def step(self, **measured):
+        begun, self.begun = self.begun, True
+        return {"stop": 1.0} if begun else {"duration": self.duration, "normal_force": 40.0}
+
+
+def beads(parts, rng=0):
+    return hwsim.run(hwsim.WeldBeadStand(PROBLEM), OnePass(), parts=parts, rng=rng)
+
+
+@pytest.fixture(scope="module")
+def cycle():
+    return plunge.plan(plunge.preset("simulation"))
+
+
+@pytest.fixture(scope="module")
+def ground(cycle):
+    problem = cycle.problem
+    controller = plunge.CycleController(problem, safety_margin=0.05 * problem.stock)
+    return hwsim.run(
+        hwsim.PlungeGrinder(problem), controller, parts=12, rng=7, adapt=plunge.adaptation(problem)
+    )
+
+
+@pytest.fixture(scope="module")
+def page(ground, cycle, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "job.html"
+    assert ground.report(path, plan=cycle) == str(path)
+    return path
+
+
+def data_of(path, name):
+    return json.loads(re.search(rf'id="{name}">(.*?)</script>', path.read_text("utf-8"), re.S)[1])
+
+
+def test_the_page_is_html_that_needs_nothing_else(page):
+    text = page.read_text("utf-8")
+    html5lib.HTMLParser(strict=True).parse(text)
+    assert "://" not in re.sub(r'xmlns(?::\w+)?="[^"]*"', "", text) and len(text) < 1_500_000
+    names = re.findall(r'\bid="([^"]+)"', text)
+    assert len(names) == len(set(names)) and text.count("<svg") == 3  # worst parts, all parts, plan
+    assert 'application/json" id="problem"' in text and "12 parts on PlungeGrinder" in text
+
+
+def test_sections_stand_in_order(ground, cycle):
+    text = ground.report(plan=cycle)
+    wanted = ["Worst parts", "Planned and realised", "Pictures", "Every part", "Problem and model", "Origin"]
+    places = [text.index(f"\n{head}\n") for head in wanted]
+    assert places == sorted(places) and "time 12." in text[: places[0]]
+
+
+def test_the_worst_part_is_named_and_a_difference_explained(ground, cycle):
+    text, time = ground.report(plan=cycle), ground.outcome.time.values
+    assert f"worst {time.max():.2f} s, part {time.argmax()}" in text
+    rough = np.argsort(-ground.outcome.roundness.values, kind="stable")[:3]
+    assert re.search(rf"^roundness \[µm\] .* {', '.join(map(str, rough))} ", text, re.M)
+    assert re.search(r"^time \[s\] .* differs$", text, re.M) and "before margins were learned" in text
+
+
+def test_the_job_can_be_run_again_from_its_page(page, ground, cycle):
+    job, problem = data_of(page, "job"), data_of(page, "problem")
+    assert stored.decode(json.dumps(problem)) == cycle.problem
+    assert (job["seed"], job["parts"], job["controller"]["name"]) == (7, 12, "CycleController")
+    again = {name: made_again(job[name]["made_of"]) for name in ("plant", "controller")}
+    assert all(fingerprint(thing) == job[name]["fingerprint"] for name, thing in again.items())
+    made = hwsim.run(**again, parts=12, rng=job["seed"], adapt=plunge.adaptation(again["controller"].problem))
+    assert arrays_digest(made.outcome) == job["log"]["outcome"] != arrays_digest(beads(2).outcome)
+    assert arrays_digest(cycle.dataset) == job["plan"]["arrays"]
+
+
+def test_the_same_log_makes_the_same_page(page, ground, cycle, tmp_path):
+    ground.report(tmp_path / "again.html", plan=cycle)
+    assert (tmp_path / "again.html").read_bytes() == page.read_bytes()
+
+
+def test_a_controller_that_holds_a_socket_has_a_page(tmp_path):
+    controller = OnePass()
+    log = beads(2)
+    controller.line = sys.stdout  # no process can copy it
+    log.made_of = log.made_of | {"controller": controller}
+    log.report(tmp_path / "job.html")
+    told = data_of(tmp_path / "job.html", "job")["controller"]
+    assert told == {"name": "OnePass", "fingerprint": None, "made_of": None}
+
+
+def test_a_page_makes_nothing_but_ours():
+    with pytest.raises(ValueError, match="classes of this library; got 'subprocess:Popen'"):
+        made_again({"class": "subprocess:Popen", "fields": {"args": "true"}})
+    with pytest.raises(ValueError, match="got 'hwsim:run'"):
+        made_again({"class": "hwsim:run", "fields": {}})
+
+
+@pytest.mark.parametrize("section", ["<h1>", 'id="page"', 'id="job"', 'id="problem"'])
+def test_verify_finds_a_changed_digit(page, tmp_path, capsys, section):
+    text, other = page.read_text("utf-8"), tmp_path / "other.html"
+    place = re.compile(r"\d").search(text, text.index(section) + 12).start()
+    other.write_text(f"{text[:place]}{9 - int(text[place])}{text[place + 1 :]}", "utf-8")
+    assert main(["verify", str(page)]) == 0 and "as it was written" in capsys.readouterr().out
+    assert main(["verify", str(other)]) == 1 and str(other) in capsys.readouterr().out
+
+
+def test_verify_refuses_another_file(tmp_path, capsys):
+    (tmp_path / "run.nc").write_bytes(b"CDF\xff\xfe")
+    assert main(["verify", str(tmp_path / "run.nc")]) == 2 == main(["verify", str(tmp_path / "none.html")])
+    assert "must be a report" in (told := capsys.readouterr().err) and "existing file" in told
+
+
+def test_names_from_files_are_escaped(tmp_path):
+    table = {"t [s]": np.arange(20.0), "<script>alert(1)</script> [W]": np.arange(20.0) + 100.0}
+    log = hwsim.Log.read(table, time="t", grinding_power="<script>alert(1)</script>")
+    log.report(tmp_path / "job.html")
+    text = (tmp_path / "job.html").read_text("utf-8")
+    html5lib.HTMLParser(strict=True).parse(text)
+    assert "<script>alert" not in text and "&lt;script&gt;alert(1)" in text
+    assert not seal.changes(text)
+
+
+def test_many_parts_are_cut_and_counted(tmp_path):
+    log = beads(600)
+    log.report(tmp_path / "job.html")
+    text = (tmp_path / "job.html").read_text("utf-8")
+    assert "The first 500 of 600 parts" in text and len(text.encode()) < 1_500_000
+    assert f"part {int(np.argmax(log.outcome.penalty.values))}" in text
+
+
+def test_a_comparison_has_a_page(tmp_path):
+    stand = hwsim.WeldBeadStand(PROBLEM)
+    log = hwsim.compare(stand, {"fast": OnePass(10.0), "slow": OnePass(20.0)}, parts=5)
+    log.report(tmp_path / "both.html")
+    text = (tmp_path / "both.html").read_text("utf-8")
+    html5lib.HTMLParser(strict=True).parse(text)
+    assert "slow less fast" in text and not seal.changes(text)
+    told = log.report()
+    assert (
+        re.search(r"^time \[s\] +10 exact$", told, re.M)
+        and "5 equal parts on WeldBeadStand by each of fast" in told
+    )
+
+
+def test_a_page_is_whole_or_not_at_all(tmp_path, monkeypatch):
+    path = tmp_path / "job.html"
+    path.write_text("before")
+    monkeypatch.setattr(seal, "sealed", lambda page: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        beads(2).report(path)
+    assert path.read_text() == "before" and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_command_leaves_a_page_and_names_the_worst(tmp_path, capsys):
+    line = ["weldbead", "--preset", "P1", "--simple", "--tolerance", "0.01", "--parts", "14", "--no-pictures"]
+    assert main([*line, "--out", str(tmp_path / "run")]) == 0
+    told, log = capsys.readouterr().out, __import__("sdpgrind").load(tmp_path / "run" / "run.nc")
+    penalty = log.outcome.penalty.values
+    worst, of = (row.split() for row in told.splitlines() if row.startswith(("worst", "of ")))
+    assert float(worst[-1]) == pytest.approx(penalty.max(), abs=1e-4) and int(of[-1]) == penalty.argmax()
+    assert "report.html" in told and main(["verify", str(tmp_path / "run" / "report.html")]) == 0
+    job = data_of(tmp_path / "run" / "report.html", "job")
+    assert job["command"]["preset"] == "P1" and job["command"]["simple"] and job["seed"] == 0
+
+
+def test_without_jinja_the_command_says_so(tmp_path, capsys, monkeypatch):
+    from sdpgrind.base.sheets import page as pages
+
+    pages._template.cache_clear()
+    monkeypatch.setitem(sys.modules, "jinja2", None)
+    line = [
+        "plunge",
+        "--preset",
+        "simulation",
+        "--parts",
+        "1",
+        "--no-pictures",
+        "--out",
+        str(tmp_path / "run"),
+    ]
+    assert main(line) == 0
+    assert "no page (a page needs jinja2: pip install 'sdpgrind[report]'" in capsys.readouterr().out
+
+
+def test_worst_by_its_direction():
+    assert worst_part("time", np.array([1.0, 3.0, 2.0])) == 1
+    assert worst_part("part_slack", np.array([1.0, math.nan, 0.5])) == 2
+    assert worst_part("height", np.array([0.1, -0.2, 0.0])) == 1
+    assert worst_part("time", np.array([2.0, 2.0])) is None is worst_part("true_mu", np.array([1.0, 2.0]))
+    log = beads(8)
+    assert worst_parts(log, ("penalty",), 3)[0] == int(np.argmax(log.outcome.penalty.values))
+
+
+def test_intervals_and_differences():
+    values = np.array([1.0, 2.0, 3.0, 4.0])
+    found = mean(values)
+    assert found.value == 2.5 and found.half == pytest.approx(3.182446 * math.sqrt(5 / 3) / 2, rel=1e-6)
+    near, far = Promise(Interval(1.3, 0.0)), Promise(Interval(1.1, 0.0))  # two standard errors are 1.291
+    assert not near.differs(values) and far.differs(values)
+    assert Promise(values - np.array([0.1, 0.1, 0.1, 0.11])).differs(values)  # part by part
+    assert math.isnan(mean(values[:1]).half) and mean(np.ones(3)).half == 0.0
+
+
+def test_a_hidden_truth_that_explains_is_named():
+    log = beads(20)
+    true = [name for name in log.outcome if str(name).startswith("true_")]
+    log.outcome["true_knob"] = ("part", log.outcome.penalty.values * -2.0)
+    assert "true knob (correlation -1.00)" in likeness(log, "penalty") and "true_knob" not in true
+
+
+def test_doubts_have_a_page_and_stand_on_that_of_their_log(tmp_path):
+    time = np.arange(200) * 0.05
+    rate = np.where(time < 4.0, 0.04, 0.0)
+    lag = 0.06 * (np.exp(-np.maximum(time - 4.0, 0.0) / 1.5) - np.exp(-time / 1.5))
+    size = 0.04 * np.minimum(time, 4.0) - lag + np.random.default_rng(0).normal(0.0, 3e-4, 200)
+    table = {"t [s]": time, "X [mm]": size, "v [mm/s]": rate}
+    log = hwsim.Log.read(table, time="t", size="X", command_rate="v")
+    problem = plunge.preset("simulation")
+    doubts = problem.doubts(log)
+    assert doubts.report(tmp_path / "doubts.html") == str(tmp_path / "doubts.html")
+    log.report(tmp_path / "log.html", problem=problem, doubts=doubts)
+    for name in ("doubts.html", "log.html"):
+        text = (tmp_path / name).read_text("utf-8")
+        html5lib.HTMLParser(strict=True).parse(text)
+        assert "time constant [s]" in text and "differs (by chance" in text and "Not told by the data" in text
+        assert seal.changes(text) == []
+    assert doubts.report().startswith("Doubts\n") and str(log.source) in log.report(problem=problem)
+    assert "<td>time_constant [s]</td>" in doubts._repr_html_()
+    html5lib.HTMLParser(strict=True).parse("<!DOCTYPE html><title>t</title>" + doubts._repr_html_())

@@ -1,0 +1,154 @@
+"""Pages run again: equal to the bit, other versions told first, differences counted, the rest refused."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import hwsim
+from hwsim._report import job
+from hwsim._report.again import differences
+from hwsim.cli import main
+from sdpgrind import locus, plunge, weldbead
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SLOW = pytest.mark.slow  # each is planned and run twice
+COMMANDS = {
+    "plunge": ["--preset=simulation"],
+    "locus": ["--preset=grinding", "--no-adapt"],
+    "weldbead": ["--preset=P1", "--simple", "--tolerance=0.1"],
+    "finishing": ["--preset=specimen", "--nominal"],
+    "centering": ["--preset=identified"],
+}
+
+
+class OnePass:
+    """One pass, then stop."""
+
+    period = None
+
+    def reset(self):
+        self.begun = False
+
+    def step(self, **measured):
+        begun, self.begun = self.begun, True
+        return {"stop": 1.0} if begun else {"duration": 20.0, "normal_force": 40.0}
+
+
+@pytest.fixture(scope="module")
+def cycle():
+    return plunge.plan(plunge.preset("simulation"))
+
+
+@pytest.fixture
+def ground(cycle):
+    controller = plunge.CycleController(cycle.problem)
+    return hwsim.run(hwsim.PlungeGrinder(cycle.problem), controller, parts=2, rng=7)
+
+
+def rerun(page, folder, capsys):
+    """Exit status and lines of the command."""
+    status = main(["verify", str(page), "--rerun", str(folder)])
+    told = capsys.readouterr()
+    return status, told.out.splitlines() + told.err.splitlines()
+
+
+@pytest.mark.parametrize(
+    "area",
+    ["plunge", "locus", "weldbead", *(pytest.param(a, marks=SLOW) for a in ("finishing", "centering"))],
+)
+def test_the_page_of_a_command_is_made_again_to_the_bit(area, tmp_path, capsys):
+    first, again = tmp_path / "first", tmp_path / "again"
+    assert main([area, *COMMANDS[area], "--parts=2", "--rng=3", "--no-pictures", f"--out={first}"]) == 0
+    capsys.readouterr()
+    status, lines = rerun(first / "report.html", again, capsys)
+    assert status == 0 and any("equal to the bit (plan; log, " in line for line in lines)
+    assert not any("before it starts" in line for line in lines)
+    assert (again / "run.nc").read_bytes() == (first / "run.nc").read_bytes()
+
+
+def test_the_file_of_a_job_stands_in_its_page(tmp_path, capsys):
+    file = tmp_path / "job.toml"
+    file.write_text((EXAMPLES / "locus.toml").read_text())
+    assert main(["locus", str(file), "--parts=1", "--no-pictures", f"--out={tmp_path / 'first'}"]) == 0
+    file.unlink()
+    capsys.readouterr()
+    assert rerun(tmp_path / "first" / "report.html", tmp_path / "again", capsys)[0] == 0
+
+
+def test_the_page_of_a_program_is_made_again_to_the_bit(ground, cycle, tmp_path, capsys):
+    page = tmp_path / "job.html"
+    ground.report(page, plan=cycle)
+    assert rerun(page, tmp_path / "again", capsys) == (
+        0,
+        [
+            f"{page}: as it was written, every number and picture",
+            f"{tmp_path / 'again'}: equal to the bit (plan; log, controller; log, outcome)",
+        ],
+    )
+
+
+def test_a_controller_that_holds_its_plan_is_made_again(tmp_path, capsys):
+    curve = locus.plan(locus.preset("grinding"))
+    follower = locus.LocusController(curve, along="wear_flat_area")
+    stand = hwsim.AdaptiveGrinder(curve.problem)
+    hwsim.run(stand, follower, adapt=locus.LearnedStart()).report(tmp_path / "job.html", plan=curve)
+    status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
+    assert status == 0 and lines[-1].endswith("equal to the bit (plan; log, controller; log, outcome)")
+
+
+def test_the_page_of_a_plan_is_made_again(cycle, tmp_path, capsys):
+    cycle.report(tmp_path / "plan.html")
+    status, lines = rerun(tmp_path / "plan.html", tmp_path / "again", capsys)
+    assert status == 0 and lines[-1].endswith("equal to the bit (plan)")
+
+
+def test_another_version_is_told_first_and_differences_are_counted(
+    ground, cycle, tmp_path, capsys, monkeypatch
+):
+    known = job.versions()
+    monkeypatch.setattr(job, "versions", lambda: known | {"numpy": "1.99.0"})
+    ground.made_of = ground.made_of | {"rng": 8}
+    ground.report(tmp_path / "job.html", plan=cycle)
+    status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
+    assert status == 1
+    assert lines[1] == f"before it starts: numpy 1.99.0 made the page, {known['numpy']} is here"
+    assert lines[2:4] == [f"{tmp_path / 'again'}: log, {name}: differs" for name in ("controller", "outcome")]
+    assert re.search(r": \d+ of \d+ numbers in tables differ; the first is \w+", lines[4])
+
+
+def test_one_number_that_differs_is_counted(ground, cycle, tmp_path):
+    ground.report(tmp_path / "job.html", plan=cycle)
+    before = {
+        name: json.loads(re.search(rf'id="{name}">(.*?)</script>', (tmp_path / "job.html").read_text())[1])
+        for name in ("page", "job")
+    }
+    after = json.loads(json.dumps(before))
+    table = next(block for block in after["page"]["blocks"] if "table" in block)
+    table["amounts"][0]["values"][0] += 1e-12
+    assert differences(before, before) == []
+    (told,) = differences(before, after)
+    assert told.startswith("1 of ") and f"{table['table']!r}, value 1" in told
+
+
+def test_what_cannot_be_made_again_is_refused_before_it_starts(tmp_path, capsys):
+    problem = weldbead.preset("P1")
+    hwsim.run(hwsim.WeldBeadStand(problem), OnePass()).report(tmp_path / "job.html")
+    status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
+    assert status == 2 and "the OnePass of this one cannot be told by values" in lines[-1]
+    assert not (tmp_path / "again").exists()
+
+
+def test_a_folder_of_another_run_is_refused(cycle, tmp_path, capsys):
+    cycle.report(tmp_path / "plan.html")
+    status, lines = rerun(tmp_path / "plan.html", tmp_path, capsys)
+    assert status == 2 and "--rerun must be a new or an empty folder" in lines[-1]
+
+
+def test_a_changed_page_is_not_run_again(cycle, tmp_path, capsys):
+    page = tmp_path / "plan.html"
+    cycle.report(page)
+    page.write_text(page.read_text().replace("12.0", "13.0", 1))
+    status, _ = rerun(page, tmp_path / "again", capsys)
+    assert status == 1 and not (tmp_path / "again").exists()
