@@ -1,9 +1,9 @@
-"""The link over TCP on this computer: no fixed port, no sleeping, every wait bounded."""
+"""The link over TCP on this computer: no fixed port, every wait bounded."""
 
 import socket
 import struct
 from threading import Thread
-from time import monotonic
+from time import monotonic, sleep
 
 import numpy as np
 import pytest
@@ -77,15 +77,21 @@ def test_large_messages_both_ways_at_once(ends):
         for message in messages:
             end.send(message)
     assert ends[0].unsent > 0
-    got = [[], []]
-    worker = Thread(target=lambda: got[1].extend(collect(ends[1], 3)))
+    arrived = [False, False]
+
+    def work(k):
+        """Collect what the other end sent, then send what of the own is left."""
+        got, deadline = collect(ends[k], len(messages)), monotonic() + PATIENCE
+        arrived[k] = got == messages
+        while ends[k].unsent and monotonic() < deadline:
+            ends[k].receive()
+            sleep(1e-3)
+
+    worker = Thread(target=work, args=(1,))
     worker.start()
-    got[0] = collect(ends[0], 3)
-    while ends[0].unsent and worker.is_alive():
-        ends[0].receive()
-        worker.join(0.001)
-    worker.join(PATIENCE)
-    assert got == [messages, messages] and ends[0].unsent == 0
+    work(0)
+    worker.join(2 * PATIENCE)
+    assert arrived == [True, True] and [end.unsent for end in ends] == [0, 0]
 
 
 def test_what_was_sent_before_closing_arrives(ends):
