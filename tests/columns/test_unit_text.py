@@ -93,7 +93,10 @@ def test_refused_types(value):
     [
         ("kp", "N", 9.80665), ("kgf", "N", 9.80665), ("daN", "N", 10.0), ("PS", "W", 735.49875), ("ms", "s", 1e-3),
         ("us", "s", 1e-6), ("nm", "mm", 1e-6), ("Nm", "N mm", 1e3), ("J/mm3", "J/mm^3", 1.0), ("Zoll", "mm", 25.4),
-        ("mm3/s", "mm^3/s", 1.0), ("mm·s⁻¹", "mm/s", 1.0), ("mm s^-1", "mm/s", 1.0), ("cm³/min", "mm^3/s", 1000 / 60),
+        ("micron", "mm", 1e-3), ("microns", "mm", 1e-3), ("Mikron", "mm", 1e-3), ("thou", "mm", 0.0254),
+        ("inches", "mm", 25.4), ("sec", "s", 1.0), ("Sek", "s", 1.0), ("min", "s", 60.0), ("kw", "W", 1e3),
+        ("KW", "W", 1e3), ("hp", "W", 745.6998715822702), ("ipm", "mm/s", 25.4 / 60), ("cc/min", "mm^3/s", 1000 / 60),
+        ("ccm/min", "mm^3/s", 1000 / 60), ("mm3/s", "mm^3/s", 1.0), ("mm·s⁻¹", "mm/s", 1.0), ("mm s^-1", "mm/s", 1.0), ("cm³/min", "mm^3/s", 1000 / 60),
         ("µm", "mm", 1e-3), ("1", "", 1.0), ("%", "1", 0.01), ("m s-2", "mm/s^2", 1e3), ("Grad", "rad", math.pi / 180),
     ],
 )  # fmt: skip
@@ -117,6 +120,8 @@ def test_revolutions_a_minute(written):
         ),
         ("1/s", "rad/s", r"have a unit like rad/s \(deg/s, 1/min, Hz\); got '1/s'"),
         ("mm", "", r"have a unit like 1 \(none\); got 'mm'"),
+        ("mil", "mm", r"'mil' may mean several units; write \"thou\" \(0.001 in\) or \"mm\""),
+        ("HP", "W", r"'HP' may mean several units; write \"hp\" .* or \"PS\""),
     ],
 )
 def test_refused_units_name_what_is_near(written, unit, message):

@@ -51,6 +51,7 @@ CALLS = [
     (CYCLE, {"roundness_max": 3.0}, "mm, some 0.003; units.um(...) for micrometres; got 3.0"),
     (CYCLE, {"stock": 0.000282}, "mm, some 0.3; units.m(...) for metres; got 0.000282"),
     (CYCLE, {"command_rate_max": 4.48e-5}, "mm/s, some 0.05; units.m_per_s(...) for m/s; got 4.48e-05"),
+    (CYCLE, {"command_rate_max": 2.7}, "mm/s, some 0.05; units.mm_per_min(...) for mm/min; got 2.7"),
     (plunge.RoughnessLaw(), {"roughness_scale": 98}, "mm, some 0.1; units.um(...) for micrometres; got 98"),
     (plunge.Wear(0.02), {"reference_rate": 1e-5}, "mm/s, some 0.01; units.m_per_s(...) for m/s; got 1e-05"),
     (GRINDER, {"command_quantum": 1.0}, "mm, some 0.001; units.um(...) for micrometres; got 1.0"),

@@ -225,7 +225,11 @@ def test_saved_and_loaded(best, tmp_path):
         ({"work_rotation": 400.0}, r"work_rotation must be in rad/s, .*units.rpm.*; got 400.0"),
         ({"wear_flat_area": 1.5}, r"wear_flat_area must be in \(0, 1\]; got 1.5"),
         ({"stock": 282.0}, r"stock must be radial and in mm, < work_diameter/4; units.um.* got 282.0"),
-        ({"command_rate_max": 44.8}, r"command_rate_max must be in mm/s, < 1 mm a turn; units.um.* got 44.8"),
+        ({"command_rate_max": 44.8}, r"command_rate_max must be in mm/s, some 0.05; units.um.* got 44.8"),
+        (
+            {"command_rate_max": 0.45, "work_rotation": 2.0},
+            r"must be less than 1 mm a turn of the work \(mm/s\); got 0.45",
+        ),
         ({"stock": -0.1}, r"stock must be > 0 \(mm\); got -0.1"),
         (
             {"roundness_max": 1e-3},

@@ -110,7 +110,8 @@ class Profile(PartReadings, Plan):
         missing : sequence of str
             Further words for no reading. Points without one are left out.
         plausible : bool
-            Whether units are held against what a gauge can mean.
+            Whether units are held against what a gauge can mean, and angles must leave no more than a quarter
+            of the ring without a reading. False takes an arc.
 
         Returns
         -------
@@ -354,7 +355,7 @@ class Profile(PartReadings, Plan):
         Raises
         ------
         ValueError
-            For a limit of another name, or not > 0.
+            For a limit of another name, not > 0, or above 0.5 mm.
         ImportError
             With a path, without the extra ``report``.
 

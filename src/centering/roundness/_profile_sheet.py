@@ -7,6 +7,7 @@ from typing import Any
 from centering.roundness._roundness import Roundness
 from sdpgrind.base import checks
 from sdpgrind.base.by_name import called
+from sdpgrind.base.quantities import another_unit
 from sdpgrind.base.sheets.amounts import Amounts, Interval
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Listing, Picture, Sentences
 from sdpgrind.base.units import UM
@@ -14,14 +15,14 @@ from sdpgrind.base.units import UM
 _CIRCLES = ("LSC", "MZC", "MCC", "MIC")
 _FORM = {"RONt": "value", "RONp": "ron_p", "RONv": "ron_v", "RONq": "ron_q"}  # source: ISO 12181-1
 _LARGEST = 8  # undulations in a table; chosen: the others are below them
+_USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 _SURE = 2.0  # standard deviations; source: coverage factor of a 95 % interval
 
 
 def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[str, float] | None) -> str:
     """Write the page of a profile, or return its text."""
     given = {
-        checks.one_of("limits", name, _FORM): checks.positive(f"limits[{name!r}]", limit, "mm")
-        for name, limit in (limits or {}).items()
+        checks.one_of("limits", name, _FORM): _limit(name, each) for name, each in (limits or {}).items()
     }
     form = profile.roundness("LSC")
     more: list[Block] = [_circles(profile), _undulations(profile), Picture("LSC", form.plot)]
@@ -30,6 +31,14 @@ def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[st
     if (source := profile.source) is not None:
         more += [Heading("Source of the data"), Listing(str(source))]
     return str(called("sdpgrind.base.sheets.record_page:report", profile, path, tuple(more)))
+
+
+def _limit(name: str, given: float) -> float:
+    """Limit in mm; one in micrometres is refused."""
+    limit = checks.positive(f"limits[{name!r}]", given, "mm")
+    if not _USUAL[0] <= limit <= _USUAL[1]:
+        raise ValueError(another_unit(f"limits[{name!r}]", limit, "mm", _USUAL, _TYPICAL))
+    return limit
 
 
 def _verdict(form: Roundness, name: str, limit: float) -> str:

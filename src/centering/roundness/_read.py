@@ -19,6 +19,7 @@ from sdpgrind.base.columns.taken import Rules
 from sdpgrind.base.units import m
 
 _ARC_LENGTH = ".x3p"
+_WHOLE = 0.75  # chosen: share of the turn below which a ring was not gone round, or the angle is another one
 
 
 class Turned(NamedTuple):
@@ -50,7 +51,11 @@ def samples(
     rules = Rules(period=1.0, group=group, missing=missing, plausible=plausible)
     nominal = None if radius is None else checks.positive("radius", radius, "mm")
     if isinstance(data, str | os.PathLike) and Path(data).suffix.lower() == _ARC_LENGTH:
-        return _of_arc(data, angle, reading, deviation, nominal, rules).known()
+        ring = _of_arc(data, angle, reading, deviation, nominal, rules).known()
+        if plausible and nominal is not None:
+            told = f"is radius a diameter? Say radius={nominal / 2:g}"
+            _refuse_part_of_a_turn(ring, Path(data).name, told)
+        return ring
     wanted = {"reading": reading, "deviation": deviation}
     asked = {name: value for name, value in wanted.items() if value is not None}
     if angle is None or len(asked) != 1:
@@ -70,7 +75,23 @@ def samples(
         origin, columns=tuple(notes), commands_at="", gaps=(), notes=(*origin.notes, *more)
     )
     readings = columns["reading"] if nominal is None else columns["deviation"] + nominal
-    return Turned(columns["angle"], readings, source).known()
+    found_all = Turned(columns["angle"], readings, source).known()
+    if plausible:
+        _refuse_part_of_a_turn(found_all, origin.files[0].name, "angle in another unit, or factor 2?")
+    return found_all
+
+
+def _refuse_part_of_a_turn(found: Turned, file: str, meant: str) -> None:
+    """Refuse angles that leave more than a quarter of the turn without a reading."""
+    if found.angle.size < 2:
+        return
+    angle = np.sort(found.angle % (2 * np.pi))
+    covered = 1 - float(np.diff(angle, append=angle[0] + 2 * np.pi).max()) / (2 * np.pi)
+    if covered < _WHOLE:
+        raise ValueError(
+            f"{file}: angles must go round the ring; got {covered:.2g} of a turn: {meant}"
+            " (plausible=False takes an arc)"
+        )
 
 
 def _of_arc(

@@ -154,7 +154,8 @@ class Log(Record):
         Warns
         -----
         UserWarning
-            Where more than 5 % of a column are missing; where the call gives another unit than the file.
+            Where more than 5 % of a column are missing; where the call gives another unit than the file;
+            where `duplicates` leaves less than half of the rows.
 
         Examples
         --------

@@ -99,7 +99,7 @@ def quantity(
             if not low <= number <= high:
                 raise checks.refuse(name, rule, number, written)
         if usual is not None and typical and not usual[0] <= number <= usual[1]:
-            raise ValueError(_of_another_unit(name, value, unit, usual, typical))
+            raise ValueError(another_unit(name, value, unit, usual, typical))
         return number
 
     return _field(Spec("number", check, unit), options)
@@ -123,7 +123,7 @@ def _rules(
     return rules
 
 
-def _of_another_unit(name: str, value: Any, unit: str, usual: tuple[float, float], typical: float) -> str:
+def another_unit(name: str, value: Any, unit: str, usual: tuple[float, float], typical: float) -> str:
     """Message with the conversion that makes the value usual, and nearest to `typical`."""
     meant = forgotten(float(value), unit, usual, typical)
     return f"{name} must be in {unit}, some {typical:g}{meant}; got {checks.shown(value)}"

@@ -46,9 +46,12 @@ _TURN = Fraction(2 * math.pi)
 _FORCE, _ENERGY, _POWER, _ANGLE = (1, -2, 1), (2, -2, 1), (2, -3, 1), (0, 0, 0, 1)
 _POUND = Fraction("4.4482216152605")  # N; source: 0.45359237 kg of 1959 times 9.80665 m/s^2
 _KILOPOND = Fraction("9.80665")  # N; source: standard acceleration of gravity of 1901
-_LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "nm": "1e-9"} | dict.fromkeys(("um", "µm", "μm"), "1e-6")
-_INCHES = dict.fromkeys(("in", "inch", "Zoll"), "0.0254")
-_TIMES = {"s": "1", "ms": "0.001", "min": "60", "h": "3600"} | dict.fromkeys(("us", "µs", "μs"), "1e-6")
+_LENGTHS = {"m": "1", "cm": "0.01", "mm": "0.001", "nm": "1e-9"} | dict.fromkeys(
+    ("um", "µm", "μm", "micron", "microns", "Mikron"), "1e-6"
+)
+_INCHES = dict.fromkeys(("in", "inch", "inches", "Zoll"), "0.0254") | {"thou": "0.0000254"}
+_SECONDS = dict.fromkeys(("s", "sec", "Sek"), "1")
+_TIMES = _SECONDS | {"ms": "0.001", "min": "60", "h": "3600"} | dict.fromkeys(("us", "µs", "μs"), "1e-6")
 _KILOPONDS = dict.fromkeys(("kp", "kgf"), _KILOPOND)
 _TURNS = dict.fromkeys(("rev", "U"), _TURN)
 _DEGREES = dict.fromkeys(("deg", "°", "Grad"), _TURN / 360)
@@ -59,14 +62,23 @@ _NAMED: tuple[tuple[Mapping[str, str | Fraction], tuple[int, ...]], ...] = (
     ({"kg": "1", "g": "0.001"}, (0, 0, 1)),
     ({"N": "1", "kN": "1000", "daN": "10", "lbf": _POUND, **_KILOPONDS}, _FORCE),
     ({"J": "1", "mJ": "0.001", "kJ": "1000", "Nm": "1"}, _ENERGY),
-    ({"W": "1", "mW": "0.001", "kW": "1000", **_HORSES}, _POWER),
+    ({"W": "1", "mW": "0.001", **dict.fromkeys(("kW", "kw", "KW"), "1000"), **_HORSES}, _POWER),
     ({"rad": "1", **_TURNS, **_DEGREES}, _ANGLE),
+    (dict.fromkeys(("cc", "ccm"), "1e-6"), (3,)),
+    ({"ipm": Fraction("0.0254") / 60}, (1, -1)),
     ({"Hz": _TURN, "rpm": _TURN / 60}, (0, -1, 0, 1)),
     ({"$": "1", "ct": "0.01"}, (0, 0, 0, 0, 1)),
     ({"A": "1", "mA": "0.001"}, (0, 0, 0, 0, 0, 1)),
     ({"1": "1", "%": "0.01"}, ()),
 )
 _UNITS = {name: _unit(factor, *powers) for named, powers in _NAMED for name, factor in named.items()}
+_AMBIGUOUS = {
+    "mil": '"thou" (0.001 in) or "mm"',
+    "mils": '"thou" (0.001 in) or "mm"',
+    "HP": '"hp" (550 ft lbf/s) or "PS" (75 m kp/s)',
+    "CV": '"hp" (550 ft lbf/s) or "PS" (75 m kp/s)',
+}
+"""Words that people write for more than one unit, and what to write instead."""
 _USUAL = tuple(
     (  # noqa: SIM905, a list of words is longer
         "nm um mm cm m in us ms s min um/s mm/s mm/min m/min m/s in/min in/s mm/s^2 m/s^2 N daN kN kp lbf mW"
@@ -187,6 +199,8 @@ def _atom(tokens: list[str]) -> Unit:
         if not tokens or tokens.pop(0) != ")":
             raise ValueError("a parenthesis is not closed")
         return unit
+    if token in _AMBIGUOUS:
+        raise ValueError(f"{token!r} may mean several units; write {_AMBIGUOUS[token]}")
     if token not in _UNITS:
         raise ValueError(f"{token!r} is no unit known here" if token else "a unit is missing at the end")
     return _UNITS[token]

@@ -15,20 +15,15 @@ _MEANT = 0.93  # measured: what a right cycle gives; the rest is deflection
 _SLACK = 2.0  # chosen: a cycle that ends early is no other unit
 _AGREE = 0.15  # chosen: two fifths of a hold that agree are steady
 _MOVES = 0.05  # chosen: share of the range of the size that is more than noise in the air
+_NOISE = 5.0  # chosen: standard deviations; the inner 96 % of white noise alone are 4.1 of them wide
 _ROWS = 10  # chosen: rows of a hold of which a fifth still has a slope
 _HOLDS = 5  # chosen: holds that are looked at; more are rapid moves
 _FORCES = (0.05, 1.0)  # chosen: friction ratios of grinding
 _TURNED = (0.7, 1.4)  # chosen: turns that are counted against those of the speed
-_SPOKEN = {
-    1.0: "the other sign",
-    2.0: "a diameter for a radius",
-    25.4: "inch for mm",
-    1000.0: "um for mm, or ms for s",
-    60.0: "mm/min for mm/s, or min for s",
-    1000 / 60: "m/min for mm/s, or um/s for mm/min",
-}
-FACTORS = [sign * f**power for f in _SPOKEN for power in (1, -1) for sign in (1, -1)]
+_CONFUSED = (1.0, 2.0, 25.4, 1000.0, 60.0, 1000 / 60)
+FACTORS = [sign * f**power for f in _CONFUSED for power in (1, -1) for sign in (1, -1)]
 """Factors between what is usually confused; derived."""
+_BACK = 0.7  # chosen: share of its travel by which a size falls back in one step where a part begins
 _OF_TURNS = {
     2 * pi / 60: "1/min for rad/s",
     2 * pi: "Hz for rad/s",
@@ -59,15 +54,14 @@ def contradictions(parts: Iterable[tuple[Floats, Columns]]) -> list[Contradictio
     each = list(parts)
     names = set(each[0][1]) if each else set()
     found = [
-        _followed(each, names, "size", "command_rate", slope_of_size),
-        _followed(each, names, "removed", "infeed_rate", share_removed),
+        *(_followed(each, names, *pair) for pair in PAIRS),
         _forces(each, names),
         _turns(each, names),
     ]
     return [one for one in found if one is not None]
 
 
-def _column(name: str, names: set[str]) -> str | None:
+def column(name: str, names: set[str]) -> str | None:
     """Name under which a quantity is there, measured before commanded."""
     return next((known for known in (name, name + COMMAND) if known in names), None)
 
@@ -79,7 +73,7 @@ def _median(values: Iterable[float]) -> float:
 
 def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -> Contradiction | None:
     """A way against the integral of its rate."""
-    driver = _column(rate, names)
+    driver = column(rate, names)
     if way not in names or driver is None:
         return None
     told = _median(ratio(time, columns[way], columns[driver]) for time, columns in each)
@@ -88,13 +82,27 @@ def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -
     times = min((f for f in FACTORS if f * told > 0), key=lambda f: abs(log(f * told / _MEANT)))
     if not LEAST <= times * told <= MOST and LEAST / _SLACK < told < MOST * _SLACK:
         return None
-    words = _SPOKEN[min(_SPOKEN, key=lambda f: abs(abs(log(abs(times))) - log(f)))]
-    falls = f"{way} is falling while {rate} feeds, " * (told < 0)
-    return Contradiction(
-        way,
-        driver,
-        f"{way} must follow {rate}, {LEAST} ... {MOST} of its integral; got {told:.3g}: {falls}{words}?",
-        times,
+    rule = f"{way} must follow {rate}, {LEAST} ... {MOST} of its integral; got {told:.3g}"
+    if any(_falls_back(columns[way]) for _, columns in each):
+        more = f', as {way} goes back to its beginning: two parts? Say part="header of the part\'s number"'
+        return Contradiction(way, driver, rule + more)
+    falls = f", {way} is falling while {rate} feeds" * (told < 0)
+    return Contradiction(way, driver, rule + falls, times)
+
+
+def _falls_back(way: Floats) -> bool:
+    """Whether a way jumps to its beginning and moves on from there; a spike comes back at once."""
+    known = way[np.isfinite(way)]
+    if known.size < _ROWS:
+        return False
+    tail = max(2, known.size // 20)
+    k = int(np.argmax(np.abs(np.diff(known)))) + 1
+    before, after = known[max(0, k - tail) : k], known[k : k + tail]
+    if min(before.size, after.size) < tail:
+        return False
+    start, end, again = (float(np.median(part)) for part in (known[:tail], before, after))
+    return abs(again - start) < (1 - _BACK) * abs(end - start) and abs(known[k] - known[k - 1]) > _BACK * abs(
+        end - start
     )
 
 
@@ -105,7 +113,8 @@ def _held(rate: Floats) -> Floats:
     return np.where(last >= 0, np.where(known, rate, 0.0)[last], 0.0)
 
 
-def _integral(time: Floats, rate: Floats) -> Floats:
+def integral(time: Floats, rate: Floats) -> Floats:
+    """Integral of a rate that holds until the next, from 0."""
     return np.concatenate([[0.0], np.cumsum(_held(rate)[:-1] * np.diff(time))])
 
 
@@ -118,8 +127,8 @@ def slope_of_size(time: Floats, size: Floats, rate: Floats) -> float:
     if np.sum(known) < _ROWS:
         return nan
     spread = float(np.subtract(*np.quantile(size[known], [0.98, 0.02])))
-    way, held = _integral(time, rate), _held(rate)
-    if spread <= 0 or not np.any(held):
+    way, held = integral(time, rate), _held(rate)
+    if spread <= _NOISE * _noise_sd(size[known]) or not np.any(held):
         return nan
     edges = np.concatenate([[0], np.flatnonzero(np.diff(held)) + 1, [time.size - 1]])
     runs = sorted(
@@ -132,6 +141,11 @@ def slope_of_size(time: Floats, size: Floats, rate: Floats) -> float:
         if steady is not None:
             return steady if isfinite(steady) else _of_whole(way, size, spread)
     return _of_whole(way, size, spread)
+
+
+def _noise_sd(values: Floats) -> float:
+    """Standard deviation of white noise, from the steps between rows (median of the normal law)."""
+    return float(np.median(np.abs(np.diff(values)))) / (0.6745 * 2**0.5)
 
 
 def _steady(way: Floats, size: Floats, spread: float) -> float | None:
@@ -177,10 +191,14 @@ def share_removed(time: Floats, removed: Floats, rate: Floats) -> float:
     rows = np.flatnonzero(np.isfinite(removed))
     if rows.size < 2:
         return nan
-    way = _integral(time, rate)
+    way = integral(time, rate)
     travel = float(way[rows[-1]] - way[rows[0]])
     took = float(removed[rows[-1]] - removed[rows[0]])
     return took / travel if travel and took else nan
+
+
+PAIRS = (("size", "command_rate", slope_of_size), ("removed", "infeed_rate", share_removed))
+"""A way, its rate, and what tells their ratio."""
 
 
 def _forces(each: Parts, names: set[str]) -> Contradiction | None:
@@ -210,7 +228,7 @@ def _force_ratio(tangential: Floats, normal: Floats) -> float:
 
 def _turns(each: Parts, names: set[str]) -> Contradiction | None:
     """Turns counted from the angle against those of the spindle's speed."""
-    speed = _column("spindle_speed", names)
+    speed = column("spindle_speed", names)
     if "angle" not in names or speed is None:
         return None
     told = _median(_turned(time, columns["angle"], columns[speed]) for time, columns in each)
@@ -242,6 +260,6 @@ def _turned(time: Floats, angle: Floats, speed: Floats) -> float:
         again = (steps + pi) % (2 * pi) - pi
         steps = again if spread <= 2.2 * pi else np.where(back, steps + sign * spread, steps)
     rows = np.flatnonzero(known)
-    way = _integral(time, speed)
+    way = integral(time, speed)
     travel = abs(float(way[rows[-1]] - way[rows[0]]))
     return abs(float(steps.sum())) / travel if travel else nan

@@ -8,7 +8,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns.request import Bound, unit_of_name
 from sdpgrind.base.columns.sheet import Column
-from sdpgrind.base.columns.table import TEXT, Meant, quantity_of
+from sdpgrind.base.columns.table import TEXT, TRAVELS, Meant, quantity_of
 from sdpgrind.base.unit_text import factor, near
 
 _MOST = 0.95  # chosen: quantile held against the upper limit, so that a rapid approach or a spike passes
@@ -34,12 +34,20 @@ def ends(values: Floats) -> tuple[float, float]:
     return (float(sizes.max()), float(np.quantile(sizes, _MOST))) if sizes.size else (0.0, 0.0)
 
 
+def travel(values: Floats) -> float:
+    """How far a column moves, without spikes; 0: it has no reading."""
+    known = values[np.isfinite(values)]
+    return float(np.subtract(*np.quantile(known, [_MOST, 1 - _MOST]))) if known.size else 0.0
+
+
 def _inside(greatest: float, most: float, meant: Meant) -> bool:
     return greatest >= meant.least and most <= meant.greatest
 
 
 def _fault(values: Floats, meant: Meant, bound: Bound) -> str:
     greatest, most = ends(values)
+    if bound.request.name in TRAVELS:
+        most = min(most, travel(values))  # a gauge may show the whole radius
     if greatest == 0 or _inside(greatest, most, meant):
         return _degrees(values, bound) if meant.unit == "rad" and bound.factor == 1.0 else ""
     unit = meant.unit or "1"

@@ -12,8 +12,11 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns import binary, memory, text
-from sdpgrind.base.columns.pairs import Contradiction, contradictions
+from sdpgrind.base.columns.exchanged import exchanged
+from sdpgrind.base.columns.mistakes import Clock, mistakes, sentence
+from sdpgrind.base.columns.pairs import contradictions
 from sdpgrind.base.columns.plausible import refuse_other_units
+from sdpgrind.base.columns.removal import removal_fault
 from sdpgrind.base.columns.request import Bound, Request, place_of, request_of, requests_of, unit_of_name
 from sdpgrind.base.columns.resample import resampled
 from sdpgrind.base.columns.rows import PartRows, aligned, gaps, one_a_time
@@ -21,7 +24,6 @@ from sdpgrind.base.columns.sheet import Column, Sheet, too_long
 from sdpgrind.base.columns.source import ColumnNote, FileNote, Source, file_note
 from sdpgrind.base.columns.table import TEXT
 from sdpgrind.base.columns.taken import Rules, Taken, taken
-from sdpgrind.base.unit_text import factor, near
 from sdpgrind.base.warned import warn
 
 _MISSING = 0.05  # chosen: share of missing readings above which a user should look at the file
@@ -129,9 +131,7 @@ def _whole(
     columns = {each.column: np.concatenate([b.columns[each.column] for b in blocks]) for each in asked}
     where = files[0].name if len(files) == 1 else f"{files[0].name} ... {files[-1].name}"
     if rules.plausible:
-        refuse_other_units(columns, found[0].bounds, where)
-        for fault in contradictions((block.time, block.columns) for block in blocks):
-            raise ValueError(f"{where}: {_with_calls(fault, found[0].bounds)}")
+        _refuse_mistakes(columns, blocks, found[0], rules, where)
     else:
         notes = [*notes, "plausible=False: units are not held against what a machine can mean"]
     sizes = [block.time.size for block in blocks]
@@ -145,6 +145,33 @@ def _whole(
         tuple(block.label or str(k) for k, block in enumerate(blocks)),
         source,
     )
+
+
+def _refuse_mistakes(
+    columns: Mapping[str, Column], blocks: list[PartRows], first: Taken, rules: Rules, where: str
+) -> None:
+    """Refuse columns that were exchanged, that no machine means, or that contradict each other."""
+    parts, bounds = [(block.time, block.columns) for block in blocks], dict(first.bounds)
+    if (pair := exchanged(parts, {name: each.factor for name, each in bounds.items()})) is not None:
+        way, rate = (bounds[name] for name in pair)
+        raise ValueError(
+            f"{where}: {way.request.name} must follow {rate.request.name}, and not the other way; exchanged?"
+            f" Say {_as(way, rate)}, {_as(rate, way)} (plausible=False takes it as it is)"
+        )
+    refuse_other_units(columns, bounds, where)
+    if (odd := removal_fault(columns, bounds)) is not None:
+        raise ValueError(f"{where}, column {bounds['removal_rate'].heading.header!r}: {odd}")
+    for fault in contradictions(parts):
+        told = fault.times == fault.times
+        found = mistakes(fault, parts, bounds, Clock(first.time, rules.period)) if told else []
+        raise ValueError(f"{where}: {sentence(fault, found, bounds)}")
+
+
+def _as(each: Bound, other: Bound) -> str:
+    """Argument that reads the column of another one, in the unit of its file if there is one."""
+    head, name = other.heading, each.request.name
+    unit = head.unit or unit_of_name(name)
+    return f'{name}=("{head.name}", "{unit}")'
 
 
 def _source(
@@ -181,24 +208,6 @@ def _clean(block: PartRows, rules: Rules) -> PartRows:
     series = {name: (block.time, values) for name, values in block.columns.items()}
     time, columns = resampled(series, rules.resample, block.where)
     return block._replace(time=time, columns=columns, row=np.arange(time.size))
-
-
-def _with_calls(fault: Contradiction, bounds: Mapping[str, Bound]) -> str:
-    """A contradiction with the calls that would put either column right."""
-    if fault.times != fault.times:
-        return f"{fault.told} (plausible=False takes it as it is)"
-    calls = (_call(bounds[fault.first], fault.times), _call(bounds[fault.second], 1 / fault.times))
-    return f"{fault.told} Say {' or '.join(calls)} (plausible=False takes it as it is)"
-
-
-def _call(each: Bound, times: float) -> str:
-    """Argument that multiplies a column: another unit where one has that factor, else a factor."""
-    ours = unit_of_name(each.request.name)
-    used = factor(each.unit, ours)
-    for other in (ours, *near(ours)):
-        if np.isclose(factor(other, ours) / used, times, rtol=1e-6):
-            return each.call(unit=other)
-    return each.call(times=times)
 
 
 def _notes(found: list[Taken], columns: Mapping[str, Column]) -> list[ColumnNote]:

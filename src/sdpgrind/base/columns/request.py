@@ -1,6 +1,7 @@
 """What a caller asks for: header, unit and factor of each quantity, bound to the headings of a sheet."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -121,11 +122,24 @@ def no_unit(request: Request, heading: ColumnHead, where: str) -> str:
     """Refusal of a column without unit, with the call that would do."""
     ours = unit_of_name(request.name)
     more = "" if request.factor == 1.0 else f", {request.factor:g}"
-    others = ", ".join(near(ours))
+    told = _unit_at_the_end(heading.header, ours)
+    others = ", ".join(unit for unit in (ours, *near(ours)) if unit != (told or ours))
+    call = f'{request.name}=("{heading.header}", "{told or ours}"{more})'
     return (
-        f'{where}{request.name} must have a unit; say {request.name}=("{heading.header}", "{ours}"{more})'
-        f" or another such as {others}"
+        f"{where}{request.name} must have a unit; say {call}"
+        + (", as the header seems to say," if told else "")
+        + f" or another such as {others}"
     )
+
+
+def _unit_at_the_end(header: str, ours: str) -> str | None:
+    """Unit of the right kind that a header ends with, as "Ist um" or "x_um" does; None: none."""
+    last = re.split(r"[\s_,;:]+", header)[-1]
+    try:
+        factor(last, ours)
+    except ValueError:
+        return None
+    return last if last != header else None
 
 
 def _warn_of_two(request: Request, heading: ColumnHead, where: str, ours: str) -> None:

@@ -11,8 +11,10 @@ from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.columns.commands import held
 from sdpgrind.base.columns.sheet import Column
 from sdpgrind.base.columns.table import is_command
+from sdpgrind.base.warned import warn
 
 GAP = 3.0  # chosen: medians of the step above which a step is a gap; fewer would note a jitter of the clock
+_MERGED = 0.5  # chosen: share of the rows at the times of others from which on the clock is too coarse
 
 
 class PartRows(NamedTuple):
@@ -81,10 +83,26 @@ def one_a_time(block: PartRows, duplicates: str) -> PartRows:
             ' duplicates="first", "last" or "mean"'
         )
     first = np.flatnonzero(np.concatenate([[True], ~again]))
+    _warn_of_most(block, first.size, duplicates)
     if duplicates == "mean":
         means = {name: _means(values, first) for name, values in block.columns.items()}
         return block.only(first)._replace(columns=means)
     return block.only(first if duplicates == "first" else np.append(first[1:], block.time.size) - 1)
+
+
+def _warn_of_most(block: PartRows, kept: int, duplicates: str) -> None:
+    """Warn where most rows share their time with others, as of a clock that counts in whole seconds."""
+    rows = block.time.size
+    if kept > (1 - _MERGED) * rows:
+        return
+    step = float(block.time[-1] - block.time[0]) / (rows - 1)
+    more = f"; if the rows are evenly spaced, period={step:.3g} (s) instead of time= keeps them all" * (
+        step > 0
+    )
+    warn(
+        f"{block.where}: duplicates={duplicates!r} leaves {kept} of {rows} rows, as the others stand at the"
+        f" same times{more}"
+    )
 
 
 def _means(values: Column, first: npt.NDArray[np.int64]) -> Column:

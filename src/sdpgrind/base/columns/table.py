@@ -10,6 +10,9 @@ COMMANDED = "command_rate"
 TEXT = "text"
 """Unit of columns of words."""
 
+TRAVELS = frozenset(["size"])
+"""Quantities that count from anywhere: what they move is held against the upper end of their range."""
+
 
 class Meant(NamedTuple):
     """Unit ("": a pure number), least and greatest magnitude of a quantity."""

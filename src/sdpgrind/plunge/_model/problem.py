@@ -11,7 +11,7 @@ from sdpgrind.base.warned import warn
 from sdpgrind.identify import Estimate
 from sdpgrind.plunge._model.model import PlungeModel
 
-DEEPEST = 1.0  # chosen: depth of cut per turn from which on another unit is meant, mm
+DEEPEST = 1.0  # chosen: depth of cut per turn that no wheel plunges, mm
 
 
 @described("plunge.cycle_problem")
@@ -51,7 +51,7 @@ class CycleProblem(Described):
 
     model: PlungeModel = part(PlungeModel)
     stock: float = quantity("mm", above=0, usual=(1e-3, inf), typical=0.3)
-    command_rate_max: float = quantity("mm/s", above=0, usual=(1e-4, inf), typical=0.05)
+    command_rate_max: float = quantity("mm/s", above=0, usual=(1e-4, 0.5), typical=0.05)
     roundness_max: float = quantity("mm", usual=(-inf, 0.5), typical=0.003)
     time_constant: float | None = quantity("s", above=0, default=None)
     sample_time: float = quantity("s", above=0, default=0.04)
@@ -85,7 +85,7 @@ class CycleProblem(Described):
             )
         if self.model.depth_of_cut(self.command_rate_max) >= DEEPEST:
             raise ValueError(
-                f"command_rate_max must be in mm/s, < {DEEPEST:g} mm a turn; units.um(...) for um/s;"
+                f"command_rate_max must be less than {DEEPEST:g} mm a turn of the work (mm/s);"
                 f" got {self.command_rate_max!r}"
             )
 

@@ -1,0 +1,178 @@
+"""One wrong declaration is told by its name, the most probable first; columns exchanged, two parts, coarse clocks too."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hwsim
+from centering import Profile
+
+SAMPLES = Path(__file__).parents[1] / "data" / "samples"
+BRACKETS = {
+    "time": ("t", "s"),
+    "size": ("X", "um"),
+    "command_rate": ("v", "mm/min"),
+    "grinding_power": ("P", "kW"),
+}
+GERMAN = {"time": "Zeit", "size": ("Aufmaß Durchmesser", "um", -0.5), "command_rate": "Zustellung"}
+SHAFT = {"time": "t", "grinding_power": "P", "infeed_rate": "v", "work_rotation": "n", "removed": "removed"}
+PARTS = {"size": "size", "command_rate": "rate"}
+BEAD = {"period": 1.0, "normal_force": "Fn", "tangential_force": "Ft", "grinding_power": "P", "removal_rate": "Q",
+        "feed_rate": "feed", "cut_depth": "a"}  # fmt: skip
+RIGHT = {"plunge_brackets.csv": BRACKETS, "plunge_deutsch.csv": GERMAN, "shaft.h5": SHAFT, "plunge_parts.tdms": PARTS,
+         "bead_passes.csv": BEAD}  # fmt: skip
+TWENTY = [
+    ("plunge_brackets.csv", {"size": ("X", "mm")}, 'size=("X", "um")'),
+    ("plunge_brackets.csv", {"size": ("X", "in")}, 'size=("X", "um")'),
+    ("plunge_brackets.csv", {"size": ("X", "um", 2)}, 'size without its factor of 2? Say size=("X", "um")'),
+    ("plunge_brackets.csv", {"size": ("X", "um", -1)}, 'size without its factor of -1? Say size=("X", "um")'),
+    ("plunge_brackets.csv", {"command_rate": ("v", "um/s")}, "got 14.7: command_rate in mm/min, not um/s?"),
+    ("plunge_brackets.csv", {"command_rate": ("v", "mm/s")}, "got 0.0147: command_rate in mm/min, not mm/s?"),
+    ("plunge_brackets.csv", {"command_rate": ("v", "mm/min", 0.5)}, "got 1.77: command_rate without its factor of 0.5?"),
+    ("plunge_brackets.csv", {"time": ("t", "ms")}, 'got 884: time in s, not ms? Say time=("t", "s")'),
+    ("plunge_brackets.csv", {"time": ("t", "min")}, 'got 0.0147: time in s, not min? Say time=("t", "s")'),
+    ("plunge_brackets.csv", {"grinding_power": ("P", "W")}, 'grinding_power=("P", "kW")'),
+    ("plunge_brackets.csv", {"size": ("v", "um"), "command_rate": ("X", "mm/min")},
+     'exchanged? Say size=("X", "um"), command_rate=("v", "mm/min")'),
+    ("plunge_deutsch.csv", {"size": ("Aufmaß Durchmesser", "um", -1)}, "got 1.77: size of the diameter? Say"),
+    ("plunge_deutsch.csv", {"size": ("Aufmaß Durchmesser", "um")}, "size of the diameter with the other sign? Say"),
+    ("plunge_deutsch.csv", {"time": ("Zeit", "ms")}, 'time in s, not ms? Say time=("Zeit", "s")'),
+    ("shaft.h5", {"removed": ("removed", "in")}, 'removed in mm, not in? Say removed=("removed", "mm")'),
+    ("shaft.h5", {"infeed_rate": ("v", "mm/s")}, "infeed_rate in mm/min, not mm/s?"),
+    ("shaft.h5", {"infeed_rate": ("removed", "mm/min"), "removed": ("v", "mm")}, "exchanged? Say removed="),
+    ("shaft.h5", {"grinding_power": ("P", "hp")}, 'grinding_power=("P", "W")'),
+    ("plunge_parts.tdms", {"size": ("rate", "um"), "command_rate": ("size", "mm/s")}, "exchanged? Say size="),
+    ("bead_passes.csv", {"removal_rate": ("Q", "mm^3/s")}, 'removal_rate=("Q", "cm^3/min")'),
+]  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore:.*the file says")
+@pytest.mark.parametrize(("name", "wrong", "told"), TWENTY)
+def test_wrong_declarations_are_told_by_their_name(name, wrong, told):
+    assert hwsim.Log.read(SAMPLES / name, **RIGHT[name]) is not None
+    with pytest.raises(ValueError, match="plausible=False") as refused:
+        hwsim.Log.read(SAMPLES / name, **RIGHT[name] | wrong)
+    message = str(refused.value)
+    assert told in message and "\n" not in message
+    if "? Say" in message:
+        assert message.index("? Say") < message.index(told) + len(told) + 5  # it is the first explanation
+
+
+def bare():
+    """The sample without units in its headers: nothing but the numbers tells."""
+    table = pd.read_csv(SAMPLES / "plunge_brackets.csv")
+    return table.rename(columns=lambda header: header.split(" ")[0])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"time": ("t", "ms")}, 'got 884: time in s, not ms? Say time=("t", "s")'),
+        ({"time": ("t", "min")}, 'got 0.0147: time in s, not min? Say time=("t", "s")'),
+        (
+            {"command_rate": ("v", "mm/s")},
+            'command_rate in mm/min, not mm/s? Say command_rate=("v", "mm/min")',
+        ),
+        (
+            {"command_rate": ("v", "um/s")},
+            'command_rate in mm/min, not um/s? Say command_rate=("v", "mm/min")',
+        ),
+        ({"size": ("X", "um", 2)}, "size without its factor of 2?"),
+        ({"size": ("v", "um"), "command_rate": ("X", "mm/min")}, "exchanged? Say"),
+        ({"time": None, "period": 40.0}, "got 0.000884: period of 0.04 s? Say period=0.04"),
+    ],
+)
+def test_numbers_alone_tell_the_most_probable_mistake_first(wrong, told):
+    with pytest.raises(ValueError, match="must follow") as refused:
+        hwsim.Log.read(bare(), **BRACKETS | wrong)
+    message = str(refused.value)
+    assert told in message
+    assert told.startswith("exchanged") or message.index("? Say") >= message.index(told)
+
+
+def test_milliseconds_that_are_read_as_seconds_are_a_mistake_of_time():
+    table = bare()
+    table["t"] = 1000 * table["t"]
+    with pytest.raises(ValueError, match=r'got 0.000884: time in ms, not s\? Say time=\("t", "ms"\)'):
+        hwsim.Log.read(table, **BRACKETS)
+
+
+def test_two_parts_in_one_file_are_told():
+    one = bare()
+    two = one.assign(t=one["t"] + float(one["t"].iloc[-1]) + 0.04)
+    short = one["t"] < 2.0
+    again = pd.concat([one[short], two], ignore_index=True).assign(t=lambda x: 0.04 * np.arange(len(x)))
+    with pytest.raises(ValueError, match=r"size goes back to its beginning: two parts\? Say part=") as told:
+        hwsim.Log.read(again.assign(X=2 * again["X"]), **BRACKETS)
+    assert "diameter" not in str(told.value)
+
+
+def test_a_gauge_may_show_the_whole_diameter():
+    table = bare()
+    table["X"] = 60.25 - 2e-3 * table["X"]  # mm of diameter
+    log = hwsim.Log.read(table, **BRACKETS | {"size": ("X", "mm", -0.5)})
+    moved = log["data"]["size"].values
+    assert moved[-1] - moved[0] == pytest.approx(0.1822, abs=5e-4)
+    with pytest.raises(ValueError, match=r"size must be 0.005 ... 20 mm.*size=\(\"X\", \"um\", -0.5\)"):
+        hwsim.Log.read(table.assign(X=1000 * table["X"]), **BRACKETS | {"size": ("X", "mm", -0.5)})
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_a_ramp_of_the_feed_in_the_air_is_no_exchange(noise):
+    rows = np.arange(400)
+    size = 12.0 + noise * np.random.default_rng(3).standard_normal(400)
+    table = {"t": 0.02 * rows, "X": size, "v": 1e-4 * rows}
+    log = hwsim.Log.read(table, time=("t", "s"), command_rate=("v", "mm/s"), size=("X", "mm"))
+    assert log["data"].sizes["row"] == 400
+
+
+def test_a_clock_of_whole_seconds_warns():
+    table = bare()
+    coarse = table.assign(t=np.floor(table["t"]))
+    with pytest.warns(UserWarning, match=r"duplicates='mean' leaves 10 of 24\d rows.*period=0.037 \(s\)"):
+        hwsim.Log.read(coarse, **BRACKETS, duplicates="mean")
+
+
+@pytest.mark.parametrize("unit", ["mm^3/s", "mm^3/min", "cm^3/s"])
+def test_removal_rates_must_agree_with_power_depth_and_feed(unit):
+    with (
+        pytest.warns(UserWarning, match="the file says"),
+        pytest.raises(
+            ValueError, match=r'removal_rate must agree with power.*removal_rate=\("Q", "cm\^3/min"\)'
+        ),
+    ):
+        hwsim.Log.read(SAMPLES / "bead_passes.csv", **BEAD | {"removal_rate": ("Q", unit)})
+
+
+@pytest.mark.parametrize("header", ["Ist um", "Ist_um", "Soll, um"])
+def test_a_unit_at_the_end_of_a_header_is_offered(header):
+    with pytest.raises(ValueError, match="as the header seems to say") as told:
+        hwsim.Log.read({header: np.arange(9.0)}, period=1.0, size=header)
+    assert f'size=("{header}", "um")' in str(told.value)
+
+
+def test_a_bracket_is_taken_and_a_word_is_no_unit():
+    assert hwsim.Log.read({"Soll [µm]": np.arange(9.0)}, period=1.0, size="Soll") is not None
+    with pytest.raises(ValueError, match=r'say size=\("Ist kurz", "mm"\) or another'):
+        hwsim.Log.read({"Ist kurz": np.arange(9.0)}, period=1.0, size="Ist kurz")
+
+
+def test_a_ring_is_gone_round():
+    with pytest.raises(ValueError, match=r"got 0.5 of a turn: is radius a diameter\? Say radius=40"):
+        Profile.read(SAMPLES / "ring.x3p", radius=80.0)
+    assert Profile.read(SAMPLES / "ring.x3p", radius=80.0, plausible=False).turns < 0.6
+    half = {"angle": ("angle", "deg", 0.5), "deviation": "deviation", "radius": 40.0}
+    with pytest.raises(
+        ValueError, match=r"ring_degrees.csv: angles must go round the ring; got 0.5 of a turn"
+    ):
+        Profile.read(SAMPLES / "ring_degrees.csv", **half)
+
+
+def test_limits_of_roundness_are_in_millimetres():
+    ring = Profile.read(SAMPLES / "ring.x3p", radius=40.0)
+    with pytest.raises(
+        ValueError, match=r"limits\['RONt'\] must be in mm, some 0.003; units.um\(...\) .* got 10"
+    ):
+        ring.report(limits={"RONt": 10})
