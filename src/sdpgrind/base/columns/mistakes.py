@@ -18,12 +18,16 @@ _RATE = (1e-4, 1.0)  # mm/s; chosen: median of a feed that grinds
 _STEP = (1e-5, 2.0)  # s; chosen: from a fast rig to a slow trace of a control
 _DURATION = (0.3, 3600.0)  # s; chosen: a part
 _NAMED = 3  # chosen: explanations in one sentence
-_BY_FILE, _BY_RANGE, _UNDONE = -3, -2, -1  # evidence: the file's own unit, an unusual value, a given factor
+_BY_FILE, _BY_RANGE, _UNDONE = (
+    -3,
+    -2,
+    -1,
+)  # chosen order of evidence: the file's own unit, an unusual value, a given factor
 _FACTORS = {1.0: _UNDONE, 0.5: 0, -0.5: 0, -1.0: 1, 2.0: 3, -2.0: 3}
 """Factors of a declaration that mean something; how improbable each is."""
 
 
-class Clock(NamedTuple):
+class DeclaredTimes(NamedTuple):
     """Declaration of the times: the note of their column, and the period (s) where there is no column."""
 
     note: ColumnNote
@@ -38,7 +42,9 @@ class Mistake(NamedTuple):
     rank: int
 
 
-def mistakes(fault: Contradiction, each: Parts, bounds: dict[str, Bound], clock: Clock) -> list[Mistake]:
+def mistakes(
+    fault: Contradiction, each: Parts, bounds: dict[str, Bound], clock: DeclaredTimes
+) -> list[Mistake]:
     """Single declarations that put a contradiction right, the most probable first."""
     way, rate = bounds[fault.first], bounds[fault.second]
     inverse = 1 / fault.times
@@ -120,7 +126,7 @@ def _rank(unit: str, written: str, of_file: str | None, ours: str) -> int | None
         return None
 
 
-def _times(clock: Clock, times: float, each: list[Floats]) -> list[Mistake]:
+def _times(clock: DeclaredTimes, times: float, each: list[Floats]) -> list[Mistake]:
     """Another unit of the time, if steps and durations are usual then; stamps and waveforms know theirs."""
     steps = _median(float(np.median(np.diff(time))) if time.size > 1 else 0.0 for time in each)
     lasts = _median(float(time[-1] - time[0]) if time.size else 0.0 for time in each)

@@ -20,7 +20,7 @@ _ROWS = 10  # chosen: rows of a hold of which a fifth still has a slope
 _HOLDS = 5  # chosen: holds that are looked at; more are rapid moves
 _FORCES = (0.05, 1.0)  # chosen: friction ratios of grinding
 _TURNED = (0.7, 1.4)  # chosen: turns that are counted against those of the speed
-_CONFUSED = (1.0, 2.0, 25.4, 1000.0, 60.0, 1000 / 60)
+_CONFUSED = (1.0, 2.0, 25.4, 1000.0, 60.0, 1000 / 60)  # derived: radius, inch, um or ms, minutes, both
 FACTORS = [sign * f**power for f in _CONFUSED for power in (1, -1) for sign in (1, -1)]
 """Factors between what is usually confused; derived."""
 _BACK = 0.7  # chosen: share of its travel by which a size falls back in one step where a part begins

@@ -13,7 +13,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns import binary, memory, text
 from sdpgrind.base.columns.exchanged import exchanged
-from sdpgrind.base.columns.mistakes import Clock, mistakes, sentence
+from sdpgrind.base.columns.mistakes import DeclaredTimes, mistakes, sentence
 from sdpgrind.base.columns.pairs import contradictions
 from sdpgrind.base.columns.plausible import refuse_other_units
 from sdpgrind.base.columns.removal import removal_fault
@@ -163,7 +163,7 @@ def _refuse_mistakes(
         raise ValueError(f"{where}, column {bounds['removal_rate'].heading.header!r}: {odd}")
     for fault in contradictions(parts):
         told = fault.times == fault.times
-        found = mistakes(fault, parts, bounds, Clock(first.time, rules.period)) if told else []
+        found = mistakes(fault, parts, bounds, DeclaredTimes(first.time, rules.period)) if told else []
         raise ValueError(f"{where}: {sentence(fault, found, bounds)}")
 
 
