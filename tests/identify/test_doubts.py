@@ -53,7 +53,9 @@ def test_commands_as_recorded(way):
 
 def test_an_alignment_is_preferred_from_F_of_4_on():
     squares = {"begin": 1.0, "centre": 1.0 + 4.0 / 98, "end": 2.0}
-    assert alignment.preferred(squares, 100) == ("begin", pytest.approx(4.0))
+    found = alignment.preferred(squares, 100)
+    assert (found.preferred, found.second) == ("begin", "centre") and found.decisiveness == pytest.approx(4.0)
+    assert found.excess == pytest.approx(4.0 / 98) == pytest.approx(found.needed)
     assert not alignment.preferred(squares | {"centre": 1.04}, 100).sure
     assert alignment.preferred(dict.fromkeys(squares, 0.0), 100).preferred == "not sure"
 
@@ -134,7 +136,7 @@ def record():
         "a cycle",
         every,
         ("One sentence.",),
-        alignment.Alignment("begin", 9.0),
+        alignment.preferred({"begin": 1.0, "end": 1.45, "centre": 1.5}, 245),
         Figure("time", "s", 12.0),
         [stake],
     )
@@ -159,7 +161,41 @@ def test_saved_loaded_written_drawn(tmp_path):
 def test_the_page():
     page = str(record())
     assert "tau [s]  1.9       1.400  (1.390 to 1.410)  differs (by chance < 0.01 %)" in page
-    assert "The data tell 1 of 2 values; tau differs from what is believed." in page
+    told = "The data tell 1 of 2 values of the model; tau differs from what the problem holds"
+    assert told in page.replace("\n", " ")
     assert "- width: a fact" in page and "- commands_at: 'begin'; said" in page and "- One sentence." in page
     assert "1.390: 10.90 s  1.410: 11.10 s   -1.1 s" in page
+    assert "width" in (shown := record()._repr_html_()) and "not told: a fact" in shown
+    assert "as large as it is" not in shown  # of a value that has none
     assert repr(record()) == "Doubts(a cycle: 0 agrees, 1 differs of 3 rows)"
+
+
+def test_nothing_told_is_said_once():
+    page = str(Doubts("a cycle", [rows.untold("width", "mm", 9.0, "a drawing")]))
+    assert "The data tell none of 1 value of the model." in page and page.count("data tell") == 1
+
+
+def test_the_sentence_on_alignment_says_what_the_data_reject_and_by_how_much():
+    found = alignment.preferred({"begin": 1.0, "end": 1.45, "centre": 1.9}, 202)  # 4/200 is 2 %
+    taus = {"begin": 1.4, "end": 1.45}
+    as_read = alignment.alignment_sentence(found, "begin", "time_constant", taus, "s")
+    assert (
+        "commands_at='begin', and the data confirm it: 'end'" in as_read
+        and "time_constant would be" in as_read
+    )
+    assert "a sum of squared residuals 45 % larger than 'begin' (2.0 % would be enough)" in as_read
+    other = alignment.alignment_sentence(found, "end", "time_constant", taus, "s")
+    assert "reject that for 'begin'" in other and other.endswith("read again with commands_at='begin'.")
+    near = alignment.preferred({"begin": 1.0, "end": 1.01, "centre": 1.9}, 202)
+    unsure = alignment.alignment_sentence(near, "begin", "time_constant", taus, "s")
+    assert "neither confirm nor reject: 'end' leaves a sum of squared residuals 1.0 % larger" in unsure
+    assert all("F =" not in sentence for sentence in (as_read, other, unsure))
+
+
+@pytest.mark.parametrize(
+    ("excess", "words"), [(0.016, "1.6 %"), (4.0, "4.0 times"), (np.inf, "over 100000 times")]
+)
+def test_excess_in_words(excess, words):
+    from sdpgrind.base.doubts.words import share
+
+    assert share(excess) == words

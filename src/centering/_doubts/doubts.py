@@ -5,23 +5,25 @@ from typing import Any
 from centering._doubts import cost, scans
 from centering._problem.problem import CenteringProblem
 from centering.friction._estimator import identify_friction
+from sdpgrind.base.brief import counted
+from sdpgrind.base.doubts.advice import to_plan_with
 from sdpgrind.base.doubts.assumed import reader_of
 from sdpgrind.base.doubts.record import Doubts
-from sdpgrind.base.doubts.rows import Doubt, compared, complete, untold
+from sdpgrind.base.doubts.rows import DIFFERS, Doubt, compared, complete, untold
 from sdpgrind.base.tables import table_of, tables_in
 from sdpgrind.identify import Estimate, Status
 
-_PUSHED = "pushes with peak force and way of the part would tell it"
-_TOUCH = "the force of a tip pressed on a clamped part, over its way, would tell it"
+_PUSHED = "with the peak force and the displacement of the part"
+_TOUCH = "the force of a tip pressed on a clamped part, over its displacement"
 _HINTS = {
-    "radius": "a scan of a whole turn (angle, reading) would tell it",
-    "mass": "scales would tell it",
-    "mu_static": f"{_PUSHED}: slow ones",
-    "mu_kinetic": f"{_PUSHED}: fast ones, with a free slide",
-    "viscous_coefficient": "pushes at two speeds would tell it",
+    "radius": "a scan of a whole turn (angle, reading)",
+    "mass": "scales",
+    "mu_static": f"slow pushes {_PUSHED}",
+    "mu_kinetic": f"fast pushes {_PUSHED}, which slides on freely",
+    "viscous_coefficient": "pushes at two speeds",
     "contact_stiffness": _TOUCH,
     "contact_damping": _TOUCH,
-    "restitution": "a part that leaves a clamped tip would tell it",
+    "restitution": "a part that rebounds from a clamped tip",
 }
 
 _NARROWED = 0.7  # chosen: share of the believed scatter to which pushes must narrow it; half its variance
@@ -35,13 +37,14 @@ def doubts(problem: CenteringProblem, data: Any) -> Doubts:
     if each := scans.scans_of(data):
         row, words = scans.of_scans(problem, each)
         found, sentences = [row], words
-        subject.append(f"{len(each)} scan{'s' * (len(each) > 1)}")
+        subject.append(counted(len(each), "scan"))
     if not each or _pushed(data):
         friction = identify_friction(data, problem, throw=False)
         found += [_of_friction(problem, friction, name) for name in friction.names]
         sentences.append(f"Friction: {friction.message}.")
         subject.append("pushes")
     rows = complete(found, problem.model, _HINTS)
+    sentences += _into_the_plan(found)
     reader = reader_of(data, data)
     figure, stakes = cost.of_plan(problem, rows)
     return Doubts(
@@ -57,6 +60,16 @@ def _of_friction(problem: CenteringProblem, friction: Estimate, name: str) -> Do
         return untold(name, "1", believed, _HINTS[name])
     prior = f"with {100 * share:.2g} % from part to part believed before"
     return compared(friction.replace(status=Status.OK), name, believed, note=prior)
+
+
+def _into_the_plan(found: list[Doubt]) -> list[str]:
+    """Sentences with the calls that plan with what is told: of friction, and of a radius that differs."""
+    measured = {row.name: row for row in found if row.measured}
+    radius = measured.pop("radius", None)
+    told = to_plan_with(['centering.identify(log, "friction", problem=problem)'] if measured else [])
+    if radius is not None and radius.verdict == DIFFERS:
+        told.append(f"For a part of this radius: problem.replace(radius={radius.told:.6g}).")
+    return told
 
 
 def _pushed(data: Any) -> bool:

@@ -91,7 +91,7 @@ def _noise(circles: Sequence[CircleEstimate], each: Sequence[Scan]) -> str:
     sd = float(np.sqrt(np.mean([circle.noise_sd**2 for circle in circles])))
     alike = max(circle.inflation for circle in circles)
     words = (
-        f", alike from reading to reading: intervals {significant(alike)} times as wide"
+        f", correlated from reading to reading, which makes intervals {significant(alike)} times as wide"
         if alike > _WIDER
         else ""
     )

@@ -9,6 +9,7 @@ import numpy as np
 from centering._plant import probe_kernels as kernels
 from centering._plant.ring import Ring, moved_by, shape_of
 from sdpgrind.base.arrays import ByValue
+from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, count, described, part, quantity
 
@@ -106,7 +107,9 @@ class ProbeScan(Described, ByValue):
         missing = int(np.isnan(self.reading).sum())
         none = f" ({missing} without the surface)" if missing else ""
         turns = float(np.ptp(self.angle)) / (2 * np.pi)
-        sampled = f"{self.reading.size} readings{none} on {turns:.4g} turns in {np.ptp(self.time):.4g} s"
+        sampled = (
+            f"{self.reading.size} readings{none} on {counted(turns, 'turn')} in {np.ptp(self.time):.4g} s"
+        )
         return f"ProbeScan({sampled}: radius {self.ring.radius:.7g} mm, offset {self.ring.offset:.4g} mm)"
 
 

@@ -24,6 +24,7 @@ from centering.roundness._separation_task import task_of
 from centering.roundness._spectrum import Spectrum
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import lasting
+from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 
@@ -382,8 +383,8 @@ class Profile(PartReadings, Plan):
         circle, done = self.circle, "; ".join(self.steps) or "as measured"
         height = f"{1e3 * float(np.ptp(self.deviation)):.4g} µm from peak to valley"
         return (
-            f"{self.angle.size} points on {self.turns:.4g} turns, radius {circle.radius:.7g} mm at offset"
-            f" {circle.offset:.4g} mm, {height}; {done}"
+            f"{self.angle.size} points on {counted(self.turns, 'turn')}, radius {circle.radius:.7g} mm"
+            f" at offset {circle.offset:.4g} mm, {height}; {done}"
         )
 
 

@@ -13,6 +13,7 @@ from hwsim._log.labels import Labels
 from hwsim._part.motions import is_of_rows, rows_of
 from hwsim._part.part import Column, LivePart
 from sdpgrind.base import notebook
+from sdpgrind.base.brief import counted
 from sdpgrind.base.by_name import called
 from sdpgrind.base.records import Record
 
@@ -268,12 +269,15 @@ class Log(Record):
         return int(self.outcome.sizes["part"])
 
     def __repr__(self) -> str:
-        return (
-            f"<hwsim.Log: {len(self)} parts on {self.outcome.attrs['plant']}, tables {', '.join(self.tiers)}>"
-        )
+        attrs, by = self.outcome.attrs, ""
+        if "controller" in self.outcome.dims:
+            by = f" by each of {attrs['controller']}"
+        parts = counted(len(self), "part")
+        return f"<hwsim.Log: {parts} on {attrs['plant']}{by}, tables {', '.join(self.tiers)}>"
 
     def _repr_html_(self) -> str:
-        return notebook.columns(repr(self)[1:-1], self.outcome)
+        shown = self.outcome if self.source is None else self[self.tiers[0]]  # of a file what was read
+        return notebook.columns(repr(self)[1:-1], shown)
 
     def _written(self) -> "xr.Dataset":
         return _frames.to_dataset(self._frames)

@@ -1,4 +1,4 @@
-"""Frozen dataclasses in one line: six digits, units, and the size of long sequences only."""
+"""Things in one line: frozen dataclasses with six digits and units, counted nouns."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -32,3 +32,9 @@ def text(value: Any) -> str:
             return f"<{np.size(value)} values>"
         return "(" + ", ".join(map(text, value)) + ("," if len(value) == 1 else "") + ")"
     return repr(value)
+
+
+def counted(count: float, noun: str) -> str:
+    """Return a number of things in words: "1 part", "20 parts", "2.5 turns"."""
+    number = f"{count:.4g}" if isinstance(count, float | np.floating) else str(count)
+    return f"{number} {noun}" if number == "1" else f"{number} {noun}s"

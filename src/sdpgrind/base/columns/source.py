@@ -5,6 +5,7 @@ import hashlib
 import json
 from typing import Any, Self
 
+from sdpgrind.base.brief import counted
 from sdpgrind.base.columns.sheet import TextLayout
 from sdpgrind.base.text_table import aligned
 
@@ -92,7 +93,7 @@ class Source:
         held = f", commands_at {self.commands_at!r}" if self.commands_at else ""
         lines = [
             f"{self.rows_read} rows read, {self.rows_left_out} left out, {kept} kept in"
-            f" {_some(self.parts, 'part')}{held}"
+            f" {counted(self.parts, 'part')}{held}"
         ]
         if self.gaps:
             told = ", ".join(
@@ -100,7 +101,7 @@ class Source:
             )
             more = len(self.gaps) - _MOST_GAPS
             lines.append(
-                f"{_some(len(self.gaps), 'gap')}: {told}" + (f" and {more} more" if more > 0 else "")
+                f"{counted(len(self.gaps), 'gap')}: {told}" + (f" and {more} more" if more > 0 else "")
             )
         return [*lines, *self.notes]
 
@@ -109,10 +110,6 @@ def source_of(table: Any) -> Source | None:
     """Origin in the attribute ``source`` of a table; None: it was not read from a file."""
     told = getattr(table, "attrs", {}).get("source")
     return None if told is None else Source.from_json(str(told))
-
-
-def _some(count: int, noun: str) -> str:
-    return f"{count} {noun}{'s' * (count != 1)}"
 
 
 def file_note(name: str, raw: bytes, layout: TextLayout | None) -> FileNote:
@@ -131,7 +128,7 @@ def _of_file(note: FileNote) -> str:
         sign = _SIGNS.get(note.separator, note.separator)
         lines.append(
             f"  {note.encoding}, separator {sign}, decimal sign {note.decimal}, data from line"
-            f" {note.first_line} on, {_some(note.above, 'line')} above, {note.below} below"
+            f" {note.first_line} on, {counted(note.above, 'line')} above, {note.below} below"
         )
     return "\n".join(lines)
 

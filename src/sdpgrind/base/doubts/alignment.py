@@ -9,16 +9,35 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sdpgrind.base.doubts.words import amount, share
+
 NOT_SURE = "not sure"
 _DECISIVE = 4.0  # source: F of the specification, 1 wrong of 200 files at the most
-_ENDLESS = 1e6  # chosen: F beyond which its digits say nothing
 
 
 class Alignment(NamedTuple):
-    """Preferred alignment, and the excess of the second-best sum of squares in variances of the noise."""
+    """Preferred alignment, and how much worse the next best one fits.
+
+    Attributes
+    ----------
+    preferred : str
+        "begin", "centre", "end" or "not sure".
+    decisiveness : float
+        F, unit 1: excess of the second-best sum of squares in variances of the noise.
+    best, second : str
+        The two alignments of least sum of squares.
+    excess : float
+        Second-best sum of squares over the least, less 1.
+    needed : float
+        Excess from which on the data decide.
+    """
 
     preferred: str
     decisiveness: float
+    best: str = ""
+    second: str = ""
+    excess: float = np.nan
+    needed: float = np.nan
 
     @property
     def sure(self) -> bool:
@@ -29,22 +48,31 @@ class Alignment(NamedTuple):
 def preferred(squares: Mapping[str, float], readings: int) -> Alignment:
     """Alignment of least sum of squares, if F = (second - least)/(least/(n - 2)) is at least 4."""
     least, second = sorted(squares, key=lambda each: squares[each])[:2]
-    noise = squares[least] / max(readings - 2, 1)
-    excess = squares[second] - squares[least]
-    decisive = excess / noise if noise > 0 else np.inf if excess > 0 else 0.0
-    return Alignment(least if decisive >= _DECISIVE else NOT_SURE, float(decisive))
+    freedom = max(readings - 2, 1)
+    apart = squares[second] - squares[least]
+    excess = apart / squares[least] if squares[least] > 0 else np.inf if apart > 0 else 0.0
+    decisive = excess * freedom
+    found = least if decisive >= _DECISIVE else NOT_SURE
+    return Alignment(found, float(decisive), least, second, float(excess), _DECISIVE / freedom)
 
 
-def alignment_sentence(found: Alignment, commands_at: str, values: Mapping[str, float], unit: str) -> str:
-    """Sentence on the preferred alignment, and on the value of a field with each."""
-    read = f"Commands were read as at the {commands_at!r} of their row"
-    each = ", ".join(f"{value:.4g} {unit} with {way!r}" for way, value in values.items())
+def alignment_sentence(
+    found: Alignment, commands_at: str, name: str, values: Mapping[str, float], unit: str
+) -> str:
+    """Sentence on the preferred alignment, on its margin, and on the value of a field with each."""
+    each = ", ".join(f"{amount(value, unit, 4)} with {way!r}" for way, value in values.items())
+    margin = f"leaves a sum of squared residuals {share(found.excess)} larger than {found.best!r}"
+    known = f"{name} would be {each}."
     if not found.sure:
-        return f"{read}; the data do not tell whether they are ({each})."
-    sure = f"F = {min(found.decisiveness, _ENDLESS):.0f}, {_DECISIVE:.0f} is enough"
+        return (
+            f"Commands were read with commands_at={commands_at!r}, which these data can neither confirm nor"
+            f" reject: {found.second!r} {margin}, and {share(found.needed)} would decide; {known}"
+        )
+    decided = f"{found.second!r}, the next best, {margin} ({share(found.needed)} would be enough); {known}"
     if found.preferred == commands_at:
-        return f"{read}, and the data prefer it ({sure}; {each})."
+        return f"Commands were read with commands_at={commands_at!r}, and the data confirm it: {decided}"
     return (
-        f"{read}, but the data prefer {found.preferred!r} ({sure}; {each}). If the control records them so,"
-        f" read again with commands_at={found.preferred!r}."
+        f"Commands were read with commands_at={commands_at!r}, but the data reject that for"
+        f" {found.preferred!r}: {decided} If the control records them so, read again with"
+        f" commands_at={found.preferred!r}."
     )

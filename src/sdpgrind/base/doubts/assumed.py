@@ -7,6 +7,11 @@ from sdpgrind.base import unit_text
 from sdpgrind.base.columns.source import ColumnNote, Source, source_of
 from sdpgrind.base.doubts.rows import Doubt, assumed
 
+_HELD = {
+    "begin": "each command holds from its row on",
+    "centre": "each command is the mean about its row",
+    "end": "each command led to its row",
+}
 _CALL = "call"
 """Origin of a unit that stands in the call, not in the file."""
 
@@ -27,7 +32,7 @@ def reader_of(data: Any, table: Any = None) -> Reader:
         return Reader()
     found = [row for column in source.columns for row in _of_column(column)]
     if any(column.name.endswith("_command") for column in source.columns):
-        found.append(assumed("commands_at", repr(source.commands_at), "a file cannot say it"))
+        found.append(assumed("commands_at", repr(source.commands_at), _HELD[source.commands_at]))
     if source.gaps:
         longest = max(step for *_, step in source.gaps)
         found.append(

@@ -5,9 +5,10 @@ from textwrap import fill, indent
 
 import numpy as np
 
+from sdpgrind.base.brief import counted
 from sdpgrind.base.doubts.rows import ASSUMED, DIFFERS, NOT_TOLD, Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake
-from sdpgrind.base.doubts.words import probability, significant, to_spread
+from sdpgrind.base.doubts.words import listed, probability, significant, to_spread
 from sdpgrind.base.text_table import aligned
 
 _WIDE = 110  # chosen: width of the page, characters
@@ -22,7 +23,13 @@ def page(
 ) -> str:
     """Return the page of doubts; see `Doubts` for its parts."""
     blocks = [f"Doubts: {subject}\n{fill(summary(rows), _WIDE)}", _table(told_rows(rows))]
-    return "\n\n".join([*blocks, *remarks(rows, sentences, figure, stakes)])
+    blocks += ["\n".join(map(_filled, group)) for group in remarks(rows, sentences)]
+    if figure:
+        cells = stake_cells(figure, stakes)
+        blocks.append(
+            "\n".join([*map(_filled, stake_lines(figure, stakes)), *([_aligned(cells)] if cells else [])])
+        )
+    return "\n\n".join(filter(None, blocks))
 
 
 def told_rows(rows: Sequence[Doubt]) -> list[Doubt]:
@@ -30,15 +37,12 @@ def told_rows(rows: Sequence[Doubt]) -> list[Doubt]:
     return [row for row in rows if row.measured or np.isfinite(row.told)]
 
 
-def remarks(
-    rows: Sequence[Doubt], sentences: Sequence[str], figure: Figure | None, stakes: Sequence[Stake]
-) -> list[str]:
-    """Return what is assumed, what is not told, the sentences and the stakes, a text each."""
+def remarks(rows: Sequence[Doubt], sentences: Sequence[str]) -> list[list[str]]:
+    """Return the lines on what is assumed, on what is not told, and the sentences; items begin with "- "."""
     assumed = [row for row in rows if row.verdict == ASSUMED]
-    texts = [_assumptions(assumed), _untold(rows), "\n".join(_item(sentence) for sentence in sentences)]
-    if figure:
-        texts.append(_stakes(figure, stakes))
-    return [text for text in texts if text]
+    besides = ["What the data show besides:", *map(_item, sentences)] if sentences else []
+    groups = [_assumptions(assumed), _untold(rows), besides]
+    return [group for group in groups if group]
 
 
 def summary(rows: Sequence[Doubt]) -> str:
@@ -46,16 +50,16 @@ def summary(rows: Sequence[Doubt]) -> str:
     measured = [row for row in rows if row.measured]
     off = [row.name for row in measured if row.verdict == DIFFERS]
     numbers = [row for row in rows if row.verdict != ASSUMED]
-    known = f"The data tell {len(measured)} of {len(numbers)} values"
+    known = f"The data tell {len(measured) or 'none'} of {counted(len(numbers), 'value')} of the model"
     if not measured:
         return f"{known}."
-    names = f"{', '.join(off)} {'differs' if len(off) == 1 else 'differ'}" if off else "none differs"
-    return f"{known}; {names} from what is believed."
+    names = f"{listed(off)} {'differs' if len(off) == 1 else 'differ'}" if off else "none differs"
+    return f"{known}; {names} from what the problem holds (column believed)."
 
 
 def _table(rows: Sequence[Doubt]) -> str:
     if not rows:
-        return "The data tell no value of the model."
+        return ""
     cells = [("", "believed", "told by the data (95 %)", "verdict")]
     cells += [(named(row), believed(row), told(row), verdict(row)) for row in rows]
     return _aligned(cells)
@@ -83,43 +87,57 @@ def told(row: Doubt) -> str:
 
 
 def verdict(row: Doubt) -> str:
-    """Return the verdict, with the probability of a difference by chance."""
-    if row.verdict == NOT_TOLD:
-        return f"{row.verdict}: its error is as large as it is"
+    """Return the verdict, with the probability of a difference by chance, or what would tell the value."""
+    if row.verdict == NOT_TOLD and np.isfinite(row.told):
+        return f"{row.verdict}: its standard deviation exceeds it"
+    if row.verdict in (NOT_TOLD, ASSUMED) and row.note:
+        return f"{row.verdict}: {row.note}"
     return f"{row.verdict} ({probability(row.chance)})" if row.verdict == DIFFERS else row.verdict
 
 
-def _assumptions(rows: Sequence[Doubt]) -> str:
+def _assumptions(rows: Sequence[Doubt]) -> list[str]:
     if not rows:
-        return ""
+        return []
     lines = [_item(f"{row.name}: {row.believed}" + (f"; {row.note}" if row.note else "")) for row in rows]
-    return "\n".join(["Assumed by the reader; the file does not say it:", *lines])
+    return ["Assumed by the reader; the file does not say it:", *lines]
 
 
-def _untold(rows: Sequence[Doubt]) -> str:
+def _untold(rows: Sequence[Doubt]) -> list[str]:
     """Names of the values that the data do not tell, by what would tell them."""
     groups: dict[str, list[str]] = {}
     for row in rows:
         if row.verdict == NOT_TOLD and not np.isfinite(row.told):
             groups.setdefault(row.note, []).append(row.name)
     if not groups:
-        return ""
+        return []
     lines = [_item(", ".join(names) + (f": {note}" if note else "")) for note, names in groups.items()]
-    return "\n".join(["Not told by the data:", *lines])
+    return ["Not told by the data, and what would tell it:", *lines]
 
 
 def _item(sentence: str) -> str:
-    return fill(sentence, _WIDE, initial_indent="- ", subsequent_indent="  ")
+    return f"- {sentence}"
 
 
-def _stakes(figure: Figure, stakes: Sequence[Stake]) -> str:
+def _filled(line: str) -> str:
+    return fill(line, _WIDE, subsequent_indent="  ")
+
+
+def stake_lines(figure: Figure, stakes: Sequence[Stake]) -> list[str]:
+    """Return the lines above the table of stakes."""
     solved = f" ({figure.solved})" if figure.solved else ""
-    head = f"The plan as believed: {figure.name} = {significant(figure.value, 4)} {figure.unit}{solved}."
+    value = f"{figure.name} = {significant(figure.value, 4)} {figure.unit}{solved}"
+    head = f"The plan of the problem as it is: {value}."
     if not stakes:
-        return f"{head}\nIt depends on no value that the data tell."
+        return [f"{head} It depends on no value that the data tell."]
+    return [head, "Solved again at both ends of each interval, largest change first:"]
+
+
+def stake_cells(figure: Figure, stakes: Sequence[Stake]) -> list[tuple[str, ...]]:
+    """Return the table of stakes with its heads; empty: there are none."""
+    if not stakes:
+        return []
     cells: list[tuple[str, ...]] = [("with", "at the low end", "at the high end", "change at most")]
-    cells += [_stake(figure, stake) for stake in stakes]
-    return f"{head}\nSolved again at both ends of each interval, largest change first:\n{_aligned(cells)}"
+    return cells + [_stake(figure, stake) for stake in stakes]
 
 
 def _stake(figure: Figure, stake: Stake) -> tuple[str, ...]:
@@ -134,5 +152,5 @@ def _stake(figure: Figure, stake: Stake) -> tuple[str, ...]:
     ]
     ends = [f"{to_spread(end, half)}: {at}" for end, at in zip((stake.low, stake.high), shown, strict=True)]
     most = max((at - figure.value for at in found), key=abs, default=np.nan)
-    words = f"{most:+.2g} {figure.unit}" if found else ""
+    words = f"{most:{'+' if most else ''}.2g} {figure.unit}" if found else ""
     return named(stake), *ends, f"{words} {stake.reason}".strip()

@@ -1,9 +1,12 @@
 """Numbers in words: as many digits as their uncertainty carries, small lengths in micrometres."""
 
+from collections.abc import Sequence
 from math import floor, isfinite, log10
 
 from sdpgrind.base.sheets.amounts import SMALL, places_of
 
+_TIMES = 2.0  # chosen: excess from which on a multiple is clearer than a share in percent
+_ENDLESS = 1e5  # chosen: excess beyond which its digits say nothing
 _FEW = 1e-4  # chosen: probabilities below are written by their power of ten
 
 
@@ -12,6 +15,18 @@ def amount(value: float, unit: str, digits: int = 2) -> str:
     if unit == "mm" and 0 < abs(value) < SMALL:
         value, unit = 1e3 * value, "um"
     return f"{significant(value, digits)} {'' if unit == '1' else unit}".rstrip()
+
+
+def share(excess: float) -> str:
+    """Return words for how much larger a quantity is, before the word "larger"."""
+    if excess >= _ENDLESS:
+        return f"over {_ENDLESS:g} times"
+    return f"{significant(excess)} times" if excess >= _TIMES else f"{significant(100 * excess)} %"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names as a part of a sentence."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
 def significant(value: float, digits: int = 2) -> str:
@@ -30,7 +45,8 @@ def to_spread(value: float, spread: float) -> str:
         return f"{value:g}"
     if not isfinite(spread) or spread <= 0 or not 1e-6 <= abs(value or spread) < 1e6:
         return f"{value:.4g}"
-    return f"{value:.{places_of(spread)}f}"
+    text = f"{value:.{places_of(spread)}f}"
+    return text.removeprefix("-") if float(text) == 0 else text
 
 
 def probability(chance: float) -> str:

@@ -38,7 +38,7 @@ def of_motion(
     if not estimate.ok:
         return row, None, [*words, "Free motion of the axis before touch-down would tell the load torque."]
     found, torques = _aligned(each, axis, commands_at)
-    return row, found, [*words, alignment_sentence(found, commands_at, torques, "N m")]
+    return row, found, [*words, alignment_sentence(found, commands_at, "load_torque", torques, "N m")]
 
 
 def _against_the_current(each: tuple[idf.Series, ...], axis: TorqueAxis) -> list[str]:

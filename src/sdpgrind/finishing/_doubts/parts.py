@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.base.doubts.advice import to_plan_with
 from sdpgrind.base.doubts.rows import Doubt, compared, untold
 from sdpgrind.base.tables import table_of
 from sdpgrind.finishing._problem.problem import FinishingProblem
@@ -15,7 +16,7 @@ from sdpgrind.finishing.study._study import Study
 
 _SCALE = 0.1  # chosen: change of ln R_a, 10 % of the roughness, below which a term is known well enough
 _LEVELS = 3  # derived: a parabola over the logarithm of the force
-_HINT = "finished parts (pattern, tool_diameter, normal_force, roughness_ra) would tell it"
+_HINT = "finished parts (pattern, tool_diameter, normal_force, roughness_ra)"
 
 
 def believed(model: RoughnessModel) -> dict[str, float]:
@@ -31,8 +32,11 @@ def of_parts(problem: FinishingProblem, data: Any) -> tuple[list[Doubt], list[st
         compared(estimate, name, value, scale=_SCALE, note="from finished parts")
         for name, value in believed(problem.model).items()
     ]
-    sentences = [f"The roughness model was fitted {estimate.message}."] if estimate.ok else []
-    return rows, [*sentences, *_settings(problem.model, data)]
+    found = _settings(problem.model, data)
+    if not estimate.ok:
+        return rows, found
+    calls = to_plan_with(['finishing.identify(log, "roughness")'])
+    return rows, [f"The roughness model was fitted {estimate.message}.", *found, *calls]
 
 
 def untold_rows(problem: FinishingProblem, found: Sequence[Doubt]) -> list[Doubt]:

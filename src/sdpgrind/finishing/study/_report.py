@@ -1,5 +1,6 @@
 """Text report of a study."""
 
+from sdpgrind.base.brief import counted
 from sdpgrind.base.rng import Seed
 from sdpgrind.finishing.study._anova import AnovaTable, anova
 from sdpgrind.finishing.study._best import best
@@ -32,7 +33,7 @@ def report(study: Observations, rng: Seed) -> str:
 def _head(study: Observations) -> str:
     count = study.readings.shape[1]
     where = "of any kind" if study.confounding is None else f"in the {study.array.name}"
-    text = f"{study.name}: {study.runs} runs {where}, {count} reading{'s' * (count > 1)} each"
+    text = f"{study.name}: {study.runs} runs {where}, {counted(count, 'reading')} each"
     return f"{text}; missing: {', '.join(map(str, study.missing))}" if study.missing else text
 
 

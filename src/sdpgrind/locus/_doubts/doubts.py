@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.doubts import gauge
+from sdpgrind.base.doubts.advice import to_plan_with
 from sdpgrind.base.doubts.assumed import reader_of
 from sdpgrind.base.doubts.record import Doubts
 from sdpgrind.base.doubts.rows import Doubt, compared, numbers, untold
@@ -16,8 +17,8 @@ from sdpgrind.locus._identify import identify
 from sdpgrind.locus._problem.problem import Problem
 
 _FACTS = ("wheel_diameter", "work_diameter", "width", "wheel_speed")
-_FACT = "a fact of machine and part, which a response tells only mixed with the coefficients"
-_UNMOVED = "the measured responses do not depend on it"
+_FACT = "the drawing or the machine; responses show it only mixed with the coefficients"
+_UNMOVED = "another response: those that were measured do not depend on it"
 
 
 def doubts(problem: Problem, data: Any) -> Doubts:
@@ -58,13 +59,19 @@ def _best(problem: Problem, found: list[tuple[Doubt, Estimate | None]], measured
     told = [(row, estimate) for row, estimate in found if row.measured and estimate is not None]
     if not told:
         return []
-    words = ["Each value is told as if all others were as believed: one wrong value makes several differ."]
+    words = [
+        "Each value is told with all others as believed, so one wrong value makes several differ: take over"
+        " one, not all."
+    ]
     differ = [each for each in told if each[0].verdict == "differs"]
-    if len(differ) > 1 and len(measured) == 1:
-        row, estimate = min(differ, key=lambda each: each[1].noise_sd)
-        left = amount(estimate.noise_sd, problem.unit(measured[0]))
-        words.append(f"Of those that differ, {row.name} alone explains {measured[0]} best, to {left}.")
-    return words
+    if not differ or len(measured) != 1:
+        return words
+    row, estimate = min(differ, key=lambda each: each[1].noise_sd)
+    left = amount(estimate.noise_sd, problem.unit(measured[0]))
+    words.append(
+        f"Of those that differ, {row.name} alone explains {measured[0]} best (sd of the rest {left})."
+    )
+    return words + to_plan_with([f'locus.identify(log, "{row.name}", problem=problem)'])
 
 
 def _readings(problem: Problem, table: Any, measured: list[str]) -> list[str]:

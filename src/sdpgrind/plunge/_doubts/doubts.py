@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from sdpgrind.base.brief import counted
 from sdpgrind.base.doubts import assumed
+from sdpgrind.base.doubts.advice import to_plan_with
 from sdpgrind.base.doubts.alignment import alignment_sentence
 from sdpgrind.base.doubts.record import Doubts
 from sdpgrind.base.doubts.rows import Doubt, compared, complete
@@ -20,16 +22,16 @@ from sdpgrind.plunge._identify.cycles import Cycle, cycles, fault, mean_of_parts
 from sdpgrind.plunge._identify.time_constant import NAME, UNIT, by_output_error
 from sdpgrind.plunge._model.problem import CycleProblem
 
-_POWER = "power at three rates or more would tell it: at fewer it shows only in a sum with the sliding power"
+_POWER = "grinding_power at three infeed rates or more; at fewer, chips and sliding cannot be told apart"
 _LINEAR, _DEFLECTION = "linear lag", "deflection of the model, scaled"
 _SAME = "deflection of the model, scaled as normal_force_ratio"
-_BURNT = "parts ground beyond the burn limit, and etched"
-_ROUND = "the form of parts ground with two final rates"
-_DRAWING = "a fact of machine and part, which no column shows"
+_BURNT = "parts ground beyond the burn limit and etched"
+_ROUND = "the measured roundness of parts ground with two final rates"
+_DRAWING = "the drawing or the machine; no column shows it"
 HINTS = {
     "specific_energy": _POWER,
     "ploughing_force": _POWER,
-    "stiffness": "only normal_force_ratio/stiffness shows in a size; a force gauge would tell it",
+    "stiffness": "a force gauge; sizes show only normal_force_ratio/stiffness",
     "u0": _BURNT,
     "B": _BURNT,
     "diffusivity": _BURNT,
@@ -38,8 +40,8 @@ HINTS = {
     **dict.fromkeys(("wheel_diameter", "work_diameter", "width", "wheel_speed", "work_rotation"), _DRAWING),
     "coefficient": _POWER,
     "exponent": _POWER,
-    "normal_force_ratio": "it has no effect where the lag is linear",
-    "wear_flat_area": "a column grinding_power would tell it",
+    "normal_force_ratio": "nothing: it has no effect where the lag is linear",
+    "wear_flat_area": "a column grinding_power",
 }
 """Experiment that would tell a number of the model."""
 
@@ -61,7 +63,9 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
     figure, stakes = cost.of_plan(problem, [row for row in model if row.note != _SAME])
     sentences = [fault(cycle) for cycle in each if fault(cycle)]
     if aligned:
-        sentences += [alignment_sentence(aligned.alignment, reader.commands_at, aligned.time_constants, UNIT)]
+        sentences += [
+            alignment_sentence(aligned.alignment, reader.commands_at, NAME, aligned.time_constants, UNIT)
+        ]
         sentences += of_readings(usable, aligned.fit, deflected if by_model else None)
         sentences += of_models(usable, aligned.fit, deflected)
         sentences += against_the_problem(problem, usable, figure)
@@ -81,17 +85,17 @@ def _from_zero(cycle: Cycle) -> Cycle:
 
 
 def _into_the_plan(problem: CycleProblem, tau: Estimate, by_model: bool) -> list[str]:
-    """Sentence on how what is told of the lag changes the plan, where the model has a deflection."""
-    if not tau.ok or problem.model.linear_time_constant is not None:
+    """Sentence with the call that plans with what is told of the lag."""
+    if not tau.ok:
         return []
     if by_model:
-        return [
-            "To plan with what the sizes tell:"
-            ' problem.updated(plunge.identify(log, "normal_force_ratio", problem=problem)).'
-        ]
+        return to_plan_with(['plunge.identify(log, "normal_force_ratio", problem=problem)'])
+    (call,) = to_plan_with(['plunge.identify(log, "time_constant")'])
+    if problem.model.linear_time_constant is not None:
+        return [call]
     return [
-        'To plan with this lag: problem.updated(plunge.identify(log, "time_constant")) scales the deflection'
-        f" to it; problem.replace(linear_time_constant={tau.value[0]:.4g}) puts the lag in its place."
+        f"{call} It scales the deflection of the model to the time constant;"
+        f" problem.replace(linear_time_constant={tau.value[0]:.4g}) puts a linear lag in its place."
     ]
 
 
@@ -118,4 +122,4 @@ def _told(problem: CycleProblem, each: tuple[Cycle, ...], tau: Estimate, law: st
 def _subject(each: tuple[Cycle, ...]) -> str:
     count, readings = len(each), sum(int(cycle.read.sum()) for cycle in each)
     step = float(np.median(np.concatenate([cycle.step for cycle in each])))
-    return f"plunge cycle, {count} part{'s' * (count > 1)}, {readings} sizes, one each {step:.3g} s"
+    return f"plunge cycle, {counted(count, 'part')}, {counted(readings, 'size')}, one each {step:.3g} s"

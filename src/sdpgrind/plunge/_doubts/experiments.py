@@ -28,7 +28,7 @@ def sentences(each: Sequence[Cycle], aligned: Aligned, told: idf.Estimate) -> li
     if not aligned.alignment.sure:
         found.append(
             "A step of the command within the part (roughing to finishing, finishing to spark-out), or rows"
-            " further apart, would tell the alignment."
+            " further apart, would tell the alignment of the commands."
         )
     return [sentence for sentence in found if sentence]
 
@@ -38,9 +38,9 @@ def _more_parts(told: idf.Estimate) -> str:
     count = int(told.freedom) + 1
     further = told.replace(covariance=told.covariance * count / (count + _MORE), freedom=told.freedom + _MORE)
     return (
-        "The time constants of the parts differ by more than the noise of their sizes explains, which no"
-        f" longer part would narrow; {_MORE} more parts that differ alike would, from ±{_reach(told):.2g} s"
-        f" to ±{_reach(further):.2g} s (95 %)."
+        "The time constants of the parts differ by more than the noise of their sizes explains, so longer"
+        f" parts would not narrow the interval; {_MORE} more parts with the same spread would, from"
+        f" ±{_reach(told):.2g} s to ±{_reach(further):.2g} s (95 %)."
     )
 
 

@@ -11,12 +11,12 @@ from sdpgrind.plunge._model.problem import CycleProblem
 
 _NEAR = 0.15  # source: the specification's tolerance of a factor
 _FACTORS = {
-    1 / 25.4: "both columns in inches, read as mm",
-    25.4: "both columns in mm, read as inches",
-    1e-3: "both columns in m, read as mm",
-    1e3: "both columns in um, read as mm",
-    2.0: "both columns of the diameter",
-    0.5: "both columns halved twice",
+    1 / 25.4: "both columns in inches were read as mm",
+    25.4: "both columns in mm were read as inches",
+    1e-3: "both columns in m were read as mm",
+    1e3: "both columns in um were read as mm",
+    2.0: "both columns of the diameter were read as of the radius",
+    0.5: "both columns were halved twice",
 }
 _ENDS = 5  # chosen: readings of a mean at the start and the end of a part
 
@@ -28,16 +28,17 @@ def against_the_problem(problem: CycleProblem, each: Sequence[Cycle], figure: Fi
     took = float(np.median([cycle.time[-1] - cycle.time[0] for cycle in each]))
     shares = travel / problem.stock, fastest / problem.command_rate_max
     told = (
-        f"A part grows by {amount(travel, 'mm', 3)}, {100 * shares[0]:.0f} % of the stock; commands reach"
-        f" {amount(fastest, 'mm/s', 3)}, {100 * shares[1]:.0f} % of command_rate_max; a part takes"
-        f" {took:.1f} s, the plan {figure.value:.1f} s."
+        f"Against the problem: size changes by {amount(travel, 'mm', 3)} in a part,"
+        f" {100 * shares[0]:.0f} % of the stock; commands reach {amount(fastest, 'mm/s', 3)},"
+        f" {100 * shares[1]:.0f} % of command_rate_max; a part took {took:.1f} s, the plan takes"
+        f" {figure.value:.1f} s."
     )
     near = [
         words
         for factor, words in _FACTORS.items()
         if all(abs(share / factor - 1) < _NEAR for share in shares)
     ]
-    return [told, *(f"Both are off by one factor: {words}?" for words in near)]
+    return [told, *(f"Size and rate are off by the same factor, as if {words}." for words in near)]
 
 
 def _travel(cycle: Cycle) -> float:

@@ -63,18 +63,17 @@ def _bend(each: Sequence[Cycle], fit: LagFit, rho: float) -> str:
             rate = float(cycle.command_rate[(cycle.time >= begin) & (cycle.time <= end)].mean())
             where = f"from {begin:.1f} to {end:.1f} s{f' of {cycle.label}' if cycle.label else ''}"
             return (
-                f"The residuals of a linear lag bend: {where} (command {amount(rate, 'mm/s')}) they are"
-                f" {amount(found.mean, 'mm')} on average. At other rates the lag is another."
+                f"A linear lag does not fit all rates: {where} (command {amount(rate, 'mm/s')}) its residuals"
+                f" average {amount(found.mean, 'mm')}. Its time constant depends on the infeed rate."
             )
     return ""
 
 
 def _better(linear: float, model: float) -> str:
-    words = f"(residuals of {amount(linear, 'mm')} against {amount(model, 'mm')})"
+    words = f"(sd of the residuals {amount(linear, 'mm')} against {amount(model, 'mm')})"
     if model > _WORSE * linear:
         return (
-            "A linear lag fits the sizes better than the deflection of the model, however scaled"
-            f" {words}: contact_zero, normal_force_ratio and wear_flat_area rest on a law that this machine"
-            " does not follow."
+            f"A linear lag fits the sizes better than the deflection of the model {words}: do not rely on"
+            " contact_zero, normal_force_ratio and wear_flat_area above, which rest on that deflection."
         )
     return ""

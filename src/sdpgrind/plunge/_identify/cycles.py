@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind import identify as idf
+from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
 
 MOVING = 10  # chosen: least number of readings of a moving size; fewer leave the variance unknown
@@ -147,7 +148,7 @@ def mean_of_parts(
         return not_identified(name, unit, first)
     kept = [cycle for cycle, estimate in found if estimate.ok]
     lost = sum(cycle.missing for cycle in kept)
-    message = f"from {len(good)} part{'s' * (len(good) > 1)}"
+    message = f"from {counted(len(good), 'part')}"
     message += f", {lost} readings missing" if lost else ""
     message += f"; {len(reasons)} left out, {reasons[0]}" if reasons else ""
     message += next((f"; {e.message}" for e in good if e.message != str(e.status)), "")

@@ -43,8 +43,9 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         rate = course(cycle, trial, *(fit.value if fit else ())).infeed_rate
         each, grown = samples(cycle, trial, rate, usable, _NEAR * top)
         if each.size < MOVING:
-            few = f"{each.size} readings of a power that slides and is not clipped are too few"
-            return not_identified(NAME, UNIT, f"{few}: {MOVING} are needed")
+            held = f"{each.size} of {np.isfinite(cycle.grinding_power).sum()} readings of grinding_power"
+            wanted = f"are not clipped and to {100 * SLIDING:.0f} % or more sliding; {MOVING} are needed"
+            return not_identified(NAME, UNIT, f"{held} {wanted}")
         earlier, before, mean = before, mean, float(each.mean())
         change = min(abs(mean - before), abs(mean - earlier))  # a sample at a limit may come and go
         if change <= max(_SETTLED * _of_mean(each) ** 0.5, 1e-5 * abs(mean)):

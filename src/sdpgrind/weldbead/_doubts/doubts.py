@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind import identify as idf
+from sdpgrind.base.doubts.advice import to_plan_with
 from sdpgrind.base.doubts.assumed import reader_of
 from sdpgrind.base.doubts.record import Doubts
 from sdpgrind.base.doubts.rows import Doubt, compared, complete, untold
@@ -14,20 +15,25 @@ from sdpgrind.weldbead._identify.attribution import ScatterEstimate
 from sdpgrind.weldbead._identify.identify import identify
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
-_FACT = "a fact of machine and bead, which no column shows"
+_FACT = "the drawing or the machine; no column shows it"
 _HINTS = {
-    "specific_energy": "the columns grinding_power and removal_rate would tell it",
-    "idle_power": "the columns grinding_power and removal_rate would tell it",
-    "friction_ratio": "the columns normal_force and tangential_force would tell it",
-    "relative_sd": "the columns normal_force, feed_rate and cut_depth would tell it",
-    "speed_droop": "the speed of the disc under load would tell it",
-    "free_speed": "the speed of the disc without load would tell it",
+    "specific_energy": "the columns grinding_power and removal_rate",
+    "idle_power": "the columns grinding_power and removal_rate",
+    "friction_ratio": "the columns normal_force and tangential_force",
+    "relative_sd": "the columns normal_force, feed_rate and cut_depth",
+    "speed_droop": "the speed of the disc under load",
+    "free_speed": "the speed of the disc without load",
     **dict.fromkeys(("disk_radius", "bead_width"), _FACT),
 }
 _COLUMNS = {
     "power": ("grinding_power", "removal_rate"),
     "friction": ("normal_force", "tangential_force"),
     "scatter": ("normal_force", "feed_rate", "cut_depth"),
+}
+_CALLS = {
+    "power": 'weldbead.identify(log, "power")',
+    "friction": 'weldbead.identify(log, "friction")',
+    "scatter": 'weldbead.identify(log, "scatter", model=problem.model)',
 }
 _FEWEST = 4  # derived: two coefficients and a scatter about them
 
@@ -55,6 +61,7 @@ def doubts(problem: SequenceProblem, data: Any) -> Doubts:
         sentences += _warned(friction)
     row, words = _scatter(problem, table) if "scatter" in there else (_untold_scatter(problem), [])
     every = complete([*found, row], model, _HINTS)
+    words += to_plan_with(_CALLS[what] for what in there if what != "scatter" or row.measured)
     reader = reader_of(data, table)
     figure, stakes = cost.of_plan(problem, every)
     return Doubts(_subject(table), (*every, *reader.rows), [*sentences, *words], None, figure, stakes)
