@@ -1,4 +1,4 @@
-"""What a notebook shows of an object: a caption and a small table, escaped."""
+"""What a notebook shows of an object: a caption and small tables, escaped."""
 
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -27,6 +27,20 @@ def table(caption: str, head: Sequence[str], rows: Rows) -> str:
 
 def _row(cell: str, texts: Sequence[str]) -> str:
     return "<tr>" + "".join(f"<{cell}>{escape(text)}</{cell}>" for text in texts) + "</tr>"
+
+
+def tables(caption: str, blocks: Iterable[Any]) -> str:
+    """Return the tables among the blocks of a page, with their units and sentences, below a caption."""
+    from sdpgrind.base.sheets.blocks import AmountTable, Sentences, scales_of
+
+    found = list(blocks)
+    scales, shown = scales_of(found), [f"<p>{escape(caption)}</p>"]
+    for block in found:
+        if isinstance(block, AmountTable):
+            shown.append(table(block.caption, block.head(scales), block.rows(scales)))
+        elif isinstance(block, Sentences):
+            shown += [f"<p>{escape(line)}</p>" for line in block.lines]
+    return "\n".join(shown)
 
 
 def columns(caption: str, dataset: "xr.Dataset") -> str:

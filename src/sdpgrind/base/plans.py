@@ -33,4 +33,5 @@ class Plan(Reported, Record):
         return f"{type(self).__name__}({self._told()})"
 
     def _repr_html_(self) -> str:
-        return notebook.columns(repr(self), self.dataset)
+        figures = list(self._figures())
+        return notebook.tables(repr(self), figures) if figures else notebook.columns(repr(self), self.dataset)

@@ -112,9 +112,13 @@ def _forbidden(letter: str) -> bool:
 
 
 def text(title: str, blocks: Sequence[Block]) -> str:
-    """Return a page as text, without pictures."""
-    scales = forms.scales_of(blocks)
-    parts = [f"{title}\n{'=' * len(title)}"]
+    """Return a page as text; of pictures the captions."""
+    return f"{title}\n{'=' * len(title)}\n\n{body(blocks)}"
+
+
+def body(blocks: Sequence[Block]) -> str:
+    """Return blocks as text."""
+    scales, parts = forms.scales_of(blocks), []
     for block in blocks:
         if isinstance(block, Heading):
             parts.append(f"{block.text}\n{'-' * len(block.text)}")
@@ -124,6 +128,8 @@ def text(title: str, blocks: Sequence[Block]) -> str:
             parts.append("\n".join(block.lines))
         elif isinstance(block, Listing):
             parts.append(block.text)
+        elif isinstance(block, Picture):
+            parts.append(f"[picture in the HTML page: {block.caption}]")
     return "\n\n".join(parts)
 
 

@@ -11,13 +11,16 @@ from sdpgrind.base import pictures, stored
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.plans import Plan
 from sdpgrind.base.sheets.amounts import Interval
-from sdpgrind.base.sheets.blocks import AmountTable, figures
+from sdpgrind.base.sheets.blocks import AmountTable, Block, Sentences, figures
+from sdpgrind.base.units import UM
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._plan.control_table import ControlStages, stage_table, stages_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SOLVED = "solved"
+ROUNDING = 1e-9  # chosen: excess of the depth of damage that is rounding, mm; derived: 1e-8 of a stock
 DEEPER = 5e-4  # chosen: tolerance of the depth of damage between nodes, mm; below the noise of a gauge
 
 
@@ -29,7 +32,7 @@ class CycleSolution(Frozen):
     Attributes
     ----------
     steps : int
-        Stages of remaining stock, or intervals of collocation.
+        ControlStages of remaining stock, or intervals of collocation.
     iterations : int
         Iterations of the interior-point method; 0 without.
     residual : float
@@ -169,16 +172,28 @@ class CyclePlan(Plan):
         figure.suptitle(f"{self.time:.2f} s, {1e3 * self.roundness:.2f} µm out of round", fontsize=10)
         return figure
 
-    def _figures(self) -> tuple[AmountTable]:
+    @cached_property
+    def _stages(self) -> ControlStages:
+        deeper = max(DEEPER, 0.0 if self.solution is None else self.solution.excess)
+        return stages_of(self.problem, self.trajectory, self.switches, self.safety_margin, deeper)
+
+    def _control_table(self) -> tuple[AmountTable, Sentences]:
+        """Table that an operator keys in, and what the model makes of it."""
+        stages = self._stages
+        known = f"Keyed in like this, the part of the model takes {stages.time:.2f} s"
+        depth = f"damage goes {UM * stages.excess:.2g} µm deeper than allowed"
+        kept = depth if stages.excess > ROUNDING else "all limits are kept"
+        return stage_table(stages.each), Sentences([f"{known} (the plan {self.time:.2f} s), and {kept}."])
+
+    def _figures(self) -> "tuple[Block, ...]":
         rows = (
             ("time", Interval(self.time, self.error), "s"),
             ("roundness", self.roundness, "mm"),
             ("safety_margin", self.safety_margin, "mm"),
-            *((f"end of piece {k}", end, "s") for k, end in enumerate(self.switches, 1)),
             ("method", self.method, ""),
             ("limit at the end", self.binding, ""),
         )
-        return (figures("The cycle", *rows),)
+        return (figures("The cycle", *rows), *self._control_table())
 
     @cached_property
     def dataset(self) -> "xr.Dataset":
@@ -199,6 +214,11 @@ class CyclePlan(Plan):
         solution = stored.decode(attrs["solution"]) if "solution" in attrs else None
         known = float(attrs["safety_margin"]), float(attrs["error"]), ends, dataset.drop_attrs(deep=False)
         return cls(problem, *known, attrs.get("method", "exact"), solution)
+
+    def __str__(self) -> str:
+        from sdpgrind.base.sheets import page
+
+        return page.body([Sentences([repr(self)]), *self._control_table()])
 
     def _told(self) -> str:
         pieces = f"{len(self.switches)} pieces, {self.binding} at the end"
