@@ -5,10 +5,12 @@ import hashlib
 import json
 from typing import Any, Self
 
+from sdpgrind.base import notebook
 from sdpgrind.base.brief import counted
 from sdpgrind.base.columns.sheet import TextLayout
 from sdpgrind.base.text_table import aligned
 
+_HEADS = ("column", "unit", "header", "recorded in", "from", "factor", "missing")
 _SIGNS = {"\t": "TAB", " ": "blanks"}
 _MOST_GAPS = 5  # chosen: more are counted, not listed
 
@@ -88,6 +90,11 @@ class Source:
     def __str__(self) -> str:
         return "\n".join([*map(_of_file, self.files), *_table(self.columns), *self._rows()])
 
+    def _repr_html_(self) -> str:
+        files = "; ".join(" ".join(_of_file(note).split()) for note in self.files)
+        caption = "; ".join([f"read from {files}", *self._rows()])
+        return notebook.table(caption, _HEADS, map(_cells, self.columns))
+
     def _rows(self) -> list[str]:
         kept = self.rows_read - self.rows_left_out
         held = f", commands_at {self.commands_at!r}" if self.commands_at else ""
@@ -134,9 +141,8 @@ def _of_file(note: FileNote) -> str:
 
 
 def _table(columns: tuple[ColumnNote, ...]) -> list[str]:
-    rows = [("column", "unit", "header", "recorded in", "from", "factor", "missing")]
-    rows += [
-        (c.name, c.unit, c.header, c.recorded or "-", c.origin or "-", f"{c.factor:.9g}", str(c.missing))
-        for c in columns
-    ]
-    return aligned(rows)
+    return aligned([_HEADS, *map(_cells, columns)])
+
+
+def _cells(c: ColumnNote) -> tuple[str, ...]:
+    return c.name, c.unit, c.header, c.recorded or "-", c.origin or "-", f"{c.factor:.9g}", str(c.missing)
