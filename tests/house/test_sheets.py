@@ -208,3 +208,16 @@ def test_without_matplotlib_the_numbers_stay(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     page = html("Job", blocks())
     assert "<svg" not in page and "pip install" in page and not seal.changes(page)
+
+
+def test_an_interval_ends_where_the_quantity_does():
+    assert Interval(1.4, 2.5, 0.0).shown(1.0) == "1.4 (0 to 3.9)"
+    assert Interval(0.0014, 0.0025, 0.0).shown(1e3) == "1.4 (0 to 3.9)"
+    assert Interval(1.4, 0.5, 0.0).shown(1.0) == "1.40 ± 0.50" == Interval(1.4, 0.5).shown(1.0)
+    block = AmountTable("", [Amounts.of("overground", [Interval(1.4, 2.5, 0.0)], "s")])
+    assert list(from_plain(block.plain()).shown({})) == list(block.shown({}))
+
+
+def test_an_interval_below_the_last_digit_is_said_to_be_so():
+    assert Interval(12.0195, 1e-11).shown(1.0) == "12.0195 ± <0.0001"
+    assert Interval(1234567.0, 1e-3).shown(1.0) == "1234567 ± <1"

@@ -8,12 +8,14 @@ import sys
 import html5lib
 import numpy as np
 import pytest
+from scipy import stats
 
 import hwsim
 from hwsim._log.fingerprint import fingerprint
-from hwsim._report.charged import likeness, worst_parts
+from hwsim._report.charged import least_of, likeness, worst_parts
 from hwsim._report.job import made_again
-from hwsim._report.statistics import Promise, mean
+from hwsim._report.remade import refuse_unable
+from hwsim._report.statistics import Promise, counted_share, mean
 from hwsim._report.worst import worst_part
 from hwsim.cli import main
 from sdpgrind import plunge, weldbead
@@ -166,12 +168,75 @@ def test_a_comparison_has_a_page(tmp_path):
     log.report(tmp_path / "both.html")
     text = (tmp_path / "both.html").read_text("utf-8")
     html5lib.HTMLParser(strict=True).parse(text)
-    assert "slow less fast" in text and not seal.changes(text)
+    assert "slow minus fast" in text and not seal.changes(text)
     told = log.report()
+    assert told.startswith("fast and slow compared: 5 parts on WeldBeadStand\n")
     assert (
-        re.search(r"^time \[s\] +10 exact$", told, re.M)
-        and "5 equal parts on WeldBeadStand by each of fast" in told
+        re.search(r"^time \[s\] +10 exact$", told, re.M) and "same 5 parts on WeldBeadStand by fast" in told
     )
+    assert re.search(r"^seed +0$", told, re.M) and "by each of fast, slow" in repr(log)
+    with pytest.raises(ValueError, match="this one compares fast and slow"):
+        refuse_unable({"job": data_of(tmp_path / "both.html", "job")})
+
+
+def test_a_comparison_tells_scrap_in_its_verdict(cycle):
+    problem = cycle.problem
+    careful = plunge.CycleController(problem, safety_margin=0.05 * problem.stock)
+    bold = plunge.CycleController(problem)
+    log = hwsim.compare(hwsim.PlungeGrinder(problem), {"careful": careful, "bold": bold}, parts=4, rng=3)
+    burned = log.outcome.burned.values.sum(axis=1).astype(int)
+    assert burned[0] == 0 < burned[1]
+    told = log.report()
+    verdict = told[: told.index("Worst part of each controller")]
+    assert f"burned: none by careful, {burned[1]} by bold" in verdict
+    assert re.search(rf"^burned +0 of 4 \(0 to 60.2 %\) +{burned[1]} of 4 \(", told, re.M)
+
+
+def test_flags_are_counted_with_the_interval_of_their_share():
+    """Two ways: scipy's exact binomial test."""
+    for count, n in ((0, 5), (1, 5), (19, 20), (20, 20)):
+        flags = np.arange(n) < count
+        low, high = stats.binomtest(count, n).proportion_ci(method="exact")
+        assert counted_share(flags.astype(float)) == f"{count} of {n} ({100 * low:.2g} to {100 * high:.3g} %)"
+    assert counted_share(np.array([np.nan])) == "not known"
+
+
+def test_a_mean_of_what_cannot_be_negative_has_no_negative_interval():
+    seldom = np.array([0.0, 0.0, 0.0, 0.8])
+    assert mean(seldom, least_of("overground")).shown(1.0) == "0.20 (0 to 0.84)"
+    assert mean(seldom, least_of("slack")).shown(1.0) == "0.20 ± 0.64"
+    log = beads(4)
+    log.outcome["lateness"] = ("part", seldom, {"units": "s"})
+    assert re.search(r"^lateness \[s\] .* 0.20 \(0 to 0.84\)$", log.report(), re.M)
+
+
+@pytest.mark.parametrize("noun", ["Part", "Parts"])
+def test_the_picture_of_the_worst_parts_names_the_part_it_shows(page, ground, noun):
+    text, worst = page.read_text("utf-8"), worst_parts(ground, ("time",), 3)
+    pictures = re.findall(r"<svg\b.*?</svg>", text, re.S)
+    shown = {"Part": f"Part {worst[0]}", "Parts": f"Parts {', '.join(map(str, worst[::-1]))}"}[noun]
+    assert f">{shown}<" in pictures[0] and "The last part" not in text
+    assert f">Part {len(ground) - 1}, the last<" in pictures[1]
+
+
+def test_several_pages_are_checked_together(page, tmp_path, capsys):
+    good, bad = tmp_path / "good.html", tmp_path / "bad.html"
+    text = page.read_text("utf-8")
+    good.write_text(text, "utf-8")
+    bad.write_text(text.replace("12 parts on", "13 parts on", 1), "utf-8")
+    assert main(["verify", str(page), str(good)]) == 0
+    assert capsys.readouterr().out.count("as it was written") == 2
+    assert main(["verify", str(bad), str(good)]) == 1 == main(["verify", str(good), str(bad)])
+    assert main(["verify", str(tmp_path / "none.html"), str(good)]) == 2
+    told = capsys.readouterr().out
+    assert "none.html: not checked" in told and told.count(f"{good}: as it was written") == 3
+    assert main(["verify", str(good), str(bad), "--rerun", str(tmp_path / "again")]) == 2
+    assert "--rerun makes one page again; got 2" in capsys.readouterr().err
+
+
+def test_without_learning_no_reason_tells_of_it(ground, cycle):
+    log = hwsim.run(hwsim.PlungeGrinder(cycle.problem), plunge.CycleController(cycle.problem), parts=4, rng=1)
+    assert "margins were learned" not in log.report(plan=cycle)
 
 
 def test_a_page_is_whole_or_not_at_all(tmp_path, monkeypatch):

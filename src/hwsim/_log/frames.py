@@ -14,6 +14,8 @@ from hwsim._part.part import Column, LivePart
 if TYPE_CHECKING:
     import xarray as xr
 
+NUMBERS = "numbers"
+"""Attribute of the outcome of some parts of a run: their numbers in it."""
 _OUTCOME = "outcome"
 _ATTRS = "attrs_of_tables"
 
@@ -89,6 +91,7 @@ def _joined(blocks: Sequence[Column]) -> Column:
 def of_parts(frames: Frames, numbers: Sequence[int]) -> Frames:
     """Keep some parts, in the given order, and number them from 0."""
     outcome = frames.outcome.isel(part=list(numbers)).assign_coords(part=np.arange(len(numbers)))
+    outcome = outcome.assign_attrs({NUMBERS: list(numbers)})
     return Frames({tier: _own_rows(table, numbers) for tier, table in frames.tables.items()}, outcome)
 
 

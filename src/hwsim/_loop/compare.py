@@ -103,7 +103,9 @@ def compare(
             done.append(part)
             progress((k + len(done) / parts) / len(controllers), f"{name}: part {len(done)} of {parts}")
         runs[name] = _frames.from_parts(done, labels)
-    return Log(lambda: _frames.side_by_side(runs))
+    log = Log(lambda: _frames.side_by_side(runs))
+    log.made_of = {"plant": plant, "rng": rng, "compared": list(controllers)}
+    return log
 
 
 @quiet

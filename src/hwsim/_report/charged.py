@@ -37,6 +37,15 @@ FAULTS = {
     "lost": "lost",
     "extrapolated": "beyond the model",
 }
+# outcomes that are 0 or 1, counted instead of averaged
+FLAGS = (
+    "burned", "out_of_round", "slipped", "lost", "extrapolated",
+    "unfinished", "timed_out", "finished", "said_finished",
+)  # fmt: skip
+_MAGNITUDES = (
+    "time", "penalty", "passes", "pushes", "overground", "overground_worst", "roundness", "roughness_ra",
+    "offset", "path_deviation", "lift_off", "peak_force", "convergence_time", "burn_time", *FAULTS,
+)  # fmt: skip
 _SCRAP = ("burned", "out_of_round")  # faults that no other figure of a part makes good
 _LIKE = 0.7  # least correlation that is told; chosen: half of the variance
 _FEW = 8  # parts for a correlation; chosen: 0.7 is then beyond chance (5 %)
@@ -69,6 +78,11 @@ def values_of(log: Any, name: str) -> Floats:
     if name in _OF_FINISHED:
         values[[bool(each) for each in broken_off(log.outcome)]] = np.nan
     return values
+
+
+def least_of(name: str) -> float:
+    """Return the smallest value that an outcome can have: 0 of a magnitude."""
+    return 0.0 if name in _MAGNITUDES else -np.inf
 
 
 def worst_parts(log: Any, names: tuple[str, ...], count: int) -> list[int]:

@@ -6,12 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from hwsim._report.charged import FAULTS, Charges, charges_of, likeness, values_of, worst_parts
+from hwsim._report.charged import (
+    FAULTS,
+    FLAGS,
+    Charges,
+    charges_of,
+    least_of,
+    likeness,
+    values_of,
+    worst_parts,
+)
 from hwsim._report.comparison import comparison
 from hwsim._report.job import JOB, digests_table, job_of
-from hwsim._report.statistics import mean
+from hwsim._report.statistics import counted_share, mean
 from hwsim._report.worst import broken_off, ranked, worst_part
 from hwsim._report.worst_drawn import worst_picture
+from sdpgrind.base.brief import counted, listed
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.sheets import page
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import (
@@ -47,11 +58,17 @@ def report(
         problem = plan.problem
     blocks = _blocks(log, plan, problem, command, doubts)
     kept = (block for block in blocks if pictures or not isinstance(block, Picture))
-    return page.report(title or _parts(log), kept, path)
+    return page.report(title or _title(log), kept, path)
+
+
+def _title(log: Any) -> str:
+    if "controller" in log.outcome.dims:
+        return f"{listed([str(name) for name in log.outcome.controller.values])} compared: {_parts(log)}"
+    return _parts(log)
 
 
 def _parts(log: Any) -> str:
-    return f"{len(log)} part{'s' if len(log) > 1 else ''} on {log.outcome.attrs.get('plant', 'data')}"
+    return f"{counted(len(log), 'part')} on {log.outcome.attrs.get('plant', 'data')}"
 
 
 def _blocks(
@@ -108,8 +125,7 @@ def _verdict(log: Any, charges: Charges, burns: bool) -> Iterator[str]:
     told = ", ".join(f"{broken.count(each)} {each}" for each in dict.fromkeys(broken))
     state = f"{len(broken)} broken off ({told})" if broken else "all finished"
     yield f"{_parts(log)}{by}: {state}"
-    faults = [f"{FAULTS[name]}: {_count(log, name, burns)}" for name in FAULTS if name in outcome]
-    if faults:
+    if faults := [f"{FAULTS[name]}: {_count(log, name, burns)}" for name in FAULTS if name in outcome]:
         yield "; ".join(faults)
     if charges.names and np.isfinite(values_of(log, charges.names[0])).any():
         yield _first_figure(log, charges)
@@ -135,7 +151,7 @@ def _first_figure(log: Any, charges: Charges) -> str:
             return f"{shown}{after} {known[0]}"
         return " ".join([shown, *known]) + after
 
-    text = f"{name.replace('_', ' ')} {told(mean(values))} a part"
+    text = f"{name.replace('_', ' ')} {told(mean(values, least_of(name)))} a part"
     if name in charges.planned:
         text += f", planned {told(charges.planned[name].mean)}"
     if (worst := worst_part(name, values)) is not None:
@@ -145,19 +161,28 @@ def _first_figure(log: Any, charges: Charges) -> str:
 
 def _worst(log: Any, charges: Charges) -> AmountTable:
     """For each charged outcome the worst value, its part, median and mean."""
+    faults = [name for name in FAULTS if name in log.outcome and np.any(log.outcome[name].values)]
     rows = []
-    for name in (*charges.names, *(n for n in FAULTS if n in log.outcome and np.any(log.outcome[n].values))):
+    for name in (*charges.names, *faults):
         values, unit = values_of(log, name), str(log.outcome[name].attrs.get("units", ""))
         known, number = values[np.isfinite(values)], worst_part(name, values)
         if known.size:
             shown = float(known[0]) if number is None else float(values[number])
             part = "all alike" if number is None else ", ".join(map(str, ranked(name, values, _WORST)))
-            rows.append(Amounts.of(name, [shown, part, float(np.median(known)), mean(values)], unit))
+            cells = [shown, part, float(np.median(known)), mean(values, least_of(name))]
+            flagged = ["yes", _flagged(values), "–", counted_share(values)]
+            rows.append(Amounts.of(name, flagged if name in FLAGS else cells, unit))
     return AmountTable(
         "Each figure over all parts (interval of the mean: 95 %)",
         rows,
         ("figure", "worst", "worst parts", "median", "mean"),
     )
+
+
+def _flagged(values: Floats) -> str:
+    """Numbers of the first parts with a flag."""
+    parts = np.flatnonzero(values > 0)
+    return ", ".join(map(str, parts[:_WORST])) + (" …" if parts.size > _WORST else "")
 
 
 def _compared(log: Any, charges: Charges) -> AmountTable:
@@ -167,7 +192,7 @@ def _compared(log: Any, charges: Charges) -> AmountTable:
         if np.isfinite(values).any():
             alike = "as planned" if np.isfinite(values).sum() > 1 else "one value"
             judged = "differs" if planned.differs(values) else alike
-            cells = [planned.mean, mean(values), planned.difference(values), judged]
+            cells = [planned.mean, mean(values, least_of(name)), planned.difference(values), judged]
             rows.append(Amounts.of(name, cells, unit))
     heads = ("figure", "planned", "realised", "difference", "beyond two standard errors")
     return AmountTable("Mean over the parts, 95 % intervals", rows, heads)

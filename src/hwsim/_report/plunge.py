@@ -26,13 +26,14 @@ def reasons(log: Any, plan: Any) -> dict[str, str]:
     margin = UM * plan.safety_margin
     kept = f"the controller kept {UM * slack:.2g} µm between damage and size, the plan {margin:.2g}"
     time = outcome.time.values
-    learned = f"{kept}, and reads size and power with noise"
-    if len(log) > _LEARNING and np.ptp(time):
-        learned += (
+    found = f"{kept}, and reads size and power with noise"
+    learns = (log.made_of or {}).get("adapt") is not None
+    if learns and len(log) > _LEARNING:
+        found += (
             f"; {time[:_LEARNING].mean():.4g} s in the first {_LEARNING} parts, before margins were learned, "
             f"{time[_LEARNING:].mean():.4g} s after"
         )
-    return {"time": learned, "part_slack": kept, "roundness": _last_rate(log, plan)}
+    return {"time": found, "part_slack": kept, "roundness": _last_rate(log, plan)}
 
 
 def _last_rate(log: Any, plan: Any) -> str:

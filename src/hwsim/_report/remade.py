@@ -11,6 +11,7 @@ from hwsim._log.fingerprint import fingerprint
 from hwsim._report.again import PLAN
 from hwsim._report.job import JOB, made_again
 from sdpgrind.base import stored
+from sdpgrind.base.brief import listed
 from sdpgrind.base.sheets.record_page import solved_of
 
 PAGE = "report.html"
@@ -43,6 +44,8 @@ def _of_log(job: Mapping[str, Any]) -> str:
     if job["command"] is not None:
         return ""
     plant, controller = job["plant"], job["controller"]
+    if job["compared"]:
+        return f"this one compares {listed(job['compared'])}, and holds the values of no controller"
     if plant is None or plant["fingerprint"] is None:
         return "the log of this one was read from a file or compares controllers"
     if plant["made_of"] is None:

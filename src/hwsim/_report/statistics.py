@@ -15,15 +15,31 @@ _FEWEST = 2  # values that have a standard error; derived: of n - 1
 _ROUNDING = 1e-9  # relative; chosen: above the rounding of a mean
 
 
-def mean(values: Floats) -> Interval:
-    """Return the mean of the known values with half of its interval (Student); NaN: of one value."""
+def mean(values: Floats, least: float = -math.inf) -> Interval:
+    """Return the mean of the known values with half of its interval (Student); NaN: of one value.
+
+    `least`: smallest value that there can be.
+    """
     from scipy.special import stdtrit
 
     known = values[np.isfinite(values)]
     if known.size < 2:
         return Interval(float(known[0]) if known.size else math.nan, math.nan)
     error = float(known.std(ddof=1)) / math.sqrt(known.size)
-    return Interval(float(known.mean()), float(stdtrit(known.size - 1, _PROBABILITY)) * error)
+    return Interval(float(known.mean()), float(stdtrit(known.size - 1, _PROBABILITY)) * error, least)
+
+
+def counted_share(flags: Floats) -> str:
+    """Return how many of the known flags are set, and the 95 % interval of their share (binomial)."""
+    from scipy.special import betaincinv
+
+    known = flags[np.isfinite(flags)]
+    count, n = int(np.sum(known > 0)), known.size
+    if not n:
+        return "not known"
+    low = betaincinv(count, n - count + 1, 1 - _PROBABILITY) if count else 0.0
+    high = betaincinv(count + 1, n - count, _PROBABILITY) if count < n else 1.0
+    return f"{count} of {n} ({100 * low:.2g} to {100 * high:.3g} %)"
 
 
 def standard_error(values: Floats) -> float:

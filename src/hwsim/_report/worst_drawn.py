@@ -23,4 +23,4 @@ def worst_picture(log: Any, worst: Sequence[int]) -> Picture:
         return figure
 
     named = ", ".join(map(str, worst))
-    return Picture(f"The {len(worst)} worst parts, worst first: {named}; part {worst[0]} in detail", draw)
+    return Picture(f"The {len(worst)} worst parts, worst first: {named}", draw)

@@ -1,4 +1,4 @@
-"""``hwsim verify report.html``: whether a page is as it was written; ``--rerun DIR``: make it again."""
+"""``hwsim verify report.html ...``: whether pages are as they were; ``--rerun DIR``: make one again."""
 
 import argparse
 from collections.abc import Callable, Mapping
@@ -9,6 +9,7 @@ from typing import Any
 from hwsim.command.base import AreaCommand
 
 Parse = Callable[[list[str]], argparse.Namespace]
+UNCHECKED = 2  # exit status of a page that cannot be checked; source: that of wrong input to a command
 DIFFERENT = 1  # exit status of a page that was changed or comes out otherwise; chosen: 2 is wrong input
 _SHOWN = "--live"  # switch of a command that changes nothing but what is shown
 
@@ -17,33 +18,56 @@ def add_verify(subparsers: Any, areas: Mapping[str, AreaCommand], parse: Parse) 
     """Add the command to the subparsers; `parse` reads the arguments of a command of an area."""
     parser = subparsers.add_parser(
         "verify",
-        help="check that no number of a page of a report was changed, or make it again",
-        description="Recompute the digests of a report; name what was changed since it was written.",
+        help="check that no number of the pages of reports was changed, or make one again",
+        description="Recompute the digests of reports; name what was changed since they were written.",
         epilog="With --rerun the job that stands in the page is planned and run again, and compared to the "
         "bit; other versions than those of the page are told first, and differences counted. Exit status: "
-        "0 as it was, 1 changed or different, 2 not to be checked.",
+        "0 all as they were, 1 one changed or different, 2 one not to be checked.",
     )
-    parser.add_argument("page", type=Path, metavar="report.html", help="page of a log, a plan or a profile")
     parser.add_argument(
-        "--rerun", type=Path, metavar="DIR", help="make plan and log again in this new folder"
+        "pages", type=Path, nargs="+", metavar="report.html", help="pages of logs, plans or profiles"
+    )
+    parser.add_argument(
+        "--rerun", type=Path, metavar="DIR", help="make plan and log of the one page again in this new folder"
     )
     parser.set_defaults(work=partial(work, areas, parse))
 
 
 def work(areas: Mapping[str, AreaCommand], parse: Parse, arguments: argparse.Namespace) -> int:
-    """Carry out the command and return the exit status: 0, or 1 where something is different."""
-    from hwsim._report.verified import read, verified
+    """Carry out the command and return the exit status: 0, 1 where something differs, 2 as `_checked`."""
+    from hwsim._report.verified import read
 
-    found = verified(arguments.page)
+    pages, folder = arguments.pages, arguments.rerun
+    if folder is not None and len(pages) > 1:
+        raise ValueError(f"--rerun makes one page again; got {len(pages)}: give it one report.html")
+    if len(pages) > 1:
+        return max(map(_checked, pages))
+    if (status := _check(pages[0])) or folder is None:
+        return status
+    data = read(pages[0])
+    _rerun(data, folder, areas, parse)
+    return _compared(data, folder)
+
+
+def _checked(page: Path) -> int:
+    """Check one of several pages: one that cannot be checked (2) does not keep the others from it."""
+    try:
+        return _check(page)
+    except (OSError, ValueError) as error:
+        print(f"{page}: not checked, {error}", flush=True)
+        return UNCHECKED
+
+
+def _check(page: Path) -> int:
+    """Print what was changed in a page, or that nothing was."""
+    from hwsim._report.verified import verified
+
+    found = verified(page)
     for change in found:
-        print(f"{arguments.page}: {change}")
+        print(f"{page}: {change}")
     if not found:
-        print(f"{arguments.page}: as it was written, every number and picture", flush=True)
-    if found or arguments.rerun is None:
-        return DIFFERENT if found else 0
-    data = read(arguments.page)
-    _rerun(data, arguments.rerun, areas, parse)
-    return _compared(data, arguments)
+        print(f"{page}: as it was written, every number and picture", flush=True)
+    return DIFFERENT if found else 0
 
 
 def _rerun(data: Mapping[str, Any], folder: Path, areas: Mapping[str, AreaCommand], parse: Parse) -> None:
@@ -106,14 +130,14 @@ def _named(option: str) -> str:
     return option.removeprefix("--").replace("-", "_")
 
 
-def _compared(data: Mapping[str, Any], arguments: argparse.Namespace) -> int:
+def _compared(data: Mapping[str, Any], folder: Path) -> int:
     from hwsim._report.again import compared, differences
     from hwsim._report.remade import PAGE
     from hwsim._report.verified import read
 
-    found = differences(data, read(arguments.rerun / PAGE))
+    found = differences(data, read(folder / PAGE))
     for difference in found:
-        print(f"{arguments.rerun}: {difference}")
+        print(f"{folder}: {difference}")
     if not found:
-        print(f"{arguments.rerun}: equal to the bit ({'; '.join(compared(data))})")
+        print(f"{folder}: equal to the bit ({'; '.join(compared(data))})")
     return DIFFERENT if found else 0

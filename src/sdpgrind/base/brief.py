@@ -1,7 +1,7 @@
 """Things in one line: frozen dataclasses with six digits and units, counted nouns."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -38,3 +38,8 @@ def counted(count: float, noun: str) -> str:
     """Return a number of things in words: "1 part", "20 parts", "2.5 turns"."""
     number = f"{count:.4g}" if isinstance(count, float | np.floating) else str(count)
     return f"{number} {noun}" if number == "1" else f"{number} {noun}s"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names as a part of a sentence: "one, two and three"."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.circle import plot_centers
-from hwsim._log.columns import columns
+from hwsim._log.columns import columns, part_named, parts_named
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
@@ -26,7 +26,7 @@ def picture(log: PartLog) -> "Figure":
     above = figure.add_subplot(pair[0])
     axes = [above, figure.add_subplot(pair[1], sharex=above), figure.add_subplot(grid[1, 0])]
     last = columns(log, ("time", "slide", "probe", "force", "peak_force", "pushing"))
-    _motion(axes[0], last)
+    _motion(axes[0], last, part_named(log).capitalize())
     _force(axes[1], last)
     _parts(axes[2], log)
     pictures.opened(axes)
@@ -52,13 +52,13 @@ def _shade(axis: Any, last: dict[str, Floats]) -> None:
         axis.axvspan(time[begin], time[end], color=_PUSH, lw=0)
 
 
-def _motion(axis: Any, last: dict[str, Floats]) -> None:
+def _motion(axis: Any, last: dict[str, Floats], part: str) -> None:
     """Positions of rim and pusher on the probe line."""
     _shade(axis, last)
     axis.plot(last["time"], last["slide"] + last["probe"], color=_RIM, lw=1, label="rim")
     axis.plot(last["time"], last["slide"], color=_TIP, lw=1, label="tip of the pusher")
     axis.set(ylabel="from the axis [mm]")
-    axis.set_title("The last part; shaded: the slide runs a profile", loc="left", fontsize=10)
+    axis.set_title(f"{part}; shaded: the slide runs a profile", loc="left", fontsize=10)
     axis.tick_params(labelbottom=False)
     pictures.legend(axis, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
 
@@ -85,7 +85,7 @@ def _parts(axis: Any, log: PartLog) -> None:
     axis.set(xlabel="pushes", ylabel="offset [µm]", yscale="log")
     axis.set_ylim(min(0.1, 0.5 * float(final.min())), 2.0 * max(5.0, float(np.nanmax(offset))))
     axis.xaxis.get_major_locator().set_params(integer=True)
-    axis.set_title("Every part, push by push", loc="left", fontsize=10)
+    axis.set_title(f"{parts_named(log)}, push by push", loc="left", fontsize=10)
     pictures.legend(axis, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 

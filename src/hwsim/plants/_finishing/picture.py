@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim._log.columns import part_named, parts_named
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
@@ -72,7 +73,7 @@ def _in_time(axes: list[Any], last: dict[str, Floats], log: PartLog, wanted: flo
     if np.isfinite(down):
         force.axvline(down, color=_GRAY, lw=0.8, ls=":", label="touches")
     force.set(ylabel="force [N]", ylim=(0, None))
-    force.set_title("The last part", loc="left")
+    force.set_title(part_named(log).capitalize(), loc="left")
     pictures.legend(force, **_LEGEND, ncols=3)
     feed.plot(time, last["true_feed"], color=_TRUE, lw=0.5, label="of the contact")
     feed.axhline(
@@ -99,7 +100,7 @@ def _from_above(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
     )
     axis.figure.colorbar(dots, ax=axis, label="normal force [N]", shrink=0.85, extend="both")
     axis.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
-    axis.set_title("The last part from above", loc="left")
+    axis.set_title(f"{part_named(log).capitalize()}, from above", loc="left")
 
 
 def _parts(axis: Any, log: PartLog) -> None:
@@ -132,6 +133,6 @@ def _parts(axis: Any, log: PartLog) -> None:
         ylabel="roughness Ra [µm]",
         ylim=(0, 1.2 * np.nanmax(rough) if np.isfinite(rough).any() else 1.0),
     )
-    axis.set_title("Every part", loc="left")
+    axis.set_title(parts_named(log), loc="left")
     axis.grid(alpha=0.25, lw=0.5)
     axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)

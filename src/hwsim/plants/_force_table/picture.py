@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim._log.columns import part_named
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 
@@ -30,6 +31,10 @@ def picture(log: PartLog) -> "Figure":
     return figure
 
 
+def _bead(log: PartLog) -> str:
+    return part_named(log, 0, "bead")
+
+
 def _first(log: PartLog, name: str) -> Any:
     """Table of the first bead that has a column, or None."""
     for tier in log.tiers:
@@ -43,7 +48,7 @@ def _forces(axis: Any, log: PartLog) -> None:
     """Measured force, and the demand where the controller reports it."""
     table = _first(log, "force")
     axis.set(xlabel="time [s]", ylabel="force [N]")
-    axis.set_title("Force of the first bead", loc="left")
+    axis.set_title(f"Force of {_bead(log)}", loc="left")
     if table is None:
         return
     if "force_demand_planned" in table:  # drawn first: a re-planned demand repeats the noise of the reading
@@ -66,7 +71,7 @@ def _contours(axis: Any, log: PartLog) -> None:
     axis.plot(x, left, color=_REAL, lw=1.2, label="left")
     axis.axhline(0, color=_PLAN, lw=1)
     axis.set(xlabel="along the bead [mm]", ylabel="height [mm]")
-    axis.set_title("Contours of the first bead", loc="left")
+    axis.set_title(f"Contours of {_bead(log)}", loc="left")
     pictures.legend(axis)
 
 

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hwsim._log.columns import parts_named
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.checks import Floats
@@ -82,7 +83,8 @@ def _in_time(axes: list[Any], log: PartLog) -> None:
             axis.axvspan(begin, begin + float(log.outcome.attrs["touch_in"]), color="0.94", lw=0, zorder=0)
         begin, once = begin + float(log.outcome.time.values[part]), False
     rates.set(ylabel="infeed rate [µm/s]")
-    rates.set_title(f"The first {_SHOWN} parts" if len(log) > _SHOWN else "Every part in time", loc="left")
+    some = f"The first {_SHOWN} parts" if len(log) > _SHOWN else f"{parts_named(log)} in time"
+    rates.set_title(some, loc="left")
     power.set(ylabel="power [W]")
     slack.set(xlabel="time of the series [s]", ylabel="slack [W]", ylim=_near_zero(log))
     slack.axhline(0, color=_LIMIT, lw=1, ls="--")
@@ -160,7 +162,7 @@ def _outcomes(axes: list[Any], log: PartLog) -> None:
     out, parts = log.outcome, np.arange(len(log))
     axes[0].plot(parts, out.convergence_time.values, "o-", color=_TRUE, ms=3.5, lw=0.8)
     axes[0].set(ylabel="converged [s]", ylim=(0, None))
-    axes[0].set_title("Every part", loc="left")
+    axes[0].set_title(parts_named(log), loc="left")
     axes[0].tick_params(labelbottom=False)
     slack, burned = out.slack.values, out.burned.values != 0
     axes[1].plot(parts, slack, "-", color=_TRUE, lw=0.8, alpha=0.5)

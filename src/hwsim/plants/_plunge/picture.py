@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._log.columns import columns
+from hwsim._log.columns import columns, part_named, parts_named
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures, stored
 from sdpgrind.base.checks import Floats
@@ -29,7 +29,7 @@ def picture(log: PartLog) -> "Figure":
     grid = figure.add_gridspec(6, 2, width_ratios=(1.25, 1))
     last = columns(log, _COLUMNS)
     rates = figure.add_subplot(grid[:3, 0])
-    _rates(rates, last)
+    _rates(rates, last, part_named(log).capitalize())
     _stock(figure.add_subplot(grid[3:, 0], sharex=rates), last, log)
     _outcomes([figure.add_subplot(grid[2 * k : 2 * k + 2, 1]) for k in range(3)], log)
     pictures.opened(figure.axes)
@@ -51,7 +51,7 @@ def _sections(axis: Any, last: dict[str, Floats]) -> None:
         axis.axvline(last["time"][begin], color="0.8", lw=1, zorder=0)
 
 
-def _rates(axis: Any, last: dict[str, Floats]) -> None:
+def _rates(axis: Any, last: dict[str, Floats], title: str) -> None:
     time = last["time"]
     axis.step(time, UM * last["command_rate_command"], where="post", color="0.6", lw=1, label="command")
     if np.isfinite(last["infeed_rate_planned"]).any():
@@ -61,7 +61,7 @@ def _rates(axis: Any, last: dict[str, Floats]) -> None:
     _sections(axis, last)
     axis.set(ylabel="rate [µm/s]")
     axis.tick_params(labelbottom=False)
-    axis.set_title("The last part", loc="left")
+    axis.set_title(title, loc="left")
     pictures.legend(axis)
 
 
@@ -91,7 +91,7 @@ def _outcomes(axes: list[Any], log: PartLog) -> None:
     parts = np.arange(len(log))
     _series(axes[0], parts, out.time.values, out.unfinished.values)
     axes[0].set(ylabel="time [s]")
-    axes[0].set_title("Every part", loc="left")
+    axes[0].set_title(parts_named(log), loc="left")
     _series(axes[1], parts, UM * out.part_slack.values, out.burned.values)
     axes[1].set(ylabel="part slack [µm]")
     axes[1].axhline(0, color=_LIMIT, lw=1, ls="--")

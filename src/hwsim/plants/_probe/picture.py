@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hwsim._log.columns import columns
+from hwsim._log.columns import columns, part_named, parts_named
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
 from sdpgrind.base.checks import Floats
@@ -37,7 +37,7 @@ def picture(log: PartLog) -> "Figure":
     last = columns(log, _COLUMNS)
     reading = figure.add_subplot(pair[0])
     below = figure.add_subplot(pair[1], sharex=reading)
-    _readings(reading, below, last, float(log.outcome.attrs["tip_radius"]))
+    _readings(reading, below, last, float(log.outcome.attrs["tip_radius"]), part_named(log).capitalize())
     _history(figure.add_subplot(panels[0]), last, log)
     _parts(figure.add_subplot(panels[1]), log)
     pictures.opened(figure.axes)
@@ -64,7 +64,7 @@ def _model(last: dict[str, Floats], row: int, angle: Floats, tip_radius: float) 
     return circle_reading(angle, last["radius_planned"][row], math.hypot(x, y), math.atan2(y, x), tip_radius)
 
 
-def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float) -> None:
+def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float, part: str) -> None:
     turns, known = last["angle"] / _TURN, _known(last)
     above.plot(turns, last["reading"], ".", color=_DATA, ms=3, label="read")
     if known.size:
@@ -79,7 +79,7 @@ def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float
         left = last["reading"] - _model(last, known[-1], last["angle"], tip_radius)
         below.plot(turns, UM * left, ".", color=_DATA, ms=3)
     above.set(ylabel="reading [mm]")
-    above.set_title("The last part", loc="left")
+    above.set_title(part, loc="left")
     above.tick_params(labelbottom=False)
     pictures.legend(above)
     below.axhline(0, color=_TRUE, lw=1)
@@ -89,7 +89,7 @@ def _readings(above: Any, below: Any, last: dict[str, Floats], tip_radius: float
 def _history(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
     """Error of the centre at each sample, and the reported band."""
     known, out = _known(last), log.outcome
-    axis.set_title("Centre of the last part", loc="left")
+    axis.set_title(f"Centre of {part_named(log)}", loc="left")
     axis.set(xlabel="angle of the spindle [turns]", ylabel="distance [µm]", yscale="log")
     if not known.size:
         return
@@ -118,7 +118,7 @@ def _parts(axis: Any, log: PartLog) -> None:
     axis.plot(parts[wrong], ratio[wrong], "o", color="tab:red", ms=3.5)
     axis.axhline(1, color=_TRUE, lw=1, ls="--")
     axis.annotate("beyond: further off than was said", (0.99, 1), (0, 3), **_NOTE)
-    axis.set_title("Every part, at its end", loc="left")
+    axis.set_title(f"{parts_named(log)}, at its end", loc="left")
     axis.set(xlabel="part", ylabel="error of the centre / band")
     axis.xaxis.get_major_locator().set_params(integer=True, min_n_ticks=1)
     axis.set_ylim(bottom=0)

@@ -5,10 +5,10 @@ from textwrap import fill, indent
 
 import numpy as np
 
-from sdpgrind.base.brief import counted
+from sdpgrind.base.brief import counted, listed
 from sdpgrind.base.doubts.rows import ASSUMED, DIFFERS, NOT_TOLD, Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake
-from sdpgrind.base.doubts.words import listed, probability, significant, to_spread
+from sdpgrind.base.doubts.words import probability, significant, to_spread
 from sdpgrind.base.text_table import aligned
 
 _WIDE = 110  # chosen: width of the page, characters

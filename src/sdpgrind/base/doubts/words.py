@@ -1,6 +1,5 @@
 """Numbers in words: as many digits as their uncertainty carries, small lengths in micrometres."""
 
-from collections.abc import Sequence
 from math import floor, isfinite, log10
 
 from sdpgrind.base.sheets.amounts import SMALL, places_of
@@ -22,11 +21,6 @@ def share(excess: float) -> str:
     if excess >= _ENDLESS:
         return f"over {_ENDLESS:g} times"
     return f"{significant(excess)} times" if excess >= _TIMES else f"{significant(100 * excess)} %"
-
-
-def listed(names: Sequence[str]) -> str:
-    """Return names as a part of a sentence."""
-    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
 def significant(value: float, digits: int = 2) -> str:

@@ -12,7 +12,7 @@ SMALL = 0.05  # greatest value in mm, mm/s or s that is shown in a thousandth; s
 # significant digits of the greatest of several values, and of a value alone; chosen: a deviation of 0.1 % is
 # seen, and an input stands as it was typed
 _DIGITS, _ALONE = 4, 6
-_SHARP = 1e-6  # least relative interval that is written with the places of its value; derived: of _ALONE
+_SHARP = 1e-6  # relative interval below which it is less than the last digit of its value; derived: of _ALONE
 _WIDE = 500.0  # greatest over least value from which on each has its own digits; chosen: one digit remains
 _PLAIN = (1e-4, 1e6)  # greatest values without a power of ten; chosen: at most ten characters
 _PLACES = 9  # chosen: greatest number of decimal places; more are rounding of the arithmetic
@@ -21,10 +21,14 @@ _NOTHING = "–"
 
 @dataclass(frozen=True)
 class Interval:
-    """A value with half of its 95 % interval, in the same unit; 0: exact, NaN: not known."""
+    """A value with half of its 95 % interval, in the same unit; 0: exact, NaN: not known.
+
+    `least`: smallest value that the quantity can have, where an interval ends.
+    """
 
     value: float
     half: float
+    least: float = -math.inf
 
     def shown(self, factor: float) -> str:
         """Return the text of value and interval, times a factor."""
@@ -32,9 +36,12 @@ class Interval:
         if not math.isfinite(value):
             return _endless(value)
         if 0 < half < _SHARP * abs(value):
-            return f"{value:.{_ALONE}g} ± {half:.1g}"
+            places = max(_ALONE - 1 - math.floor(math.log10(abs(value))), 0)
+            return f"{value:.{places}f} ± <{10.0**-places:.{places}f}"
         if half > 0 and math.isfinite(half):
-            places = places_of(half)
+            places, least = places_of(half), factor * self.least
+            if value - half < least <= value:
+                return f"{value:.{places}f} ({least:g} to {value + half:.{places}f})"
             return f"{value:.{places}f} ± {half:.{places}f}"
         return f"{value:.{_ALONE}g} {'exact' if half == 0 else '(no interval)'}"
 
@@ -158,7 +165,8 @@ def _written(value: float, greatest: float) -> str:
 def _coded(value: Cell) -> Any:
     """A cell for JSON, which has neither NaN nor infinity."""
     if isinstance(value, Interval):
-        return {"value": _coded(value.value), "half": _coded(value.half)}
+        bounded = {"least": value.least} if math.isfinite(value.least) else {}
+        return {"value": _coded(value.value), "half": _coded(value.half)} | bounded
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else {"infinite": 1 if value > 0 else -1}
     return value
@@ -168,7 +176,7 @@ def _decoded(value: Any) -> Cell:
     if isinstance(value, dict) and "infinite" in value:
         return math.inf * int(value["infinite"])
     if isinstance(value, dict):
-        return Interval(_number(value["value"]), _number(value["half"]))
+        return Interval(_number(value["value"]), _number(value["half"]), value.get("least", -math.inf))
     return math.nan if value is None else _kept(value)
 
 
