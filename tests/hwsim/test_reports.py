@@ -324,3 +324,14 @@ def test_doubts_have_a_page_and_stand_on_that_of_their_log(tmp_path):
     assert doubts.report().startswith("Doubts\n") and str(log.source) in log.report(problem=problem)
     assert "<td>time_constant [s]</td>" in doubts._repr_html_()
     html5lib.HTMLParser(strict=True).parse("<!DOCTYPE html><title>t</title>" + doubts._repr_html_())
+
+
+def test_the_page_of_a_file_tells_what_was_read_and_invents_no_verdict():
+    table = {"t [s]": np.arange(20.0), "P [kW]": np.linspace(1.0, 2.0, 20), "n": np.repeat([1, 2], 10)}
+    one = hwsim.Log.read({name: table[name] for name in ("t [s]", "P [kW]")}, time="t", grinding_power="P")
+    told = one.report()
+    assert "20 rows of 1 part read from the mapping, 19 s in all" in told
+    assert re.search(r"^grinding power \[W\] +20 +1000 +1500 +2000$", told, re.M)
+    assert not any(words in told for words in (" by :", "finished", "Worst parts", "Every part", "1 parts"))
+    two = hwsim.Log.read(table, time="t", grinding_power="P", part="n")
+    assert "20 rows of 2 parts" in (told := two.report()) and "Every part" in told

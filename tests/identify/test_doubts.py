@@ -199,3 +199,11 @@ def test_excess_in_words(excess, words):
     from sdpgrind.base.doubts.words import share
 
     assert share(excess) == words
+
+
+def test_the_page_says_its_subject_and_keeps_numbers_with_their_units():
+    assert record().report().splitlines()[3] == "a cycle"
+    long = Doubts("a cycle", [], [f"{'word ' * 20}1.23 %", f"{'word ' * 21}4 um."])
+    assert "1.23 %" in str(long) and "4 um" in str(long)
+    lines = str(long).splitlines()
+    assert max(map(len, lines)) <= 110 and not any(line.strip().startswith(("%", "um")) for line in lines)

@@ -14,6 +14,7 @@ from centering.monitoring import _part_record as part_record
 from centering.monitoring._alarm import units_of, with_space
 from centering.monitoring._sequential import ewma_run_length, ewma_sd, is_missing
 from sdpgrind.base import checks, pictures
+from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.records import Record
 from sdpgrind.base.reported import Reported
@@ -279,7 +280,7 @@ class ControlChart(Reported, Record):
     def __repr__(self) -> str:
         out = [name for name in self._limits if not self._told(name)["in_control"]]
         state = f"out of control: {', '.join(out)}" if out else "in control"
-        return f"ControlChart({', '.join(self._limits)} over {self._count} parts: {state})"
+        return f"ControlChart({', '.join(self._limits)} over {counted(self._count, 'part')}: {state})"
 
 
 def _batch(name: str, values: npt.ArrayLike, unit: str) -> Floats:

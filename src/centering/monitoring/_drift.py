@@ -11,6 +11,7 @@ from centering.monitoring._alarm import UNITS, DriftAlarm, units_of
 from centering.monitoring._sequential import cusum_detection, cusum_limit, is_missing, learned_widening
 from centering.monitoring._tracked import FEWEST, REFERENCE, Tracked
 from sdpgrind.base import checks, pictures
+from sdpgrind.base.brief import counted
 from sdpgrind.base.records import Record
 from sdpgrind.base.reported import Reported
 from sdpgrind.identify import Estimate, RandomWalk, Status
@@ -254,7 +255,7 @@ class DriftTrack(Reported, Record):
 
     def __repr__(self) -> str:
         told = "; ".join(map(str, self.alarms)) or "no alarm"
-        return f"DriftTrack({', '.join(self._tracks)} over {self._count} parts: {told})"
+        return f"DriftTrack({', '.join(self._tracks)} over {counted(self._count, 'part')}: {told})"
 
 
 def _quantities(

@@ -17,6 +17,7 @@ from hwsim._report.charged import (
     worst_parts,
 )
 from hwsim._report.comparison import comparison
+from hwsim._report.file_page import of_file
 from hwsim._report.job import JOB, digests_table, job_of
 from hwsim._report.statistics import counted_share, mean
 from hwsim._report.worst import broken_off, ranked, worst_part
@@ -74,14 +75,18 @@ def _parts(log: Any) -> str:
 def _blocks(
     log: Any, plan: Any, problem: Any, command: Mapping[str, Any] | None, doubts: Any
 ) -> Iterator[Block]:
+    source = getattr(log, "source", None)
     if "controller" in log.outcome.dims:
         yield from comparison(log)
+    elif source is not None:
+        yield from of_file(log)
+        yield from _every_part(log) if len(log) > 1 else ()
     else:
         yield from _of_run(log, plan, burns=getattr(problem, "burn_limit", True) is not None)
     if problem is not None:
         stored = getattr(plan, "dataset", None)
         yield from problem_blocks(problem, None if stored is None else stored.attrs.get("problem"))
-    if (source := getattr(log, "source", None)) is not None:
+    if source is not None:
         yield Heading("Source of the data")
         yield Listing(str(source))
     if doubts is not None:
@@ -110,10 +115,9 @@ def _of_run(log: Any, plan: Any, *, burns: bool) -> Iterator[Block]:
         yield compared
         yield from _explained(log, charges)
     yield Heading("Pictures")
-    yield Picture(f"All {len(log)} parts", log.plot)
+    yield Picture(f"All {len(log)} parts" if len(log) > 1 else "The part", log.plot)
     if plan is not None and callable(getattr(plan, "plot", None)):
         yield Picture("The plan", plan.plot)
-    yield Heading("Every part")
     yield from _every_part(log)
 
 
@@ -215,6 +219,7 @@ def _explained(log: Any, charges: Charges) -> Iterator[Block]:
 
 def _every_part(log: Any) -> Iterator[Block]:
     outcome, why = log.outcome, broken_off(log.outcome)
+    yield Heading("Every part")
     if len(log) > _MOST:
         yield Sentences(
             [

@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 
 class Reported:
-    """Mixin of records with ``report``; `_figures` adds its own tables, `_title` replaces the kind."""
+    """Mixin of records with ``report``; `_figures` adds its own tables, `_title` replaces the kind.
+
+    A method ``_headline`` replaces the status in the first line.
+    """
 
     _title: ClassVar[str] = ""
 

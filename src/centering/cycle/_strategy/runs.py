@@ -53,7 +53,7 @@ class CenteringRuns:
         """Parts with labels and units."""
         return xr.Dataset(
             {
-                "start": ("part", self.start, {"units": "mm", "long_name": "offset at the begin"}),
+                "start": ("part", self.start, {"units": "mm", "long_name": "offset at the start"}),
                 "time": ("part", self.time, {"units": "s", "long_name": "time of the cycle"}),
                 "pushes": ("part", self.pushes, {"long_name": "pushes"}),
                 "offset": ("part", self.offset, {"units": "mm", "long_name": "true offset at the end"}),

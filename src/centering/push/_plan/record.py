@@ -87,7 +87,7 @@ def _dataset(plan: Any, profile: TipProfile, numbers: Mapping[str, str]) -> xr.D
     start = (
         (),
         profile.start,
-        {"units": "mm", "long_name": "position of the slide at the begin, from first touch"},
+        {"units": "mm", "long_name": "position of the slide at the start, from first touch"},
     )
     named = {
         n: ((), getattr(plan, n), {"units": unit, "long_name": n.replace("_", " ")})

@@ -1,5 +1,6 @@
 """Doubts as a page of text: values from the data first, then assumptions, sentences and stakes."""
 
+import re
 from collections.abc import Sequence
 from textwrap import fill, indent
 
@@ -11,6 +12,7 @@ from sdpgrind.base.doubts.stakes import Figure, Stake
 from sdpgrind.base.doubts.words import probability, significant, to_spread
 from sdpgrind.base.text_table import aligned
 
+_NUMBER = re.compile(r"(?<=\d) (?=[^\W\d_]|%)")
 _WIDE = 110  # chosen: width of the page, characters
 
 
@@ -119,7 +121,8 @@ def _item(sentence: str) -> str:
 
 
 def _filled(line: str) -> str:
-    return fill(line, _WIDE, subsequent_indent="  ")
+    glued = _NUMBER.sub("\u00a0", line)  # a number stays with its unit
+    return fill(glued, _WIDE, subsequent_indent="  ").replace("\u00a0", " ")
 
 
 def stake_lines(figure: Figure, stakes: Sequence[Stake]) -> list[str]:

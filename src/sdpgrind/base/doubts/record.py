@@ -112,6 +112,9 @@ class Doubts(Reported, Record):
         """Draw intervals relative to believed values (unit 1), and the stakes; return the figure."""
         return pictures.drawn("sdpgrind.base.doubts.picture:drawn_doubts", self)
 
+    def _headline(self) -> str:
+        return self.subject
+
     def _figures(self) -> "Iterable[Block]":
         from sdpgrind.base.doubts.sheet import blocks
 

@@ -35,6 +35,8 @@ class Interval:
         value, half = factor * self.value, factor * self.half
         if not math.isfinite(value):
             return _endless(value)
+        if half == 0 and abs(value) < 0.1**_PLACES:  # rounding
+            return "0 exact"
         if 0 < half < _SHARP * abs(value):
             places = max(_ALONE - 1 - math.floor(math.log10(abs(value))), 0)
             return f"{value:.{places}f} ± <{10.0**-places:.{places}f}"

@@ -30,10 +30,20 @@ def title_of(record: Any) -> str:
     return record._title or str(record.kind).replace(".", " ").replace("_", " ").capitalize()
 
 
+def headline_of(record: Any) -> str:
+    """Return the verdict of a record in one line: its own, its status, or what stands in its `repr`."""
+    if callable(own := getattr(record, "_headline", None)):
+        return str(own())
+    name = f"{type(record).__name__}("
+    shown = repr(record)
+    inside = shown[len(name) : -1] if shown.startswith(name) else shown
+    return str(getattr(record, "status", "")) or inside
+
+
 def blocks_of(record: Any, more: tuple[Block, ...] = ()) -> Iterator[Block]:
     """Yield all blocks of the page of a record."""
     dataset = record._written()
-    yield Sentences([str(getattr(record, "status", "")) or repr(record)], strong=True)
+    yield Sentences([headline_of(record)], strong=True)
     yield from record._figures()
     if numbers := [*_numbers(dataset)]:
         yield AmountTable("Figures", numbers, ("figure", "value"))

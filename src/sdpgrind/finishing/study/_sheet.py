@@ -24,9 +24,12 @@ from sdpgrind.finishing.study._texts import level
 def sheet(study: Any, rng: Seed, path: str | os.PathLike[str]) -> str:
     """Write the page of a study and return its path."""
     first, *sections = report(study, rng).split("\n\n")
-    best = [f"{name} {level(value)}" for name, value in study.best().items()] if study.ratio != "none" else []
+    best = study.best().items() if study.ratio != "none" else ()
+    told = [f"{name} {level(value)} {study.units.get(name, '')}".rstrip() for name, value in best]
     blocks: list[Block] = [
-        Sentences([first.splitlines()[0], *([f"best: {', '.join(best)}"] if best else [])], strong=True),
+        Sentences(
+            [first.splitlines()[0], *([f"best levels: {', '.join(told)}"] if told else [])], strong=True
+        ),
         _means(study),
         Picture("Mean ratio at the levels of each factor", study.plot),
         Heading("Analysis"),
@@ -44,7 +47,7 @@ def _means(study: Any) -> AmountTable:
     halves = [float("nan") if row.half_width is None else row.half_width for row in rows]
     columns = (
         Amounts.of("factor", [row.factor for row in rows]),
-        Amounts.of("level", [level(row.level) for row in rows]),
+        Amounts.of("level", [f"{level(r.level)} {study.units.get(r.factor, '')}".rstrip() for r in rows]),
         Amounts.of("mean", [Interval(r.mean, half) for r, half in zip(rows, halves, strict=True)], "dB"),
     )
     return AmountTable("Mean ratio at each level, 95 % interval", columns)

@@ -44,7 +44,7 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         each, grown = samples(cycle, trial, rate, usable, _NEAR * top)
         if each.size < MOVING:
             held = f"{each.size} of {np.isfinite(cycle.grinding_power).sum()} readings of grinding_power"
-            wanted = f"are not clipped and to {100 * SLIDING:.0f} % or more sliding; {MOVING} are needed"
+            wanted = f"are unclipped with {100 * SLIDING:.0f} % or more of sliding; {MOVING} are needed"
             return not_identified(NAME, UNIT, f"{held} {wanted}")
         earlier, before, mean = before, mean, float(each.mean())
         change = min(abs(mean - before), abs(mean - earlier))  # a sample at a limit may come and go

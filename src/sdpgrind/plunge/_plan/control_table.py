@@ -110,8 +110,5 @@ def stage_table(each: tuple[ControlStage, ...]) -> AmountTable:
         ("takes [s]", [f"{stage.end - stage.begin:.2f}" for stage in each]),
         ("until [s]", [f"{stage.end:.2f}" for stage in each]),
     )
-    caption = (
-        "Cycle for a control: a constant rate from size to size, by the stock left; rates, stock and travel"
-        " of the axis are of the radius"
-    )
+    caption = "Cycle to key into a control, by the stock left (rates, stock and travel of the radius)"
     return AmountTable(caption, [Amounts.of(name, values, heading=name) for name, values in columns])
