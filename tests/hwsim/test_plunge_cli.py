@@ -137,7 +137,7 @@ def test_the_same_margins_for_every_part(finished, tmp_path, capsys):
 def test_a_cycle_without_damage_and_one_part(capsys):
     out = said(capsys, "--preset", "experiment", "--parts", 1, "--no-adapt")
     assert "slack of damage" not in out and "part 2 on" not in out
-    assert "mean of 1 parts" in out
+    assert "mean of 1 part " in out
 
 
 def noisy(tmp_path, size_sd):

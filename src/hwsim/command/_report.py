@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hwsim._report.worst import GAVE_UP, broken_off, worst_part
+from sdpgrind.base.brief import counted
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -94,8 +95,8 @@ def _heading(outcome: Any, name: str, short: Mapping[str, str]) -> str:
 
 def summary_head(finished: int, parts: int, part: str) -> str:
     """Heading for lines of `summary_line`."""
-    count = f"{parts}" if finished == parts else f"{finished} of {parts}"
-    return f"{f'mean of {count} {part}s':<24}{'planned':>12}{'realised':>12}{'std. error':>12}"
+    some = "" if finished == parts else f"{finished} of "
+    return f"{f'mean of {some}{counted(parts, part)}':<24}{'planned':>12}{'realised':>12}{'std. error':>12}"
 
 
 def summary_line(name: str, values: Any, form: str, planned: float | None = None) -> str:
