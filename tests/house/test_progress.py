@@ -19,8 +19,9 @@ import sdpgrind
 from hwsim.cli import _parser
 from hwsim.command import _times as times
 from sdpgrind import finishing, locus, plunge, sdp, weldbead
+from sdpgrind.base import progress
 from sdpgrind.base.compiling import compile_line
-from sdpgrind.base.progress import Portions, Speaker, Told, current, reported
+from sdpgrind.base.progress import Portions, Speaker, Told, current, portion, reported
 
 BEND = sdp.Problem(
     [sdp.Axis("error", -3, 3, 31, "mm", below="stop", above="stop")],
@@ -103,6 +104,18 @@ def test_a_long_step_is_repeated_in_a_pipe():
     assert lines[-1].startswith(" 25 % solving; about ") and lines[-1].endswith(" s to go")
 
 
+def test_a_line_that_nobody_reads_ends():
+    stream = io.StringIO()
+    with Speaker(stream, every=0.0):
+        stream.close()
+
+
+def test_the_logger_silences_what_nobody_asked_for(monkeypatch):
+    assert progress.unasked() is sys.stderr
+    monkeypatch.setattr(progress.logger, "level", logging.WARNING)
+    assert progress.unasked() is None
+
+
 def test_progress_true_is_heard_in_a_pipe():
     code = """
 import time, sdpgrind.base.progress as p
@@ -125,14 +138,26 @@ def test_other_progress_is_refused(wrong):
 
 def test_compiling_speaks_through_the_verb_that_is_under_way(monkeypatch):
     listener, told = compile_line.Compiling(), []
-    monkeypatch.setattr(compile_line, "_compiled_apart", lambda kernel: [kernel])
-    kernel = type(
-        "Kernel", (), {"py_func": SimpleNamespace(__module__="sdpgrind.locus._trace"), "overloads": {}}
-    )
+    kernel = SimpleNamespace(py_func=SimpleNamespace(__module__="sdpgrind.locus._trace"))
     with reported(lambda share, text: told.append((share, text))) as tell:
         tell(0.4, "tracing")
         listener.on_start(SimpleNamespace(data={"dispatcher": kernel}))
-    assert told[-1] == (0.4, "compiling locus, once on this machine: 0 of 1")
+    assert told[-1] == (0.4, "compiling locus, once on this machine: 0 kernels so far")
+
+
+@pytest.mark.parametrize("verb", [progress.reporting, progress.quiet])
+def test_what_a_verb_hands_on_was_not_asked_for_by_the_user(verb):
+    """Compiling in the verb inside has a line of its own then."""
+
+    @progress.reporting
+    def inside(*, progress=None):
+        return current() is not None
+
+    @verb
+    def outside(*, progress=None):
+        return inside(progress=portion(progress, 0.0, 0.5))
+
+    assert not outside() and outside(progress=lambda share, text: None)
 
 
 def test_stages_are_logged_and_nothing_is_configured(caplog):

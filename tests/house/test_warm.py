@@ -3,11 +3,14 @@ is silent.
 """
 
 import io
+import logging
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,8 +19,8 @@ import pytest
 import sdpgrind
 from hwsim import cli
 from hwsim.command import _warm
+from sdpgrind.base import progress
 from sdpgrind.base.compiling import compile_line, warm
-from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.base.progress import Speaker
 
 SOURCE = Path(sdpgrind.__file__).parents[1]
@@ -114,24 +117,16 @@ def test_the_command_tells_an_area_that_there_is_none(capsys):
 
 def test_every_area_has_a_first_use():
     areas = [module.split(".")[2].removeprefix("_") for module in cli._AREAS]
-    assert sorted(areas) == sorted(warm.HOMES)
+    assert sorted(areas) == sorted(warm.HOMES) == sorted(warm.KERNELS) == sorted(_warm.KERNELS)
     for home in warm.HOMES.values():
         assert SOURCE.joinpath(*home.split("."), "_first_use.py").is_file()
 
 
-@compiled
-def inner(x):
-    return x + 1.0
+def kernel(module):
+    return SimpleNamespace(data={"dispatcher": SimpleNamespace(py_func=SimpleNamespace(__module__=module))})
 
 
-@compiled(inline="always")
-def written_into(x):
-    return inner(x)
-
-
-@compiled
-def outer(x):
-    return written_into(x) + inner(x)
+OUTER, INNER = kernel("sdpgrind.locus._trace"), kernel("numba.np")
 
 
 class Terminal(io.StringIO):
@@ -141,70 +136,93 @@ class Terminal(io.StringIO):
         return True
 
 
-def terminal(monkeypatch):
-    """Put a terminal in the place of standard error; a fixture comes before pytest's own."""
-    stream = Terminal()
+def standard_error(monkeypatch, stream):
+    """Put a stream in the place of standard error; a fixture comes before pytest's own."""
     monkeypatch.setattr(sys, "stderr", stream)
     return stream
 
 
-def listening(seconds_each):
-    """What listens to a compiler, on a clock that goes on by so much at each look."""
-    now = iter(k * seconds_each for k in range(1000))
-    return compile_line.Compiling(clock=lambda: next(now))
+def compile_two(listener, stream=None):
+    """Compile a kernel within one; with a stream: take as long as it needs to be told."""
+    listener.on_start(OUTER)
+    listener.on_start(INNER)
+    listener.on_end(INNER)
+    while stream is not None and "once on this machine" not in stream.getvalue():
+        time.sleep(0.001)
+    listener.on_end(OUTER)
 
 
-def event(kernel):
-    return SimpleNamespace(data={"dispatcher": kernel})
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(compile_line, "_PATIENCE", 0.0)
 
 
-def compile_two(listener):
-    listener.on_start(event(outer))
-    listener.on_start(event(inner))
-    listener.on_end(event(inner))
-    listener.on_end(event(outer))
-
-
-def test_a_long_first_call_is_told_on_a_terminal_and_wiped_away(monkeypatch):
-    stream = terminal(monkeypatch)
-    listener = listening(3.0)
-    compile_two(listener)
-    assert "\r\x1b[Kcompiling house" not in stream.getvalue()
+def test_a_long_first_call_is_told_on_a_terminal_and_wiped_away(monkeypatch, impatient):
+    stream, listener = standard_error(monkeypatch, Terminal()), compile_line.Compiling()
+    compile_two(listener, stream)
     lines = stream.getvalue().split("\r\x1b[K")
-    assert lines[1].startswith("compiling ") and lines[1].endswith(", once on this machine: 0 of 2")
-    assert lines[-1] == "" and listener.count == 2
+    assert lines[1].startswith("sdpgrind: compiling locus, once on this machine: 0 kernels so far")
+    assert lines[-1] == "" and "\n" not in stream.getvalue() and listener.count == 2
 
 
-def test_a_short_first_call_is_silent(monkeypatch):
-    stream = terminal(monkeypatch)
-    compile_two(listening(0.01))
+def test_a_long_first_call_is_told_in_a_pipe(monkeypatch, impatient):
+    stream, listener = standard_error(monkeypatch, io.StringIO()), compile_line.Compiling()
+    compile_two(listener, stream)
+    compile_two(listener)  # within the seconds between two lines
+    assert re.fullmatch(
+        r"sdpgrind: compiling locus, once on this machine: [01] kernels? so far\n", stream.getvalue()
+    )
+
+
+@pytest.mark.parametrize("stream", [Terminal, io.StringIO])
+def test_a_short_first_call_is_silent(monkeypatch, stream):
+    stream = standard_error(monkeypatch, stream())
+    compile_two(compile_line.Compiling())
     assert stream.getvalue() == ""
 
 
 def test_short_compilations_add_up(monkeypatch):
-    stream = terminal(monkeypatch)
-    listener = listening(0.3)
-    compile_two(listener)
-    assert stream.getvalue() == ""
-    compile_two(listener)
-    compile_two(listener)
-    assert "once on this machine" in stream.getvalue()
-
-
-def test_no_line_where_nobody_looks(monkeypatch):
-    monkeypatch.setattr(sys, "stderr", io.StringIO())
-    compile_two(listening(3.0))
-    assert sys.stderr.getvalue() == ""
-
-
-def test_progress_is_told_from_the_first_kernel_on(monkeypatch):
-    stream = terminal(monkeypatch)
-    listener, told = listening(0.01), []
-    monkeypatch.setattr(compile_line, "listener", listener)
-    with compile_line.told("locus", lambda share, text: told.append((share, text))):
+    stream, listener = standard_error(monkeypatch, io.StringIO()), compile_line.Compiling()
+    monkeypatch.setattr(compile_line, "_PATIENCE", 0.05)
+    while not stream.getvalue():  # each lasts much less
         compile_two(listener)
-    assert told[0] == (0.0, "compiling locus, once on this machine: 0 of 2")
-    assert told[-1] == (1.0, "locus: first use") and stream.getvalue() == ""
+
+
+@pytest.mark.parametrize("silenced", ["logger", "no standard error", "not ours", "progress"])
+def test_no_line_where_nobody_looks(monkeypatch, impatient, silenced):
+    stream = standard_error(monkeypatch, None if silenced == "no standard error" else io.StringIO())
+    if silenced == "logger":
+        monkeypatch.setattr(progress.logger, "level", logging.WARNING)
+    started, asked = INNER if silenced == "not ours" else OUTER, nullcontext()
+    if silenced == "progress":
+        asked = progress.reported(lambda share, text: None)
+    with asked:
+        listener = compile_line.Compiling()
+        listener.on_start(started)
+        assert listener._line is None
+        listener.on_end(started)
+    assert stream is None or stream.getvalue() == ""
+
+
+def test_progress_is_told_from_the_first_kernel_on_and_never_falls(monkeypatch, impatient):
+    stream, listener, told = standard_error(monkeypatch, Terminal()), compile_line.Compiling(), []
+    compile_two(listener, stream)
+    said = stream.getvalue()
+    with listener.of("weldbead", lambda share, text: told.append((share, text)), kernels=5):
+        for _ in range(3):
+            compile_two(listener)
+    assert told[0] == (0.0, "compiling weldbead, once on this machine: 2 kernels so far")
+    assert told[2] == (0.4, "weldbead: first use") and told[-1][0] == 1.0
+    assert told == sorted(told, key=lambda line: line[0]) and stream.getvalue() == said
+
+
+def test_shares_of_all_areas_never_fall(monkeypatch):
+    monkeypatch.setattr(
+        warm, "first_use", lambda area, progress: [progress(share, area) for share in (0.5, 1)]
+    )
+    told = []
+    sdpgrind.warm(progress=lambda share, text: told.append(share))
+    assert told == sorted(told) and len(set(told)) > len(warm.HOMES) and told[-1] == pytest.approx(1.0)
 
 
 def test_kernels_are_of_an_area():
@@ -216,7 +234,7 @@ def test_kernels_are_of_an_area():
 
 
 def test_a_terminal_has_one_line(monkeypatch):
-    stream = terminal(monkeypatch)
+    stream = standard_error(monkeypatch, Terminal())
     with Speaker(every=0.001) as line:
         line(0.5, "halfway")
         while "halfway" not in stream.getvalue():

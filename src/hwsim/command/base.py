@@ -165,7 +165,8 @@ def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
     outlook = _foretold(area, arguments)
     live = getattr(arguments, "live", False)  # it draws on the terminal
     known = 0.0 if outlook is UNKNOWN else outlook.whole
-    with Speaker(shown=not live, whole=known) as line, reported(silent if live else line) as told:
+    shown = Speaker(shown=not live, whole=known)
+    with shown as line, reported(None if live else line, lambda: silent) as told:
         arguments.plan_progress = portion(told, 0.0, outlook.ends()[0])
         arguments.run_progress = portion(told, *outlook.ends())
         return _carried_out(area, arguments)

@@ -1,16 +1,17 @@
 """Progress of long work: shares that never fall, for a terminal, a pipe, or a function of the caller.
 
 `reported` makes of the argument ``progress=`` of a verb what the verb calls; kernels that are compiled in the
-meantime speak through the same (`current`).
+meantime speak through the same (`current`). Lines that nobody asked for go to `unasked`.
 """
 
 import functools
 import logging
+import math
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from typing import Any, ParamSpec, Protocol, Self, TextIO, TypeVar, cast
 
@@ -36,19 +37,19 @@ ProgressOption = Progress | bool | None
 
 
 class Told:
-    """Passes shares that never fall on to `to`."""
+    """Passes shares that never fall on to `to`; `asked`: whether the user gave it."""
 
-    def __init__(self, to: Progress) -> None:
-        self.share, self._to = 0.0, to
+    def __init__(self, to: Progress, *, asked: bool = True) -> None:
+        self.share, self.to, self.asked = 0.0, to, asked
 
     def __call__(self, share: float, text: str) -> None:
         """Note that `share` (0..1) is done."""
         self.share = max(self.share, min(float(share), 1.0))
-        self._to(self.share, text)
+        self.to(self.share, text)
 
     def say(self, text: str) -> None:
         """Tell what is being done, without a new share."""
-        self._to(self.share, text)
+        self.to(self.share, text)
 
 
 class Portions:
@@ -73,17 +74,27 @@ def portion(progress: Progress, begin: float, end: float) -> Progress:
     return tell
 
 
+def unasked() -> TextIO | None:
+    """Return the stream of lines that nobody asked for: standard error; None: they are not wanted.
+
+    ``logging.getLogger("sdpgrind").setLevel("WARNING")`` silences them, as it silences the stages.
+    """
+    return sys.stderr if logger.level <= logging.INFO else None
+
+
 class TerminalLine:
-    """One redrawn line on a terminal, after `patience` seconds of work; `stream` None: standard error."""
+    """One redrawn line on a terminal, after `patience` seconds of work; `stream` None: `unasked`."""
 
     def __init__(self, stream: TextIO | None = None, patience: float = 1.0) -> None:
-        self._stream = stream if stream is not None else sys.stderr
+        self._stream = stream if stream is not None else unasked()
         self._begin = time.monotonic()
         self._patience = patience
 
     def __call__(self, share: float, text: str) -> None:
         """Show `share` (0..1) and `text`."""
-        if not self._stream.isatty() or time.monotonic() - self._begin < self._patience:
+        if self._stream is None or not self._stream.isatty():
+            return
+        if time.monotonic() - self._begin < self._patience:
             return
         redraw(f"{100 * share:3.0f} % {text}", self._stream)
         if share >= 1:
@@ -108,6 +119,8 @@ class Speaker:
         self._stream = stream if stream is not None else sys.stderr
         self._terminal = self._stream.isatty()
         self._every = every if every is not None else _REDRAW if self._terminal else EVERY
+        self.spoken = -math.inf  # time of the last line, s
+        self._patience = self._every  # s until the first line
         self._begin, self._share, self._text, self._whole = time.monotonic(), 0.0, "begun", whole
         self._used = time.process_time()
         self._shown, self._ended = shown, threading.Event()
@@ -122,7 +135,7 @@ class Speaker:
         self._ended.set()
         if self._shown:
             self._thread.join()
-            if self._terminal:
+            if self._terminal and self.spoken > -math.inf:
                 redraw("", self._stream)
 
     def __call__(self, share: float, text: str) -> None:
@@ -147,11 +160,18 @@ class Speaker:
         )
 
     def _repeat(self) -> None:
-        while not self._ended.wait(self._every):
-            if self._terminal:
-                redraw(self.line(), self._stream)
-            else:
-                print(self.line(), file=self._stream, flush=True)
+        wait = self._patience
+        with suppress(OSError, ValueError):  # nobody reads any more
+            while not self._ended.wait(wait):
+                self._speak()
+                wait = self._every
+
+    def _speak(self) -> None:
+        self.spoken = time.monotonic()
+        if self._terminal:
+            redraw(self.line(), self._stream)
+        else:
+            print(self.line(), file=self._stream, flush=True)
 
 
 def redraw(text: str, stream: TextIO | None = None) -> None:
@@ -169,8 +189,9 @@ _current: ContextVar[Told | None] = ContextVar("_current", default=None)
 
 
 def current() -> Told | None:
-    """Return the progress of the verb that is under way; None: none is shown."""
-    return _current.get()
+    """Return the progress that the user gave to the verb under way; None: he gave none."""
+    told = _current.get()
+    return told if told is not None and told.asked else None
 
 
 @contextmanager
@@ -184,10 +205,12 @@ def reported(progress: ProgressOption, default: Callable[[], Progress] = Termina
         checks.able(
             "progress", progress, "True, None or a function of the share done (0..1) and a text", "__call__"
         )
-    told = Told(default() if progress is None else cast("Progress", progress))
-    if progress is None and (default is not TerminalLine or current() is not None):
+    outer = _current.get()
+    if progress is None and outer is not None and (outer.to is not silent or default is not TerminalLine):
         yield Told(silent)  # the verb outside tells
         return
+    asked = progress is not None and (outer is None or outer.asked)  # else a verb of ours gave it
+    told = Told(default() if progress is None else cast("Progress", progress), asked=asked)
     before = _current.set(told)
     try:
         yield told

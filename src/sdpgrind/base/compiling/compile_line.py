@@ -1,76 +1,106 @@
 """Progress of compiling; numba itself is silent, for up to half a minute at a first use.
 
-The total is the number of kernels reachable from those called so far; it grows with further calls.
+It speaks through the progress that was given to the verb under way. Where none was, it has a line of its own
+on standard error, also in a pipe. Kernels are counted up; how many are to come is not known.
 """
 
-import sys
+import math
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Any
+from contextlib import ExitStack, contextmanager
+from typing import Any, TextIO
 
 from numba.core.event import Listener, register
 
-from sdpgrind.base.compiling.kernel_digest import reached
-from sdpgrind.base.progress import Progress, current, redraw
+from sdpgrind.base.progress import Progress, Speaker, current, unasked
 
 _PATIENCE = 2.0  # silent compiling, s; chosen: a longer silence looks like a fault
 
 
-class Compiling(Listener):
-    """Listens to numba's compiler and shows its progress; `clock` returns a time, s."""
+class CompileLine(Speaker):
+    """A line without a share, for compiling that nobody asked to hear of.
 
-    def __init__(self, clock: Any = time.monotonic) -> None:
+    `compiled`: seconds of compiling before; `spoken`: time of the last line.
+    """
+
+    def __init__(self, stream: TextIO, compiled: float, spoken: float) -> None:
+        super().__init__(stream)
+        self._patience = max(0.0, _PATIENCE - compiled, spoken + self._every - time.monotonic())
+
+    def line(self) -> str:
+        """Return the line: who speaks, and of what."""
+        return f"sdpgrind: {self._text}"
+
+
+class Compiling(Listener):
+    """Listens to numba's compiler and shows its progress."""
+
+    def __init__(self) -> None:
         self.count = 0  # kernels compiled in this process
-        self.progress: Progress | None = None
-        self.area = ""
-        self._clock = clock
-        self._kernels: dict[Any, None] = {}
+        self._name = ""  # area whose work it is; "": that of the outermost kernel
+        self._area = ""
+        self._progress: Progress | None = None
+        self._first, self._expected = 0, 1  # kernels at the begin of the area's work, and in it
         self._depth = 0  # kernels compile those that they call
         self._begin = self._spent = 0.0
+        self._spoken = -math.inf
+        self._line: CompileLine | None = None
+        self._closing = ExitStack()
 
     def on_start(self, event: Any) -> None:
-        """Count a kernel that begins to compile."""
-        kernel = event.data["dispatcher"]
+        """Tell of a kernel that begins to compile."""
         if self._depth == 0:
-            self._begin = self._clock()
-            self._kernels.update(dict.fromkeys(_compiled_apart(kernel)))
+            self._open(event.data["dispatcher"])
         self._depth += 1
-        self._tell(kernel)
+        self._tell(self._text())
 
     def on_end(self, event: Any) -> None:
         """Count a kernel that is compiled, or failed."""
         self._depth -= 1
         self.count += 1
         if self._depth == 0:
-            self._spent += self._clock() - self._begin
-            if self.progress is not None:
-                self.progress(1.0, f"{self.area}: first use")
-            elif self._shown:
-                redraw("")
+            self._close()
+            if self._progress is not None:
+                self._tell(f"{self._name}: first use")
 
-    def forget(self) -> None:
-        """Restart the count."""
-        self._kernels.clear()
+    @contextmanager
+    def of(self, area: str, progress: Progress | None, kernels: int) -> Iterator[None]:
+        """Report compiling in the block, some `kernels`, as work of `area`; None: as if nobody had asked."""
+        self._name, self._progress = area, progress
+        self._first, self._expected = self.count, kernels
+        try:
+            yield
+        finally:
+            self._name, self._progress = "", None
 
-    @property
-    def _shown(self) -> bool:
-        lasted = self._spent + (self._clock() - self._begin if self._depth else 0.0)
-        alone = self.progress is None and current() is None
-        return alone and lasted > _PATIENCE and sys.stderr.isatty()
-
-    def _tell(self, kernel: Any) -> None:
-        verb = current()
-        if self.progress is None and verb is None and not self._shown:
-            return
-        done, total = sum(bool(one.overloads) for one in self._kernels), len(self._kernels)
-        text = f"compiling {self.area or _area(kernel)}, once on this machine: {done} of {total}"
-        if self.progress is not None:
-            self.progress(done / max(total, 1), text)
-        elif verb is not None:
+    def _tell(self, text: str) -> None:
+        if self._progress is not None:
+            self._progress(min((self.count - self._first) / self._expected, 1.0), text)
+        elif self._line is not None:
+            self._line(0.0, text)
+        elif (verb := current()) is not None:
             verb.say(text)
-        else:
-            redraw(text)
+
+    def _text(self) -> str:
+        count = f"{self.count} kernel{'s' if self.count != 1 else ''} so far"
+        return f"compiling {self._area}, once on this machine: {count}"
+
+    def _open(self, kernel: Any) -> None:
+        """Begin a line where nobody asked for progress; it is silent until one is due."""
+        self._begin, stream = time.monotonic(), unasked()
+        self._area = self._name or _area(kernel)
+        alone = self._progress is None and current() is None
+        if alone and _ours(kernel) and stream is not None:
+            self._line = CompileLine(stream, self._spent, self._spoken)
+            self._line(0.0, self._text())
+            self._closing.enter_context(self._line)
+
+    def _close(self) -> None:
+        self._spent += time.monotonic() - self._begin
+        self._closing.close()
+        if self._line is not None:
+            self._spoken = max(self._spoken, self._line.spoken)
+            self._line = None
 
 
 listener = Compiling()
@@ -84,24 +114,12 @@ def listen() -> None:
         register("numba:compile", listener)
 
 
-@contextmanager
-def told(area: str, progress: Progress | None) -> Iterator[None]:
-    """Report compiling in the block, as work of `area`, to `progress`; None: a terminal line after 2 s."""
-    listener.area, listener.progress = area, progress
-    listener.forget()
-    try:
-        yield
-    finally:
-        listener.area, listener.progress = "", None
-
-
-def _compiled_apart(kernel: Any) -> list[Any]:
-    """Return the kernels that a kernel needs, itself included, without inlined ones."""
-    options = [(one, getattr(one, "targetoptions", None)) for one in reached(kernel)]
-    return [one for one, given in options if given is not None and given.get("inline", "never") == "never"]
-
-
 def _area(kernel: Any) -> str:
     """Return the area of a kernel: ``sdpgrind.locus._trace`` belongs to locus."""
     parts: list[str] = kernel.py_func.__module__.split(".")
     return parts[1] if parts[0] == "sdpgrind" and len(parts) > 1 else parts[0]
+
+
+def _ours(kernel: Any) -> bool:
+    """Whether a kernel is no function of the user's own, or of numba's."""
+    return kernel.py_func.__module__.split(".")[0] in ("sdpgrind", "centering", "hwsim")

@@ -13,6 +13,8 @@ HOMES = {
     "finishing": "sdpgrind.finishing",
     "centering": "centering",
 }
+# measured: kernels that each first use compiles on an empty cache (benchmarks/times.py); shares follow them
+KERNELS = {"weldbead": 36, "plunge": 32, "locus": 93, "finishing": 40, "centering": 210}
 
 
 def warm(area: str | None = None, progress: ProgressOption = None) -> dict[str, int]:
@@ -26,8 +28,9 @@ def warm(area: str | None = None, progress: ProgressOption = None) -> dict[str, 
     area : str, optional
         ``"weldbead"``, ``"plunge"``, ``"locus"``, ``"finishing"`` or ``"centering"``. Default: all of them.
     progress : callable, True or None
-        Called with the completed share (0..1) and a text: ``"compiling locus, once on this machine: 12 of
-        45"``. True: a line, in a pipe every few seconds. Default: a line on a terminal, after two seconds.
+        Called with the completed share (0..1) and a text: ``"compiling locus, once on this machine: 12
+        kernels so far"``. True: a line, in a pipe every few seconds. Default: the same without a share, after
+        two seconds of compiling.
 
     Returns
     -------
@@ -49,16 +52,19 @@ def warm(area: str | None = None, progress: ProgressOption = None) -> dict[str, 
     if progress is None:
         return {name: first_use(name) for name in areas}
     with reported(progress) as tell:
-        portions = Portions(tell)
-        parts = [portions.next(1.0, len(areas) - k) for k in range(1, len(areas) + 1)]
-        return {name: first_use(name, part) for name, part in zip(areas, parts, strict=True)}
+        portions, found = Portions(tell), {}
+        for k, name in enumerate(areas):
+            part = portions.next(KERNELS[name], sum(KERNELS[later] for later in areas[k + 1 :]))
+            found[name] = first_use(name, part)
+            part(1.0, f"{name}: compiled")
+        return found
 
 
 def first_use(area: str, progress: Progress | None = None) -> int:
     """Run the example of an area; return the number of kernels that it compiled."""
-    from sdpgrind.base.compiling.compile_line import listener, told
+    from sdpgrind.base.compiling.compile_line import listener
 
     before = listener.count
-    with told(area, progress):
+    with listener.of(area, progress, KERNELS[area]):
         import_module(f"{HOMES[area]}._first_use").first_use()
     return listener.count - before
