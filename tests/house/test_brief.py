@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sdpgrind import finishing, locus, plunge, weldbead
-from sdpgrind.base.progress import TerminalLine
+from sdpgrind.base.progress import UnaskedLine
 
 
 def test_a_law_of_many_passes_is_printed_in_a_line():
@@ -65,7 +65,7 @@ def test_control_points_alone_are_led_to_a_b_spline():
 
 def test_a_finishing_plan_shows_its_progress_by_default(monkeypatch):
     told = []
-    monkeypatch.setattr(TerminalLine, "__call__", lambda self, share, text: told.append((share, text)))
+    monkeypatch.setattr(UnaskedLine, "__call__", lambda self, share, text: told.append((share, text)))
     path = finishing.hilbert(finishing.preset("nominal").surface, 2)
     finishing.plan(finishing.FinishingProblem(path))
     assert told[-1] == (1.0, "time laws") and len(told) > 1

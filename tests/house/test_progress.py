@@ -104,6 +104,29 @@ def test_a_long_step_is_repeated_in_a_pipe():
     assert lines[-1].startswith(" 25 % solving; about ") and lines[-1].endswith(" s to go")
 
 
+@progress.reporting
+def halved(*, progress=None):
+    progress(0.0, "begun")
+    progress(0.5, "halfway")
+
+
+@pytest.mark.parametrize("every, told", [(0.0, "  0 % begun\n 50 % halfway\n"), (9.0, "")])
+def test_a_long_verb_is_heard_in_a_pipe_without_being_asked(monkeypatch, every, told):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    monkeypatch.setattr(progress, "EVERY", every)
+    halved()
+    assert sys.stderr.getvalue() == told
+
+
+def test_a_verb_goes_on_where_nobody_reads(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    monkeypatch.setattr(progress, "EVERY", 0.0)
+    sys.stderr.close()
+    halved()
+    monkeypatch.setattr(sys, "stderr", None)
+    halved()
+
+
 def test_a_line_that_nobody_reads_ends():
     stream = io.StringIO()
     with Speaker(stream, every=0.0):

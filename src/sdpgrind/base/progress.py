@@ -75,30 +75,37 @@ def portion(progress: Progress, begin: float, end: float) -> Progress:
 
 
 def unasked() -> TextIO | None:
-    """Return the stream of lines that nobody asked for: standard error; None: they are not wanted.
+    """Return the stream of lines that nobody asked for: standard error; None: nobody reads it or wants them.
 
     ``logging.getLogger("sdpgrind").setLevel("WARNING")`` silences them, as it silences the stages.
     """
-    return sys.stderr if logger.level <= logging.INFO else None
+    stream: TextIO | None = sys.stderr
+    readable = stream is not None and not getattr(stream, "closed", False)
+    return stream if readable and logger.level <= logging.INFO else None
 
 
-class TerminalLine:
-    """One redrawn line on a terminal, after `patience` seconds of work; `stream` None: `unasked`."""
+class UnaskedLine:
+    """A line for long work: on a terminal redrawn after a second, elsewhere printed every few seconds.
 
-    def __init__(self, stream: TextIO | None = None, patience: float = 1.0) -> None:
-        self._stream = stream if stream is not None else unasked()
-        self._begin = time.monotonic()
-        self._patience = patience
+    Without a thread, as most plans are short: a step without news is silent.
+    """
+
+    def __init__(self) -> None:
+        self._stream = unasked()
+        self._terminal = self._stream is not None and self._stream.isatty()
+        self._due = time.monotonic() + (_REDRAW if self._terminal else EVERY)
 
     def __call__(self, share: float, text: str) -> None:
         """Show `share` (0..1) and `text`."""
-        if self._stream is None or not self._stream.isatty():
+        if self._stream is None or time.monotonic() < self._due:
             return
-        if time.monotonic() - self._begin < self._patience:
-            return
-        redraw(f"{100 * share:3.0f} % {text}", self._stream)
-        if share >= 1:
-            redraw("", self._stream)
+        line = f"{100 * share:3.0f} % {text}"
+        with suppress(OSError, ValueError):  # nobody reads any more
+            if self._terminal:
+                redraw(line if share < 1 else "", self._stream)
+            else:
+                print(line, file=self._stream, flush=True)
+                self._due = time.monotonic() + EVERY
 
 
 class Speaker:
@@ -195,7 +202,7 @@ def current() -> Told | None:
 
 
 @contextmanager
-def reported(progress: ProgressOption, default: Callable[[], Progress] = TerminalLine) -> Iterator[Progress]:
+def reported(progress: ProgressOption, default: Callable[[], Progress] = UnaskedLine) -> Iterator[Progress]:
     """Make the progress that a verb calls of its argument; `default` makes that of None."""
     if progress is True:
         with Speaker() as line, reported(line) as told:
@@ -206,7 +213,7 @@ def reported(progress: ProgressOption, default: Callable[[], Progress] = Termina
             "progress", progress, "True, None or a function of the share done (0..1) and a text", "__call__"
         )
     outer = _current.get()
-    if progress is None and outer is not None and (outer.to is not silent or default is not TerminalLine):
+    if progress is None and outer is not None and (outer.to is not silent or default is not UnaskedLine):
         yield Told(silent)  # the verb outside tells
         return
     asked = progress is not None and (outer is None or outer.asked)  # else a verb of ours gave it
@@ -223,8 +230,8 @@ R = TypeVar("R")
 
 
 def reporting(verb: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a verb: its `progress` is then a function; None: one line on a terminal for long work."""
-    return _with(verb, TerminalLine)
+    """Decorate a verb: its `progress` is then a function; None: a line for long work."""
+    return _with(verb, UnaskedLine)
 
 
 def quiet(verb: Callable[P, R]) -> Callable[P, R]:

@@ -48,7 +48,7 @@ def plan(
     executor : concurrent.futures.Executor, optional
         Runs the simulations; the result does not depend on it.
     progress : callable(share, text), True or None
-        True: a line with the time left. Default: one line on a terminal when it takes long, silent elsewhere.
+        True: a line with the time left. Default: a line on standard error when it takes long.
 
     Returns
     -------

@@ -54,7 +54,7 @@ def plan(
     throw : bool
         Whether a limit exceeded by more than 0.1 % is an error. False: only the status of the motion says so.
     progress : callable(share, text), True or None
-        True: a line with the time left. Default: one line on a terminal when it takes long, silent elsewhere.
+        True: a line with the time left. Default: a line on standard error when it takes long.
 
     Returns
     -------

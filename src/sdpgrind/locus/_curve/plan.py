@@ -36,7 +36,7 @@ def plan(problem: Problem, *, points: int = POINTS, progress: ProgressOption = N
     points : int
         Approximate number of points of the table.
     progress : callable(share, text), True or None
-        True: a line with the time left. Default: one line on a terminal when it takes long, silent elsewhere.
+        True: a line with the time left. Default: a line on standard error when it takes long.
 
     Returns
     -------

@@ -59,7 +59,7 @@ def plan(
     throw : bool
         Raise where a solver fails; False: return its last plan with its `status`.
     progress : callable(share, text), True or None
-        True: a line with the time left. Default: one line on a terminal when it takes long, silent elsewhere.
+        True: a line with the time left. Default: a line on standard error when it takes long.
 
     Returns
     -------

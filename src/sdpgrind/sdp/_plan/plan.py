@@ -66,7 +66,7 @@ def plan(
         Executor for blocks of problems with two or three axes; results do not depend on it. Ignored on one
         axis.
     progress : callable(share, text), True or None
-        True: a line with the time left. Default: one line on a terminal for long solves, silent elsewhere.
+        True: a line with the time left. Default: a line on standard error for long solves.
     throw : bool
         Raise if the tolerance is unreachable; False: return the best policy, its ``error`` above the
         tolerance.

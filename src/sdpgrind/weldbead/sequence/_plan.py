@@ -48,7 +48,7 @@ def plan(
     executor : concurrent.futures.Executor, optional
         Passed on to `sdp.plan`, which ignores it on one axis.
     progress : callable(share, text), True or None
-        Progress report; True: a line with the time left. Default: one line on a terminal when it takes long.
+        True: a line with the time left. Default: a line on standard error when it takes long.
     throw : bool
         Whether an unreachable tolerance is an error; False: return the best plan and its ``error``.
 
