@@ -1,19 +1,24 @@
 """Times that the first line of every command foretells, measured: CPU seconds of processes of one thread.
 
 ``python benchmarks/times.py [COMMAND]``: each command of the table, or one, on its example file: from an empty
-cache, warm, with more parts, and once more on a finished folder. Ends with 1 where a time is off by a factor 2.
+cache, warm, with more parts, and once more on a finished folder; and the number of kernels that `warm` compiles.
+Ends with 1 where one is off by a factor 2.
 """
 
 import os
+import re
 import resource
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from hwsim.command import _warm
 from hwsim.command._times import TIMES, Times
+from sdpgrind.base.compiling import warm
 
 FACTOR, SMALL = 2.0, 2.0  # a time (s) may be off by the factor or by so many seconds
+WHOLE = {"demo": "rest", "finishing --study": "plan", "centering --source": "plan"}  # no parts: all in one
 PARTS = {"weldbead": 4, "finishing": 3}  # parts of the longer run, else 10
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
@@ -26,22 +31,29 @@ ONE_THREAD = {
 def cpu(command: str, cache: str, *options: object) -> float:
     """CPU time of one command, s."""
     name, *switches = command.split()
-    line = [sys.executable, "-m", "hwsim", name, f"examples/{name}.toml", *switches, *map(str, options)]
+    job = [] if name == "demo" else [f"examples/{name}.toml"]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    env = os.environ | ONE_THREAD | {"NUMBA_CACHE_DIR": cache}
-    subprocess.run(line, env=env, check=True, capture_output=True)
+    said(cache, "-m", "hwsim", name, *job, *switches, *options)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def said(cache: str, *options: object) -> str:
+    """Run Python with a cache of kernels, and return its standard output."""
+    env = os.environ | ONE_THREAD | {"NUMBA_CACHE_DIR": cache}
+    line = [sys.executable, *map(str, options)]
+    return subprocess.run(line, env=env, check=True, capture_output=True, text=True).stdout
 
 
 def measured(command: str) -> Times:
     """Times of one command."""
     parts = PARTS.get(command, 10)
     with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryDirectory() as folder:
-        if "--study" in command or "--source" in command:
-            cold, warm = (cpu(command, cache) for _ in range(2))
-            return TIMES[command]._replace(plan=warm, part=0.0, rest=0.0, compiling=cold - warm)
         out = Path(folder)
+        if command in WHOLE:
+            cold, later = (cpu(command, cache, "--out", out / name) for name in ("cold", "later"))
+            none = TIMES[command]._replace(plan=0.0, part=0.0, rest=0.0, compiling=cold - later)
+            return none._replace(**{WHOLE[command]: later})
         cold = cpu(command, cache, "--parts", 1, "--out", out / "cold")
         one = cpu(command, cache, "--parts", 1, "--out", out / "one")
         again = cpu(command, cache, "--parts", 1, "--out", out / "one")
@@ -52,9 +64,22 @@ def measured(command: str) -> Times:
     )
 
 
+def kernels(area: str) -> tuple[int, int]:
+    """Return the number of kernels of the first use of an area, and of one simulated part after it."""
+    with tempfile.TemporaryDirectory() as cache:
+        first = said(cache, "-c", f"import sdpgrind; print(sdpgrind.warm({area!r})[{area!r}])")
+        part = re.search(r"compiled (\d+) kernels", said(cache, "-m", "hwsim", "warm", area))
+    return int(first), int(part[1]) if part else 0
+
+
 def main(commands: list[str]) -> int:
-    """Print measured and foretold times."""
+    """Print measured and foretold times and numbers."""
     wrong = 0
+    for area in warm.HOMES.keys() & commands:
+        for own, foretold in zip(kernels(area), (warm.KERNELS[area], _warm.KERNELS[area]), strict=True):
+            near = abs(own - foretold) <= SMALL or 1 / FACTOR <= own / foretold <= FACTOR
+            wrong += not near
+            print(f"{area:20s} kernels    {own:8d}  , foretold {foretold:8d}  {'' if near else '  OFF'}")
     for command in commands:
         found, told = measured(command), TIMES[command]
         for name in ("plan", "part", "rest", "compiling"):
