@@ -2,19 +2,27 @@
 
 import re
 
+SHARE = r"[ \d]{3} % .*\n"  # of a command that a busy machine takes more than 9 s for
 NEWS = re.compile(
-    r"hwsim: about .*\(times of the example\)\n|hwsim: (planning|running \d+ \w+( twice)?|planning and running .*) \.\.\.\n"
+    r"hwsim: about .*\(times of the example\)\n"
+    r"|hwsim: (planning|running \d+ \w+( twice)?|planning and running .*) \.\.\.\n"
+    rf"|{SHARE}"
 )
 
 
 def only_news(error):
-    """Whether there is nothing but what begins now."""
+    """Whether there is nothing but what begins now, and how far it is."""
     return without_news(error) == ""
 
 
 def without_news(error):
     """What was said of it afterwards."""
     return NEWS.sub("", error)
+
+
+def without_shares(error):
+    """What was said, line by line, but how far it is."""
+    return re.sub(SHARE, "", error).splitlines()
 
 
 class OutcomeAlone:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli_fakes import OutcomeAlone, only_news, without_news
+from cli_fakes import OutcomeAlone, only_news, without_news, without_shares
 
 import hwsim
 import sdpgrind
@@ -179,7 +179,7 @@ def test_what_begins_is_said_and_so_is_a_warning_in_one_line(tmp_path, capsys):
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         assert main(["plunge", str(slow), "--parts", "1", "--no-pictures"]) == 0
-    first, warning, *news = capsys.readouterr().err.splitlines()
+    first, warning, *news = without_shares(capsys.readouterr().err)
     assert first.startswith("hwsim: about plan 1 s, 1 part 1 s, ")
     assert warning.startswith("hwsim: warning: no spark-out is needed: ")
     assert news == ["hwsim: planning ...", "hwsim: running 1 part ..."]
