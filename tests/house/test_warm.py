@@ -216,6 +216,17 @@ def test_progress_is_told_from_the_first_kernel_on_and_never_falls(monkeypatch, 
     assert told == sorted(told, key=lambda line: line[0]) and stream.getvalue() == said
 
 
+def test_what_is_planned_meanwhile_has_no_line_of_its_own(monkeypatch):
+    stream = standard_error(monkeypatch, io.StringIO())
+    monkeypatch.setattr(progress, "EVERY", 0.0)
+    plan = progress.reporting(lambda *, progress=None: progress(0.5, "planning"))
+    with compile_line.Compiling().of("locus", lambda share, text: None, kernels=5):
+        plan()
+    assert stream.getvalue() == ""
+    plan()
+    assert stream.getvalue() == " 50 % planning\n"
+
+
 def test_shares_of_all_areas_never_fall(monkeypatch):
     monkeypatch.setattr(
         warm, "first_use", lambda area, progress: [progress(share, area) for share in (0.5, 1)]

@@ -7,12 +7,12 @@ on standard error, also in a pipe. Kernels are counted up; how many are to come 
 import math
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from typing import Any, TextIO
 
 from numba.core.event import Listener, register
 
-from sdpgrind.base.progress import Progress, Speaker, current, unasked
+from sdpgrind.base.progress import Progress, Speaker, current, reported, unasked
 
 _PATIENCE = 2.0  # silent compiling, s; chosen: a longer silence looks like a fault
 
@@ -69,7 +69,10 @@ class Compiling(Listener):
         self._name, self._progress = area, progress
         self._first, self._expected = self.count, kernels
         try:
-            yield
+            with (
+                nullcontext() if progress is None else reported(progress)
+            ):  # plans in the block are silent then
+                yield
         finally:
             self._name, self._progress = "", None
 
