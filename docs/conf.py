@@ -15,7 +15,7 @@ import sdpgrind
 
 getLogger("sdpgrind").setLevel(WARNING)  # a package of an example shows all levels
 HERE = Path(__file__).parent
-sys.path.append(str(HERE))  # for the directive `entries`
+sys.path.append(str(HERE))  # for the directive `entries`, and `at_root`
 
 project = "sdpgrind"
 author = "The sdpgrind developers"
@@ -56,6 +56,7 @@ sphinx_gallery_conf = {
     "filename_pattern": r"\.py$",
     "ignore_pattern": r"published\.py$",  # the table of all reproductions
     "within_subsection_order": "FileNameSortKey",
+    "reset_argv": "at_root.commissioning",
     "abort_on_example_error": True,
     "download_all_examples": False,
     "remove_config_comments": True,

@@ -2,66 +2,86 @@
 A bore: from a trace to a cycle
 ===============================
 
-The control of an internal grinder recorded one cycle: time, size, commanded infeed and power. What does it say about
-the machine, and what is the fastest cycle for *it*? The gauge writes micrometres, the control mm/min and kilowatts:
-the header says so, and the table below the call shows what was made of it."""
-
-import sys
-from pathlib import Path
+Three files of one internal grinder: a trace of its control, a German export of its test rig, and a TDMS with two parts.
+What do they say about the machine, and what is the fastest cycle for *it*? The problem that is believed comes first: a
+published bore with 0.28 mm of stock. It gives what no trace shows, such as the wheel's diameter and the burn limit.
+"""
 
 import hwsim
 from sdpgrind import plunge
 
-SAMPLES = Path(sys.argv[0]).resolve().parents[2] / "tests" / "data" / "samples"
+believed = plunge.preset("simulation")
+
+# %%
+# The trace of a control
+# ----------------------
+# Time, size, commanded infeed and power. The gauge writes micrometres, the control mm/min and kilowatts: the header says
+# so, and the table below the call shows what was made of it.
+
 log = hwsim.Log.read(
-    SAMPLES / "plunge_brackets.csv", time="t", size="X", command_rate="v", grinding_power="P"
+    "tests/data/samples/plunge_brackets.csv", time="t", size="X", command_rate="v", grinding_power="P"
 )
 print(log.source)
 
 # %%
-# What the data say
-# -----------------
+# What it says
+# ------------
 # Before a number is used, ask what the file can tell at all. ``doubts`` holds every value of the problem against the
 # data and solves the plan again at both ends of each interval. The control does not say whether a commanded rate holds
-# from its row on or led to it: the residuals tell.
+# from its row on or led to it: the residuals tell. What no column shows stays as believed, and is listed.
 
-problem = plunge.preset("simulation")
-print(problem.doubts(log))
+print(believed.doubts(log))
 
 # %%
 # The plan
 # --------
-# The time constant goes into the problem: the stiffness is scaled so that the deflection of the machine has it. The
-# problem goes into the plan.
+# The time constant goes into the problem: the stiffness is scaled so that the deflection of the machine has it. It
+# follows the command faster than believed, so that its cycle is shorter than that of the plan as believed, by much more
+# than the interval of the time constant leaves open. In the picture the depth of damage (red) reaches the remaining
+# stock, but never exceeds it: what burns is ground away again.
 
 found = plunge.identify(log, "time_constant")
-plan = plunge.plan(problem.updated(found))
-print(found)
+plan = plunge.plan(believed.updated(found))
+print(found)  # ± is one standard deviation
 print(plan)
 plan.plot()
 
 # %%
-# Other files of the same machine
-# -------------------------------
-# A test rig writes German numbers, and its gauge shows what is left on the *diameter*: the factor -0.5 makes it the size.
-# Without it the file is refused, as its size falls while the commanded rate says it should rise.
+# A German file
+# -------------
+# The test rig writes decimal commas, names and units in two rows, and its gauge shows what is left on the *diameter*.
+# Read as a size, it is refused: it falls while the wheel feeds.
 
-other = hwsim.Log.read(
-    SAMPLES / "plunge_deutsch.csv",
-    time="Zeit",
-    size=("Aufmaß Durchmesser", "um", -0.5),
-    command_rate="Zustellung",
-)
-print(plunge.identify(other, "time_constant"))
 try:
     hwsim.Log.read(
-        SAMPLES / "plunge_deutsch.csv", time="Zeit", size="Aufmaß Durchmesser", command_rate="Zustellung"
+        "tests/data/samples/plunge_deutsch.csv",
+        time="Zeit",
+        size="Aufmaß Durchmesser",
+        command_rate="Zustellung",
     )
 except ValueError as refused:
     print(refused)
 
 # %%
-# Two parts in one TDMS file: groups are parts, waveforms bring their own time.
+# With the factor of the message it is the size: the same machine, the same time constant, the same cycle.
 
-parts = hwsim.Log.read(SAMPLES / "plunge_parts.tdms", size="size", command_rate="rate")
-print(plunge.identify(parts, "time_constant"))
+log = hwsim.Log.read(
+    "tests/data/samples/plunge_deutsch.csv",
+    time="Zeit",
+    size=("Aufmaß Durchmesser", "um", -0.5),
+    command_rate="Zustellung",
+)
+found = plunge.identify(log, "time_constant")
+print(found)
+print(plunge.plan(believed.updated(found)))
+
+# %%
+# Two parts in one file
+# ---------------------
+# Groups of a TDMS file are parts, and waveforms bring their own time. Each part tells a time
+# constant, with a gauge offset of its own; the estimate is their mean.
+
+log = hwsim.Log.read("tests/data/samples/plunge_parts.tdms", size="size", command_rate="rate")
+found = plunge.identify(log, "time_constant")
+print(found)
+print(plunge.plan(believed.updated(found)))
