@@ -10,7 +10,7 @@ import hwsim
 from hwsim._report import job
 from hwsim._report.again import differences
 from hwsim.cli import main
-from sdpgrind import locus, plunge, weldbead
+from sdpgrind import finishing, load, locus, plunge, weldbead
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SLOW = pytest.mark.slow  # each is planned and run twice
@@ -96,6 +96,42 @@ def test_a_controller_that_holds_its_plan_is_made_again(tmp_path, capsys):
     hwsim.run(stand, follower, adapt=locus.LearnedStart()).report(tmp_path / "job.html", plan=curve)
     status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
     assert status == 0 and lines[-1].endswith("equal to the bit (plan; log, controller; log, outcome)")
+
+
+def test_the_page_of_a_comparison_is_made_again(cycle, tmp_path, capsys):
+    both = {
+        "cautious": plunge.CycleController(cycle.problem, 0.05),
+        "bold": plunge.CycleController(cycle.problem, 0.01),
+    }
+    log = hwsim.compare(hwsim.PlungeGrinder(cycle.problem), both, parts=2, rng=7)
+    log.report(tmp_path / "job.html", plan=cycle)
+    text = log.report(plan=cycle)
+    assert re.search(r"seed +7\n", text) and "controller 'bold', CycleController" in text
+    status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
+    assert status == 0 and lines[-1].endswith("equal to the bit (plan; log, controller; log, outcome)")
+
+
+def test_a_page_without_run_or_plan_says_so(tmp_path, capsys):
+    finishing.Study.published("wang-2001").report(tmp_path / "study.html")
+    status, lines = rerun(tmp_path / "study.html", tmp_path / "again", capsys)
+    assert status == 2 and lines[-1].endswith("this one holds neither a run nor a plan")
+
+
+def test_a_log_from_a_file_is_not_made_again(ground, tmp_path, capsys):
+    ground.save(tmp_path / "run.nc")
+    load(tmp_path / "run.nc").report(tmp_path / "job.html")
+    status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
+    assert status == 2 and lines[-1].endswith("the log of this one was read from a file")
+
+
+@SLOW
+def test_the_page_of_both_controllers_is_made_again(tmp_path, capsys):
+    """The file of the job is written into the folder before the run."""
+    first, job = tmp_path / "first", str(EXAMPLES / "centering.toml")
+    assert main(["centering", job, "--source", "--parts=1", "--no-pictures", f"--out={first}"]) == 0
+    capsys.readouterr()
+    status, lines = rerun(first / "report.html", tmp_path / "again", capsys)
+    assert status == 0 and any("equal to the bit (plan; log, " in line for line in lines)
 
 
 def test_the_page_of_a_plan_is_made_again(cycle, tmp_path, capsys):

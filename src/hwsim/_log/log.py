@@ -65,8 +65,7 @@ class Log(Record):
     kind = "hwsim.log"
 
     made_of: Mapping[str, Any] | None = None
-    """Plant, controller, rng and adaptation of `run`, or plant, rng and names of the controllers of `compare`
-    (private to this package); None: read from a file."""
+    """Arguments of `run` or `compare` by name (private to this package); None: read from a file."""
 
     def __init__(self, make: Callable[[], Frames], parts: Sequence[LivePart] | None = None) -> None:
         self._make, self._parts = make, parts

@@ -104,7 +104,7 @@ def compare(
             progress((k + len(done) / parts) / len(controllers), f"{name}: part {len(done)} of {parts}")
         runs[name] = _frames.from_parts(done, labels)
     log = Log(lambda: _frames.side_by_side(runs))
-    log.made_of = {"plant": plant, "rng": rng, "compared": list(controllers)}
+    log.made_of = {"plant": plant, "controllers": dict(controllers), "rng": rng}
     return log
 
 

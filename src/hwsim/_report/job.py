@@ -28,7 +28,8 @@ def job_of(log: Any, plan: Any, command: Mapping[str, Any] | None) -> dict[str, 
     """Return the job of a log as plain values; `command`: the command line, its file and options.
 
     ``plant`` and ``controller`` hold name, fingerprint and ``made_of``, which `made_again` reads (None: it
-    holds a function); of a log read from a file they hold names only. ``log`` holds a SHA-256 of each table.
+    holds a function); of a log read from a file they hold names only. ``controllers`` holds the same for each
+    name of a comparison, else nothing. ``log`` holds a SHA-256 of each table.
     """
     made = log.made_of or {}
     attrs = log.outcome.attrs
@@ -37,9 +38,9 @@ def job_of(log: Any, plan: Any, command: Mapping[str, Any] | None) -> dict[str, 
         "command": None if command is None else dict(command),
         "seed": _seed(made.get("rng", (command or {}).get("rng"))),
         "parts": len(log),
-        "compared": list(made.get("compared", ())),
         "plant": _told(made.get("plant"), attrs.get("plant")),
         "controller": _told(made.get("controller"), attrs.get("controller")),
+        "controllers": {name: _told(each, None) for name, each in made.get("controllers", {}).items()},
         "adapt": _told(made.get("adapt"), None),
         "plan": None if not hasattr(plan, "dataset") else solved_of(plan.kind, plan.dataset),
         "log": {tier: arrays_digest(log[tier]) for tier in log.tiers}
@@ -111,6 +112,7 @@ def digests_table(job: Mapping[str, Any]) -> AmountTable:
     seed = "not known" if job["seed"] is None else str(job["seed"])
     rows = [Amounts.of("seed", [seed]), Amounts.of("parts", [str(job["parts"])])]
     known = {name: job[name] for name in ("plant", "controller", "adapt") if job[name] is not None}
+    known |= {f"controller {name!r},": told for name, told in job["controllers"].items()}
     rows += [Amounts.of(f"{n} {x['name']}", [x["fingerprint"]]) for n, x in known.items() if x["fingerprint"]]
     if job["plan"] is not None:
         rows.append(Amounts.of(f"plan {job['plan']['kind']}", [job["plan"]["arrays"]]))

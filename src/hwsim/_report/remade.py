@@ -11,7 +11,6 @@ from hwsim._log.fingerprint import fingerprint
 from hwsim._report.again import PLAN
 from hwsim._report.job import JOB, made_again
 from sdpgrind.base import stored
-from sdpgrind.base.brief import listed
 from sdpgrind.base.sheets.record_page import solved_of
 
 PAGE = "report.html"
@@ -33,9 +32,10 @@ def refuse_unable(data: Mapping[str, Any]) -> None:
 
 
 def _of_plan(data: Mapping[str, Any]) -> str:
-    kind = data.get(PLAN, {}).get("kind", "nothing that is solved")
-    if kind not in _PACKAGES:
-        return f"this one is of {kind}, which no command solves again"
+    if PLAN not in data:
+        return "this one holds neither a run nor a plan"
+    if (kind := data[PLAN]["kind"]) not in _PACKAGES:
+        return f"this one is of a plan of its own kind, {kind}"
     return "" if "problem" in data else "the problem of this one holds functions of its own"
 
 
@@ -43,16 +43,15 @@ def _of_log(job: Mapping[str, Any]) -> str:
     """Reason why a log cannot be made again; "": it can, if need be with a plan made again."""
     if job["command"] is not None:
         return ""
-    plant, controller = job["plant"], job["controller"]
-    if job["compared"]:
-        return f"this one compares {listed(job['compared'])}, and holds the values of no controller"
+    plant = job["plant"]
     if plant is None or plant["fingerprint"] is None:
-        return "the log of this one was read from a file or compares controllers"
+        return "the log of this one was read from a file"
     if plant["made_of"] is None:
         return f"the {plant['name']} of this one holds functions or a class of your own"
     if job["seed"] is None:
         return "the seed of this one was a generator, not a whole number"
-    for told in (controller, job["adapt"]):
+    several = job.get("controllers", {})
+    for told in (*(several.values() or [job["controller"]]), job["adapt"]):
         if told is not None and told["made_of"] is None and job["plan"] is None:
             return (
                 f"the {told['name']} of this one cannot be told by values, and no plan was reported with it"
@@ -90,27 +89,24 @@ def _planned(told: Mapping[str, Any] | None, problem: Any) -> Any:
 
 
 def _run(job: Mapping[str, Any], plan: Any, problem: Any) -> Any:
+    from hwsim._loop.compare import compare
     from hwsim._loop.loop import run
 
     package: Any = import_module(_PACKAGES[job["plan"]["kind"]]) if plan is not None else None
-    controller, adapt = job["controller"], job["adapt"]
-    follows: list[Callable[[], Any]] = [
-        lambda: getattr(package, controller["name"])(plan),
-        lambda: getattr(package, controller["name"])(problem),
-    ]
-    learns: list[Callable[[], Any]] = [
-        lambda: package.adaptation(problem),
-        lambda: getattr(package, adapt["name"])(),
-    ]
-    plant = made_again(job["plant"]["made_of"])
     changed = plan is not None and solved_of(plan.kind, plan.dataset) != job["plan"]
-    return run(
-        plant,
-        _same(controller, follows, changed, plan),
-        parts=job["parts"],
-        rng=job["seed"],
-        adapt=None if adapt is None else _same(adapt, learns, changed, plan),
-    )
+
+    def follower(told: Mapping[str, Any]) -> Any:
+        ways = [lambda of=of: getattr(package, told["name"])(of) for of in (plan, problem)]
+        return _same(told, ways, changed, plan)
+
+    drawn = {"parts": job["parts"], "rng": job["seed"]}
+    plant, adapt = made_again(job["plant"]["made_of"]), job["adapt"]
+    if several := job.get("controllers"):
+        return compare(plant, {name: follower(told) for name, told in several.items()}, **drawn)
+    if adapt is not None:
+        learns = [lambda: package.adaptation(problem), lambda: getattr(package, adapt["name"])()]
+        adapt = _same(adapt, learns, changed, plan)
+    return run(plant, follower(job["controller"]), adapt=adapt, **drawn)
 
 
 def _same(told: Mapping[str, Any], ways: Sequence[Callable[[], Any]], changed: bool, plan: Any) -> Any:

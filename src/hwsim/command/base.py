@@ -214,7 +214,7 @@ def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
     )
     kept = [] if folder is None else folder.keep(log, pictures)
     if folder is not None:
-        kept += paged(folder.path, partial(_page, area, arguments, title, log, plan))
+        kept += paged(folder.path, partial(run_page, area, arguments, title, log, plan))
     text = area.report(title, log, plan, job)
     if len(log) > arguments.parts:
         held = f"{folder} held {len(log)} finished {area.part}s already"
@@ -223,7 +223,7 @@ def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
     return _status(log)
 
 
-def _page(
+def run_page(
     area: AreaCommand, arguments: argparse.Namespace, title: str, log: "Log", plan: Any, path: Path
 ) -> str:
     """Write the page of a run, with the command that ran it."""

@@ -1,7 +1,7 @@
 """Report of ``hwsim centering``: the first parts, predictions next to outcomes, or two controllers."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from centering.cycle import CycleState
-from hwsim._report.log_page import report as report_page
 from hwsim._report.worst import broken_off
 from hwsim.command._report import broken_lines, parts_table, summary_head, summary_line
 from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
-from hwsim.command.base import PARTS, announce
+from hwsim.command.base import PARTS, announce, run_page
 from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
@@ -138,14 +137,18 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
 
     if arguments.live:
         raise ValueError("--live must be left out with --source, which runs every part twice")
-    folder = _folder(arguments.out)
+    folder = _folder(arguments.out, arguments.problem)
     plan = _strategy(area, job, arguments)
     both = {"source": job.source(plan), "ours": job.controller(plan)}
     parts = PARTS if arguments.parts is None else arguments.parts
     announce(f"running {parts} part{'s' if parts > 1 else ''} twice")
     log = compare(job.stand, both, parts=parts, rng=arguments.rng, progress=arguments.run_progress)
     text = side_by_side(title, log, plan)
-    return text if folder is None else with_kept(text, folder, _keep(folder, plan, log, arguments))
+    if folder is None:
+        return text
+    page = partial(run_page, area, arguments, title, log, plan)
+    pictures = {} if arguments.no_pictures else {"strategy.png": plan, "compare.png": log}
+    return with_kept(text, folder, _keep(folder, plan, log, pictures, page))
 
 
 def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
@@ -158,18 +161,19 @@ def _strategy(area: Any, job: Any, arguments: argparse.Namespace) -> Any:
     return area.plan(job, arguments, arguments.plan_progress)
 
 
-def _folder(path: Path | None) -> Path | None:
-    """Refuse a folder that is not empty."""
+def _folder(path: Path | None, job: Path | None) -> Path | None:
+    """Refuse a folder that holds more than the file of the job."""
     refuse_file(path)
-    if path is not None and path.exists() and any(path.iterdir()):
+    own = None if job is None else job.resolve()
+    if path is not None and path.exists() and any(held.resolve() != own for held in path.iterdir()):
         raise ValueError(f"--out must be a new or empty folder with --source; {path} holds something")
     return path
 
 
-def _keep(folder: Path, plan: Any, log: Any, arguments: argparse.Namespace) -> list[str]:
+def _keep(
+    folder: Path, plan: Any, log: Any, pictures: Mapping[str, Any], page: Callable[[Path], str]
+) -> list[str]:
     folder.mkdir(parents=True, exist_ok=True)
     plan.save(folder / "strategy.nc")
     log.save(folder / "compare.nc")
-    pictures = {} if arguments.no_pictures else {"strategy.png": plan, "compare.png": log}
-    page = paged(folder, partial(report_page, log, plan=plan, pictures=bool(pictures)))
-    return ["strategy.nc", "compare.nc", *(drawn(folder, pictures) if pictures else []), *page]
+    return ["strategy.nc", "compare.nc", *(drawn(folder, pictures) if pictures else []), *paged(folder, page)]

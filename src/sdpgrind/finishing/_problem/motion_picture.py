@@ -98,7 +98,7 @@ def _draw_joints(axis: Any, motion: "Motion") -> None:
         axis.plot(time, 100 * high, lw=0.9, label=name, color=colour)
     axis.axhline(100, color="0.4", lw=0.8, ls="--")
     axis.set(ylabel="used of limits [%]", xlabel="time [s]", xlim=(0, motion.duration))
-    axis.set_ylim(0, max(130.0, 115 * float(share.max())))
+    axis.set_ylim(-5, max(130.0, 115 * float(share.max())))  # joints at rest lie above the frame
     pictures.legend(axis, ncol=7, loc="upper center", handlelength=1)
 
 
