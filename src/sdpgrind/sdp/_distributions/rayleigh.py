@@ -90,11 +90,10 @@ class Rayleigh(LocationScale):
 
     def _unit_under(self, v: Floats, power: int) -> Floats:
         u = np.maximum(v, 0.0)
-        below = -np.expm1(-0.5 * u * u)
         if power == 0:
-            return below
+            return _below(u)
         mean_part = HALF_PI * erf(u / ROOT2)
-        far = np.asarray(u - mean_part if power == 1 else u * u - 2 * u * mean_part + 2 * below)
+        far = np.asarray(u - mean_part if power == 1 else u * u - 2 * u * mean_part + 2 * _below(u))
         near = u < 1
         far[near] = u[near] ** power * polyval(u[near] ** 2, _SERIES[power])
         return far
@@ -109,6 +108,11 @@ class Rayleigh(LocationScale):
         beyond = 2 * np.exp(-0.5 * u * u) * np.maximum(1 - u * HALF_PI * erfcx(u / ROOT2), 0.0)
         short = np.maximum(-v, 0.0)
         return np.asarray(beyond + short * (2 * HALF_PI + short))
+
+
+def _below(u: Floats) -> Floats:
+    """P(Rho <= u) of the unit law."""
+    return -np.expm1(-0.5 * u * u)
 
 
 @lru_cache(maxsize=1)

@@ -112,9 +112,11 @@ def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progr
     grid = Grid.of(problem, refine)
     logger.info("solving on %d nodes", grid.size)
     tell(0.0, f"{grid.size} nodes: tables of the moves")
-    solve = solve_stages if isinstance(problem.stages, Stages) else solve_forever
+    stages = problem.stages
+    solve = solve_stages if isinstance(stages, Stages) else solve_forever
+    longest = stages.count if isinstance(stages, Stages) and stages.late is None else None
     with one_blas_thread():
-        table = solve(problem, grid, Bundles(problem, grid, executor), tell)
+        table = solve(problem, grid, Bundles(problem, grid, executor, longest=longest), tell)
     return Policy(problem, Layout.of(problem, grid, table.base is not None), table.stacked(), None)
 
 

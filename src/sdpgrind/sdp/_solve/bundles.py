@@ -34,22 +34,28 @@ class BundlePiece:
     moves: tuple[int, ...]
     per_mode: bool
     block: tuple[int, int]
+    longest: int | None = None  # longest duration that is ever begun, stages; None: any
 
     def prepare(self, problem: Problem, grid: Grid, stage: float | None = None, keep: bool = True) -> Any:
         """Return the bundle of this block."""
         menus, block = [Menu(problem, grid, k) for k in self.moves], slice(*self.block)
         if isinstance(menus[0].move.to, Shift):
-            return ShiftBundle(menus, self.per_mode, block, stage)
+            return ShiftBundle(menus, self.per_mode, block, stage, self.longest)
         return PointBundle(menus[0], self.per_mode, block, stage, keep)
 
 
 class Bundles:
-    """All moves of a problem on a grid."""
+    """All moves of a problem on a grid; shifts longer than `longest` stages have no tables."""
 
     def __init__(
-        self, problem: Problem, grid: Grid, executor: Executor | None = None, keep: bool = True
+        self,
+        problem: Problem,
+        grid: Grid,
+        executor: Executor | None = None,
+        keep: bool = True,
+        longest: int | None = None,
     ) -> None:
-        self.problem, self.grid, self.keep = problem, grid, keep
+        self.problem, self.grid, self.keep, self.longest = problem, grid, keep, longest
         self.shared = np.array([not _per_mode(Menu(problem, grid, k)) for k in range(len(problem.moves))])
         self.search_error = 0.0
         still = [k for k, move in enumerate(problem.moves) if not move.timed]
@@ -72,15 +78,24 @@ class Bundles:
     ) -> Iterator[tuple[list[int], RowsFound]]:
         """Yield the moves of each bundle with their best into value[mode, node], which is that of `stage`.
 
-        Timed moves that begin beyond the stage `last` are skipped; `stage` None: the late side.
+        Moves that begin beyond the stage `last` are skipped; `stage` None: the late side.
         """
         for moves, pieces in self._groups:
-            yield moves, self._join(moves, pieces, self._evaluate(pieces, value, level))
+            some = self._begun(moves, stage, last)
+            if some.start < some.stop:
+                yield moves[some], self._join(moves, pieces, self._evaluate(pieces, value, level, some))
         for move in self._timed:
             departure = stage + self.problem.moves[move].duration if stage is not None else None
             if departure is None or last is None or departure > last:
                 continue
             yield [move], self.timed(move, value, level, departure)
+
+    def _begun(self, moves: list[int], stage: int | None, last: int | None) -> slice:
+        """Range from the first to the last of the `moves` that begin at the stage `last` at the latest."""
+        if stage is None or last is None:
+            return slice(0, len(moves))
+        begun = [k for k, move in enumerate(moves) if stage + self.problem.moves[move].duration <= last]
+        return slice(begun[0], begun[-1] + 1) if begun else slice(0, 0)
 
     def timed(self, move: int, value: Floats, level: Floats, departure: int) -> RowsFound:
         """Return the best of one timed move from the stage `departure` into value[mode, node]."""
@@ -99,11 +114,12 @@ class Bundles:
         return bundle if isinstance(bundle, ShiftBundle) else None
 
     def _evaluate(
-        self, pieces: list[BundlePiece], value: Floats, level: Floats
+        self, pieces: list[BundlePiece], value: Floats, level: Floats, some: slice
     ) -> list[tuple[RowsFound, float]]:
         if self._remote is not None:
-            return self._remote.evaluate(pieces, value, level)
-        return [(self._here[piece].best(value, level), self._here[piece].search_error) for piece in pieces]
+            return self._remote.evaluate(pieces, value, level, some)
+        ready = [self._here[piece] for piece in pieces]
+        return [(bundle.best(value, level, some), bundle.search_error) for bundle in ready]
 
     def _join(
         self, moves: list[int], pieces: list[BundlePiece], results: list[tuple[RowsFound, float]]
@@ -143,7 +159,7 @@ class Bundles:
         if isinstance(to, Shift):
             total, size = self.grid.size // self.grid.shape[to.position(self.grid)], LINES
         return [
-            BundlePiece(tuple(moves), not bool(self.shared[moves[0]]), (a, min(a + size, total)))
+            BundlePiece(tuple(moves), not self.shared[moves[0]], (a, min(a + size, total)), self.longest)
             for a in range(0, total, size)
         ]
 
@@ -175,10 +191,10 @@ class _Remote:
         self.recipe = pickle.dumps((problem, grid))
 
     def evaluate(
-        self, pieces: list[BundlePiece], value: Floats, level: Floats
+        self, pieces: list[BundlePiece], value: Floats, level: Floats, some: slice
     ) -> list[tuple[RowsFound, float]]:
-        """Evaluate every piece; each worker unpacks the recipe once."""
-        return execute(partial(_work, self.recipe, value, level), pieces, self.executor)
+        """Evaluate some moves of every piece; each worker unpacks the recipe once."""
+        return execute(partial(_work, self.recipe, value, level, some), pieces, self.executor)
 
 
 @lru_cache(maxsize=4)
@@ -192,7 +208,9 @@ def _prepared(recipe: bytes, piece: BundlePiece) -> Any:
     return piece.prepare(*_unpacked(recipe))
 
 
-def _work(recipe: bytes, value: Floats, level: Floats, piece: BundlePiece) -> tuple[RowsFound, float]:
+def _work(
+    recipe: bytes, value: Floats, level: Floats, some: slice, piece: BundlePiece
+) -> tuple[RowsFound, float]:
     bundle = _prepared(recipe, piece)
     with one_blas_thread():
-        return bundle.best(value, level), bundle.search_error
+        return bundle.best(value, level, some), bundle.search_error

@@ -71,8 +71,11 @@ class PointBundle:
         """Estimated error ($) of the search between levels so far."""
         return float(self.difference[0])
 
-    def best(self, value: Floats, level: Floats) -> RowsFound:
-        """Return the best for value[mode, node] and the stops' further charge level[mode]."""
+    def best(self, value: Floats, level: Floats, some: slice = slice(None)) -> RowsFound:
+        """Return the best for value[mode, node] and the stops' further charge level[mode].
+
+        `some`: as in `ShiftBundle.best`; there is one move.
+        """
         q = self.penalty + self._expect(value, level)
         out = (q.shape[0], self.count)
         best, control, entry = np.empty(out), np.empty(out), np.empty(out, dtype=np.int32)

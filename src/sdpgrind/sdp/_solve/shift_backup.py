@@ -6,6 +6,7 @@ the value-to-go; the search between them evaluates single rows.
 
 import itertools
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,13 +33,19 @@ class ShiftBundle:
 
     `per_mode`: tables for each mode of departure (a callback reads it, or it stays). `block`: lines along the
     falling axis (nodes of the other axes, flattened). `stage`: stage coordinate of departure, for timed
-    moves.
+    moves. `longest`: moves of more stages are never asked for, and have no tables; None: all are.
     """
 
     def __init__(
-        self, menus: Sequence[Menu], per_mode: bool, block: slice, stage: float | None = None
+        self,
+        menus: Sequence[Menu],
+        per_mode: bool,
+        block: slice,
+        stage: float | None = None,
+        longest: int | None = None,
     ) -> None:
         self.menus, self.per_mode, self.block, self.stage = tuple(menus), per_mode, block, stage
+        self._longest = longest
         self.grid: Grid = menus[0].grid
         self.axis = _shift(menus[0]).position(self.grid)
         self.modes = len(menus[0].problem.modes)
@@ -68,8 +75,8 @@ class ShiftBundle:
 
     def _tables(self) -> None:
         groups, rows, n = self.groups, int(self.row_at[-1]), self.nodes
-        laws = [self._laws(menu) for menu in self.menus]
-        rising = any(float(np.min(law.support[0], initial=0.0)) < 0 for law, *_ in laws)
+        asked = [(menu, int(at), *self._laws(menu)) for menu, at in self._asked()]
+        rising = any(float(np.min(law.support[0], initial=0.0)) < 0 for _, _, law, *_ in asked)
         self.first_lag = 1 - n if rising else 0
         self.weight = np.zeros((groups, rows, n - self.first_lag))
         problem, axis = self.menus[0].problem, self.grid.axes[self.axis]
@@ -78,14 +85,14 @@ class ShiftBundle:
         charged = any(not isinstance(end.edge, str) or end.edge == "refuse" for end in used)
         self.gone = np.zeros((groups, rows, n if charged else 0))
         self.stopped = np.zeros((groups, rows, 0))
-        self._ended: list[tuple[slice, Floats]] = []  # rows and their probabilities of ending beyond an edge
+        self._ended: list[tuple[slice, Any]] = []  # rows, and what gives their probabilities of stopping
         self.above = np.zeros((groups, rows, n if rising else 0))
         self.charge = np.zeros((groups, rows, n))
         self.target = np.zeros((groups, rows, 2 ** (len(self.grid.axes) - 1)), dtype=np.int64)
         self.part = np.ones(self.target.shape)
         self.rough = np.zeros((groups, rows), dtype=np.bool_)
-        for menu, at, (law, s, c) in zip(self.menus, self.row_at, laws, strict=False):
-            here = slice(int(at), int(at) + menu.rows)
+        for menu, at, law, s, c in asked:
+            here = slice(at, at + menu.rows)
             allowed = self._fill(menu, here, law, ends, rising)
             self._aim(menu, here, s, c, allowed.any(axis=2))
         used = self.weight != 0
@@ -106,12 +113,19 @@ class ShiftBundle:
         self._products = np.empty((self.scan_rows.size, n if self.dense else 0))
         self._runs = _runs(self.target[0, self.scan_rows, 0]) if self.dense else []
 
+    def _asked(self) -> list[tuple[Menu, Any]]:
+        """Moves with tables, and their first rows."""
+        longest = self._longest
+        each = zip(self.menus, self.row_at, strict=False)
+        return [(menu, at) for menu, at in each if longest is None or menu.move.duration <= longest]
+
     def _fill(self, menu: Menu, here: slice, law: Law, ends: list[Exit], rising: bool) -> Any:
         """Fill the tables of one move; return the mask (groups, rows, nodes) of what is allowed."""
         self.rough[:, here] = _rough(menu, law, self.groups, self.grid.spacing[self.axis])
         allowed = np.broadcast_to(self._penalties(menu, here), (self.groups, menu.rows, self.nodes))
         for some in self._pieces(menu):
-            there, piece = slice(here.start + some.start, here.start + some.stop), self._laws(menu, some)[0]
+            there = slice(here.start + some.start, here.start + some.stop)
+            piece = self._laws(menu, some, extra=2)[0]
             self._put_weight(there, piece)
             for end in ends if rising else ends[:1]:
                 self._put_end(menu, end, there, piece, allowed[:, some])
@@ -123,35 +137,39 @@ class ShiftBundle:
         return [slice(k, min(k + size, menu.rows)) for k in range(0, menu.rows, size)]
 
     def _put_weight(self, here: slice, law: Law) -> None:
+        """Put the weights of laws (groups, rows, 1) into the table."""
         h, end = self.grid.spacing[self.axis], law.support[1] + self.grid.spacing[self.axis]
         lag = np.arange(self.first_lag - 1, self.nodes + 1)
         # Weights beyond the law's support are rounding of differences: sums skip them.
         lag = lag[: 2 + np.count_nonzero(h * lag[1:-1] <= np.max(end))]
-        far, curve = (h * lag[1:-1])[:, None, None] > end, law.under((h * lag)[:, None, None])
-        weight = np.where(far, 0.0, (curve[2:] - 2 * curve[1:-1] + curve[:-2]) / h)
-        _put(self.weight[:, :, : lag.size - 2], here, weight)
+        far, curve = h * lag[1:-1] > end, law.under(h * lag)
+        weight = (curve[..., 2:] - 2 * curve[..., 1:-1] + curve[..., :-2]) / h
+        self.weight[:, here, : lag.size - 2] = np.where(far, 0.0, weight)
 
     def _put_end(self, menu: Menu, end: Exit, here: slice, law: Law, allowed: Any) -> None:
-        """Put probability and charge of passing one end into the tables."""
+        """Put probability and charge of passing one end into the tables, of laws (groups, rows, 1)."""
         h, axis = self.grid.spacing[self.axis], self.grid.axes[self.axis]
-        x = (axis.low + h * np.arange(self.nodes))[:, None, None]
+        x = axis.low + h * np.arange(self.nodes)
+        if end.edge == "stop":
+            self._ended.append((here, partial(end.probability, law, x)))
+        if end.edge == "stop" and end.sign > 0:
+            self.charge[:, here] += end.charge(law, x)
+            return
         probability = end.probability(law, x)
         if end.edge == "refuse":
-            spread = np.broadcast_to(probability, (self.nodes, *allowed.shape[:2]))
-            refuse_leak(menu, end, np.where(allowed, np.moveaxis(spread, 0, 2), 0.0))
-        if end.edge == "stop":
-            self._ended.append((here, probability))
-        elif end.edge != "hold":
-            _add(self.gone, here, probability)
-        _add(self.charge, here, end.charge(law, x, probability))
+            refuse_leak(menu, end, np.where(allowed, probability, 0.0))
+        if end.edge not in ("stop", "hold"):
+            self.gone[:, here] += probability
+        self.charge[:, here] += end.charge(law, x, probability)
         if end.sign < 0:
             kept = probability if end.edge == "hold" else 0.0
-            _add(self.above, here, end.full_hat(law, x, h, probability) - kept)
+            self.above[:, here] += end.full_hat(law, x, h, probability) - kept
 
     def _penalties(self, menu: Menu, here: slice) -> Any:
         """Put the in-path charges into the table; return the mask of allowed moves."""
         if menu.move.allowed is None and not callable(menu.move.charge):
-            self.charge[:, here] += menu.move.charge
+            if menu.move.charge:
+                self.charge[:, here] += menu.move.charge
             return True
         points, mode = self._starts()
         c = _row_controls(menu, extra=2)
@@ -183,24 +201,31 @@ class ShiftBundle:
         """Estimated error ($) of the search between levels so far."""
         return float(self.difference[0])
 
-    def best(self, value: Floats, level: Floats) -> RowsFound:
-        """Return the best of each move for value[mode, node] and the stops' further charge level[mode]."""
+    def best(self, value: Floats, level: Floats, some: slice = slice(None)) -> RowsFound:
+        """Return the best of some moves for value[mode, node] and the stops' further charge level[mode]."""
         v = self._by_line(value)
         flipped = np.ascontiguousarray((v - v[:, :1])[:, ::-1])
-        for target, rows in self._runs:
-            self._product(rows, flipped[target], self._products[rows])
+        begin, end, _ = some.indices(len(self.menus))
+        self._multiply(flipped, slice(*self.plan[3][[begin, end]].tolist()))
         shape = (len(self.menus), self.groups, self.nodes)
         q, control, entry = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int32)
         targets = np.repeat(level, self.others) if self.others > 1 else level
         if self._ended and np.any(targets != v[:, 0]):
             self.tabulate_stopped()
         _kernels.push(
-            0, len(self.menus), self.plan, self.tables, v, flipped, targets,
+            begin, end, self.plan, self.tables, v, flipped, targets,
             self._products, self.dense, False, self.coarse, (q, control, entry), self.difference,
         )  # fmt: skip
         # [move, mode or 0, line, node of the falling axis]
         lines = (len(self.menus), self.sources, -1, self.nodes)
-        return RowsFound(q.reshape(lines), control.reshape(lines), entry.reshape(lines))
+        return RowsFound(*(found.reshape(lines)[some] for found in (q, control, entry)))
+
+    def _multiply(self, flipped: Floats, wanted: slice) -> None:
+        """Take the inner sums of the `wanted` scanned rows; a product of matrices always takes all."""
+        for target, rows in self._runs:
+            if isinstance(self._product, Convolution):
+                rows = slice(max(rows.start, wanted.start), min(rows.stop, wanted.stop))
+            self._product(rows, flipped[target], self._products[rows])
 
     def _starts(self) -> tuple[list[Floats], Ints | None]:
         """Coordinates of every group on the other axes, and its mode (None: only one, or irrelevant)."""
@@ -210,13 +235,14 @@ class ShiftBundle:
         mode = np.repeat(np.arange(self.modes), lines) if self.per_mode and self.modes > 1 else None
         return [np.tile(p, self.sources) for p in points], mode
 
-    def _laws(self, menu: Menu, rows: slice = slice(None)) -> tuple[Law, Any, Any]:
-        """Laws of (groups, rows), with their ``s`` and ``c``."""
+    def _laws(self, menu: Menu, rows: slice = slice(None), extra: int = 1) -> tuple[Law, Any, Any]:
+        """Laws of (groups, rows), or with `extra` 2 of (groups, rows, 1), with their ``s`` and ``c``."""
         points, mode = self._starts()
-        places = [p[:, None] for p in points]
+        last = (slice(None), *([None] * extra))
+        places = [p[last] for p in points]
         places.insert(self.axis, np.empty(0))
-        s = menu.state(places, None if mode is None else mode[:, None], self.stage, without=_shift(menu).axis)
-        c = _row_controls(menu, rows)
+        s = menu.state(places, None if mode is None else mode[last], self.stage, without=_shift(menu).axis)
+        c = _row_controls(menu, rows, extra)
         return _shift(menu).law(s, c), s, c
 
     def tabulate_stopped(self) -> None:
@@ -225,7 +251,7 @@ class ShiftBundle:
             return
         self.stopped = np.zeros((self.groups, int(self.row_at[-1]), self.nodes))
         for here, probability in self._ended:
-            _add(self.stopped, here, probability)
+            self.stopped[:, here] += probability()
         self._ended.clear()
         self.tables = (*self.tables[:4], self.stopped, *self.tables[5:])
 
@@ -272,19 +298,6 @@ def _rough(menu: Menu, law: Law, groups: int, h: float) -> Any:
         rough[:, :, near:] |= (sd[:, :, near:] > 0) & (sd[:, :, :-near] == 0)
         rough[:, :, :-near] |= (sd[:, :, :-near] > 0) & (sd[:, :, near:] == 0)
     return rough.reshape(groups, menu.rows)
-
-
-def _put(table: Floats, here: slice, found: Any) -> None:
-    table[:, here] = np.moveaxis(
-        np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2
-    )
-
-
-def _add(table: Floats, here: slice, found: Any) -> None:
-    if np.ndim(found):
-        table[:, here] += np.moveaxis(
-            np.broadcast_to(found, (found.shape[0], table.shape[0], here.stop - here.start)), 0, 2
-        )
 
 
 def _runs(targets: Ints) -> list[tuple[int, slice]]:

@@ -69,8 +69,8 @@ class Exit:
         y = np.subtract(x, self.place)
         return law.over(y, 0) if self.sign > 0 else law.under(np.nextafter(y, -np.inf), 0)
 
-    def charge(self, law: Law, x: Any, probability: Floats) -> Floats | float:
-        """Expected charge of the mass beyond: the stop's, or the given value-to-go, $."""
+    def charge(self, law: Law, x: Any, probability: Floats | float = 0.0) -> Floats | float:
+        """Expected charge of the mass beyond, $: the stop's, or the given value-to-go by `probability`."""
         if self.edge == "stop":
             y = np.subtract(x, self.place)
             return sum(
