@@ -114,14 +114,14 @@ def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
 
 def paired(differences: Any) -> tuple[float, float]:
     """Mean of paired differences and half its 95 % interval (Student); NaN for a single part."""
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     if differences.size == 0:
         return nan, nan
     if differences.size == 1:
         return float(differences[0]), nan
     error = float(differences.std(ddof=1)) / np.sqrt(differences.size)
-    return float(differences.mean()), float(t.ppf(0.975, differences.size - 1)) * error
+    return float(differences.mean()), float(stdtrit(differences.size - 1, 0.975)) * error
 
 
 def _tells(variable: Any) -> bool:

@@ -76,6 +76,11 @@ def floats(kind: RecordType) -> Floats:
     return np.zeros(width(kind))
 
 
+def flat(*fields: Any) -> Floats:
+    """Return one row of all numbers and arrays, in their order."""
+    return np.concatenate([np.ravel(np.asarray(field, dtype=float)) for field in fields])
+
+
 def named(row: Floats, kind: RecordType) -> Any:
     """Return a view of a row (width,) with the names of a record; assignments change the row."""
     if row.shape != (width(kind),):

@@ -10,7 +10,6 @@ import numpy as np
 from hwsim.plants._weldbead.machine import OF_PASS
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
-from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
 from sdpgrind.base.units import N_MM_S_PER_W
 from sdpgrind.weldbead.kernels import IDLE, RESET, BeadOnTable, GroundBead, drawn_disc, reach
@@ -62,8 +61,9 @@ class ForceTable(Stateful):
         self._table = BeadOnTable(*setup, noise.uniform(0, 2 * np.pi))
         self._left = 0  # ticks until the end of the reset
         self._reading = StandReadings()
-        self._read, self._normals_now = (0.0, 0.0, self._table.free_speed), np.zeros(5)
-        self._normals, self._next = np.empty((0, 5)), 0
+        self._read, self._normals_now = (0.0, 0.0, self._table.free_speed), [0.0] * 5
+        self._normals: list[list[float]] = []  # numbers of Python: five entries of an array take longer
+        self._next = 0
         self._command = self._table.drawn_back()
         self._scan = self._scanned()
         self._at_event: dict[str, Any] | None = dict(self._scan, **dict.fromkeys(OF_PASS, nan))
@@ -102,7 +102,7 @@ class ForceTable(Stateful):
             )
         self._table.begin(drawn_disc(stand.pass_scatter, self._setup.disc, self._passes), start, feed)
         self._reading, self._pass_start = StandReadings(), self.time
-        self._read, self._normals_now = (0.0, 0.0, self._table.free_speed), np.zeros(5)
+        self._read, self._normals_now = (0.0, 0.0, self._table.free_speed), [0.0] * 5
 
     def _advance(self, ticks: int) -> None:
         self.event, self._at_event = False, None
@@ -149,20 +149,19 @@ class ForceTable(Stateful):
             }
         self._at_event = self._scan | of_pass
 
-    def _normal(self) -> Floats:
+    def _normal(self) -> list[float]:
         """Five standard normal numbers for the gauges of one sample."""
         if self._next == len(self._normals):
-            self._normals, self._next = self._noise.standard_normal((_NOISE, 5)), 0
+            self._normals, self._next = self._noise.standard_normal((_NOISE, 5)).tolist(), 0
         self._next += 1
-        row: Floats = self._normals[self._next - 1]
-        return row
+        return self._normals[self._next - 1]
 
     def _sense(self) -> None:
         """Read forces and spin, once a sample."""
         stand, normal = self._setup.stand, self._normal()
         sd, self._normals_now = stand.sensor.noise_sd, normal
         force, friction = self._table.read(sd * normal[0], sd * normal[1])
-        speed = stand.speed_gauge.read(float(self._table.state[kernels.SPIN]), float(normal[2]))
+        speed = stand.speed_gauge.read(float(self._table.state[kernels.SPIN]), normal[2])
         self._read = force, friction, speed
         self._reading.add(force, friction, speed, self._setup.disc.model.disk_radius)
 
@@ -175,8 +174,8 @@ class ForceTable(Stateful):
             measured |= dict.fromkeys(("center_x", "table_position", "pass_time"), nan)
         else:
             center, platform = float(table.state[kernels.CENTER]), float(table.drive[4])
-            measured["center_x"] = stand.feed_gauge.read(center, float(self._normals_now[3]))
-            measured["table_position"] = stand.table_gauge.read(platform, float(self._normals_now[4]))
+            measured["center_x"] = stand.feed_gauge.read(center, self._normals_now[3])
+            measured["table_position"] = stand.table_gauge.read(platform, self._normals_now[4])
             measured["pass_time"] = (self.time - self._pass_start) * stand.tick
         left = stand.start_time - self.time * stand.tick
         now = self._at_event if self._at_event is not None else _NO_EVENT

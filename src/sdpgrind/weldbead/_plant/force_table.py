@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sdpgrind.base.controllers import Stateful
+from sdpgrind.base.states import flat
 from sdpgrind.weldbead._plant import force_table_kernels as kernels
 from sdpgrind.weldbead._plant.force_table_bead import GroundBead, drop, reach
 from sdpgrind.weldbead._plant.force_table_kernels import Grinder, TableLayout
@@ -48,10 +49,12 @@ class BeadOnTable(Stateful):
 
     def __init__(self, stand: Any, bead: GroundBead, disc: TiltedDisc, spin_angle: float) -> None:
         self._stand, self._bead, self._disc, self.z = stand, bead, disc, bead.z.copy()
+        self._ends = float(bead.x[0]), float(bead.x[-1])
         grinding = _BOUNCING if stand.grinder_inertia > 0 else _GRINDING
         step = stand.tick / SUB_STEPS
-        self._drive_core, self._sensor_core = stand.drive.core(step), stand.sensor.core(step)
+        drive_core, self._sensor_core = stand.drive.core(step), stand.sensor.core(step)
         self._layout = TableLayout(grinding, SUB_STEPS // grinding, stand.datum, disc.contact_stiffness)
+        self._machine_row = flat(*self._layout, *drive_core, *self._sensor_core)
         self.state, self._cut = np.zeros(kernels.STATES), np.zeros(cutting.STATES)
         self.state[kernels.PHASE], self.state[kernels.SPIN] = spin_angle, self.free_speed
         self.state[kernels.CENTER] = stand.start_x
@@ -76,7 +79,8 @@ class BeadOnTable(Stateful):
         self.passes.append(GroundPass(disc))
         self._metal = self._bead.metal(self.z, disc.model.bead_width)
         self._grinder = self._grinder_core(disc)
-        self._core = self._disc_core(disc)
+        metal = self._metal
+        self._ground_row = flat(metal.start, metal.spacing, *self._grinder, *self._disc_core(disc))
         self.drive[:] = stand.drive.start(back)
         self._sensors[:] = stand.sensor.start()
         self._queue, self._last_command = [back] * stand.delay_samples, back
@@ -116,8 +120,8 @@ class BeadOnTable(Stateful):
         """Advance by one control sample with a platform command, mm."""
         state, done = self.state, self.passes[-1]
         kernels.sample(
-            *(self._metal, self._core, self._cut, self._grinder, state, self.feed, self._applied(command)),
-            *(self.drive, self._drive_core, self._sensors, self._sensor_core, self._layout),
+            *(self._metal.z, self._metal.area, self._metal.top, self._machine_row, self._ground_row),
+            *(self._cut, state, self.drive, self._sensors, self.feed, self._applied(command)),
         )
         if self.phase == ON_BEAD:
             done.samples += 1
@@ -145,16 +149,16 @@ class BeadOnTable(Stateful):
 
     def go_on(self) -> None:
         """Go on to the next phase; a stalled or overloaded grinder is drawn back at once."""
-        bead, tip, stand = self._bead, self._cut[cutting.TIP_X], self._stand
+        (begin, end), tip, stand = self._ends, self._cut.item(cutting.TIP_X), self._stand
         motor = stand.motor
         stalled = 0.0 if motor is None else motor.stall * motor.free_speed
-        if self.state[kernels.SPIN] <= stalled or self.state[kernels.FORCE] > stand.overload:
+        if self.state.item(kernels.SPIN) <= stalled or self.state.item(kernels.FORCE) > stand.overload:
             self.stalls += 1
             self._end()
-        elif tip > bead.x[-1] + stand.lead_out:
+        elif tip > end + stand.lead_out:
             self._end()
         else:
-            self.phase = LEAD_IN if tip < bead.x[0] else ON_BEAD if tip <= bead.x[-1] else LEAD_OUT
+            self.phase = LEAD_IN if tip < begin else ON_BEAD if tip <= end else LEAD_OUT
 
     def _end(self) -> None:
         self.passes[-1].volume = float(self.state[kernels.REMOVED])

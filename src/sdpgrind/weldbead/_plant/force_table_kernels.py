@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.weldbead.force.kernels import drive_step, sensor_step
-from sdpgrind.weldbead.passes.kernels import DONE, RATE, WIND, CutCore, Step, cut_step
+from sdpgrind.weldbead.force.kernels import drive_of, drive_step, sensor_of, sensor_step
+from sdpgrind.weldbead.passes.kernels import DONE, RATE, WIND, Bead, CutCore, Step, cut_of, cut_step
 
 # places in the state of a machine: mm, s, N, rad, rad/s, mm^3
 CENTER, DEFLECTION, DEFLECTION_RATE, PHASE, SPIN, FORCE, SHOWN = range(7)
@@ -102,16 +102,31 @@ def sensed(core, grinder, state, before, sensors, sensor_core, table):
     now = state[FORCE]
     if grinder.reads_spring and grinder.inertia > 0.0:
         now = grinder.stiffness * state[DEFLECTION] / core.radius
+    normal, tangential = sensors[0], sensors[1]
     for k in range(table):
         force = before + (now - before) * (k + 1) / table
-        sensor_step(sensors[0], force, sensor_core)
-        sensor_step(sensors[1], core.friction_ratio * max(force, 0.0), sensor_core)
+        sensor_step(normal, force, sensor_core)
+        sensor_step(tangential, core.friction_ratio * max(force, 0.0), sensor_core)
     state[SHOWN] = now
 
 
 @compiled
-def sample(bead, core, cut, grinder, state, feed, command, drive, drive_core, sensors, sensor_core, layout):
-    """Advance by one control sample at a feed (mm/s) with a constant platform command (mm)."""
+def sample(z, area, top, machine, ground, cut, state, drive, sensors, feed, command):
+    """Advance by one control sample at a feed (mm/s) with a constant platform command (mm).
+
+    Rows of constants (`sdpgrind.base.states.flat`): `machine` of layout, drive and sensors, `ground` of bead,
+    grinder and disc.
+    """
+    layout = TableLayout(int(machine[0]), int(machine[1]), machine[2], machine[3])
+    drive_core, sensor_core = drive_of(machine[4:26]), sensor_of(machine[26:], (sensors.shape[1] - 5) // 2)
+    bead, core = Bead(ground[0], ground[1], z, area, top), cut_of(ground[12:])
+    g = ground[2:12]
+    grinder = Grinder(g[0], g[1], g[2], g[3], g[4], g[5], g[6], g[7], g[8], g[9] != 0.0)
+    _sample(bead, core, cut, grinder, state, feed, command, drive, drive_core, sensors, sensor_core, layout)
+
+
+@compiled
+def _sample(bead, core, cut, grinder, state, feed, command, drive, drive_core, sensors, sensor_core, layout):
     state[FORCE_SUM] = 0.0
     platform = drive[4]
     for _ in range(layout.grinding):

@@ -11,9 +11,10 @@ import numpy.typing as npt
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
+from sdpgrind.base.states import flat
 from sdpgrind.control import Law
 from sdpgrind.weldbead.force._feedback import ForceLoop
-from sdpgrind.weldbead.force._kernels import ControlCore, control_step
+from sdpgrind.weldbead.force._kernels import ControlCore, control_sample
 from sdpgrind.weldbead.force._limits import Limits
 from sdpgrind.weldbead.force._reference import ForceReference, Trajectory
 
@@ -103,6 +104,8 @@ class ForceController(Stateful):
         self._limits = Limits() if limits is None else checks.kind("limits", limits, Limits)
         self._datum = checks.number("datum", datum, "mm")
         self._core, self._lag = self._control_core(), loop.plant.lag
+        self._order = loop.law.system.order
+        self._core_row = flat(*self._core.law, *self._core.model, *self._core[2:])
         self._reference = None if plan is None else ForceReference.of(plan, self._force_max)
         self.reset()
 
@@ -230,8 +233,8 @@ class ForceController(Stateful):
         """Return force demanded and reading foreseen next, N, and the correction of the position, mm."""
         if not self._state.size:
             return dict.fromkeys(self.reports, nan)
-        order, model = self._loop.law.system.order, self._core.model
-        foreseen = float(model.C @ self._state[order : order + len(model.C)])
+        gain = self._core.model.C
+        foreseen = float(gain @ self._state[self._order : self._order + len(gain)])
         reference = foreseen if self._feedforward else self._demand
         return {
             "force_demand": self._demand,
@@ -241,7 +244,8 @@ class ForceController(Stateful):
 
     def _command(self, force: float, demand: float, position: float, time: float) -> float:
         """Command of one sample, mm."""
-        return float(control_step(self._core, self._state, self._work, force, demand, position))
+        found = control_sample(self._core_row, self._order, self._state, self._work, force, demand, position)
+        return float(found)
 
     def _restart(self) -> None:
         self._samples, self._time, self._clock, self._demand = 0, nan, nan, nan

@@ -36,6 +36,14 @@ class CutCore(NamedTuple):
     grinding_ratio: float
 
 
+@compiled
+def cut_of(row):
+    """Constants of a disc from their row, two entries of the spring a point and 8 numbers."""
+    n = (row.size - 8) // 2
+    a, r = row[1 : 1 + n], row[1 + 2 * n :]
+    return CutCore(row[0], a, row[1 + n : 1 + 2 * n], r[0], r[1], r[2], r[3], r[4], r[5], r[6])
+
+
 class Bead(NamedTuple):
     """Bead on even nodes: origin and spacing, mm, heights, mm, volume per mm of height at each node, mm^2.
 

@@ -1,5 +1,7 @@
 """Planner of a pass: heights and forces that leave the target, within the grinder's power."""
 
+from collections.abc import Callable
+from functools import cached_property, partial
 from typing import Any, Self
 
 import numpy as np
@@ -17,6 +19,7 @@ from sdpgrind.weldbead.passes._problem import PassProblem
 from sdpgrind.weldbead.passes._simulate import PassRecord, PassRun, even_bead, simulate
 
 METHODS = ("inverse", "pi", "static", "quasistatic", "collocation")
+_MAY_STALL = ("static", "quasistatic")  # derived: the others raise the disc instead
 GAINS = (10.0, 2000.0)  # chosen: gains of the method "pi" on the error of the tip, 1 and 1/s
 _STEPS = {
     "center_x": ("mm", "position of the disc's center"),
@@ -45,8 +48,7 @@ class PassPlan(Plan):
     method : str
         Method of the plan; "inverse" where "collocation" could not be used.
     error : float
-        Estimated error of the contour, mm rms, from a simulation of twice the step; with "collocation", that
-        of the inverse plan it starts from.
+        Estimated error of the contour, mm rms. A function that returns it is called when first asked.
     collocation : Collocation or None
         Outcome of the optimal control problem, where it was asked for.
     """
@@ -58,16 +60,24 @@ class PassPlan(Plan):
         problem: PassProblem,
         record: PassRecord,
         method: str,
-        error: float,
+        error: float | Callable[[], float],
         collocation: Collocation | None = None,
     ) -> None:
-        self.problem, self.record, self.method, self.error = problem, record, method, error
+        self.problem, self.record, self.method, self._error = problem, record, method, error
         self.collocation = collocation
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or "record" not in self.__dict__:
             raise AttributeError(name)
         return getattr(self.record, name)
+
+    @cached_property
+    def error(self) -> float:
+        """Estimated error of the contour, mm rms, from a simulation of twice the step.
+
+        With "collocation", that of the inverse plan it starts from.
+        """
+        return self._error() if callable(self._error) else self._error
 
     @property
     def shortfall(self) -> float:
@@ -247,9 +257,9 @@ def plan(
             f"freedom must be None with method {method!r}: only 'collocation' chooses the feed (mm/s)"
         )
     record = _record(problem, method, gains, problem.spacing)
-    coarse = _record(problem, method, gains, 2 * problem.spacing)
-    x = np.array(coarse.contour.x)
-    error = float(np.sqrt(np.mean((record.contour.at(x) - np.array(coarse.contour.z)) ** 2))) / 3
+    error: Callable[[], float] | float = partial(_error, problem, method, gains, record)
+    if method in _MAY_STALL:
+        error = _error(problem, method, gains, record)
     planned = PassPlan(problem, record, method, error)
     if method == "collocation":
         found, how = collocate(problem, record, freedom=freedom)
@@ -271,7 +281,7 @@ def _checked_gains(gains: Any) -> tuple[float, float]:
 def _record(problem: PassProblem, method: str, gains: tuple[float, float], spacing: float) -> PassRecord:
     disk, feed, nodes = problem.disc, problem.feed_rate, problem.nodes_at(spacing)
     center = _centers(problem, spacing)
-    if method in ("static", "quasistatic"):
+    if method in _MAY_STALL:
         height = _static_height(problem, center, ahead=method == "quasistatic")
         return simulate(
             disk, problem.bead, center_x=center, fly_height=height, feed_rate=feed, spacing=spacing
@@ -284,6 +294,13 @@ def _record(problem: PassProblem, method: str, gains: tuple[float, float], spaci
     most = float(disk.deflection(problem.force_limit * disk.model.disk_radius))
     mode = _kernels.FEEDBACK if method == "pi" else _kernels.INVERSE
     return run.record(problem.bead, run.grind(start, mode, path=path, gains=gains, wind_max=most))
+
+
+def _error(problem: PassProblem, method: str, gains: tuple[float, float], record: PassRecord) -> float:
+    """Return the error of a contour, mm rms, by Richardson's rule, from a simulation of twice the step."""
+    coarse = _record(problem, method, gains, 2 * problem.spacing)
+    x = np.array(coarse.contour.x)
+    return float(np.sqrt(np.mean((record.contour.at(x) - np.array(coarse.contour.z)) ** 2))) / 3
 
 
 def _centers(problem: PassProblem, spacing: float) -> Floats:

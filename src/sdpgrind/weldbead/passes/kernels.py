@@ -11,7 +11,21 @@ from sdpgrind.weldbead.passes._kernels import (
     Bead,
     CutCore,
     Step,
+    cut_of,
     cut_step,
 )
 
-__all__ = ["DONE", "RATE", "STATES", "TIP_X", "TIP_Z", "WEAR", "WIND", "Bead", "CutCore", "Step", "cut_step"]
+__all__ = [
+    "DONE",
+    "RATE",
+    "STATES",
+    "TIP_X",
+    "TIP_Z",
+    "WEAR",
+    "WIND",
+    "Bead",
+    "CutCore",
+    "Step",
+    "cut_of",
+    "cut_step",
+]
