@@ -175,7 +175,7 @@ def test_a_comparison_has_a_page(tmp_path):
         re.search(r"^time \[s\] +10 exact$", told, re.M) and "same 5 parts on WeldBeadStand by fast" in told
     )
     assert re.search(r"^seed +0$", told, re.M) and "by each of fast, slow" in repr(log)
-    with pytest.raises(ValueError, match="this one compares fast and slow"):
+    with pytest.raises(ValueError, match="the OnePass of this one cannot be told by values"):
         refuse_unable({"job": data_of(tmp_path / "both.html", "job")})
 
 
