@@ -1,4 +1,4 @@
-"""Moves that no stage of the table leaves time for are neither tabulated nor evaluated."""
+"""Moves that no stage of the table leaves time for are neither tabulated nor evaluated without a tolerance."""
 
 import numpy as np
 from sdp_inside import Bundles, Grid
@@ -29,7 +29,7 @@ def test_moves_longer_than_the_horizon_have_no_tables():
 
 def test_moves_that_begin_too_late_are_not_evaluated():
     asked = problem((1, 3, 9), 12)
-    bundles, grid = Bundles(asked, Grid.of(asked)), Grid.of(asked)
+    bundles, grid = Bundles(asked, Grid.of(asked), longest=12), Grid.of(asked)
     value, level = np.linspace(0.0, 4.0, grid.size)[None], np.zeros(1)
     ((every, all_found),) = bundles.best(value, level, 3, 12)
     ((some, found),) = bundles.best(value, level, 4, 12)

@@ -100,7 +100,7 @@ def plan(
     checks.kind("problem", problem, Problem, " of this package, as axes, moves, stops and stages make it")
     assert callable(progress)  # made by the decorator
     if tolerance is None:
-        policy = _solve(problem, 1, executor, progress)
+        policy = _solve(problem, 1, executor, progress, every_move=False)
     else:
         checks.positive("tolerance", tolerance, "$")
         policy = _refined(problem, tolerance, executor, Portions(progress), throw)
@@ -108,13 +108,18 @@ def plan(
     return policy
 
 
-def _solve(problem: Problem, refine: int, executor: Executor | None, tell: Progress) -> Policy:
+def _solve(
+    problem: Problem, refine: int, executor: Executor | None, tell: Progress, every_move: bool = True
+) -> Policy:
+    """Solve on one grid; with `every_move`, those too long to begin count for the error of the search."""
     grid = Grid.of(problem, refine)
     logger.info("solving on %d nodes", grid.size)
     tell(0.0, f"{grid.size} nodes: tables of the moves")
     stages = problem.stages
     solve = solve_stages if isinstance(stages, Stages) else solve_forever
-    longest = stages.count if isinstance(stages, Stages) and stages.late is None else None
+    longest = None
+    if isinstance(stages, Stages) and stages.late is None and not every_move:
+        longest = stages.count
     with one_blas_thread():
         table = solve(problem, grid, Bundles(problem, grid, executor, longest=longest), tell)
     return Policy(problem, Layout.of(problem, grid, table.base is not None), table.stacked(), None)

@@ -45,7 +45,7 @@ class BundlePiece:
 
 
 class Bundles:
-    """All moves of a problem on a grid; shifts longer than `longest` stages have no tables."""
+    """All moves of a problem on a grid; with `longest`, stages, only those that can begin are evaluated."""
 
     def __init__(
         self,
@@ -78,7 +78,8 @@ class Bundles:
     ) -> Iterator[tuple[list[int], RowsFound]]:
         """Yield the moves of each bundle with their best into value[mode, node], which is that of `stage`.
 
-        Moves that begin beyond the stage `last` are skipped; `stage` None: the late side.
+        Timed moves, and with `longest` all, that begin beyond the stage `last` are skipped; `stage` None: the
+        late side.
         """
         for moves, pieces in self._groups:
             some = self._begun(moves, stage, last)
@@ -92,7 +93,7 @@ class Bundles:
 
     def _begun(self, moves: list[int], stage: int | None, last: int | None) -> slice:
         """Range from the first to the last of the `moves` that begin at the stage `last` at the latest."""
-        if stage is None or last is None:
+        if self.longest is None or stage is None or last is None:
             return slice(0, len(moves))
         begun = [k for k, move in enumerate(moves) if stage + self.problem.moves[move].duration <= last]
         return slice(begun[0], begun[-1] + 1) if begun else slice(0, 0)
