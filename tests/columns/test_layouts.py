@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import hwsim
@@ -51,6 +51,9 @@ STYLES = {
     "Windows ends": "t [s],X [um]\r\n0,0\r\n0.5,12.5\r\n1,25\r\n1.5,37.5\r\n",
     "old Mac ends": "t [s],X [um]\r0,0\r0.5,12.5\r1,25\r1.5,37.5\r",
     "exponents and signs": "t [s],X [um]\n+0.0E+00,-0\n5e-1,+1.25E1\n1E0,.25e2\n15.e-1,37.5\n",
+    "blanks, decimal commas and words": "t [s] X [um] state\n0,0 000,0 ok\n0,5 12,5 ok\n1,0 25,0 ok\n1,5 37,5 ok\n",
+    "blanks, decimal commas and hundreds": "t [s] X [nm]\n0,0 0\n0,5 12500,0\n1,0 25000,0\n1,5 37500,0\n",
+    "groups of three between tabs": "t [ms]\tX [nm]\n0\t0\n500\t12 500\n1 000\t25 000\n1 500\t37 500\n",
     "milliseconds": "t [ms],X [nm]\n0,0\n500,12500\n1000,25000\n1500,37500\n",
     "groups of three": "t [ms];X [nm]\n0;0\n500;12.500,0\n1.000;25.000,0\n1.500;37.500,0\n",
     "English groups": 't [ms],X [nm]\n0,0\n500.0,"12,500.0"\n"1,000.0","25,000.0"\n"1,500.0","37,500.0"\n',
@@ -98,6 +101,9 @@ def test_encodings(read, encoding):
     rows=st.lists(st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)), min_size=3, max_size=8),
     above=st.integers(0, 4),
 )
+@example(" ", ",", "utf-8", [(0.0, 100.0)] * 3, 0)  # 0,0 100,0 between commas: 0, 0 100, 0
+@example(" ", ",", "utf-8", [(1.5, 100.0), (2.5, 250.0), (12.25, 500.0)], 2)  # 1, 5 100, 0
+@example(" ", ",", "utf-8", [(1.5, 100.0), (2.5, 250.0), (3.0, 0.5)], 1)  # a word in one row between commas
 def test_any_layout_gives_the_same_bits(tmp_path_factory, separator, decimal, encoding, rows, above):
     if separator == decimal == ",":
         return
@@ -109,6 +115,12 @@ def test_any_layout_gives_the_same_bits(tmp_path_factory, separator, decimal, en
     )
     table = hwsim.Log.read(path, period=0.1, height="height", offset="offset", plausible=False)["data"]
     assert list(zip(table.height.values.tolist(), table.offset.values.tolist(), strict=True)) == rows
+
+
+def test_groups_of_three_beside_a_count_are_not_columns(read):
+    log = read("t [s]\tX [um]\n1\t1 500\n2\t2 700\n3\t3 100\n")
+    assert log["data"].time.values.tolist() == [1.0, 2.0, 3.0]
+    np.testing.assert_allclose(log["data"]["size"], [1.5, 2.7, 3.1], rtol=1e-12)
 
 
 GOOD = "t [s],X [um]\n0,0\n0.5,12.5\n1,25\n1.5,37.5\n"
@@ -131,6 +143,9 @@ REFUSED = {
     "short row": (GOOD.replace("0.5,12.5", "0.5"), r"a\.csv must have 2 cells in each row; line 3 has 1: '0.5'"),
     "long row": (GOOD.replace("0.5,12.5", "0.5,12.5,1"), r"a\.csv must have 2 cells in each row; line 3 has 3"),
     "cut off": ("t [s],X [um],P\n0,0,1\n1,1,1\n1.5,37", r"a\.csv must be whole; line 4, its last, has 2 cells instead of 3"),
+    "zero before a group": ("t [s]\tX [um]\n0,5\t12,5\n1,5\t0 250\n", r"size must be numbers; got '0 250' in line 3"),
+    "a word in each row": ("1,2,x\n3,x,4\nx,5,6\n", r"must have a line of 3 names above its data, which begin in line 1"),
+    "two layouts": ("a,b c,X [um]\n1,5 100,0\n2,5 200,0\n3,5 300,0\n", r"'1,5 100,0' may be 3 cells or 2: .*sep=',', decimal='\.'\), .* or .*sep='\[ \]\+', decimal=','\)"),
     "two meanings": ("t [s]\tX [um]\n1,000\t0\n1,500\t5\n2,000\t7\n", r"must show its decimal sign; '1,000' may be 1\.000 or 1000"),
     "wrong group": ("t [s];X [um]\n0,0;0\n0,5;12.5\n1,0;25\n", r"got '12\.5' in line 3"),
     "falling time": (GOOD + "0.2,40\n", r"time must rise within a part \(s\); got 1\.5 and then 0\.2 in line 6: part="),

@@ -44,6 +44,7 @@ TRUTHS = {"true": 1.0, "false": 0.0}
 _SPACES = str.maketrans("\u2212", "-", "\u00a0\u202f\u2009")
 _THREES = re.compile(r"(?<=\d)[ '\u2019](?=\d{3}(?!\d))")
 """Blanks and apostrophes between groups of three digits."""
+_NO_GROUPS = re.compile(r"[+-]?0\d*[ '\u2019]")  # the first group of a number above 999 is not zero
 _TIME = re.compile(
     r"(?:\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}[./]\d{1,2}[./]\d{4})(?:[T ]\s*\d{1,2}:\d{2}.*)?"
     r"|\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?"
@@ -89,7 +90,8 @@ def kind(cell: str, decimal: str) -> str:
 
 def _bare(cell: str) -> str:
     """A cell without the marks between groups of three, which are no decimal sign."""
-    return _THREES.sub("", cell.translate(_SPACES))
+    plain = cell.translate(_SPACES)
+    return plain if _NO_GROUPS.match(plain) else _THREES.sub("", plain)
 
 
 def number(cell: str, decimal: str, missing: Collection[str] = ()) -> float | None:

@@ -74,9 +74,60 @@ def _best(
             f"{text.file} must hold rows of at least two cells with numbers; none is among its first"
             f" {len(lines)} lines"
         )
-    best = max(guesses, key=lambda guess: (guess.told, -guess.grouped))  # of equals the first
+    best = _fitting(text.file, lines, guesses)
     others = (g for g in guesses if g.separator == best.separator and g.decimal != best.decimal)
     return best, next(others, None)
+
+
+def _fitting(file: str, lines: Sequence[str], guesses: Sequence[_Guess]) -> _Guess:
+    """The guess with most numbers, unless the names above fit only another; two that fit are refused.
+
+    ``1,5 100,0`` is 1, 5100 and 0 between commas, or 1.5 and 100 between blanks.
+    """
+
+    def rank(guess: _Guess) -> tuple[tuple[int, int], int]:
+        return guess.told, -guess.grouped
+
+    most = max(guesses, key=rank)  # of equals the first
+    rivals = [guess for guess in guesses if _rivals(guess, most) and _has_names(lines, guess)]
+    if not rivals:
+        return most
+    other = max(rivals, key=rank)
+    if not _has_names(lines, most):
+        return other
+    if not other.told[1] and _readings(most) != _readings(other):
+        raise _two_layouts(file, lines, most, other)
+    return most
+
+
+def _rivals(guess: _Guess, most: _Guess) -> bool:
+    """Whether another separator reads as many lines with no more words and no more groups of three."""
+    as_sure = guess.told[1] >= most.told[1] and guess.grouped <= most.grouped
+    return guess.separator != most.separator and len(guess.run) >= len(most.run) and as_sure
+
+
+def _has_names(lines: Sequence[str], guess: _Guess) -> bool:
+    """Whether each column has a name; a count of rows without one and a lone bracket have none."""
+    headings = _headings(lines, guess, _first(lines, guess, _numeric(guess)))
+    return bool(headings) and all(each.name for each in headings)
+
+
+def _readings(guess: _Guess) -> str:
+    """Numbers of the run as a text, in which NaN equals NaN."""
+    return repr([[cells.number(cell, guess.decimal) for cell in guess.rows[k]] for k in guess.run])
+
+
+def _two_layouts(file: str, lines: Sequence[str], one: _Guess, other: _Guess) -> ValueError:
+    """Refusal of a text that two separators read, each with names for all columns."""
+    calls = [
+        f"hwsim.Log.read(pandas.read_csv({file!r}, sep={each.separator.replace(' ', '[ ]+')!r},"
+        f" decimal={each.decimal!r}), ...)"
+        for each in (one, other)
+    ]
+    return ValueError(
+        f"{file} must show its separator; {lines[one.run[0]].strip()[:80]!r} may be {one.width} cells or"
+        f" {other.width}: {' or '.join(calls)}"
+    )
 
 
 def _present(lines: Sequence[str]) -> list[str]:
@@ -159,7 +210,7 @@ def _first(lines: Sequence[str], guess: _Guess, numeric: Sequence[bool]) -> int:
     if not named:  # a word in the first row is a fault of that row
         wide = [k for k, each in enumerate(guess.kinds) if len(each) == guess.width and k < guess.run[-1]]
         named = [k for k in wide if set(guess.kinds[k]) & set("ngt") and _is_named(lines, guess, k)]
-    return (named or data)[0]
+    return (named or data or guess.run)[0]
 
 
 def _is_named(lines: Sequence[str], guess: _Guess, line: int) -> bool:
