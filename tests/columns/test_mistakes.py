@@ -146,6 +146,45 @@ def test_removal_rates_must_agree_with_power_depth_and_feed(unit):
         hwsim.Log.read(SAMPLES / "bead_passes.csv", **BEAD | {"removal_rate": ("Q", unit)})
 
 
+BEAD_UNITS = {"removal_rate": ("Q", "cm^3/min"), "feed_rate": ("feed", "m/min"), "cut_depth": ("a", "um"),
+              "grinding_power": ("P", "kW")}  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore:.*the file says")
+@pytest.mark.parametrize("of_file", [True, False])
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("removal_rate", "mm^3/min"),
+        ("feed_rate", "m/s"),
+        ("feed_rate", "mm/min"),
+        ("cut_depth", "nm"),
+        ("cut_depth", "mm"),
+    ],
+)
+def test_the_one_of_rate_depth_and_feed_that_is_wrong_is_named(name, unit, of_file):
+    table = pd.read_csv(SAMPLES / "bead_passes.csv", sep=";", decimal=",")
+    if not of_file:
+        table = table.rename(columns=lambda header: header.split(" ")[0])
+    header, right = BEAD_UNITS[name]
+    asked = {"period": 1.0} | BEAD_UNITS
+    assert hwsim.Log.read(table, **asked) is not None
+    with pytest.raises(ValueError, match="plausible=False") as refused:
+        hwsim.Log.read(table, **asked | {name: (header, unit)})
+    message = str(refused.value)
+    call = f'{name}=("{header}", "{right}")'
+    assert call in message
+    if of_file and "must agree" in message:
+        assert message.index(call) < (message + ", or ").index(", or ")  # the file's own unit first
+
+
+def test_a_removal_rate_that_no_unit_explains_is_told_without_a_call():
+    rows = {"Q": np.full(9, 0.02), "P": np.full(9, 2e5), "a": np.full(9, 1e-3), "f": np.full(9, 900.0)}
+    units = {"removal_rate": ("Q", "mm^3/s"), "grinding_power": ("P", "W"), "cut_depth": ("a", "mm")}
+    with pytest.raises(ValueError, match=r"energy 1e\+07 J/mm\^3 and bead width 0.0222 mm \(plausible=False"):
+        hwsim.Log.read(rows, period=1.0, feed_rate=("f", "mm/s"), **units)
+
+
 @pytest.mark.parametrize("header", ["Ist um", "Ist_um", "Soll, um"])
 def test_a_unit_at_the_end_of_a_header_is_offered(header):
     with pytest.raises(ValueError, match="as the header seems to say") as told:

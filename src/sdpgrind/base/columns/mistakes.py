@@ -58,14 +58,27 @@ def mistakes(
         *_factors(way, fault.times),
         *_factors(rate, inverse),
     ]
-    return sorted(found, key=lambda one: one.rank)[:_NAMED]
+    return sorted(found, key=lambda one: one.rank)
+
+
+def explained(told: str, found: list[Mistake]) -> str:
+    """Tell a contradiction with the first of the mistakes that explain it."""
+    return f"{told}: " + ", or ".join(f"{one.words}? Say {one.call}" for one in found[:_NAMED])
+
+
+def in_unit(each: Bound, unit: str, rank: int) -> Mistake:
+    """The mistake that a column is in another unit; a unit that the file itself says is the most probable."""
+    name = each.request.name
+    by_file = _rank(unit, each.unit, each.heading.unit, unit_of_name(name))
+    words = f"{name} in {unit}, not {each.unit}"
+    return Mistake(words, each.call(unit=unit), rank if by_file is None else by_file)
 
 
 def sentence(fault: Contradiction, found: list[Mistake], bounds: dict[str, Bound]) -> str:
     """Tell a contradiction with what explains it; without an explanation, with the factor of either."""
     told = fault.told
     if found:
-        told += ": " + ", or ".join(f"{one.words}? Say {one.call}" for one in found)
+        told = explained(told, found)
     elif fault.times == fault.times:
         calls = bounds[fault.first].call(times=fault.times), bounds[fault.second].call(times=1 / fault.times)
         told += f": say {' or '.join(calls)}"
@@ -107,13 +120,10 @@ def _other_unit(written: str, ours: str, times: float) -> str | None:
 
 def _units(each: Bound, times: float, value: float, usual: tuple[float, float], first: bool) -> list[Mistake]:
     """Another unit of a column, if it leaves the column what is usual."""
-    name = each.request.name
-    unit = _other_unit(each.unit, unit_of_name(name), times)
+    unit = _other_unit(each.unit, unit_of_name(each.request.name), times)
     if unit is None or not _inside(value * times, usual):
         return []
-    rank = _rank(unit, each.unit, each.heading.unit, unit_of_name(name))
-    rank = rank if rank is not None else (int(not first) if _inside(value, usual) else _BY_RANGE)
-    return [Mistake(f"{name} in {unit}, not {each.unit}", each.call(unit=unit), rank)]
+    return [in_unit(each, unit, int(not first) if _inside(value, usual) else _BY_RANGE)]
 
 
 def _rank(unit: str, written: str, of_file: str | None, ours: str) -> int | None:

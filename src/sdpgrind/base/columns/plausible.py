@@ -40,6 +40,11 @@ def travel(values: Floats) -> float:
     return float(np.subtract(*np.quantile(known, [_MOST, 1 - _MOST]))) if known.size else 0.0
 
 
+def is_meant(values: Floats, meant: Meant) -> bool:
+    """Whether a machine can mean the magnitude of a column."""
+    return _inside(*ends(values), meant)
+
+
 def _inside(greatest: float, most: float, meant: Meant) -> bool:
     return greatest >= meant.least and most <= meant.greatest
 

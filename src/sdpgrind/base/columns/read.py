@@ -160,7 +160,7 @@ def _refuse_mistakes(
         )
     refuse_other_units(columns, bounds, where)
     if (odd := removal_fault(columns, bounds)) is not None:
-        raise ValueError(f"{where}, column {bounds['removal_rate'].heading.header!r}: {odd}")
+        raise ValueError(f"{where}: {odd}")
     for fault in contradictions(parts):
         told = fault.times == fault.times
         found = mistakes(fault, parts, bounds, DeclaredTimes(first.time, rules.period)) if told else []

@@ -1,11 +1,14 @@
-"""Whether a removal rate is in its unit: by its energy and by the width that depth and feed imply."""
+"""Whether a removal rate agrees with power, and with depth and feed: by the energy and width they imply."""
 
 from collections.abc import Mapping
 from math import isfinite, nan
+from typing import NamedTuple
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns.mistakes import Mistake, explained, in_unit
+from sdpgrind.base.columns.plausible import is_meant
 from sdpgrind.base.columns.request import Bound, unit_of_name
 from sdpgrind.base.columns.sheet import Column
 from sdpgrind.base.columns.table import quantity_of
@@ -14,6 +17,41 @@ from sdpgrind.base.unit_text import factor, near
 _ENERGY = (2.0, 150.0)  # J/mm^3; chosen: of grinding, from soft metal to fine cuts
 _WIDTH = (2.0, 200.0)  # mm; chosen: of beads
 _RATE = "removal_rate"
+# name -> powers with which it enters energy and width; derived: power / rate, rate / (depth * feed)
+_POWERS = {_RATE: (-1, 1), "cut_depth": (0, -1), "feed_rate": (0, -1), "grinding_power": (1, 0)}
+
+
+class _Implied(NamedTuple):
+    """Specific energy (J/mm^3) and bead width (mm); NaN: not known."""
+
+    energy: float
+    width: float
+
+    @property
+    def _known(self) -> list[tuple[float, str, tuple[float, float]]]:
+        pairs = (self.energy, "specific_energy", _ENERGY), (self.width, "bead_width", _WIDTH)
+        return [each for each in pairs if isfinite(each[0])]
+
+    @property
+    def unusual(self) -> int:
+        """How many of the two are unusual."""
+        return sum(not low <= value <= high for value, _, (low, high) in self._known)
+
+    @property
+    def is_odd(self) -> bool:
+        """Whether one is what no machine means, or both are unusual."""
+        ranges = [(value, quantity_of(name)) for value, name, _ in self._known]
+        impossible = any(not meant.least <= value <= meant.greatest for value, meant in ranges)
+        return impossible or (self.unusual == len(ranges) > 1)
+
+    def times(self, name: str, factor: float) -> "_Implied":
+        """Return what is implied where the quantity `name` is `factor` as great."""
+        of_energy, of_width = _POWERS[name]
+        return _Implied(self.energy * factor**of_energy, self.width * factor**of_width)
+
+    def __str__(self) -> str:
+        told = [f"specific energy {self.energy:.3g} J/mm^3"] * isfinite(self.energy)
+        return " and ".join(told + [f"bead width {self.width:.3g} mm"] * isfinite(self.width))
 
 
 def removal_fault(columns: Mapping[str, Column], bounds: Mapping[str, Bound]) -> str | None:
@@ -23,30 +61,26 @@ def removal_fault(columns: Mapping[str, Column], bounds: Mapping[str, Bound]) ->
     """
     if _RATE not in columns:
         return None
-    energy, width = _energy(columns), _width(columns)
-    if not _is_odd(energy, width, 1.0):
+    implied = _Implied(_energy(columns), _width(columns))
+    if not implied.is_odd:
         return None
-    each = bounds[_RATE]
-    ours, used = unit_of_name(_RATE), factor(each.unit, unit_of_name(_RATE))
-    others = [other for other in (ours, *near(ours)) if other != each.unit]
-    fitting = [other for other in others if not _is_odd(energy, width, factor(other, ours) / used)]
-    got = [f"specific energy {energy:.3g} J/mm^3"] * isfinite(energy)
-    got += [f"bead width {width:.3g} mm"] * isfinite(width)
-    calls = " or ".join(each.call(unit=other) for other in fitting)
-    more = f"; in another unit: {calls}" if calls else ""
-    return (
-        f"{_RATE} must agree with power, depth and feed; they imply {' and '.join(got)}{more}"
-        " (plausible=False takes it as it is)"
-    )
+    told = f"{_RATE} must agree with power, depth and feed; they imply {implied}"
+    found = [each for name in _POWERS if name in columns for each in _units(implied, columns, bounds[name])]
+    if found:
+        told = explained(told, sorted(found, key=lambda one: one.rank))
+    return f"{told} (plausible=False takes it as it is)"
 
 
-def _is_odd(energy: float, width: float, times: float) -> bool:
-    """Whether a rate that is `times` as great still implies what no machine means."""
-    pairs = ((energy / times, "specific_energy", _ENERGY), (width * times, "bead_width", _WIDTH))
-    known = [(value, quantity_of(name), usual) for value, name, usual in pairs if isfinite(value)]
-    if any(not meant.least <= value <= meant.greatest for value, meant, _ in known):
-        return True
-    return len(known) > 1 and all(not low <= value <= high for value, _, (low, high) in known)
+def _units(implied: _Implied, columns: Mapping[str, Column], each: Bound) -> list[Mistake]:
+    """Other units of a column with which all agrees, and which a machine can mean."""
+    name = each.request.name
+    ours, found = unit_of_name(name), []
+    for unit in (ours, *near(ours)):
+        times = factor(unit, ours) / factor(each.unit, ours)
+        other = implied.times(name, times)
+        if other != implied and not other.is_odd and is_meant(times * columns[name], quantity_of(name)):
+            found.append(in_unit(each, unit, other.unusual))
+    return found
 
 
 def _energy(columns: Mapping[str, Column]) -> float:
