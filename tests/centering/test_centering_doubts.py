@@ -16,7 +16,7 @@ def test_the_sample_ring():
     ring = Profile.read(SAMPLES / "ring_degrees.csv", angle="angle", deviation="deviation", radius=40.0)
     doubts = PROBLEM.replace(radius=40.0).doubts((ring.angle, ring.reading))
     assert doubts["radius"].verdict == "agrees" and doubts["radius"].low < 40.0 < doubts["radius"].high
-    assert "0.3000 mm at 0.7 rad" in str(doubts) and "harmonic 3: 3.01 um" in str(doubts)
+    assert "0.3000 mm at 0.7 rad" in str(doubts) and "harmonic 3: 3.01 µm" in str(doubts)
     assert doubts["mu_static"].verdict == "not told" and doubts.figure is None
 
 

@@ -6,7 +6,6 @@ from hwsim._log.fingerprint import fingerprint, former
 from hwsim._log.frames import Frames
 from hwsim._log.labels import Labels
 from hwsim._log.log import same
-from hwsim._log.picture import paired
 from hwsim._part.clock import Clock, common_tick, exact, simplest
 from hwsim._part.motions import command_column, digest
 from hwsim._part.part import column
@@ -35,7 +34,6 @@ __all__ = [
     "fingerprint",
     "former",
     "packed",
-    "paired",
     "parts_table",
     "read",
     "release_time",

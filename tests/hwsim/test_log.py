@@ -156,17 +156,6 @@ def test_what_a_controller_says_of_a_part_that_is_done_stands_in_the_outcome(tmp
     assert np.isnan(both.steps.sel(controller="does not")).all()
 
 
-def test_paired_differences_of_controllers():
-    """By hand: 1, 2, 3, 6 have mean 3 and standard deviation (14/3)^(1/2); Student's 97.5 % quantile at 3 is
-    3.182446.
-    """
-    from hwsim_inside import paired
-
-    mean, half = paired(np.array([1.0, 2.0, 3.0, 6.0]))
-    assert mean == 3.0 and half == pytest.approx(3.182446 * (14 / 3) ** 0.5 / 2, rel=1e-6)
-    assert paired(np.array([2.0]))[0] == 2.0 and np.isnan(paired(np.array([2.0]))[1])
-
-
 def test_comparison_is_drawn_as_differences_on_the_same_parts():
     pyplot = pytest.importorskip("matplotlib.pyplot")
     pyplot.switch_backend("agg")

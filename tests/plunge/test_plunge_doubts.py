@@ -97,7 +97,7 @@ def test_the_sample_file():
     assert (row.low, row.high) == pytest.approx(tuple(own.interval()[0])) and row.verdict == "differs"
     assert doubts.alignment == "begin" and doubts["commands_at"].verdict == "assumed"
     page = str(doubts)
-    assert "sd 0.28 um" in page and "steps of 0.10 um" in page and "64 % of the stock" in page
+    assert "sd 0.28 µm" in page and "steps of 0.10 µm" in page and "64 % of the stock" in page
     assert "A linear lag fits the sizes better" in page and max(map(len, page.splitlines())) <= 112
     table = NOMINAL.doubts(log["data"])
     assert str(table) == page

@@ -10,6 +10,7 @@ import numpy as np
 
 from hwsim.protocols import PartLog
 from sdpgrind.base import pictures
+from sdpgrind.base.means import half_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,25 +104,13 @@ def _differences(axis: Any, controllers: list[str], differences: Any) -> None:
         known = row[np.isfinite(row)]
         spread = 0.15 * np.linspace(-1, 1, known.size) if known.size > 1 else np.zeros(known.size)
         axis.plot(k - 0.15 + spread, known, ".", color="tab:blue", ms=3, alpha=0.5)
-        mean, half = paired(known)
-        axis.errorbar(k + 0.25, mean, half, fmt="o", color="tab:orange", ms=4, capsize=4)
+        mean = known.mean() if known.size else nan
+        axis.errorbar(k + 0.25, mean, half_interval(known), fmt="o", color="tab:orange", ms=4, capsize=4)
     crowded = sum(map(len, controllers)) > _MOST_LETTERS
     axis.set_xticks(
         range(len(controllers)), controllers, **({"rotation": 30, "ha": "right"} if crowded else {})
     )
     axis.set_xlim(-0.6, len(controllers) - 0.4)
-
-
-def paired(differences: Any) -> tuple[float, float]:
-    """Mean of paired differences and half its 95 % interval (Student); NaN for a single part."""
-    from scipy.special import stdtrit
-
-    if differences.size == 0:
-        return nan, nan
-    if differences.size == 1:
-        return float(differences[0]), nan
-    error = float(differences.std(ddof=1)) / np.sqrt(differences.size)
-    return float(differences.mean()), float(stdtrit(differences.size - 1, 0.975)) * error
 
 
 def _tells(variable: Any) -> bool:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sdpgrind.base import means
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.sheets.amounts import Interval
 
-_PROBABILITY = 0.975  # chosen: both sides leave 5 %
-_NORMAL = 1.959963984540054  # derived: of _PROBABILITY, for many values
+_NORMAL = 1.959963984540054  # derived: quantile of means.PROBABILITY, for many values
 _SE = 2.0  # standard errors beyond which a difference is explained; source: the page's specification
 _FEWEST = 2  # values that have a standard error; derived: of n - 1
 _ROUNDING = 1e-9  # relative; chosen: above the rounding of a mean
@@ -20,13 +20,10 @@ def mean(values: Floats, least: float = -math.inf) -> Interval:
 
     `least`: smallest value that there can be.
     """
-    from scipy.special import stdtrit
-
     known = values[np.isfinite(values)]
-    if known.size < 2:
+    if known.size < _FEWEST:
         return Interval(float(known[0]) if known.size else math.nan, math.nan)
-    error = float(known.std(ddof=1)) / math.sqrt(known.size)
-    return Interval(float(known.mean()), float(stdtrit(known.size - 1, _PROBABILITY)) * error, least)
+    return Interval(float(known.mean()), means.half_interval(known), least)
 
 
 def counted_share(flags: Floats) -> str:
@@ -37,15 +34,9 @@ def counted_share(flags: Floats) -> str:
     count, n = int(np.sum(known > 0)), known.size
     if not n:
         return "not known"
-    low = betaincinv(count, n - count + 1, 1 - _PROBABILITY) if count else 0.0
-    high = betaincinv(count + 1, n - count, _PROBABILITY) if count < n else 1.0
+    low = betaincinv(count, n - count + 1, 1 - means.PROBABILITY) if count else 0.0
+    high = betaincinv(count + 1, n - count, means.PROBABILITY) if count < n else 1.0
     return f"{count} of {n} ({100 * low:.2g} to {100 * high:.3g} %)"
-
-
-def standard_error(values: Floats) -> float:
-    """Return the standard error of a mean; 0 of one value."""
-    known = values[np.isfinite(values)]
-    return float(known.std(ddof=1)) / math.sqrt(known.size) if known.size > 1 else 0.0
 
 
 @dataclass(frozen=True)
@@ -75,8 +66,12 @@ class Promise:
             return False
         if isinstance(self.planned, Interval):
             known = 0.0 if math.isnan(self.planned.half) else self.planned.half / _NORMAL
-            error = math.hypot(standard_error(values), known)
+            error = math.hypot(_standard_error(values), known)
         else:
-            error = standard_error(values - self.planned)
+            error = _standard_error(values - self.planned)
         gap = abs(self.difference(values).value)
         return gap > max(_SE * error, _ROUNDING * abs(self.mean.value))
+
+
+def _standard_error(values: Floats) -> float:
+    return means.standard_error(values[np.isfinite(values)])

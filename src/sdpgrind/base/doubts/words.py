@@ -1,8 +1,8 @@
-"""Numbers in words: as many digits as their uncertainty carries, small lengths in micrometres."""
+"""Numbers in words: as many digits as their uncertainty carries, small ones in a thousandth of their unit."""
 
 from math import floor, isfinite, log10
 
-from sdpgrind.base.sheets.amounts import SMALL, places_of
+from sdpgrind.base.sheets.amounts import places_of, scale_of
 
 _TIMES = 2.0  # chosen: excess from which on a multiple is clearer than a share in percent
 _ENDLESS = 1e5  # chosen: excess beyond which its digits say nothing
@@ -10,10 +10,9 @@ _FEW = 1e-4  # chosen: probabilities below are written by their power of ten
 
 
 def amount(value: float, unit: str, digits: int = 2) -> str:
-    """Return a value with its unit, to some significant digits; millimetres below 0.05 as um."""
-    if unit == "mm" and 0 < abs(value) < SMALL:
-        value, unit = 1e3 * value, "um"
-    return f"{significant(value, digits)} {'' if unit == '1' else unit}".rstrip()
+    """Return a value with its unit, to some significant digits; small ones as a page shows them, as µm."""
+    factor, unit = scale_of(unit, abs(value))
+    return f"{significant(factor * value, digits)} {'' if unit == '1' else unit}".rstrip()
 
 
 def share(excess: float) -> str:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sdpgrind import identify as idf
-from sdpgrind.base import checks, serial
+from sdpgrind.base import checks, means, serial
 from sdpgrind.base.checks import Floats
 from sdpgrind.finishing.torque._axis import GRAVITY, TorqueAxis
 
@@ -217,13 +217,9 @@ def _pooled(each: list[_Motion]) -> idf.Estimate:
     """Mean of parts with one noise by least squares, with at least the scatter of the parts."""
     load, gain, noise, freedom = (np.array(column) for column in zip(*each, strict=True))
     level = float(np.average(noise, weights=np.minimum(freedom, 1e9)))
-    mean, known = float(np.average(load, weights=1 / gain)), float(np.sum(1 / gain))
-    free, told = float(freedom.sum()), "from free motion"
-    if len(each) > 1:
-        told += f" of {len(each)} parts"
-        scatter = float(np.sum((load - mean) ** 2 / gain)) / (len(each) - 1)
-        level, free = (scatter, len(each) - 1.0) if scatter > level else (level, free)
-    covariance = np.full((1, 1), level / known)
+    mean, variance, free = means.pooled(load, level * gain, float(freedom.sum()))
+    told = "from free motion" + f" of {len(each)} parts" * (len(each) > 1)
+    covariance = np.full((1, 1), variance)
     return idf.Estimate(
         ("load_torque",), np.array([mean]), covariance, message=told, units=("N m",), freedom=free
     )

@@ -14,7 +14,7 @@ _FACTORS = {
     1 / 25.4: "both columns in inches were read as mm",
     25.4: "both columns in mm were read as inches",
     1e-3: "both columns in m were read as mm",
-    1e3: "both columns in um were read as mm",
+    1e3: "both columns in µm were read as mm",
     2.0: "both columns of the diameter were read as of the radius",
     0.5: "both columns were halved twice",
 }

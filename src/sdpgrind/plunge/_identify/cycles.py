@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind import identify as idf
+from sdpgrind.base import means
 from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
 
@@ -157,11 +158,7 @@ def mean_of_parts(
 
 def pooled(each: Sequence[idf.Estimate]) -> idf.Estimate:
     """Mean of estimates of one value by inverse variance; its variance covers their scatter."""
-    value = np.array([estimate.value[0] for estimate in each])
-    variance = np.array([estimate.covariance[0, 0] for estimate in each]) + (1e-12 * value) ** 2 + 1e-300
-    weight = 1 / variance
-    mean = float(weight @ value / weight.sum())
-    scatter = float(weight @ (value - mean) ** 2) / (len(each) - 1)
-    freedom = float(len(each) - 1) if scatter > 1 else float(sum(estimate.freedom for estimate in each))
-    covariance = np.full((1, 1), max(scatter, 1.0) / weight.sum())
-    return each[0].replace(value=np.array([mean]), covariance=covariance, freedom=freedom)
+    values = np.array([estimate.value[0] for estimate in each])
+    variances = np.array([estimate.covariance[0, 0] for estimate in each])
+    mean, variance, freedom = means.pooled(values, variances, sum(estimate.freedom for estimate in each))
+    return each[0].replace(value=np.array([mean]), covariance=np.full((1, 1), variance), freedom=freedom)
