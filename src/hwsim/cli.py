@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 from hwsim.command._demo.command import add_demo
 from hwsim.command._verify import add_verify
 from hwsim.command._warm import add_warm
-from hwsim.command.base import add_to
+from hwsim.command._work import add_to
 from sdpgrind import __version__
 
 # Modules with an ``AREA`` (see `hwsim.command.base`).

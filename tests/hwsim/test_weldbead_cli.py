@@ -12,7 +12,7 @@ import hwsim
 import sdpgrind
 from hwsim._log.log import same
 from hwsim.cli import main
-from hwsim.command import base as _area
+from hwsim.command import _work
 from hwsim.command._weldbead.toml import job_of
 from sdpgrind import weldbead
 
@@ -141,7 +141,7 @@ def test_interrupted(finished, monkeypatch, capsys):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(_area, "_run", interrupt)
+    monkeypatch.setattr(_work, "_run", interrupt)
     assert main(["weldbead", "--simple", "--policy", str(finished / "policy.nc")]) == 130
     assert (
         without_news(capsys.readouterr().err)

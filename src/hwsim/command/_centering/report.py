@@ -12,7 +12,7 @@ from centering.cycle import CycleState
 from hwsim._report.worst import broken_off
 from hwsim.command._report import broken_lines, parts_table, summary_head, summary_line
 from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
-from hwsim.command.base import PARTS, announce, run_page
+from hwsim.command._work import PARTS, announce, run_page
 from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:

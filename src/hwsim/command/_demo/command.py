@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hwsim.command._times import TIMES
-from hwsim.command.base import announce
+from hwsim.command._work import announce
 
 BORE = Path(__file__).with_name("bore.csv")
 MARGIN = (

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
-from hwsim.command.base import AreaCommand, announce
+from hwsim.command._work import announce
+from hwsim.command.base import AreaCommand
 from sdpgrind.base.records import whole_file
 
 if TYPE_CHECKING:

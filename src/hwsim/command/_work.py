@@ -1,0 +1,250 @@
+"""Command of an area: its arguments, the plan that is made or loaded, the run, its page and report."""
+
+import argparse
+import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hwsim.command._run_folder import RunFolder, differences, paged, with_kept
+from hwsim.command._times import UNKNOWN, Outlook
+from hwsim.command.base import AreaCommand, Job
+from sdpgrind.base.progress import portion, redraw
+
+if TYPE_CHECKING:
+    from hwsim._log.log import Log
+
+
+PARTS = 20  # default; chosen: the standard error of a mean is below a quarter of the scatter
+NOTHING_FINISHED = 1  # exit status when every part was broken off; chosen: 2 is wrong input
+
+
+def add_to(subparsers: Any, area: AreaCommand) -> None:
+    """Add the command of an area to the subparsers."""
+    word = area.plan_word
+    parser = subparsers.add_parser(
+        area.name, help=area.about, description=area.about.capitalize() + ".", epilog=area.more
+    )
+    parser.add_argument(
+        "problem", nargs="?", type=Path, metavar="problem.toml", help=f"the job ({area.units})"
+    )
+    parser.add_argument("--preset", help=f"a ready problem instead of a file: {area.presets}")
+    for switch, meaning in area.switches.items():
+        parser.add_argument(switch, action="store_true", help=meaning)
+    for count, meaning in area.counts.items():
+        parser.add_argument(count, type=int, metavar="N", help=meaning)
+    parser.add_argument(
+        f"--{word}",
+        dest="plan",
+        type=Path,
+        metavar="p.nc",
+        help=f"follow this saved {word} instead of planning",
+    )
+    parser.add_argument("--parts", type=int, metavar="N", help=f"number of {area.part}s ({PARTS})")
+    parser.add_argument("--rng", type=int, default=0, metavar="S", help="seed of the random numbers (0)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="keep everything in this folder")
+    if area.tolerance:
+        parser.add_argument("--tolerance", type=float, help=area.tolerance)
+    parser.add_argument("--no-pictures", action="store_true", help="draw nothing")
+    parser.set_defaults(work=partial(work, area), tolerance=None)
+
+
+def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
+    """Carry out the command and return the exit status: 0, or 1 where every part was broken off."""
+    from sdpgrind.base.progress import Speaker, reported, silent
+
+    outlook = _foretold(area, arguments)
+    live = getattr(arguments, "live", False)  # it draws on the terminal
+    known = 0.0 if outlook is UNKNOWN else outlook.whole
+    shown = Speaker(shown=not live, whole=known)
+    with shown as line, reported(None if live else line, lambda: silent) as told:
+        arguments.plan_progress = portion(told, 0.0, outlook.ends()[0])
+        arguments.run_progress = portion(told, *outlook.ends())
+        return _carried_out(area, arguments)
+
+
+def _foretold(area: AreaCommand, arguments: argparse.Namespace) -> Outlook:
+    """Say what will be done and how long it takes; wrong arguments are told later, alone."""
+    parts = PARTS if arguments.parts is None else max(arguments.parts, 0)
+    outlook = Outlook.of(area.name, arguments, parts, f"{area.plan_word}.nc")
+    given = [each for each in (arguments.problem, arguments.preset, arguments.plan) if each is not None]
+    there = arguments.problem is None or arguments.problem.exists()
+    if outlook is not None and given and there:
+        print(f"hwsim: {outlook.line(_several(parts, area.part))}", file=sys.stderr, flush=True)
+    return UNKNOWN if outlook is None else outlook
+
+
+def _several(parts: int, word: str) -> str:
+    return f"{parts} {word}{'s' if parts != 1 else ''}"
+
+
+def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
+    job, given = _job(area, arguments)
+    _check_numbers(area, arguments)
+    title = str(arguments.problem or arguments.preset or arguments.plan)
+    if (text := area.instead(title, job, arguments)) is not None:
+        print(text)
+        return 0
+    if arguments.parts is None:
+        arguments.parts = PARTS
+    folder = (
+        None if arguments.out is None else RunFolder(arguments.out, area.plan_word, partial(_loaded, area))
+    )
+    if folder is not None:
+        folder.refuse_other_plan(job.problem, given)
+        folder.refuse_other_run(plant=job.stand, rng=arguments.rng)
+    plan = _plan(area, job, given, folder, arguments)
+    if folder is not None:
+        folder.refuse_other_run(controller=job.controller(plan))
+        folder.begin(plan)
+    log = _run(area, job, plan, folder, arguments)
+    pictures = (
+        {}
+        if arguments.no_pictures
+        else {f"{area.plan_word}.png": plan, "run.png": log, **area.more_pictures(log)}
+    )
+    kept = [] if folder is None else folder.keep(log, pictures)
+    if folder is not None:
+        kept += paged(folder.path, partial(run_page, area, arguments, title, log, plan))
+    text = area.report(title, log, plan, job)
+    if len(log) > arguments.parts:
+        held = f"{folder} held {len(log)} finished {area.part}s already"
+        text = f"{text}\n\n{held}: all of them are reported, not {arguments.parts}"
+    print(text if folder is None else with_kept(text, folder, kept))
+    return _status(log)
+
+
+def run_page(
+    area: AreaCommand, arguments: argparse.Namespace, title: str, log: "Log", plan: Any, path: Path
+) -> str:
+    """Write the page of a run, with the command that ran it."""
+    from hwsim._report.log_page import report
+
+    told = f"{title}: {len(log)} {area.part}{'s' if len(log) > 1 else ''}"
+    return report(
+        log, path, plan, title=told, command=_told(area, arguments), pictures=not arguments.no_pictures
+    )
+
+
+def _told(area: AreaCommand, arguments: argparse.Namespace) -> dict[str, Any]:
+    """The command as plain values, the text of its file included."""
+    file: Path | None = arguments.problem
+    options = [name.removeprefix("--").replace("-", "_") for name in (*area.switches, *area.counts)]
+    return {
+        "area": area.name,
+        "toml": None if file is None else file.read_text(encoding="utf-8"),
+        "preset": arguments.preset,
+        area.plan_word: None if arguments.plan is None else arguments.plan.name,
+        "parts": arguments.parts,
+        "rng": arguments.rng,
+        "tolerance": arguments.tolerance,
+        **{name: getattr(arguments, name) for name in options},
+    }
+
+
+def _status(log: "Log") -> int:
+    from hwsim._report.worst import broken_off
+
+    return NOTHING_FINISHED if all(broken_off(log.outcome)) else 0
+
+
+def announce(text: str) -> None:
+    """Print what begins now on standard error."""
+    if sys.stderr.isatty():
+        redraw("")
+    print(f"hwsim: {text} ...", file=sys.stderr, flush=True)
+
+
+def _check_numbers(area: AreaCommand, arguments: argparse.Namespace) -> None:
+    from sdpgrind.base import checks
+
+    for name in ("--parts", *area.counts):
+        if (given := getattr(arguments, name.removeprefix("--"))) is not None:
+            checks.count(name, given)
+    checks.count("--rng", arguments.rng, at_least=0)
+    if arguments.tolerance is not None:
+        checks.positive("--tolerance", arguments.tolerance, area.error_unit)
+
+
+def _job(area: AreaCommand, arguments: argparse.Namespace) -> tuple[Job, Any]:
+    """The stand with its controller, and the given plan or None."""
+    word = area.plan_word
+    if arguments.problem is not None and arguments.preset is not None:
+        raise ValueError("either problem.toml or --preset must be given, not both")
+    plan = _loaded(area, arguments.plan) if arguments.plan is not None else None
+    if arguments.problem is not None:
+        job = area.read(arguments.problem, arguments)
+    elif arguments.preset is not None:
+        job = area.job_of(area.preset(arguments.preset), arguments)
+    elif plan is not None:
+        return area.job_of(plan.problem, arguments), plan
+    else:
+        example = f"hwsim {area.name} --preset {area.presets.split()[0].rstrip(',')}"
+        raise ValueError(f"problem.toml, --preset or --{word} must be given; try: {example}")
+    if plan is not None and plan.problem != job.problem:
+        changed = differences(plan.problem, job.problem)
+        raise ValueError(f"--{word} {arguments.plan} is for another problem: {changed} differs")
+    return job, plan
+
+
+def _loaded(area: AreaCommand, path: Path) -> Any:
+    import sdpgrind
+
+    plan = sdpgrind.load(path)
+    if not isinstance(plan, area.plan_class()):
+        saved = f"a saved {area.plan_word} of {area.made_for}"
+        raise ValueError(f"--{area.plan_word} must be {saved}; {path} holds a {type(plan).__name__}")
+    return plan
+
+
+def _plan(
+    area: AreaCommand, job: Job, given: Any, folder: RunFolder | None, arguments: argparse.Namespace
+) -> Any:
+    """The given plan, that in the folder, or a new one; refuse an error above the tolerance."""
+    if given is not None:
+        _check_error(
+            area,
+            given,
+            arguments,
+            f"--{area.plan_word} {arguments.plan}",
+            f"plan anew, without --{area.plan_word}",
+        )
+        return given
+    kept = None if folder is None else folder.plan
+    if kept is None:
+        announce("planning")
+        return area.plan(job, arguments, arguments.plan_progress)
+    _check_error(area, kept, arguments, f"--out {arguments.out}", "choose another folder or tolerance")
+    return kept
+
+
+def _check_error(
+    area: AreaCommand, plan: Any, arguments: argparse.Namespace, where: str, advice: str
+) -> None:
+    """Refuse a plan whose error is unknown or above the tolerance."""
+    asked, unit, word = arguments.tolerance, area.error_unit, area.plan_word
+    if asked is not None and (plan.error is None or plan.error > asked):
+        known = "of unknown error" if plan.error is None else f"known to {plan.error:.2g} {unit}"
+        raise ValueError(f"{where} holds a {word} {known}, --tolerance asks for {asked:g} {unit}: {advice}")
+
+
+def _run(
+    area: AreaCommand, job: Job, plan: Any, folder: RunFolder | None, arguments: argparse.Namespace
+) -> "Log":
+    from hwsim._loop.loop import run
+
+    journal = None if folder is None else folder.journal
+    finished = 0 if folder is None else folder.finished
+    parts = max(arguments.parts, finished)
+    adapt, controller = area.adaptation(job, arguments), area.watched(job.controller(plan), job, arguments)
+    if finished < parts:
+        announce(f"running {_several(parts - finished, area.part)}")
+    return run(
+        job.stand,
+        controller,
+        parts=parts,
+        rng=arguments.rng,
+        adapt=adapt,
+        journal=journal,
+        progress=arguments.run_progress,
+    )
