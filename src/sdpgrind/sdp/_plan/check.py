@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
+from sdpgrind.sdp._problem.coordinates import Axis, Forever, Stages
 from sdpgrind.sdp._problem.grid import Grid, record
-from sdpgrind.sdp._problem.problem import Axis, Forever, Move, Problem, Stages
+from sdpgrind.sdp._problem.moves import Move
+from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._problem.stops import StopCharges
 from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.sdp._solve.forever import refuse_endless

@@ -12,9 +12,10 @@ from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, logger, reporting, silent
 from sdpgrind.sdp._plan.look_up_error import between_nodes
 from sdpgrind.sdp._policy.policy import Policy
+from sdpgrind.sdp._problem.coordinates import Levels, Stages
 from sdpgrind.sdp._problem.grid import Grid
 from sdpgrind.sdp._problem.layout import Layout
-from sdpgrind.sdp._problem.problem import Levels, Problem, Stages
+from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.sdp._solve.forever import solve_forever
 from sdpgrind.sdp._solve.stages import solve_stages

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
-from sdpgrind.sdp._problem.problem import Stages
+from sdpgrind.sdp._problem.coordinates import Stages
 
 ROUNDING = 1e-9  # chosen: share of a cell or stage that counts as rounding; larger hides real offsets
 

@@ -16,7 +16,8 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.sdp._problem.problem import Axis, Problem
+from sdpgrind.sdp._problem.coordinates import Axis
+from sdpgrind.sdp._problem.problem import Problem
 
 Ints = npt.NDArray[np.int64]
 

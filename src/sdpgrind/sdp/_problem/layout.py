@@ -7,9 +7,11 @@ from typing import Any
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.base.stored import stored
 from sdpgrind.sdp._problem.charges import Charge
+from sdpgrind.sdp._problem.coordinates import Axis, Stages
 from sdpgrind.sdp._problem.countdown import Countdown
 from sdpgrind.sdp._problem.grid import Grid
-from sdpgrind.sdp._problem.problem import Axis, Move, Problem, Stages
+from sdpgrind.sdp._problem.moves import Move
+from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._problem.stops import StopCharges
 
 

@@ -6,8 +6,10 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._problem.charges import Charge
+from sdpgrind.sdp._problem.coordinates import Stages
 from sdpgrind.sdp._problem.grid import Grid, record
-from sdpgrind.sdp._problem.problem import Problem, Stages, Stop
+from sdpgrind.sdp._problem.moves import Stop
+from sdpgrind.sdp._problem.problem import Problem
 
 
 class StopCharges:

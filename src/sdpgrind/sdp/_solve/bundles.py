@@ -16,8 +16,9 @@ import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import execute, one_blas_thread
+from sdpgrind.sdp._problem.coordinates import Stages
 from sdpgrind.sdp._problem.grid import Grid
-from sdpgrind.sdp._problem.problem import Problem, Stages
+from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._solve.point_backup import PointBundle
 from sdpgrind.sdp._solve.shift_backup import ShiftBundle
 from sdpgrind.sdp._transitions.menu import Menu

@@ -17,10 +17,11 @@ import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.progress import Progress
+from sdpgrind.sdp._problem.coordinates import Stages
 from sdpgrind.sdp._problem.countdown import Countdown
 from sdpgrind.sdp._problem.grid import Grid
 from sdpgrind.sdp._problem.one_sided import Linear, OneSided
-from sdpgrind.sdp._problem.problem import Problem, Stages
+from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._problem.stops import StopCharges
 from sdpgrind.sdp._solve import sweep_kernels as _sweep_kernels
 from sdpgrind.sdp._solve.bundles import Bundles

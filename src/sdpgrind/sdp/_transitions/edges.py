@@ -9,8 +9,9 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.sdp._distributions.law import Law
 from sdpgrind.sdp._problem.charges import Charge
+from sdpgrind.sdp._problem.coordinates import Axis
 from sdpgrind.sdp._problem.one_sided import Constant, Linear, OneSided, Quadratic
-from sdpgrind.sdp._problem.problem import Axis, Problem
+from sdpgrind.sdp._problem.problem import Problem
 
 LEAK = 1e-12  # chosen: probability of a refused exit that counts as rounding; larger hides real exits
 

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._problem.coordinates import Levels, Stages
 from sdpgrind.sdp._problem.grid import Grid, Ints, record
-from sdpgrind.sdp._problem.problem import Levels, Move, Problem, Stages
+from sdpgrind.sdp._problem.moves import Move
+from sdpgrind.sdp._problem.problem import Problem
 
 SCANNED, SKIPPED = 50, 8  # chosen: levels scanned, most levels to one of them; a coarser scan misses minima
 

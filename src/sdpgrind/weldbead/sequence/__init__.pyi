@@ -1,3 +1,4 @@
+from ._action import SequenceAction as SequenceAction
 from ._as_sdp import sdp_problem as sdp_problem
 from ._burn import BurnLimit as BurnLimit
 from ._burn import ForceBurnLimit as ForceBurnLimit
@@ -6,7 +7,6 @@ from ._burn import PowerBurnLimit as PowerBurnLimit
 from ._controller import SequenceController as SequenceController
 from ._operator_table import OperatorTable as OperatorTable
 from ._plan import plan as plan
-from ._policy import SequenceAction as SequenceAction
 from ._policy import SequencePolicy as SequencePolicy
 from ._presets import preset as preset
 from ._presets import presets as presets
