@@ -11,7 +11,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns.plausible import refuse_other_units
-from sdpgrind.base.columns.read import opened, read
+from sdpgrind.base.columns.read import Recorded, opened, read
 from sdpgrind.base.columns.request import Bound, bound, request_of
 from sdpgrind.base.columns.sheet import Column
 from sdpgrind.base.columns.source import ColumnNote, Source
@@ -56,6 +56,15 @@ def samples(
             told = f"is radius a diameter? Say radius={nominal / 2:g}"
             _refuse_part_of_a_turn(ring, Path(data).name, told)
         return ring
+    asked = _asked(angle, reading, deviation, nominal)
+    ring = _of_columns(read(data, asked, rules=rules), nominal).known()
+    if plausible:
+        _refuse_part_of_a_turn(ring, ring.source.files[0].name, "angle in another unit, or factor 2?")
+    return ring
+
+
+def _asked(angle: Any, reading: Any, deviation: Any, nominal: float | None) -> dict[str, Any]:
+    """Columns to read: the angle, and the reading or its deviation from a nominal radius (mm)."""
     wanted = {"reading": reading, "deviation": deviation}
     asked = {name: value for name, value in wanted.items() if value is not None}
     if angle is None or len(asked) != 1:
@@ -66,19 +75,18 @@ def samples(
         )
     if (deviation is None) != (nominal is None):
         rule = "the nominal radius of deviations" if nominal is None else "left out where readings are radii"
-        raise checks.refuse("radius", rule, radius, "mm")
-    found = read(data, {"angle": angle, **asked}, rules=rules)
+        raise checks.refuse("radius", rule, nominal, "mm")
+    return {"angle": angle, **asked}
+
+
+def _of_columns(found: Recorded, nominal: float | None) -> Turned:
+    """Angles and readings of columns; the times of their rows mean nothing."""
     columns, origin = found.columns, found.source
-    notes = [note for note in origin.columns if note.name != "time"]  # the rows have none
+    notes = tuple(note for note in origin.columns if note.name != "time")
     more = () if nominal is None else (f"reading = {nominal:g} mm + deviation",)
-    source = dataclasses.replace(
-        origin, columns=tuple(notes), commands_at="", gaps=(), notes=(*origin.notes, *more)
-    )
+    source = dataclasses.replace(origin, columns=notes, commands_at="", gaps=(), notes=(*origin.notes, *more))
     readings = columns["reading"] if nominal is None else columns["deviation"] + nominal
-    found_all = Turned(columns["angle"], readings, source).known()
-    if plausible:
-        _refuse_part_of_a_turn(found_all, origin.files[0].name, "angle in another unit, or factor 2?")
-    return found_all
+    return Turned(columns["angle"], readings, source)
 
 
 def _refuse_part_of_a_turn(found: Turned, file: str, meant: str) -> None:

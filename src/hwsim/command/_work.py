@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from hwsim.command._run_folder import RunFolder, differences, paged, with_kept
 from hwsim.command._times import UNKNOWN, Outlook
 from hwsim.command.base import AreaCommand, Job
-from sdpgrind.base.progress import portion, redraw
+from sdpgrind.base.brief import counted
+from sdpgrind.base.progress import Speaker, portion, redraw, reported, silent
 
 if TYPE_CHECKING:
     from hwsim._log.log import Log
@@ -51,8 +52,6 @@ def add_to(subparsers: Any, area: AreaCommand) -> None:
 
 def work(area: AreaCommand, arguments: argparse.Namespace) -> int:
     """Carry out the command and return the exit status: 0, or 1 where every part was broken off."""
-    from sdpgrind.base.progress import Speaker, reported, silent
-
     outlook = _foretold(area, arguments)
     live = getattr(arguments, "live", False)  # it draws on the terminal
     known = 0.0 if outlook is UNKNOWN else outlook.whole
@@ -70,12 +69,8 @@ def _foretold(area: AreaCommand, arguments: argparse.Namespace) -> Outlook:
     given = [each for each in (arguments.problem, arguments.preset, arguments.plan) if each is not None]
     there = arguments.problem is None or arguments.problem.exists()
     if outlook is not None and given and there:
-        print(f"hwsim: {outlook.line(_several(parts, area.part))}", file=sys.stderr, flush=True)
+        print(f"hwsim: {outlook.line(counted(parts, area.part))}", file=sys.stderr, flush=True)
     return UNKNOWN if outlook is None else outlook
-
-
-def _several(parts: int, word: str) -> str:
-    return f"{parts} {word}{'s' if parts != 1 else ''}"
 
 
 def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
@@ -98,20 +93,24 @@ def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
         folder.refuse_other_run(controller=job.controller(plan))
         folder.begin(plan)
     log = _run(area, job, plan, folder, arguments)
-    pictures = (
-        {}
-        if arguments.no_pictures
-        else {f"{area.plan_word}.png": plan, "run.png": log, **area.more_pictures(log)}
-    )
-    kept = [] if folder is None else folder.keep(log, pictures)
-    if folder is not None:
-        kept += paged(folder.path, partial(run_page, area, arguments, title, log, plan))
+    kept = [] if folder is None else _kept(area, arguments, folder, title, log, plan)
     text = area.report(title, log, plan, job)
     if len(log) > arguments.parts:
-        held = f"{folder} held {len(log)} finished {area.part}s already"
+        held = f"{folder} held {counted(len(log), f'finished {area.part}')} already"
         text = f"{text}\n\n{held}: all of them are reported, not {arguments.parts}"
     print(text if folder is None else with_kept(text, folder, kept))
     return _status(log)
+
+
+def _kept(
+    area: AreaCommand, arguments: argparse.Namespace, folder: RunFolder, title: str, log: "Log", plan: Any
+) -> list[str]:
+    """Keep the log, its pictures and its page in the folder of the run; return what was kept."""
+    pictures: dict[str, Any] = {}
+    if not arguments.no_pictures:
+        pictures = {f"{area.plan_word}.png": plan, "run.png": log, **area.more_pictures(log)}
+    page = partial(run_page, area, arguments, title, log, plan)
+    return [*folder.keep(log, pictures), *paged(folder.path, page)]
 
 
 def run_page(
@@ -120,7 +119,7 @@ def run_page(
     """Write the page of a run, with the command that ran it."""
     from hwsim._report.log_page import report
 
-    told = f"{title}: {len(log)} {area.part}{'s' if len(log) > 1 else ''}"
+    told = f"{title}: {counted(len(log), area.part)}"
     return report(
         log, path, plan, title=told, command=_told(area, arguments), pictures=not arguments.no_pictures
     )
@@ -238,7 +237,7 @@ def _run(
     parts = max(arguments.parts, finished)
     adapt, controller = area.adaptation(job, arguments), area.watched(job.controller(plan), job, arguments)
     if finished < parts:
-        announce(f"running {_several(parts - finished, area.part)}")
+        announce(f"running {counted(parts - finished, area.part)}")
     return run(
         job.stand,
         controller,

@@ -13,6 +13,7 @@ from hwsim._report.worst import broken_off
 from hwsim.command._report import broken_lines, parts_table, summary_head, summary_line
 from hwsim.command._run_folder import drawn, paged, refuse_file, with_kept
 from hwsim.command._work import PARTS, announce, run_page
+from sdpgrind.base.brief import counted
 from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
@@ -141,7 +142,7 @@ def compared(area: Any, title: str, job: Any, arguments: argparse.Namespace) -> 
     plan = _strategy(area, job, arguments)
     both = {"source": job.source(plan), "ours": job.controller(plan)}
     parts = PARTS if arguments.parts is None else arguments.parts
-    announce(f"running {parts} part{'s' if parts > 1 else ''} twice")
+    announce(f"running {counted(parts, 'part')} twice")
     log = compare(job.stand, both, parts=parts, rng=arguments.rng, progress=arguments.run_progress)
     text = side_by_side(title, log, plan)
     if folder is None:

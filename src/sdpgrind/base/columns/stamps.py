@@ -36,6 +36,19 @@ def stamps(values: Column, time_format: str | None, where: str, place: Callable[
         return Stamps(
             _parsed(texts, texts, time_format, where, place, f"of the format {time_format!r}"), of_day
         )
+    _refuse_two_meanings(first, where, place)
+    for form, ready, rule in _FORMS:
+        if form.fullmatch(first):
+            times = _parsed(texts, [ready(each) for each in texts], "ISO8601", where, place, rule)
+            return Stamps(times, form is _OF_DAY)
+    raise ValueError(
+        f"{where}: time must be numbers with a unit, ISO 8601, dd.mm.yyyy hh:mm:ss or hh:mm:ss; got"
+        f' {first!r} in {place(0)}: time_format="%H-%M-%S" or the like reads others'
+    )
+
+
+def _refuse_two_meanings(first: str, where: str, place: Callable[[int], str]) -> None:
+    """Refuse 1/2/2026, of which either may be the month, and 10:30, which may be hours or minutes."""
     if _SLASHES.fullmatch(first):
         raise ValueError(
             f"{where}: time must say which is the month; {first!r} in {place(0)} may be either:"
@@ -45,30 +58,28 @@ def stamps(values: Column, time_format: str | None, where: str, place: Callable[
         raise ValueError(
             f'{where}: time must say what {first!r} in {place(0)} is: time_format="%H:%M" or "%M:%S"'
         )
-    if _OF_DAY.fullmatch(first):
-        return Stamps(
-            _parsed(texts, [_dated(each) for each in texts], "ISO8601", where, place, "a time of day"), True
-        )
-    if _DOTS.fullmatch(first):
-        turned = [_DOTS.sub(r"\3-\2-\1\4", each) for each in texts]
-        return Stamps(
-            _parsed(texts, turned, "ISO8601", where, place, "a time such as 31.12.2026 23:59:59,123"), False
-        )
-    if _ISO.fullmatch(first):
-        turned = [each.replace("/", "-") for each in texts]
-        return Stamps(
-            _parsed(texts, turned, "ISO8601", where, place, "a time such as 2026-12-31T23:59:59.123"), False
-        )
-    raise ValueError(
-        f"{where}: time must be numbers with a unit, ISO 8601, dd.mm.yyyy hh:mm:ss or hh:mm:ss; got"
-        f' {first!r} in {place(0)}: time_format="%H-%M-%S" or the like reads others'
-    )
 
 
 def _dated(text: str) -> str:
     """A time of day with a date, which ISO 8601 requires."""
     found = _OF_DAY.fullmatch(text)
     return f"1970-01-01T{int(found[1]):02d}{found[2]}" if found else text
+
+
+def _year_first(text: str) -> str:
+    return _DOTS.sub(r"\3-\2-\1\4", text)
+
+
+def _with_dashes(text: str) -> str:
+    return text.replace("/", "-")
+
+
+_FORMS: tuple[tuple[re.Pattern[str], Callable[[str], str], str], ...] = (
+    (_OF_DAY, _dated, "a time of day"),
+    (_DOTS, _year_first, "a time such as 31.12.2026 23:59:59,123"),
+    (_ISO, _with_dashes, "a time such as 2026-12-31T23:59:59.123"),
+)
+"""How stamps are written, how each becomes ISO 8601, and what a row must be."""
 
 
 def _padded(text: str) -> str:
