@@ -221,3 +221,12 @@ def test_an_interval_ends_where_the_quantity_does():
 def test_an_interval_below_the_last_digit_is_said_to_be_so():
     assert Interval(12.0195, 1e-11).shown(1.0) == "12.0195 ± <0.0001"
     assert Interval(1234567.0, 1e-3).shown(1.0) == "1234567 ± <1"
+
+
+def test_sentences_and_pages_write_small_amounts_alike():
+    from sdpgrind.base.doubts.words import amount, significant, to_spread
+
+    assert amount(0.00301, "mm", 3) == "3.01 µm" and amount(-0.3, "mm") == "-0.30 mm"
+    assert Amounts.of("depth", [0.00301], "mm").cells((1e3, "µm")) == ["3.01"]
+    assert significant(0.0) == "0" and significant(1234.5) == "1234" and significant(2.5e7) == "2.5e+07"
+    assert significant(-1e-5, 3) == "-1e-05" and to_spread(-1e-4, 0.02) == "0.000"

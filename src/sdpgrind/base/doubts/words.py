@@ -1,8 +1,8 @@
 """Numbers in words: as many digits as their uncertainty carries, small ones in a thousandth of their unit."""
 
-from math import floor, isfinite, log10
+from math import isfinite
 
-from sdpgrind.base.sheets.amounts import places_of, scale_of
+from sdpgrind.base.sheets.amounts import fixed, places_of, scale_of, written
 
 _TIMES = 2.0  # chosen: excess from which on a multiple is clearer than a share in percent
 _ENDLESS = 1e5  # chosen: excess beyond which its digits say nothing
@@ -24,12 +24,7 @@ def share(excess: float) -> str:
 
 def significant(value: float, digits: int = 2) -> str:
     """Return a value to some significant digits, without exponent between 1e-4 and 1e6."""
-    if value == 0 or not isfinite(value):
-        return f"{value:g}"
-    power = floor(log10(abs(value)))
-    if not -5 < power < 6:
-        return f"{value:.{digits - 1}e}"
-    return f"{value:.{max(digits - 1 - power, 0)}f}"
+    return written(value, value, digits)
 
 
 def to_spread(value: float, spread: float) -> str:
@@ -38,8 +33,7 @@ def to_spread(value: float, spread: float) -> str:
         return f"{value:g}"
     if not isfinite(spread) or spread <= 0 or not 1e-6 <= abs(value or spread) < 1e6:
         return f"{value:.4g}"
-    text = f"{value:.{places_of(spread)}f}"
-    return text.removeprefix("-") if float(text) == 0 else text
+    return fixed(value, places_of(spread))
 
 
 def probability(chance: float) -> str:

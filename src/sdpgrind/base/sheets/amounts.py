@@ -121,6 +121,25 @@ def places_of(spread: float) -> int:
     return min(max(1 - math.floor(math.log10(spread)), 0), _PLACES)
 
 
+def fixed(value: float, places: int) -> str:
+    """Return a value with some decimal places; what rounds to zero has no sign."""
+    text = f"{value:.{places}f}"
+    return text.removeprefix("-") if float(text) == 0 else text
+
+
+def written(value: float, greatest: float, digits: int = _DIGITS) -> str:
+    """Return a value with the decimal places that `digits` of the greatest of several need.
+
+    `greatest` inf: six digits of the value, NaN: four of its own.
+    """
+    size = abs(greatest)
+    if not math.isfinite(size):
+        return f"{value:.{_ALONE if size > 0 else _DIGITS}g}"
+    if size and not _PLAIN[0] <= size < _PLAIN[1]:
+        return f"{value:.{digits}g}"
+    return fixed(value, max(digits - 1 - math.floor(math.log10(size)), 0) if size else 0)
+
+
 def scale_of(unit: str, greatest: float) -> tuple[float, str]:
     """Return factor and unit in which amounts are shown: a thousandth where the greatest is small."""
     finer = _FINER.get(unit)
@@ -145,23 +164,11 @@ def _text(value: Cell, factor: float, greatest: float, whole: bool) -> str:
         return str(value)
     if not math.isfinite(value):
         return _endless(value)
-    return f"{value:.0f}" if whole and greatest < _PLAIN[1] else _written(factor * value, greatest)
+    return f"{value:.0f}" if whole and greatest < _PLAIN[1] else written(factor * value, greatest)
 
 
 def _endless(value: float) -> str:
     return _NOTHING if math.isnan(value) else "∞" if value > 0 else "-∞"
-
-
-def _written(value: float, greatest: float) -> str:
-    """Text with the decimal places that the greatest amount needs; inf: six digits, NaN: four of its own."""
-    size = abs(greatest)
-    if not math.isfinite(size):
-        return f"{value:.{_ALONE if size > 0 else _DIGITS}g}"
-    if size and not _PLAIN[0] <= size < _PLAIN[1]:
-        return f"{value:.{_DIGITS}g}"
-    places = max(_DIGITS - 1 - math.floor(math.log10(size)), 0) if size else 0
-    text = f"{value:.{places}f}"
-    return text.removeprefix("-") if float(text) == 0 else text
 
 
 def _coded(value: Cell) -> Any:
