@@ -28,6 +28,7 @@ from .plants._force_table.plant import CoefficientScatter as CoefficientScatter
 from .plants._force_table.plant import ForceTableStand as ForceTableStand
 from .plants._force_table.plant import Motor as Motor
 from .plants._locus.plant import AdaptiveGrinder as AdaptiveGrinder
+from .plants._plunge.inspection import Inspection as Inspection
 from .plants._plunge.plant import GrinderNoise as GrinderNoise
 from .plants._plunge.plant import PlungeGrinder as PlungeGrinder
 from .plants._probe.plant import Probe as Probe

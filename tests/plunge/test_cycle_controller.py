@@ -236,7 +236,7 @@ def test_it_learns_sharpness_and_stiffness():
     reading = machine.step({}, 0)
     while not machine.done:
         reading = machine.step(controller.step(**reading), 1)
-    sd = np.sqrt(np.diag(controller.state[places.COVARIANCE :].reshape(4, 4)))
+    sd = np.sqrt(np.diag(controller.state[places.COVARIANCE : places.FILTERED].reshape(4, 4)))
     assert controller.report()["deflection_scale"] == pytest.approx(9.78 / 9.0, abs=3 * sd[2] + 1e-3)
     assert controller.report()["wear_flat_area"] == pytest.approx(0.026, abs=0.0234 * (3 * sd[3]))
     assert sd[2] < 0.01 and sd[3] < 0.05

@@ -278,7 +278,8 @@ def test_what_a_problem_does_not_take():
         NOMINAL.updated(failed)
     contact = plunge.identify(ground(NOMINAL), "contact_zero", problem=NOMINAL)
     with pytest.raises(
-        ValueError, match=r"estimate.names must be one of time_constant, wheel_diameter.*; got 'contact_zero'"
+        ValueError,
+        match=r"estimate.names must be one of time_constant, B, burning_sd, wheel_diameter.*; got 'contact_zero'",
     ):
         NOMINAL.updated(contact)
     with pytest.raises(TypeError, match=r"estimate must be what plunge.identify gives; got 1.9"):

@@ -8,13 +8,16 @@ from ._learn.chain import adaptation as adaptation
 from ._learn.margins import ChanceMargin as ChanceMargin
 from ._learn.margins import MarginBounding as MarginBounding
 from ._learn.margins import RoundnessMargin as RoundnessMargin
+from ._learn.threshold import BurnThreshold as BurnThreshold
 from ._model.dressing import RoughnessLaw as RoughnessLaw
+from ._model.drive import Drive as Drive
 from ._model.model import PlungeModel as PlungeModel
 from ._model.model import Wear as Wear
 from ._model.presets import PresetInfo as PresetInfo
 from ._model.presets import preset as preset
 from ._model.presets import presets as presets
 from ._model.problem import CycleProblem as CycleProblem
+from ._model.uncertainty import Uncertainty as Uncertainty
 from ._plan.cycle import CycleError as CycleError
 from ._plan.cycle import CyclePlan as CyclePlan
 from ._plan.cycle import CycleSolution as CycleSolution

@@ -1,7 +1,7 @@
 """One part on a plunge grinder: the compiled core with its random numbers, by sample or all at once."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,12 +21,18 @@ class PlungePart:
     """A live part; see `hwsim.protocols.Machine`."""
 
     def __init__(
-        self, problem: CycleProblem, model: PlungeModel, rig: cycle.PartRig, rng: np.random.Generator
+        self,
+        problem: CycleProblem,
+        model: PlungeModel,
+        rig: cycle.PartRig,
+        rng: np.random.Generator,
+        inspected: Callable[[float], dict[str, float]],
     ) -> None:
         self.done, self.event = False, False
+        self._inspected = inspected
         self._problem, self._model, self._rig, self._rng = problem, model, rig, rng
         self._clock = Clock(exact("sample_time", problem.sample_time))
-        self._state = np.zeros(cycle.STATES)
+        self._state = cycle.part_state(rig)
         cycle.start_part(self._state, rig)
         self._command = 0.0
         self._balancing = False
@@ -111,6 +117,7 @@ class PlungePart:
             float(state[k]) if np.isfinite(state[k]) else math.nan for k in (cycle.SLACK, cycle.PART_SLACK)
         )
         roundness = float(model.roundness(state[cycle.RATE]))
+        reserve = float(state[cycle.RESERVE]) if np.isfinite(state[cycle.RESERVE]) else math.nan
         return {
             "time": self._clock.seconds(self.time),
             "slack": slack,
@@ -123,4 +130,7 @@ class PlungePart:
             "timed_out": float(self.time >= self._rig.samples_max),
             "true_wear_flat_area": float(model.wear_flat_area * state[cycle.WORN]),
             "true_contact_zero": -self._rig.contact_zero,
+            "reserve": reserve,
+            "severity": math.exp(-reserve),
+            **self._inspected(reserve),
         }

@@ -3,14 +3,15 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from hwsim.plants._plunge.inspection import Inspection
 from hwsim.plants._plunge.machine import PlungePart
 from sdpgrind.base import checks, stored
 from sdpgrind.base.quantities import Described, choice, described, flag, part, quantity
-from sdpgrind.plunge import CycleProblem, PlungeModel, kernels
+from sdpgrind.plunge import CycleProblem, Drive, PlungeModel, kernels
 
 Truth: TypeAlias = PlungeModel | Callable[[np.random.Generator], PlungeModel] | None
 _LONGEST = 10.0  # default time limit in cycles at the final rate; chosen: longer than any useful cycle
@@ -62,7 +63,8 @@ class PlungeGrinder(Described):
     NaN: no balancing or no damage), ``part_slack`` (mm, the same of all samples with damage; ``burned``:
     below -1 nm; NaN: no damage), ``roundness`` (mm) and ``out_of_round`` (1: beyond the limit), the stock
     ``remaining`` (mm), ``unfinished`` (1: more than 2 % of it remain), ``timed_out``, and the hidden
-    ``true_wear_flat_area`` at the end and ``true_contact_zero`` (mm).
+    ``true_wear_flat_area`` at the end and ``true_contact_zero`` (mm); ``reserve`` (rise of ln of the
+    temperature that would damage the finished surface) and ``severity`` (exp of minus that).
 
     Parameters
     ----------
@@ -74,16 +76,23 @@ class PlungeGrinder(Described):
         Noise of the gauges (mm, relative). None: none.
     dynamics : {"nonlinear", "first_order"}
         Deflection of the machine: by the force, or infeed rate times the time constant of the problem.
+    drive : Drive, optional
+        Lag, dead time and step of the feed, lag of the power monitor, idle power. None: the problem's.
     contact_zero_sd : float
         Standard deviation of the contact position from part to part, mm.
+    power_gain_sd, threshold_scatter : float
+        Relative standard deviations, from part to part, of the gain of the power monitor and of the burn
+        threshold B.
+    inspection : Inspection, optional
+        Inspection of each part; adds ``burned_reading`` and ``severity_reading`` to the outcome.
     power_gain, power_max, power_lag : float
-        Gain of the power monitor, unit 1; its range, W; its time constant, s.
+        Gain of the power monitor, unit 1; its range, W; its time constant, s, in place of the drive's.
     size_offset : float
         Constant offset of the size gauge (reading minus true size), mm.
     size_delay : bool
         Whether the size gauge is one sample late.
-    command_quantum : float
-        Step of the feed, mm; rests are fed later. 0: none.
+    command_quantum : float, optional
+        Step of the feed, mm, in place of the drive's; rests are fed later. 0: none.
     max_time : float, optional
         Time limit for one part, s. Default: 10 * stock / final_rate.
 
@@ -107,13 +116,17 @@ class PlungeGrinder(Described):
     truth: Truth = part(PlungeModel, ", a function of rng, or None", or_function=True, default=None)
     noise: GrinderNoise | None = part(GrinderNoise, default_factory=GrinderNoise)
     dynamics: str = choice("nonlinear", "first_order", default="nonlinear")
+    drive: Drive | None = part(Drive, default=None)
     contact_zero_sd: float = quantity("mm", at_least=0, default=0.0)
+    power_gain_sd: float = quantity("1", at_least=0, at_most=0.5, default=0.0)
+    threshold_scatter: float = quantity("1", at_least=0, at_most=0.5, default=0.0)
+    inspection: Inspection | None = part(Inspection, default=None)
     power_gain: float = quantity("1", above=0, default=1.0)
     power_max: float = quantity("W", above=0, default=math.inf)
-    power_lag: float = quantity("s", at_least=0, default=0.0)
+    power_lag: float | None = quantity("s", at_least=0, default=None)
     size_offset: float = quantity("mm", default=0.0)
     size_delay: bool = flag(default=False)
-    command_quantum: float = quantity("mm", at_least=0, usual=(0.0, 0.5), typical=0.001, default=0.0)
+    command_quantum: float | None = quantity("mm", at_least=0, usual=(0.0, 0.5), typical=0.001, default=None)
     max_time: float | None = quantity("s", above=0, default=None)
 
     @property
@@ -144,6 +157,9 @@ class PlungeGrinder(Described):
             "timed_out": "",
             "true_wear_flat_area": "",
             "true_contact_zero": "mm",
+            "reserve": "",
+            "severity": "",
+            **({} if self.inspection is None else {"burned_reading": "", "severity_reading": ""}),
         }
 
     @property
@@ -165,21 +181,52 @@ class PlungeGrinder(Described):
 
     def start(self, rng: np.random.Generator) -> PlungePart:
         """Draw the truth of the next part from a child of `rng`, its noise from another; return it at 0 s."""
-        of_truth, of_noise = rng.spawn(2)
+        of_truth, of_noise, of_inspection = rng.spawn(3)
         model = self._drawn(of_truth)
-        noise = GrinderNoise(0.0, 0.0) if self.noise is None else self.noise
+        contact, gain, threshold = of_truth.standard_normal(3)
+        model = self._scattered(model, self.threshold_scatter * float(threshold))
         rig = kernels.rig(model, self.problem.stock, self.tick, self._samples_max)._replace(
-            contact_zero=self.contact_zero_sd * float(of_truth.standard_normal()),
-            size_sd=float(noise.size_sd),
-            size_offset=float(self.size_offset),
-            size_delay=bool(self.size_delay),
-            power_sd=float(noise.power_sd),
-            power_gain=float(self.power_gain),
-            power_max=float(self.power_max),
-            power_lag=math.exp(-self.tick / self.power_lag) if self.power_lag else 0.0,
-            command_quantum=float(self.command_quantum),
+            contact_zero=self.contact_zero_sd * float(contact),
+            power_gain=self.power_gain * math.exp(self.power_gain_sd * float(gain)),
+            **self._gauges(),
+            **self._machine(),
         )
-        return PlungePart(self.problem, model, rig, of_noise)
+        return PlungePart(self.problem, model, rig, of_noise, self._inspected(of_inspection))
+
+    def _gauges(self) -> dict[str, Any]:
+        """Fields of the rig that are the gauges'."""
+        noise = GrinderNoise(0.0, 0.0) if self.noise is None else self.noise
+        return {
+            "size_sd": float(noise.size_sd),
+            "size_offset": float(self.size_offset),
+            "size_delay": bool(self.size_delay),
+            "power_sd": float(noise.power_sd),
+            "power_max": float(self.power_max),
+        }
+
+    def _machine(self) -> dict[str, Any]:
+        """Fields of the rig that are the feed's and the monitor's."""
+        drive = self.problem.drive if self.drive is None else self.drive
+        lag = drive.power_lag if self.power_lag is None else self.power_lag
+        quantum = drive.command_quantum if self.command_quantum is None else self.command_quantum
+        return {
+            "power_lag": math.exp(-self.tick / lag) if lag else 0.0,
+            "command_quantum": float(quantum),
+            "feed_lag": float(drive.feed_lag),
+            "feed_delay": drive.delay_samples(self.tick),
+            "idle_power": float(drive.idle_power),
+        }
+
+    def _inspected(self, rng: np.random.Generator) -> Callable[[float], dict[str, float]]:
+        """Readings of an inspection by the reserve of a part."""
+        inspection = self.inspection
+        return lambda reserve: {} if inspection is None else inspection.read(reserve, rng)
+
+    @staticmethod
+    def _scattered(model: PlungeModel, moved: float) -> PlungeModel:
+        if moved == 0.0:
+            return model
+        return model.replace(burning=model.burning.replace(B=model.burning.B * math.exp(moved)))
 
     def _drawn(self, rng: np.random.Generator) -> PlungeModel:
         truth = self.problem.model if self.truth is None else self.truth

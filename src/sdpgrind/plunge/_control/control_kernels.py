@@ -3,6 +3,8 @@
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.plunge._control.confident import FILTER
+from sdpgrind.plunge._control.confident_kernels import advance_axis, confident_step, start_confident
 from sdpgrind.plunge._control.estimator_kernels import _corrected, _propagate, _reset_estimates
 from sdpgrind.plunge._control.state import (
     BALANCE,
@@ -10,7 +12,9 @@ from sdpgrind.plunge._control.state import (
     BURNING,
     COMMAND,
     COMMANDED,
+    CONFIDENT,
     COVARIANCE,
+    FILTERED,
     FROZEN,
     FULL_RATE,
     GAUGE,
@@ -55,13 +59,20 @@ def start_control(state, parameters):
     state[SECTION], state[REMAINING], state[Y] = FULL_RATE, law.stock, -law.K0
     state[SIZE], state[BURNING] = np.nan, law.burn_rate
     _reset_estimates(state, law)
+    if law.form == CONFIDENT:
+        start_confident(state[FILTERED:].view(FILTER)[0], law)
 
 
 @compiled
 def control_step(state, parameters, size, power):
     """Update the state by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
     law = parameters.view(LAW)[0]
-    covariance = state[COVARIANCE:].reshape(4, 4)
+    if law.form == CONFIDENT:
+        filtered = state[FILTERED:].view(FILTER)[0]
+        advance_axis(state, filtered, law)
+        state[COMMAND] = confident_step(state, filtered, law, size, power, _usable(state, law, size))
+        return state[COMMAND]
+    covariance = state[COVARIANCE:FILTERED].reshape(4, 4)
     core = _worn(law, state[SHARPNESS])
     _predict(state, covariance, law, core)
     usable = _usable(state, law, size)

@@ -1,11 +1,15 @@
 """Controller of plunge cycles: full rate, balance of damage and stock, spark-out."""
 
 import dataclasses
+from math import exp
+
+from scipy.special import ndtri
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, choice, described, flag, part, quantity
 from sdpgrind.plunge._control.base import SampledCycle
-from sdpgrind.plunge._control.state import GAUGE, P_END, PRINTED, final_rate, law_of
+from sdpgrind.plunge._control.state import CONFIDENT, GAUGE, P_END, PRINTED, final_rate, law_of
+from sdpgrind.plunge._model.dynamics import coolest_rate
 from sdpgrind.plunge._model.problem import CycleProblem
 
 _FORMS = {"p_end": P_END, "gauge": GAUGE, "printed": PRINTED}
@@ -47,6 +51,9 @@ class CycleController(SampledCycle, Described):
         Standard deviation of the contact position while power is not measured, mm.
     deflection_sd, sharpness_sd : float
         Standard deviation of deflection and wear flat area at the start, relative.
+    confidence : float, optional
+        Chance that no finished surface is burned, unit 1: the doubts, noise and machine are then those that
+        the problem declares (`uncertainty`, `drive`), not those given here. None: by the safety margin.
 
     Raises
     ------
@@ -74,6 +81,7 @@ class CycleController(SampledCycle, Described):
     contact_zero_sd: float = quantity("mm", at_least=0, default=0.01)
     deflection_sd: float = quantity("1", at_least=0, default=0.1)
     sharpness_sd: float = quantity("1", at_least=0, default=0.1)
+    confidence: float | None = quantity("1", at_least=0.5, below=1, default=None)
 
     def _check(self) -> None:
         stock = self.problem.stock
@@ -96,20 +104,47 @@ class CycleController(SampledCycle, Described):
         """Infeed rate aimed at when the size is reached, mm/s."""
         return final_rate(self.problem, self.roundness_margin)
 
+    def _confident(self) -> dict[str, float]:
+        """Settings of the rule that keeps a confidence."""
+        if self.confidence is None:
+            return {}
+        doubts, drive, model = self.problem.uncertainty, self.problem.drive, self.problem.model
+        tick, lag = self.problem.sample_time, drive.power_lag
+        return {
+            "form": CONFIDENT,
+            "k_static": float(ndtri(self.confidence)),
+            "k_filter": float(ndtri(1.0 - 0.1 * (1.0 - self.confidence))),
+            "burning_sd": doubts.burning_sd or 0.0,
+            "diffusivity_sd": doubts.diffusivity_sd,
+            "size_sd": doubts.size_sd,
+            "power_sd": doubts.power_sd,
+            "zero_sd": doubts.contact_zero_sd,
+            "scale_sd": doubts.deflection_sd,
+            "sharpness_sd": doubts.sharpness_sd,
+            "gain_sd": doubts.power_gain_sd,
+            "wheel_wear": model.wheel_wear,
+            "wear_sd": doubts.wheel_wear_sd,
+            "coolest_rate": float(coolest_rate(model.core)),
+            "feed_lag": drive.feed_lag,
+            "feed_delay": drive.delay_samples(tick),
+            "power_lag": lag,
+            "power_pole": exp(-tick / lag) if lag else 0.0,
+            "idle_power": drive.idle_power,
+        }
+
     def _compiled(self) -> Floats:
         model = self.problem.model
-        return law_of(
-            self.problem,
-            self.final_rate,
-            form=_FORMS[self.sparkout],
-            no_burn=self.no_burn,
-            online=self._may_learn if self.online is None else self.online,
-            safety_margin=self.safety_margin,
-            gain=self.observer_gain,
-            size_sd=self.size_sd,
-            power_sd=self.power_sd,
-            zero_sd=self.contact_zero_sd,
-            scale_sd=self.deflection_sd,
-            sharpness_sd=self.sharpness_sd,
-            growth=0.0 if model.wear is None else model.wear.growth / model.wear_flat_area,
-        )
+        settings = {
+            "form": _FORMS[self.sparkout],
+            "no_burn": self.no_burn,
+            "online": self._may_learn if self.online is None else self.online,
+            "safety_margin": self.safety_margin,
+            "gain": self.observer_gain,
+            "size_sd": self.size_sd,
+            "power_sd": self.power_sd,
+            "zero_sd": self.contact_zero_sd,
+            "scale_sd": self.deflection_sd,
+            "sharpness_sd": self.sharpness_sd,
+            "growth": 0.0 if model.wear is None else model.wear.growth / model.wear_flat_area,
+        }
+        return law_of(self.problem, self.final_rate, **(settings | self._confident()))

@@ -9,6 +9,7 @@ from sdpgrind.plunge._control.state import (
     COMMANDED,
     COVARIANCE,
     DEFLECTION_DRIFT,
+    FILTERED,
     MISSED_MAX,
     NO,
     RATE,
@@ -18,7 +19,6 @@ from sdpgrind.plunge._control.state import (
     SHARPNESS,
     SHARPNESS_DRIFT,
     SIZE_OFFSET,
-    STATES,
     TOUCHED,
     TOUCHING,
     UNPOWERED,
@@ -33,7 +33,7 @@ from sdpgrind.plunge._model.kernels import _burning_begins, _rate_near, _worn
 def _reset_estimates(state, law):
     """Reset estimates and covariance to those before contact."""
     state[SCALE] = state[SHARPNESS] = 1.0
-    for place in range(COVARIANCE, STATES):
+    for place in range(COVARIANCE, FILTERED):
         state[place] = 0.0
     variance = law.zero_sd**2
     state[COVARIANCE], state[COVARIANCE + 1] = variance, variance

@@ -93,6 +93,8 @@ class PlungeModel(Described):
         Growth of the wear flat area during the part, 1/mm. None: it is constant.
     linear_time_constant : float, optional
         Deflection over infeed rate, s, in place of x = F_n/k: (1) and (5) of Dong as a plant.
+    grinding_ratio : float
+        Volume of work over volume of wheel worn, unit 1; inf: the wheel does not wear.
 
     Raises
     ------
@@ -127,6 +129,7 @@ class PlungeModel(Described):
     internal: bool = flag(default=True)
     wear: Wear | None = part(Wear, default=None)
     linear_time_constant: float | None = quantity("s", above=0, default=None)
+    grinding_ratio: float = quantity("1", above=0, default=math.inf)
 
     def _check(self) -> None:
         if self.internal and self.wheel_diameter >= self.work_diameter:
@@ -138,6 +141,8 @@ class PlungeModel(Described):
                 f" got {self.work_rotation!r}"
             )
         self._warn_of_area()
+        if self.grinding_ratio < 1.0:
+            warn(f"grinding_ratio = {self.grinding_ratio:g}: the wheel loses more than the work")
 
     def _warn_of_area(self) -> None:
         law = self.power.sliding
@@ -148,6 +153,11 @@ class PlungeModel(Described):
                 f"wear_flat_area = {self.wear_flat_area:g} lies outside {low:g} to {high:g}, which {name} is"
                 " meant for: an area of one sliding law is none of another"
             )
+
+    @property
+    def wheel_wear(self) -> float:
+        """Radial wear of the wheel per radial stock, mm/mm: d_w/(d_s grinding_ratio)."""
+        return self.work_diameter / (self.wheel_diameter * self.grinding_ratio)
 
     @property
     def equivalent_diameter(self) -> float:

@@ -1,15 +1,24 @@
 """Problem of a plunge cycle: stock, greatest rate and roundness."""
 
 from collections.abc import Mapping
-from math import inf
-from typing import Any, Self, TypeVar
+from dataclasses import replace
+from math import inf, isclose
+from typing import Any, ClassVar, Self, TypeVar
+
+import numpy as np
+from scipy.optimize import brentq
 
 from sdpgrind.base import checks
 from sdpgrind.base.doubts.record import Doubts, asked
 from sdpgrind.base.quantities import Described, described, part, quantity, specs, valued
+from sdpgrind.base.rng import Seed, generator
 from sdpgrind.base.warned import warn
 from sdpgrind.identify import Estimate
+from sdpgrind.plunge._model.chance import BurnChance, checked_confidence
+from sdpgrind.plunge._model.drive import Drive
+from sdpgrind.plunge._model.dynamics import coolest_rate
 from sdpgrind.plunge._model.model import PlungeModel
+from sdpgrind.plunge._model.uncertainty import Uncertainty
 
 DEEPEST = 1.0  # chosen: depth of cut per turn that no wheel plunges, mm
 
@@ -33,6 +42,10 @@ class CycleProblem(Described):
         and the burn rate. `replace` of fields of the model keeps it.
     sample_time : float
         Sample time of the controller, s.
+    uncertainty : Uncertainty
+        What is not known, as standard deviations.
+    drive : Drive
+        Lags and dead time of feed drive and power monitor.
 
     Raises
     ------
@@ -49,12 +62,16 @@ class CycleProblem(Described):
     True
     """
 
+    _inside: ClassVar = ("model", "uncertainty", "drive")
+
     model: PlungeModel = part(PlungeModel)
     stock: float = quantity("mm", above=0, usual=(1e-3, inf), typical=0.3)
     command_rate_max: float = quantity("mm/s", above=0, usual=(1e-4, 0.5), typical=0.05)
     roundness_max: float = quantity("mm", usual=(-inf, 0.5), typical=0.003)
     time_constant: float | None = quantity("s", above=0, default=None)
     sample_time: float = quantity("s", above=0, default=0.04)
+    uncertainty: Uncertainty = part(Uncertainty, default=Uncertainty())
+    drive: Drive = part(Drive, default=Drive())
 
     def _check(self) -> None:
         self._refuse_other_units()
@@ -76,6 +93,17 @@ class CycleProblem(Described):
         longest = checks.positive("time_constant", self.time_constant) / 4
         if self.sample_time > longest:
             raise self._refused("sample_time", f"<= time_constant/4 = {longest:.4g}")
+        if self.drive.feed_lag > longest:
+            raise ValueError(
+                f"feed_lag must be <= time_constant/4 = {longest:.4g} (s): beyond, the axis and not the"
+                f" deflection limits the rate; got {self.drive.feed_lag:g}"
+            )
+        self._warn_of_delay()
+
+    def _warn_of_delay(self) -> None:
+        delay, samples = self.drive.feed_delay, self.drive.delay_samples(self.sample_time)
+        if not isclose(delay, samples * self.sample_time, rel_tol=1e-9):
+            warn(f"feed_delay = {delay:g} s counts as {samples} samples, {samples * self.sample_time:g} s")
 
     def _refuse_other_units(self) -> None:
         if self.stock >= self.model.work_diameter / 4:
@@ -94,6 +122,83 @@ class CycleProblem(Described):
         """Greatest infeed rate v_f (mm/s) at which the part is round enough."""
         m = self.model
         return float(m.turns * (self.roundness_max - m.roundness_base) / m.roundness_gain)
+
+    @property
+    def burn_chance(self) -> BurnChance:
+        """Chance of damage below the finished surface, from a rate (mm/s) and a remaining stock (mm)."""
+        doubts = self.uncertainty
+        return BurnChance(
+            self.model.core, doubts.burning_sd or 0.0, doubts.diffusivity_sd, doubts.sharpness_sd
+        )
+
+    def safe_rate(self, remaining: float, confidence: float = 0.999) -> float:
+        """Return the greatest infeed rate that burns no finished surface, with a confidence.
+
+        Parameters
+        ----------
+        remaining : float
+            Remaining stock, mm.
+        confidence : float
+            Chance that damage stays within the remaining stock, at least 0.5.
+
+        Returns
+        -------
+        float
+            Rate, mm/s, at most `command_rate_max`.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range, or no rate is safe at this stock (mm).
+
+        Examples
+        --------
+        >>> from sdpgrind import plunge
+        >>> known = plunge.Uncertainty(sharpness_sd=0.0)
+        >>> problem = plunge.preset("simulation").replace(uncertainty=known)
+        >>> [round(problem.replace(burning_sd=sd).safe_rate(0.02), 6) for sd in (0.0, 0.03)]  # mm/s
+        [0.015628, 0.012415]
+        """
+        checks.nonnegative("remaining", remaining, "mm")
+        checked_confidence(confidence)
+        rate = self.burn_chance.safe_rate(remaining, confidence, self.command_rate_max)
+        if rate == 0.0:
+            raise _no_safe_rate(self, remaining, confidence)
+        return rate
+
+    def draw(self, rng: Seed) -> PlungeModel:
+        """Return a model with B, diffusivity, wear flat area, force ratio and wheel wear drawn as declared.
+
+        The values are in the units of the model, such as mm^2/s.
+
+        Parameters
+        ----------
+        rng : int or Generator
+            Seed of the draw.
+
+        Returns
+        -------
+        PlungeModel
+            One machine and steel: the truth of a series.
+
+        Examples
+        --------
+        >>> from sdpgrind import plunge
+        >>> problem = plunge.preset("simulation").replace(burning_sd=0.03)
+        >>> problem.draw(rng=1).burning.B != problem.model.burning.B
+        True
+        """
+        moved, doubts, model = generator(rng).standard_normal(5), self.uncertainty, self.model
+        shares = (doubts.burning_sd or 0.0, doubts.diffusivity_sd, doubts.sharpness_sd, doubts.deflection_sd)
+        burning, diffusivity, area, force = np.exp(np.array(shares) * moved[:4])
+        wear = model.wheel_wear + doubts.wheel_wear_sd * moved[4]
+        return model.replace(
+            burning=model.burning.replace(B=model.burning.B * float(burning)),
+            diffusivity=model.diffusivity * float(diffusivity),
+            wear_flat_area=model.wear_flat_area * float(area),
+            normal_force_ratio=model.normal_force_ratio * float(force),
+            grinding_ratio=grinding_ratio(model, float(wear)),
+        )
 
     @property
     def job(self) -> Mapping[str, object]:
@@ -122,10 +227,12 @@ class CycleProblem(Described):
             raise TypeError(f"estimate must be what plunge.identify gives; got {checks.shown(estimate)}")
         if not estimate.ok:
             raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
-        known = ["time_constant", *_fields_of_numbers()]
+        known = ["time_constant", "B", "burning_sd", *_fields_of_numbers()]
         for name in estimate.names:
             checks.one_of("estimate.names", name, known)
-        values = {name: estimate[name] for name in estimate.names}
+        values: dict[str, Any] = {name: estimate[name] for name in estimate.names}
+        if "B" in values:
+            values["burning"] = self.model.burning.replace(B=values.pop("B"))
         if "time_constant" not in values:
             return self.replace(**values)
         return with_time_constant(self.replace(**values), values["time_constant"])
@@ -174,6 +281,28 @@ class CycleProblem(Described):
         if high <= low * (1 + 1e-9):
             return float(m.local_time_constant(low))
         return float((m.deflection(high) - m.deflection(low)) / (high - low))
+
+
+def _no_safe_rate(problem: CycleProblem, remaining: float, confidence: float) -> ValueError:
+    """Error with the greatest doubt of B at which a rate is safe, and the greatest confidence."""
+    chance, most = problem.burn_chance, problem.command_rate_max
+    coolest = chance.coolest(min(float(coolest_rate(problem.model.core)), most), remaining)
+    reached = 1.0 - float(chance(coolest, remaining))
+
+    def lacking(sd: float) -> float:
+        return float(replace(chance, burning_sd=sd)(coolest, remaining)) - (1.0 - confidence)
+
+    largest = f"{brentq(lacking, 0.0, chance.burning_sd):.3g}" if lacking(0.0) <= 0.0 else "none"
+    return ValueError(
+        f"burning_sd must be at most {largest} for a confidence of {confidence:g} with {remaining:g} mm left:"
+        f" no infeed rate is safe; got {chance.burning_sd:g}. A confidence of {reached:.3g} is possible;"
+        " inspecting parts for burn narrows the doubt"
+    )
+
+
+def grinding_ratio(model: PlungeModel, wear: float) -> float:
+    """Grinding ratio of a radial wear per radial stock (mm/mm); inf: none, or a negative one by noise."""
+    return model.work_diameter / (model.wheel_diameter * wear) if wear > 0.0 else inf
 
 
 def _fields_of_numbers() -> list[str]:

@@ -14,12 +14,15 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebval
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model import kernels as _kernels
 from sdpgrind.plunge._model.dynamics import burn_depth, core_at
+from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.cycle import SOLVED
+from sdpgrind.plunge._plan.doubted import DoubtedLimits
 from sdpgrind.plunge._plan.replay import Commands
 
 RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])  # source: Radau IIA of two stages
@@ -37,7 +40,7 @@ RESIDUAL = 1e-6  # chosen: greatest scaled violation of the optimality condition
 
 @dataclass(frozen=True)
 class CollocationTask:
-    """Problem, margin (mm), range of the rotation (rad/s), number of intervals of each phase.
+    """Problem, margin (mm), range of the rotation (rad/s), number of intervals of each phase, doubted limits.
 
     Phases: until the stock equals the margin; with a margin, from then on; with a free rotation, the last
     turn.
@@ -47,6 +50,7 @@ class CollocationTask:
     margin: float
     rotation: tuple[float, float]
     intervals: tuple[int, ...]
+    doubted: DoubtedLimits | None = None
 
     @property
     def phase(self) -> Any:
@@ -176,8 +180,6 @@ class CollocationProgram:
 
     def _point(self, point: str, state: dict[str, Any], intervals: slice) -> None:
         """Conditions at one point of intervals: rate from deflection, and the limit on burning."""
-        import casadi
-
         rotation = self._get("rotation")[intervals] if self.job.free else self.job.rotation[0]
         core, rate = core_at(self.model, rotation, state.get("area")), self._rate(point)
         self._require(
@@ -185,7 +187,20 @@ class CollocationProgram:
         )
         hotter = rate + self._get("room" + point)
         depth = self._depth(state["left"], intervals)
-        self._require((depth - burn_depth(hotter, core, casadi.log)) / 0.1, 0.0, np.inf)
+        self._require((depth - self._burned(hotter, core)) / 0.1, 0.0, np.inf)
+
+    def _burned(self, rate: Any, core: PlungeCore) -> Any:
+        """Depth of damage, mm; with doubts within the range of rates that the polynomial is meant for."""
+        import casadi
+
+        doubted = self.job.doubted
+        if doubted is None:
+            return burn_depth(rate, core, casadi.log)
+        for bound, sign in ((doubted.burn_rate, 1.0), (doubted.rate_max, -1.0)):
+            self._require(sign * (rate - bound) / doubted.rate_max, 0.0, np.inf)
+        return chebval(
+            doubted.depth.mapparms()[0] + doubted.depth.mapparms()[1] * casadi.log(rate), doubted.depth.coef
+        )
 
     def _stages(self, name: str, step: Any, slope: list[Any]) -> list[Any]:
         begin = self._get(name)[:-1]
@@ -240,12 +255,17 @@ class CollocationFound:
 
 
 def task(
-    problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int
+    problem: CycleProblem,
+    margin: float,
+    rotation: tuple[float, float],
+    intervals: int,
+    doubted: DoubtedLimits | None = None,
 ) -> CollocationTask:
     """Task with the intervals shared between the phases."""
     until = 2 * intervals // 3 if margin > 0 else intervals
     shared = (until, intervals - until)[: 1 + (margin > 0)]
-    return CollocationTask(problem, margin, rotation, shared + ((TURN,) if rotation[1] > rotation[0] else ()))
+    last = (TURN,) if rotation[1] > rotation[0] else ()
+    return CollocationTask(problem, margin, rotation, shared + last, doubted)
 
 
 def guess(job: CollocationTask) -> Guess:
@@ -265,10 +285,14 @@ def guess(job: CollocationTask) -> Guess:
 
 
 def solve_from_guess(
-    problem: CycleProblem, margin: float, rotation: tuple[float, float], intervals: int
+    problem: CycleProblem,
+    margin: float,
+    rotation: tuple[float, float],
+    intervals: int,
+    doubted: DoubtedLimits | None = None,
 ) -> CollocationFound:
     """Solve from `guess`."""
-    job = task(problem, margin, rotation, intervals)
+    job = task(problem, margin, rotation, intervals, doubted)
     return solve(job, guess(job))
 
 

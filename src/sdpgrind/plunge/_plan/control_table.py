@@ -1,4 +1,4 @@
-"""ControlStages of a planned cycle for a control that holds one infeed rate from size to size."""
+"""Stages of a planned cycle for a control that holds one infeed rate from size to size."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -7,16 +7,19 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable
-from sdpgrind.base.units import mm_per_min
+from sdpgrind.base.units import mm_per_min, rpm
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._plan.doubted import Safety, margin_and_doubts
 from sdpgrind.plunge._plan.exact import WAIT
-from sdpgrind.plunge._plan.replay import Commands, CycleReplay, replay
+from sdpgrind.plunge._plan.replay import replay_by_stock
 from sdpgrind.plunge._plan.trajectory import PIECES
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _VARIES = 0.01  # chosen: change of the command, of its greatest value, below which one rate holds it
+_SIZE, _RATE = 1e-4, 1e-3  # chosen: digits that a control takes, mm and mm/min
+_ROUNDING = 1e-6  # derived: keeps a rate that is already keyed in
 _CUTS = (1, 2, 4, 8)  # chosen: constant rates for a changing one; an operator keys in no more
 
 
@@ -35,6 +38,8 @@ class ControlStage(NamedTuple):
         Remaining stock on the radius, mm.
     fed : float
         Commanded infeed since the start of the feed at the end of the stage, mm.
+    rotation : float
+        Rotation of the work, rad/s.
     """
 
     name: str
@@ -44,26 +49,32 @@ class ControlStage(NamedTuple):
     stock_begin: float
     stock_end: float
     fed: float
+    rotation: float
 
 
 class ControlStages(NamedTuple):
-    """The stages, and what the model makes of them: time (s), damage beyond its limit (mm)."""
+    """The stages, and what the model makes of them as printed, switched by the stock.
+
+    Time (s), damage beyond its limit (mm), out-of-roundness (mm), whether it reaches size.
+    """
 
     each: tuple[ControlStage, ...]
     time: float
     excess: float
+    roundness: float
+    done: bool
 
 
 def stages_of(
-    problem: CycleProblem, course: "xr.Dataset", switches: tuple[float, ...], margin: float, deeper: float
+    problem: CycleProblem, course: "xr.Dataset", switches: tuple[float, ...], safety: Safety, deeper: float
 ) -> ControlStages:
-    """Cut a course into constant rates, finer where damage would go `deeper` (mm) than its limit."""
+    """Cut a course into constant rates; finer where damage goes `deeper` (mm), or the part is not round."""
     for cuts in _CUTS:
         each = _cut(course, switches, cuts)
-        played = _played(problem, course, each, margin)
-        if played.excess <= deeper:
+        stages = _played(problem, each, safety)
+        if stages.excess <= deeper and stages.roundness <= problem.roundness_max:
             break
-    return ControlStages(each, float(played.time[-1]), played.excess)
+    return stages
 
 
 def _cut(course: "xr.Dataset", switches: tuple[float, ...], cuts: int) -> tuple[ControlStage, ...]:
@@ -79,27 +90,50 @@ def _cut(course: "xr.Dataset", switches: tuple[float, ...], cuts: int) -> tuple[
         sizes, travel = np.interp(ends, time, stock), np.interp(ends, time, fed)
         rates = np.diff(travel) / np.diff(ends)
         rates[np.abs(rates) < _VARIES**2 * command.max()] = 0.0  # rounding of a spark-out
+        turning = np.interp(0.5 * (ends[:-1] + ends[1:]), time, course.work_rotation.values)
+        sizes, rates = _switched(sizes), _keyed(rates)
         found += [
             ControlStage(name, *map(float, row))
-            for row in zip(rates, ends[:-1], ends[1:], sizes[:-1], sizes[1:], travel[1:], strict=True)
+            for row in zip(
+                rates, ends[:-1], ends[1:], sizes[:-1], sizes[1:], travel[1:], turning, strict=True
+            )
         ]
         begin = end
     return tuple(found)
 
 
-def _played(
-    problem: CycleProblem, course: "xr.Dataset", each: tuple[ControlStage, ...], margin: float
-) -> CycleReplay:
+def _switched(sizes: Floats) -> Floats:
+    """Stocks (mm) as keyed in, rounded up: a stage ends rather early."""
+    return np.asarray(np.maximum(np.ceil(sizes / _SIZE - _ROUNDING), 0.0) * _SIZE)
+
+
+def _keyed(rates: Floats) -> Floats:
+    """Rates (mm/s) as keyed in: mm/min, rounded down."""
+    return np.floor(rates / mm_per_min(1.0) / _RATE + _ROUNDING) * _RATE * mm_per_min(1.0)
+
+
+def _played(problem: CycleProblem, each: tuple[ControlStage, ...], safety: Safety) -> ControlStages:
     """The stages in the model, from first touch."""
-    touch = course.time.values[np.argmax(course.piece.values != WAIT)]
-    begin, end = (np.maximum([getattr(stage, name) for stage in each], touch) for name in ("begin", "end"))
-    middle = 0.5 * (begin + end)
-    rotation: Floats = np.interp(middle, course.time.values, course.work_rotation.values)
-    return replay(problem, Commands(np.array([stage.rate for stage in each]), end - begin, rotation), margin)
+    rates, ends, rotation = (
+        np.array([getattr(stage, name) for stage in each]) for name in ("rate", "stock_end", "rotation")
+    )
+    played = replay_by_stock(problem, rates, ends, rotation, *margin_and_doubts(problem, safety))
+    ended = [float(np.interp(-end, -played.remaining, played.time)) for end in ends]
+    timed = tuple(
+        stage._replace(begin=begin, end=end)
+        for stage, begin, end in zip(each, [0.0, *ended[:-1]], ended, strict=True)
+    )
+    model = problem.model
+    depth = float(played.rate[-1]) * 2 * np.pi / float(rotation[-1])
+    roundness = model.roundness_base + model.roundness_gain * depth
+    return ControlStages(timed, float(played.time[-1]), played.excess, roundness, played.left <= ends[-1])
 
 
-def stage_table(each: tuple[ControlStage, ...]) -> AmountTable:
-    """Return the table that an operator keys in: mm always, to 0.1 µm, as a control takes it."""
+def stage_table(each: tuple[ControlStage, ...], rotation: float) -> AmountTable:
+    """Return the table that an operator keys in: mm always, to 0.1 µm, as a control takes it.
+
+    The work's rotation (rad/s) is shown where it is not that of the problem.
+    """
     columns = (
         ("stage", [f"{k} {stage.name}" for k, stage in enumerate(each, 1)]),
         ("infeed rate [mm/s]", [f"{stage.rate:.5f}" for stage in each]),
@@ -109,6 +143,14 @@ def stage_table(each: tuple[ControlStage, ...]) -> AmountTable:
         ("axis fed [mm]", [f"{stage.fed:.4f}" for stage in each]),
         ("takes [s]", [f"{stage.end - stage.begin:.2f}" for stage in each]),
         ("until [s]", [f"{stage.end:.2f}" for stage in each]),
+        *_turning(each, rotation),
     )
     caption = "Cycle to key into a control, by the stock left (rates, stock and travel of the radius)"
     return AmountTable(caption, [Amounts.of(name, values, heading=name) for name, values in columns])
+
+
+def _turning(each: tuple[ControlStage, ...], own: float) -> list[tuple[str, list[str]]]:
+    """Column of the rotation, where the plan chooses it."""
+    if all(stage.rotation == own for stage in each):
+        return []
+    return [("work [rev/min]", [f"{stage.rotation / rpm(1.0):.1f}" for stage in each])]

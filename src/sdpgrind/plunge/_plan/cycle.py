@@ -1,7 +1,7 @@
 """Planned cycle: course over time, error, method."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -15,11 +15,15 @@ from sdpgrind.base.sheets.blocks import AmountTable, Block, Sentences, figures
 from sdpgrind.base.units import UM
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.control_table import ControlStages, stage_table, stages_of
+from sdpgrind.plunge._plan.doubted import Safety, limits_of, price_of
+from sdpgrind.plunge._plan.exact import fastest
+from sdpgrind.plunge._plan.trajectory import of_exact
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SOLVED = "solved"
+_WIDENED = 5  # chosen: margins tried until constant rates keep the limits
 ROUNDING = 1e-9  # chosen: excess of the depth of damage that is rounding, mm; derived: 1e-8 of a stock
 DEEPER = 5e-4  # chosen: tolerance of the depth of damage between nodes, mm; below the noise of a gauge
 
@@ -58,6 +62,11 @@ class CycleSolution(Frozen):
         return self.message == SOLVED and self.excess <= DEEPER and self.left == 0.0
 
 
+def _rounder(problem: CycleProblem, less: float) -> CycleProblem:
+    """Problem with a limit of out-of-roundness smaller by `less`, mm."""
+    return problem.replace(roundness_max=problem.roundness_max - less) if less > 0.0 else problem
+
+
 class CycleError(ValueError):
     """Failure to find a cycle.
 
@@ -83,6 +92,12 @@ class CyclePlan(Plan):
         Planned problem.
     safety_margin : float
         Minimum distance between burn depth and remaining stock, mm.
+    confidence : float or None
+        Chance that no finished surface is burned; None: all values are taken as exact.
+    gauge : bool
+        Whether the size is measured.
+    price : mapping
+        Time that each doubt costs, by name, s; with "all".
     time : float
         Time of the cycle, s.
     error : float
@@ -109,8 +124,13 @@ class CyclePlan(Plan):
         course: "xr.Dataset | Callable[[], xr.Dataset]",
         method: str = "exact",
         solution: CycleSolution | None = None,
+        *,
+        confidence: float | None = None,
+        gauge: bool = True,
     ):
-        self.problem, self.safety_margin, self.error, self.switches = problem, safety_margin, error, switches
+        self.problem, self.error, self.switches = problem, error, switches
+        self.safety_margin, self.confidence, self.gauge = safety_margin, confidence, gauge
+        self._safety = Safety(safety_margin, confidence, gauge)
         self._course, self.method, self.solution = course, method, solution
 
     @cached_property
@@ -122,6 +142,11 @@ class CyclePlan(Plan):
     def time(self) -> float:
         """Time of the cycle, s."""
         return float(self.trajectory.time[-1])
+
+    @cached_property
+    def price(self) -> Mapping[str, float]:
+        """Time (s) by which the cycle is shorter without each doubt alone; "all": without any."""
+        return price_of(self.problem, self._safety, self.time)
 
     @property
     def roundness(self) -> float:
@@ -174,22 +199,51 @@ class CyclePlan(Plan):
 
     @cached_property
     def _stages(self) -> ControlStages:
+        """Constant rates that keep the limits: of an exact plan, one with a wider margin where needed."""
         deeper = max(DEEPER, 0.0 if self.solution is None else self.solution.excess)
-        return stages_of(self.problem, self.trajectory, self.switches, self.safety_margin, deeper)
+        stages = stages_of(self.problem, self.trajectory, self.switches, self._safety, deeper)
+        margin, problem = self._safety.margin, self.problem
+        for _ in range(_WIDENED if self.solution is None else 0):
+            rough = stages.roundness - self.problem.roundness_max
+            if stages.excess <= ROUNDING and rough <= ROUNDING:
+                break
+            margin, problem = margin + 2.0 * stages.excess, _rounder(problem, 2.0 * max(rough, 0.0))
+            _, ends, course = fastest(limits_of(problem, self._safety._replace(margin=margin)))
+            stages = stages_of(self.problem, of_exact(self.problem, course), ends, self._safety, deeper)
+        return stages
 
     def _control_table(self) -> tuple[AmountTable, Sentences]:
         """Table that an operator keys in, and what the model makes of it."""
         stages = self._stages
-        known = f"Keyed in like this, the part of the model takes {stages.time:.2f} s"
-        depth = f"damage goes {UM * stages.excess:.2g} µm deeper than allowed"
-        kept = depth if stages.excess > ROUNDING else "all limits are kept"
-        return stage_table(stages.each), Sentences([f"{known} (the plan {self.time:.2f} s), and {kept}."])
+        takes = f"the part of the model takes {stages.time:.2f} s (the plan {self.time:.2f} s)"
+        table = stage_table(stages.each, self.problem.model.work_rotation)
+        return table, Sentences(
+            [f"Keyed in like this and switched by the stock, {takes}; {self._kept(stages)}."]
+        )
+
+    def _kept(self, stages: ControlStages) -> str:
+        """Words on the limits that the stages keep, or do not."""
+        faults = [] if stages.done else ["it does not reach size"]
+        if stages.excess > ROUNDING:
+            faults.append(f"damage goes {UM * stages.excess:.2g} µm deeper than the limit")
+        if stages.roundness > self.problem.roundness_max + ROUNDING:
+            faults.append(f"it is {UM * stages.roundness:.3f} µm out of round")
+        return " and ".join(faults) or "all limits are kept"
+
+    def _doubted(self) -> list[tuple[str, object, str]]:
+        """Rows of the report: confidence, and what each doubt costs."""
+        if self.confidence is None:
+            return []
+        known = "as declared" if self.problem.uncertainty.burning_sd else "taken as exactly known"
+        costs = [(f"price of {name}", seconds, "s") for name, seconds in self.price.items()]
+        return [("confidence", self.confidence, "1"), ("burn threshold", known, ""), *costs]
 
     def _figures(self) -> "tuple[Block, ...]":
         rows = (
             ("time", Interval(self.time, self.error), "s"),
             ("roundness", self.roundness, "mm"),
             ("safety_margin", self.safety_margin, "mm"),
+            *self._doubted(),
             ("method", self.method, ""),
             ("limit at the end", self.binding, ""),
         )
@@ -203,6 +257,8 @@ class CyclePlan(Plan):
             "safety_margin": self.safety_margin,
             "error": self.error,
         }
+        if self.confidence is not None:
+            attrs |= {"confidence": self.confidence, "gauge": int(self.gauge)}
         if self.solution is not None:
             attrs["solution"] = stored.encode(self.solution)
         return self.trajectory.assign_attrs(attrs | {"switches": list(self.switches), "method": self.method})
@@ -212,8 +268,11 @@ class CyclePlan(Plan):
         attrs = dataset.attrs
         problem, ends = stored.decode(attrs["problem"]), tuple(np.atleast_1d(attrs["switches"]).tolist())
         solution = stored.decode(attrs["solution"]) if "solution" in attrs else None
+        confidence = float(attrs["confidence"]) if "confidence" in attrs else None
         known = float(attrs["safety_margin"]), float(attrs["error"]), ends, dataset.drop_attrs(deep=False)
-        return cls(problem, *known, attrs.get("method", "exact"), solution)
+        gauge = bool(attrs.get("gauge", 1))
+        method = attrs.get("method", "exact")
+        return cls(problem, *known, method, solution, confidence=confidence, gauge=gauge)
 
     def __str__(self) -> str:
         from sdpgrind.base.sheets import page

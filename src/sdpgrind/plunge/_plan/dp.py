@@ -19,6 +19,7 @@ from sdpgrind.plunge._model import kernels as _kernels
 from sdpgrind.plunge._model.dynamics import allowed_rate, core_at
 from sdpgrind.plunge._model.kernels import PlungeCore
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._plan.doubted import DoubtedLimits
 
 STAGES = 200  # chosen: default number of stages
 NODES, LEVELS = 121, 5  # chosen: nodes of the state and levels of the command at each
@@ -52,13 +53,18 @@ def stock_nodes(problem: CycleProblem, margin: float, stages: int) -> Floats:
 class StageModel:
     """Stages, coefficients of the wheel, greatest deflection (mm) from which the rest can be ground."""
 
-    def __init__(self, problem: CycleProblem, margin: float, stages: int) -> None:
+    def __init__(
+        self, problem: CycleProblem, margin: float, stages: int, doubted: DoubtedLimits | None = None
+    ) -> None:
         self.rate_max, self.left = problem.command_rate_max, stock_nodes(problem, margin, stages)
         self.drop = np.diff(self.left)
         ends = self._wheel(problem, self.left)
         middle = self._wheel(problem, self.left[1:] - 0.5 * self.drop)
         self.cores = [PlungeCore(*(float(x) for x in fields)) for fields in zip(*middle, strict=True)]
-        limit = allowed_rate(ends, np.maximum(self.left - margin, 0.0), self.rate_max)
+        if doubted is None:
+            limit = allowed_rate(ends, np.maximum(self.left - margin, 0.0), self.rate_max)
+        else:
+            limit = np.array([doubted.rate_at(float(r)) for r in self.left])
         limit[0] = min(limit[0], problem.final_rate)
         y = _kernels.beyond.py_func(limit, ends)
         self.most = np.minimum.accumulate(y - self.left) + self.left  # the wheel does not move back
@@ -154,9 +160,11 @@ def as_sdp(model: StageModel) -> sdp.Problem:
     )
 
 
-def solve(problem: CycleProblem, margin: float, stages: int = STAGES) -> StageSolution:
+def solve(
+    problem: CycleProblem, margin: float, stages: int = STAGES, doubted: DoubtedLimits | None = None
+) -> StageSolution:
     """Solve, and follow the policy from first touch to size."""
-    model = StageModel(problem, margin, stages)
+    model = StageModel(problem, margin, stages, doubted)
     policy = sdp.plan(as_sdp(model))
     commands, durations, y = np.empty(stages), np.empty(stages), np.zeros(1)
     for k in range(stages):

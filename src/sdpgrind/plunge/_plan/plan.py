@@ -8,11 +8,12 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, reporting
+from sdpgrind.plunge._model.chance import checked_confidence
 from sdpgrind.plunge._model.dynamics import burns_always, core_at
 from sdpgrind.plunge._model.model import FASTEST_WORK
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.cycle import SOLVED, CycleError, CyclePlan, CycleSolution
-from sdpgrind.plunge._plan.envelope import EnvelopeLimits
+from sdpgrind.plunge._plan.doubted import DEGREE, Safety, limits_of, margin_and_doubts
 from sdpgrind.plunge._plan.exact import fastest
 from sdpgrind.plunge._plan.replay import Commands, CycleReplay, replay
 from sdpgrind.plunge._plan.trajectory import of_exact, of_replay, switches
@@ -28,6 +29,8 @@ def plan(
     problem: CycleProblem,
     *,
     method: str = "exact",
+    confidence: float | None = None,
+    gauge: bool = True,
     safety_margin: float = 0.0,
     work_rotation_range: tuple[float, float] | None = None,
     steps: int | None = None,
@@ -49,6 +52,12 @@ def plan(
         Stock and limits.
     method : {"exact", "dp", "collocation"}
         Method.
+    confidence : float, optional
+        Chance that no finished surface is burned, with what `problem.uncertainty` doubts; at least 0.5. None:
+        the values of the problem are taken as exact.
+    gauge : bool
+        Whether the size is measured. False: the doubts of contact and deflection count in full, as for a
+        program that runs without a gauge; only with a confidence.
     safety_margin : float
         Minimum distance between burn depth and remaining stock, mm; (7).
     work_rotation_range : (float, float), optional
@@ -70,7 +79,8 @@ def plan(
     ------
     ValueError
         If the margin is negative or not below the stock (mm), the range of the rotation is invalid (rad/s),
-        the method cannot solve the problem, or wear makes the work burn at every rate.
+        the method cannot solve the problem, wear makes the work burn at every rate, or no rate is safe with
+        the confidence.
     CycleError
         If a solver fails: a ValueError with the last plan reached.
 
@@ -84,24 +94,33 @@ def plan(
     >>> dull = problem.replace(wear=plunge.Wear(growth=0.02))
     >>> round(plunge.plan(dull, method="dp").time, 2), round(plunge.plan(dull, method="collocation").time, 2)
     (12.66, 12.66)
+
+    What a doubt of 3 percent of the burn threshold costs, with a wheel known exactly:
+
+    >>> doubted = problem.replace(burning_sd=0.03, sharpness_sd=0.0)
+    >>> safe = plunge.plan(doubted, confidence=0.999)
+    >>> round(safe.time, 4), {name: round(seconds, 3) for name, seconds in safe.price.items()}
+    (12.4643, {'burning_sd': 0.445, 'all': 0.445})
     """
     assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, CycleProblem, " (see plunge.preset)")
     checks.one_of("method", method, METHODS)
     if checks.nonnegative("safety_margin", safety_margin, "mm") >= problem.stock:
         raise checks.refuse("safety_margin", f"< stock = {problem.stock:g}", safety_margin, "mm")
+    _check_confidence(problem, confidence, checks.kind("gauge", gauge, bool), work_rotation_range)
+    safety = Safety(safety_margin, confidence, gauge)
     rotation = _rotation(problem, method, work_rotation_range)
     _check_wear(problem, method, rotation)
     if method == "exact":
         if steps is not None:
             raise ValueError(f"steps must be None with method 'exact', which has none; got {steps!r}")
         progress(0.0, "the bound of all limits")
-        cycle = _by_envelope(problem, safety_margin)
+        cycle = _by_envelope(problem, safety)
         progress(1.0, "planned")
         return cycle
     found = _by_stages if method == "dp" else _by_collocation
     count = None if steps is None else checks.count("steps", steps, FEWEST)
-    best = found(problem, safety_margin, rotation, count, progress)
+    best = found(problem, safety, rotation, count, progress)
     if throw and best.solution is not None and not best.solution.ok:
         raise CycleError(
             f"problem must be one that method {method!r} can solve; it was {best.status}: try other steps,"
@@ -152,29 +171,43 @@ def _check_wear(problem: CycleProblem, method: str, rotation: tuple[float, float
         )
 
 
-def _by_envelope(problem: CycleProblem, margin: float) -> CyclePlan:
-    model = problem.model
-    limits = EnvelopeLimits(
-        model.core, problem.command_rate_max, model.burn_rate, problem.final_rate, margin, problem.stock
-    )
+def _check_confidence(problem: CycleProblem, confidence: float | None, gauge: bool, rotation: Any) -> None:
+    if confidence is None:
+        if not gauge:
+            raise ValueError(
+                "confidence must be given where gauge=False: without a gauge the stock is doubted"
+            )
+        return
+    checked_confidence(confidence)
+    if rotation is not None or (problem.model.wear is not None and problem.model.wear.growth > 0.0):
+        raise ValueError(
+            "confidence must be None where the rotation is free or the model has wear: the chance of burning"
+            f" is known for one rotation and one wheel; got {confidence:g}"
+        )
+
+
+def _by_envelope(problem: CycleProblem, safety: Safety) -> CyclePlan:
+    limits, coarse = limits_of(problem, safety), limits_of(problem, safety, DEGREE // 2)
     time, ends, course = fastest(limits)
-    error = abs(time - fastest(limits, points=20)[0]) + ROUNDING * time
-    return CyclePlan(problem, margin, error, ends, partial(of_exact, problem, course))
+    error = abs(time - fastest(coarse, points=20)[0]) + ROUNDING * time
+    course_of = partial(of_exact, problem, course)
+    return CyclePlan(problem, safety.margin, error, ends, course_of, **safety.doubts)
 
 
 def _by_stages(
-    problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None, tell: Progress
+    problem: CycleProblem, safety: Safety, rotation: tuple[float, float], steps: int | None, tell: Progress
 ) -> CyclePlan:
     from sdpgrind.plunge._plan import dp as _dp
 
     played, count = [], steps or _dp.STAGES
+    margin, doubted = margin_and_doubts(problem, safety)
     for stages in _told((count // 4, count // 2, count), tell):
-        solved = _dp.solve(problem, margin, stages)
+        solved = _dp.solve(problem, margin, stages, doubted)
         commands = Commands(solved.command, solved.duration, np.full(stages, rotation[0]))
-        played.append(replay(problem, commands, margin))
+        played.append(replay(problem, commands, margin, doubted))
     best = played[-1]
     found = CycleSolution(count, 0, 0.0, best.excess, best.left, SOLVED)
-    return _refined(problem, margin, "dp", played, found)
+    return _refined(problem, safety, "dp", played, found)
 
 
 def _told(sizes: tuple[int, ...], tell: Progress) -> Iterator[int]:
@@ -188,23 +221,24 @@ def _told(sizes: tuple[int, ...], tell: Progress) -> Iterator[int]:
 
 
 def _by_collocation(
-    problem: CycleProblem, margin: float, rotation: tuple[float, float], steps: int | None, tell: Progress
+    problem: CycleProblem, safety: Safety, rotation: tuple[float, float], steps: int | None, tell: Progress
 ) -> CyclePlan:
     from sdpgrind.plunge._plan import collocation
 
     count = steps or collocation.INTERVALS
+    margin, doubted = margin_and_doubts(problem, safety)
     solved = [
-        collocation.solve_from_guess(problem, margin, rotation, intervals)
+        collocation.solve_from_guess(problem, margin, rotation, intervals, doubted)
         for intervals in _told((count // 4, count // 2, count), tell)
     ]
-    played = [replay(problem, one.commands, margin) for one in solved]
+    played = [replay(problem, one.commands, margin, doubted) for one in solved]
     fine, best = solved[-1], played[-1]
     found = CycleSolution(count, fine.iterations, fine.residual, best.excess, best.left, fine.message)
-    return _refined(problem, margin, "collocation", played, found)
+    return _refined(problem, safety, "collocation", played, found)
 
 
 def _refined(
-    problem: CycleProblem, margin: float, method: str, played: list[CycleReplay], found: CycleSolution
+    problem: CycleProblem, safety: Safety, method: str, played: list[CycleReplay], found: CycleSolution
 ) -> CyclePlan:
     """Plan of the finest of three solutions of second order, each with twice the steps of the one before.
 
@@ -212,5 +246,5 @@ def _refined(
     """
     quarter, half, whole = (float(one.time[-1]) for one in played)
     error = max(abs(whole - half), abs(half - quarter) / 4) + SOLVING * whole if found.ok else np.inf
-    course = of_replay(problem, played[-1], margin)
-    return CyclePlan(problem, margin, error, switches(course), course, method, found)
+    course = of_replay(problem, played[-1], safety.margin)
+    return CyclePlan(problem, safety.margin, error, switches(course), course, method, found, **safety.doubts)

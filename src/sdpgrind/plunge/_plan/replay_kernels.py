@@ -71,6 +71,44 @@ def play(stock, commands, durations, laws, wear, steps, spare, out, interval):
 
 
 @compiled
+def play_by_stock(stock, commands, ends, laws, wear, step, out, interval):
+    """Replay commands, each until the stock (mm) is down to its end; return the rows, at most those of `out`.
+
+    The wheel first touches at the first row; `out` and `interval` as in `play`.
+    """
+    state, now, row = (0.0, stock, wear[0]), 0.0, 0
+    for k in range(commands.size):
+        law, switched = laws[k], state[1] <= ends[k]
+        while row < out.shape[0]:
+            out[row, 0], out[row, 1], out[row, 2], out[row, 4] = now, state[1], state[0], state[2]
+            out[row, 3] = _speed(state[0], state[2], law, wear)
+            interval[row] = k
+            row += 1
+            if switched:
+                break
+            h, after = step, _step(state, step, commands[k], law, wear)
+            switched = after[1] <= ends[k]
+            if switched:
+                h = _until_stock(state, step, commands[k], ends[k], law, wear)
+                after = _step(state, h, commands[k], law, wear)
+            state, now = after, now + h
+    return row
+
+
+@compiled
+def _until_stock(state, step, command, end, law, wear):
+    """Time (s) within a step after which the stock is down to `end` (mm): bisection."""
+    low, high = 0.0, step
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        if _step(state, middle, command, law, wear)[1] > end:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@compiled
 def deflections(first, command_rate, step, substeps, core):
     """Deflection beyond ploughing (mm) and rate (mm/s) at each reading; commands hold for a `step` (s)."""
     out = np.empty((step.size + 1, 2))

@@ -4,17 +4,29 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step
-from sdpgrind.plunge._model.kernels import PlungeCore, _damage, _deflected, _rate_near, _worn, rate
+from sdpgrind.plunge._model.kernels import (
+    PlungeCore,
+    _damage,
+    _deflected,
+    _rate_near,
+    _worn,
+    burn_depth,
+    rate,
+)
 from sdpgrind.plunge._model.model import PlungeModel
 
 # State: deflection beyond ploughing, rate, remaining stock, wear flat area over that at the start, least
-# slack while balancing and in the part, gauge readings, command not yet executed, samples.
-Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, LAST_SIZE, LAST_POWER, UNFED, SAMPLES, STATES = range(11)
+# slack while balancing and in the part, gauge readings, command not yet executed, samples, distance by which
+# the axis trails its target, reserve; then the commands that have not acted yet (mm/s).
+Y, RATE, REMAINING, WORN, SLACK, PART_SLACK, LAST_SIZE, LAST_POWER, UNFED, SAMPLES, TRAIL = range(11)
+RESERVE, STATES = range(SAMPLES + 2, SAMPLES + 4)
 RETRACT = at.RETRACT  # section in which the part is done
 DAMAGE_TOLERANCE = 1e-6  # chosen: damage counted as none, mm; above the error of the integration
+HALVINGS = 50  # derived: a bracket of a sample shrinks below 1e-16 s
 STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
 COLUMNS = ("size", "grinding_power", "power_saturated")
 PLANNED = ("section", "infeed_rate", "remaining", "wear_flat_area", "contact_zero", "deflection_scale")
@@ -40,11 +52,17 @@ class PartRig(NamedTuple):
     power_max: float = np.inf  # W: saturation
     power_lag: float = 0.0  # pole of the monitor per sample; 0: no lag
     command_quantum: float = 0.0  # mm: step of the actuator; 0: none
+    feed_lag: float = 0.0  # s: time constant of the axis
+    feed_delay: int = 0  # samples: dead time of the command
+    wheel_wear: float = 0.0  # radial wear of the wheel over radial stock
+    idle_power: float = 0.0  # W
+    coldest_rate: float = 0.0  # mm/s: below it burning is an artefact of the ploughing force
 
 
 def rig(model: PlungeModel, stock: float, sample_time: float, samples_max: int = 20_000) -> PartRig:
     """Parameters of a part with exact gauges."""
     exact = PartRig(model.core, float(sample_time), float(stock), samples_max)
+    exact = exact._replace(wheel_wear=model.wheel_wear, coldest_rate=float(model.burn_onset[0]))
     if model.wear is None:
         return exact
     growth = model.wear.growth / model.wear_flat_area
@@ -53,14 +71,19 @@ def rig(model: PlungeModel, stock: float, sample_time: float, samples_max: int =
     )
 
 
+def part_state(rig: PartRig) -> Floats:
+    """State of a part before its start, with a place for each command that has not acted yet."""
+    return np.zeros(STATES + rig.feed_delay)
+
+
 @compiled
 def start_part(state, rig):
     """Set the state at the start of a part."""
-    for place in range(STATES):
+    for place in range(state.size):
         state[place] = 0.0
     state[Y], state[REMAINING], state[WORN] = -rig.core.K0 - rig.contact_zero, rig.stock, 1.0
     state[RATE] = rate(state[Y], rig.core)
-    state[SLACK] = state[PART_SLACK] = np.inf
+    state[SLACK] = state[PART_SLACK] = state[RESERVE] = np.inf
 
 
 @compiled
@@ -69,8 +92,9 @@ def read(state, rig, of_size, of_power):
     now = rig.stock - state[REMAINING]
     size = state[LAST_SIZE] if rig.size_delay else now
     state[LAST_SIZE] = now
-    state[LAST_POWER] = rig.power_lag * state[LAST_POWER] + (1.0 - rig.power_lag) * true_power(state, rig)
-    power = state[LAST_POWER] * (rig.power_gain + rig.power_sd * of_power)
+    if rig.power_lag <= 0.0:
+        state[LAST_POWER] = true_power(state, rig)
+    power = (state[LAST_POWER] + rig.idle_power) * (rig.power_gain + rig.power_sd * of_power)
     saturated = power >= 0.99 * rig.power_max
     return size + rig.size_offset + rig.size_sd * of_size, min(power, rig.power_max), saturated
 
@@ -87,8 +111,15 @@ def true_power(state, rig):
 
 @compiled
 def update_slacks(state, rig, balanced):
-    """Update the least slacks: of samples with damage, and of those while the controller balances."""
-    burn = _damage(state[RATE], _worn(rig.core, state[WORN]))
+    """Update the least slacks: of samples with damage, and of those while the controller balances.
+
+    The reserve is the rise of ln of the temperature that would damage the finished surface.
+    """
+    core, rate = _worn(rig.core, state[WORN]), state[RATE]
+    if rate > rig.coldest_rate:
+        left = max(state[REMAINING], 0.0) - burn_depth(rate, core)
+        state[RESERVE] = min(state[RESERVE], left / (core.reach * np.sqrt(np.sqrt(rate))))
+    burn = _damage(rate, core)
     slack = state[REMAINING] - burn
     if burn > DAMAGE_TOLERANCE:
         state[PART_SLACK] = min(state[PART_SLACK], slack)
@@ -105,16 +136,84 @@ def advance(state, rig, command_rate):
         fed = np.rint(state[UNFED] / rig.command_quantum) * rig.command_quantum
         state[UNFED] -= fed
         u = fed / dt
+    before = true_power(state, rig) if rig.power_lag > 0.0 else 0.0
+    if rig.feed_delay > 0:
+        place = STATES + int(state[SAMPLES]) % rig.feed_delay
+        u, state[place] = state[place], u
     for _ in range(STEPS):
         h = dt / STEPS
-        before, halfway = state[Y], state[WORN] + 0.5 * _wear(rig, state[RATE] * h, h)
-        state[Y], state[RATE] = _deflected(before, state[RATE], u, h, 1, _worn(rig.core, halfway))
-        removed = before + u * h - state[Y]
+        halfway = state[WORN] + 0.5 * _wear(rig, state[RATE] * h, h)
+        removed = _fed(state, rig, u, h, _worn(rig.core, halfway))
         state[REMAINING] -= removed
         if rig.growth > 0.0:
             state[WORN] += _wear(rig, removed, h)
             state[RATE] = _rate_near(state[Y], state[RATE], _worn(rig.core, state[WORN]))
     state[SAMPLES] += 1.0
+    if rig.power_lag > 0.0:
+        state[LAST_POWER] = _monitored(state[LAST_POWER], before, true_power(state, rig), rig.power_lag)
+
+
+@compiled(inline="always")
+def _monitored(shown, before, after, pole):
+    """Power shown (W) a sample later by a monitor with a pole, where the true power changes linearly."""
+    late = 1.0 - pole
+    return pole * shown + late * before + (after - before) * (1.0 + late / np.log(pole))
+
+
+@compiled
+def _fed(state, rig, u, h, core):
+    """Feed by a command (mm/s) for a duration (s); return the stock removed, mm."""
+    before = state[Y]
+    if rig.feed_lag <= 0.0 and rig.wheel_wear <= 0.0:
+        state[Y], state[RATE] = _deflected(before, state[RATE], u, h, 1, core)
+        return before + u * h - state[Y]
+    first, fed = 0.0, _moved(state[TRAIL], u, h, rig.feed_lag)
+    if before < 0.0 < before + fed:
+        first = _until_contact(state[TRAIL], u, h, rig.feed_lag, -before)
+    start = _moved(state[TRAIL], u, first, rig.feed_lag)
+    half = _moved(state[TRAIL], u, 0.5 * (first + h), rig.feed_lag) - start
+    growth = 1.0 + rig.wheel_wear
+    state[Y], state[RATE] = _driven(before + start, state[RATE], half, fed - start, h - first, growth, core)
+    state[TRAIL] += u * h - fed
+    return (fed - (state[Y] - before)) / growth
+
+
+@compiled(inline="always")
+def _moved(trail, u, duration, lag):
+    """Way (mm) of the axis in a duration (s) at a command (mm/s): exact for a ramp through a lag (s)."""
+    if lag <= 0.0:
+        return u * duration
+    return u * duration + (trail - u * lag) * -np.expm1(-duration / lag)
+
+
+@compiled
+def _until_contact(trail, u, duration, lag, gap):
+    """Time (s), at most `duration`, in which the axis moves by `gap` (mm): bisection."""
+    low, high = 0.0, duration
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if _moved(trail, u, middle, lag) < gap:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@compiled
+def _driven(y, near, half, whole, duration, growth, core):
+    """Deflection beyond ploughing (mm) and rate (mm/s) after the axis moved by `half`, then `whole` (mm).
+
+    y - p, p the position of the axis, falls by `growth` times the rate: Runge and Kutta.
+    """
+    v = _rate_near(y, near, core)
+    a = -growth * v
+    v = _rate_near(y + half + 0.5 * duration * a, v, core)
+    b = -growth * v
+    v = _rate_near(y + half + 0.5 * duration * b, v, core)
+    c = -growth * v
+    v = _rate_near(y + whole + duration * c, v, core)
+    after = y + whole + duration / 6.0 * (a + 2.0 * b + 2.0 * c - growth * v)
+    return after, _rate_near(after, v, core)
 
 
 @compiled

@@ -1,0 +1,165 @@
+"""One sample of the controller that keeps a confidence, compiled."""
+
+import numpy as np
+
+from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.plunge._control.confident import (
+    GAIN,
+    SHOWN,
+    WEAR,
+    Q,
+)
+from sdpgrind.plunge._control.confident import (
+    SCALE as S,
+)
+from sdpgrind.plunge._control.confident import (
+    SHARPNESS as A,
+)
+from sdpgrind.plunge._control.confident import (
+    STATES as SIZE_OF,
+)
+from sdpgrind.plunge._control.confident import (
+    ZERO as C,
+)
+from sdpgrind.plunge._control.envelope_kernels import safe_position
+from sdpgrind.plunge._control.filter_kernels import deflected, predict, read_power, read_size
+from sdpgrind.plunge._control.state import (
+    BALANCE,
+    BALANCED,
+    BELIEVED,
+    COMMAND,
+    COMMANDED,
+    MISSED,
+    MISSED_MAX,
+    NO,
+    RATE,
+    READ,
+    REMAINING,
+    RETRACT,
+    SCALE,
+    SECTION,
+    SHARPNESS,
+    SIZE_OFFSET,
+    SPARK_OUT,
+    TOUCHED,
+    TOUCHING,
+    UNPOWERED,
+    YES,
+    ZERO,
+)
+from sdpgrind.plunge._model.kernels import _rate_near, _worn
+
+CREEP = 0.9  # chosen: share of the final rate below which the wheel is fed on
+WAIT = 1.004  # chosen: rate at the end over the final rate; a smaller value waits longer at size
+
+
+@compiled
+def start_confident(s, law):
+    """Reset the filter for the next part."""
+    s.mean[:] = 0.0
+    s.cov[:] = 0.0
+    s.queue[:] = 0.0
+    s.mean[S], s.mean[A], s.mean[WEAR] = 1.0, 1.0, law.wheel_wear
+    s.rate = s.axis = s.trail = s.sent = 0.0
+    s.cov[C * SIZE_OF + C] = law.zero_sd**2
+    s.cov[S * SIZE_OF + S], s.cov[A * SIZE_OF + A] = law.scale_sd**2, law.sharpness_sd**2
+    s.cov[WEAR * SIZE_OF + WEAR], s.cov[GAIN * SIZE_OF + GAIN] = law.wear_sd**2, law.gain_sd**2
+
+
+@compiled
+def moved(trail, u, duration, lag):
+    """Way (mm) of the axis in a duration (s) at a command (mm/s): exact for a ramp through a lag (s)."""
+    if lag <= 0.0:
+        return u * duration
+    return u * duration + (trail - u * lag) * -np.expm1(-duration / lag)
+
+
+@compiled
+def advance_axis(state, s, law):
+    """Send the last command; move the axis by the one that is due; predict the part."""
+    u, dt, delay = state[COMMAND], law.sample_time, int(law.feed_delay)
+    state[COMMANDED] += u * dt
+    if delay > 0:
+        place = int(s.sent) % delay
+        u, s.queue[place] = s.queue[place], u
+        s.sent += 1.0
+    before = s.axis
+    middle = before + moved(s.trail, u, 0.5 * dt, law.feed_lag)
+    s.axis += moved(s.trail, u, dt, law.feed_lag)
+    s.trail += u * dt - (s.axis - before)
+    if state[TOUCHED] != NO:
+        predict(s, law, before, middle)
+
+
+@compiled
+def in_air(state, s, law, size, power):
+    """Average sizes before contact; look for the contact by power, or by the command without power."""
+    if size == size:
+        state[READ] += 1.0
+        state[SIZE_OFFSET] += (size - state[SIZE_OFFSET]) / state[READ]
+    s.mean[Q] = state[SIZE_OFFSET]
+    s.mean[C] = (1.0 + s.mean[WEAR]) * s.mean[Q]
+    of_size = law.size_sd**2 / max(state[READ], 1.0)
+    s.cov[Q * SIZE_OF + Q] = of_size
+    watts = law.power1 / law.K1
+    noise, known = law.power_sd * max(power, watts * law.K0), power == power
+    state[UNPOWERED] = 0.0 if known else state[UNPOWERED] + 1.0
+    if (power <= TOUCHING * noise) if known else (s.axis <= 0.0 or state[UNPOWERED] < MISSED_MAX):
+        return
+    state[TOUCHED] = YES if known else BELIEVED
+    s.cov[C * SIZE_OF + Q] = s.cov[Q * SIZE_OF + C] = of_size
+    if known:
+        touch_by_power(s, law, power / watts, noise / watts, power)
+    else:
+        s.cov[C * SIZE_OF + C] = law.zero_sd**2 + of_size
+
+
+@compiled
+def touch_by_power(s, law, x, noise, power):
+    """Set the contact by a deflection x of the model and its noise (mm), which a power (W) shows."""
+    late = law.sample_time + law.feed_lag + 2.0 * law.power_lag
+    lagged = law.rate_max * late if law.feed_lag + law.power_lag > 0.0 else 0.0
+    of_size, watts = s.cov[Q * SIZE_OF + Q], law.power1 / law.K1
+    s.mean[C] = x + (1.0 + s.mean[WEAR]) * s.mean[Q] - s.axis
+    s.cov[C * SIZE_OF + C] = noise**2 + lagged**2 + of_size + x**2 * (law.scale_sd**2 + law.gain_sd**2)
+    s.cov[C * SIZE_OF + S] = s.cov[S * SIZE_OF + C] = x * law.scale_sd**2
+    s.cov[C * SIZE_OF + GAIN] = s.cov[GAIN * SIZE_OF + C] = -x * law.gain_sd**2
+    s.mean[SHOWN] = power
+    s.cov[SHOWN * SIZE_OF + SHOWN] = (watts * noise) ** 2
+
+
+@compiled
+def confident_step(state, s, law, size, power, usable):
+    """Update by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
+    power -= law.idle_power
+    if state[TOUCHED] == NO:
+        in_air(state, s, law, size if usable else np.nan, power)
+    else:
+        if usable:
+            read_size(s, law, size)
+        if power > 0.0:
+            read_power(s, law, power, s.axis)
+    x = deflected(s, s.axis)
+    s.rate = 0.0 if state[TOUCHED] == NO else _rate_near(x - law.K0, s.rate, _worn(law, s.mean[A]))
+    state[RATE], state[REMAINING] = s.rate, law.stock - s.mean[Q]
+    state[ZERO], state[SCALE], state[SHARPNESS] = s.mean[C], s.mean[S], s.mean[A]
+    ahead = s.rate * law.sample_time * (law.feed_delay + 1.0)
+    most, final = safe_position(s, law, ahead)
+    waits = state[SECTION] == SPARK_OUT and s.rate > WAIT * final
+    if state[REMAINING] <= (-law.size_sd if waits else 0.0) or state[MISSED] >= MISSED_MAX:
+        state[SECTION] = RETRACT
+        return 0.0
+    return command_of(state, law, most, final)
+
+
+@compiled
+def command_of(state, law, most, final):
+    """Command (mm/s) up to the safe position; section and whether the limit binds."""
+    command = min(max((most - state[COMMANDED]) / law.sample_time, 0.0), law.rate_max)
+    if command < CREEP * final and 0.0 < state[RATE] < CREEP * final:
+        command = final
+    state[BALANCED] = 0.0
+    if command < law.rate_max and state[TOUCHED] != NO:
+        state[SECTION] = SPARK_OUT if command <= 0.0 or state[SECTION] == SPARK_OUT else BALANCE
+        state[BALANCED] = 1.0 if command > 0.0 else 0.0
+    return command

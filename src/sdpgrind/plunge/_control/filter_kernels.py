@@ -1,0 +1,130 @@
+"""Extended Kalman filter of a plunge cycle: size, contact, deflection, sharpness, wheel wear, power gain.
+
+The wheel touches where (1 + gamma) q + s x = c' + p: q the stock removed, gamma the wear of the wheel, x the
+deflection of the model at the rate v and sharpness a, s its scale, c' the contact, p the position of the
+axis. The states are q, c', s, a, gamma, g (gain of the power monitor less 1) and the power that a slow
+monitor shows; the axis is known, as lag and dead time are exact recursions. Size reads q, power (1 + g) of
+the power.
+"""
+
+from sdpgrind.base.compiling.compiled import compiled
+from sdpgrind.plunge._control.confident import GAIN, SCALE, SHARPNESS, SHOWN, STATES, WEAR, ZERO, Q
+from sdpgrind.plunge._model.kernels import _rate_near, _worn
+
+# chosen: process noise per sample of q, mm, and of the sharpness, relative; 0 would stop the learning
+SIZE_DRIFT, SHARPNESS_DRIFT = 2e-6, 1e-4
+
+
+@compiled(inline="always")
+def deflected(s, p):
+    """Deflection x of the model, mm, at a position of the axis, mm."""
+    return (s.mean[ZERO] + p - (1.0 + s.mean[WEAR]) * s.mean[Q]) / s.mean[SCALE]
+
+
+@compiled
+def slopes(s, law, x, v):
+    """Write the derivatives of deflection (mm) and rate (mm/s) by the states into ``by_x`` and ``by_v``."""
+    scale, growth, area = s.mean[SCALE], 1.0 + s.mean[WEAR], s.mean[SHARPNESS]
+    for j in range(STATES):
+        s.by_x[j] = s.by_v[j] = 0.0
+    s.by_x[Q], s.by_x[ZERO] = -growth / scale, 1.0 / scale
+    s.by_x[SCALE], s.by_x[WEAR] = -x / scale, -s.mean[Q] / scale
+    if v <= 0.0:
+        return
+    w = v**law.p
+    slope = law.K1 + law.p * law.K2 * area * w / v  # dx/dv
+    for j in range(STATES):
+        s.by_v[j] = s.by_x[j] / slope
+    s.by_v[SHARPNESS] = -law.K2 * w / slope
+
+
+@compiled
+def predict(s, law, before, middle):
+    """Mean and covariance a sample later; positions of the axis (mm) before and in the middle of it."""
+    core, dt = _worn(law, s.mean[SHARPNESS]), law.sample_time
+    x = deflected(s, before)
+    v = _rate_near(x - law.K0, s.rate, core)
+    half = deflected(s, middle) - (1.0 + s.mean[WEAR]) / s.mean[SCALE] * 0.5 * dt * v
+    at = _rate_near(half - law.K0, v, core)
+    slopes(s, law, half, at)
+    stiff = 1.0 / (1.0 - 0.5 * dt * s.by_v[Q])  # the rate in the middle moves with the size at the beginning
+    power = law.power1 / law.K1 * max(half, 0.0)
+    s.mean[Q] += at * dt
+    s.mean[SHARPNESS] *= 1.0 + law.growth * at * dt
+    _spread(s, law, stiff * dt)
+    s.mean[SHOWN] = law.power_pole * s.mean[SHOWN] + (1.0 - law.power_pole) * power
+    s.rate = at
+
+
+@compiled
+def _spread(s, law, dt):
+    """Covariance a sample later: F C F' and drift, with F the identity but for q and the shown power."""
+    watts, pole = law.power1 / law.K1, law.power_pole
+    for j in range(STATES):  # rows
+        by_q, by_shown = 0.0, 0.0
+        for i in range(STATES):
+            by_q += s.by_v[i] * s.cov[i * STATES + j]
+            by_shown += s.by_x[i] * s.cov[i * STATES + j]
+        s.row[j] = s.cov[Q * STATES + j] + dt * by_q
+        s.gain[j] = pole * s.cov[SHOWN * STATES + j] + (1.0 - pole) * watts * by_shown
+    for j in range(STATES):
+        s.cov[Q * STATES + j], s.cov[SHOWN * STATES + j] = s.row[j], s.gain[j]
+    for j in range(STATES):  # columns
+        by_q, by_shown = 0.0, 0.0
+        for i in range(STATES):
+            by_q += s.by_v[i] * s.cov[j * STATES + i]
+            by_shown += s.by_x[i] * s.cov[j * STATES + i]
+        s.row[j] = s.cov[j * STATES + Q] + dt * by_q
+        s.gain[j] = pole * s.cov[j * STATES + SHOWN] + (1.0 - pole) * watts * by_shown
+    for j in range(STATES):
+        s.cov[j * STATES + Q], s.cov[j * STATES + SHOWN] = s.row[j], s.gain[j]
+    s.cov[Q * STATES + Q] += SIZE_DRIFT**2
+    s.cov[SHARPNESS * STATES + SHARPNESS] += SHARPNESS_DRIFT**2
+
+
+@compiled
+def read_size(s, law, size):
+    """Correct by a size, mm."""
+    for j in range(STATES):
+        s.by_x[j] = 0.0
+    s.by_x[Q] = 1.0
+    _correct(s, size - s.mean[Q], law.size_sd**2)
+
+
+@compiled
+def read_power(s, law, power, position):
+    """Correct by a power, W, with the axis at a position, mm."""
+    watts, gain = law.power1 / law.K1, 1.0 + s.mean[GAIN]
+    if law.power_pole > 0.0:
+        shown = s.mean[SHOWN]
+        for j in range(STATES):
+            s.by_x[j] = 0.0
+        s.by_x[SHOWN] = gain
+    else:
+        x = deflected(s, position)
+        shown = watts * x
+        slopes(s, law, x, 0.0)
+        for j in range(STATES):
+            s.by_x[j] *= gain * watts
+    s.by_x[GAIN] = shown
+    # by the predicted power: noise by the reading would give low readings more weight
+    _correct(s, power - gain * shown, (law.power_sd * max(gain * shown, watts * law.K0)) ** 2)
+
+
+@compiled
+def _correct(s, off, variance):
+    """Correct by one reading with innovation `off` and slopes ``by_x``."""
+    total = variance
+    for i in range(STATES):
+        s.gain[i] = 0.0
+        for j in range(STATES):
+            s.gain[i] += s.cov[i * STATES + j] * s.by_x[j]
+        total += s.by_x[i] * s.gain[i]
+    if total <= 0.0:  # no uncertainty left
+        return
+    for i in range(STATES):
+        s.mean[i] += s.gain[i] * off / total
+        for j in range(STATES):
+            s.cov[i * STATES + j] -= s.gain[i] * s.gain[j] / total
+    for k in (SCALE, SHARPNESS):
+        s.mean[k] = min(max(s.mean[k], 0.2), 5.0)

@@ -1,0 +1,59 @@
+"""What a user does not know of a plunge cycle, as standard deviations."""
+
+from sdpgrind.base.quantities import Described, described, quantity
+
+_MOST = 0.5  # chosen: relative standard deviation beyond which a percentage is meant
+_HINT = " (0.03 for 3 %)"
+
+
+@described("plunge.uncertainty")
+class Uncertainty(Described):
+    """Standard deviations of what is believed of wheel, work, machine and gauges.
+
+    Those of B, diffusivity, wear flat area and force ratio are of the logarithm: 0.03 is 3 percent.
+
+    Parameters
+    ----------
+    burning_sd : float, optional
+        Burn threshold B, unit 1: coolant, steel, gain of the thermal model. None: taken as exactly known.
+    diffusivity_sd : float
+        Thermal diffusivity of the work, unit 1.
+    sharpness_sd : float
+        Wear flat area, unit 1.
+    deflection_sd : float
+        Normal force ratio over stiffness, unit 1.
+    contact_zero_sd : float
+        Place of the first contact, mm.
+    size_sd : float
+        Noise of the size gauge, mm.
+    power_sd : float
+        Noise of the power monitor, relative, unit 1.
+    power_gain_sd : float
+        Gain of the power monitor, relative, unit 1.
+    wheel_wear_sd : float
+        Radial wheel wear over radial stock, unit 1.
+    threshold_scatter : float
+        Scatter of the burn threshold from part to part, unit 1.
+
+    Raises
+    ------
+    ValueError
+        If a value is negative, or above 0.5 where it is relative: probably a percentage.
+
+    Examples
+    --------
+    >>> from sdpgrind import plunge
+    >>> plunge.Uncertainty(burning_sd=0.03)
+    Uncertainty(burning_sd=0.03)
+    """
+
+    burning_sd: float | None = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=None)
+    diffusivity_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.0)
+    sharpness_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.1)
+    deflection_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.1)
+    contact_zero_sd: float = quantity("mm", at_least=0, usual=(0.0, 1.0), typical=0.01, default=0.01)
+    size_sd: float = quantity("mm", at_least=0, usual=(0.0, 0.1), typical=5e-4, default=5e-4)
+    power_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.01)
+    power_gain_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.0)
+    wheel_wear_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.0)
+    threshold_scatter: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.005)

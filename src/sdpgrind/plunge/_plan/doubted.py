@@ -1,0 +1,118 @@
+"""Limits of a cycle that keeps a confidence.
+
+The depth that damage exceeds with a chance of 1 - confidence takes the place of the depth of damage. Without
+a gauge, the remaining stock is doubted as well: by the place of contact and by the deflection at the rate.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+from scipy.optimize import brentq
+from scipy.special import ndtri
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.plunge._model import kernels as _kernels
+from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._plan.envelope import EnvelopeLimits
+from sdpgrind.plunge._plan.exact import fastest
+
+_OF_DAMAGE = ("burning_sd", "diffusivity_sd", "sharpness_sd")
+_OF_STOCK = ("contact_zero_sd", "deflection_sd")
+DEGREE = 40  # chosen: of the depth over the logarithm of the rate; `error` of a plan tells what it costs
+
+
+@dataclass(frozen=True)
+class DoubtedLimits(EnvelopeLimits):
+    """Limits of the rate whose depth of damage, mm, is a polynomial in the logarithm of the rate."""
+
+    depth: Chebyshev
+
+    def z(self, v: float) -> float:
+        """Depth of damage, mm, that is exceeded with the chance allowed."""
+        return float(self.depth(np.log(v)))
+
+    def slope_of_z(self, v: Floats) -> Floats:
+        """dz/dv, s."""
+        return np.asarray(self.depth.deriv()(np.log(v)) / v)
+
+    def rate_at(self, r: float) -> float:
+        """Greatest rate (mm/s) whose damage is at most the stock `r` less the margin."""
+        if not self.burns or self.z(self.rate_max) <= r - self.margin:
+            return self.rate_max
+        if r - self.margin <= self.z(self.burn_rate):
+            return self.burn_rate
+        rate = brentq(lambda v: self.z(v) - (r - self.margin), self.burn_rate, self.rate_max, xtol=1e-16)
+        return float(rate)
+
+
+class Safety(NamedTuple):
+    """Distance of damage from the remaining stock (mm), confidence or None, whether the size is measured."""
+
+    margin: float = 0.0
+    confidence: float | None = None
+    gauge: bool = True
+
+    @property
+    def doubts(self) -> dict[str, Any]:
+        """Confidence and gauge by name."""
+        return {"confidence": self.confidence, "gauge": self.gauge}
+
+
+def limits_of(problem: CycleProblem, safety: Safety, degree: int = DEGREE) -> EnvelopeLimits:
+    """Limits of a cycle; with no confidence all values are as believed."""
+    margin, confidence, gauge = safety
+    model, most = problem.model, problem.command_rate_max
+    if confidence is None:
+        return EnvelopeLimits(model.core, most, model.burn_rate, problem.final_rate, margin, problem.stock)
+    chance, slowest = problem.burn_chance, problem.safe_rate(0.0, confidence)
+    spread = _StockSpread(problem, float(ndtri(confidence)), gauge)
+    shift = margin + float(spread(slowest))
+    if slowest >= most:
+        return EnvelopeLimits(model.core, most, np.inf, problem.final_rate, shift, problem.stock)
+
+    def depth(x: Floats) -> Floats:
+        v = np.exp(x)
+        return np.asarray(chance.quantile(v, confidence) + spread(v) - spread(slowest))
+
+    found = Chebyshev.interpolate(depth, degree, domain=[np.log(slowest), np.log(most)])
+    return DoubtedLimits(model.core, most, slowest, problem.final_rate, shift, problem.stock, found)
+
+
+@dataclass(frozen=True)
+class _StockSpread:
+    """What an unmeasured remaining stock may lack at a rate, mm; nothing with a gauge."""
+
+    problem: CycleProblem
+    k: float
+    gauge: bool
+
+    def __call__(self, rate: Any) -> Any:
+        if self.gauge:
+            return 0.0 * rate
+        doubts, core = self.problem.uncertainty, self.problem.model.core
+        deflection = core.K0 + _kernels.beyond.py_func(rate, core)
+        return self.k * np.hypot(doubts.contact_zero_sd, doubts.deflection_sd * deflection)
+
+
+def margin_and_doubts(problem: CycleProblem, safety: Safety) -> tuple[float, DoubtedLimits | None]:
+    """Margin (mm) of a replay, and the limits where doubts bind."""
+    limits = limits_of(problem, safety)
+    return limits.margin, limits if isinstance(limits, DoubtedLimits) else None
+
+
+def price_of(problem: CycleProblem, safety: Safety, time: float) -> dict[str, float]:
+    """Seconds by which a cycle of `time` (s) is shorter without each doubt alone, and without all."""
+    if safety.confidence is None:
+        return {"all": 0.0}
+    doubts = problem.uncertainty
+    felt = [
+        name for name in (_OF_DAMAGE if safety.gauge else _OF_DAMAGE + _OF_STOCK) if getattr(doubts, name)
+    ]
+
+    def without(*names: str) -> float:
+        known = problem.replace(uncertainty=doubts.replace(**dict.fromkeys(names, 0.0)))
+        return time - fastest(limits_of(known, safety))[0]
+
+    return {name: without(name) for name in felt} | {"all": without(*felt)}
