@@ -18,6 +18,7 @@ from sdpgrind.identify import Estimate
 
 ALIKE = 0.8  # correlation of the noise from reading to reading
 TAU, STEP = 1.7, 0.05
+BEGINS = -0.147  # where the gauge of the simulated grinder begins, mm: unknown to the estimators
 SIMULATION = plunge.preset("simulation")
 AXIS = finishing.TorqueAxis()
 BEAD = {"specific_energy": 12.8, "idle_power": 114.0, "friction_ratio": 0.33}
@@ -82,7 +83,7 @@ def cycle() -> dict[str, np.ndarray]:
     size = solve_ivp(speed, (0, time[-1]), [0.0], t_eval=time, max_step=0.02, rtol=1e-8, atol=1e-10).y[0]
     v = np.array([speed(t, [s]) for t, s in zip(time, size, strict=True)])
     power = np.where(v > 0, model.grinding_power(v), 0.0)
-    return {"time": time, "command_rate": rate, "size": size, "grinding_power": power}
+    return {"time": time, "command_rate": rate, "size": BEGINS + size, "grinding_power": power}
 
 
 def of_cycle(what: str) -> Callable[..., Estimate]:
@@ -149,6 +150,11 @@ def studies() -> dict[str, Study]:
             of_cycle("wear_flat_area"), {"wear_flat_area": SIMULATION.model.wear_flat_area}, SERIES
         ),
         "contact_zero": Study(of_cycle("contact_zero"), {"contact_zero": 0.005}, SERIES),
+        "normal_force_ratio": Study(
+            of_cycle("normal_force_ratio"),
+            {"normal_force_ratio": SIMULATION.model.normal_force_ratio},
+            SERIES,
+        ),
         "power": Study(power, {name: BEAD[name] for name in ("specific_energy", "idle_power")}, PASSES),
         "friction": Study(friction, {"friction_ratio": BEAD["friction_ratio"]}, PASSES),
         "circle": Study(circle, centre, SERIES),
@@ -193,7 +199,7 @@ def main() -> None:
         if given.only in name
         for noise in study.noises
     ]
-    line, rows = progress.TerminalLine(), []
+    line, rows = progress.UnaskedLine(), []
     for k, (name, study, noise) in enumerate(work):
         line(k / len(work), f"{name}, {noise}")
         rows += covered(name, study, noise, given.files)

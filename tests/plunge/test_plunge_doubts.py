@@ -1,6 +1,7 @@
 """Doubts about plunge cycles: alignment, intervals, sentences, stakes."""
 
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
@@ -162,6 +163,31 @@ def test_experiments_start_from_the_interval_of_the_table():
         row = doubts["time_constant"]
         (said,) = [sentence for sentence in doubts.sentences if words in sentence]
         assert f"from ±{(row.high - row.low) / 2:.2g} s to ±" in said
+
+
+@pytest.mark.parametrize("begins", [0.0, 3.0])
+def test_what_rests_on_a_deflection_that_does_not_fit_is_not_told(begins):
+    """Neither an interval nor a stake of it, in one unit, wherever the gauge begins."""
+    data = file(1.4, "begin", 3e-4, 0.0, np.random.default_rng(11))
+    data["size"] = data["size"] + begins
+    told = plunge.identify(data, "normal_force_ratio", problem=NOMINAL)
+    doubts = NOMINAL.doubts(data)
+    assert told.ok and {stake.name for stake in doubts.stakes} == {"time_constant"}
+    for name in ("contact_zero", "normal_force_ratio"):
+        assert doubts[name].verdict == "not told" and np.isnan(doubts[name].low), name
+        assert "a linear lag fits these better" in doubts[name].note
+    (said,) = [sentence for sentence in doubts.sentences if sentence.startswith("A linear lag fits")]
+    assert re.search(r"[\d.]+ µm against [\d.]+ µm", said)
+
+
+def test_a_linear_lag_as_advised_is_the_only_lag_of_the_problem():
+    """The call of the sentence, run: lag of the model and time constant of the controller are one."""
+    data = file(1.4, "begin", 3e-4, 0.0, np.random.default_rng(11))
+    (said,) = [s for s in NOMINAL.doubts(data).sentences if "replace(linear_time_constant=" in s]
+    call = said[said.index("problem.replace(") : said.index(" puts a linear lag")]
+    advised = eval(call, {"problem": NOMINAL, "plunge": plunge, "log": data})
+    assert advised.time_constant == advised.model.linear_time_constant
+    assert advised.time_constant == plunge.identify(data, "time_constant")["time_constant"]
 
 
 def test_the_plan_follows_what_doubts_say_of_the_lag():

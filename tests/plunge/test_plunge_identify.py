@@ -1,5 +1,7 @@
 """Identification of the model from readings: numbers two ways, bounds, invariance, refusals."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,6 +12,7 @@ from plunge_inside import contact as _contact
 from plunge_inside import cycles as _records
 from scipy import integrate, optimize
 
+import hwsim
 from sdpgrind import identify, plunge, units
 
 
@@ -112,6 +115,47 @@ def test_contact_and_scale_are_found(problem):
     assert np.std(pulls, axis=0) == pytest.approx(1.0, abs=0.4) and np.all(
         abs(np.mean(pulls, axis=0)) < 4 / np.sqrt(16)
     )
+
+
+@pytest.mark.parametrize("what", ["contact_zero", "normal_force_ratio", "wear_flat_area"])
+def test_it_does_not_matter_where_the_gauge_begins(what):
+    """The same value and interval, also where it begins below 0 or farther off than the part is fed."""
+    data = ground(NOMINAL, 0.008, 1.08, sd=5e-4, power_sd=0.01)
+    plain = plunge.identify(data, what, problem=NOMINAL)
+    for begins in (-0.147, 0.02, 0.05, 3.0):
+        fit = plunge.identify(data | {"size": data["size"] + begins}, what, problem=NOMINAL)
+        assert fit[what] == pytest.approx(plain[what], rel=1e-5)
+        assert fit.sd == pytest.approx(plain.sd, rel=1e-3)
+
+
+def test_the_samples_of_one_machine_tell_the_same_contact():
+    """The gauge of the second file falls from 0.5 mm of the diameter."""
+    samples = Path(__file__).parents[1] / "data" / "samples"
+    brackets = hwsim.Log.read(samples / "plunge_brackets.csv", time="t", size="X", command_rate="v")
+    size = ("Aufmaß Durchmesser", "um", -0.5)
+    deutsch = hwsim.Log.read(
+        samples / "plunge_deutsch.csv", time="Zeit", size=size, command_rate="Zustellung"
+    )
+    for what in ("contact_zero", "normal_force_ratio"):
+        one, other = (plunge.identify(log, what, problem=NOMINAL) for log in (brackets, deutsch))
+        assert other[what] == pytest.approx(one[what], abs=0.1 * one.sd[0])
+
+
+def test_no_interval_of_a_positive_value_reaches_zero():
+    """Faint readings, and parts that differ: told with an interval above 0, or not at all."""
+    told = []
+    for seed in range(12):
+        faint = ground(NOMINAL, sd=2e-2, seed=seed, power_sd=1.0)
+        for what in ("normal_force_ratio", "wear_flat_area", "time_constant"):
+            fit = plunge.identify(faint, what, problem=NOMINAL)
+            told.append(fit.ok)
+            assert not fit.ok or fit.interval()[0][0] > 0, what
+    assert any(told) and not all(told)
+    apart = [ground(NOMINAL, scale=scale, sd=1e-5) for scale in (0.5, 2.0)]
+    both = {name: np.concatenate([part[name] for part in apart]) for name in apart[0]}
+    both["part"] = np.repeat([0, 1], [part["time"].size for part in apart])
+    fit = plunge.identify(both, "normal_force_ratio", problem=NOMINAL)
+    assert not fit.ok and "its values of the parts differ too much" in fit.message
 
 
 def test_the_linear_model_holds_about_one_rate():

@@ -1,11 +1,14 @@
 """What it costs not to know: the plan solved again at both ends of each interval."""
 
+import re
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from sdpgrind.base.doubts.rows import Doubt
+
+_LONG = re.compile(r"\d+\.\d{6,}(e[-+]?\d+)?")  # chosen: digits of a computed end, not of a limit
 
 
 class Figure(NamedTuple):
@@ -56,4 +59,4 @@ def _tried(solved: Callable[[str, float], float | None], name: str, end: float) 
     try:
         return solved(name, end), ""
     except ValueError as error:
-        return np.nan, str(error)
+        return np.nan, _LONG.sub(lambda number: f"{float(number[0]):.4g}", str(error))

@@ -1,5 +1,6 @@
 """Numbers in words: as many digits as their uncertainty carries, small ones in a thousandth of their unit."""
 
+from collections.abc import Sequence
 from math import isfinite
 
 from sdpgrind.base.sheets.amounts import fixed, places_of, scale_of, written
@@ -13,6 +14,12 @@ def amount(value: float, unit: str, digits: int = 2) -> str:
     """Return a value with its unit, to some significant digits; small ones as a page shows them, as µm."""
     factor, unit = scale_of(unit, abs(value))
     return f"{significant(factor * value, digits)} {'' if unit == '1' else unit}".rstrip()
+
+
+def in_one_unit(values: Sequence[float], unit: str, digits: int = 2) -> list[str]:
+    """Return values with the unit of the least of them, as they are compared; see `amount`."""
+    factor, unit = scale_of(unit, min(map(abs, values)))
+    return [f"{significant(factor * value, digits)} {'' if unit == '1' else unit}".rstrip() for value in values]
 
 
 def share(excess: float) -> str:

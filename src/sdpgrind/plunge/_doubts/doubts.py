@@ -1,6 +1,5 @@
 """Doubts about a plunge cycle: its model against the sizes, commands and powers of parts."""
 
-import dataclasses
 from typing import Any
 
 import numpy as np
@@ -10,13 +9,13 @@ from sdpgrind.base.doubts import assumed
 from sdpgrind.base.doubts.advice import to_plan_with
 from sdpgrind.base.doubts.alignment import alignment_sentence
 from sdpgrind.base.doubts.record import Doubts
-from sdpgrind.base.doubts.rows import Doubt, compared, complete
+from sdpgrind.base.doubts.rows import Doubt, compared, complete, untold
 from sdpgrind.base.tables import table_of
 from sdpgrind.identify import Estimate
 from sdpgrind.plunge._doubts import cost, experiments
 from sdpgrind.plunge._doubts.alignment import of_cycles
 from sdpgrind.plunge._doubts.jobs import against_the_problem
-from sdpgrind.plunge._doubts.residuals import of_model, of_models, of_readings
+from sdpgrind.plunge._doubts.residuals import misfit, of_model, of_models, of_readings
 from sdpgrind.plunge._identify import contact, sharpness
 from sdpgrind.plunge._identify.cycles import Cycle, cycles, fault, mean_of_parts
 from sdpgrind.plunge._identify.time_constant import NAME, UNIT, by_output_error
@@ -45,13 +44,15 @@ HINTS = {
 }
 """Experiment that would tell a number of the model."""
 
-_FIRST = 3  # chosen: readings of a mean; of more the part has moved
+_IDENTIFY = 'plunge.identify(log, "time_constant")'
+_ON_THE_DEFLECTION = (contact.CONTACT[0], contact.RATIO[0], sharpness.NAME)
+_MISFIT = "a model whose deflection fits the sizes; a linear lag fits these better"
 
 
 def doubts(problem: CycleProblem, data: Any) -> Doubts:
     """Compare a problem with parts; see `CycleProblem.doubts`."""
     table, _ = table_of(data, "controller")
-    each = tuple(_from_zero(cycle) for cycle in cycles(data, power="grinding_power" in table))
+    each = cycles(data, power="grinding_power" in table)
     usable = [cycle for cycle in each if not fault(cycle)]
     reader = assumed.reader_of(data, table)
     aligned = of_cycles(usable, reader.commands_at) if usable else None
@@ -59,7 +60,10 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
     by_model = deflected is not None and aligned is not None and deflected.noise_sd <= aligned.fit.noise_sd
     lag = contact.secant if by_model else lambda cycle, _: by_output_error(cycle)
     tau = mean_of_parts(each, lambda cycle: lag(cycle, problem), NAME, UNIT)
-    model = complete(_told(problem, each, tau, _SAME if by_model else _LINEAR), problem.model, HINTS)
+    told = _told(problem, each, tau, _SAME if by_model else _LINEAR)
+    if aligned and misfit(aligned.fit, deflected):
+        told = [_not_to_rely_on(row) for row in told]
+    model = complete(told, problem.model, HINTS)
     figure, stakes = cost.of_plan(problem, [row for row in model if row.note != _SAME])
     sentences = [fault(cycle) for cycle in each if fault(cycle)]
     if aligned:
@@ -76,12 +80,11 @@ def doubts(problem: CycleProblem, data: Any) -> Doubts:
     )
 
 
-def _from_zero(cycle: Cycle) -> Cycle:
-    """Sizes from 0 on, where the gauge begins farther off than the part is fed: its zero tells no contact."""
-    read = cycle.size[cycle.read][:_FIRST]
-    if not read.size or abs(read.mean()) <= cycle.infeed[-1]:
-        return cycle
-    return dataclasses.replace(cycle, size=cycle.size - read.mean())
+def _not_to_rely_on(row: Doubt) -> Doubt:
+    """Row, without its value where that rests on a deflection that does not fit."""
+    if row.name not in _ON_THE_DEFLECTION or np.isnan(row.told):
+        return row
+    return untold(row.name, row.unit, row.believed, _MISFIT)
 
 
 def _into_the_plan(problem: CycleProblem, tau: Estimate, by_model: bool) -> list[str]:
@@ -90,12 +93,13 @@ def _into_the_plan(problem: CycleProblem, tau: Estimate, by_model: bool) -> list
         return []
     if by_model:
         return to_plan_with(['plunge.identify(log, "normal_force_ratio", problem=problem)'])
-    (call,) = to_plan_with(['plunge.identify(log, "time_constant")'])
+    (call,) = to_plan_with([_IDENTIFY])
     if problem.model.linear_time_constant is not None:
         return [call]
+    linear = f"problem.replace(linear_time_constant={tau.value[0]:.4g}).updated({_IDENTIFY})"
     return [
-        f"{call} It scales the deflection of the model to the time constant;"
-        f" problem.replace(linear_time_constant={tau.value[0]:.4g}) puts a linear lag in its place."
+        f"{call} It scales the deflection of the model to the time constant; {linear} puts a linear lag in"
+        " its place, for the plan and the controller."
     ]
 
 

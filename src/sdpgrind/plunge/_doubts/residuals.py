@@ -7,14 +7,14 @@ import numpy as np
 
 from sdpgrind.base import serial
 from sdpgrind.base.doubts import gauge
-from sdpgrind.base.doubts.words import amount
+from sdpgrind.base.doubts.words import amount, in_one_unit
 from sdpgrind.plunge._doubts.lag import LagFit
 from sdpgrind.plunge._identify import contact
 from sdpgrind.plunge._identify.cycles import Cycle
 from sdpgrind.plunge._model.problem import CycleProblem
 
 _WORSE = 1.2  # chosen: ratio of residuals; noise of 100 readings alone makes 1.1
-_FITTED = 2  # derived: contact zero and scale
+_FITTED = 3  # derived: contact zero, scale and offset of the gauge
 
 
 class Deflected(NamedTuple):
@@ -31,7 +31,7 @@ def of_model(problem: CycleProblem, each: Sequence[Cycle]) -> Deflected | None:
     square, count, alike = 0.0, 0, []
     for cycle in each:
         values = contact.fitted(cycle, problem.model).value
-        left = (cycle.size - contact.course(cycle, problem.model, *values).size)[cycle.read]
+        left = contact.residual(cycle, problem.model, values)
         square, count = square + float(left @ left), count + left.size - _FITTED
         alike.append(serial.correlation(left, _FITTED, serial.gaps(cycle.time[cycle.read], left.size)))
     return Deflected(float(np.sqrt(square / max(count, 1))), float(np.mean(alike)))
@@ -51,8 +51,20 @@ def of_models(each: Sequence[Cycle], fit: LagFit, deflected: Deflected | None) -
     """Sentences on where the linear lag bends, and on which law fits the sizes."""
     noise = deflected or fit
     rho = noise.correlation if noise.noise_sd < fit.noise_sd else fit.correlation  # a bend is no noise
-    found = [_bend(each, fit, rho), _better(fit.noise_sd, deflected.noise_sd) if deflected else ""]
+    found = [_bend(each, fit, rho), misfit(fit, deflected)]
     return [sentence for sentence in found if sentence]
+
+
+def misfit(fit: LagFit, deflected: Deflected | None) -> str:
+    """Sentence where the linear lag fits the sizes better than the deflection of the model; else empty."""
+    if deflected is None or deflected.noise_sd <= _WORSE * fit.noise_sd:
+        return ""
+    linear, model = in_one_unit((fit.noise_sd, deflected.noise_sd), "mm")
+    return (
+        "A linear lag fits the sizes better than the deflection of the model (sd of the residuals"
+        f" {linear} against {model}), on which contact_zero, normal_force_ratio and wear_flat_area rest: the"
+        " data do not tell these."
+    )
 
 
 def _bend(each: Sequence[Cycle], fit: LagFit, rho: float) -> str:
@@ -66,14 +78,4 @@ def _bend(each: Sequence[Cycle], fit: LagFit, rho: float) -> str:
                 f"A linear lag does not fit all rates: {where} (command {amount(rate, 'mm/s')}) its residuals"
                 f" average {amount(found.mean, 'mm')}. Its time constant depends on the infeed rate."
             )
-    return ""
-
-
-def _better(linear: float, model: float) -> str:
-    words = f"(sd of the residuals {amount(linear, 'mm')} against {amount(model, 'mm')})"
-    if model > _WORSE * linear:
-        return (
-            f"A linear lag fits the sizes better than the deflection of the model {words}: do not rely on"
-            " contact_zero, normal_force_ratio and wear_flat_area above, which rest on that deflection."
-        )
     return ""

@@ -1,7 +1,8 @@
 """Contact zero and scale of the deflection: output error of the size of a part.
 
-The model of the size is command plus contact zero less scale times deflection at the model's rate. The first
-is constant, the second changes with the rate; so one part determines both.
+The model of the size is command plus contact zero less scale times deflection at the model's rate, 0 until
+the wheel grinds, plus the offset of the gauge. The contact zero shows where the size begins to move, the
+scale where the rate changes; so one part determines all three.
 """
 
 from typing import NamedTuple
@@ -18,6 +19,7 @@ from sdpgrind.plunge._plan.replay_kernels import deflections
 
 CONTACT, RATIO, TAU = ("contact_zero", "mm"), ("normal_force_ratio", "1"), ("time_constant", "s")
 SCALES = (0.1, 10.0)  # chosen: range of the deflection relative to the model
+_FIRST = 3  # chosen: readings of the first guess of the offset; of more the part has moved
 _STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
 
 
@@ -37,15 +39,26 @@ def course(cycle: Cycle, model: PlungeModel, contact_zero: float = 0.0, scale: f
 
 
 def fitted(cycle: Cycle, model: PlungeModel) -> idf.Estimate:
-    """Contact zero (mm) and scale of the deflection, by least squares of the size."""
+    """Contact zero (mm), scale of the deflection and offset of the gauge (mm), by least squares of the size.
 
-    def residual(values: Floats) -> Floats:
-        return np.asarray((cycle.size - course(cycle, model, *values).size)[cycle.read])
+    The first two are those of `course`. The offset is a value of its own, as a gauge may begin anywhere.
+    """
+    reach, begin = float(cycle.infeed[-1]), float(np.mean(cycle.size[cycle.read][:_FIRST]))
+    fit = idf.output_error(
+        lambda values: residual(cycle, model, values),
+        [0.0, 1.0, begin],
+        scale=[1e-2, 0.1, 1e-3],
+        low=[-reach, SCALES[0], -np.inf],
+        high=[reach, SCALES[1], np.inf],
+        throw=False,
+    )
+    return fit.replace(names=("contact_zero", "scale", "offset"), units=("mm", "1", "mm"))
 
-    reach = float(cycle.infeed[-1])
-    low, high = [-reach, SCALES[0]], [reach, SCALES[1]]
-    fit = idf.output_error(residual, [0.0, 1.0], scale=[1e-2, 0.1], low=low, high=high, throw=False)
-    return fit.replace(names=("contact_zero", "scale"), units=("mm", "1"))
+
+def residual(cycle: Cycle, model: PlungeModel, values: Floats) -> Floats:
+    """Sizes read (mm) less those of the model, for values as in `fitted`."""
+    zero, scale, offset = values
+    return np.asarray((cycle.size - course(cycle, model, zero, scale).size)[cycle.read] - offset)
 
 
 def contact_zero(cycle: Cycle, problem: CycleProblem) -> idf.Estimate:
@@ -84,4 +97,11 @@ def _value_of_fit(
         units=name[1:],
         freedom=fit.freedom,
     )
-    return concluded(found, FAINT) if which == 1 or not found.ok else found
+    return concluded(found, FAINT) if which == 1 else _reached(found, float(cycle.infeed[-1]))
+
+
+def _reached(zero: idf.Estimate, infeed: float) -> idf.Estimate:
+    """Estimate of the contact zero; failed where its interval leaves the commanded infeed, mm."""
+    if zero.ok and np.all(np.abs(zero.interval()[0]) < infeed):
+        return zero
+    return not_identified(*CONTACT, FAINT)

@@ -42,8 +42,8 @@ def identify(
                          the size makes it too short, an offset ruins it
     "wear_flat_area"     0..1. "mean": of the areas by (6), over the samples in which sliding takes more than
                          a quarter of the power; needs `problem`. 1 % of power is some 2.5 % of area
-    "contact_zero"       command lacking at contact, mm (negative: contact after the command is 0): size less
-                         command plus deflection; needs `problem`
+    "contact_zero"       command lacking at contact, mm (negative: contact after the command is 0), from
+                         command, deflection and size with an offset of the gauge; needs `problem`
     "normal_force_ratio" force ratio of the model times the scale of its deflection, unit 1; needs `problem`
     ==================== ===================================================================================
 
@@ -77,7 +77,8 @@ def identify(
     -------
     Estimate
         Value with its variance; or the status "not identified" with its reason: a gauge that is frozen or
-        jumps back, fewer than 10 readings of a moving size, clipped power only, a' of (4) outside (0, 1).
+        jumps back, fewer than 10 readings of a moving size, clipped power only, a' of (4) outside (0, 1), an
+        interval of a positive value that reaches 0.
 
     Raises
     ------

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._identify.contact import course, fitted
-from sdpgrind.plunge._identify.cycles import MOVING, Cycle, fault, not_identified
+from sdpgrind.plunge._identify.cycles import MOVING, Cycle, concluded, fault, not_identified
 from sdpgrind.plunge._model.model import PlungeModel
 from sdpgrind.plunge._model.problem import CycleProblem
 
@@ -40,7 +40,7 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
     for _ in range(20):
         trial = model.replace(wear_flat_area=float(np.clip(mean, _LEAST, _MOST)))
         fit = fitted(cycle, trial) if corrected else None
-        rate = course(cycle, trial, *(fit.value if fit else ())).infeed_rate
+        rate = course(cycle, trial, *(fit.value[:2] if fit else ())).infeed_rate
         each, grown = samples(cycle, trial, rate, usable, _NEAR * top)
         if each.size < MOVING:
             held = f"{each.size} of {np.isfinite(cycle.grinding_power).sum()} readings of grinding_power"
@@ -59,10 +59,11 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         slope = np.array(
             [_change(cycle, trial, fit, step, usable, _NEAR * top) for step in np.diag(_FIT_STEPS)]
         )
-        variance += float(slope @ fit.covariance @ slope)
-    return idf.Estimate(
+        variance += float(slope @ fit.covariance[:2, :2] @ slope)
+    found = idf.Estimate(
         (NAME,), first.mean(keepdims=True), np.full((1, 1), variance), units=(UNIT,), freedom=first.size - 1.0
     )
+    return concluded(found, "the power says too little of it")
 
 
 def _change(
@@ -71,7 +72,7 @@ def _change(
     """Derivative of the mean area by contact zero or scale."""
     low, high = (
         samples(cycle, model, course(cycle, model, *at).infeed_rate, usable, most)
-        for at in (fit.value - step, fit.value + step)
+        for at in (fit.value[:2] - step, fit.value[:2] + step)
     )
     return float((high[0].mean() - low[0].mean()) / (2 * step.sum())) if low[0].size and high[0].size else 0.0
 
