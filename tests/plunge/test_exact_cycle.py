@@ -1,5 +1,7 @@
 """Fastest cycle: published and independent numbers, optimality conditions, attempts to be faster."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -238,13 +240,46 @@ def test_saved_and_loaded(best, tmp_path):
         ({"sample_time": 1.0}, r"sample_time must be <= time_constant/4 = 0.4834 \(s\); got 1.0"),
         (
             {"burning": physics.BurningLimit(6.2, 0.5)},
-            "wear_flat_area must be less: the work burns at every infeed rate",
+            r"burning.B must be >= 2.84 .*, or >= 2.03 with a new wheel: .* burns at every infeed rate",
         ),
     ],
 )
 def test_problems_that_are_none(changes, message):
     with pytest.raises(ValueError, match=message):
         NOMINAL.replace(**changes)
+
+
+SHAFT = {"internal": False, "wheel_diameter": 400.0, "work_diameter": 40.0}
+
+
+@pytest.mark.parametrize("changes", [SHAFT, {"wear_flat_area": 0.09}], ids=["any wheel", "a worn wheel"])
+def test_the_limits_of_a_work_that_always_burns_do(changes):
+    """Problems with the limits of the message exist; with 1 % less than these they do not."""
+    with pytest.raises(ValueError, match="burns at every infeed rate") as refused:
+        NOMINAL.replace(**changes)
+    limit = {
+        key: float(value)
+        for key, value in re.findall(r"(B|area)(?: must be)? [<>]= ([\d.]+)", str(refused.value))
+    }
+    B = limit.pop("B")
+    assert NOMINAL.replace(**changes, burning=NOMINAL.model.burning.replace(B=B)).model.burn_rate > 0
+    with pytest.raises(ValueError, match="burns at every"):
+        NOMINAL.replace(**changes, burning=NOMINAL.model.burning.replace(B=0.99 * B))
+    for area in limit.values():
+        assert NOMINAL.replace(wear_flat_area=area).model.burn_rate > 0
+        with pytest.raises(ValueError, match="burns at every"):
+            NOMINAL.replace(wear_flat_area=1.01 * area)
+    assert bool(limit) == ("wear_flat_area" in changes)
+
+
+def test_the_limit_of_a_new_wheel_is_enough_for_it_alone():
+    with pytest.raises(ValueError, match="even with wear_flat_area = 0") as refused:
+        NOMINAL.replace(**SHAFT)
+    (new,) = re.findall(r"or >= ([\d.]+) with a new wheel", str(refused.value))
+    burning = NOMINAL.model.burning.replace(B=float(new))
+    assert NOMINAL.replace(**SHAFT, burning=burning, wear_flat_area=1e-5).model.burn_rate > 0
+    with pytest.raises(ValueError, match="burns at every"):
+        NOMINAL.replace(**SHAFT, burning=burning)
 
 
 def test_kinds_that_are_none():

@@ -14,6 +14,7 @@ from sdpgrind.base.quantities import Described, described, part, quantity, specs
 from sdpgrind.base.rng import Seed, generator
 from sdpgrind.base.warned import warn
 from sdpgrind.identify import Estimate
+from sdpgrind.plunge._model.always_burns import always_burns
 from sdpgrind.plunge._model.chance import BurnChance, checked_confidence
 from sdpgrind.plunge._model.drive import Drive
 from sdpgrind.plunge._model.dynamics import coolest_rate
@@ -79,10 +80,7 @@ class CycleProblem(Described):
         if self.roundness_max <= base:
             raise self._refused("roundness_max", f"> roundness_base = {base:g}: no rate is round enough")
         if self.model.burn_rate == 0.0:
-            raise ValueError(
-                "wear_flat_area must be less: the work burns at every infeed rate; got"
-                f" {self.model.wear_flat_area:g}, with B = {self.model.burning.B:g} J/(mm^2 s^(1/2))"
-            )
+            raise ValueError(always_burns(self.model))
         if self.final_rate >= self.command_rate_max:
             warn(
                 f"no spark-out is needed: roundness_max allows {self.final_rate:.4g} mm/s at the end, and the"
