@@ -57,7 +57,7 @@ def test_parts_by_words_keep_their_order_and_their_words():
 
 def test_gap_is_noted():
     log = read([0.0, 0.1, 0.2, 0.3, 0.9, 1.0])
-    assert log.source.gaps == ((0, 0.3, pytest.approx(0.6)),) and "1 gap: 0.6 s at 0.3 s of part 0" in str(
+    assert log.source.gaps == (("0", 0.3, pytest.approx(0.6)),) and "1 gap: 0.6 s at 0.3 s of part 0" in str(
         log.source
     )
 

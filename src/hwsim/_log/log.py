@@ -16,6 +16,7 @@ from sdpgrind.base import notebook
 from sdpgrind.base.brief import counted
 from sdpgrind.base.by_name import called
 from sdpgrind.base.records import Record
+from sdpgrind.base.tables import names_of_parts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,9 +100,10 @@ class Log(Record):
     ) -> Self:
         """Read a file of a machine, a rig or a gauge; units stand in the call or in the file.
 
-        The log has one table, ``"data"``: coordinates ``part`` (0, 1, ... in order of appearance; their words
-        in the attribute ``labels`` of the table) and ``time`` (s), columns in the library's units, commands
-        as ``<name>_command``. `outcome` holds ``duration`` (s) and ``rows`` of each part.
+        The log has one table, ``"data"``: coordinates ``part`` (0, 1, ... in order of appearance) and
+        ``time`` (s), columns in the library's units, commands as ``<name>_command``. `outcome` holds
+        ``duration`` (s) and ``rows`` of each part. The words of the file for the parts are in the attribute
+        ``labels`` of both; reports, messages and `to_csv` show them, and ``identify`` takes them as ``part``.
 
         Parameters
         ----------
@@ -286,7 +288,7 @@ class Log(Record):
         """Write a table as text, whole or not at all: headers ``name [unit]``, floats in full.
 
         `Log.read` of the file gives the same numbers to the bit. Entries of arrays are columns ``name.0`` and
-        on.
+        on. Parts of a log that was read have the words of its file.
 
         Parameters
         ----------
@@ -310,7 +312,8 @@ class Log(Record):
         from hwsim.io import _written
 
         wanted = table if table is not None else self.tiers[0]
-        _written.write(path, self.outcome if wanted == "outcome" else self[wanted])
+        named = names_of_parts(self[self.tiers[0]])
+        _written.write(path, self.outcome if wanted == "outcome" else self[wanted], named)
 
     def plot(self) -> "Figure":
         """Draw the run: the picture of its plant, or every measured quantity against time.

@@ -62,14 +62,23 @@ class Charges:
 
 def charges_of(log: Any, plan: Any) -> Charges:
     """Return the charges of a log's plant, or all outcomes that are numbers."""
-    outcome = log.outcome
-    module = _MODULES.get(str(outcome.attrs.get("plant", "")))
-    known = None if module is None else import_module(module)
-    names = known.CHARGED if known else [str(n) for n, v in outcome.data_vars.items() if v.dims == ("part",)]
-    there = tuple(n for n in names if n in outcome and not n.startswith("true_") and n not in FAULTS)
+    known, there = _module_of(log), charged_names(log)
     planned = known.planned(log, plan) if known else {}
     reasons = (lambda: known.reasons(log, plan)) if known else dict
     return Charges(there, {n: Promise(each) for n, each in planned.items() if n in there}, reasons)
+
+
+def charged_names(log: Any) -> tuple[str, ...]:
+    """Return the charged outcomes of a log's plant, else all outcomes, without hidden truths and faults."""
+    outcome, known = log.outcome, _module_of(log)
+    names = known.CHARGED if known else [str(n) for n, v in outcome.data_vars.items() if v.dims == ("part",)]
+    return tuple(n for n in names if n in outcome and not n.startswith("true_") and n not in FAULTS)
+
+
+def _module_of(log: Any) -> Any:
+    """Module of a log's plant; None: it has none."""
+    module = _MODULES.get(str(log.outcome.attrs.get("plant", "")))
+    return None if module is None else import_module(module)
 
 
 def values_of(log: Any, name: str) -> Floats:

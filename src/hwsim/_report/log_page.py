@@ -1,7 +1,7 @@
 """The page of a log: verdict, worst parts, planned and realised, pictures, all parts, problem, origin."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,8 @@ from hwsim._report.charged import (
     worst_parts,
 )
 from hwsim._report.comparison import comparison
-from hwsim._report.file_page import of_file
+from hwsim._report.every_part import every_part, outcomes
+from hwsim._report.file_page import each_part, of_file
 from hwsim._report.job import JOB, digests_table, job_of
 from hwsim._report.statistics import counted_share, mean
 from hwsim._report.worst import broken_off, ranked, worst_part
@@ -40,7 +41,6 @@ from sdpgrind.base.sheets.origin import problem_blocks, versions_table
 from sdpgrind.base.sheets.record_page import SIGNATURE
 
 _WORST = 3  # parts with a picture of their own; source: the page's specification
-_MOST = 500  # parts on lines of their own; chosen: they take a quarter of a page of 1.5 MB
 
 
 def report(
@@ -80,7 +80,7 @@ def _blocks(
         yield from comparison(log)
     elif source is not None:
         yield from of_file(log)
-        yield from _every_part(log) if len(log) > 1 else ()
+        yield from every_part(log, each_part) if len(log) > 1 else ()
     else:
         yield from _of_run(log, plan, burns=getattr(problem, "burn_limit", True) is not None)
     if problem is not None:
@@ -118,7 +118,7 @@ def _of_run(log: Any, plan: Any, *, burns: bool) -> Iterator[Block]:
     yield Picture(f"All {len(log)} parts" if len(log) > 1 else "The part", log.plot)
     if plan is not None and callable(getattr(plan, "plot", None)):
         yield Picture("The plan", plan.plot)
-    yield from _every_part(log)
+    yield from every_part(log, outcomes)
 
 
 def _verdict(log: Any, charges: Charges, burns: bool) -> Iterator[str]:
@@ -215,48 +215,3 @@ def _explained(log: Any, charges: Charges) -> Iterator[Block]:
         for name in different
     ]
     yield Sentences(lines)
-
-
-def _every_part(log: Any) -> Iterator[Block]:
-    outcome, why = log.outcome, broken_off(log.outcome)
-    yield Heading("Every part")
-    if len(log) > _MOST:
-        yield Sentences(
-            [
-                f"The first {_MOST} of {len(log)} parts; the figures above, worst parts included, and the "
-                "digest of the outcomes below are of all parts."
-            ]
-        )
-    shown = min(len(log), _MOST)
-    columns = [Amounts.of("part", range(shown))]
-    columns += [_column(outcome[name], str(name), shown) for name in _scalars(outcome)]
-    if any(why):
-        columns.append(Amounts.of("broken_off", [each or "no" for each in why[:shown]]))
-    for narrow in _narrow(columns):
-        yield AmountTable("Outcome of each part", narrow)
-
-
-def _scalars(outcome: Any) -> list[str]:
-    """Outcomes of one number a part that are not the same everywhere, hidden truths last."""
-    names = [str(n) for n, v in outcome.data_vars.items() if v.dims == ("part",) and v.dtype.kind in "fiub"]
-    told = [name for name in names if outcome.sizes["part"] == 1 or _varies(outcome[name].values)]
-    return sorted(told, key=lambda name: name.startswith("true_"))
-
-
-def _varies(values: Any) -> bool:
-    known = values[np.isfinite(values)]
-    return bool(known.size and (known.size < values.size or np.any(known != known[0])))
-
-
-def _column(variable: Any, name: str, shown: int) -> Amounts:
-    return Amounts.of(name, variable.values[:shown], str(variable.attrs.get("units", "")))
-
-
-_WIDTH = 9  # columns of a table; chosen: they fit the width of a page
-
-
-def _narrow(columns: Sequence[Amounts]) -> Iterator[list[Amounts]]:
-    """Cut columns into tables that fit a page, the first column in each."""
-    first, *others = columns
-    for k in range(0, max(len(others), 1), _WIDTH):
-        yield [first, *others[k : k + _WIDTH]]

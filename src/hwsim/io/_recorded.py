@@ -58,5 +58,7 @@ def outcome_of(recording: Recorded) -> "xr.Dataset":
     }  # fmt: skip
     files = ", ".join(note.name for note in recording.source.files)
     return xr.Dataset(
-        variables, {"part": ("part", parts, {"long_name": "part"})}, {"plant": files, "controller": ""}
+        variables,
+        {"part": ("part", parts, {"long_name": "part"})},
+        {"plant": files, "controller": "", "labels": list(recording.labels)},
     )

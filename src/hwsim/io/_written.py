@@ -13,10 +13,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def write(path: str | os.PathLike[str], table: "xr.Dataset") -> None:
+def write(path: str | os.PathLike[str], table: "xr.Dataset", parts: Sequence[str] = ()) -> None:
     """Write a table: headers ``name [unit]``, floats in full; the file is whole or not there.
 
     Rows are those of ``row``, or of each part and controller; each entry of an array has a column of its own.
+    `parts`: words for the numbers of the parts; empty: the numbers are written.
     """
     over = [dim for dim in ("row", "controller", "part") if dim in table.dims]
     headers: list[str] = []
@@ -28,7 +29,10 @@ def write(path: str | os.PathLike[str], table: "xr.Dataset") -> None:
         values, header = _flat(table[name], over, table.sizes), _header(name, table[name].attrs)
         width = values.shape[1]
         headers += [header] if width == 1 else [header.replace(name, f"{name}.{k}", 1) for k in range(width)]
-        columns += [_cells(values[:, k]) for k in range(width)]
+        if name == "part" and parts:
+            columns.append([parts[number] for number in values[:, 0].tolist()])
+        else:
+            columns += [_cells(values[:, k]) for k in range(width)]
     with whole_file(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(headers)

@@ -79,21 +79,39 @@ def _bare(unit: str) -> str:
     return unit.replace(" ", "").replace("*", "")
 
 
-def rows_of_parts(table: Any, size: int, part: int | Sequence[int] | None) -> list[tuple[str, slice]]:
-    """Return label and rows of each requested part of a table with `size` rows; empty label: no parts."""
+def names_of_parts(table: Any) -> list[str]:
+    """Return the words of a file for its parts, by their number; empty: the table is not of a file."""
+    return list(getattr(table, "attrs", {}).get("labels", ()))
+
+
+def rows_of_parts(
+    table: Any, size: int, part: int | str | Sequence[int | str] | None
+) -> list[tuple[str, slice]]:
+    """Return label and rows of each requested part of a table with `size` rows; empty label: no parts.
+
+    A part is requested by its number, or by its words in the file.
+    """
     if "part" not in table:
         if part is not None:
             raise checks.refuse("part", "left out of data without a column part", part)
         return [("", slice(0, size))]
     number = np.asarray(table["part"]).astype(int).ravel()
-    tags = [np.asarray(table[name]).ravel() for name in ("controller", "part") if name in table]
-    changes = np.flatnonzero(np.any([tag[1:] != tag[:-1] for tag in tags], axis=0)) + 1
+    by = [np.asarray(table["controller"]).ravel()] if "controller" in table else []
+    changes = np.flatnonzero(np.any([tag[1:] != tag[:-1] for tag in (*by, number)], axis=0)) + 1
     starts, ends = [0, *changes.tolist()], [*changes.tolist(), size]
-    wanted = set(number.tolist()) if part is None else set(np.atleast_1d(part).tolist())
-    for entry in wanted:
-        checks.one_of("part", entry, np.unique(number).tolist())
-    blocks = [
-        (" of ".join(f"{tag[k]}" for tag in reversed(tags)), k, end)
-        for k, end in zip(starts, ends, strict=True)
-    ]
-    return [(f"part {label}", slice(k, end)) for label, k, end in blocks if number[k] in wanted]
+    names = dict(enumerate(names_of_parts(table)))
+    wanted = set(number.tolist()) if part is None else _numbers(part, number, names)
+    blocks = [(k, end) for k, end in zip(starts, ends, strict=True) if number[k] in wanted]
+    labels = [[f"part {names.get(number[k], number[k])}", *(str(tag[k]) for tag in by)] for k, _ in blocks]
+    return [(" of ".join(label), slice(*rows)) for label, rows in zip(labels, blocks, strict=True)]
+
+
+def _numbers(part: int | str | Sequence[int | str], held: Any, names: Mapping[int, str]) -> set[int]:
+    """Numbers of the requested parts; one that is not held is refused."""
+    by_name = {name: number for number, name in names.items()}
+    found = set()
+    for entry in np.atleast_1d(np.asarray(part, dtype=object)).tolist():
+        known = np.unique(held).tolist()
+        checks.one_of("part", entry, [*by_name] if isinstance(entry, str) else known)
+        found.add(by_name[entry] if isinstance(entry, str) else int(entry))
+    return found

@@ -75,7 +75,7 @@ def readings(
     tier: str,
     each: str = "rows",
     commanded: Sequence[str] = (),
-    part: int | Sequence[int] | None = None,
+    part: int | str | Sequence[int | str] | None = None,
 ) -> Readings:
     """Return named quantities of `data`: arrays by name, a table of a log, or a log.
 
@@ -95,8 +95,8 @@ def readings(
     commanded : sequence of str
         Quantities of a log taken from the command that led to the readings of a row, if there is one: free of
         sensor noise. So is any other quantity that was commanded, but not measured.
-    part : int or sequence of int, optional
-        Numbers (unit 1) of the parts. Default: all.
+    part : int, str or sequence of them, optional
+        Numbers (unit 1) of the parts, or their words in the file. Default: all.
 
     Raises
     ------

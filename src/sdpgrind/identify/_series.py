@@ -43,7 +43,7 @@ def series(
     tier: str,
     commands: Sequence[str] = (),
     optional: Sequence[str] = (),
-    part: int | Sequence[int] | None = None,
+    part: int | str | Sequence[int | str] | None = None,
 ) -> tuple[Series, ...]:
     """Return named quantities of `data` over time, one `Series` for each part.
 
@@ -61,8 +61,8 @@ def series(
         last one holds.
     optional : sequence of str
         Quantities that may be missing.
-    part : int or sequence of int, optional
-        Numbers (unit 1) of the parts. Default: all.
+    part : int, str or sequence of them, optional
+        Numbers (unit 1) of the parts, or their words in the file. Default: all.
 
     Raises
     ------

@@ -29,7 +29,7 @@ def identify(
     names: str | Sequence[str],
     *,
     problem: Problem,
-    part: int | Sequence[int] | None = None,
+    part: int | str | Sequence[int | str] | None = None,
     throw: bool = True,
 ) -> idf.Estimate:
     """Estimate fields of a problem's model, for `Problem.updated`, from what was measured of its responses.
@@ -53,8 +53,8 @@ def identify(
         Fields of the model; they begin at the model's values.
     problem : Problem
         Problem with a model.
-    part : int or sequence of int, optional
-        Numbers (unit 1) of the parts. Default: all.
+    part : int, str or sequence of them, optional
+        Numbers (unit 1) of the parts, or their words in the file. Default: all.
     throw : bool
         Raise when the readings do not determine the fields, or no model can have them; else the status says
         so.

@@ -134,17 +134,28 @@ def _whole(
         _refuse_mistakes(columns, blocks, found[0], rules, where)
     else:
         notes = [*notes, "plausible=False: units are not held against what a machine can mean"]
-    sizes = [block.time.size for block in blocks]
-    source = _source(files, found, columns, blocks, rules, notes)
+    sizes, names = [block.time.size for block in blocks], _names(blocks)
+    source = _source(files, found, columns, blocks, names, rules, notes)
     _warn_of_missing(source, sum(sizes), where)
     return Recorded(
         np.concatenate([block.time for block in blocks]),
         np.repeat(np.arange(len(blocks)), sizes),
         columns,
         {each.column: unit_of_name(each.name) for each in asked},
-        tuple(block.label or str(k) for k, block in enumerate(blocks)),
+        names,
         source,
     )
+
+
+def _names(blocks: list[PartRows]) -> tuple[str, ...]:
+    """Words of each part, else its number; words that return, as of files of one name, are counted."""
+    names: dict[str, None] = {}
+    for k, block in enumerate(blocks):
+        name, again = block.label or str(k), 2
+        while name in names:
+            name, again = f"{block.label or k} ({again})", again + 1
+        names[name] = None
+    return tuple(names)
 
 
 def _refuse_mistakes(
@@ -179,6 +190,7 @@ def _source(
     found: list[Taken],
     columns: Mapping[str, Column],
     blocks: list[PartRows],
+    names: tuple[str, ...],
     rules: Rules,
     notes: list[str],
 ) -> Source:
@@ -192,7 +204,7 @@ def _source(
         len(blocks),
         rows,
         rows - kept,
-        tuple((k, *gap) for k, block in enumerate(blocks) for gap in gaps(block)),
+        tuple((name, *gap) for name, block in zip(names, blocks, strict=True) for gap in gaps(block)),
         rules.commands_at,
         tuple(notes),
     )

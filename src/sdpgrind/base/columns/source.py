@@ -58,7 +58,7 @@ class Source:
     rows_read, rows_left_out : int
         Rows of the files, and equal or merged ones among them, unit 1.
     gaps : tuple
-        Steps of more than three medians: part, time (s), length (s).
+        Steps of more than three medians: words of the part, time (s), length (s).
     commands_at : str
         When commands of a row hold: "begin", "end" or "centre"; "": not of a profile.
     notes : tuple of str
@@ -70,7 +70,7 @@ class Source:
     parts: int
     rows_read: int
     rows_left_out: int = 0
-    gaps: tuple[tuple[int, float, float], ...] = ()
+    gaps: tuple[tuple[str, float, float], ...] = ()
     commands_at: str = "begin"
     notes: tuple[str, ...] = ()
 
@@ -84,7 +84,7 @@ class Source:
         told: dict[str, Any] = json.loads(text)
         told["files"] = tuple(FileNote(**each) for each in told["files"])
         told["columns"] = tuple(ColumnNote(**each) for each in told["columns"])
-        told["gaps"] = tuple((part, time, step) for part, time, step in told["gaps"])
+        told["gaps"] = tuple((str(part), time, step) for part, time, step in told["gaps"])
         return cls(**told | {"notes": tuple(told["notes"])})
 
     def __str__(self) -> str:
@@ -104,7 +104,7 @@ class Source:
         ]
         if self.gaps:
             told = ", ".join(
-                f"{step:.4g} s at {time:.6g} s of part {k}" for k, time, step in self.gaps[:_MOST_GAPS]
+                f"{step:.4g} s at {time:.6g} s of part {part}" for part, time, step in self.gaps[:_MOST_GAPS]
             )
             more = len(self.gaps) - _MOST_GAPS
             lines.append(

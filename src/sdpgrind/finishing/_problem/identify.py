@@ -15,7 +15,7 @@ def identify(
     what: str,
     *,
     axis: TorqueAxis | None = None,
-    part: int | Sequence[int] | None = None,
+    part: int | str | Sequence[int | str] | None = None,
     until: float | None = None,
     throw: bool = True,
 ) -> Estimate:
@@ -41,8 +41,8 @@ def identify(
         Quantity to estimate.
     axis : TorqueAxis, optional
         Believed inertia (kg m^2) and torque constant (N m/A).
-    part : int or sequence of int, optional
-        Parts of a log to use, unit 1. Default: all.
+    part : int, str or sequence of them, optional
+        Parts of a log to use: numbers (unit 1), or words of the file. Default: all.
     until : float, optional
         End of the data to use, s.
     throw : bool

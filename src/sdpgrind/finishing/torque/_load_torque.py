@@ -55,7 +55,7 @@ def identify_load_torque(
     data: Any,
     axis: TorqueAxis,
     *,
-    part: int | Sequence[int] | None = None,
+    part: int | str | Sequence[int | str] | None = None,
     until: float | None = None,
     throw: bool = True,
 ) -> idf.Estimate:
@@ -75,8 +75,8 @@ def identify_load_torque(
     axis : TorqueAxis
         Believed J and k_t: a relative error of J acts on T_L less the torque of the current, one of k_t on
         that torque.
-    part : int or sequence of int, optional
-        Parts of a log. Default: all, pooled by their variances.
+    part : int, str or sequence of them, optional
+        Parts of a log: numbers (unit 1), or words of the file. Default: all, pooled by their variances.
     until : float, optional
         End of the free motion (touch-down), s.
     throw : bool

@@ -1,0 +1,93 @@
+"""Words of a file for its parts: on the page, in messages, in what is written, in what is asked for."""
+
+import re
+
+import numpy as np
+import pytest
+
+import hwsim
+import sdpgrind
+from hwsim._report.every_part import outcomes
+from sdpgrind import identify, plunge
+
+TIME = np.arange(6) * 0.1
+TABLE = {
+    "t [s]": np.tile(TIME, 2),
+    "X [um]": np.concatenate([10.0 * TIME, 20.0 * TIME]),
+    "Teil-Nr.": np.repeat(["W-1042", "W-1041"], 6),
+}
+
+
+def read(table=TABLE, **options):
+    return hwsim.Log.read(table, time="t", part="Teil-Nr.", size="X", **options)
+
+
+def test_the_page_names_each_part_with_its_duration_and_ranges():
+    told = read().report()
+    heads = r"^part +duration \[s\] +rows +size, least \[µm\] +size, greatest \[µm\]$"
+    assert re.search(heads, told, re.M)
+    assert re.search(r"^W-1042 +0\.5000 +6 +0 +5\.00$", told, re.M)
+    assert re.search(r"^W-1041 +0\.5000 +6 +0 +10\.00$", told, re.M)
+
+
+def test_what_is_written_reads_back_with_the_same_words(tmp_path):
+    log = read()
+    log.to_csv(tmp_path / "log.csv")
+    again = hwsim.Log.read(tmp_path / "log.csv", time="time", part="part", size="size")
+    assert again["data"].attrs["labels"] == ["W-1042", "W-1041"] == again.outcome.attrs["labels"]
+    assert again.outcome.equals(log.outcome) and again["data"].equals(log["data"])
+    log.to_csv(tmp_path / "parts.csv", table="outcome")
+    lines = (tmp_path / "parts.csv").read_text().splitlines()
+    assert lines == ["part,duration [s],rows [1]", "W-1042,0.5,6.0", "W-1041,0.5,6.0"]
+
+
+def test_the_words_are_kept_in_a_saved_log(tmp_path):
+    read().save(tmp_path / "log.nc")
+    assert sdpgrind.load(tmp_path / "log.nc").outcome.attrs["labels"] == ["W-1042", "W-1041"]
+
+
+def test_a_part_is_asked_for_by_its_words():
+    log = read()
+    by_name, by_number = (
+        identify.readings(log, {"size": "mm"}, tier="data", each="rows", part=part) for part in ("W-1041", 1)
+    )
+    assert by_name["size"].tolist() == by_number["size"].tolist() == (0.02 * TIME).tolist()
+    both = identify.readings(log, {"size": "mm"}, tier="data", each="rows", part=["W-1041", 0])
+    assert both["size"].size == 12
+    with pytest.raises(ValueError, match=r"part must be one of W-1042, W-1041; got 'W-1040'"):
+        identify.readings(log, {"size": "mm"}, tier="data", each="rows", part="W-1040")
+    with pytest.raises(ValueError, match="part must be one of 0, 1; got 2"):
+        identify.readings(log, {"size": "mm"}, tier="data", each="rows", part=2)
+
+
+def test_a_message_and_a_gap_name_the_part():
+    log = read()
+    labels = [one.label for one in identify.series(log, {"size": "mm"}, tier="data")]
+    assert labels == ["part W-1042", "part W-1041"]
+    late = TABLE | {"t [s]": np.concatenate([TIME, [0.0, 0.1, 0.2, 0.3, 0.4, 1.4]])}
+    source = read(late).source
+    assert source.gaps == (("W-1041", 0.4, pytest.approx(1.0)),) and "1 s at 0.4 s of part W-1041" in str(
+        source
+    )
+
+
+def test_files_of_one_name_are_told_apart(tmp_path):
+    paths = []
+    for folder in ("monday", "tuesday"):
+        (tmp_path / folder).mkdir()
+        paths.append(tmp_path / folder / "run.csv")
+        paths[-1].write_text("t [s],X [um]\n0,0\n1,10\n")
+    log = hwsim.Log.read(paths, time="t", size="X")
+    assert log["data"].attrs["labels"] == ["run", "run (2)"]
+
+
+def test_every_part_shows_time_and_flags_and_no_copy_of_a_column():
+    problem = plunge.preset("simulation")
+    log = hwsim.run(hwsim.PlungeGrinder(problem), plunge.CycleController(problem), parts=3, rng=0)
+    log.outcome["time"][:] = 12.0
+    log.outcome["burned"][:] = 1.0
+    log.outcome["copy"] = log.outcome["roundness"]
+    log.outcome["constant"] = ("part", np.ones(3), {"units": "1"})
+    columns = {each.name: each.values for each in outcomes(log, 3)}
+    assert columns["time"] == (12.0, 12.0, 12.0) and columns["burned"] == (1.0, 1.0, 1.0)
+    assert "roundness" in columns and "copy" not in columns and "constant" not in columns
