@@ -22,9 +22,11 @@ def page(
     sentences: Sequence[str],
     figure: Figure | None,
     stakes: Sequence[Stake],
+    data: Sequence[str] = (),
 ) -> str:
-    """Return the page of doubts; see `Doubts` for its parts."""
-    blocks = [f"Doubts: {subject}\n{fill(summary(rows), _WIDE)}", _table(told_rows(rows))]
+    """Return the page of doubts; see `Doubts` for its parts; `data`: lines on their origin."""
+    verdict_lines = [f"Doubts: {subject}", *data, fill(summary(rows), _WIDE)]
+    blocks = ["\n".join(verdict_lines), _table(told_rows(rows))]
     blocks += ["\n".join(map(_filled, group)) for group in remarks(rows, sentences)]
     if figure:
         cells = stake_cells(figure, stakes)

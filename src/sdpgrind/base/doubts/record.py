@@ -11,7 +11,9 @@ import numpy as np
 
 from sdpgrind.base import pictures
 from sdpgrind.base.by_name import called
+from sdpgrind.base.columns.source import Source
 from sdpgrind.base.doubts.alignment import Alignment
+from sdpgrind.base.doubts.asked_of import asked_of, data_lines
 from sdpgrind.base.doubts.rows import Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake
 from sdpgrind.base.records import Record, whole_file
@@ -51,6 +53,10 @@ class Doubts(Reported, Record):
     stakes : tuple
         The plan solved again at both ends of each interval, largest change first: ``name``, ``low``,
         ``high``, and the figure ``at_low``, ``at_high``.
+    source : Source or None
+        Origin of the data: files with their SHA-256; None: not read from a file.
+    parts : tuple of str
+        Words of the file for the parts of the data; empty: not known.
 
     Examples
     --------
@@ -77,9 +83,12 @@ class Doubts(Reported, Record):
         aligned: Alignment | None = None,
         figure: Figure | None = None,
         stakes: Sequence[Stake] = (),
+        source: Source | None = None,
+        parts: Sequence[str] = (),
     ) -> None:
         self.subject, self.rows, self.sentences = subject, tuple(rows), tuple(sentences)
         self.aligned, self.figure, self.stakes = aligned, figure, tuple(stakes)
+        self.source, self.parts = source, tuple(parts)
 
     @property
     def alignment(self) -> str:
@@ -133,13 +142,24 @@ class Doubts(Reported, Record):
             name: ("row", [str(getattr(row, name)) for row in self.rows])
             for name in ("name", "unit", "verdict")
         }
-        held = [self.subject, self.rows, self.sentences, self.aligned, self.figure, self.stakes]
+        source = self.source and self.source.to_json()
+        held = [
+            self.subject,
+            self.rows,
+            self.sentences,
+            self.aligned,
+            self.figure,
+            self.stakes,
+            source,
+            self.parts,
+        ]
         return xr.Dataset(columns | names, attrs={"doubts": json.dumps(held)})
 
     @classmethod
     def restored(cls, dataset: "xr.Dataset") -> Self:
         """Return the doubts of a `dataset` read from a file, values in their units."""
-        subject, rows, sentences, aligned, figure, stakes = json.loads(dataset.attrs["doubts"])
+        subject, rows, sentences, aligned, figure, stakes, *data = json.loads(dataset.attrs["doubts"])
+        source, parts = data or (None, ())  # not in files of earlier versions
         return cls(
             subject,
             [Doubt(*row) for row in rows],
@@ -147,12 +167,14 @@ class Doubts(Reported, Record):
             aligned and Alignment(*aligned),
             figure and Figure(*figure),
             [Stake(*stake) for stake in stakes],
+            source and Source.from_json(source),
+            parts,
         )
 
     def __str__(self) -> str:
         from sdpgrind.base.doubts.page import page
 
-        return page(self.subject, self.rows, self.sentences, self.figure, self.stakes)
+        return page(self.subject, self.rows, self.sentences, self.figure, self.stakes, data_lines(self))
 
     def __repr__(self) -> str:
         counts = [(word, sum(row.verdict == word for row in self.rows)) for word in ("agrees", "differs")]
@@ -166,4 +188,5 @@ def asked(function: str, problem: Any, data: Any) -> Doubts:
     A problem does not import what identifies its model.
     """
     found: Doubts = called(function, problem, data)
+    found.source, found.parts = asked_of(data)
     return found

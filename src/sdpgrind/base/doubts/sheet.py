@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import notebook
+from sdpgrind.base.doubts.asked_of import data_lines
 from sdpgrind.base.doubts.page import (
     believed,
     named,
@@ -25,7 +26,7 @@ HEADS = ("value", "believed", "told by the data (95 %)", "verdict")
 
 def blocks(doubts: Any) -> Iterator[Block]:
     """Yield summary, table of intervals, and what else the text says."""
-    yield Sentences([summary(doubts.rows)], strong=True)
+    yield Sentences([*data_lines(doubts), summary(doubts.rows)], strong=True)
     amounts = []
     for row in told_rows(doubts.rows):
         interval = Interval(row.told, (row.high - row.low) / 2)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sdpgrind.base.columns.source import Source
 from sdpgrind.base.sheets import page
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Blanks, Block, Embedded, Heading, Picture, Sentences
@@ -26,8 +27,11 @@ def report(record: Any, path: str | os.PathLike[str] | None, more: tuple[Block, 
 
 
 def title_of(record: Any) -> str:
-    """Return the title of a record, else its kind in words."""
-    return record._title or str(record.kind).replace(".", " ").replace("_", " ").capitalize()
+    """Return the title of a record, else its kind in words; with the file from which its data are."""
+    title = record._title or str(record.kind).replace(".", " ").replace("_", " ").capitalize()
+    source = getattr(record, "source", None)
+    files = [note.name for note in source.files if note.sha256] if isinstance(source, Source) else []
+    return f"{title}: {', '.join(files[:1])}{' ...' * (len(files) > 1)}" if files else title
 
 
 def headline_of(record: Any) -> str:
