@@ -136,6 +136,21 @@ def test_a_change_is_found_and_named(page, written, changed, named):
     assert found and re.search(named, " ".join(found)), found
 
 
+def test_a_changed_text_of_the_data_is_told_as_it_reads():
+    page = html("Ring", [Heading("Limits"), Sentences(["RONt (LSC) 4.64 ± 0.09 µm: kept"])])
+    data = page.index('id="page">')
+    for written, told in [
+        ("RONt", "data of a sentence below 'Limits': \"XONt (LSC) 4.64 ± 0.09 µm: kept\" is not what"),
+        ("Limits", "data of a heading below 'Ring': \"Ximits\" is not what"),
+        ("Ring", 'data of the title: "Xing" is not what'),
+    ]:
+        at = page.index(written, data)
+        found = seal.changes(f"{page[:at]}X{page[at + 1 :]}")
+        assert any(told in sentence for sentence in found), found
+    found = seal.changes(page.replace("<title>Ring", "<title>Rind"))
+    assert found == ["title of the window: the page has 'Rind', its data say 'Ring'"]
+
+
 def test_every_digit_of_the_texts_counts(page):
     """Each digit that a reader sees, changed by one, one after another."""
     start, end = page.index("<h1>"), page.index("<footer>")

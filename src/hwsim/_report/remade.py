@@ -25,6 +25,12 @@ _PACKAGES = {
 }
 
 
+_MEASURED = {
+    "centering.profile": "a measured profile",
+    "identify.doubts": "a page of doubts on measured data",
+}
+
+
 def refuse_unable(data: Mapping[str, Any]) -> None:
     """Refuse a page from which nothing can be made again, with the reason."""
     if reason := _of_log(data[JOB]) if JOB in data else _of_plan(data):
@@ -35,7 +41,8 @@ def _of_plan(data: Mapping[str, Any]) -> str:
     if PLAN not in data:
         return "this one holds neither a run nor a plan"
     if (kind := data[PLAN]["kind"]) not in _PACKAGES:
-        return f"this one is of a plan of its own kind, {kind}"
+        told = _MEASURED.get(kind)
+        return f"{told} cannot be made again" if told else f"this one is of a plan of its own kind, {kind}"
     return "" if "problem" in data else "the problem of this one holds functions of its own"
 
 

@@ -18,6 +18,11 @@ _SHORT = 6  # hexadecimal digits of a number's digest; chosen: 1 change in 16 mi
 _MOST = 20_000  # numbers with digests of their own; chosen: these take a twelfth of a page of 1.5 MB
 _SVG = re.compile(r"<svg\b.*?</svg>", re.DOTALL)
 _NO_DATA = ("style", "title")  # elements whose text is neither shown in the page nor data
+_WORDS = {
+    "lines": "a sentence", "table": "the caption of a table", "heads": "the head of a table",
+    "amounts": "a column of a table", "picture": "the caption of a picture", "missing": "a picture left out",
+    "listing": "a listing", "heading": "a heading", "blanks": "a blank",
+}  # fmt: skip
 _UNSAFE = re.compile(r"<(?=!|script)", re.IGNORECASE)
 
 
@@ -121,14 +126,18 @@ def _changed_part(name: str, value: Any, leaves: str) -> str:
     for k, (path, leaf) in enumerate(found if leaves else ()):
         if _short(leaf) != leaves[_SHORT * k : _SHORT * (k + 1)]:
             where = _place(value, path) if name == PAGE else f"data {name!r}, {'.'.join(map(str, path))}"
-            return f"{where}: {leaf} is not what was written"
+            told = json.dumps(json.loads(leaf), ensure_ascii=False)
+            return f"{where}: {told} is not what was written"
     return f"data {name!r}: not as it was written"
 
 
 def _place(page: Any, path: tuple[Any, ...]) -> str:
-    """Words for the place of a number in the data of the page's tables."""
+    """Words for the place of a number or a text in the data of the page."""
+    if len(path) < 3:
+        return f"data of the {path[0]}"
     if len(path) < 6 or path[2] != "amounts":
-        return f"data of the page, {'.'.join(map(str, path))}"
+        headings = [block["heading"] for block in page["blocks"][: path[1]] if "heading" in block]
+        return f"data of {_WORDS.get(path[2], path[2])} below {(headings or [page['title']])[-1]!r}"
     table = page["blocks"][path[1]]
     amounts = table["amounts"][path[3]]
     return f"data of table {table['table']!r}, {amounts['heading'] or amounts['name']}, value {path[5] + 1}"
@@ -146,6 +155,8 @@ def _changed_pictures(pictures: list[str], digests: list[dict[str, str]]) -> Ite
 def _changed_texts(texts: list[str], scripts: dict[str, str]) -> Iterator[str]:
     """Compare what a reader sees with what the page's data say."""
     plain = json.loads(scripts[PAGE])
+    if (window := scripts.get("title", "").strip()) != plain["title"].strip():
+        yield f"title of the window: the page has {window!r}, its data say {plain['title']!r}"
     seen = [text.strip() for text in texts if text.strip()]
     wanted = [(where, text.strip()) for where, text in page_texts(plain) if text.strip()]
     for (where, text), shown in zip(wanted, seen, strict=False):
