@@ -114,13 +114,24 @@ def halved(*, progress=None):
 def test_a_long_verb_is_heard_in_a_pipe_without_being_asked(monkeypatch, every, told):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     monkeypatch.setattr(progress, "EVERY", every)
+    monkeypatch.setattr(progress, "_FIRST", every)
     halved()
     assert sys.stderr.getvalue() == told
 
 
+def test_the_first_line_that_nobody_asked_for_comes_sooner_than_the_next(monkeypatch):
+    clock = iter([100.0, 104.9, 105.1, 105.1, 113.9, 114.2, 114.2])  # s
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(clock))
+    line = progress.UnaskedLine()
+    for share in (0.1, 0.2, 0.3, 0.4):
+        line(share, "solving")
+    assert sys.stderr.getvalue() == " 20 % solving\n 40 % solving\n"
+
+
 def test_a_verb_goes_on_where_nobody_reads(monkeypatch):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
-    monkeypatch.setattr(progress, "EVERY", 0.0)
+    monkeypatch.setattr(progress, "_FIRST", 0.0)
     sys.stderr.close()
     halved()
     monkeypatch.setattr(sys, "stderr", None)

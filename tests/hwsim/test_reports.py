@@ -1,5 +1,6 @@
 """Pages of logs: the worst part is on top, a difference from the plan has a reason, a changed digit is found."""
 
+import hashlib
 import json
 import math
 import re
@@ -11,6 +12,7 @@ import pytest
 from scipy import stats
 
 import hwsim
+import sdpgrind
 from hwsim._log.fingerprint import fingerprint
 from hwsim._report.charged import least_of, likeness, worst_parts
 from hwsim._report.job import made_again
@@ -179,6 +181,19 @@ def test_a_comparison_has_a_page(tmp_path):
         refuse_unable({"job": data_of(tmp_path / "both.html", "job")})
 
 
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        ("centering.profile", "a measured profile cannot be made again"),
+        ("identify.doubts", "a page of doubts on measured data cannot be made again"),
+        ("sdp.policy", "this one is of a plan of its own kind, sdp.policy"),
+    ],
+)
+def test_what_cannot_be_made_again_is_named(kind, told):
+    with pytest.raises(ValueError, match=told):
+        refuse_unable({"plan": {"kind": kind, "arrays": ""}})
+
+
 def test_a_comparison_tells_scrap_in_its_verdict(cycle):
     problem = cycle.problem
     careful = plunge.CycleController(problem, safety_margin=0.05 * problem.stock)
@@ -324,6 +339,22 @@ def test_doubts_have_a_page_and_stand_on_that_of_their_log(tmp_path):
     assert doubts.report().startswith("Doubts\n") and str(log.source) in log.report(problem=problem)
     assert "<td>time_constant [s]</td>" in doubts._repr_html_()
     html5lib.HTMLParser(strict=True).parse("<!DOCTYPE html><title>t</title>" + doubts._repr_html_())
+
+
+def test_doubts_name_file_digest_and_parts(tmp_path):
+    time = np.arange(60) * 0.05
+    rows = [f"{part};{t:.2f};{0.04 * t:.5f};0.04" for part in ("W-1", "W-2", "W-3") for t in time]
+    path = tmp_path / "shaft.csv"
+    path.write_text("\n".join(["Teil;t [s];X [mm];v [mm/s]", *rows]) + "\n")
+    log = hwsim.Log.read(path, time="t", part="Teil", size="X", command_rate="v")
+    table, digest = log["data"], hashlib.sha256(path.read_bytes()).hexdigest()
+    whole = plunge.preset("simulation").doubts(log)
+    one = plunge.preset("simulation").doubts(table.isel(row=np.flatnonzero(table.part.values == 1)))
+    assert f"\nData: shaft.csv, SHA-256 {digest}\nParts: W-1, W-2, W-3\n" in str(whole)
+    assert f"\nData: shaft.csv, SHA-256 {digest}\nPart: W-2\n" in one.report()
+    assert one.report().startswith("Doubts: shaft.csv\n")
+    one.save(tmp_path / "doubts.nc")
+    assert str(sdpgrind.load(tmp_path / "doubts.nc")) == str(one)
 
 
 def test_the_page_of_a_file_tells_what_was_read_and_invents_no_verdict():

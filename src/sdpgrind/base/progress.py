@@ -18,6 +18,7 @@ from typing import Any, ParamSpec, Protocol, Self, TextIO, TypeVar, cast
 from sdpgrind.base import checks
 
 EVERY = 9.0  # s between lines in a pipe; chosen: a busy machine still keeps silence below 10 s
+_FIRST = 5.0  # s until the first line in a pipe that nobody asked for; chosen: then a user wonders
 _REDRAW = 1.0  # s between lines on a terminal without news; chosen: the time left goes on
 _LEAST = 0.03  # chosen: share from which on a time left is shown; a smaller one says little
 
@@ -93,7 +94,7 @@ class UnaskedLine:
     def __init__(self) -> None:
         self._stream = unasked()
         self._terminal = self._stream is not None and self._stream.isatty()
-        self._due = time.monotonic() + (_REDRAW if self._terminal else EVERY)
+        self._due = time.monotonic() + (_REDRAW if self._terminal else _FIRST)
 
     def __call__(self, share: float, text: str) -> None:
         """Show `share` (0..1) and `text`."""
