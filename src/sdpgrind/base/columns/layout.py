@@ -9,6 +9,7 @@ from sdpgrind.base.columns.guess import TextGuess, guess_of, numeric_columns
 from sdpgrind.base.columns.headings import first_row, headings_of
 from sdpgrind.base.columns.lines import Text
 from sdpgrind.base.columns.sheet import ColumnHead, TextLayout
+from sdpgrind.base.columns.signs import has_sign, telling_lines
 
 SEPARATORS = (";", "\t", ",", "|", " ")
 _FOOT = 5  # chosen: a longer foot is a second table
@@ -30,10 +31,8 @@ def frame_of(text: Text, missing: Collection[str] = ()) -> Frame:
     told, lines = _told_separator(text.head)
     separators = [told] if told else _present(lines)
     best, twin = _best(text, lines, separators, missing)
-    if twin is not None and (twin.told, twin.grouped) == (best.told, best.grouped):
-        lines = [*lines, *text.with_commas]  # whole numbers so far
-        best, twin = _best(text, lines, (best.separator,), missing)
-    _refuse_two_meanings(text.file, best, twin)
+    if twin is not None and twin.told == best.told:
+        best = _told_by_all(text, lines, best, twin, missing)
     numeric = numeric_columns(best)
     first = first_row(lines, best, numeric)
     last = _end(text, best, numeric, first)
@@ -130,22 +129,40 @@ def _told_separator(lines: Sequence[str]) -> tuple[str, list[str]]:
     return "", list(lines)
 
 
+def _told_by_all(
+    text: Text, lines: Sequence[str], best: TextGuess, twin: TextGuess, missing: Collection[str]
+) -> TextGuess:
+    """The one of two guesses, of equal decimals in the head, that the whole text tells."""
+    if not twin.grouped and not has_sign(text, best.separator):
+        return best  # whole numbers
+    told = [*lines, *telling_lines(text, best.separator)]
+    whole, other = _best(text, told, (best.separator,), missing)
+    _refuse_two_meanings(text.file, whole, other)
+    return best if best.decimal == whole.decimal else twin
+
+
 def _refuse_two_meanings(file: str, best: TextGuess, twin: TextGuess | None) -> None:
     """Refuse numbers such as 1,234 that may be decimals or groups of three.
 
-    A comma between ``;`` and a point are decimals, unless numbers beside them in the column are whole.
+    A comma between ``;`` and a point are decimals, unless numbers beside them in the column are whole, or
+    the other sign is there as well.
     """
     if twin is None or twin.told != best.told or not twin.grouped:
         return
-    usual = best.decimal == "." or best.separator == ";"
+    usual = not best.grouped and (best.decimal == "." or best.separator == ";")
     if usual and not any(map(_is_grouped, zip(*(twin.rows[k] for k in twin.run), strict=True))):
         return
     cell = next(cell for k in twin.run for cell in twin.rows[k] if cells.kind(cell, twin.decimal) == "g")
     sign = best.decimal
+    separator = best.separator.replace(" ", "[ ]+")
+    calls = [
+        f"hwsim.Log.read(pandas.read_csv({file!r}, sep={separator!r}, decimal={each.decimal!r},"
+        f" thousands={other.decimal!r}), ...)"
+        for each, other in ((best, twin), (twin, best))
+    ]
     raise ValueError(
         f"{file} must show its decimal sign; {cell!r} may be {cell.replace(sign, '.')} or"
-        f" {cell.replace(sign, '')}: hwsim.Log.read(pandas.read_csv({file!r}, sep={best.separator!r},"
-        " decimal=... or thousands=...), ...)"
+        f" {cell.replace(sign, '')}: {' or '.join(calls)}"
     )
 
 
@@ -154,7 +171,7 @@ def _is_grouped(column: Sequence[str]) -> bool:
     above = {cell for cell in column if _ABOVE.fullmatch(cell)}
     below = {cell for cell in column if _BELOW.fullmatch(cell)}
     others = any(cell.strip("+-0") for cell in set(column) - above - below)
-    return len(above) > 1 and bool(below) and not others
+    return bool(above) and bool(below) and not others
 
 
 def _end(text: Text, guess: TextGuess, numeric: Sequence[bool], first: int) -> int:

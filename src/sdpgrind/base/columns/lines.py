@@ -37,20 +37,6 @@ class Text:
         """The first lines."""
         return [self.line(k) for k in range(min(_HEAD, len(self)))]
 
-    @cached_property
-    def with_commas(self) -> list[str]:
-        """The first lines below the head that hold a comma."""
-        found: list[str] = []
-        line = min(_HEAD, len(self))
-        while line < len(self) and len(found) < _HEAD:
-            place = self.data.find(b",", self.begin(line))
-            if place < 0:
-                break
-            line = int(np.searchsorted(self.ends, place))
-            found.append(self.line(line))
-            line += 1
-        return found
-
 
 def _in_utf8(file: str, raw: bytes) -> tuple[bytes, str]:
     """Bytes in UTF-8 with one kind of ends of lines, and the encoding that they had."""
