@@ -19,7 +19,8 @@ def amount(value: float, unit: str, digits: int = 2) -> str:
 def in_one_unit(values: Sequence[float], unit: str, digits: int = 2) -> list[str]:
     """Return values with the unit of the least of them, as they are compared; see `amount`."""
     factor, unit = scale_of(unit, min(map(abs, values)))
-    return [f"{significant(factor * value, digits)} {'' if unit == '1' else unit}".rstrip() for value in values]
+    shown = "" if unit == "1" else unit
+    return [f"{significant(factor * value, digits)} {shown}".rstrip() for value in values]
 
 
 def share(excess: float) -> str:
