@@ -16,7 +16,9 @@ problem = plunge.preset("simulation").replace(
     burning_sd=0.03, diffusivity_sd=0.05, drive=plunge.Drive(feed_lag=0.05, feed_delay=0.04)
 )
 safe = plunge.plan(problem, confidence=0.999)
-print(f"{plunge.plan(problem).time:.2f} s with all values exact, {safe.time:.2f} s with their doubts; of these:")
+print(
+    f"{plunge.plan(problem).time:.2f} s with all values exact, {safe.time:.2f} s with their doubts; of these:"
+)
 for name, seconds in safe.price.items():
     print(f"{name:15s} {seconds:5.2f} s")
 
