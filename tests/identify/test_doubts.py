@@ -30,6 +30,22 @@ def test_the_chance_is_that_of_the_interval(freedom):
     assert rows.compared(found, "tau", 1.7).chance == pytest.approx(2 * law.cdf(-3.0), rel=1e-9)
 
 
+def test_an_interval_ends_at_a_physical_bound():
+    found = estimate(1.0, 0.8)
+    assert rows.compared(found, "tau", 1.0).low < 0.0 == rows.compared(found, "tau", 1.0, least=0.0).low
+    assert rows.compared(found, "tau", 1.0, least=0.0).high == found.interval()[0, 1]
+
+
+def test_a_reason_without_a_plan_has_few_digits():
+    def solved(name, value):
+        raise ValueError(f"{name} must be > 0, or 0.125; got {value!r}")
+
+    (found,) = stakes(
+        [Doubt("a", "s", 1.0, 1.0, -0.9827968067509945, 2.0, "agrees")], Figure("t", "s", 1.0), solved
+    )
+    assert found.reason == "a must be > 0, or 0.125; got -0.9828"
+
+
 def test_what_is_not_told():
     assert rows.compared(estimate(1.0, 1.1), "tau", 1.0).verdict == "not told"
     assert rows.compared(estimate(0.0, 0.1), "tau", 0.0).verdict == "not told"

@@ -190,6 +190,20 @@ def test_a_linear_lag_as_advised_is_the_only_lag_of_the_problem():
     assert advised.time_constant == plunge.identify(data, "time_constant")["time_constant"]
 
 
+def test_an_interval_ends_at_zero_and_has_no_plan_there():
+    """Two parts that differ much: Student's interval of one degree of freedom reaches below 0."""
+    apart = [of_the_model(NOMINAL.replace(stiffness=stiffness), 5e-5, 0) for stiffness in (7000.0, 9500.0)]
+    both = {name: np.concatenate([part[name] for part in apart]) for name in apart[0]}
+    both["part"] = np.repeat([0, 1], ROWS)
+    told = plunge.identify(both, "normal_force_ratio", problem=NOMINAL)
+    doubts = NOMINAL.doubts(both)
+    row = doubts["normal_force_ratio"]
+    assert told.interval()[0, 0] < 0 == row.low < row.told and row.high == told.interval()[0, 1]
+    (stake,) = [stake for stake in doubts.stakes if stake.name == row.name]
+    assert np.isnan(stake.at_low) and stake.reason == "normal_force_ratio must be > 0; got 0.0"
+    assert "(0 to " in doubts.report()
+
+
 def test_the_plan_follows_what_doubts_say_of_the_lag():
     """By `updated`, and as a linear lag by `replace`, as the sentence says it."""
     data = file(1.4, "begin", 3e-4, 0.0, np.random.default_rng(11))

@@ -141,23 +141,6 @@ def test_the_samples_of_one_machine_tell_the_same_contact():
         assert other[what] == pytest.approx(one[what], abs=0.1 * one.sd[0])
 
 
-def test_no_interval_of_a_positive_value_reaches_zero():
-    """Faint readings, and parts that differ: told with an interval above 0, or not at all."""
-    told = []
-    for seed in range(12):
-        faint = ground(NOMINAL, sd=2e-2, seed=seed, power_sd=1.0)
-        for what in ("normal_force_ratio", "wear_flat_area", "time_constant"):
-            fit = plunge.identify(faint, what, problem=NOMINAL)
-            told.append(fit.ok)
-            assert not fit.ok or fit.interval()[0][0] > 0, what
-    assert any(told) and not all(told)
-    apart = [ground(NOMINAL, scale=scale, sd=1e-5) for scale in (0.5, 2.0)]
-    both = {name: np.concatenate([part[name] for part in apart]) for name in apart[0]}
-    both["part"] = np.repeat([0, 1], [part["time"].size for part in apart])
-    fit = plunge.identify(both, "normal_force_ratio", problem=NOMINAL)
-    assert not fit.ok and "its values of the parts differ too much" in fit.message
-
-
 def test_the_linear_model_holds_about_one_rate():
     """With deflection by force the linear lag of roughing is shorter than that of spark-out."""
     model = NOMINAL.model

@@ -48,13 +48,24 @@ class Doubt(NamedTuple):
         return self.verdict in (AGREES, DIFFERS)
 
 
-def compared(estimate: Any, name: str, believed: float, *, note: str = "", scale: float = 0.0) -> Doubt:
-    """Row of a value of an `Estimate`; `scale`: size against which its standard deviation is small or not."""
+def compared(
+    estimate: Any,
+    name: str,
+    believed: float,
+    *,
+    note: str = "",
+    scale: float = 0.0,
+    least: float = -np.inf,
+) -> Doubt:
+    """Row of a value of an `Estimate`; `scale`: size against which its standard deviation is small or not.
+
+    `least`: value that the quantity cannot be below, where the interval ends.
+    """
     k = estimate.names.index(name)
     unit, value, sd = estimate.units[k], float(estimate.value[k]), float(estimate.sd[k])
     if not estimate.ok or not np.isfinite(sd):
         return untold(name, unit, believed, reason(estimate.message))
-    low, high = (float(end) for end in estimate.interval()[k])
+    low, high = (max(float(end), least) for end in estimate.interval()[k])
     if sd > _LOOSE * max(abs(value), scale):
         return Doubt(name, unit, believed, value, low, high, NOT_TOLD, note=note)
     chance = _chance(

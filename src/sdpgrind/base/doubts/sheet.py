@@ -21,6 +21,8 @@ from sdpgrind.base.doubts.page import (
 from sdpgrind.base.sheets.amounts import Amounts, Interval
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Sentences
 
+_ROUNDING = 1e-9  # chosen: an interval is cut at a bound where its halves differ by more
+
 HEADS = ("value", "believed", "told by the data (95 %)", "verdict")
 
 
@@ -29,7 +31,9 @@ def blocks(doubts: Any) -> Iterator[Block]:
     yield Sentences([*data_lines(doubts), summary(doubts.rows)], strong=True)
     amounts = []
     for row in told_rows(doubts.rows):
-        interval = Interval(row.told, (row.high - row.low) / 2)
+        half = row.high - row.told
+        ended = row.told - row.low < (1 - _ROUNDING) * half
+        interval = Interval(row.told, half, row.low if ended else -np.inf)
         amounts.append(Amounts.of(row.name, [row.believed, interval, verdict(row)], row.unit))
     if amounts:
         yield AmountTable("What the data tell", amounts, HEADS)

@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Sequence
 
+from sdpgrind.base import checks
 from sdpgrind.base.doubts.rows import Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
 from sdpgrind.plunge._model.problem import CycleProblem, with_time_constant
@@ -22,6 +23,9 @@ def of_plan(problem: CycleProblem, rows: Sequence[Doubt]) -> tuple[Figure, tuple
 
 def _with(problem: CycleProblem, name: str, value: float) -> float | None:
     """Time of the cycle with another value, s; None: it does not depend on it."""
+    if name not in ("time_constant", *_OF_THE_PLAN):
+        return None
+    checks.positive(name, value)  # an interval may end at 0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if name == "time_constant" and problem.model.linear_time_constant is None:

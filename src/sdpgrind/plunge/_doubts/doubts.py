@@ -106,20 +106,24 @@ def _into_the_plan(problem: CycleProblem, tau: Estimate, by_model: bool) -> list
 def _told(problem: CycleProblem, each: tuple[Cycle, ...], tau: Estimate, law: str) -> list[Doubt]:
     """Rows of the values that sizes, commands and powers may tell; `law`: that of the time constant."""
     model = problem.model
-    found = [compared(tau, NAME, float(problem.time_constant or 0.0), note=law)]
+    found = [compared(tau, NAME, float(problem.time_constant or 0.0), note=law, least=0.0)]
     if model.linear_time_constant is not None:
         told = tau.replace(names=("linear_time_constant",))
-        found.append(compared(told, "linear_time_constant", model.linear_time_constant, note=_LINEAR))
+        found.append(
+            compared(told, "linear_time_constant", model.linear_time_constant, note=_LINEAR, least=0.0)
+        )
     zero = mean_of_parts(each, lambda cycle: contact.contact_zero(cycle, problem), *contact.CONTACT)
     found.append(compared(zero, contact.CONTACT[0], 0.0, scale=problem.stock, note=_DEFLECTION))
     if model.linear_time_constant is None:
         ratio = mean_of_parts(each, lambda cycle: contact.normal_force_ratio(cycle, problem), *contact.RATIO)
-        found.append(compared(ratio, contact.RATIO[0], model.normal_force_ratio, note=_DEFLECTION))
+        found.append(compared(ratio, contact.RATIO[0], model.normal_force_ratio, note=_DEFLECTION, least=0.0))
     if any(np.any(np.isfinite(cycle.grinding_power)) for cycle in each):
         area = mean_of_parts(
             each, lambda cycle: sharpness.wear_flat_area(cycle, problem, None), sharpness.NAME, sharpness.UNIT
         )
-        found.append(compared(area, sharpness.NAME, model.wear_flat_area, note="at the believed energy"))
+        found.append(
+            compared(area, sharpness.NAME, model.wear_flat_area, note="at the believed energy", least=0.0)
+        )
     return found
 
 

@@ -16,8 +16,6 @@ from sdpgrind.base.checks import Floats
 MOVING = 10  # chosen: least number of readings of a moving size; fewer leave the variance unknown
 _STILL = 10  # chosen: equal readings in a row that count as a frozen gauge
 _SIGMAS = 5.0  # chosen: rejects one good Gaussian reading in 1.7 million
-_SIGNED = ("contact_zero",)  # derived: the values that may be below 0
-_APART = "its values of the parts differ too much"
 _QUANTITIES = {"command_rate": "mm/s", "size": "mm", "grinding_power": "W", "power_saturated": "1"}
 
 
@@ -129,11 +127,11 @@ def not_identified(name: str, unit: str, reason: str) -> idf.Estimate:
 
 
 def concluded(estimate: idf.Estimate, reason: str) -> idf.Estimate:
-    """Estimate of a positive value; failed where its 95 % interval reaches 0."""
+    """Estimate of a positive value; failed where the standard deviation exceeds the value."""
     name, unit = estimate.names[0], estimate.units[0]
     if not estimate.ok:
         return not_identified(name, unit, reason)
-    if not estimate.interval()[0][0] > 0:
+    if not estimate.value[0] > estimate.sd[0]:
         shown = f"{estimate.value[0]:.3g} ± {estimate.sd[0]:.3g} {unit}".rstrip(" 1")
         return not_identified(name, unit, f"{reason} ({shown})")
     return estimate
@@ -155,9 +153,7 @@ def mean_of_parts(
     message += f", {lost} readings missing" if lost else ""
     message += f"; {len(reasons)} left out, {reasons[0]}" if reasons else ""
     message += next((f"; {e.message}" for e in good if e.message != str(e.status)), "")
-    mean = pooled(good) if len(good) > 1 else good[0]
-    told = mean if name in _SIGNED else concluded(mean, _APART)
-    return told.replace(message=message) if told.ok else told
+    return (pooled(good) if len(good) > 1 else good[0]).replace(message=message)
 
 
 def pooled(each: Sequence[idf.Estimate]) -> idf.Estimate:

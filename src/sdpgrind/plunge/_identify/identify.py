@@ -77,8 +77,8 @@ def identify(
     -------
     Estimate
         Value with its variance; or the status "not identified" with its reason: a gauge that is frozen or
-        jumps back, fewer than 10 readings of a moving size, clipped power only, a' of (4) outside (0, 1), an
-        interval of a positive value that reaches 0.
+        jumps back, fewer than 10 readings of a moving size, clipped power only, a' of (4) outside (0, 1), a
+        positive value below its standard deviation.
 
     Raises
     ------
