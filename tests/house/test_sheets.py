@@ -233,6 +233,19 @@ def test_an_interval_ends_where_the_quantity_does():
     assert list(from_plain(block.plain()).shown({})) == list(block.shown({}))
 
 
+def test_intervals_side_by_side_have_digits_of_one_size():
+    beside = Amounts.of("penalty", [Interval(0.0543158, 0.0000056), Interval(0.075, 0.035)], "$")
+    assert beside.cells((1.0, "$")) == ["0.05432 ± <0.00001", "0.075 ± 0.035"]
+    sure = [
+        Interval(12.0195, 1e-11),
+        Interval(12.0638, 0.0, sure="in every part"),
+        Interval(0.0443219, 1e-11),
+    ]
+    cells = Amounts.of("time", sure, "s").cells((1.0, "s"))
+    assert cells == ["12.0195 ± <0.0001", "12.0638 in every part", "0.0443 ± <0.0001"]
+    assert Amounts.from_plain(Amounts.of("time", sure, "s").plain()).values == tuple(sure)
+
+
 def test_an_interval_below_the_last_digit_is_said_to_be_so():
     assert Interval(12.0195, 1e-11).shown(1.0) == "12.0195 ± <0.0001"
     assert Interval(1234567.0, 1e-3).shown(1.0) == "1234567 ± <1"

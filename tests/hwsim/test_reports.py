@@ -174,7 +174,8 @@ def test_a_comparison_has_a_page(tmp_path):
     told = log.report()
     assert told.startswith("fast and slow compared: 5 parts on WeldBeadStand\n")
     assert (
-        re.search(r"^time \[s\] +10 exact$", told, re.M) and "same 5 parts on WeldBeadStand by fast" in told
+        re.search(r"^time \[s\] +10 in every part$", told, re.M)
+        and "same 5 parts on WeldBeadStand by fast" in told
     )
     assert re.search(r"^seed +0$", told, re.M) and "by each of fast, slow" in repr(log)
     with pytest.raises(ValueError, match="the OnePass of this one cannot be told by values"):
@@ -307,10 +308,20 @@ def test_intervals_and_differences():
     values = np.array([1.0, 2.0, 3.0, 4.0])
     found = mean(values)
     assert found.value == 2.5 and found.half == pytest.approx(3.182446 * math.sqrt(5 / 3) / 2, rel=1e-6)
-    near, far = Promise(Interval(1.3, 0.0)), Promise(Interval(1.1, 0.0))  # two standard errors are 1.291
+    near, far = Promise(Interval(0.5, 0.0)), Promise(Interval(0.4, 0.0))  # half of the interval is 2.054
     assert not near.differs(values) and far.differs(values)
     assert Promise(values - np.array([0.1, 0.1, 0.1, 0.11])).differs(values)  # part by part
     assert math.isnan(mean(values[:1]).half) and mean(np.ones(3)).half == 0.0
+    assert mean(np.full(20, 10.44)).shown(1.0) == "10.44 in every part"
+    assert Promise(Interval(10.4, 0.0)).difference(np.full(20, 10.44)).shown(1.0) == "0.04 in every part"
+
+
+@pytest.mark.parametrize("planned", np.linspace(-0.5, 1.5, 21))
+def test_the_verdict_on_a_difference_is_that_of_its_interval(planned):
+    values = np.random.default_rng(4).normal(0.5, 0.7, 20)
+    promise = Promise(Interval(planned, 0.05))
+    off = promise.difference(values)
+    assert promise.differs(values) == (abs(off.value) > off.half)
 
 
 def test_a_hidden_truth_that_explains_is_named():

@@ -148,19 +148,19 @@ def _first_figure(log: Any, charges: Charges) -> str:
     values, unit = values_of(log, name), str(log.outcome[name].attrs.get("units", ""))
     scale = scales_of([AmountTable("", [Amounts.of(name, values, unit)])])[name, unit]
     after = "" if scale[1] in ("", "1") else f" {scale[1]}"
+    planned, worst = charges.planned.get(name), worst_part(name, values)
+    cells = [mean(values, least_of(name)), planned.mean if planned else "", float(values[worst or 0])]
+    shown = [_with_unit(cell, after) for cell in Amounts.of(name, cells, unit).cells(scale)]
+    text = f"{name.replace('_', ' ')} {shown[0]}" + " a part" * (not shown[0].endswith("part"))
+    if planned:
+        text += f", planned {shown[1]}"
+    return text if worst is None else f"{text}; worst {shown[2]}, part {worst}"
 
-    def told(value: Any) -> str:
-        shown, *known = Amounts.of(name, [value, float(values[0])], unit).cells(scale)[0].split(" ", 1)
-        if known and not known[0].startswith("±"):  # the unit stands before words
-            return f"{shown}{after} {known[0]}"
-        return " ".join([shown, *known]) + after
 
-    text = f"{name.replace('_', ' ')} {told(mean(values, least_of(name)))} a part"
-    if name in charges.planned:
-        text += f", planned {told(charges.planned[name].mean)}"
-    if (worst := worst_part(name, values)) is not None:
-        text += f"; worst {told(values[worst])}, part {worst}"
-    return text
+def _with_unit(shown: str, after: str) -> str:
+    """A cell with its unit, which stands before words."""
+    value, *known = shown.split(" ", 1)
+    return f"{value}{after} {known[0]}" if known and not known[0].startswith("±") else shown + after
 
 
 def _worst(log: Any, charges: Charges) -> AmountTable:
@@ -198,7 +198,7 @@ def _compared(log: Any, charges: Charges) -> AmountTable:
             judged = "differs" if planned.differs(values) else alike
             cells = [planned.mean, mean(values, least_of(name)), planned.difference(values), judged]
             rows.append(Amounts.of(name, cells, unit))
-    heads = ("figure", "planned", "realised", "difference", "beyond two standard errors")
+    heads = ("figure", "planned", "realised", "difference", "beyond the interval")
     return AmountTable("Mean over the parts, 95 % intervals", rows, heads)
 
 
@@ -206,7 +206,7 @@ def _explained(log: Any, charges: Charges) -> Iterator[Block]:
     """A sentence for each figure that differs from the plan."""
     different = [n for n, planned in charges.planned.items() if planned.differs(values_of(log, n))]
     if not different:
-        several = "Nothing differs from the plan by more than two standard errors."
+        several = "Nothing differs from the plan by more than the 95 % interval."
         yield Sentences([several if len(log) > 1 else "One part does not tell a difference from chance."])
         return
     known = charges.reasons()

@@ -9,9 +9,8 @@ from sdpgrind.base import means
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.sheets.amounts import Interval
 
-_NORMAL = 1.959963984540054  # derived: quantile of means.PROBABILITY, for many values
-_SE = 2.0  # standard errors beyond which a difference is explained; source: the page's specification
 _FEWEST = 2  # values that have a standard error; derived: of n - 1
+_ALIKE = 1e-12  # relative; chosen: rounding of a constant outcome
 _ROUNDING = 1e-9  # relative; chosen: above the rounding of a mean
 
 
@@ -23,6 +22,8 @@ def mean(values: Floats, least: float = -math.inf) -> Interval:
     known = values[np.isfinite(values)]
     if known.size < _FEWEST:
         return Interval(float(known[0]) if known.size else math.nan, math.nan)
+    if np.ptp(known) <= _ALIKE * np.max(np.abs(known)):
+        return Interval(float(known[0]), 0.0, sure="in every part")
     return Interval(float(known.mean()), means.half_interval(known), least)
 
 
@@ -57,21 +58,13 @@ class Promise:
         if isinstance(self.planned, Interval):
             found = mean(values)
             known = 0.0 if math.isnan(self.planned.half) else self.planned.half
-            return Interval(found.value - self.planned.value, math.hypot(found.half, known))
+            half = math.hypot(found.half, known)
+            return Interval(found.value - self.planned.value, half, sure=found.sure)
         return mean(values - self.planned)
 
     def differs(self, values: Floats) -> bool:
-        """Whether the mean is more than two standard errors from what was planned; False of one value."""
+        """Whether 0 is outside of the interval of the difference; False of one value."""
         if np.isfinite(values).sum() < _FEWEST:
             return False
-        if isinstance(self.planned, Interval):
-            known = 0.0 if math.isnan(self.planned.half) else self.planned.half / _NORMAL
-            error = math.hypot(_standard_error(values), known)
-        else:
-            error = _standard_error(values - self.planned)
-        gap = abs(self.difference(values).value)
-        return gap > max(_SE * error, _ROUNDING * abs(self.mean.value))
-
-
-def _standard_error(values: Floats) -> float:
-    return means.standard_error(values[np.isfinite(values)])
+        found = self.difference(values)
+        return abs(found.value) > max(found.half, _ROUNDING * abs(self.mean.value))

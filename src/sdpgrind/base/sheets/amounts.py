@@ -12,7 +12,8 @@ SMALL = 0.05  # greatest value in mm, mm/s or s that is shown in a thousandth; s
 # significant digits of the greatest of several values, and of a value alone; chosen: a deviation of 0.1 % is
 # seen, and an input stands as it was typed
 _DIGITS, _ALONE = 4, 6
-_SHARP = 1e-6  # relative interval below which it is less than the last digit of its value; derived: of _ALONE
+_SHARP = 1e-6  # relative interval below which its digits say nothing; derived: of _ALONE
+_MORE = 2  # decimal places beyond those of the widest interval of a row; chosen: the others are beside it
 _WIDE = 500.0  # greatest over least value from which on each has its own digits; chosen: one digit remains
 _PLAIN = (1e-4, 1e6)  # greatest values without a power of ten; chosen: at most ten characters
 _PLACES = 9  # chosen: greatest number of decimal places; more are rounding of the arithmetic
@@ -23,29 +24,31 @@ _NOTHING = "–"
 class Interval:
     """A value with half of its 95 % interval, in the same unit; 0: exact, NaN: not known.
 
-    `least`: smallest value that the quantity can have, where an interval ends.
+    `least`: smallest value that the quantity can have, where an interval ends. `sure`: words after a value
+    without an interval.
     """
 
     value: float
     half: float
     least: float = -math.inf
+    sure: str = "exact"
 
-    def shown(self, factor: float) -> str:
-        """Return the text of value and interval, times a factor."""
+    def shown(self, factor: float, most: int = _PLACES) -> str:
+        """Return the text of value and interval, times a factor, with `most` decimal places."""
         value, half = factor * self.value, factor * self.half
         if not math.isfinite(value):
             return _endless(value)
         if half == 0 and abs(value) < 0.1**_PLACES:  # rounding
-            return "0 exact"
-        if 0 < half < _SHARP * abs(value):
-            places = max(_ALONE - 1 - math.floor(math.log10(abs(value))), 0)
+            return f"0 {self.sure}"
+        if 0 < half < max(_SHARP * abs(value), 10.0**-most):
+            places = min(_ending(value), most)
             return f"{value:.{places}f} ± <{10.0**-places:.{places}f}"
         if half > 0 and math.isfinite(half):
-            places, least = places_of(half), factor * self.least
+            places, least = min(places_of(half), most), factor * self.least
             if value - half < least <= value:
                 return f"{value:.{places}f} ({least:g} to {value + half:.{places}f})"
             return f"{value:.{places}f} ± {half:.{places}f}"
-        return f"{value:.{_ALONE}g} {'exact' if half == 0 else '(no interval)'}"
+        return f"{value:.{_ALONE}g} {self.sure if half == 0 else '(no interval)'}"
 
 
 Cell = float | int | str | Interval
@@ -99,10 +102,24 @@ class Amounts:
         whole = factor == 1 and all(x == int(x) for x in self._floats if math.isfinite(x))
         least = min((abs(x) for x in self._floats if x), default=0.0)
         if self.greatest > _WIDE * least > 0:
-            return [_text(each, factor, math.nan, whole) for each in self.values]
-        if len(self.values) == 1 and self.greatest:
-            return [_text(each, factor, math.inf, whole=False) for each in self.values]
-        return [_text(each, factor, self.greatest * factor, whole) for each in self.values]
+            greatest = math.nan
+        elif len(self.values) == 1 and self.greatest:
+            greatest, whole = math.inf, False
+        else:
+            greatest = self.greatest * factor
+        most = self._most(factor)
+        return [
+            each.shown(factor, most) if isinstance(each, Interval) else _text(each, factor, greatest, whole)
+            for each in self.values
+        ]
+
+    def _most(self, factor: float) -> int:
+        """Return the greatest number of decimal places of an interval: by the widest, else by the values."""
+        halves = [each.half for each in self.values if isinstance(each, Interval)]
+        widest = max((half for half in halves if math.isfinite(half)), default=0.0)
+        if widest > _SHARP * self.greatest:
+            return min(places_of(factor * widest) + _MORE, _PLACES)
+        return _ending(factor * self.greatest)
 
     def plain(self) -> dict[str, Any]:
         """Return the amounts for JSON."""
@@ -114,6 +131,11 @@ class Amounts:
         """Return the amounts of `plain`."""
         values = tuple(map(_decoded, plain["values"]))
         return cls(plain["name"], values, plain["unit"], plain["heading"])
+
+
+def _ending(value: float) -> int:
+    """Decimal places of a value alone."""
+    return min(max(_ALONE - 1 - math.floor(math.log10(abs(value))), 0), _PLACES) if value else _PLACES
 
 
 def places_of(spread: float) -> int:
@@ -157,9 +179,7 @@ def cell(value: Any) -> Cell:
     return math.nan if value is None else float(value)
 
 
-def _text(value: Cell, factor: float, greatest: float, whole: bool) -> str:
-    if isinstance(value, Interval):
-        return value.shown(factor)
+def _text(value: float | int | str, factor: float, greatest: float, whole: bool) -> str:
     if not isinstance(value, float):
         return str(value)
     if not math.isfinite(value):
@@ -174,7 +194,8 @@ def _endless(value: float) -> str:
 def _coded(value: Cell) -> Any:
     """A cell for JSON, which has neither NaN nor infinity."""
     if isinstance(value, Interval):
-        bounded = {"least": value.least} if math.isfinite(value.least) else {}
+        bounded: dict[str, Any] = {"least": value.least} if math.isfinite(value.least) else {}
+        bounded |= {} if value.sure == "exact" else {"sure": value.sure}
         return {"value": _coded(value.value), "half": _coded(value.half)} | bounded
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else {"infinite": 1 if value > 0 else -1}
@@ -185,7 +206,8 @@ def _decoded(value: Any) -> Cell:
     if isinstance(value, dict) and "infinite" in value:
         return math.inf * int(value["infinite"])
     if isinstance(value, dict):
-        return Interval(_number(value["value"]), _number(value["half"]), value.get("least", -math.inf))
+        more = {name: value[name] for name in ("least", "sure") if name in value}
+        return Interval(_number(value["value"]), _number(value["half"]), **more)
     return math.nan if value is None else _kept(value)
 
 
