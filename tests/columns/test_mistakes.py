@@ -131,7 +131,7 @@ def test_a_ramp_of_the_feed_in_the_air_is_no_exchange(noise):
 def test_a_clock_of_whole_seconds_warns():
     table = bare()
     coarse = table.assign(t=np.floor(table["t"]))
-    with pytest.warns(UserWarning, match=r"duplicates='mean' leaves 10 of 24\d rows.*period=0.037 \(s\)"):
+    with pytest.warns(UserWarning, match=r"duplicates='mean' leaves 10 of 24\d rows.*period=0.04 \(s\)"):
         hwsim.Log.read(coarse, **BRACKETS, duplicates="mean")
 
 

@@ -65,6 +65,8 @@ def _fault(values: Floats, meant: Meant, bound: Bound) -> str:
         for other in by
         if other != bound.unit and _inside(greatest * by[other], most * by[other], meant)
     ]
+    if bound.heading.origin == "bracket" and bound.heading.unit in fitting:
+        fitting = [bound.heading.unit]  # as the header says
     calls = " or ".join(bound.call(unit=other) for other in fitting)
     return rule + (f"; in another unit: {calls}" if calls else "") + " (plausible=False takes it as it is)"
 

@@ -19,7 +19,7 @@ from sdpgrind.base.columns.plausible import refuse_other_units
 from sdpgrind.base.columns.removal import removal_fault
 from sdpgrind.base.columns.request import Bound, Request, place_of, request_of, requests_of, unit_of_name
 from sdpgrind.base.columns.resample import resampled
-from sdpgrind.base.columns.rows import PartRows, aligned, gaps, one_a_time
+from sdpgrind.base.columns.rows import PartRows, aligned, gaps, one_a_time, warn_of_most
 from sdpgrind.base.columns.sheet import Column, Sheet, too_long
 from sdpgrind.base.columns.source import ColumnNote, FileNote, Source, file_note
 from sdpgrind.base.columns.table import TEXT
@@ -127,7 +127,9 @@ def _whole(
     files: list[FileNote], found: list[Taken], asked: list[Request], rules: Rules, notes: list[str]
 ) -> Recorded:
     """Clean the rows of all parts, check their units, join them."""
-    blocks = [_clean(block, rules) for one in found for block in one.blocks]
+    raw = [block for one in found for block in one.blocks]
+    blocks = [_clean(block, rules) for block in raw]
+    warn_of_most(raw, rules.duplicates)
     columns = {each.column: np.concatenate([b.columns[each.column] for b in blocks]) for each in asked}
     where = files[0].name if len(files) == 1 else f"{files[0].name} ... {files[-1].name}"
     if rules.plausible:

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from sdpgrind.base import checks
-from sdpgrind.base.columns.sheet import ColumnHead, Sheet
+from sdpgrind.base.columns.sheet import ColumnHead, Sheet, is_unit
 from sdpgrind.base.columns.table import COMMAND, COMMANDED, TEXT, quantity_of
 from sdpgrind.base.unit_text import factor, near
 from sdpgrind.base.warned import warn
 
+_DIAMETER = "Øø⌀∅"  # signs of a diameter; source: drawings and headers of gauges
 _FORMS = '"header", ("header", "unit") or ("header", "unit", factor)'
 
 
@@ -59,6 +60,11 @@ def request_of(name: str, asked: Any) -> Request:
     if scale == 0:
         raise ValueError(f"factor of {name} must be other than 0; got 0")
     if unit is not None and unit_of_name(name) != TEXT:
+        if name == "time" and not is_unit(unit):
+            raise ValueError(
+                f'time must be one column, ("header", "s") with its unit; got {values!r}: of a date and a'
+                f' time of day in two columns the second is enough, time="{unit}"'
+            )
         _factor(name, unit, "")
     return Request(name, values[0].strip(), unit, scale)
 
@@ -114,8 +120,22 @@ def bound(request: Request, sheet: Sheet) -> Bound:
         if not ours:
             return Bound(request, place, heading, "1", "quantity", request.factor)
         raise ValueError(no_unit(request, heading, where))
+    _refuse_diameter(request, heading, where)
     scale = _factor(request.name, heading.unit, where)
     return Bound(request, place, heading, heading.unit, heading.origin, scale * request.factor)
+
+
+def _refuse_diameter(request: Request, heading: ColumnHead, where: str) -> None:
+    """Refuse a unit with the sign of a diameter: what share of it is meant stands in the call."""
+    written = heading.unit or ""
+    unit = re.sub(f"[{_DIAMETER}]", "", written).strip()
+    if unit != written and is_unit(unit):
+        call = f'{request.name}=("{heading.name}", "{unit}"'
+        raise ValueError(
+            f"{where}{request.name} must have its factor in the call where the file says a diameter,"
+            f" {written!r}: {call}, 0.5) for half of it, {call}, -0.5) for half of what is left on it,"
+            f" {call}) for all of it"
+        )
 
 
 def no_unit(request: Request, heading: ColumnHead, where: str) -> str:

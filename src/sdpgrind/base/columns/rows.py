@@ -1,6 +1,6 @@
 """Rows of a part: equal ones, two at one time, falls of time, gaps, alignment of commands."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ from sdpgrind.base.columns.table import is_command
 from sdpgrind.base.warned import warn
 
 GAP = 3.0  # chosen: medians of the step above which a step is a gap; fewer would note a jitter of the clock
+_TICKS = 3  # derived: two of them whose first row is known
 _MERGED = 0.5  # chosen: share of the rows at the times of others from which on the clock is too coarse
 
 
@@ -76,33 +77,52 @@ def one_a_time(block: PartRows, duplicates: str) -> PartRows:
     if not np.any(again):
         return block
     if duplicates == "refuse":
-        k = int(np.argmax(again))
+        k, step = int(np.argmax(again)), _even_step(block)
+        even = f"period={step:.3g} (s) instead of time=, if the rows are evenly spaced, or " if step else ""
         raise ValueError(
             f"{block.where}: time must rise from row to row (s); {float(block.time[k])!r} stands in"
             f" {block.at(k)} and, with other values, in {block.at(k + 1)}:"
-            ' duplicates="first", "last" or "mean"'
+            f' {even}duplicates="first", "last" or "mean"'
         )
     first = np.flatnonzero(np.concatenate([[True], ~again]))
-    _warn_of_most(block, first.size, duplicates)
     if duplicates == "mean":
         means = {name: _means(values, first) for name, values in block.columns.items()}
         return block.only(first)._replace(columns=means)
     return block.only(first if duplicates == "first" else np.append(first[1:], block.time.size) - 1)
 
 
-def _warn_of_most(block: PartRows, kept: int, duplicates: str) -> None:
-    """Warn where most rows share their time with others, as of a clock that counts in whole seconds."""
-    rows = block.time.size
-    if kept > (1 - _MERGED) * rows:
+def warn_of_most(blocks: Sequence[PartRows], duplicates: str) -> None:
+    """Warn once where most rows of parts share their time with others, as of a clock of whole seconds."""
+    coarse = [block for block in blocks if not block.ready and _is_coarse(block)]
+    if not coarse:
         return
-    step = float(block.time[-1] - block.time[0]) / (rows - 1)
-    more = f"; if the rows are evenly spaced, period={step:.3g} (s) instead of time= keeps them all" * (
-        step > 0
+    rows, steps = sum(block.time.size for block in coarse), [*filter(None, map(_even_step, coarse))]
+    kept = sum(np.unique(block.time).size for block in coarse)
+    more = (
+        f"; if the rows are evenly spaced, period={np.median(steps):.3g} (s) instead of time= keeps them all"
     )
     warn(
-        f"{block.where}: duplicates={duplicates!r} leaves {kept} of {rows} rows, as the others stand at the"
-        f" same times{more}"
+        f"{coarse[0].where}: duplicates={duplicates!r} leaves {kept} of {rows} rows, as the others stand at"
+        f" the same times{more * bool(steps)}"
     )
+
+
+def _is_coarse(block: PartRows) -> bool:
+    """Whether most rows share their time with others."""
+    return np.unique(block.time).size <= (1 - _MERGED) * block.time.size
+
+
+def _even_step(block: PartRows) -> float:
+    """Step (s) of rows whose clock counts in coarser steps than they come; 0: the clock is not coarse.
+
+    Counted in rows of the file, as equal ones are left out, from the second tick to the last, whose first row
+    is there.
+    """
+    first = np.flatnonzero(np.diff(block.time, prepend=-np.inf))
+    if not _is_coarse(block) or first.size < _TICKS:
+        return 0.0
+    begin, end = first[1], first[-1]
+    return float((block.time[end] - block.time[begin]) / (block.row[end] - block.row[begin]))
 
 
 def _means(values: Column, first: npt.NDArray[np.int64]) -> Column:

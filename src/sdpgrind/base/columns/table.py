@@ -73,6 +73,7 @@ _UNITS = {
     " finished feed_override start stop dullness dressing_state",
     TEXT: "pattern",
 }
+_CLOSE = 0.7  # chosen: likeness of a name that is suggested; "groesse" is less like "roughness_ra"
 KNOWN = _RANGES | {name: Meant(unit) for unit, names in _UNITS.items() for name in names.split()}
 """Name -> unit and range of what files may hold."""
 
@@ -91,7 +92,7 @@ def quantity_of(name: str) -> Meant:
     """Return unit and range of a name or ``<name>_command``; another is refused with the nearest one."""
     found = KNOWN.get(name) or KNOWN.get(bare(name))
     if found is None:
-        close = difflib.get_close_matches(bare(name), KNOWN, 1, 0.5)
+        close = difflib.get_close_matches(bare(name), KNOWN, 1, _CLOSE)
         hint = f"is {close[0]} meant?" if close else f"known are {', '.join(sorted(KNOWN))}"
         raise ValueError(f"{name} must be a quantity of the library or <quantity>_command; {hint}")
     return found

@@ -4,6 +4,7 @@ from math import isclose
 from typing import Any, NamedTuple
 
 from sdpgrind.base import unit_text
+from sdpgrind.base.columns.sheet import heading
 from sdpgrind.base.columns.source import ColumnNote, Source, source_of
 from sdpgrind.base.doubts.rows import Doubt, assumed
 
@@ -43,9 +44,9 @@ def reader_of(data: Any, table: Any = None) -> Reader:
 
 
 def _of_column(column: ColumnNote) -> list[Doubt]:
-    """Unit and factor of a column, where they stand in the call."""
+    """Unit and factor of a column, where they stand in the call alone."""
     found = []
-    if column.origin == _CALL:
+    if column.origin == _CALL and not _in_header(column):
         found.append(
             assumed(f"unit of {column.name}", column.recorded, f"of {column.header!r}, given in the call")
         )
@@ -57,3 +58,12 @@ def _of_column(column: ColumnNote) -> list[Doubt]:
         words = f"{column.factor / converted:.9g}"
         found.append(assumed(f"factor of {column.name}", words, f"of {column.header!r}, given in the call"))
     return found
+
+
+def _in_header(column: ColumnNote) -> bool:
+    """Whether the header of the file says the same unit as the call."""
+    told = heading(column.header).unit
+    try:
+        return told is not None and isclose(unit_text.factor(told, column.recorded), 1.0)
+    except ValueError:
+        return False

@@ -1,0 +1,82 @@
+"""Refusals that a first user meets: each says the call that would do."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import hwsim
+from sdpgrind.base.doubts.assumed import reader_of
+
+WORN = np.round(3.0 * np.arange(400) / 400, 2)  # um
+
+
+def stamped(tmp_path, parts=1):
+    """Rows at 50 Hz whose stamps count whole seconds, two of them equal to the ones before."""
+    size = WORN.copy()
+    size[[101, 261]] = size[[100, 260]]
+    rows = [
+        f"{p};08:00:{k // 50:02d};{x:.5f}" for p in range(parts) for k, x in enumerate(size + np.arange(400))
+    ]
+    rows[101] = rows[100]
+    path = tmp_path / "seconds.csv"
+    path.write_text("\n".join(["Teil;Zeit;X [um]", *rows]) + "\n")
+    return path
+
+
+def test_stamps_of_whole_seconds_are_offered_the_period_first(tmp_path):
+    with pytest.raises(ValueError, match=r'period=0\.02 \(s\) instead of time=.* or duplicates="first"'):
+        hwsim.Log.read(stamped(tmp_path), time="Zeit", size="X")
+    log = hwsim.Log.read(stamped(tmp_path), period=0.02, size="X")
+    assert log["data"].time.values[-1] == pytest.approx(7.98) and log.source.rows_left_out == 0
+
+
+def test_two_rows_at_one_time_of_a_fine_clock_have_no_period():
+    with pytest.raises(ValueError, match="time must rise") as told:
+        hwsim.Log.read({"t [s]": [0.0, 0.1, 0.1, 0.2], "X [um]": [1.0, 2.0, 3.0, 4.0]}, time="t", size="X")
+    assert "period" not in str(told.value)
+
+
+def test_the_warning_of_a_coarse_clock_comes_once_for_all_parts(tmp_path):
+    with pytest.warns(UserWarning) as told:
+        hwsim.Log.read(stamped(tmp_path, 3), time="Zeit", part="Teil", size="X", duplicates="first")
+    (one,) = [str(each.message) for each in told if "leaves" in str(each.message)]
+    assert "leaves 24 of 1199 rows" in one and "period=0.02 (s)" in one
+
+
+@pytest.mark.parametrize(
+    ("columns", "told"),
+    [
+        ({"time": ("Datum", "Uhrzeit"), "size": "D"}, 'the second is enough, time="Uhrzeit"'),
+        (
+            {"size": "D"},
+            'size=("D", "µm", 0.5) for half of it, size=("D", "µm", -0.5) for half of what is left',
+        ),
+        ({"groesse": "D"}, "groesse must be a quantity of the library or <quantity>_command; known are "),
+        ({"szie": "D"}, "is size meant?"),
+        ({"grinding_power": ("P", "W")}, 'in another unit: grinding_power=("P", "kW") (plausible'),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*is taken in W")
+def test_a_refusal_says_the_call_that_would_do(columns, told):
+    table = {"t [s]": np.arange(3.0), "D [µm Ø]": [300.0, 290.0, 280.0], "P [kW]": [2.0, 2.1, 2.2]}
+    with pytest.raises(ValueError, match=re.escape(told)):
+        hwsim.Log.read(table, **{"time": "t", **columns})
+
+
+def test_date_and_time_of_day_in_two_columns_are_read_by_the_second():
+    table = {
+        "Datum": ["19.11.2026"] * 3,
+        "Uhrzeit": ["23:59:59,9", "00:00:00,1", "00:00:00,3"],
+        "X [um]": 10 * WORN[-3:],
+    }
+    log = hwsim.Log.read(pd.DataFrame(table), time="Uhrzeit", size="X")
+    assert log["data"].time.values == pytest.approx([0.0, 0.2, 0.4])
+
+
+def test_a_unit_that_the_header_says_too_is_not_assumed():
+    table = {"t [s]": np.arange(3.0), "D [µm]": [300.0, 290.0, 280.0], "X": [0.0, 1.0, 2.0]}
+    log = hwsim.Log.read(table, time="t", size=("D", "um", -0.5), reading=("X", "um"), plausible=False)
+    names = [row.name for row in reader_of(log).rows]
+    assert "unit of size" not in names and {"factor of size", "unit of reading"} <= {*names}
