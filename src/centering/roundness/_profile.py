@@ -345,8 +345,8 @@ class Profile(PartReadings, Plan):
         path : str or path, optional
             HTML file in an existing folder. None: only the text is returned.
         limits : mapping of str to float, optional
-            Limits of "RONt", "RONp", "RONv", "RONq" about the least-squares circle, mm; a RONt whose 95 %
-            interval holds its limit is not decided.
+            Limits of "RONt", "RONp", "RONv", "RONq" about the least-squares circle, mm, or about another as
+            "RONt (MZC)"; a RONt whose 95 % interval holds its limit is not decided.
 
         Returns
         -------

@@ -1,5 +1,6 @@
 """Page of a profile: four reference circles, limits kept or not, largest undulations."""
 
+import math
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -14,40 +15,51 @@ from sdpgrind.base.units import UM
 
 _CIRCLES = ("LSC", "MZC", "MCC", "MIC")
 _FORM = {"RONt": "value", "RONp": "ron_p", "RONv": "ron_v", "RONq": "ron_q"}  # source: ISO 12181-1
+_NAMES = {f"{name} ({kind})": (name, kind) for kind in _CIRCLES for name in _FORM}
+_NAMES |= {name: (name, "LSC") for name in _FORM}  # source: ISO 12181-2, LSC unless a drawing says another
 _LARGEST = 8  # undulations in a table; chosen: the others are below them
+_CHANCE = 0.05  # chosen: profiles in which noise alone makes an undulation of the table
 _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 _SURE = 2.0  # standard deviations; source: coverage factor of a 95 % interval
 
 
 def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[str, float] | None) -> str:
     """Write the page of a profile, or return its text."""
-    given = {
-        checks.one_of("limits", name, _FORM): _limit(name, each) for name, each in (limits or {}).items()
-    }
+    given = {name: _limit(name, each) for name, each in (limits or {}).items()}
     form = profile.roundness("LSC")
-    more: list[Block] = [_circles(profile), _undulations(profile), Picture("LSC", form.plot)]
-    if given:
-        more.insert(0, Sentences([_verdict(form, name, limit) for name, limit in given.items()], strong=True))
+    more: list[Block] = [_circles(profile), *_undulations(profile), Picture("LSC", form.plot)]
+    verdicts = [_verdict(profile, name, limit) for name, limit in given.items()]
+    more.insert(0, Sentences([*verdicts, _passed(profile)], strong=bool(given)))
     if (source := profile.source) is not None:
         more += [Heading("Source of the data"), Listing(str(source))]
     return str(called("sdpgrind.base.sheets.record_page:report", profile, path, tuple(more)))
 
 
+def _passed(profile: Any) -> str:
+    """Sentence on the undulations that count."""
+    if told := profile._origin.filter:
+        return f"filtered: {told}"
+    return "not filtered: all undulations; profile.filter(upr=50).report(...) where a drawing says 1 to 50"
+
+
 def _limit(name: str, given: float) -> float:
-    """Limit in mm; one in micrometres is refused."""
+    """Limit in mm; an unknown name, and one in micrometres, is refused."""
+    checks.one_of("limits", name, _NAMES)
     limit = checks.positive(f"limits[{name!r}]", given, "mm")
     if not _USUAL[0] <= limit <= _USUAL[1]:
         raise ValueError(another_unit(f"limits[{name!r}]", limit, "mm", _USUAL, _TYPICAL))
     return limit
 
 
-def _verdict(form: Roundness, name: str, limit: float) -> str:
+def _verdict(profile: Any, asked: str, limit: float) -> str:
     """Sentence on a limit; RONt has an interval, so it may be undecided."""
+    name, kind = _NAMES[asked]
+    form: Roundness = profile.roundness(kind)
     value, sd = getattr(form, _FORM[name]), form.value_sd if name == "RONt" else None
     half = 0.0 if sd is None else _SURE * sd
     known = f" ± {UM * half:.2g}" if half else ""
     found = "kept" if value + half <= limit else "exceeded" if value - half > limit else "not decided"
-    return f"{name} (LSC) {UM * value:.4g}{known} µm, limit {UM * limit:.4g} µm: {found}"
+    return f"{name} ({kind}) {UM * value:.4g}{known} µm, limit {UM * limit:.4g} µm: {found}"
 
 
 def _circles(profile: Any) -> AmountTable:
@@ -66,10 +78,16 @@ def _circles(profile: Any) -> AmountTable:
     return AmountTable("Roundness about each reference circle (interval: noise of the readings)", amounts)
 
 
-def _undulations(profile: Any) -> AmountTable:
-    largest = profile.spectrum().largest(_LARGEST)
+def _undulations(profile: Any) -> list[Block]:
+    """The largest undulations above the noise, falling."""
+    spectrum = profile.spectrum()
+    sd = dict(zip(spectrum.upr.tolist(), spectrum.sd.tolist(), strict=True))
+    above = math.sqrt(2 * math.log(spectrum.upr.size / _CHANCE))  # of the greatest of Rayleigh amplitudes
+    largest = [(upr, size) for upr, size in spectrum.largest(_LARGEST) if size > above * sd[upr]]
+    if not largest:
+        return [Sentences(["No undulation is above the noise of the readings."])]
     columns = (
         Amounts.of("upr", [int(upr) for upr, _ in largest], heading="undulations per revolution"),
         Amounts.of("amplitude", [amplitude for _, amplitude in largest], "mm"),
     )
-    return AmountTable("Largest undulations", columns)
+    return [AmountTable("Largest undulations above the noise of the readings", columns)]

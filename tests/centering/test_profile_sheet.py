@@ -1,0 +1,45 @@
+"""Page of a profile: the circle that a drawing asks for, undulations that count, none of noise alone."""
+
+import re
+
+import numpy as np
+import pytest
+
+import centering
+
+ANGLE = np.radians(np.arange(0.0, 360.0, 0.5))
+
+
+def ring(seed=1, lobes=8e-4):
+    noise = 5e-5 * np.random.default_rng(seed).normal(size=ANGLE.size)
+    return centering.Profile(ANGLE, 40.0 + lobes * np.cos(3 * ANGLE) + lobes * np.cos(24 * ANGLE) + noise)
+
+
+@pytest.mark.parametrize("kind", ["LSC", "MZC", "MCC", "MIC"])
+def test_a_limit_is_held_against_the_circle_that_is_named(kind):
+    profile = ring()
+    told = profile.report(limits={f"RONt ({kind})": 0.01, f"RONq ({kind})": 1e-4})
+    value = 1e3 * profile.roundness(kind).value
+    assert f"RONt ({kind}) {value:.4g} ± " in told and "limit 10 µm: kept" in told
+    assert re.search(rf"^RONq \({kind}\) .* limit 0.1 µm: exceeded$", told, re.M)
+
+
+def test_a_limit_without_a_circle_is_of_least_squares():
+    profile = ring()
+    assert "RONt (LSC) " in profile.report(limits={"RONt": 0.01})
+    with pytest.raises(ValueError, match=r"limits must be one of .*; got 'RONt \(XXX\)'"):
+        profile.report(limits={"RONt (XXX)": 0.01})
+
+
+def test_the_page_says_which_undulations_count():
+    profile = ring()
+    assert "not filtered: all undulations; profile.filter(upr=50)" in profile.report()
+    assert "filtered: Gaussian low-pass, 15 upr" in profile.filter(upr=15).report()
+
+
+def test_noise_is_no_undulation_of_the_table():
+    told = ring().report()
+    table = told[told.index("Largest undulations") : told.index("[picture")]
+    assert [int(upr) for upr in re.findall(r"^(\d+) ", table, re.M)] in ([3, 24], [24, 3])
+    alone = ["No undulation is above the noise" in ring(seed, lobes=0.0).report() for seed in range(20)]
+    assert np.mean(alone) > 0.7
