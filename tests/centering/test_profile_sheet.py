@@ -27,8 +27,8 @@ def test_a_limit_is_held_against_the_circle_that_is_named(kind):
 def test_a_limit_without_a_circle_is_of_least_squares():
     profile = ring()
     assert "RONt (LSC) " in profile.report(limits={"RONt": 0.01})
-    with pytest.raises(ValueError, match=r"limits must be one of .*; got 'RONt \(XXX\)'"):
-        profile.report(limits={"RONt (XXX)": 0.01})
+    with pytest.raises(ValueError, match=r"limits must be one of .*; got 'RONt \(LSQ\)'"):
+        profile.report(limits={"RONt (LSQ)": 0.01})
 
 
 def test_the_page_says_which_undulations_count():
