@@ -109,6 +109,14 @@ def test_two_parts_in_one_file_are_told():
     assert "diameter" not in str(told.value)
 
 
+def test_a_gap_is_no_other_unit():
+    table = bare()
+    table["t"] = table["t"].where(table["t"] < 4, table["t"] + 3600)
+    with pytest.raises(ValueError, match=r"as time has a gap of 3600 s: two parts\? Say part=") as told:
+        hwsim.Log.read(table, **BRACKETS)
+    assert "diameter" not in str(told.value)
+
+
 def test_a_gauge_may_show_the_whole_diameter():
     table = bare()
     table["X"] = 60.25 - 2e-3 * table["X"]  # mm of diameter
@@ -207,6 +215,56 @@ def test_a_ring_is_gone_round():
         ValueError, match=r"ring_degrees.csv: angles must go round the ring; got 0.5 of a turn"
     ):
         Profile.read(SAMPLES / "ring_degrees.csv", **half)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"radius": 40000.0}, r"radius must be 1 ... 3000 mm; got 40000 mm; .*radius=40 \(um\)"),
+        ({"radius": 0.04}, r"radius must be 1 ... 3000 mm; got 0.04 mm; .*radius=40 \(m\)"),
+        ({"radius": 40.0, "tip_radius": 500.0}, r"tip_radius must be 0.001 ... 50 mm; got 500 mm; .*tip_radius=0.5 \(um\)"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("name", ["ring.x3p", "ring_degrees.csv"])
+def test_radii_are_in_millimetres(name, wrong, told):
+    columns = {} if name.endswith("x3p") else {"angle": "angle", "deviation": "deviation"}
+    with pytest.raises(ValueError, match=told + r".*plausible=False"):
+        Profile.read(SAMPLES / name, **columns, **wrong)
+
+
+def arc(path, reading, turns=1.0, noise=0.0):
+    """X3P of a ring of 40 mm: deviation (mm) over the angle (rad)."""
+    x3pio = pytest.importorskip("x3pio")
+    angle = np.arange(int(1000 * turns)) * 2 * np.pi / 1000
+    deviation = reading(angle) + noise * np.random.default_rng(4).standard_normal(angle.size)
+    x3pio.write(path, 1e-3 * deviation, x_scale=2 * np.pi * 40e-3 / 1000)
+    return path
+
+
+def test_half_a_radius_goes_round_twice(tmp_path):
+    with pytest.raises(
+        ValueError, match=r"goes round 2 times, .* not alike .*: once at radius=40 \(plausible"
+    ):
+        Profile.read(SAMPLES / "ring.x3p", radius=20.0)
+    assert Profile.read(SAMPLES / "ring.x3p", radius=20.0, plausible=False).turns > 1.9
+    path = arc(tmp_path / "a.x3p", lambda angle: 0.02 * np.cos(angle) + 1e-3 * np.cos(3 * angle), noise=1e-3)
+    for wrong in (20.0, 13.0):
+        with pytest.raises(ValueError, match="once at radius=40 "):
+            Profile.read(path, radius=wrong)
+
+
+@pytest.mark.parametrize(
+    "ring",
+    [
+        lambda angle: 0.02 * np.cos(angle),
+        lambda angle: 1e-3 * np.cos(2 * angle) + 1e-3 * np.cos(5 * angle),
+        lambda angle: 0.0 * angle,
+    ],
+)
+@pytest.mark.parametrize("turns", [1.1, 2.0, 3.5])
+def test_turns_of_one_ring_are_alike(tmp_path, ring, turns):
+    path = arc(tmp_path / "a.x3p", ring, turns, noise=3e-4)
+    assert Profile.read(path, radius=40.0).turns == pytest.approx(turns, abs=0.01)
 
 
 def test_limits_of_roundness_are_in_millimetres():

@@ -111,8 +111,9 @@ class Profile(PartReadings, Plan):
         missing : sequence of str
             Further words for no reading. Points without one are left out.
         plausible : bool
-            Whether units are held against what a gauge can mean, and angles must leave no more than a quarter
-            of the ring without a reading. False takes an arc.
+            Whether units, radius and tip radius are held against what a gauge can mean, angles must leave no
+            more than a quarter of the ring without a reading, and turns of X3P must be alike. False takes an
+            arc.
 
         Returns
         -------
@@ -123,7 +124,8 @@ class Profile(PartReadings, Plan):
         ------
         ValueError
             For a missing or wrong unit, header or number (in one sentence with file, header and value);
-            without the radius of deviations.
+            without the radius of deviations; for a radius outside 1 ... 3000 mm or a tip radius outside
+            0.001 ... 50 mm.
         ImportError
             Without the library of the format (extra ``io``).
 
@@ -134,7 +136,7 @@ class Profile(PartReadings, Plan):
         >>> round(Profile.read(table, angle="angle", deviation="dev", radius=40.0).circle.offset, 4)  # mm
         0.05
         """
-        found = samples(data, angle, reading, deviation, radius, group, missing, plausible)
+        found = samples(data, angle, reading, deviation, radius, tip_radius, group, missing, plausible)
         profile = cls(found.angle, found.reading, tip_radius=tip_radius, internal=internal)
         origin = dataclasses.replace(profile._origin, source=found.source.to_json())
         object.__setattr__(profile, "_origin", origin)

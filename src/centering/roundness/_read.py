@@ -8,18 +8,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from centering.roundness._gone_round import refuse_part_of_a_turn, refuse_unlike_turns
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.columns.plausible import refuse_other_units
+from sdpgrind.base.columns.plausible import refuse_other_length, refuse_other_units
 from sdpgrind.base.columns.read import Recorded, opened, read
 from sdpgrind.base.columns.request import Bound, bound, request_of
 from sdpgrind.base.columns.sheet import Column
 from sdpgrind.base.columns.source import ColumnNote, Source
+from sdpgrind.base.columns.table import Meant, quantity_of
 from sdpgrind.base.columns.taken import Rules
 from sdpgrind.base.units import m
 
 _ARC_LENGTH = ".x3p"
-_WHOLE = 0.75  # chosen: share of the turn below which a ring was not gone round, or the angle is another one
+_TIP = Meant("mm", 1e-3, 50.0)  # chosen: from a stylus to the roller of a follower
 
 
 class Turned(NamedTuple):
@@ -43,6 +45,7 @@ def samples(
     reading: Any,
     deviation: Any,
     radius: float | None,
+    tip_radius: float,
     group: str | None,
     missing: Sequence[str],
     plausible: bool,
@@ -50,16 +53,23 @@ def samples(
     """Return angles (rad) and readings (mm) of a file or a table, without those that are missing."""
     rules = Rules(period=1.0, group=group, missing=missing, plausible=plausible)
     nominal = None if radius is None else checks.positive("radius", radius, "mm")
+    tip = checks.nonnegative("tip_radius", tip_radius, "mm")
+    if plausible:
+        refuse_other_length("radius", nominal or 0.0, quantity_of("reading"))
+        refuse_other_length("tip_radius", tip, _TIP)
     if isinstance(data, str | os.PathLike) and Path(data).suffix.lower() == _ARC_LENGTH:
         ring = _of_arc(data, angle, reading, deviation, nominal, rules).known()
         if plausible and nominal is not None:
-            told = f"is radius a diameter? Say radius={nominal / 2:g}"
-            _refuse_part_of_a_turn(ring, Path(data).name, told)
+            refuse_part_of_a_turn(
+                ring.angle, Path(data).name, f"is radius a diameter? Say radius={nominal / 2:g}"
+            )
+            refuse_unlike_turns(ring.angle, ring.reading, nominal, Path(data).name)
         return ring
     asked = _asked(angle, reading, deviation, nominal)
     ring = _of_columns(read(data, asked, rules=rules), nominal).known()
     if plausible:
-        _refuse_part_of_a_turn(ring, ring.source.files[0].name, "angle in another unit, or factor 2?")
+        told = "angle in another unit, or factor 2?"
+        refuse_part_of_a_turn(ring.angle, ring.source.files[0].name, told)
     return ring
 
 
@@ -87,19 +97,6 @@ def _of_columns(found: Recorded, nominal: float | None) -> Turned:
     source = dataclasses.replace(origin, columns=notes, commands_at="", gaps=(), notes=(*origin.notes, *more))
     readings = columns["reading"] if nominal is None else columns["deviation"] + nominal
     return Turned(columns["angle"], readings, source)
-
-
-def _refuse_part_of_a_turn(found: Turned, file: str, meant: str) -> None:
-    """Refuse angles that leave more than a quarter of the turn without a reading."""
-    if found.angle.size < 2:
-        return
-    angle = np.sort(found.angle % (2 * np.pi))
-    covered = 1 - float(np.diff(angle, append=angle[0] + 2 * np.pi).max()) / (2 * np.pi)
-    if covered < _WHOLE:
-        raise ValueError(
-            f"{file}: angles must go round the ring; got {covered:.2g} of a turn: {meant}"
-            " (plausible=False takes an arc)"
-        )
 
 
 def _of_arc(

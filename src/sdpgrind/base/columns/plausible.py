@@ -28,6 +28,19 @@ def refuse_other_units(columns: Mapping[str, Column], bounds: Mapping[str, Bound
                 )
 
 
+def refuse_other_length(name: str, value: float, meant: Meant) -> None:
+    """Refuse a number (mm; 0: none) that no machine means, with the conversions that would do."""
+    if value == 0 or _inside(value, value, meant):
+        return
+    by = {other: value * factor(other, meant.unit) for other in near(meant.unit)}
+    calls = " or ".join(f"{name}={mm:.6g} ({other})" for other, mm in by.items() if _inside(mm, mm, meant))
+    raise ValueError(
+        f"{name} must be {_range(meant)} {meant.unit}; got {value:.6g} {meant.unit}"
+        + (f"; if given in another unit: {calls}" if calls else "")
+        + " (plausible=False takes it as it is)"
+    )
+
+
 def ends(values: Floats) -> tuple[float, float]:
     """Greatest magnitude, and the quantile of the others than zero that the upper limit is for; 0: none."""
     sizes = np.abs(values[np.isfinite(values) & (values != 0)])
