@@ -137,6 +137,7 @@ REFUSED = {
     "another kind": (GOOD.replace("um", "N"), r"column 'X \[N\]': size must have a unit like mm \(nm, um, cm, m, in\); got 'N'"),
     "doubled header": ("t [s],X [um],X [um]\n0,1,2\n1,2,3\n", r"size must be one column; the header 'X' stands 2 times among"),
     "word": (GOOD.replace("12.5", "oops"), r"column 'X \[um\]': size must be numbers; got 'oops' in line 3 \(missing=\('oops',\)"),
+    "unit in the cells": (GOOD.replace("0,0", "0,0 mm").replace("12.5", "12.5 mm"), r"size must be numbers; got '0 mm' in line 2 with its unit; say size=\(\"X \[um\]\", \"mm\"\) of a table with '0' instead"),
     "word in the first row": (GOOD.replace("0,0", "0,init"), r"size must be numbers; got 'init' in line 2"),
     "word in the last row": (GOOD.replace("37.5", "fault"), r"got 'fault' in line 5"),
     "repeated header": (GOOD + GOOD, r"must be numbers; got '.*' in line 6"),

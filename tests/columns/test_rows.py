@@ -46,6 +46,19 @@ def test_restart():
     assert log.outcome.duration.values.tolist() == [2.0, 1.0] and log.outcome.rows.values.tolist() == [3, 2]
 
 
+def test_restart_within_a_named_part():
+    """Of a comparison: each controller ground the same parts."""
+    table = {"n": [0, 0, 1, 1] * 2, "t [s]": [0.0, 1.0] * 4, "X [mm]": np.linspace(0.0, 0.1, 8)}
+    with pytest.raises(
+        ValueError, match=r"within part '0' \(s\); got 1\.0 and then 0\.0 in row 5: another column"
+    ):
+        hwsim.Log.read(table, time="t", part="n", size="X")
+    log = hwsim.Log.read(table, time="t", part="n", size="X", on_restart="new part")
+    assert log["data"].part.values.tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
+    assert log["data"].attrs["labels"] == ["0", "0", "1", "1"]
+    np.testing.assert_array_equal(log["data"]["size"], table["X [mm]"][[0, 1, 4, 5, 2, 3, 6, 7]])
+
+
 def test_parts_by_words_keep_their_order_and_their_words():
     table = pd.DataFrame({"n": ["b", "b", "a", "a"], "t [s]": [0, 1, 0, 1], "X [um]": [0, 10.0, 0, 20]})
     log = hwsim.Log.read(table, time="t", part="n", size="X")

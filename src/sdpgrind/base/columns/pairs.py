@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.columns.rows import wide
 from sdpgrind.base.columns.sheet import Column
 from sdpgrind.base.columns.table import COMMAND
 
@@ -86,8 +87,24 @@ def _followed(each: Parts, names: set[str], way: str, rate: str, ratio: Ratio) -
     if any(_falls_back(columns[way]) for _, columns in each):
         more = f', as {way} goes back to its beginning: two parts? Say part="header of the part\'s number"'
         return Contradiction(way, driver, rule + more)
+    if (
+        LEAST
+        <= _median(ratio(_closed(time), columns[way], columns[driver]) for time, columns in each)
+        <= MOST
+    ):
+        gap = max(float(np.diff(time).max(initial=0.0)) for time, _ in each)
+        more = f', as time has a gap of {gap:.4g} s: two parts? Say part="header of the part\'s number"'
+        return Contradiction(way, driver, rule + more)
     falls = f", {way} is falling while {rate} feeds" * (told < 0)
     return Contradiction(way, driver, rule + falls, times)
+
+
+def _closed(time: Floats) -> Floats:
+    """Times without gaps: each is one usual step."""
+    steps = np.diff(time)
+    gap = wide(steps)
+    steps[gap] = np.median(steps)
+    return time[:1] + np.concatenate([[0.0], np.cumsum(steps)]) if np.any(gap) else time
 
 
 def _falls_back(way: Floats) -> bool:

@@ -55,17 +55,18 @@ def without_equal(block: PartRows) -> PartRows:
     return block.only(np.concatenate([[True], ~same]))
 
 
-def restarts(block: PartRows, on_restart: str) -> list[PartRows]:
-    """Parts of a block: one, or one from each fall of its time on."""
+def restarts(block: PartRows, on_restart: str, named: bool = False) -> list[PartRows]:
+    """Parts of a block: one, or one from each fall of its time on; `named`: by a column of parts."""
     falls = np.flatnonzero(np.diff(block.time) < 0)
     if not falls.size:
         return [block]
     if on_restart == "refuse":
         k = int(falls[0])
+        which = f" within part {block.label!r}" if named else " within a part"
+        column = "another column of parts" if named else 'part="header" of the part\'s number'
         raise ValueError(
-            f"{block.where}: time must rise within a part (s); got {float(block.time[k])!r} and then"
-            f' {float(block.time[k + 1])!r} in {block.at(k + 1)}: part="header" of the part\'s number, or'
-            ' on_restart="new part"'
+            f"{block.where}: time must rise{which} (s); got {float(block.time[k])!r} and then"
+            f' {float(block.time[k + 1])!r} in {block.at(k + 1)}: {column}, or on_restart="new part"'
         )
     edges = [0, *(falls + 1).tolist(), block.time.size]
     return [block.only(slice(a, b)) for a, b in pairwise(edges)]
@@ -138,10 +139,12 @@ def _means(values: Column, first: npt.NDArray[np.int64]) -> Column:
 def gaps(block: PartRows) -> list[tuple[float, float]]:
     """Time and length (s) of each step of more than three medians."""
     steps = np.diff(block.time)
-    if steps.size < 2:
-        return []
-    wide = np.flatnonzero(steps > GAP * np.median(steps))
-    return [(float(block.time[k]), float(steps[k])) for k in wide]
+    return [(float(block.time[k]), float(steps[k])) for k in np.flatnonzero(wide(steps))]
+
+
+def wide(steps: Floats) -> Bools:
+    """Which steps of a time (s) are gaps."""
+    return np.asarray(steps > GAP * np.median(steps)) if steps.size > 1 else np.zeros(steps.size, bool)
 
 
 def aligned(block: PartRows, commands_at: str) -> PartRows:

@@ -1,6 +1,7 @@
 """Columns that are asked for, taken from a sheet: in our units, in parts, at their times."""
 
 import dataclasses
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -13,11 +14,14 @@ from sdpgrind.base.columns.commands import ALIGNMENTS
 from sdpgrind.base.columns.request import Bound, Request, bound, place_of, unit_of_name
 from sdpgrind.base.columns.resample import Series, resampled
 from sdpgrind.base.columns.rows import PartRows, aligned, one_a_time, restarts, without_equal
-from sdpgrind.base.columns.sheet import Column, Sheet, Wave
+from sdpgrind.base.columns.sheet import Column, Sheet, Wave, is_unit
 from sdpgrind.base.columns.source import ColumnNote
 from sdpgrind.base.columns.stamps import stamps, unrolled
 from sdpgrind.base.columns.table import TEXT
 from sdpgrind.base.unit_text import factor, near
+
+_WITH_UNIT = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?) *([^\d\s].*)")
+"""A number and what may be its unit."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -102,12 +106,21 @@ def _numbers(column: Column, request: Request, header: str, sheet: Sheet, rules:
         return column
     found, bad = numbers(column, sheet.decimal, rules.missing)
     if bad is not None or column.dtype.kind == "M":
-        word = column[bad or 0]
+        word = str(column[bad or 0])
         raise ValueError(
-            f"{sheet.where}, column {header!r}: {request.name} must be numbers; got {str(word)!r} in"
-            f" {sheet.place(bad or 0)} (missing=({str(word)!r},) makes it no reading)"
+            f"{sheet.where}, column {header!r}: {request.name} must be numbers; got {word!r} in"
+            f" {sheet.place(bad or 0)} {_instead(word, request, header, sheet.decimal)}"
         )
     return found
+
+
+def _instead(word: str, request: Request, header: str, decimal: str) -> str:
+    """What a word among numbers may be: a number with its unit, or no reading."""
+    found = _WITH_UNIT.fullmatch(word.strip())
+    if found is None or numbers([found[1]], decimal)[1] is not None or not is_unit(found[2]):
+        return f"(missing=({word!r},) makes it no reading)"
+    call = f'{request.name}=("{header}", "{found[2]}")'
+    return f"with its unit; say {call} of a table with {found[1]!r} instead (pandas: .str.removesuffix)"
 
 
 def _word(value: Any) -> str:
@@ -202,8 +215,8 @@ def _blocks(
         pieces = zip(codes, edges[:-1].tolist(), edges[1:].tolist(), strict=True)
         parts = [block.only(order[a:b], label) for label, a, b in pieces]
     timed = [_timed(each, times) for each in parts]
-    on_restart = "refuse" if of_part is not None else rules.on_restart
-    return [each for one in timed for each in restarts(without_equal(one), on_restart)]
+    named = of_part is not None
+    return [each for one in timed for each in restarts(without_equal(one), rules.on_restart, named)]
 
 
 def _timed(block: PartRows, times: Any) -> PartRows:
