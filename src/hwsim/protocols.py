@@ -221,7 +221,8 @@ class Adaptation(Protocol):
     """Learns between parts: re-estimates, shifts a margin, plans anew.
 
     It may depend only on its initial state and the logs passed to it, so that a killed series can be replayed
-    from its journal.
+    from its journal. That log has the rows of all motions of the part, also of those that earlier parts
+    commanded; beyond a million rows of different motions the digests alone.
 
     Examples
     --------

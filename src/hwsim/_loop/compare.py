@@ -12,6 +12,7 @@ from hwsim._log.log import Log
 from hwsim._loop.check import checked_clock
 from hwsim._loop.loop import BLOCK, PIECE, Numbered, RunSeries, batched, check_executor, check_order
 from hwsim._part.clock import Clock
+from hwsim._part.kept_motions import KeptMotions
 from hwsim._part.part import LivePart
 from hwsim.protocols import Adaptation, Controller, Plant
 from sdpgrind.base import checks
@@ -92,12 +93,12 @@ def compare(
     check_executor(executor)
     parts = checks.count("parts", parts)
     rngs = children(rng, parts)
-    runs = {}
+    runs, kept = {}, KeptMotions()
     for k, (name, controller) in enumerate(controllers.items()):
         fitted, clock = checked_clock(plant, controller, name)
         check_order(fitted, executor)
         labels = Labels.of(fitted, controller)
-        series = RunSeries(fitted, clock, controller, None, labels)
+        series = RunSeries(fitted, clock, controller, None, labels, kept)
         done = []
         for part in series.in_order(list(enumerate(copy.deepcopy(rngs))), executor):
             done.append(part)
@@ -179,7 +180,7 @@ def _outcomes(
     """Run a few series and keep the outcomes of their parts only."""
     done = []
     for _, rng in piece:
-        series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels)
+        series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels, KeptMotions())
         done.append(
             [
                 LivePart({}, part.outcome)

@@ -112,13 +112,12 @@ def run(
     with _book(
         journal, {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}, labels
     ) as book:
-        series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels)
-        kept = KeptMotions()
-        done = [kept.of(part) for part in book.read(parts)] if book else []
+        series = RunSeries(plant, clock, controller, copy.deepcopy(adapt), labels, KeptMotions())
+        done = [series.kept.of(part) for part in book.read(parts)] if book else []
         for part in done:
             series.learn(part)
         waiting = list(enumerate(children(rng, parts)))[len(done) :]
-        for part in map(kept.of, series.in_order(waiting, executor)):
+        for part in series.in_order(waiting, executor):
             if book:
                 book.add(len(done), part)
             done.append(part)
@@ -153,6 +152,7 @@ class RunSeries:
     controller: Controller
     adapt: Adaptation | None
     labels: Labels
+    kept: KeptMotions
 
     def learn(self, part: LivePart) -> None:
         """Update the plant by the finished part, and the controller by the adaptation."""
@@ -160,7 +160,8 @@ class RunSeries:
         if after is not None:
             self.plant = after({name: _own(value) for name, value in part.outcome.items()})
         if self.adapt is not None:
-            self.controller = self.adapt.next(self.controller, Log.of([part], self.labels))
+            seen = Log.of([self.kept.whole(part)], self.labels)  # the same in a resumed run
+            self.controller = self.adapt.next(self.controller, seen)
             if not isinstance(self.controller, Controller):
                 raise TypeError(
                     f"next of the adaptation must return a controller; got {checks.shown(self.controller)}"
@@ -169,12 +170,12 @@ class RunSeries:
                 raise ValueError(f"next of the adaptation must return a controller that fits: {faults[0]}")
 
     def in_order(self, waiting: Sequence[Numbered], executor: Executor | None) -> Iterator[LivePart]:
-        """Run the waiting parts and yield them in order, each as soon as it is finished."""
+        """Run the waiting parts and yield them in order, each as soon as it is finished, as `kept`."""
         if executor is not None:
-            yield from self._parallel(waiting, executor)
+            yield from map(self.kept.of, self._parallel(waiting, executor))
             return
         for numbered in waiting:
-            part = _run_one(self.plant, self.controller, self.clock, numbered)
+            part = self.kept.of(_run_one(self.plant, self.controller, self.clock, numbered))
             yield part
             self.learn(part)
 

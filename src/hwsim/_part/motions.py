@@ -30,7 +30,7 @@ def is_table(value: Any) -> bool:
 
 
 def digest(table: npt.NDArray[Any]) -> float:
-    """Hash of the entries of a table, 48 bits, exact as a float."""
+    """Hash of the entries of a table, 48 bits, exact as a float; the shape is told by the number of rows."""
     whole = np.ascontiguousarray(table, dtype=float) + 0.0  # 0.0: -0 is 0
     return float(int.from_bytes(blake2b(whole.tobytes(), digest_size=6).digest()))
 
@@ -81,3 +81,9 @@ def stacked(blocks: Sequence[Column]) -> Column:
         np.pad(block, each, constant_values=np.nan) for block, each in zip(blocks, missing, strict=True)
     )
     return np.vstack(list(padded))
+
+
+def unpadded_rows(rows: Column) -> Column:
+    """Return rows without the columns of NaN that `stacked` added at their end."""
+    used = np.flatnonzero(~np.isnan(rows).all(axis=0))
+    return rows[:, : used[-1] + 1 if used.size else 0]

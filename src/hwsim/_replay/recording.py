@@ -205,10 +205,15 @@ def _motions(log: Log, tier: str, name: str, part: int) -> Iterator[tuple[float,
     steps, column = log[tier], command_column(digest_name(name))
     if column not in steps:  # written before digests were
         return
-    columns = (steps[each].values.tolist() for each in ("part", "time", column))
-    digests = list(zip(*columns, strict=True))
-    known = {told: at[number, when] for number, when, told in digests if (number, when) in at}
-    yield from ((when, known[told]) for number, when, told in digests if number == part and told in known)
+    columns = (steps[each].values.tolist() for each in ("part", "time", column, command_column(name)))
+    commanded = [(number, when, told) for number, when, *told in zip(*columns, strict=True)]
+    known = {
+        (digest, size): motion
+        for number, when, (digest, size) in commanded
+        if (motion := at.get((number, when))) is not None and len(motion) == size
+    }
+    here = ((when, tuple(told)) for number, when, told in commanded if number == part)
+    yield from ((when, known[told]) for when, told in here if told in known)
 
 
 def _kept(table: Any) -> Iterator[tuple[tuple[int, float], Column]]:
