@@ -35,6 +35,7 @@ HINTS = {
     "B": _BURNT,
     "diffusivity": _BURNT,
     "roundness_base": _ROUND,
+    "grinding_ratio": "the diameter of the wheel before and after many parts",
     "roundness_gain": _ROUND,
     **dict.fromkeys(("wheel_diameter", "work_diameter", "width", "wheel_speed", "work_rotation"), _DRAWING),
     "coefficient": _POWER,
