@@ -193,6 +193,60 @@ def test_a_removal_rate_that_no_unit_explains_is_told_without_a_call():
         hwsim.Log.read(rows, period=1.0, feed_rate=("f", "mm/s"), **units)
 
 
+@pytest.mark.filterwarnings("ignore:.*the file says")
+@pytest.mark.parametrize("unit", ["N", "kN"])
+def test_forces_must_agree_with_power_by_the_speed_of_cutting(unit):
+    forces = {"normal_force": ("Fn", unit), "tangential_force": ("Ft", unit)}
+    with pytest.raises(
+        ValueError, match=r"grinding_power must rise with .* 1 ... 300 m/s; got (401|0.401) m/s"
+    ):
+        hwsim.Log.read(SAMPLES / "bead_passes.csv", **BEAD | forces)
+
+
+def test_power_that_does_not_follow_the_force_tells_no_speed():
+    random = np.random.default_rng(5)
+    table = {"F [N]": random.uniform(0.5, 1.5, 50), "P [W]": 900 + 30 * random.standard_normal(50)}
+    assert hwsim.Log.read(table, period=1.0, tangential_force="F", grinding_power="P") is not None
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ({"feed_rate": ("feed", "mm/s")}, r"feed_rate in mm/s,.* imply .* bead width 212 mm; usual are .* 2 ... 200"),
+        (
+            {"feed_rate": ("feed", "mm/s"), "removal_rate": ("Q", "mm^3/s")},
+            r"imply specific energy 270 J/mm\^3 and bead width 12.7 mm; usual are specific energy 2 ... 150",
+        ),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore:.*the file says")
+def test_what_is_unusual_in_a_removal_rate_warns(wrong, told):
+    with pytest.warns(UserWarning, match=told):
+        hwsim.Log.read(SAMPLES / "bead_passes.csv", **BEAD | wrong)
+
+
+@pytest.mark.parametrize(
+    ("times", "told"),
+    [
+        ({"period": 40.0}, "time has 40 s from row to row; usual are up to 2 s"),
+        ({"time": ("t", "ms")}, r"time has parts of 0.009\d+ s; usual are 0.3 s and more"),
+        ({"time": ("t", "h")}, "time has 144 s from row to row"),
+    ],
+)
+def test_a_size_alone_tells_a_time_that_no_machine_means(times, told):
+    assert hwsim.Log.read(bare(), time=("t", "s"), size=("X", "um")) is not None
+    with pytest.warns(UserWarning, match=told):
+        hwsim.Log.read(bare(), size=("X", "um"), **times)
+
+
+def test_a_step_of_instants_in_milliseconds_is_refused():
+    options = BRACKETS | {"time": ("t", "s")}
+    with pytest.raises(ValueError, match=r"50 s leaves 1 instant of 245 rows: resample=0.05 if it is in ms"):
+        hwsim.Log.read(bare(), **options, resample=50.0)
+    assert hwsim.Log.read(bare(), **options, resample=0.05).source.rows_read > 100
+    assert hwsim.Log.read(bare(), **options, resample=5.0, plausible=False).source.rows_read == 2
+
+
 @pytest.mark.parametrize("header", ["Ist um", "Ist_um", "Soll, um"])
 def test_a_unit_at_the_end_of_a_header_is_offered(header):
     with pytest.raises(ValueError, match="as the header seems to say") as told:

@@ -149,8 +149,8 @@ class Log(Record):
         ValueError
             In one sentence with file, header, row and the call that would do: a unit that is missing,
             unknown, of another kind or implausible, a header that is missing or doubled, a word among
-            numbers, a row of another width, falling time, an ambiguous date, unequal lengths, an empty or
-            damaged file.
+            numbers, a row of another width, falling time, an ambiguous date or decimal sign, unequal lengths,
+            a `resample` that leaves less than 10 of 100 rows or more, an empty or damaged file.
         ImportError
             Without npTDMS or h5py (extra ``io``).
 
@@ -158,7 +158,8 @@ class Log(Record):
         -----
         UserWarning
             Where more than 5 % of a column are missing; where the call gives another unit than the file;
-            where `duplicates` leaves less than half of the rows.
+            where `duplicates` leaves less than half of the rows; where rows of a size are more than 2 s apart
+            or its parts shorter than 0.3 s; where a removal rate implies an unusual specific energy or width.
 
         Examples
         --------

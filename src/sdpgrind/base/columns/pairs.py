@@ -9,7 +9,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns.rows import wide
 from sdpgrind.base.columns.sheet import Column
-from sdpgrind.base.columns.table import COMMAND
+from sdpgrind.base.columns.table import COMMAND, quantity_of
 
 LEAST, MOST = 0.7, 1.15  # source: specification of the columns; right cycles gave 0.88 to 0.97
 _MEANT = 0.93  # measured: what a right cycle gives; the rest is deflection
@@ -20,6 +20,7 @@ _NOISE = 5.0  # chosen: standard deviations; the inner 96 % of white noise alone
 _ROWS = 10  # chosen: rows of a hold of which a fifth still has a slope
 _HOLDS = 5  # chosen: holds that are looked at; more are rapid moves
 _FORCES = (0.05, 1.0)  # chosen: friction ratios of grinding
+_CLEAR = 0.9  # chosen: correlation from which on a slope over noise in both is within a fifth
 _TURNED = (0.7, 1.4)  # chosen: turns that are counted against those of the speed
 _CONFUSED = (1.0, 2.0, 25.4, 1000.0, 60.0, 1000 / 60)  # derived: radius, inch, um or ms, minutes, both
 FACTORS = [sign * f**power for f in _CONFUSED for power in (1, -1) for sign in (1, -1)]
@@ -57,6 +58,7 @@ def contradictions(parts: Iterable[tuple[Floats, Columns]]) -> list[Contradictio
     found = [
         *(_followed(each, names, *pair) for pair in PAIRS),
         _forces(each, names),
+        _powers(each, names),
         _turns(each, names),
     ]
     return [one for one in found if one is not None]
@@ -241,6 +243,34 @@ def _force_ratio(tangential: Floats, normal: Floats) -> float:
         return nan
     much = sizes > 0.5 * np.quantile(sizes, 0.95)
     return float(np.median(np.abs(tangential[both][much]) / sizes[much]))
+
+
+def _powers(each: Parts, names: set[str]) -> Contradiction | None:
+    """Power against tangential force: by the speed of cutting, without idle power."""
+    if not {"grinding_power", "tangential_force"} <= names:
+        return None
+    told = _median(
+        _cutting_speed(columns["tangential_force"], columns["grinding_power"]) for _, columns in each
+    )
+    meant = quantity_of("wheel_speed")
+    if not isfinite(told) or meant.least <= told <= meant.greatest:
+        return None
+    return Contradiction(
+        "grinding_power",
+        "tangential_force",
+        f"grinding_power must rise with tangential_force by a speed of {meant.least / 1000:g} ..."
+        f" {meant.greatest / 1000:g} m/s; got {told / 1000:.3g} m/s: is one of them in another unit?",
+    )
+
+
+def _cutting_speed(force: Floats, power: Floats) -> float:
+    """Slope of power over force, mm/s; NaN: it is not clear."""
+    known = np.isfinite(force) & np.isfinite(power)
+    force, power = np.abs(force[known]), power[known]
+    if known.sum() < _ROWS or not np.ptp(force) or not np.ptp(power):
+        return nan
+    clear = float(np.corrcoef(force, power)[0, 1]) >= _CLEAR
+    return 1000 * _slope(force, power) if clear else nan  # W/N is m/s
 
 
 def _turns(each: Parts, names: set[str]) -> Contradiction | None:

@@ -16,12 +16,13 @@ from sdpgrind.base.columns.exchanged import exchanged
 from sdpgrind.base.columns.mistakes import DeclaredTimes, mistakes, sentence
 from sdpgrind.base.columns.pairs import contradictions
 from sdpgrind.base.columns.plausible import refuse_other_units
-from sdpgrind.base.columns.removal import removal_fault
+from sdpgrind.base.columns.removal import removal_doubt, removal_fault
 from sdpgrind.base.columns.request import Bound, Request, place_of, request_of, requests_of, unit_of_name
 from sdpgrind.base.columns.resample import resampled
 from sdpgrind.base.columns.rows import PartRows, aligned, gaps, one_a_time, warn_of_most
 from sdpgrind.base.columns.sheet import Column, Sheet, too_long
 from sdpgrind.base.columns.source import ColumnNote, FileNote, Source, file_note
+from sdpgrind.base.columns.steps import refuse_other_resample, warn_of_other_time
 from sdpgrind.base.columns.table import TEXT
 from sdpgrind.base.columns.taken import Rules, Taken, taken
 from sdpgrind.base.warned import warn
@@ -133,7 +134,9 @@ def _whole(
     columns = {each.column: np.concatenate([b.columns[each.column] for b in blocks]) for each in asked}
     where = files[0].name if len(files) == 1 else f"{files[0].name} ... {files[-1].name}"
     if rules.plausible:
+        refuse_other_resample(rules.resample, sum(one.rows for one in found), blocks, where)
         _refuse_mistakes(columns, blocks, found[0], rules, where)
+        warn_of_other_time(blocks, where)
     else:
         notes = [*notes, "plausible=False: units are not held against what a machine can mean"]
     sizes, names = [block.time.size for block in blocks], _names(blocks)
@@ -174,6 +177,8 @@ def _refuse_mistakes(
     refuse_other_units(columns, bounds, where)
     if (odd := removal_fault(columns, bounds)) is not None:
         raise ValueError(f"{where}: {odd}")
+    if (doubt := removal_doubt(columns, bounds)) is not None:
+        warn(f"{where}: {doubt}")
     for fault in contradictions(parts):
         told = fault.times == fault.times
         found = mistakes(fault, parts, bounds, DeclaredTimes(first.time, rules.period)) if told else []

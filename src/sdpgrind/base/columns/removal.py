@@ -16,6 +16,7 @@ from sdpgrind.base.unit_text import factor, near
 
 _ENERGY = (2.0, 150.0)  # J/mm^3; chosen: of grinding, from soft metal to fine cuts
 _WIDTH = (2.0, 200.0)  # mm; chosen: of beads
+_USUAL = {"specific energy": _ENERGY, "bead width": _WIDTH}
 _RATE = "removal_rate"
 # name -> powers with which it enters energy and width; derived: power / rate, rate / (depth * feed)
 _POWERS = {_RATE: (-1, 1), "cut_depth": (0, -1), "feed_rate": (0, -1), "grinding_power": (1, 0)}
@@ -59,16 +60,28 @@ def removal_fault(columns: Mapping[str, Column], bounds: Mapping[str, Bound]) ->
 
     Each must be what a machine can mean; where both are there, one of them must be usual, too.
     """
-    if _RATE not in columns:
-        return None
-    implied = _Implied(_energy(columns), _width(columns))
-    if not implied.is_odd:
+    implied = _implied(columns)
+    if implied is None or not implied.is_odd:
         return None
     told = f"{_RATE} must agree with power, depth and feed; they imply {implied}"
     found = [each for name in _POWERS if name in columns for each in _units(implied, columns, bounds[name])]
     if found:
         told = explained(told, sorted(found, key=lambda one: one.rank))
     return f"{told} (plausible=False takes it as it is)"
+
+
+def removal_doubt(columns: Mapping[str, Column], bounds: Mapping[str, Bound]) -> str | None:
+    """Return what is unusual beside a removal rate, though a machine may mean it; None: nothing."""
+    implied = _implied(columns)
+    if implied is None or not implied.unusual:
+        return None
+    usual = " and ".join(f"{name} {low:g} ... {high:g}" for name, (low, high) in _USUAL.items())
+    used = ", ".join(f"{name} in {bounds[name].unit}" for name in _POWERS if name in columns)
+    return f"{used} imply {implied}; usual are {usual} (J/mm^3, mm): is one of the units another?"
+
+
+def _implied(columns: Mapping[str, Column]) -> _Implied | None:
+    return _Implied(_energy(columns), _width(columns)) if _RATE in columns else None
 
 
 def _units(implied: _Implied, columns: Mapping[str, Column], each: Bound) -> list[Mistake]:
