@@ -55,7 +55,7 @@ def test_restart_within_a_named_part():
         hwsim.Log.read(table, time="t", part="n", size="X")
     log = hwsim.Log.read(table, time="t", part="n", size="X", on_restart="new part")
     assert log["data"].part.values.tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
-    assert log["data"].attrs["labels"] == ["0", "0", "1", "1"]
+    assert log["data"].attrs["labels"] == ["0", "0 (2)", "1", "1 (2)"]
     np.testing.assert_array_equal(log["data"]["size"], table["X [mm]"][[0, 1, 4, 5, 2, 3, 6, 7]])
 
 
