@@ -121,6 +121,8 @@ def test_a_page_is_the_same_to_the_bit(page):
             r"row 1, time \[s\]: the page shows '12.18', its data say '12.12'",
         ),
         ('"seed": 7', '"seed": 8', "data 'job', seed: 8 is not"),
+        ('"seed": 7', '"seed": 07', "data 'job': not as it was written, and no JSON any more"),
+        ("12.125,", "02.125,", "data 'page': not as it was written, and no JSON any more"),
         ("12.125,", "12.1250001,", "data of table 'Every part', time, value 1: 12.1250001"),
         ("<td>2</td>", "<td>1</td>", "row 1, part: the page shows '1'"),
         ("<td>lost</td>", "<td>lost</td><td>0</td>", "the page shows '0'"),
@@ -162,6 +164,15 @@ def test_every_digit_of_the_texts_counts(page):
     for k in digits:
         other = str((int(page[k]) + 1) % 10)
         assert seal.changes(page[:k] + other + page[k + 1 :])
+
+
+def test_every_digit_of_the_data_counts(page):
+    """Each digit changed to 0, which at the head of a number leaves no JSON."""
+    start, end = page.index('id="page"'), page.index('id="digests"')
+    digits = [start + found.start() for found in re.finditer(r"[1-9]", page[start:end])]
+    assert len(digits) > 30
+    for k in digits:
+        assert seal.changes(page[:k] + "0" + page[k + 1 :])
 
 
 def test_another_file_is_refused():
