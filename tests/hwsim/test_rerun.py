@@ -188,3 +188,47 @@ def test_a_changed_page_is_not_run_again(cycle, tmp_path, capsys):
     page.write_text(page.read_text().replace("12.0", "13.0", 1))
     status, _ = rerun(page, tmp_path / "again", capsys)
     assert status == 1 and not (tmp_path / "again").exists()
+
+
+def test_a_plan_is_made_again_with_the_options_it_was_solved_with(cycle, tmp_path, capsys):
+    best = plunge.plan(cycle.problem, safety_margin=0.005)
+    best.report(tmp_path / "plan.html")
+    controller = plunge.CycleController(cycle.problem, safety_margin=0.005)
+    run = hwsim.run(hwsim.PlungeGrinder(cycle.problem), controller, rng=0)
+    run.report(tmp_path / "job.html", plan=best)
+    bead = weldbead.plan(weldbead.preset("P1"), tolerance=3e-2)
+    bead.report(tmp_path / "bead.html")
+    for name in ("plan", "job", "bead"):
+        status, lines = rerun(tmp_path / f"{name}.html", tmp_path / name, capsys)
+        assert status == 0 and "equal to the bit (plan" in lines[-1]
+
+
+def test_a_plan_of_unknown_options_is_never_said_to_differ(cycle, tmp_path, capsys):
+    """A plan from a file does not hold them: the defaults count where they make the same plan."""
+    for name, margin in (("usual", 0.0), ("cautious", 0.005)):
+        plunge.plan(cycle.problem, safety_margin=margin).save(tmp_path / "plan.nc")
+        load(tmp_path / "plan.nc").report(tmp_path / f"{name}.html")
+    assert rerun(tmp_path / "usual.html", tmp_path / "usual", capsys)[0] == 0
+    status, lines = rerun(tmp_path / "cautious.html", tmp_path / "cautious", capsys)
+    assert status == 2 and "cannot be made again: it was solved with options" in lines[-1]
+    assert not any("differs" in line for line in lines)
+
+
+def test_a_controller_of_another_plan_is_refused(tmp_path, capsys):
+    problem = weldbead.preset("P1")
+    wide = problem.replace(scatter=problem.scatter.replace(relative_sd=0.3))
+    one, other = (weldbead.plan(each, tolerance=3e-2) for each in (problem, wide))
+    both = {"one": weldbead.SequenceController(one), "other": weldbead.SequenceController(other)}
+    hwsim.compare(hwsim.WeldBeadStand(problem), both).report(tmp_path / "job.html", plan=one)
+    status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
+    assert status == 2 and "needs a SequenceController that is made of the plan or the problem" in lines[-1]
+
+
+def test_a_controller_of_a_plan_that_comes_out_differently_is_refused(tmp_path, capsys, monkeypatch):
+    policy = weldbead.plan(weldbead.preset("P1"), tolerance=3e-2)
+    log = hwsim.run(hwsim.WeldBeadStand(policy.problem), weldbead.SequenceController(policy))
+    log.report(tmp_path / "job.html", plan=policy)
+    other = weldbead.plan(policy.problem, tolerance=None, nodes=51)
+    monkeypatch.setattr(weldbead, "plan", lambda problem, **options: other)
+    status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
+    assert status == 2 and "SequenceController of this page cannot be made again: the plan" in lines[-1]

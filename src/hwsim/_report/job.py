@@ -42,7 +42,7 @@ def job_of(log: Any, plan: Any, command: Mapping[str, Any] | None) -> dict[str, 
         "controller": _told(made.get("controller"), attrs.get("controller")),
         "controllers": {name: _told(each, None) for name, each in made.get("controllers", {}).items()},
         "adapt": _told(made.get("adapt"), None),
-        "plan": None if not hasattr(plan, "dataset") else solved_of(plan.kind, plan.dataset),
+        "plan": None if not hasattr(plan, "dataset") else solved_of(plan, plan.dataset),
         "log": {tier: arrays_digest(log[tier]) for tier in log.tiers}
         | {"outcome": arrays_digest(log.outcome)},
     }

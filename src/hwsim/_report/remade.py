@@ -11,7 +11,7 @@ from hwsim._log.fingerprint import fingerprint
 from hwsim._report.again import PLAN
 from hwsim._report.job import JOB, made_again
 from sdpgrind.base import stored
-from sdpgrind.base.sheets.record_page import solved_of
+from sdpgrind.base.sheets.record_page import arrays_digest
 
 PAGE = "report.html"
 """Name of the page in a folder."""
@@ -72,7 +72,7 @@ def make(data: Mapping[str, Any], folder: Path) -> None:
     Raises
     ------
     ValueError
-        When a controller or an adaptation is not the one of the page.
+        When the plan, a controller or an adaptation cannot be made again from what the page holds.
     """
     problem = stored.decode(json.dumps(data["problem"])) if "problem" in data else None
     job = data.get(JOB)
@@ -88,11 +88,29 @@ def make(data: Mapping[str, Any], folder: Path) -> None:
 
 
 def _planned(told: Mapping[str, Any] | None, problem: Any) -> Any:
-    """The plan solved again, by the method of the page and the defaults of all else."""
+    """The plan solved again with the options of the page.
+
+    Where the page holds none, as of a plan from a file, those may have been the defaults: the plan counts if
+    it is equal.
+    """
     if told is None or problem is None or told["kind"] not in _PACKAGES:
         return None
     package: Any = import_module(_PACKAGES[told["kind"]])
-    return package.plan(problem, **({"method": told["method"]} if told.get("method") else {}))
+    if (options := told.get("options")) is not None:
+        given = {name: stored.decode(json.dumps(value)) for name, value in options.items()}
+        return package.plan(problem, **given)
+    plan = package.plan(problem, **({"method": told["method"]} if told.get("method") else {}))
+    if _changed(plan, told):
+        raise ValueError(
+            "the plan of this page cannot be made again: it was solved with options that the page does not"
+            " hold, or by another version; report the plan as plan(...) returned it, not one from a file"
+        )
+    return plan
+
+
+def _changed(plan: Any, told: Mapping[str, Any]) -> bool:
+    """Whether a plan differs from that of the page."""
+    return bool(arrays_digest(plan.dataset) != told["arrays"])
 
 
 def _run(job: Mapping[str, Any], plan: Any, problem: Any) -> Any:
@@ -100,7 +118,7 @@ def _run(job: Mapping[str, Any], plan: Any, problem: Any) -> Any:
     from hwsim._loop.loop import run
 
     package: Any = import_module(_PACKAGES[job["plan"]["kind"]]) if plan is not None else None
-    changed = plan is not None and solved_of(plan.kind, plan.dataset) != job["plan"]
+    changed = plan is not None and _changed(plan, job["plan"])
 
     def follower(told: Mapping[str, Any]) -> Any:
         ways = [lambda of=of: getattr(package, told["name"])(of) for of in (plan, problem)]
@@ -117,17 +135,18 @@ def _run(job: Mapping[str, Any], plan: Any, problem: Any) -> Any:
 
 
 def _same(told: Mapping[str, Any], ways: Sequence[Callable[[], Any]], changed: bool, plan: Any) -> Any:
-    """The object of the page: of its values, or made in a usual way and of the same fingerprint.
-
-    Where the plan has `changed`, which is counted, no fingerprint can be the same: the first way counts.
-    """
+    """The object of the page, of its fingerprint: of its values, else made in a usual way."""
     if told["made_of"] is not None:
-        return made_again(told["made_of"], plan)
+        ways = [lambda: made_again(told["made_of"], plan)]
     for make_it in ways:
         with contextlib.suppress(Exception):  # not the way that this class is made
-            if fingerprint(thing := make_it()) == told["fingerprint"] or changed:
+            if fingerprint(thing := make_it()) == told["fingerprint"]:
                 return thing
+    if changed:
+        raise ValueError(
+            f"the {told['name']} of this page cannot be made again: the plan comes out differently here"
+        )
     raise ValueError(
-        f"--rerun needs a {told['name']} that is made of its plan or problem alone; the one of this page was"
-        " made with more"
+        f"--rerun needs a {told['name']} that is made of the plan or the problem of the page alone; the one"
+        " of this page was made with more"
     )

@@ -1,7 +1,8 @@
 """Base class of plans."""
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Self
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Self
 
 from sdpgrind.base import notebook
 from sdpgrind.base.records import Record
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
 
 class Plan(Reported, Record):
     """Result of a solver, with labels and units; immutable: a copy is the plan itself."""
+
+    _options: "Mapping[str, Any] | None" = None
+    """Options given to the verb that solved it, see `reporting`; None: unknown, as of a plan from a file."""
 
     @property
     @abstractmethod

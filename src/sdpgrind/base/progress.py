@@ -226,13 +226,27 @@ def reported(progress: ProgressOption, default: Callable[[], Progress] = Unasked
         _current.reset(before)
 
 
+_NO_OPTIONS = ("problem", "progress", "executor", "throw")  # arguments that leave a plan as it is
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
 def reporting(verb: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a verb: its `progress` is then a function; None: a line for long work."""
-    return _with(verb, UnaskedLine)
+    """Decorate a verb: its `progress` is then a function; None: a line for long work.
+
+    A plan that it returns remembers the options given to the verb, so that it can be solved again.
+    """
+    speaking = _with(verb, UnaskedLine)
+
+    @functools.wraps(verb)
+    def remembered(*args: P.args, **kwargs: P.kwargs) -> R:
+        found = speaking(*args, **kwargs)
+        if hasattr(found, "_options"):
+            options = {name: value for name, value in kwargs.items() if name not in _NO_OPTIONS}
+            object.__setattr__(found, "_options", options)  # a plan is frozen
+        return found
+
+    return remembered
 
 
 def quiet(verb: Callable[P, R]) -> Callable[P, R]:

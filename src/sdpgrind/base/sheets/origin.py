@@ -61,7 +61,7 @@ def problem_blocks(problem: Any, plain: str | None = None) -> Iterator[Block]:
 
 
 def plain_of(thing: Any) -> Any:
-    """Return the plain values of a stored dataclass; None: it holds functions, or is none."""
+    """Return the plain values of a stored dataclass or a mapping; None: it holds functions, or is none."""
     try:
         return json.loads(encode(thing))
     except TypeError:

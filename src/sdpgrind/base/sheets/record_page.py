@@ -11,7 +11,7 @@ from sdpgrind.base.columns.source import Source
 from sdpgrind.base.sheets import page
 from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Blanks, Block, Embedded, Heading, Picture, Sentences
-from sdpgrind.base.sheets.origin import problem_blocks, versions, versions_table
+from sdpgrind.base.sheets.origin import plain_of, problem_blocks, versions, versions_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +59,7 @@ def blocks_of(record: Any, more: tuple[Block, ...] = ()) -> Iterator[Block]:
         yield from problem_blocks(problem, dataset.attrs.get("problem"))
     yield Heading("Origin")
     yield versions_table()
-    solved = solved_of(record.kind, dataset)
+    solved = solved_of(record, dataset)
     yield Sentences([f"sha256 of the arrays: {solved['arrays']}"])
     yield Embedded("plan", {**solved, **versions()})
     yield SIGNATURE
@@ -73,10 +73,15 @@ def _numbers(dataset: "xr.Dataset") -> Iterator[Amounts]:
             yield Amounts.of(str(name), [variable.item()], str(variable.attrs.get("units", "")), words)
 
 
-def solved_of(kind: str, dataset: "xr.Dataset") -> dict[str, str]:
-    """Return kind, digest of the arrays, and method of a plan where it tells one, for JSON."""
+def solved_of(plan: Any, dataset: "xr.Dataset") -> dict[str, Any]:
+    """Return kind, digest of the arrays, and method of a plan where it tells one, for JSON.
+
+    ``options``: those that it was solved with; None: they are not known, or no plain values.
+    """
     method = {"method": str(dataset.attrs["method"])} if "method" in dataset.attrs else {}
-    return {"kind": kind, "arrays": arrays_digest(dataset), **method}
+    known = getattr(plan, "_options", None)
+    options = None if known is None else plain_of(known)
+    return {"kind": plan.kind, "arrays": arrays_digest(dataset), **method, "options": options}
 
 
 def arrays_digest(dataset: "xr.Dataset") -> str:
