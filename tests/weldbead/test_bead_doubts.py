@@ -1,5 +1,6 @@
 """Doubts about a weld bead, on the sample file and on drawn passes."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -36,10 +37,22 @@ def test_the_sample_file(sample):
 
 def test_stakes_are_plans_solved_again(sample):
     stake = next(each for each in sample.stakes if each.name == "specific_energy")
-    again = weldbead.plan(P1.replace(specific_energy=stake.high), tolerance=None, nodes=101, progress=silent)
+    again = weldbead.plan(P1.replace(specific_energy=stake.high), tolerance=None, nodes=401, progress=silent)
     assert stake.at_high == pytest.approx(again.value(height=P1.height_max, time_left=P1.horizon), rel=1e-12)
     changes = [each.change(sample.figure.value) for each in sample.stakes]
     assert changes == sorted(changes, reverse=True) and len(changes) == 4
+
+
+def test_stakes_are_known_as_well_as_is_said(sample):
+    """The small penalty of a small scatter, against plans on four times as many nodes."""
+    known = float(re.search(r"change by at most (\S+) \$", sample.figure.solved)[1])
+    stake = next(each for each in sample.stakes if each.name == "relative_sd")
+    for sd, penalty in ((stake.low, stake.at_low), (stake.high, stake.at_high)):
+        scatter = P1.scatter.replace(relative_sd=sd)
+        fine = weldbead.plan(P1.replace(scatter=scatter), tolerance=None, nodes=1601, progress=silent)
+        exact = float(fine.value(height=P1.height_max, time_left=P1.horizon))
+        assert abs(penalty - exact) < min(known, 0.1 * exact)
+    assert known < 0.1 * sample.stakes[0].change(sample.figure.value)
 
 
 def drawn(problem, rng, count=40):

@@ -286,7 +286,7 @@ class SequenceProblem(Described):
         """Return what passes say about this problem, what they do not, and what it costs not to know.
 
         Coefficients and scatter with their intervals against the values of the problem; contradictions
-        between columns; the expected penalty of a whole bead ($), planned again on 101 nodes at both ends of
+        between columns; the expected penalty of a whole bead ($), planned again on 401 nodes at both ends of
         each interval.
 
         Parameters
