@@ -218,7 +218,7 @@ def test_progress_is_told_from_the_first_kernel_on_and_never_falls(monkeypatch, 
 
 def test_what_is_planned_meanwhile_has_no_line_of_its_own(monkeypatch):
     stream = standard_error(monkeypatch, io.StringIO())
-    monkeypatch.setattr(progress, "EVERY", 0.0)
+    monkeypatch.setattr(progress, "_FIRST", 0.0)
     plan = progress.reporting(lambda *, progress=None: progress(0.5, "planning"))
     with compile_line.Compiling().of("locus", lambda share, text: None, kernels=5):
         plan()

@@ -46,6 +46,13 @@ _burn ForceBurnLimit MalkinBurnLimit PowerBurnLimit; _controllers SequenceContro
 _PassTier _SequenceTier; _policy SequencePolicy; _problem SequenceProblem FinishCharge; _process
 GrindingProcess; _scatter Scatter.
 """
+# class: fields younger than journals; they count only where they are not at their default
+_YOUNGER = {
+    "CycleController": {"confidence"},
+    "CycleProblem": {"uncertainty", "drive"},
+    "PlungeGrinder": {"drive", "power_gain_sd", "threshold_scatter", "inspection"},
+    "PlungeModel": {"grinding_ratio"},
+}
 Home = Callable[[Any], tuple[Any, str]]
 """From a class or a function to the module and the name that count in a fingerprint."""
 
@@ -161,7 +168,12 @@ def _object(thing: Any) -> list[Any]:
     if isinstance(thing, np.random.SeedSequence):
         return [thing.entropy, thing.spawn_key, thing.n_children_spawned]
     if dataclasses.is_dataclass(thing):
-        return [(f.name, getattr(thing, f.name)) for f in dataclasses.fields(thing) if f.init]
+        younger = _YOUNGER.get(type(thing).__qualname__, ())
+        return [
+            (f.name, getattr(thing, f.name))
+            for f in dataclasses.fields(thing)
+            if f.init and not (f.name in younger and getattr(thing, f.name) == f.default)
+        ]
     if hasattr(thing, "dataset"):  # a plan
         return [getattr(thing, "problem", None), thing.dataset]
     return [piece for piece in thing.__reduce_ex__(4)[:3] if piece is not None]

@@ -86,13 +86,13 @@ class PlungeGrinder(Described):
     inspection : Inspection, optional
         Inspection of each part; adds ``burned_reading`` and ``severity_reading`` to the outcome.
     power_gain, power_max, power_lag : float
-        Gain of the power monitor, unit 1; its range, W; its time constant, s, in place of the drive's.
+        Gain of the power monitor, unit 1; its range, W; its time constant, s (0: the drive's).
     size_offset : float
         Constant offset of the size gauge (reading minus true size), mm.
     size_delay : bool
         Whether the size gauge is one sample late.
-    command_quantum : float, optional
-        Step of the feed, mm, in place of the drive's; rests are fed later. 0: none.
+    command_quantum : float
+        Step of the feed, mm; rests are fed later. 0: the drive's.
     max_time : float, optional
         Time limit for one part, s. Default: 10 * stock / final_rate.
 
@@ -123,10 +123,10 @@ class PlungeGrinder(Described):
     inspection: Inspection | None = part(Inspection, default=None)
     power_gain: float = quantity("1", above=0, default=1.0)
     power_max: float = quantity("W", above=0, default=math.inf)
-    power_lag: float | None = quantity("s", at_least=0, default=None)
+    power_lag: float = quantity("s", at_least=0, default=0.0)
     size_offset: float = quantity("mm", default=0.0)
     size_delay: bool = flag(default=False)
-    command_quantum: float | None = quantity("mm", at_least=0, usual=(0.0, 0.5), typical=0.001, default=None)
+    command_quantum: float = quantity("mm", at_least=0, usual=(0.0, 0.5), typical=0.001, default=0.0)
     max_time: float | None = quantity("s", above=0, default=None)
 
     @property
@@ -207,11 +207,10 @@ class PlungeGrinder(Described):
     def _machine(self) -> dict[str, Any]:
         """Fields of the rig that are the feed's and the monitor's."""
         drive = self.problem.drive if self.drive is None else self.drive
-        lag = drive.power_lag if self.power_lag is None else self.power_lag
-        quantum = drive.command_quantum if self.command_quantum is None else self.command_quantum
+        lag = self.power_lag or drive.power_lag
         return {
             "power_lag": math.exp(-self.tick / lag) if lag else 0.0,
-            "command_quantum": float(quantum),
+            "command_quantum": float(self.command_quantum or drive.command_quantum),
             "feed_lag": float(drive.feed_lag),
             "feed_delay": drive.delay_samples(self.tick),
             "idle_power": float(drive.idle_power),
