@@ -114,6 +114,20 @@ def test_without_a_power_monitor():
     assert not part.outcome()["burned"] and abs(part.outcome()["remaining"]) < 2e-3
 
 
+def test_a_margin_comes_on_top_and_none_is_learned():
+    """The stock left above the damage grows by the margin; the recommended adaptation leaves it alone."""
+    plain, wider = (
+        hwsim.run(
+            hwsim.PlungeGrinder(PROBLEM, noise=None),
+            plunge.CycleController(PROBLEM, margin, confidence=0.999),
+            parts=3,
+            adapt=plunge.adaptation(PROBLEM),
+        ).outcome.part_slack.values
+        for margin in (0.0, 0.005)
+    )
+    assert np.all(np.abs(wider - plain - 0.005) < 5e-4)
+
+
 def test_whole_parts_are_those_of_the_loop():
     controller = plunge.CycleController(BELIEVED.replace(feed_delay=0.08, feed_lag=0.05), confidence=0.999)
     plant = hwsim.PlungeGrinder(controller.problem)

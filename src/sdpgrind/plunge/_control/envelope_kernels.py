@@ -50,7 +50,7 @@ def safe_position(s, law, ahead):
     v, before, last, end = slowest, 0.0, 0.0, 0.0
     least = np.inf
     for k in range(RATES):
-        remaining = quantile_depth(s, law, core, v)
+        remaining = quantile_depth(s, law, core, v) + law.safety_margin
         if remaining > 0.0 and end <= 0.0:  # the greatest rate that is safe without stock
             share = 1.0 if k == 0 else -before / (remaining - before)
             end = v if k == 0 else last + share * (v - last)

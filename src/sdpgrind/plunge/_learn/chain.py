@@ -87,7 +87,8 @@ def adaptation(
 ) -> Chain:
     """Return the recommended adaptation: a chance margin against burning, and one for roundness.
 
-    Controllers without online estimation also get the sharpness of the last part.
+    Controllers without online estimation also get the sharpness of the last part. One with a confidence needs
+    no margin against burning.
 
     Parameters
     ----------

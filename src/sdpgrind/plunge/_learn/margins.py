@@ -153,8 +153,13 @@ class ChanceMargin:
         self._first: CycleController | None = None
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
-        """Return `controller` with a new safety margin (mm), by the `part_log` of the last part."""
-        self._first = adaptable(controller) if self._first is None else self._first
+        """Return `controller` with a new safety margin (mm), by the `part_log` of the last part.
+
+        A controller with a confidence stays as it is: it keeps that without a margin.
+        """
+        if adaptable(controller).confidence is not None:
+            return controller
+        self._first = controller if self._first is None else self._first
         slack = _slack(self.slack, part_log, controller)
         if np.isnan(slack):
             return controller
