@@ -4,31 +4,13 @@ It reads the source of its page, so that each name is written once: sections, th
 them, and the packages of a toctree.
 """
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from page_sections import sections
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
-
-_ENTRY = re.compile(r"\.\. auto(?:class|data|exception|function):: (\S+)")
-_PACKAGE = re.compile(r"   ((?:sdpgrind|centering|hwsim)\.\S+)")
-
-
-def sections(text: str) -> dict[str, list[str]]:
-    """Return the documented names of a page by section; those of its toctree as "Packages"."""
-    found: dict[str, list[str]] = {}
-    title, packages = "", []
-    lines = text.splitlines()
-    for line, below in zip(lines, [*lines[1:], ""], strict=True):
-        if line and set(below) == {"-"}:
-            title = line
-        elif entry := _ENTRY.fullmatch(line):
-            found.setdefault(title, []).append(entry[1])
-        elif package := _PACKAGE.fullmatch(line):
-            packages.append(package[1])
-    return found | ({"Packages": packages} if packages else {})
 
 
 def _tables(text: str) -> Iterator[str]:

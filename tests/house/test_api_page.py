@@ -68,8 +68,8 @@ def test_the_main_verbs_come_first(area):
     assert problem.endswith("Problem") and controller.endswith("Controller")
 
 
-def entries():
-    spec = importlib.util.spec_from_file_location("entries", DOCS / "entries.py")
+def page_sections():
+    spec = importlib.util.spec_from_file_location("page_sections", DOCS / "page_sections.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -77,7 +77,7 @@ def entries():
 
 def test_tables_are_read_from_the_page():
     text = "T\n=\n\n.. toctree::\n\n   hwsim.devices\n\nA\n---\n\n.. autofunction:: hwsim.run\n.. autoclass:: hwsim.Log\n"
-    assert entries().sections(text) == {"A": ["hwsim.run", "hwsim.Log"], "Packages": ["hwsim.devices"]}
+    assert page_sections().sections(text) == {"A": ["hwsim.run", "hwsim.Log"], "Packages": ["hwsim.devices"]}
 
 
 def linked(page):
