@@ -1,11 +1,11 @@
 """Page of a profile: four reference circles, limits kept or not, largest undulations."""
 
-import math
 import os
 from collections.abc import Mapping
 from typing import Any
 
 from centering.roundness._roundness import Roundness
+from centering.roundness._spectrum import above_noise
 from sdpgrind.base import checks
 from sdpgrind.base.by_name import called
 from sdpgrind.base.quantities import another_unit
@@ -18,7 +18,6 @@ _FORM = {"RONt": "value", "RONp": "ron_p", "RONv": "ron_v", "RONq": "ron_q"}  # 
 _NAMES = {f"{name} ({kind})": (name, kind) for kind in _CIRCLES for name in _FORM}
 _NAMES |= {name: (name, "LSC") for name in _FORM}  # source: ISO 12181-2, LSC unless a drawing says another
 _LARGEST = 8  # undulations in a table; chosen: the others are below them
-_CHANCE = 0.05  # chosen: profiles in which noise alone makes an undulation of the table
 _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 _SURE = 2.0  # standard deviations; source: coverage factor of a 95 % interval
 
@@ -80,10 +79,7 @@ def _circles(profile: Any) -> AmountTable:
 
 def _undulations(profile: Any) -> list[Block]:
     """The largest undulations above the noise, falling."""
-    spectrum = profile.spectrum()
-    sd = dict(zip(spectrum.upr.tolist(), spectrum.sd.tolist(), strict=True))
-    above = math.sqrt(2 * math.log(spectrum.upr.size / _CHANCE))  # of the greatest of Rayleigh amplitudes
-    largest = [(upr, size) for upr, size in spectrum.largest(_LARGEST) if size > above * sd[upr]]
+    largest = above_noise(profile.spectrum(), _LARGEST)
     if not largest:
         return [Sentences(["No undulation is above the noise of the readings."])]
     columns = (

@@ -103,7 +103,8 @@ class Spectrum(Described, ByValue):
     def plot(self, ax: Any = None) -> Any:
         """Draw the amplitudes (µm) over upr, into the axes `ax` or a new figure; return the figure.
 
-        The grey range is the amplitude that noise alone exceeds in one of 20 undulations.
+        The largest above the noise are named. The grey range is the amplitude that noise alone exceeds in one
+        of 20 undulations.
 
         Parameters
         ----------
@@ -115,9 +116,8 @@ class Spectrum(Described, ByValue):
         sd = np.where(np.isfinite(self.sd), self.sd, 0.0)
         ax.fill_between(self.upr, 0, 1e3 * SEEN * sd, color="0.82", lw=0, step="mid")
         ax.vlines(self.upr, 0, 1e3 * self.amplitude, color="#2a6f97", lw=1.4)
-        for upr, amplitude in self.largest(_NAMED):
-            if amplitude > 0:
-                ax.annotate(f"{upr:g}", (upr, 1e3 * amplitude), (0, 2), **_NUMBER)
+        for upr, amplitude in above_noise(self, _NAMED):
+            ax.annotate(f"{upr:g}", (upr, 1e3 * amplitude), (0, 2), **_NUMBER)
         ax.set(
             xlabel="undulations per revolution [upr]",
             ylabel="amplitude [µm]",
@@ -132,6 +132,14 @@ class Spectrum(Described, ByValue):
         return f"Spectrum({shown}; rms {1e3 * self.rms:.3g} µm)"
 
 
+def above_noise(spectrum: Spectrum, count: int) -> list[tuple[float, float]]:
+    """Return the largest undulations (upr, mm) that are above the greatest amplitude of noise, falling."""
+    sd = dict(zip(spectrum.upr.tolist(), np.nan_to_num(spectrum.sd).tolist(), strict=True))
+    above = np.sqrt(2 * np.log(max(spectrum.upr.size, 1) / _CHANCE))  # of the greatest Rayleigh amplitude
+    return [(upr, size) for upr, size in spectrum.largest(count) if size > above * sd[upr]]
+
+
+_CHANCE = 0.05  # chosen: share of profiles in which noise alone is named
 _NAMED = 5  # chosen: labelled waves; more would overlap
 _NUMBER: dict[str, Any] = {
     "textcoords": "offset points",
