@@ -60,24 +60,16 @@ def predict(s, law, before, middle):
 def _spread(s, law, dt):
     """Covariance a sample later: F C F' and drift, with F the identity but for q and the shown power."""
     watts, pole = law.power1 / law.K1, law.power_pole
-    for j in range(STATES):  # rows
-        by_q, by_shown = 0.0, 0.0
-        for i in range(STATES):
-            by_q += s.by_v[i] * s.cov[i * STATES + j]
-            by_shown += s.by_x[i] * s.cov[i * STATES + j]
-        s.row[j] = s.cov[Q * STATES + j] + dt * by_q
-        s.gain[j] = pole * s.cov[SHOWN * STATES + j] + (1.0 - pole) * watts * by_shown
-    for j in range(STATES):
-        s.cov[Q * STATES + j], s.cov[SHOWN * STATES + j] = s.row[j], s.gain[j]
-    for j in range(STATES):  # columns
-        by_q, by_shown = 0.0, 0.0
-        for i in range(STATES):
-            by_q += s.by_v[i] * s.cov[j * STATES + i]
-            by_shown += s.by_x[i] * s.cov[j * STATES + i]
-        s.row[j] = s.cov[j * STATES + Q] + dt * by_q
-        s.gain[j] = pole * s.cov[j * STATES + SHOWN] + (1.0 - pole) * watts * by_shown
-    for j in range(STATES):
-        s.cov[j * STATES + Q], s.cov[j * STATES + SHOWN] = s.row[j], s.gain[j]
+    for along, across in ((STATES, 1), (1, STATES)):  # rows by F, then columns by F'
+        for j in range(STATES):
+            by_q, by_shown = 0.0, 0.0
+            for i in range(STATES):
+                by_q += s.by_v[i] * s.cov[i * along + j * across]
+                by_shown += s.by_x[i] * s.cov[i * along + j * across]
+            s.row[j] = s.cov[Q * along + j * across] + dt * by_q
+            s.gain[j] = pole * s.cov[SHOWN * along + j * across] + (1.0 - pole) * watts * by_shown
+        for j in range(STATES):
+            s.cov[Q * along + j * across], s.cov[SHOWN * along + j * across] = s.row[j], s.gain[j]
     s.cov[Q * STATES + Q] += SIZE_DRIFT**2
     s.cov[SHARPNESS * STATES + SHARPNESS] += SHARPNESS_DRIFT**2
 
