@@ -7,6 +7,11 @@ from sdpgrind import plunge
 from sdpgrind.base.rng import children
 
 PROBLEM = plunge.preset("simulation")
+# all is known, nothing is noisy
+EMPTY = plunge.Uncertainty(burning_sd=0.0, **dict.fromkeys(
+    ("sharpness_sd", "deflection_sd", "contact_zero_sd", "size_sd", "power_sd", "threshold_scatter"), 0.0
+))  # fmt: skip
+KNOWN = PROBLEM.replace(uncertainty=EMPTY)
 MODEL, SAMPLE = PROBLEM.model, PROBLEM.sample_time
 SHARP = PROBLEM.replace(wear_flat_area=0.9 * 0.026)  # as it is believed to be, 10 % low
 PRINTED = {"sparkout": "printed", "roundness_margin": 0.0, "observer_gain": 1.0}

@@ -2,6 +2,7 @@ from ._control.controller import CycleController as CycleController
 from ._identify.identify import identify as identify
 from ._identify.time_constant import TimeConstantEstimator as TimeConstantEstimator
 from ._learn.bounding import ConstraintBounding as ConstraintBounding
+from ._learn.carried import CarriedState as CarriedState
 from ._learn.chain import Chain as Chain
 from ._learn.chain import SharpnessUpdate as SharpnessUpdate
 from ._learn.chain import adaptation as adaptation
@@ -9,6 +10,7 @@ from ._learn.margins import ChanceMargin as ChanceMargin
 from ._learn.margins import MarginBounding as MarginBounding
 from ._learn.margins import RoundnessMargin as RoundnessMargin
 from ._learn.threshold import BurnThreshold as BurnThreshold
+from ._learn.threshold_update import ThresholdUpdate as ThresholdUpdate
 from ._model.dressing import RoughnessLaw as RoughnessLaw
 from ._model.drive import Drive as Drive
 from ._model.model import PlungeModel as PlungeModel

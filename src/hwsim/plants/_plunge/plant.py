@@ -164,10 +164,16 @@ class PlungeGrinder(Described):
 
     @property
     def description(self) -> Mapping[str, float | str]:
-        """Stock (mm), limits (mm, mm/s), and the problem unless it has a user's own law, for the log."""
+        """Stock (mm), limits (mm, mm/s), errors of the inspection, problem unless it has a user's own law."""
         p = self.problem
         rates = {"command_rate_max": float(p.command_rate_max), "burn_rate": float(p.model.burn_rate)}
-        return {"stock": float(p.stock), "roundness_max": float(p.roundness_max), **rates, **_written(p)}
+        return {"stock": float(p.stock), "roundness_max": float(p.roundness_max), **rates,
+                **self._errors(), **_written(p)}  # fmt: skip
+
+    def _errors(self) -> dict[str, float]:
+        inspection = self.inspection
+        names = () if inspection is None else ("miss", "false_alarm", "severity_sd")
+        return {name: float(getattr(inspection, name)) for name in names}
 
     @property
     def job(self) -> Mapping[str, object]:
@@ -185,11 +191,12 @@ class PlungeGrinder(Described):
         model = self._drawn(of_truth)
         contact, gain, threshold = of_truth.standard_normal(3)
         model = self._scattered(model, self.threshold_scatter * float(threshold))
-        rig = kernels.rig(model, self.problem.stock, self.tick, self._samples_max)._replace(
+        rig = kernels.driven(
+            kernels.rig(model, self.problem.stock, self.tick, self._samples_max), self._own_drive()
+        )._replace(
             contact_zero=self.contact_zero_sd * float(contact),
             power_gain=self.power_gain * math.exp(self.power_gain_sd * float(gain)),
             **self._gauges(),
-            **self._machine(),
         )
         return PlungePart(self.problem, model, rig, of_noise, self._inspected(of_inspection))
 
@@ -204,17 +211,13 @@ class PlungeGrinder(Described):
             "power_max": float(self.power_max),
         }
 
-    def _machine(self) -> dict[str, Any]:
-        """Fields of the rig that are the feed's and the monitor's."""
+    def _own_drive(self) -> Drive:
+        """Feed drive and power monitor, with the lag and step that the plant overrides."""
         drive = self.problem.drive if self.drive is None else self.drive
-        lag = self.power_lag or drive.power_lag
-        return {
-            "power_lag": math.exp(-self.tick / lag) if lag else 0.0,
-            "command_quantum": float(self.command_quantum or drive.command_quantum),
-            "feed_lag": float(drive.feed_lag),
-            "feed_delay": drive.delay_samples(self.tick),
-            "idle_power": float(drive.idle_power),
-        }
+        return drive.replace(
+            power_lag=self.power_lag or drive.power_lag,
+            command_quantum=self.command_quantum or drive.command_quantum,
+        )
 
     def _inspected(self, rng: np.random.Generator) -> Callable[[float], dict[str, float]]:
         """Readings of an inspection by the reserve of a part."""

@@ -46,8 +46,8 @@ class SampledCycle:
         return self._compiled()
 
     def _compiled(self) -> Floats:
-        """Parameters from the problem; a controller adds its own."""
-        return at.law_of(self.problem, at.final_rate(self.problem, 0.0))
+        """Parameters from the problem and the controller's own."""
+        raise NotImplementedError
 
     @cached_property
     def state(self) -> Floats:

@@ -1,4 +1,4 @@
-"""Controller of plunge cycles: full rate, balance of damage and stock, spark-out."""
+"""Controller of plunge cycles: the axis keeps to the greatest position that is safe."""
 
 import dataclasses
 from math import exp
@@ -7,24 +7,27 @@ from scipy.special import ndtri
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, choice, described, flag, part, quantity
+from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.base import SampledCycle
-from sdpgrind.plunge._control.state import CONFIDENT, GAUGE, P_END, PRINTED, final_rate, law_of
+from sdpgrind.plunge._control.state import ENVELOPE, PRINTED, final_rate, law_of
 from sdpgrind.plunge._model.dynamics import coolest_rate
 from sdpgrind.plunge._model.problem import CycleProblem
 
-_FORMS = {"p_end": P_END, "gauge": GAUGE, "printed": PRINTED}
+_DRAWS = 10  # chosen: independent errors of the filter in one part, of which none may burn it
+_OWN = ("size_sd", "power_sd", "contact_zero_sd", "deflection_sd", "sharpness_sd")  # of 0.1.0
 
 
 @described()
 class CycleController(SampledCycle, Described):
-    """Full rate, balance of damage and stock, spark-out: Dong, Danai and Malkin (2004), section 2.
+    """Full rate, balance of damage and stock, spark-out, by one rule: the commanded position stays safe.
 
-    The structure is that of the fastest cycle (`plan`). Damage is that of the model; the stock is measured.
-    Spark-out begins when releasing the deflection leaves the final rate at size.
+    A position is safe if, with nothing more commanded, damage never exceeds the remaining stock, with the
+    confidence, and the part ends round. So the structure is that of the fastest cycle (`plan`; Dong, Danai
+    and Malkin (2004), section 2). What is not known, and the machine, are those of the problem
+    (`uncertainty`, `drive`); without `burning_sd` the burn threshold is taken as exactly known.
 
-    With ``online`` a Kalman filter estimates contact zero, scale of deflection and sharpness from size and
-    power during the part. Errors of wear flat area and contact zero then matter little; an unknown gain of
-    the power monitor must be covered by the margin.
+    With ``online`` a Kalman filter estimates size, contact, deflection, sharpness, wheel wear and the gain of
+    the power monitor from size and power during the part.
 
     Five sizes in a row that are missing, frozen or jump end the part: the command is ``retract``.
 
@@ -33,32 +36,29 @@ class CycleController(SampledCycle, Described):
     problem : CycleProblem
         Problem as assumed by the controller.
     safety_margin : float
-        Minimum distance between burn depth and remaining stock, mm; (7).
-    sparkout : {"p_end", "gauge", "printed"}
-        Begin of spark-out: at a command known beforehand (it needs the contact zero), by the measured size,
-        or by (2) and (3) as printed, with the constant `problem.time_constant`.
+        Minimum distance between burn depth and remaining stock, on top of the confidence, mm; (7).
+    confidence : float
+        Chance that no finished surface is burned, unit 1. Without effect on the printed cycle, which has its
+        margin alone.
+    sparkout : {"p_end", "printed"}
+        Rule of the safe position, or sections by (2) and (3) as printed, with the constant
+        `problem.time_constant`. "gauge" is deprecated, and the same as "p_end".
     online : bool, optional
-        Estimate during the part. Default: True unless `sparkout` is printed or the model is linear.
+        Estimate during the part. Default: True unless `sparkout` is printed or the model is linear. False:
+        the size alone is read, and the deflection is that of the model.
     no_burn : bool
         Never burn, even where the stock would remove the damage.
     roundness_margin : float
         Distance of the aimed out-of-roundness from its limit, mm; gauge noise scatters it by some 1e-5.
     observer_gain : float
         Gain of the size observer in (0, 1] without online estimation; 1: the gauge alone; unit 1.
-    size_sd, power_sd : float
-        Standard deviation of size, mm, and of power, relative.
-    contact_zero_sd : float
-        Standard deviation of the contact position while power is not measured, mm.
-    deflection_sd, sharpness_sd : float
-        Standard deviation of deflection and wear flat area at the start, relative.
-    confidence : float, optional
-        Chance that no finished surface is burned, unit 1: the doubts, noise and machine are then those that
-        the problem declares (`uncertainty`, `drive`), not those given here. None: by the safety margin.
+    size_sd, power_sd, contact_zero_sd, deflection_sd, sharpness_sd : float, optional
+        Deprecated: `uncertainty` of the problem holds them, in mm and 1.
 
     Raises
     ------
     ValueError
-        If a value is out of range.
+        If a value is out of range, or no rate is safe at size.
 
     Examples
     --------
@@ -71,80 +71,99 @@ class CycleController(SampledCycle, Described):
     problem: CycleProblem = part(CycleProblem, " (see plunge.preset)")
     safety_margin: float = quantity("mm", at_least=0, default=0.0)
     _: dataclasses.KW_ONLY
-    sparkout: str = choice(*_FORMS, default="p_end")
+    confidence: float = quantity("1", at_least=0.5, below=1, default=0.999)
+    sparkout: str = choice("p_end", "gauge", "printed", default="p_end")
     online: bool | None = flag(default=None)
     no_burn: bool = flag(default=False)
     roundness_margin: float = quantity("mm", at_least=0, default=3e-5)
     observer_gain: float = quantity("1", above=0, at_most=1, default=0.1)
-    size_sd: float = quantity("mm", at_least=0, default=5e-4)
-    power_sd: float = quantity("1", at_least=0, default=0.01)
-    contact_zero_sd: float = quantity("mm", at_least=0, default=0.01)
-    deflection_sd: float = quantity("1", at_least=0, default=0.1)
-    sharpness_sd: float = quantity("1", at_least=0, default=0.1)
-    confidence: float | None = quantity("1", at_least=0.5, below=1, default=None)
+    size_sd: float | None = quantity("mm", at_least=0, default=None)
+    power_sd: float | None = quantity("1", at_least=0, default=None)
+    contact_zero_sd: float | None = quantity("mm", at_least=0, default=None)
+    deflection_sd: float | None = quantity("1", at_least=0, default=None)
+    sharpness_sd: float | None = quantity("1", at_least=0, default=None)
 
     def _check(self) -> None:
+        self._declare()
+        if self.sparkout == "gauge":
+            warn("sparkout='gauge' is deprecated: 'p_end' is the same, and the default", DeprecationWarning)
         stock = self.problem.stock
-        if self.size_sd > 0.1 * stock:
-            raise self._refused("size_sd", f"in [0, {0.1 * stock:g}]")
-        if self.power_sd > 0.5:
-            raise self._refused("power_sd", "in [0, 0.5]")
         if self.safety_margin >= stock:
             raise self._refused("safety_margin", f"< stock = {stock:g}")
         if self.online and not self._may_learn:
             raise self._refused("online", "False with sparkout='printed' or a linear model")
         final_rate(self.problem, self.roundness_margin)
+        if self.sparkout != "printed" and self.problem.uncertainty.burning_sd:
+            self.problem.replace(sharpness_sd=0.0).safe_rate(
+                0.0, self.confidence
+            )  # refuses where none is safe
+
+    def _declare(self) -> None:
+        """Move standard deviations given here, as up to 0.1.0, to the problem's uncertainty."""
+        own = {name: value for name in _OWN if (value := getattr(self, name)) is not None}
+        if not own:
+            return
+        named = ", ".join(f"{name}={value:g}" for name, value in own.items())
+        warn(f"deprecated: problem.replace({named}) declares what the controller doubts", DeprecationWarning)
+        object.__setattr__(self, "problem", self.problem.replace(**own))
+        for name in own:
+            object.__setattr__(self, name, None)
 
     @property
     def _may_learn(self) -> bool:
         return self.sparkout != "printed" and self.problem.model.linear_time_constant is None
 
     @property
+    def learns(self) -> bool:
+        """Whether it estimates during the part."""
+        return self._may_learn if self.online is None else self.online
+
+    @property
     def final_rate(self) -> float:
         """Infeed rate aimed at when the size is reached, mm/s."""
         return final_rate(self.problem, self.roundness_margin)
 
-    def _confident(self) -> dict[str, float]:
-        """Settings of the rule that keeps a confidence."""
-        if self.confidence is None:
-            return {}
-        doubts, drive, model = self.problem.uncertainty, self.problem.drive, self.problem.model
-        tick, lag = self.problem.sample_time, drive.power_lag
-        return {
-            "form": CONFIDENT,
-            "k_static": float(ndtri(self.confidence)),
-            "k_filter": float(ndtri(1.0 - 0.1 * (1.0 - self.confidence))),
+    def _compiled(self) -> Floats:
+        model, doubts = self.problem.model, self.problem.uncertainty
+        settings = {
+            "form": PRINTED if self.sparkout == "printed" else ENVELOPE,
+            "no_burn": self.no_burn,
+            "online": self.learns,
+            "safety_margin": self.safety_margin,
+            "gain": self.observer_gain,
+            "growth": 0.0 if model.wear is None else model.wear.growth / model.wear_flat_area,
+            "coolest_rate": float(coolest_rate(model.core)),
             "burning_sd": doubts.burning_sd or 0.0,
             "diffusivity_sd": doubts.diffusivity_sd,
             "size_sd": doubts.size_sd,
             "power_sd": doubts.power_sd,
-            "zero_sd": doubts.contact_zero_sd,
             "scale_sd": doubts.deflection_sd,
             "sharpness_sd": doubts.sharpness_sd,
-            "gain_sd": doubts.power_gain_sd,
             "wheel_wear": model.wheel_wear,
             "wear_sd": doubts.wheel_wear_sd,
-            "coolest_rate": float(coolest_rate(model.core)),
-            "feed_lag": drive.feed_lag,
-            "feed_delay": drive.delay_samples(tick),
-            "power_lag": lag,
-            "power_pole": exp(-tick / lag) if lag else 0.0,
-            "idle_power": drive.idle_power,
+        }
+        return law_of(self.problem, self.final_rate, **(settings | self._quantiles() | self._machine()))
+
+    def _quantiles(self) -> dict[str, float]:
+        """Standard deviations kept of doubts that last a part, and of errors of the filter that change."""
+        static = float(ndtri(self.confidence))
+        if not self.learns:  # what is not learned lasts; contact and gain are not used
+            return {"k_static": static, "k_filter": static}
+        doubts = self.problem.uncertainty
+        return {
+            "k_static": static,
+            "k_filter": float(ndtri(1.0 - (1.0 - self.confidence) / _DRAWS)),
+            "zero_sd": doubts.contact_zero_sd,
+            "gain_sd": doubts.power_gain_sd,
         }
 
-    def _compiled(self) -> Floats:
-        model = self.problem.model
-        settings = {
-            "form": _FORMS[self.sparkout],
-            "no_burn": self.no_burn,
-            "online": self._may_learn if self.online is None else self.online,
-            "safety_margin": self.safety_margin,
-            "gain": self.observer_gain,
-            "size_sd": self.size_sd,
-            "power_sd": self.power_sd,
-            "zero_sd": self.contact_zero_sd,
-            "scale_sd": self.deflection_sd,
-            "sharpness_sd": self.sharpness_sd,
-            "growth": 0.0 if model.wear is None else model.wear.growth / model.wear_flat_area,
+    def _machine(self) -> dict[str, float]:
+        """Lags, dead time and idle power."""
+        drive, tick = self.problem.drive, self.problem.sample_time
+        return {
+            "feed_lag": drive.feed_lag,
+            "feed_delay": drive.delay_samples(tick),
+            "power_lag": drive.power_lag,
+            "power_pole": exp(-tick / drive.power_lag) if drive.power_lag else 0.0,
+            "idle_power": drive.idle_power,
         }
-        return law_of(self.problem, self.final_rate, **(settings | self._confident()))

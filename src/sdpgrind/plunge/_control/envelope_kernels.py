@@ -1,4 +1,4 @@
-"""Greatest position of the axis that is safe whatever follows: the rule of the confident controller.
+"""Greatest position of the axis that is safe whatever follows: the one rule of `CycleController`.
 
 If nothing more is commanded, the deflection falls and the stock removed rises along a line. So a commanded
 position p is safe if p <= E(q) = (1 + gamma) q + s x(V(stock - q)) - c' at all q still to come, with V(r) the
@@ -8,8 +8,8 @@ greatest rate whose damage exceeds the stock r with the chance allowed only.
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.plunge._control.confident import GAIN, SCALE, SHARPNESS, STATES, WEAR, ZERO, Q
-from sdpgrind.plunge._model.kernels import _worn, beyond
+from sdpgrind.plunge._control.filter_state import GAIN, SCALE, SHARPNESS, STATES, WEAR, ZERO, Q
+from sdpgrind.plunge._model.kernels import DeflectionLaw, _rate_near, _worn, beyond
 
 RATES = 56  # chosen: rates between which E is linear: 0.05 um
 SLOWEST = 0.25  # chosen: least of them over the final rate
@@ -17,7 +17,7 @@ SLOWEST = 0.25  # chosen: least of them over the final rate
 
 @compiled
 def quantile_depth(s, law, core, v):
-    """Depth of damage (mm) at a rate (mm/s) that is exceeded with the chance allowed."""
+    """Depth of damage (mm) at a rate (mm/s) that is exceeded with the chance allowed, by the wheel `core`."""
     scale, growth = s.mean[SCALE], 1.0 + s.mean[WEAR]
     root, w = np.sqrt(np.sqrt(v)), v**core.p
     heat = core.heat0 + core.heat1 * v + core.heat2 * w
@@ -40,32 +40,72 @@ def quantile_depth(s, law, core, v):
 
 
 @compiled
+def worn_until(s, law, remaining):
+    """Wheel at a remaining stock, mm: the wear flat area grows by the model until then."""
+    ahead = max(law.stock - max(remaining, 0.0) - s.mean[Q], 0.0)
+    return _worn(law, s.mean[SHARPNESS] * (1.0 + law.growth * ahead))
+
+
+@compiled
+def depth_ahead(s, law, v):
+    """Depth of damage (mm) at a rate (mm/s), by the wheel as it will be where the stock is as deep.
+
+    Without growth of the wear flat area one evaluation; else a second with the growth until the first depth,
+    which is somewhat deep.
+    """
+    depth = quantile_depth(s, law, worn_until(s, law, law.stock), v)
+    if law.growth > 0.0:
+        depth = quantile_depth(s, law, worn_until(s, law, depth + law.safety_margin), v)
+    return depth
+
+
+@compiled
+def _position(s, law, remaining, v):
+    """Commanded position (mm) that leaves a stock (mm) at a rate (mm/s), if nothing more is commanded."""
+    core, removed = worn_until(s, law, remaining), (1.0 + s.mean[WEAR]) * (law.stock - remaining)
+    return removed + s.mean[SCALE] * (core.K0 + beyond(v, core)) - s.mean[ZERO]
+
+
+@compiled
+def _rate_at(s, law, low, at_low, high, at_high, depth):
+    """Rate (mm/s) of a depth (mm) between two rates with theirs: two steps of false position."""
+    if at_low >= depth or low >= high:
+        return low
+    v = low + (high - low) * (depth - at_low) / (at_high - at_low)
+    found = depth_ahead(s, law, v)
+    if found > depth:
+        return low + (v - low) * (depth - at_low) / (found - at_low)
+    return v + (high - v) * (depth - found) / (at_high - found)
+
+
+@compiled
+def _coolest(s, law):
+    """Rate (mm/s) of the least heat over that of burning, by the wheel at the end; slower is no safer."""
+    core = worn_until(s, law, 0.0)
+    slopes = DeflectionLaw(3.0 * core.heat1, (4.0 * core.p - 1.0) * core.heat2, core.p)
+    return _rate_near(core.heat0, law.coolest_rate, slopes)
+
+
+@compiled
 def safe_position(s, law, ahead):
     """Greatest commanded position (mm), and the rate at size (mm/s); `ahead` (mm): removed before it acts."""
-    core = _worn(law, s.mean[SHARPNESS])
-    scale, growth, zero = s.mean[SCALE], 1.0 + s.mean[WEAR], s.mean[ZERO]
-    now = max(law.stock - s.mean[Q] - ahead, 0.0)
-    slowest = min(max(SLOWEST * law.final_rate, law.coolest_rate), law.rate_max)
-    step = (law.rate_max / slowest) ** (1.0 / (RATES - 1))
-    v, before, last, end = slowest, 0.0, 0.0, 0.0
-    least = np.inf
-    for k in range(RATES):
-        remaining = quantile_depth(s, law, core, v) + law.safety_margin
-        if remaining > 0.0 and end <= 0.0:  # the greatest rate that is safe without stock
-            share = 1.0 if k == 0 else -before / (remaining - before)
-            end = v if k == 0 else last + share * (v - last)
-        if remaining > now:
-            at = (
-                v if k == 0 else last + (v - last) * min(max((now - before) / (remaining - before), 0.0), 1.0)
-            )
-            least = min(least, growth * (law.stock - now) + scale * (core.K0 + beyond(at, core)) - zero)
+    now, margin = max(law.stock - s.mean[Q] - ahead, 0.0), law.safety_margin
+    allowed = 0.0 if law.no_burn else max(now - margin, 0.0)  # depth of damage
+    v = min(max(SLOWEST * law.final_rate, _coolest(s, law)), law.rate_max)
+    step = (law.rate_max / v) ** (1.0 / (RATES - 1))
+    last, before, end, least = v, np.inf, 0.0, np.inf
+    for _ in range(RATES):
+        depth = depth_ahead(s, law, v)
+        if depth > 0.0 and end <= 0.0:  # the greatest rate that is safe without stock
+            end = _rate_at(s, law, last, before, v, depth, 0.0)
+            least = min(least, _position(s, law, min(margin, now), end))
+        if depth > allowed:
+            last = _rate_at(s, law, last, before, v, depth, allowed)
             break
-        if remaining > 0.0:
-            least = min(least, growth * (law.stock - remaining) + scale * (core.K0 + beyond(v, core)) - zero)
-        before, last = remaining, v
-        if k == RATES - 1:  # every rate is safe here
-            least = min(least, growth * (law.stock - now) + scale * (core.K0 + beyond(v, core)) - zero)
+        if depth > 0.0:
+            least = min(least, _position(s, law, depth + margin, v))
+        last, before = v, depth
         v *= step
+    least = min(least, _position(s, law, now, last))
     final = law.final_rate if end <= 0.0 else min(law.final_rate, end)
-    least = min(least, growth * law.stock + scale * (core.K0 + beyond(final, core)) - zero)
-    return least, final
+    return min(least, _position(s, law, 0.0, final)), final

@@ -8,7 +8,7 @@ the power.
 """
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.plunge._control.confident import GAIN, SCALE, SHARPNESS, SHOWN, STATES, WEAR, ZERO, Q
+from sdpgrind.plunge._control.filter_state import GAIN, SCALE, SHARPNESS, SHOWN, STATES, WEAR, ZERO, Q
 from sdpgrind.plunge._model.kernels import _rate_near, _worn
 
 # chosen: process noise per sample of q, mm, and of the sharpness, relative; 0 would stop the learning

@@ -5,26 +5,22 @@ from math import exp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.states import floats, record
-from sdpgrind.plunge._control.confident import FILTER
+from sdpgrind.plunge._control.filter_state import FILTER
 from sdpgrind.plunge._model.problem import CycleProblem
 
-PRINTED, GAUGE, P_END, CONFIDENT = range(4)  # start of spark-out; one rule for all
+PRINTED, STAGED, ENVELOPE = range(3)  # the printed cycle, stages of constant rate, the safe position
 FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)  # sections of a cycle
-# State: section, v_hat, r_hat, commanded infeed p, deflection beyond ploughing, last command, z*, whether
-# the sample counts for the slack; rejected sizes in a row, stock removed by the model since the size changed
-# (mm), last size.
+# Section, v_hat, r_hat, commanded infeed p, deflection beyond ploughing, last command, z*, whether the sample
+# counts for the slack; rejected sizes in a row, stock removed by the model since the size changed (mm), last size.
 SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, FROZEN, SIZE = range(11)
-# Estimated online: contact, missing powers in a row, mean and number of sizes before contact, contact zero,
-# deflection and wear flat area over the model, burn rate; 4 x 4 covariance of deflection, zero, scale, area.
-TOUCHED, UNPOWERED, SIZE_OFFSET, READ, ZERO, SCALE, SHARPNESS, BURNING, COVARIANCE = range(11, 20)
-FILTERED = COVARIANCE + 16  # the filter of a confident controller begins here
+# Contact, missing powers in a row, mean and number of sizes before contact; contact zero, deflection and wear
+# flat area over the model as estimated. The filter of the part follows.
+TOUCHED, UNPOWERED, SIZE_OFFSET, READ, ZERO, SCALE, SHARPNESS, FILTERED = range(11, 19)
 STATES = FILTERED + FILTER.itemsize // 8
 NO, YES, BELIEVED = range(3)  # contact; BELIEVED: by the command, as power is missing
 MISSED_MAX = 5  # chosen: rejected sizes in a row that end the part; missing powers before contact is assumed
 OUTLYING = 5.0  # chosen: standard deviations; rejects one good Gaussian size in 1.7 million
 TOUCHING = 5.0  # chosen: standard deviations of power that show contact
-# chosen: process noise per sample of deflection, mm, and wear flat area, relative; 0 would stop the learning
-DEFLECTION_DRIFT, SHARPNESS_DRIFT = 5e-6, 5e-4
 
 
 # Parameters of a controller's compiled core: coefficients of the model (`PlungeCore`), flags, settings.
@@ -33,17 +29,17 @@ LAW = record(
     " reach mm (s/mm)^0.25, power0 W, power1 W s/mm, power2 W (s/mm)^p, form 1, no_burn 1, online 1,"
     " sample_time s, stock mm, safety_margin mm, rate_max mm/s, final_rate mm/s, burn_rate mm/s, pole 1,"
     " time_constant s, gain 1, size_sd mm, power_sd 1, zero_sd mm, scale_sd 1, sharpness_sd 1, growth 1/mm,"
-    " staged 1, rough_rate mm/s, stage_remaining mm, stage_rate mm/s,"
+    " rough_rate mm/s, stage_remaining mm, stage_rate mm/s,"
     " k_static 1, k_filter 1, burning_sd 1, diffusivity_sd 1, gain_sd 1, wheel_wear 1, wear_sd 1,"
     " coolest_rate mm/s, feed_lag s, feed_delay 1, power_lag s, power_pole 1, idle_power W"
 )
 
 
 def law_of(problem: CycleProblem, final_rate: float, **settings: float) -> Floats:
-    """Row of `LAW` for a controller. Default: no online estimation, exact gauge, no margin."""
+    """Row of `LAW` for a controller. Default: the printed cycle, exact gauge, no margin."""
     assert problem.time_constant is not None
     values = problem.model.core._asdict() | {
-        "form": P_END,
+        "form": PRINTED,
         "sample_time": problem.sample_time,
         "stock": problem.stock,
         "rate_max": problem.command_rate_max,
@@ -63,7 +59,7 @@ def law_of(problem: CycleProblem, final_rate: float, **settings: float) -> Float
 
 def staged_law(problem: CycleProblem, remaining: float, rate: float, **settings: float) -> Floats:
     """Row of `LAW` for three stages: switching stock (mm) and stage rate (mm/s)."""
-    stages = {"staged": True, "stage_remaining": remaining, "stage_rate": rate}
+    stages = {"form": STAGED, "stage_remaining": remaining, "stage_rate": rate}
     return law_of(problem, **({"final_rate": final_rate(problem, 0.0)} | stages | settings))
 
 

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.base.states import named
+from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._control.state import LAW
+from sdpgrind.plunge._learn.carried import CarriedState
 from sdpgrind.plunge._learn.margins import ChanceMargin, RoundnessMargin, adaptable
+from sdpgrind.plunge._learn.threshold_update import ThresholdUpdate
 from sdpgrind.plunge._model.problem import CycleProblem
 
 
@@ -32,7 +33,7 @@ class SharpnessUpdate:
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
         """Return `controller` with the wear flat area (unit 1) of the last part, by its `part_log`."""
-        if _online(adaptable(controller)):
+        if adaptable(controller).learns:
             planned = part_log.column("controller", "wear_flat_area_planned")
             area = float(planned[np.isfinite(planned)][-1])
         else:
@@ -85,19 +86,20 @@ class Chain:
 def adaptation(
     problem: CycleProblem, *, confidence: float = 0.999, power_gain_tolerance: float = 0.0
 ) -> Chain:
-    """Return the recommended adaptation: a chance margin against burning, and one for roundness.
+    """Return the recommended adaptation: state carried over, roundness, burn threshold where inspected.
 
-    Controllers without online estimation also get the sharpness of the last part. One with a confidence needs
-    no margin against burning.
+    Controllers of the printed cycle, which has no confidence, get the sharpness of the last part and a chance
+    margin.
 
     Parameters
     ----------
     problem : CycleProblem
-        Problem, in mm and s.
+        Problem, in mm and s; with `burning_sd` the threshold is learned from inspected parts.
     confidence : float
         Probability that the next part is neither burned nor out of round.
     power_gain_tolerance : float
-        Greatest relative error by which the power monitor reads too low.
+        Deprecated: `power_gain_sd` of the problem's uncertainty. Greatest relative error by which the power
+        monitor reads too low, for a chance margin.
 
     Examples
     --------
@@ -106,20 +108,25 @@ def adaptation(
     'Chain'
     """
     checks.kind("problem", problem, CycleProblem, " (see plunge.preset)")
+    if power_gain_tolerance:
+        warn(
+            "power_gain_tolerance is deprecated: problem.replace(power_gain_sd=...) declares the doubt of the"
+            " gain",
+            DeprecationWarning,
+        )
     margin = ChanceMargin(confidence, power_gain_tolerance=power_gain_tolerance)
-    return Chain(_OfflineOnly(SharpnessUpdate()), margin, RoundnessMargin(confidence))
+    learned = [CarriedState(), RoundnessMargin(confidence)]
+    if problem.uncertainty.burning_sd:
+        learned.append(ThresholdUpdate(problem, confidence=confidence))
+    return Chain(_PrintedOnly(SharpnessUpdate()), _PrintedOnly(margin), *learned)
 
 
-class _OfflineOnly:
-    """Adaptation of controllers without online estimation."""
+class _PrintedOnly:
+    """Adaptation of controllers of the printed cycle."""
 
     def __init__(self, adaptation: Any) -> None:
         self.adaptation = adaptation
 
     def next(self, controller: CycleController, part_log: Any) -> Any:
-        return controller if _online(controller) else self.adaptation.next(controller, part_log)
-
-
-def _online(controller: CycleController) -> bool:
-    """Whether the controller estimates during the part."""
-    return bool(named(controller.law, LAW).online)
+        printed = adaptable(controller).sparkout == "printed"
+        return self.adaptation.next(controller, part_log) if printed else controller

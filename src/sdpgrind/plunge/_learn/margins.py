@@ -153,12 +153,8 @@ class ChanceMargin:
         self._first: CycleController | None = None
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
-        """Return `controller` with a new safety margin (mm), by the `part_log` of the last part.
-
-        A controller with a confidence stays as it is: it keeps that without a margin.
-        """
-        if adaptable(controller).confidence is not None:
-            return controller
+        """Return `controller` with a new safety margin (mm), by the `part_log` of the last part."""
+        adaptable(controller)
         self._first = controller if self._first is None else self._first
         slack = _slack(self.slack, part_log, controller)
         if np.isnan(slack):

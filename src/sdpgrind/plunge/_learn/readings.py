@@ -86,7 +86,7 @@ def scatter_of_roundness(controller: CycleController) -> float:
     The parts of the controller's own model have its noise and unknown contacts.
     """
     rng, model = np.random.default_rng(0), controller.problem.model
-    contacts = controller.contact_zero_sd * rng.standard_normal(PARTS)
+    contacts = controller.problem.uncertainty.contact_zero_sd * rng.standard_normal(PARTS)
     ends = [simulated_part(controller.problem, controller.law, rng=rng, contact=each)[0] for each in contacts]
     left = [model.roundness(end[kernels.RATE]) for end in ends]
     beyond = np.array(left) - np.mean(left)

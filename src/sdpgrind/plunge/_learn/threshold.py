@@ -15,7 +15,7 @@ from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._learn.reserve import reserves
+from sdpgrind.plunge._learn.replay import replayed
 from sdpgrind.plunge._model.chance import checked_confidence
 from sdpgrind.plunge._model.problem import CycleProblem
 
@@ -89,7 +89,7 @@ class BurnThreshold:
         self,
         log: Any = None,
         *,
-        part: int = 0,
+        part: int | None = 0,
         reserve: float | None = None,
         burned: bool | None = None,
         miss: float = 0.0,
@@ -103,8 +103,8 @@ class BurnThreshold:
         ----------
         log : Log or mapping, optional
             Readings of the part: time (s), command rate (mm/s), size (mm), power (W).
-        part : int
-            Part of the log.
+        part : int, optional
+            Part of the log. None: its first, whatever its number.
         reserve : float, optional
             Reserve of the part (ln of temperature) in place of a log.
         burned : bool, optional
@@ -143,12 +143,18 @@ class BurnThreshold:
         with np.errstate(divide="ignore"):
             self._learn(np.log(chance if burned else 1.0 - chance))
 
-    def _reserve(self, log: Any, part: int, reserve: float | None) -> float:
+    def _reserve(self, log: Any, part: int | None, reserve: float | None) -> float:
         if (log is None) == (reserve is None):
             raise ValueError("log or reserve must be given, and not both")
-        found = reserves(log, self.problem, part) if reserve is None else checks.number("reserve", reserve)
+        found = (
+            replayed(log, self.problem, part).reserve
+            if reserve is None
+            else checks.number("reserve", reserve)
+        )
         if not np.isfinite(found):
-            raise ValueError(f"part {part} must have touched the work: without a reserve it teaches nothing")
+            raise ValueError(
+                f"part {part or 0} must have touched the work: without a reserve it teaches nothing"
+            )
         return found
 
     def _learn(self, logarithm: Floats) -> None:

@@ -8,8 +8,6 @@ from sdpgrind.base.compiling.compiled import compiled
 
 # Decay of the logarithm of the peak temperature per depth sqrt(alpha l_c/v_w) below a moving band.
 DECAY = 0.915  # measured: Jaeger's integrals give 0.869 to 0.925 at Peclet numbers of 10 to 30
-PLACES = 12  # chosen: fewer nodes over the rates could miss a minimum between two of them
-FLAT = 1e-12  # chosen: slope counted as 0, mm; far below the resolution of any gauge
 
 
 class PlungeCore(NamedTuple):
@@ -115,29 +113,6 @@ def _damage(v, core):
     return depth if everywhere else 0.0
 
 
-@compiled
-def _burning_begins(core, near, rate_max):
-    """Rate (mm/s) above which the work burns, at most `rate_max`; `near` is the start.
-
-    Newton's method in t = v^(1/4), in which the heat is convex. Where the work burns at every rate: the rate
-    of least excess heat.
-    """
-    high = rate_max**0.25
-    t, again = min(near**0.25, high), False
-    for _ in range(60):
-        slope = 0.0 if t <= 0.0 else _heat_slope(t, core)
-        if slope <= 0.0:  # branch of the ploughing force: start again from above
-            if again or t >= high:
-                return _least_heat(high, core) ** 4
-            t, again = high, True
-            continue
-        step = (core.heat0 + core.heat1 * t**4 + core.heat2 * t ** (4.0 * core.p) - t) / slope
-        t -= step
-        if abs(step) <= 1e-9 * t:
-            break
-    return min(t**4, rate_max)
-
-
 @compiled(inline="always")
 def _newton(y, w, core, enough):
     """Infeed rate (mm/s) of a deflection y > 0 beyond ploughing, from a start w = v^p: y is convex in w.
@@ -206,58 +181,6 @@ def rate_of_burn(depth, low, high, core):
         if abs(off) <= 1e-15 or high - low <= 1e-15 * high:
             break
     return v
-
-
-@compiled(inline="always")
-def _over_burn(v, scale, core):
-    """Deflection times `scale` less depth of damage, mm, and its slope by the logarithm of the rate, mm."""
-    root, w = np.sqrt(np.sqrt(v)), v**core.p
-    heat = core.heat0 + core.heat1 * v + core.heat2 * w
-    depth = core.reach * root * np.log(heat / root)
-    y_slope = core.K1 * v + core.p * core.K2 * w
-    depth_slope = 0.25 * depth + core.reach * root * (
-        (core.heat1 * v + core.p * core.heat2 * w) / heat - 0.25
-    )
-    return scale * (core.K1 * v + core.K2 * w) - depth, scale * y_slope - depth_slope
-
-
-@compiled
-def _least_over_burn(scale, low, high, core):
-    """Least local minimum (mm) of deflection times `scale` less depth of damage between two rates; inf: none.
-
-    `low` counts where the difference rises from there, `high` never. Signs of the slope at `PLACES` rates
-    bracket the minima.
-    """
-    step = (high / low) ** (1.0 / (PLACES - 1))
-    v, (value, slope) = low, _over_burn(low, scale, core)
-    least = value if slope >= 0.0 else np.inf
-    for _ in range(PLACES - 1):
-        before, falls = v, slope
-        v *= step
-        slope = _over_burn(v, scale, core)[1]
-        if falls < 0.0 <= slope:
-            least = min(least, _turn(before, falls, v, slope, scale, core))
-    return least
-
-
-@compiled
-def _turn(low, falls, high, rises, scale, core):
-    """Minimum (mm) of the difference between two rates, by the Illinois rule on its slope, to `FLAT`."""
-    side = 0
-    for _ in range(80):
-        v = (low * rises - high * falls) / (rises - falls)
-        value, slope = _over_burn(v, scale, core)
-        if abs(slope) <= FLAT:
-            break
-        if slope > 0.0:
-            high, rises = v, slope
-            falls *= 0.5 if side > 0 else 1.0
-            side = 1
-        else:
-            low, falls = v, slope
-            rises *= 0.5 if side < 0 else 1.0
-            side = -1
-    return value
 
 
 @compiled

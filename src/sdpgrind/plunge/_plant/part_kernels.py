@@ -1,5 +1,6 @@
 """Simulated part: true state, readings of the gauges, and whole parts under a controller, compiled."""
 
+from math import exp
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step
+from sdpgrind.plunge._model.drive import Drive
 from sdpgrind.plunge._model.kernels import (
     PlungeCore,
     _damage,
@@ -62,12 +64,26 @@ class PartRig(NamedTuple):
 def rig(model: PlungeModel, stock: float, sample_time: float, samples_max: int = 20_000) -> PartRig:
     """Parameters of a part with exact gauges."""
     exact = PartRig(model.core, float(sample_time), float(stock), samples_max)
-    exact = exact._replace(wheel_wear=model.wheel_wear, coldest_rate=float(model.burn_onset[0]))
+    low, high = model.burn_onset
+    coldest = float(low) if low <= high else 0.0  # a work that burns at every rate has no artefact
+    exact = exact._replace(wheel_wear=model.wheel_wear, coldest_rate=coldest)
     if model.wear is None:
         return exact
     growth = model.wear.growth / model.wear_flat_area
     return exact._replace(
         growth=growth, growth_exponent=model.wear.exponent, growth_rate=model.wear.reference_rate
+    )
+
+
+def driven(rig: PartRig, drive: Drive) -> PartRig:
+    """Part whose feed and power monitor are those of a drive."""
+    lag = drive.power_lag
+    return rig._replace(
+        power_lag=exp(-rig.sample_time / lag) if lag else 0.0,
+        command_quantum=float(drive.command_quantum),
+        feed_lag=float(drive.feed_lag),
+        feed_delay=drive.delay_samples(rig.sample_time),
+        idle_power=float(drive.idle_power),
     )
 
 

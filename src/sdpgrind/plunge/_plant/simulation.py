@@ -23,15 +23,14 @@ def simulated_part(
     """
     slowest = min(problem.final_rate, problem.command_rate_max, problem.model.burn_rate)
     rows = ceil(problem.stock / slowest / problem.sample_time) + _SPARE
-    rig = kernels.rig(problem.model, problem.stock, problem.sample_time, rows - 1)._replace(
-        contact_zero=contact
-    )
+    exact = kernels.rig(problem.model, problem.stock, problem.sample_time, rows - 1)
+    rig = kernels.driven(exact, problem.drive)._replace(contact_zero=contact)
     normals = np.zeros((rows, 2))
     if rng is not None:
         gauges = named(law, at.LAW)
         rig = rig._replace(size_sd=gauges.size_sd, power_sd=gauges.power_sd)
         normals = rng.standard_normal((rows, 2))
-    state, control = np.zeros(kernels.STATES), np.zeros(at.STATES)
+    state, control = kernels.part_state(rig), np.zeros(at.STATES)
     kernels.start_part(state, rig)
     start_control(control, law)
     table = np.empty((rows, len(kernels.ROW)))

@@ -1,4 +1,4 @@
-"""State of a controller that keeps a confidence: filter of the part, axis, commands under way."""
+"""State of the filter of a part: estimates with covariance, axis, commands under way."""
 
 from sdpgrind.base.states import record
 

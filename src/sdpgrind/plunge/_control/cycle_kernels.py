@@ -1,28 +1,15 @@
-"""One sample of the controller that keeps a confidence, compiled."""
+"""One sample of the controller whose axis keeps to the safe position, compiled."""
 
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.plunge._control.confident import (
-    GAIN,
-    SHOWN,
-    WEAR,
-    Q,
-)
-from sdpgrind.plunge._control.confident import (
-    SCALE as S,
-)
-from sdpgrind.plunge._control.confident import (
-    SHARPNESS as A,
-)
-from sdpgrind.plunge._control.confident import (
-    STATES as SIZE_OF,
-)
-from sdpgrind.plunge._control.confident import (
-    ZERO as C,
-)
 from sdpgrind.plunge._control.envelope_kernels import safe_position
 from sdpgrind.plunge._control.filter_kernels import deflected, predict, read_power, read_size
+from sdpgrind.plunge._control.filter_state import GAIN, SHOWN, WEAR, Q
+from sdpgrind.plunge._control.filter_state import SCALE as S
+from sdpgrind.plunge._control.filter_state import SHARPNESS as A
+from sdpgrind.plunge._control.filter_state import STATES as SIZE_OF
+from sdpgrind.plunge._control.filter_state import ZERO as C
 from sdpgrind.plunge._control.state import (
     BALANCE,
     BALANCED,
@@ -54,13 +41,20 @@ WAIT = 1.004  # chosen: rate at the end over the final rate; a smaller value wai
 
 
 @compiled
-def start_confident(s, law):
-    """Reset the filter for the next part."""
+def start_cycle(state, s, law):
+    """Reset axis and filter for the next part."""
+    state[TOUCHED] = NO if law.online else YES  # without estimation the wheel touches where it should
+    s.queue[:] = 0.0
+    s.axis = s.trail = s.sent = 0.0
+    believe(s, law)
+
+
+@compiled
+def believe(s, law):
+    """Set the estimates of the filter to what is believed before contact."""
     s.mean[:] = 0.0
     s.cov[:] = 0.0
-    s.queue[:] = 0.0
-    s.mean[S], s.mean[A], s.mean[WEAR] = 1.0, 1.0, law.wheel_wear
-    s.rate = s.axis = s.trail = s.sent = 0.0
+    s.mean[S], s.mean[A], s.mean[WEAR], s.rate = 1.0, 1.0, law.wheel_wear, 0.0
     s.cov[C * SIZE_OF + C] = law.zero_sd**2
     s.cov[S * SIZE_OF + S], s.cov[A * SIZE_OF + A] = law.scale_sd**2, law.sharpness_sd**2
     s.cov[WEAR * SIZE_OF + WEAR], s.cov[GAIN * SIZE_OF + GAIN] = law.wear_sd**2, law.gain_sd**2
@@ -129,9 +123,24 @@ def touch_by_power(s, law, x, noise, power):
 
 
 @compiled
-def confident_step(state, s, law, size, power, usable):
-    """Update by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
-    power -= law.idle_power
+def observe(state, s, law, size):
+    """Correct stock and contact by a size (mm) with a constant gain; the deflection is that of the model."""
+    gain = 1.0 if state[COMMANDED] == 0.0 else law.gain  # a part may come with more or less stock
+    off = gain * (size - s.mean[Q])
+    s.mean[Q] += off
+    s.mean[C] += (1.0 + s.mean[WEAR]) * off
+
+
+@compiled
+def read_all(state, s, law, size, power, usable):
+    """Correct the estimates by size (mm) and power (W), NaN: no reading."""
+    if not law.online:
+        if usable:
+            observe(state, s, law, size)
+        return
+    if state[TOUCHED] == BELIEVED and power < law.power0:  # power is back: the wheel does not cut yet
+        state[TOUCHED] = NO
+        believe(s, law)
     if state[TOUCHED] == NO:
         in_air(state, s, law, size if usable else np.nan, power)
     else:
@@ -139,12 +148,25 @@ def confident_step(state, s, law, size, power, usable):
             read_size(s, law, size)
         if power > 0.0:
             read_power(s, law, power, s.axis)
-    x = deflected(s, s.axis)
-    s.rate = 0.0 if state[TOUCHED] == NO else _rate_near(x - law.K0, s.rate, _worn(law, s.mean[A]))
+
+
+@compiled
+def ahead(s, law, x, core):
+    """Stock (mm) that goes at least before the next command acts: at a deflection x (mm), nothing fed."""
+    until = law.sample_time * (law.feed_delay + 1.0)
+    half = x - 0.5 * until * s.rate * (1.0 + s.mean[WEAR]) / s.mean[S]
+    return until * _rate_near(half - law.K0, s.rate, core)
+
+
+@compiled
+def cycle_step(state, s, law, size, power, usable):
+    """Update by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
+    read_all(state, s, law, size, power - law.idle_power, usable)
+    x, core = deflected(s, s.axis), _worn(law, s.mean[A])
+    s.rate = 0.0 if state[TOUCHED] == NO else _rate_near(x - law.K0, s.rate, core)
     state[RATE], state[REMAINING] = s.rate, law.stock - s.mean[Q]
     state[ZERO], state[SCALE], state[SHARPNESS] = s.mean[C], s.mean[S], s.mean[A]
-    ahead = s.rate * law.sample_time * (law.feed_delay + 1.0)
-    most, final = safe_position(s, law, ahead)
+    most, final = safe_position(s, law, ahead(s, law, x, core) if state[TOUCHED] != NO else 0.0)
     waits = state[SECTION] == SPARK_OUT and s.rate > WAIT * final
     if state[REMAINING] <= (-law.size_sd if waits else 0.0) or state[MISSED] >= MISSED_MAX:
         state[SECTION] = RETRACT
@@ -156,7 +178,7 @@ def confident_step(state, s, law, size, power, usable):
 def command_of(state, law, most, final):
     """Command (mm/s) up to the safe position; section and whether the limit binds."""
     command = min(max((most - state[COMMANDED]) / law.sample_time, 0.0), law.rate_max)
-    if command < CREEP * final and 0.0 < state[RATE] < CREEP * final:
+    if state[TOUCHED] != NO and max(command, state[RATE]) < CREEP * final:
         command = final
     state[BALANCED] = 0.0
     if command < law.rate_max and state[TOUCHED] != NO:

@@ -1,0 +1,74 @@
+"""Burn threshold learned between parts from what their inspection reads."""
+
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.warned import warn
+from sdpgrind.plunge._control.controller import CycleController
+from sdpgrind.plunge._learn.margins import adaptable
+from sdpgrind.plunge._learn.threshold import BurnThreshold
+from sdpgrind.plunge._model.problem import CycleProblem
+
+_READINGS = {"severity": "severity_reading", "burned": "burned_reading"}
+
+
+class ThresholdUpdate:
+    """Burn threshold learned from the inspection of each part, as `BurnThreshold` does.
+
+    The readings are those of the log's outcome, `severity_reading` or `burned_reading`, with the errors that
+    its inspection states; a part without one teaches nothing. A part that burned where the threshold was
+    thought safe warns: find the cause.
+
+    Parameters
+    ----------
+    problem : CycleProblem
+        Problem with `burning_sd` (unit 1) declared. The threshold rests on its model.
+    by : {"severity", "burned"}
+        Reading that teaches. A part found good teaches almost nothing.
+    confidence : float
+        Chance that the next part is not burned, unit 1.
+
+    Raises
+    ------
+    ValueError
+        If `burning_sd` is not declared, or an argument is out of range.
+
+    Examples
+    --------
+    >>> import hwsim
+    >>> from sdpgrind import plunge
+    >>> problem = plunge.preset("simulation").replace(burning_sd=0.045)
+    >>> grinder = hwsim.PlungeGrinder(problem, inspection=hwsim.Inspection(severity_sd=0.03))
+    >>> learner = plunge.ThresholdUpdate(problem)
+    >>> log = hwsim.run(grinder, plunge.CycleController(problem), parts=3, adapt=learner)
+    >>> bool(log.outcome.time[2] < log.outcome.time[0])  # s
+    True
+    """
+
+    def __init__(self, problem: CycleProblem, *, by: str = "severity", confidence: float = 0.999) -> None:
+        self.by = checks.one_of("by", by, _READINGS)
+        self.threshold = BurnThreshold(problem, confidence=confidence)
+
+    def next(self, controller: CycleController, part_log: Any) -> CycleController:
+        """Return `controller` with B, J/(mm^2 s^(1/2)), and its doubt as learned from `part_log`."""
+        adaptable(controller)
+        stated = part_log.outcome
+        if _READINGS[self.by] not in stated:
+            return controller
+        reading = float(stated[_READINGS[self.by]].values[-1])
+        if not np.isfinite(reading):
+            return controller
+        errors = {"severity": ("severity_sd",), "burned": ("miss", "false_alarm")}[self.by]
+        read = {"severity": reading} if self.by == "severity" else {"burned": bool(reading)}
+        known = {name: float(stated.attrs[name]) for name in errors if name in stated.attrs}
+        self.threshold.update(part_log, part=None, **read, **known)
+        found = self.threshold.estimate
+        if not found.ok:
+            warn(found.message)
+        values = {name: found[name] for name in found.names}
+        burning = controller.problem.model.burning.replace(B=values["B"])
+        return controller.replace(
+            problem=controller.problem.replace(burning=burning, burning_sd=values["burning_sd"])
+        )
