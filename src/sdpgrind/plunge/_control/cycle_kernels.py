@@ -87,25 +87,26 @@ def advance_axis(state, s, law):
 
 @compiled
 def in_air(state, s, law, size, power):
-    """Average sizes before contact; look for the contact by power, or by the command without power."""
+    """Average sizes before contact; look for the contact by power, or by the command without power.
+
+    While the power shows none, the wheel may touch at once, not earlier: what is commanded is safe for that.
+    """
     if size == size:
         state[READ] += 1.0
         state[SIZE_OFFSET] += (size - state[SIZE_OFFSET]) / state[READ]
+    of_size, known = law.size_sd**2 / max(state[READ], 1.0), power == power
     s.mean[Q] = state[SIZE_OFFSET]
-    s.mean[C] = (1.0 + s.mean[WEAR]) * s.mean[Q]
-    of_size = law.size_sd**2 / max(state[READ], 1.0)
-    s.cov[Q * SIZE_OF + Q] = of_size
+    s.cov[Q * SIZE_OF + Q] = s.cov[C * SIZE_OF + Q] = s.cov[Q * SIZE_OF + C] = of_size
+    s.mean[C] = (1.0 + s.mean[WEAR]) * s.mean[Q] - (s.axis if known else 0.0)
+    s.cov[C * SIZE_OF + C] = of_size + (0.0 if known else law.zero_sd**2)
     watts = law.power1 / law.K1
-    noise, known = law.power_sd * max(power, watts * law.K0), power == power
+    noise = law.power_sd * max(power, watts * law.K0)
     state[UNPOWERED] = 0.0 if known else state[UNPOWERED] + 1.0
-    if (power <= TOUCHING * noise) if known else (s.axis <= 0.0 or state[UNPOWERED] < MISSED_MAX):
-        return
-    state[TOUCHED] = YES if known else BELIEVED
-    s.cov[C * SIZE_OF + Q] = s.cov[Q * SIZE_OF + C] = of_size
-    if known:
+    if known and power > TOUCHING * noise:
+        state[TOUCHED] = YES
         touch_by_power(s, law, power / watts, noise / watts, power)
-    else:
-        s.cov[C * SIZE_OF + C] = law.zero_sd**2 + of_size
+    elif not known and s.axis > 0.0 and state[UNPOWERED] >= MISSED_MAX:
+        state[TOUCHED] = BELIEVED
 
 
 @compiled

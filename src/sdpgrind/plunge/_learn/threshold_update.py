@@ -9,7 +9,7 @@ from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._learn.margins import adaptable
 from sdpgrind.plunge._learn.threshold import BurnThreshold
-from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._model.problem import CycleProblem, greatest_confidence
 
 _READINGS = {"severity": "severity_reading", "burned": "burned_reading"}
 
@@ -64,11 +64,25 @@ class ThresholdUpdate:
         read = {"severity": reading} if self.by == "severity" else {"burned": bool(reading)}
         known = {name: float(stated.attrs[name]) for name in errors if name in stated.attrs}
         self.threshold.update(part_log, part=None, **read, **known)
-        found = self.threshold.estimate
-        if not found.ok:
-            warn(found.message)
-        values = {name: found[name] for name in found.names}
-        burning = controller.problem.model.burning.replace(B=values["B"])
-        return controller.replace(
-            problem=controller.problem.replace(burning=burning, burning_sd=values["burning_sd"])
+        if not self.threshold.estimate.ok:
+            warn(self.threshold.estimate.message)
+        return _informed(controller, self.threshold)
+
+
+def _informed(controller: CycleController, threshold: BurnThreshold) -> CycleController:
+    """Controller with what a threshold has learned; where no rate keeps its confidence, with the greatest."""
+    found = threshold.estimate
+    burning = controller.problem.model.burning.replace(B=found["B"])
+    problem = controller.problem.replace(burning=burning, burning_sd=found["burning_sd"])
+    most = greatest_confidence(problem.replace(sharpness_sd=0.0))
+    if most >= threshold.confidence:
+        return controller.replace(problem=problem, confidence=threshold.confidence)
+    if most < 0.5:
+        raise ValueError(
+            f"B = {found['B']:.4g} as inspected leaves no infeed rate without burn: a cooler process is needed"
         )
+    warn(
+        f"no infeed rate keeps a confidence of {threshold.confidence:g} with the threshold as inspected:"
+        f" the next part is ground with {most:.4g}"
+    )
+    return controller.replace(problem=problem, confidence=0.999 * most)

@@ -283,9 +283,8 @@ class CycleProblem(Described):
 
 def _no_safe_rate(problem: CycleProblem, remaining: float, confidence: float) -> ValueError:
     """Error with the greatest doubt of B at which a rate is safe, and the greatest confidence."""
-    chance, most = problem.burn_chance, problem.command_rate_max
-    coolest = chance.coolest(min(float(coolest_rate(problem.model.core)), most), remaining)
-    reached = 1.0 - float(chance(coolest, remaining))
+    chance, coolest = problem.burn_chance, _coolest(problem, remaining)
+    reached = greatest_confidence(problem, remaining)
 
     def lacking(sd: float) -> float:
         return float(replace(chance, burning_sd=sd)(coolest, remaining)) - (1.0 - confidence)
@@ -296,6 +295,16 @@ def _no_safe_rate(problem: CycleProblem, remaining: float, confidence: float) ->
         f" no infeed rate is safe; got {chance.burning_sd:g}. A confidence of {reached:.3g} is possible;"
         " inspecting parts for burn narrows the doubt"
     )
+
+
+def greatest_confidence(problem: CycleProblem, remaining: float = 0.0) -> float:
+    """Chance that damage stays within a remaining stock (mm) at the rate at which it is least likely to exceed."""
+    return 1.0 - float(problem.burn_chance(_coolest(problem, remaining), remaining))
+
+
+def _coolest(problem: CycleProblem, remaining: float) -> float:
+    near = min(float(coolest_rate(problem.model.core)), problem.command_rate_max)
+    return problem.burn_chance.coolest(near, remaining)
 
 
 def grinding_ratio(model: PlungeModel, wear: float) -> float:
