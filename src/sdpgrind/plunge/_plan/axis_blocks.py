@@ -1,0 +1,83 @@
+"""Few straight blocks that stay near a course of the axis: a greedy funnel.
+
+From the end of a block, the slopes that pass all of the next samples within the tolerance are an interval,
+which shrinks sample by sample. The next block is the longest for which it holds a slope that a control can
+be told: a position and a feed of so many decimals. Each block begins where and when the one before ends as it
+is written, so that rounding does not add up.
+"""
+
+from collections.abc import Iterator
+from math import ceil, floor
+from typing import NamedTuple
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.units import mm_per_min
+from sdpgrind.plunge._plan.axis_course import AxisCourse
+
+_TIME_DIGITS = 4  # chosen: decimals of a dwell in s; a rounded one moves the fastest feed by a few nm
+_ROUNDING = 1e-6  # derived: share of a last decimal that is rounding of a double
+
+
+class AxisBlock(NamedTuple):
+    """Straight line to a position (mm) at a feed (mm/min) that ends at a time (s); feed 0: a dwell (s)."""
+
+    position: float
+    feed: float
+    dwell: float
+    end: float
+
+
+class _Cone(NamedTuple):
+    """Slopes, mm/s, that pass the first samples within the tolerance, and times since the start, s."""
+
+    since: Floats
+    least: Floats
+    most: Floats
+
+
+def blocks_of(course: AxisCourse, tolerance: float, digits: int) -> list[AxisBlock]:
+    """Blocks within the tolerance (mm) of the course, with positions and feeds of so many decimals."""
+    found = [AxisBlock(0.0, 0.0, 0.0, 0.0)]
+    while True:
+        cone = _cone(course, tolerance, found[-1])
+        count, block = next(_longest(cone, found[-1], digits))
+        found.append(block)
+        if course.time[-1] - found[-2].end == cone.since[count]:
+            return found[1:]
+
+
+def _cone(course: AxisCourse, tolerance: float, last: AxisBlock) -> _Cone:
+    later = course.time > last.end
+    since, off = course.time[later] - last.end, course.position[later] - last.position
+    least = np.maximum.accumulate((off - tolerance) / since)
+    most = np.minimum.accumulate((off + tolerance) / since)
+    open_ = int(np.argmax(least > most)) if np.any(least > most) else since.size
+    return _Cone(since[:open_], least[:open_], most[:open_])
+
+
+def _longest(cone: _Cone, last: AxisBlock, digits: int) -> Iterator[tuple[int, AxisBlock]]:
+    """Index of the last sample passed and the block, from the longest on."""
+    for k in range(cone.since.size - 1, -1, -1):
+        since, least, most = float(cone.since[k]), float(cone.least[k]), float(cone.most[k])
+        block = _dwell(last, since) if least <= 0.0 <= most else _feed(last, since, least, most, digits)
+        if block is not None:
+            yield k, block
+
+
+def _dwell(last: AxisBlock, since: float) -> AxisBlock | None:
+    seconds = floor(since * 10**_TIME_DIGITS + _ROUNDING) / 10**_TIME_DIGITS
+    return AxisBlock(last.position, 0.0, seconds, last.end + seconds) if seconds > 0.0 else None
+
+
+def _feed(last: AxisBlock, since: float, least: float, most: float, digits: int) -> AxisBlock | None:
+    """Block to the least position of so many decimals within reach; its feed is rounded up."""
+    unit, minute = 10.0**digits, 1.0 / mm_per_min(1.0)
+    ends = (ceil((last.position + least * since) * unit), floor((last.position + most * since) * unit))
+    for end in range(ends[0], ends[1] + 1):
+        way = end / unit - last.position
+        feed = ceil(way / since * minute * unit - _ROUNDING) / unit
+        if feed > 0.0 and least <= feed / minute <= most:
+            return AxisBlock(end / unit, feed, 0.0, last.end + way / feed * minute)
+    return None
