@@ -18,6 +18,7 @@ from sdpgrind.plunge._plan.axis_course import AxisCourse
 
 _TIME_DIGITS = 4  # chosen: decimals of a dwell in s; a rounded one moves the fastest feed by a few nm
 _ROUNDING = 1e-6  # derived: share of a last decimal that is rounding of a double
+_EARLY = 2e-3  # chosen: end of a program before that of the plan, s; a dwell makes up for more
 
 
 class AxisBlock(NamedTuple):
@@ -30,22 +31,23 @@ class AxisBlock(NamedTuple):
 
 
 class _Cone(NamedTuple):
-    """Slopes, mm/s, that pass the first samples within the tolerance, and times since the start, s."""
+    """Slopes, mm/s, that pass the next samples within the tolerance; their times since the start, s."""
 
     since: Floats
     least: Floats
     most: Floats
+    left: int  # samples to the end of the course
 
 
 def blocks_of(course: AxisCourse, tolerance: float, digits: int) -> list[AxisBlock]:
     """Blocks within the tolerance (mm) of the course, with positions and feeds of so many decimals."""
-    found = [AxisBlock(0.0, 0.0, 0.0, 0.0)]
-    while True:
+    found, whole = [AxisBlock(0.0, 0.0, 0.0, 0.0)], False
+    while not whole or course.time[-1] - found[-1].end > _EARLY:
         cone = _cone(course, tolerance, found[-1])
-        count, block = next(_longest(cone, found[-1], digits))
+        passed, block = next(_longest(cone, found[-1], digits))
         found.append(block)
-        if course.time[-1] - found[-2].end == cone.since[count]:
-            return found[1:]
+        whole = passed == cone.left
+    return found[1:]
 
 
 def _cone(course: AxisCourse, tolerance: float, last: AxisBlock) -> _Cone:
@@ -53,17 +55,18 @@ def _cone(course: AxisCourse, tolerance: float, last: AxisBlock) -> _Cone:
     since, off = course.time[later] - last.end, course.position[later] - last.position
     least = np.maximum.accumulate((off - tolerance) / since)
     most = np.minimum.accumulate((off + tolerance) / since)
-    open_ = int(np.argmax(least > most)) if np.any(least > most) else since.size
-    return _Cone(since[:open_], least[:open_], most[:open_])
+    passed = least <= most
+    count = since.size if passed.all() else int(np.argmin(passed))
+    return _Cone(since[:count], least[:count], most[:count], since.size)
 
 
 def _longest(cone: _Cone, last: AxisBlock, digits: int) -> Iterator[tuple[int, AxisBlock]]:
-    """Index of the last sample passed and the block, from the longest on."""
+    """Number of samples passed and the block, from the longest on."""
     for k in range(cone.since.size - 1, -1, -1):
         since, least, most = float(cone.since[k]), float(cone.least[k]), float(cone.most[k])
         block = _dwell(last, since) if least <= 0.0 <= most else _feed(last, since, least, most, digits)
         if block is not None:
-            yield k, block
+            yield k + 1, block
 
 
 def _dwell(last: AxisBlock, since: float) -> AxisBlock | None:

@@ -8,7 +8,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 
 if TYPE_CHECKING:
-    from sdpgrind.plunge._plan.cycle import CyclePlan
+    import xarray as xr
 
 _FINER = 10  # chosen: straight lines between two samples; their distance from the plan falls with the square
 
@@ -25,7 +25,7 @@ class AxisCourse:
     error: float
 
     def deviation(self, time: Floats, position: Floats) -> float:
-        """Greatest distance (mm) of straight lines between positions (mm) over time (s); both ends are held."""
+        """Greatest distance (mm) of lines between positions (mm) over time (s); both hold their ends."""
         every = np.union1d(self.time, time)
         return float(np.max(np.abs(self(every) - np.interp(every, time, position))))
 
@@ -34,15 +34,15 @@ class AxisCourse:
         return np.interp(time, self.time, self.position)
 
 
-def axis_course(plan: "CyclePlan") -> AxisCourse:
-    """Feed of the axis: metal removed, deflection, and radius that the wheel loses.
+def axis_course(course: "xr.Dataset", worn: float, *, straight: bool) -> AxisCourse:
+    """Feed of the axis along a trajectory: metal removed, deflection, and radius that the wheel loses.
 
-    A solved plan holds each command, and its feed is straight between samples. That of an exact plan is bent.
+    `worn` is the wheel's radius lost per radius removed, mm/mm. Between two samples of a replay a command is
+    held, and the feed is straight; that of an exact plan is bent.
     """
-    course, worn = plan.trajectory, plan.problem.model.wheel_wear
     time, stock = course.time.values, course.remaining.values
     fed = (stock[0] - stock) * (1.0 + worn) + course.deflection.values
-    if plan.solution is not None:
+    if straight:
         kept = np.concatenate([[True], np.diff(time) > 0.0])
         return AxisCourse(time[kept], fed[kept], 0.0)
     return _smooth(time, fed, course.command_rate.values + worn * course.infeed_rate.values)
@@ -56,7 +56,9 @@ def _smooth(time: Floats, fed: Floats, rate: Floats) -> AxisCourse:
     kept = np.flatnonzero(np.diff(time) > 0.0)
     h, share = np.diff(time)[kept, None], np.arange(_FINER) / _FINER
     first, last = fed[kept, None], fed[kept + 1, None]
-    bends = (rate[kept, None] * h - (last - first)) * (1 - share) - (rate[kept + 1, None] * h - (last - first)) * share
+    bends = (rate[kept, None] * h - (last - first)) * (1 - share) - (
+        rate[kept + 1, None] * h - (last - first)
+    ) * share
     between = first + (last - first) * share + share * (1 - share) * bends
     error = float(np.max(h[:, 0] * np.abs(np.diff(rate)[kept]))) / (4 * _FINER**2)
     times = time[kept, None] + h * share

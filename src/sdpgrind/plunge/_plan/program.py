@@ -1,7 +1,6 @@
 """A planned cycle as a program of a control."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,15 +10,15 @@ from sdpgrind.base.quantities import another_unit
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._plan.axis_blocks import blocks_of
 from sdpgrind.plunge._plan.axis_course import AxisCourse, axis_course
-from sdpgrind.plunge._plan.program_reader import AxisPath, read_csv, read_ngc
-from sdpgrind.plunge._plan.program_text import ProgramForm, csv_text, ngc_text
-
-if TYPE_CHECKING:
-    from sdpgrind.plunge._plan.cycle import CyclePlan
+from sdpgrind.plunge._plan.program_reader import read_csv, read_ngc
+from sdpgrind.plunge._plan.program_text import PlannedCycle, ProgramForm, csv_text, ngc_text
 
 TARGETS = ("ngc", "csv")
 _AXES = tuple("XYZUVW")  # source: RS274NGC; letters of linear axes
-_USUAL, _TYPICAL = (1e-6, 0.01), 1e-4  # chosen: deviation from a nanometre to a third of a stock's percent, mm
+_USUAL, _TYPICAL = (
+    (1e-6, 0.01),
+    1e-4,
+)  # chosen: deviation from a nanometre to a third of a stock's percent, mm
 _LOST = 1e-5  # chosen: deviation, mm, below which a control of four decimals makes it greater
 
 
@@ -63,7 +62,7 @@ class CycleProgram(Program):
 
 
 def program_of(
-    plan: "CyclePlan", target: str, deviation: float, axis: str, diameter: bool, certain: bool
+    plan: PlannedCycle, target: str, deviation: float, axis: str, diameter: bool, certain: bool
 ) -> CycleProgram:
     """Write a plan as a program after a check of the arguments, see `CyclePlan.program`."""
     checks.one_of("target", target, TARGETS)
@@ -71,7 +70,8 @@ def program_of(
     form = ProgramForm(_deviation(deviation), axis, 2 if checks.kind("diameter", diameter, bool) else 1)
     _check_safety(plan, checks.kind("certain", certain, bool))
     _check_solved(plan)
-    course = axis_course(plan)
+    worn, straight = plan.problem.model.wheel_wear, plan.method != "exact"
+    course = axis_course(plan.trajectory, worn, straight=straight)
     if target == "ngc":
         text = ngc_text(plan, form, blocks_of(course, form.deviation - course.error, form.digits))
     else:
@@ -88,7 +88,7 @@ def _deviation(value: float) -> float:
     return number
 
 
-def _check_safety(plan: "CyclePlan", certain: bool) -> None:
+def _check_safety(plan: PlannedCycle, certain: bool) -> None:
     """A program has no gauge: its plan counts the doubts in full, or the user says that there are none."""
     call = "plunge.plan(problem, confidence=0.999, gauge=False)"
     if plan.confidence is None and not certain:
@@ -105,8 +105,8 @@ def _check_safety(plan: "CyclePlan", certain: bool) -> None:
         raise ValueError(f"gauge must be False in a plan for a program, which has no gauge: {call}; got True")
 
 
-def _check_solved(plan: "CyclePlan") -> None:
-    if plan.solution is not None and not plan.solution.ok:
+def _check_solved(plan: PlannedCycle) -> None:
+    if np.isinf(plan.error):
         raise ValueError(f"plan must be solved before it becomes a program; it was {plan.status}")
     turning = plan.trajectory.work_rotation.values
     if np.ptp(turning) > 0.0:

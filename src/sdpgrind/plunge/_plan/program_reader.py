@@ -45,7 +45,9 @@ def read_ngc(text: str, axis: str) -> AxisPath:
         elif codes and set(codes) <= _MODES and not values:
             modes |= set(codes)
         elif words:
-            raise ValueError(f"text must be a program of G21 G90 G94, G1, G4 and M2; line {number} is {line!r}")
+            raise ValueError(
+                f"text must be a program of G21 G90 G94, G1, G4 and M2; line {number} is {line!r}"
+            )
     raise ValueError("text must be a program that ends by M2; its last line is another")
 
 

@@ -1,21 +1,45 @@
 """Text of a cycle's program: RS274NGC, as LinuxCNC reads it, and a table of positions."""
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 from sdpgrind.base.quantities import units_of
+from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._model.uncertainty import Uncertainty
 from sdpgrind.plunge._plan.axis_blocks import AxisBlock
 from sdpgrind.plunge._plan.axis_course import AxisCourse
 
 if TYPE_CHECKING:
-    from sdpgrind.plunge._plan.cycle import CyclePlan
+    import xarray as xr
 
 _COARSE, _FINE = 4, 6  # chosen: decimals of mm and mm/min; a control takes 4, and 4 round by 0.05 um
 _COARSE_FROM = 1e-4  # derived: deviation, mm, in whose band two positions of 4 decimals lie
 TABLE_DIGITS = 6  # chosen: decimals of mm in a table; they round by half a nanometre
+
+
+class PlannedCycle(Protocol):
+    """What a program is made of: a `CyclePlan`, mm and s."""
+
+    problem: CycleProblem
+    method: str
+    safety_margin: float
+    confidence: float | None
+    gauge: bool
+    error: float
+
+    @property
+    def time(self) -> float:
+        """Time, s."""
+
+    @property
+    def trajectory(self) -> "xr.Dataset":
+        """Course over time, s."""
+
+    @property
+    def status(self) -> str:
+        """Quality in one sentence."""
 
 
 class ProgramForm(NamedTuple):
@@ -31,7 +55,7 @@ class ProgramForm(NamedTuple):
         return _COARSE if self.deviation >= _COARSE_FROM else _FINE
 
 
-def ngc_text(plan: "CyclePlan", form: ProgramForm, blocks: Iterable[AxisBlock]) -> str:
+def ngc_text(plan: PlannedCycle, form: ProgramForm, blocks: Iterable[AxisBlock]) -> str:
     """Write the program of RS274NGC."""
     lines = [f"({line})" for line in _comments(plan, form)]
     lines += ["G21 G90 G94", *(_line(block, form) for block in blocks), "M2"]
@@ -48,13 +72,11 @@ def _line(block: AxisBlock, form: ProgramForm) -> str:
 def csv_text(course: AxisCourse, form: ProgramForm, sample_time: float) -> str:
     """Write positions at whole samples (s), from 0 to the first at or after the end."""
     time = np.arange(np.ceil(course.time[-1] / sample_time - 1e-9) + 1.0) * sample_time
-    rows = (
-        f"{t:.10g},{form.scale * x:.{TABLE_DIGITS}f}" for t, x in zip(time, course(time), strict=True)
-    )
+    rows = (f"{t:.10g},{form.scale * x:.{TABLE_DIGITS}f}" for t, x in zip(time, course(time), strict=True))
     return "\n".join(["time_s,position_mm", *rows]) + "\n"
 
 
-def _comments(plan: "CyclePlan", form: ProgramForm) -> Iterator[str]:
+def _comments(plan: PlannedCycle, form: ProgramForm) -> Iterator[str]:
     """Lines of the head; none has brackets, which would end a comment."""
     from sdpgrind import __version__
 
@@ -67,7 +89,7 @@ def _comments(plan: "CyclePlan", form: ProgramForm) -> Iterator[str]:
     yield f"wheel of {model.wheel_diameter:g} mm at {model.wheel_speed:g} mm/s"
     yield from _safety(plan)
     yield "open loop: no gauge, so every doubt of contact and deflection counts in full"
-    yield f"deviation: within {form.deviation:g} mm of the planned radial infeed at all times, rounding included"
+    yield f"deviation: within {form.deviation:g} mm of the planned infeed at all times, rounding included"
     measure = "diameter, twice the radial infeed" if form.scale == 2 else "radial infeed"
     yield f"{form.axis}: {measure} from first contact in mm, positive into the work"
     yield f"{form.axis}0 is first contact of wheel and work, where the program begins"
@@ -76,7 +98,7 @@ def _comments(plan: "CyclePlan", form: ProgramForm) -> Iterator[str]:
     yield "approach, spindles, coolant and retract are left to the program that calls this one"
 
 
-def _safety(plan: "CyclePlan") -> Iterator[str]:
+def _safety(plan: PlannedCycle) -> Iterator[str]:
     """Lines on what is kept against burning."""
     if plan.confidence is None:
         yield "certain: all values are taken as exact, none is doubted; the least error may burn the part"
