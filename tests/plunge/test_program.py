@@ -13,11 +13,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import sdpgrind
 from sdpgrind import plunge, units
 from sdpgrind.plunge._plan import exact
+from sdpgrind.plunge._plan.axis_blocks import blocks_of
+from sdpgrind.plunge._plan.axis_course import AxisCourse
 from sdpgrind.plunge._plan.doubted import limits_of
 from sdpgrind.plunge._plan.program_reader import read_ngc
 
@@ -99,11 +103,11 @@ def followed(text, axis="X"):
     assert body[0] == "G21 G90 G94" and body[-1] == "M2" and all(line.isascii() for line in body)
     time, position = [0.0], [0.0]
     for line in body[1:-1]:
-        if pause := re.fullmatch(r"G4 P(\d+\.\d{4})", line):
+        if pause := re.fullmatch(r"G4 P(\d+\.\d{4,7})", line):
             time.append(time[-1] + float(pause[1]))
             position.append(position[-1])
         else:
-            move = re.fullmatch(rf"G1 {axis}(\d+\.\d{{4,6}}) F(\d+\.\d{{4,6}})", line)
+            move = re.fullmatch(rf"G1 {axis}(\d+\.\d{{4,7}}) F(\d+\.\d{{4,7}})", line)
             time.append(time[-1] + (float(move[1]) - position[-1]) / (float(move[2]) / 60))
             position.append(float(move[1]))
     return np.array(time), np.array(position)
@@ -125,6 +129,35 @@ def test_is_within_the_stated_deviation_at_all_times(name):
     assert found.deviation == pytest.approx(away(name, corners), abs=2e-8)
     assert found.time == pytest.approx(corners[0][-1], abs=1e-9)
     assert corners[0][-1] == pytest.approx(planned(name).time, abs=2.1e-3)
+
+
+@settings(max_examples=60)
+@given(
+    steps=st.lists(
+        st.tuples(st.floats(1e-3, 1.0), st.one_of(st.just(0.0), st.floats(1e-5, 0.1))),
+        min_size=1,
+        max_size=40,
+    ),
+    deviation=st.floats(1e-4, 1e-2),
+)
+def test_blocks_of_any_course(steps, deviation):
+    """Rates (mm/s) held for some time (s), in any order: each block of four decimals stays within."""
+    held, rates = np.array(steps).T
+    time, position = (np.concatenate([[0.0], np.cumsum(part)]) for part in (held, held * rates))
+    blocks = blocks_of(AxisCourse(time, position, 0.0), deviation, 4)
+    ends, joined = (np.array([0.0, *(getattr(b, name) for b in blocks)]) for name in ("end", "position"))
+    every = np.union1d(time, ends)
+    far = np.abs(np.interp(every, time, position) - np.interp(every, ends, joined))
+    assert np.max(far) <= deviation * (1 + 1e-9) and abs(ends[-1] - time[-1]) <= 2e-3
+    assert all(round(b.position, 4) == b.position and round(b.feed, 4) == b.feed for b in blocks)
+
+
+def test_too_few_decimals_are_told():
+    moment = AxisCourse(np.array([0.0, 1e-5]), np.zeros(2), 0.0)
+    with pytest.raises(
+        ValueError, match=r"deviation must be greater for blocks of 4 decimals \(mm\); got 0\.001"
+    ):
+        blocks_of(moment, 1e-3, 4)
 
 
 @pytest.mark.parametrize(("deviation", "blocks"), [(1.0, 3), (0.1, 4), (0.05, 4), (0.02, 5)])

@@ -16,7 +16,6 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.units import mm_per_min
 from sdpgrind.plunge._plan.axis_course import AxisCourse
 
-_TIME_DIGITS = 4  # chosen: decimals of a dwell in s; a rounded one moves the fastest feed by a few nm
 _ROUNDING = 1e-6  # derived: share of a last decimal that is rounding of a double
 _EARLY = 2e-3  # chosen: end of a program before that of the plan, s; a dwell makes up for more
 
@@ -40,11 +39,21 @@ class _Cone(NamedTuple):
 
 
 def blocks_of(course: AxisCourse, tolerance: float, digits: int) -> list[AxisBlock]:
-    """Blocks within the tolerance (mm) of the course, with positions and feeds of so many decimals."""
+    """Blocks within the tolerance (mm) of the course, with positions, feeds and dwells of so many decimals.
+
+    Raises
+    ------
+    ValueError
+        If so many decimals are too few for the tolerance.
+    """
     found, whole = [AxisBlock(0.0, 0.0, 0.0, 0.0)], False
     while not whole or course.time[-1] - found[-1].end > _EARLY:
         cone = _cone(course, tolerance, found[-1])
-        passed, block = next(_longest(cone, found[-1], digits))
+        passed, block = next(_longest(cone, found[-1], digits), (0, None))
+        if block is None:
+            raise ValueError(
+                f"deviation must be greater for blocks of {digits} decimals (mm); got {tolerance:.3g}"
+            )
         found.append(block)
         whole = passed == cone.left
     return found[1:]
@@ -64,13 +73,14 @@ def _longest(cone: _Cone, last: AxisBlock, digits: int) -> Iterator[tuple[int, A
     """Number of samples passed and the block, from the longest on."""
     for k in range(cone.since.size - 1, -1, -1):
         since, least, most = float(cone.since[k]), float(cone.least[k]), float(cone.most[k])
-        block = _dwell(last, since) if least <= 0.0 <= most else _feed(last, since, least, most, digits)
+        rests = least <= 0.0 <= most
+        block = _dwell(last, since, digits) if rests else _feed(last, since, least, most, digits)
         if block is not None:
             yield k + 1, block
 
 
-def _dwell(last: AxisBlock, since: float) -> AxisBlock | None:
-    seconds = floor(since * 10**_TIME_DIGITS + _ROUNDING) / 10**_TIME_DIGITS
+def _dwell(last: AxisBlock, since: float, digits: int) -> AxisBlock | None:
+    seconds = floor(since * 10**digits + _ROUNDING) / 10**digits
     return AxisBlock(last.position, 0.0, seconds, last.end + seconds) if seconds > 0.0 else None
 
 

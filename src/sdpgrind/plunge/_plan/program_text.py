@@ -14,8 +14,9 @@ from sdpgrind.plunge._plan.axis_course import AxisCourse
 if TYPE_CHECKING:
     import xarray as xr
 
-_COARSE, _FINE = 4, 6  # chosen: decimals of mm and mm/min; a control takes 4, and 4 round by 0.05 um
-_COARSE_FROM = 1e-4  # derived: deviation, mm, in whose band two positions of 4 decimals lie
+# chosen: decimals of mm, mm/min and s from a deviation (mm) on; two positions of 4 decimals, which a control
+# takes, lie in the band of 1e-4 mm; in a narrower one more of them leave longer blocks
+_DIGITS = {1e-4: 4, 1e-5: 6, 0.0: 7}
 TABLE_DIGITS = 6  # chosen: decimals of mm in a table; they round by half a nanometre
 
 
@@ -51,8 +52,8 @@ class ProgramForm(NamedTuple):
 
     @property
     def digits(self) -> int:
-        """Decimals of positions and feeds."""
-        return _COARSE if self.deviation >= _COARSE_FROM else _FINE
+        """Decimals of positions, feeds and dwells."""
+        return next(digits for least, digits in _DIGITS.items() if self.deviation >= least)
 
 
 def ngc_text(plan: PlannedCycle, form: ProgramForm, blocks: Iterable[AxisBlock]) -> str:
@@ -64,7 +65,7 @@ def ngc_text(plan: PlannedCycle, form: ProgramForm, blocks: Iterable[AxisBlock])
 
 def _line(block: AxisBlock, form: ProgramForm) -> str:
     if block.feed == 0.0:
-        return f"G4 P{block.dwell:.4f}"
+        return f"G4 P{block.dwell:.{form.digits}f}"
     position, feed = (f"{form.scale * value:.{form.digits}f}" for value in (block.position, block.feed))
     return f"G1 {form.axis}{position} F{feed}"
 
