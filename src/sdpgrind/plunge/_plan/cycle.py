@@ -17,6 +17,7 @@ from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._plan.control_table import ControlStages, stage_table, stages_of
 from sdpgrind.plunge._plan.doubted import Safety, limits_of, price_of
 from sdpgrind.plunge._plan.exact import fastest
+from sdpgrind.plunge._plan.program import CycleProgram, program_of
 from sdpgrind.plunge._plan.trajectory import of_exact
 
 if TYPE_CHECKING:
@@ -177,6 +178,63 @@ class CyclePlan(Plan):
         excess = f"damage goes {1e3 * s.excess:.1g} µm deeper than allowed"
         deeper = excess if s.excess > 0 else "all limits are kept"
         return f"{s.message} with {s.steps} steps, time known to {self.error:.1g} s; played back, {deeper}"
+
+    def program(
+        self,
+        target: str = "ngc",
+        *,
+        deviation: float,
+        axis: str = "X",
+        diameter: bool = False,
+        certain: bool = False,
+    ) -> CycleProgram:
+        """Return the cycle as a program of the feed axis for a control without a gauge.
+
+        ``"ngc"``: RS274NGC, as LinuxCNC reads it: few blocks G1 with a feed in mm/min, and G4 where the axis
+        rests. ``"csv"``: positions at the sample time.
+
+        The axis feeds the metal to be removed, the deflection, and the radius that the wheel loses; so with a
+        `grinding_ratio` the feed exceeds `command_rate_max` by the share of the wheel. Lag and dead time of
+        the drive are not made up for.
+
+        Parameters
+        ----------
+        target : {"ngc", "csv"}
+            Form of the program.
+        deviation : float
+            Greatest distance of the axis from the plan at all times, rounding included, mm of radius; some
+            1e-4. A table keeps it at its rows.
+        axis : str
+            Letter of the axis, one of XYZUVW; its 0 is the first contact.
+        diameter : bool
+            Whether positions and feeds are of the diameter, twice those of the radius.
+        certain : bool
+            Whether a plan without a confidence may become a program: all its values must be exact.
+
+        Returns
+        -------
+        CycleProgram
+            Program with `text`, `check()` and `save(path)`.
+
+        Raises
+        ------
+        ValueError
+            If the deviation (mm) is out of range or the plan has a gauge, no confidence, no solution or
+            several rotations of the work.
+
+        Examples
+        --------
+        >>> from sdpgrind import plunge, units
+        >>> problem = plunge.preset("simulation").replace(burning_sd=0.03)
+        >>> blind = plunge.plan(problem, confidence=0.999, gauge=False)
+        >>> program = blind.program("ngc", deviation=units.um(1))
+        >>> program.text.splitlines()[-4:]
+        ['G1 X0.2729 F0.1277', 'G1 X0.2993 F0.2315', 'G4 P0.3183', 'M2']
+        >>> found = program.check()
+        >>> found.deviation <= 1e-3, abs(found.time - blind.time) < 0.01
+        (True, True)
+        """
+        return program_of(self, target, deviation, axis, diameter, certain)
 
     def plot(self) -> Any:
         """Draw rates, and damage below the remaining stock (mm), over time (s); return the figure."""
