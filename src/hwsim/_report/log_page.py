@@ -140,7 +140,9 @@ def _count(log: Any, name: str, burns: bool) -> str:
     if name == "burned" and not burns:
         return "not known, the problem has no burn limit"
     bad = int(np.sum(log.outcome[name].values > 0))
-    return f"{bad} of {len(log)}" if bad else "none"
+    known = log.outcome.attrs.get("burn_threshold") if name == "burned" else None
+    told = f" (burn threshold {known})" if known else ""
+    return (f"{bad} of {len(log)}" if bad else "none") + told
 
 
 def _first_figure(log: Any, charges: Charges) -> str:

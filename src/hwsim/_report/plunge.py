@@ -8,7 +8,7 @@ from sdpgrind.base.sheets.amounts import Interval
 from sdpgrind.base.units import UM
 
 CHARGED = ("time", "part_slack", "roundness", "burned", "out_of_round")
-_LEARNING = 2  # parts with margins that were not learned; source: `plunge.adaptation`
+_LEARNING = 1  # parts ground before anything was learned; source: `plunge.adaptation`
 
 
 def planned(log: Any, plan: Any) -> dict[str, Interval]:
@@ -30,7 +30,7 @@ def reasons(log: Any, plan: Any) -> dict[str, str]:
     learns = (log.made_of or {}).get("adapt") is not None
     if learns and len(log) > _LEARNING:
         found += (
-            f"; {time[:_LEARNING].mean():.4g} s in the first {_LEARNING} parts, before margins were learned, "
+            f"; {time[:_LEARNING].mean():.4g} s in the first part, before it had learned, "
             f"{time[_LEARNING:].mean():.4g} s after"
         )
     return {"time": found, "part_slack": kept, "roundness": _last_rate(log, plan)}

@@ -24,6 +24,21 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
     yield f"{title}: {problem.stock:g} mm of stock, {limits}"
     known = f"known to {plan.error:.0e} s, {plan.method}"
     yield f"plan: the fastest cycle takes {plan.time:.4f} s ({known}); {plan.binding} binds at the end"
+    yield _promise(job.controller(plan))
+
+
+def _promise(controller: Any) -> str:
+    """What the controller keeps, and what the doubts cost that no reading of a cycle shows."""
+    known = f"burn threshold {controller.problem.uncertainty.burn_threshold}"
+    if controller.sparkout == "printed":
+        return f"controller: the printed cycle with a margin of {UM * controller.safety_margin:g} µm; {known}"
+    from sdpgrind import plunge
+
+    price = plunge.plan(
+        controller.problem.replace(sharpness_sd=0.0), confidence=controller.confidence
+    ).price["all"]
+    cost = f", which costs {price:.2f} s" if price > 0.0 else ""
+    return f"controller: none burned with a confidence of {controller.confidence:g}; {known}{cost}"
 
 
 def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[str]:

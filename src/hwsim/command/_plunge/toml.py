@@ -7,10 +7,9 @@ from typing import Any
 from hwsim.command._toml import Table
 from hwsim.command._toml import read as read_toml
 from hwsim.command.base import StandJob
+from hwsim.plants._plunge.inspection import Inspection
 from hwsim.plants._plunge.plant import PlungeGrinder
 from sdpgrind import plunge
-
-_SHARE = 0.05  # default margin of the first part over the stock; chosen: a safe first part
 
 
 @dataclass(frozen=True)
@@ -19,8 +18,7 @@ class Job(StandJob[PlungeGrinder]):
 
     def controller(self, plan: plunge.CyclePlan) -> plunge.CycleController:
         """Controller of the first part."""
-        settings = {"safety_margin": _SHARE * plan.problem.stock} | dict(self.settings)
-        return plunge.CycleController(plan.problem, **settings)
+        return plunge.CycleController(plan.problem, **self.settings)
 
 
 def planned(problem: plunge.CycleProblem, progress: Any = None) -> plunge.CyclePlan:
@@ -43,12 +41,17 @@ def _job(file: Table) -> Job:
     settings = table.values(plunge.CycleController, skip=("problem",))
     table.done()
     table.made(plunge.CycleController, problem, **settings)  # refuses settings before planning
-    return Job(_grinder(problem, file.maybe("grinder")), settings)
+    return Job(_grinder(problem, file.maybe("grinder"), _inspection(file)), settings)
 
 
-def _grinder(problem: plunge.CycleProblem, table: Table) -> PlungeGrinder:
-    options = table.values(PlungeGrinder, skip=("problem", "truth"))
+def _inspection(file: Table) -> Inspection | None:
+    """What inspects the finished parts."""
+    return file.table("inspection").one(Inspection) if file.has("inspection") else None
+
+
+def _grinder(problem: plunge.CycleProblem, table: Table, inspection: Inspection | None) -> PlungeGrinder:
+    options = table.values(PlungeGrinder, skip=("problem", "truth", "inspection"))
     if table.has("truth"):
         options["truth"] = table.table("truth").changed(problem.model, skip=("power", "burning", "internal"))
     table.done()
-    return table.made(PlungeGrinder, problem, **options)
+    return table.made(PlungeGrinder, problem, inspection=inspection, **options)

@@ -1,6 +1,7 @@
 """Controller of plunge cycles: the axis keeps to the greatest position that is safe."""
 
 import dataclasses
+from collections.abc import Mapping
 from math import exp
 
 from scipy.special import ndtri
@@ -117,6 +118,12 @@ class CycleController(SampledCycle, Described):
     def learns(self) -> bool:
         """Whether it estimates during the part."""
         return self._may_learn if self.online is None else self.online
+
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """Confidence (unit 1) and what is known of the burn threshold, for the log."""
+        known = {"burn_threshold": self.problem.uncertainty.burn_threshold}
+        return known if self.sparkout == "printed" else {"confidence": self.confidence, **known}
 
     @property
     def final_rate(self) -> float:

@@ -57,3 +57,10 @@ class Uncertainty(Described):
     power_gain_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.0)
     wheel_wear_sd: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.0)
     threshold_scatter: float = quantity("1", at_least=0, at_most=_MOST, hint=_HINT, default=0.005)
+
+    @property
+    def burn_threshold(self) -> str:
+        """How well the burn threshold B is known, in words; its doubt is relative, unit 1."""
+        if self.burning_sd is None:
+            return "taken as exactly known"
+        return f"doubted by {100.0 * self.burning_sd:.3g} %" if self.burning_sd else "declared exactly known"

@@ -292,9 +292,8 @@ class CyclePlan(Plan):
         """Rows of the report: confidence, and what each doubt costs."""
         if self.confidence is None:
             return []
-        known = "as declared" if self.problem.uncertainty.burning_sd else "taken as exactly known"
         costs = [(f"price of {name}", seconds, "s") for name, seconds in self.price.items()]
-        return [("confidence", self.confidence, "1"), ("burn threshold", known, ""), *costs]
+        return [("confidence", self.confidence, "1"), ("burn threshold", self.problem.uncertainty.burn_threshold, ""), *costs]
 
     def _figures(self) -> "tuple[Block, ...]":
         rows = (
