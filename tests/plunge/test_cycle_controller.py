@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from cycle_parts import EXACT, KNOWN, MODEL, PRINTED, PROBLEM, SAMPLE, SHARP, WORN, became, run, zero_at
+from cycle_parts import (
+    DRIFT, EXACT, KNOWN, MODEL, PRINTED, PROBLEM, SAMPLE, SHARP, WORN, became, run, zero_at,
+)  # fmt: skip
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plunge_inside import filter_state
@@ -84,11 +86,16 @@ def test_wear_that_nobody_knows():
 
 
 def test_wear_that_is_known():
+    """The area at the end from the beginning costs 3 % of time; growth that is known 0.2 % (offline 1 %)."""
     dull = KNOWN.replace(wear_flat_area=0.032)
     out = became(plunge.CycleController(dull, online=False, **EXACT), truth=WORN)
-    assert out["time"] == pytest.approx(12.96, abs=1.01 * SAMPLE) and out["burned"] == 0
-    known = became(plunge.CycleController(KNOWN.replace(model=WORN), **EXACT), truth=WORN)
-    assert known["time"] < out["time"] and known["burned"] == 0
+    assert out["time"] == pytest.approx(13.16, abs=1.01 * SAMPLE) and out["burned"] == 0
+    worn = KNOWN.replace(model=WORN)
+    best = plunge.plan(worn, method="dp", steps=200).time
+    for online, most in ((True, 1.003), (False, 1.012)):
+        known = became(plunge.CycleController(worn, online=online, **EXACT), truth=WORN)
+        assert 0.9999 * best < known["time"] < most * best and known["burned"] == 0
+        assert known["time"] < out["time"] - 5 * SAMPLE
 
 
 @pytest.mark.parametrize("growth", [0.02, 0.05, 0.08])
@@ -153,14 +160,19 @@ def test_the_bound_is_never_beaten(
         assert out["time"] <= 1.01 * with_margin + 0.04
 
 
-def test_damage_is_as_deep_as_the_stock_that_is_left():
-    """While balancing, at every sample: true stock, and rate between samples."""
-    table = run(plunge.CycleController(PROBLEM, safety_margin=0.01, **EXACT))["controller"]
-    left, rate = PROBLEM.stock - table["size"].values, table.infeed_rate_planned.values
+@pytest.mark.parametrize("online", [True, False])
+def test_damage_is_as_deep_as_the_stock_that_is_left(online):
+    """While balancing, at every sample: true stock, and rate between samples. Never deeper.
+
+    Offline no reading corrects the drift: five times as much.
+    """
+    controller = plunge.CycleController(KNOWN, safety_margin=0.01, online=online, **EXACT)
+    table = run(controller, problem=KNOWN)["controller"]
+    left, rate = KNOWN.stock - table["size"].values, table.infeed_rate_planned.values
     balancing = np.flatnonzero(table.balancing_command.values == 1)
     assert balancing.size > 50
-    depth = MODEL.burn_depth(rate[balancing[1:]])
-    np.testing.assert_allclose(depth, left[balancing[1:]] - 0.01, atol=1e-6)
+    slack = left[balancing[1:]] - 0.01 - MODEL.burn_depth(rate[balancing[1:]])
+    assert np.all(slack > 0.0) and np.all(slack < (DRIFT if online else 6 * DRIFT))
     between = np.diff(table["size"].values)[balancing] / SAMPLE
     np.testing.assert_allclose(between, 0.5 * (rate[balancing] + rate[balancing + 1]), rtol=1e-3)
 
@@ -183,10 +195,14 @@ def test_a_final_rate_that_burns_on_a_soft_machine(sparkout):
     assert soft.final_rate > 1.2 * soft.model.burn_rate
     out = became(plunge.CycleController(soft, sparkout=sparkout, **EXACT), problem=soft)
     bound = plunge.plan(soft).time
-    assert out["time"] >= bound and (sparkout == "printed" or out["time"] < 1.002 * bound)
     limit = float(soft.model.roundness(soft.model.burn_rate))
-    assert out["roundness"] == pytest.approx(limit, abs=2e-5) or sparkout == "printed"
-    assert out["roundness"] <= limit + 1e-6 and (out["burned"] == 0 or sparkout == "printed")
+    assert out["time"] >= bound and out["roundness"] <= limit + 1e-6
+    if sparkout == "printed":
+        return
+    # the rate is that at which DRIFT damages no more: slower by DRIFT over dz/dv, and by 0.4 % in time
+    slower = DRIFT * (0.01 * soft.model.burn_rate) / float(soft.model.burn_depth(1.01 * soft.model.burn_rate))
+    least = float(soft.model.roundness(soft.model.burn_rate - slower))
+    assert out["burned"] == 0 and least < out["roundness"] and out["time"] < 1.005 * bound
 
 
 def test_a_wheel_that_burns_at_every_rate_still_ends():
@@ -197,7 +213,8 @@ def test_a_wheel_that_burns_at_every_rate_still_ends():
 
 @pytest.mark.parametrize("zero", [-0.01, -0.003, 0.003, 0.01])
 def test_the_gauge_does_not(zero):
-    gauge = became(plunge.CycleController(KNOWN, online=False, **EXACT), **zero_at(zero))
+    # an exact gauge that does not move is taken for a frozen one
+    gauge = became(plunge.CycleController(KNOWN.replace(size_sd=5e-4), online=False, **EXACT), **zero_at(zero))
     assert 2.97e-3 < gauge["roundness"] < 3.03e-3
     online = run(plunge.CycleController(PROBLEM, **EXACT), **zero_at(zero))
     assert float(online.outcome.roundness[0]) == pytest.approx(2.98e-3, abs=2.1e-5)
@@ -211,12 +228,10 @@ def test_the_gauge_does_not(zero):
 @pytest.mark.parametrize("online", [True, False])
 def test_parts_come_with_more_or_less_stock(offset, online):
     """The size shows the remaining stock: parts of other stock also end at size."""
-    controller = plunge.CycleController(
-        KNOWN, safety_margin=0.005, online=online, **EXACT
-    )
+    controller = plunge.CycleController(KNOWN, safety_margin=0.005, online=online, **EXACT)
     out = became(controller, size_offset=offset)
     assert out["remaining"] - offset == pytest.approx(0.0, abs=1.1e-4)  # of what the gauge shows
-    assert out["part_slack"] - offset == pytest.approx(0.005, abs=1e-5)
+    assert 0.005 < out["part_slack"] - offset < 0.005 + DRIFT
     assert out["roundness"] == pytest.approx(3e-3, abs=3e-5)
 
 
@@ -245,7 +260,8 @@ def test_a_part_is_not_left_before_it_is_round():
         MODEL.roundness(controller.final_rate * (1 + SAMPLE / 2.02)) - MODEL.roundness(controller.final_rate)
     )
     assert sample == pytest.approx(2.7e-5, abs=1e-6)
-    assert excess.max() < 0.3 * sample and excess.std() < 0.2 * sample
+    assert excess.max() < 0.6 * sample < 3e-5  # within the margin
+    assert excess.std() < 0.5 * sample and -0.5 * sample < excess.mean() < 0.0
     # mm: little is ground off for it
     assert outcome.remaining.min() > -1e-3 and outcome.remaining.mean() > -1e-4
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from cycle_parts import EXACT, KNOWN, PROBLEM, run
+from cycle_parts import DRIFT, EXACT, KNOWN, PROBLEM, run
 from plunge_twins import Wheel
 
 import hwsim
@@ -32,7 +32,6 @@ SOFT = [
     (0.06248, 3.473, 0.2517, 4008.0, 0.02587, 0.005408, 21.5, 0.02),  # by 0.9 um
     (0.06426, 3.262, 0.2896, 4478.0, 0.01828, 0.003661, 20.54, 0.04),  # by 0.5 um
 ]
-GRID = 1e-4  # derived: the limit is linear between 56 rates, mm
 STIFF = [
     # by halves of both rates: 3.7 nm too deep
     (0.08288, 5.145, 0.2361, 29870.0, 0.01558, 0.002731, 34.84, 0.04),
@@ -97,19 +96,19 @@ def test_nothing_is_commanded_until_the_turn_is_passed():
     rate, left = table.infeed_rate_planned.values[:-1], problem.stock - table["size"].values[:-1]
     command, wheel = table.command_rate_command.values[:-1], Wheel(problem.model)
     ahead = np.array([wheel.beyond(v) for v in rate]) - left
-    lies = np.flatnonzero((ahead > least - GRID) & (rate > turn * 1.01))
+    lies = np.flatnonzero((ahead > least - DRIFT) & (rate > turn * 1.01))
     assert lies.size > 40 and np.all(np.diff(lies) == 1)
-    assert np.all(ahead[lies] < least) and np.all(command[lies] * problem.sample_time < 0.01 * GRID)
+    assert np.all(ahead[lies] < least) and np.all(command[lies] * problem.sample_time < 0.01 * DRIFT)
     after = int(np.flatnonzero(ahead > least + 1e-6)[0])
     assert rate[after] < turn
     depth = np.array([wheel.burn_depth(v) for v in rate[after : after + 4]])
-    assert np.all((left[after : after + 4] - depth > 0.0) & (left[after : after + 4] - depth < GRID))  # again
+    assert np.all((left[after : after + 4] - depth > 0.0) & (left[after : after + 4] - depth < DRIFT))  # again
 
 
 def test_a_margin_is_kept_on_the_way():
     problem, margin = problem_of(SOFT[2]), 0.004
     log = run(plunge.CycleController(problem, margin, **EXACT), problem=problem)
-    assert margin < float(log.outcome.part_slack[0]) < margin + GRID
+    assert margin < float(log.outcome.part_slack[0]) < margin + DRIFT
     bound = plunge.plan(problem, safety_margin=margin).time
     assert bound <= float(log.outcome.time[0]) <= bound + 2.01 * problem.sample_time
 
