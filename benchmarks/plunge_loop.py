@@ -54,7 +54,7 @@ def controllers(executor: Executor, series: int) -> None:
     print("\n## Controllers that know the truth, no noise, the smallest safe margin")
     print("| spark-out | sample [s] | margin [um] | time [s] | over the optimum [%] | out of round [um] |")
     print("|---|---|---|---|---|---|")
-    for sparkout in ("printed", "gauge", "p_end"):
+    for sparkout in ("printed", "p_end"):
         for sample in (0.04, 0.02, 0.01):
             problem = PROBLEM.replace(sample_time=sample)
             grinder = hwsim.PlungeGrinder(problem, noise=None)
@@ -114,7 +114,7 @@ def chain(executor: Executor, series: int) -> None:
 
 def recommended(executor: Executor, name: str, problem: plunge.CycleProblem, series: int) -> None:
     outcome = hwsim.repeat(
-        hwsim.PlungeGrinder(problem), plunge.CycleController(dull(problem), 0.05), series=series, parts=12, rng=5,
+        hwsim.PlungeGrinder(problem), plunge.CycleController(dull(problem)), series=series, parts=12, rng=5,
         adapt=plunge.adaptation(problem), executor=executor,
     )  # fmt: skip
     print(line(name, outcome, plunge.plan(problem).time))
@@ -134,9 +134,8 @@ def robust(executor: Executor, series: int) -> None:
     print(HEAD)
     believed = dull(PROBLEM)
     makers = {
-        "learns during the part": plunge.CycleController(believed, 0.05),
-        "p_end": plunge.CycleController(believed, 0.05, online=False),
-        "gauge": plunge.CycleController(believed, 0.05, sparkout="gauge", online=False),
+        "learns during the part": plunge.CycleController(believed),
+        "does not learn": plunge.CycleController(believed, online=False),
         "printed": plunge.CycleController(believed, 0.05, sparkout="printed"),
     }
     for name, controller in makers.items():
@@ -156,7 +155,7 @@ def robust(executor: Executor, series: int) -> None:
 
 def speed(executor: Executor, series: int) -> None:
     print("\n## Speed")
-    grinder, controller = hwsim.PlungeGrinder(PROBLEM), plunge.CycleController(dull(PROBLEM), 0.05)
+    grinder, controller = hwsim.PlungeGrinder(PROBLEM), plunge.CycleController(dull(PROBLEM))
     adapt = plunge.adaptation(PROBLEM)
     own = {"series": 200, "parts": 12, "rng": 0}
     print("| what | time |\n|---|---|")

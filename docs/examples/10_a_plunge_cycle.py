@@ -38,15 +38,17 @@ def time_of(controller):
     return float(hwsim.run(hwsim.PlungeGrinder(problem, noise=None), controller).outcome.time[0])
 
 
-exactly = {"online": False, "roundness_margin": 0.0}
+known = problem.replace(uncertainty=plunge.Uncertainty(
+    burning_sd=0.0, sharpness_sd=0.0, deflection_sd=0.0, contact_zero_sd=0.0, size_sd=0.0, power_sd=0.0))  # fmt: skip
+exactly = {"roundness_margin": 0.0}
 times = {
     "fastest there is": best.time,
-    "controller": time_of(plunge.CycleController(problem, **exactly)),
+    "controller": time_of(plunge.CycleController(known, **exactly)),
     "three stages": time_of(plunge.StagedController(problem, safety_margin=0.0)),
     "as printed": time_of(
         plunge.CycleController(problem, 0.0028, sparkout="printed", roundness_margin=0.0, observer_gain=1.0)
     ),
-    "no damage at any time": time_of(plunge.CycleController(problem, no_burn=True, **exactly)),
+    "no damage at any time": time_of(plunge.CycleController(known, no_burn=True, **exactly)),
 }
 for name, time in times.items():
     print(f"{name:22s} {time:6.2f} s   {time / best.time:.3f}")
@@ -65,10 +67,10 @@ for k, time in enumerate(times.values()):
 #
 # Part after part
 # ---------------
-# The controller believes the wheel to be 10 % sharper than it is, and starts with a margin of 0.05 mm. What
-# is learned between parts: (9) with a quarter of the slack each time, or the recommended chain. The
-# controller of the latter learns during the part as well, from size and power: where the wheel touched, how
-# the machine gives way, how sharp the wheel is.
+# The controller believes the wheel to be 10 % sharper than it is. As printed it starts with a margin of
+# 0.05 mm, and (9) takes a quarter of the slack off each time. The recommended one needs no margin: it keeps a
+# confidence, learns during the part where the wheel touched, how the machine gives way and how sharp the
+# wheel is, and carries it to the next part.
 
 believed = problem.replace(wear_flat_area=0.9 * problem.model.wear_flat_area)
 ways = {
@@ -76,7 +78,7 @@ ways = {
         plunge.CycleController(believed, 0.05, sparkout="printed"),
         plunge.MarginBounding(0.25, rule="printed"),
     ),
-    "recommended": (plunge.CycleController(believed, 0.05), plunge.adaptation(problem)),
+    "recommended": (plunge.CycleController(believed), plunge.adaptation(believed)),
 }
 grinder = hwsim.PlungeGrinder(problem)
 series = {
@@ -105,15 +107,15 @@ right.set(xlabel="part", ylabel="stock left below the damage [µm]", ylim=(-1, 2
 # %%
 # What no slack tells
 # -------------------
-# Damage is not measured. It is reckoned from the power, so a power monitor that shows 2 % too little hides
-# some 3.5 µm of it from controller and adaptation alike. Say so, and the margin covers it, for a quarter of a
-# second.
+# Damage is not measured. It is computed from the power, so a power monitor that shows 2 % too little hides
+# some 3.5 µm of it from controller and adaptation alike. Declare the doubt, and the controller covers it, for
+# a quarter of a second.
 
 off = hwsim.PlungeGrinder(problem, contact_zero_sd=units.um(10), power_gain=0.98)
 for tolerance in (0.0, 0.02):
-    chain = plunge.adaptation(problem, power_gain_tolerance=tolerance)
+    doubting = believed.replace(power_gain_sd=tolerance)
     outcome = hwsim.repeat(
-        off, plunge.CycleController(believed, 0.05), series=20, parts=6, rng=0, adapt=chain
+        off, plunge.CycleController(doubting), series=20, parts=6, rng=0, adapt=plunge.adaptation(doubting)
     )
     later = outcome.isel(part=slice(1, None))
     print(
@@ -124,7 +126,7 @@ for tolerance in (0.0, 0.02):
 # From the log back to the model
 # ------------------------------
 # How sharp was the wheel? With its standard deviation:
-log = hwsim.run(grinder, plunge.CycleController(believed, 0.003), parts=3)
+log = hwsim.run(grinder, plunge.CycleController(believed), parts=3)
 print(plunge.identify(log, "wear_flat_area", problem=believed))
 print(plunge.identify(log, "time_constant", problem=believed))
 log.plot()

@@ -30,7 +30,7 @@ for name, seconds in safe.price.items():
 few = 60
 truth = problem.replace(sharpness_sd=0.1, deflection_sd=0.1).draw  # another steel and wheel for each part
 grinder = hwsim.PlungeGrinder(problem, truth=truth, contact_zero_sd=0.01)
-log = hwsim.run(grinder, plunge.CycleController(problem, confidence=0.999), parts=few, rng=1)
+log = hwsim.run(grinder, plunge.CycleController(problem), parts=few, rng=1)
 out = log.outcome
 print(f"{int(out.burned.sum())} of {few} burned, {float(out.time.mean()):.2f} s,", end=" ")
 print(f"{1e3 * float(out.roundness.max()):.3f} µm out of round at worst")
@@ -44,15 +44,23 @@ print(f"{1e3 * float(out.roundness.max()):.3f} µm out of round at worst")
 burning = problem.model.burning
 steel = problem.model.replace(burning=burning.replace(B=0.975 * burning.B))
 grinder = hwsim.PlungeGrinder(problem, truth=steel, inspection=hwsim.Inspection(severity_sd=0.03))
-believed, margins, times = problem, [], []
-threshold = plunge.BurnThreshold(problem)
+log = hwsim.run(
+    grinder, plunge.CycleController(problem), parts=5, rng=2, adapt=plunge.ThresholdUpdate(problem)
+)
+print("times:", ", ".join(f"{time:.2f}" for time in log.outcome.time.values), "s")
+
+# %%
+# `ThresholdUpdate` does that between parts. By hand, from a log and what an inspection found:
+
+threshold, margins = plunge.BurnThreshold(problem), []
 for part in range(5):
     margins.append((threshold.mean, threshold.sd, threshold.margin))
-    log = hwsim.run(grinder, plunge.CycleController(believed, confidence=0.999), rng=part)
-    times.append(float(log.outcome.time[0]))
-    threshold.update(log, severity=float(log.outcome.severity_reading[0]), severity_sd=0.03)
-    believed = problem.updated(threshold.estimate)
-print("times:", ", ".join(f"{time:.2f}" for time in times), "s")
+    reading = float(log.outcome.severity_reading[part])
+    threshold.update(log, part=part, severity=reading, severity_sd=0.03)
+believed = problem.updated(threshold.estimate)
+test = threshold.next_test()
+print(f"B = {believed.model.burning.B:.3f} of {problem.model.burning.B:.3f}, known to", end=" ")
+print(f"{100 * believed.uncertainty.burning_sd:.1f} %; a sacrificial part would save {test.saving:.2f} s a part")
 
 mean, sd, margin = 100 * np.array(margins).T
 figure, axis = plt.subplots(figsize=(6, 3.2), layout="constrained")

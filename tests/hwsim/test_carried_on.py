@@ -109,3 +109,26 @@ def test_an_adaptation_is_no_class():
         TypeError, match=r"adapt must be an adaptation, not its class: Faster\(\); got Faster"
     ):
         hwsim.run(Rusting(), Drain(), parts=2, adapt=Faster)
+
+
+def test_controllers_that_are_compared_learn_each_by_its_own():
+    """Each is the run of its own, bit for bit; the adaptations that were given do not change."""
+    taps, learns = {"learns": Drain(1.0), "stays": Drain(1.0)}, Faster()
+    log = hwsim.compare(Rusting(), taps, parts=4, rng=2, adapt={"learns": learns})
+    alone = hwsim.run(Rusting(), Drain(1.0), parts=4, rng=2, adapt=Faster())
+    np.testing.assert_array_equal(log.outcome.sel(controller="learns").leak, alone.outcome.leak)
+    assert not np.array_equal(*(log["tap"].flow_command.where(log["tap"].controller == name).dropna("row") for name in taps))
+    assert learns.total == 0.0
+
+
+@pytest.mark.parametrize(
+    ("adapt", "error", "message"),
+    [
+        ({"other": Faster()}, ValueError, "adapt must be one of tap; got 'other'"),
+        (Faster(), TypeError, "adapt must be a mapping from names of controllers to adaptations"),
+        ({"tap": 3}, TypeError, r"adapt\['tap'\] must be None or an adaptation"),
+    ],
+)
+def test_adaptations_of_a_comparison_that_are_none(adapt, error, message):
+    with pytest.raises(error, match=message):
+        hwsim.compare(Tank(), {"tap": Drain()}, adapt=adapt)

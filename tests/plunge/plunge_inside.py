@@ -1,5 +1,6 @@
 """Private names of plunge that tests use."""
 
+from sdpgrind.plunge._control import envelope_kernels as envelope_kernels
 from sdpgrind.plunge._control import filter_state as filter_state
 from sdpgrind.plunge._control import state as state
 from sdpgrind.plunge._doubts.alignment import of_cycles as of_cycles

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from scipy.special import ndtri
 
 
 class Wheel:
@@ -49,8 +50,8 @@ class Wheel:
         stood = self.u0 * removal + self.B * self.width * (self.d_e * v / self.turns) ** 0.25 * math.sqrt(
             self.v_w
         )
-        reach = math.sqrt(self.alpha * math.sqrt(self.d_e * v / self.turns) / self.v_w) / 0.915
-        return reach * math.log((self.power(v) - self.u0 * removal) / (stood - self.u0 * removal))
+        reach = np.sqrt(self.alpha * np.sqrt(self.d_e * v / self.turns) / self.v_w) / 0.915
+        return reach * np.log((self.power(v) - self.u0 * removal) / (stood - self.u0 * removal))
 
     def burn_rate(self, high):
         """Rate at which damage begins, by a scan from above; None: the work burns at every rate."""
@@ -109,71 +110,197 @@ def ground(model, commands, sample_time, y, worn=1.0):
     return np.array(rows)
 
 
+class Axis:
+    """Axis (mm) of a drive: the exact answer of p' = (target - p)/lag to commands that act later."""
+
+    def __init__(self, drive, dt):
+        self.lag, self.dt, self.waiting = drive.feed_lag, dt, [0.0] * drive.delay_samples(dt)
+        self.target = self.at = 0.0
+
+    def move(self, command):
+        """Positions before, in the middle and at the end of a sample."""
+        u = [*self.waiting, command][0]
+        self.waiting = [*self.waiting, command][1:]
+        places = [self._after(u, share * self.dt) for share in (0.0, 0.5, 1.0)]
+        self.target, self.at = self.target + u * self.dt, places[-1]
+        return places
+
+    def _after(self, u, t):
+        if self.lag == 0:
+            return self.target + u * t
+        late = u * self.lag + (self.target - self.at - u * self.lag) * math.exp(-t / self.lag)
+        return self.target + u * t - late
+
+
 class Filter:
-    """The extended Kalman filter of deflection x, contact zero, scale and area, with matrices."""
+    """The extended Kalman filter of a part with matrices: q, c', s, a, gamma, g, power shown."""
 
-    def __init__(self, controller):
-        self.c, self.problem = controller, controller.problem
-        self.model, self.dt = self.problem.model, self.problem.sample_time
-        self.base = Wheel(self.model)
-        self.touched, self.commanded, self.before = False, 0.0, []
+    def __init__(self, problem):
+        self.problem, self.model, self.doubts = problem, problem.model, problem.uncertainty
+        self.dt, self.idle = problem.sample_time, problem.drive.idle_power
+        self.lag = problem.drive.power_lag
+        self.pole = math.exp(-self.dt / self.lag) if self.lag else 0.0
+        self.axis, self.base = Axis(problem.drive, self.dt), Wheel(self.model)
+        self.touched, self.before, self.mean = False, [], np.zeros(7)
 
-    @property
-    def wheel(self):
-        return Wheel(self.model, self.model.wear_flat_area * self.mean[3])
+    def wheel(self, area):
+        return Wheel(self.model, self.model.wear_flat_area * area)
 
-    def touch(self, x, noise):
-        self.touched = True
-        self.mean = np.array([x, np.mean(self.before) + x - self.commanded, 1.0, 1.0])
-        errors = np.zeros((4, 4))  # of x, of the gauge, of the scale, of the area
-        errors[0, 0] = noise
-        errors[1, :3] = noise, self.c.size_sd / math.sqrt(len(self.before)), x * self.c.deflection_sd
-        errors[2, 2], errors[3, 3] = self.c.deflection_sd, self.c.sharpness_sd
-        self.covariance = errors @ errors.T
+    def deflection(self, mean, position):
+        q, zero, scale, _, wear, _, _ = mean
+        return (zero + position - (1 + wear) * q) / scale
+
+    def rate(self, x, area):
+        return self.wheel(area).rate(x - self.base.K0)
+
+    def stepped(self, mean, before, middle):
+        """Mean a sample later, and deflection and rate in its middle."""
+        q, _, scale, area, wear, _, shown = mean
+        ground = (1 + wear) / scale * 0.5 * self.dt * self.rate(self.deflection(mean, before), area)
+        half = self.deflection(mean, middle) - ground
+        v = self.rate(half, area)
+        growth = 0.0 if self.model.wear is None else self.model.wear.growth / self.model.wear_flat_area
+        after = mean.copy()
+        after[0], after[3] = q + v * self.dt, area * (1 + growth * v * self.dt)
+        after[6] = self.pole * shown + (1 - self.pole) * self.base.watts * max(half, 0.0)
+        return after, half, v
+
+    def by_states(self, mean, x, v):
+        """Derivatives of deflection and rate by the states."""
+        q, _, scale, area, wear, _, _ = mean
+        by_x = np.array([-(1 + wear), 1.0, -x, 0.0, -q, 0.0, 0.0]) / scale
+        if v <= 0:
+            return by_x, np.zeros(7)
+        slope = self.wheel(area).slope(v)
+        return by_x, by_x / slope - self.base.K2 * v**0.85 / slope * np.eye(7)[3]
+
+    def jacobian(self, mean, x, v):
+        """Slopes of `stepped`, by those in the middle of the sample."""
+        by_x, by_v = self.by_states(mean, x, v)
+        out = np.eye(7)
+        out[0] += self.dt / (1 - 0.5 * self.dt * by_v[0]) * by_v
+        out[6] = self.pole * np.eye(7)[6] + (1 - self.pole) * self.base.watts * by_x
+        return out
 
     def predict(self, command):
-        self.commanded += command * self.dt
+        before, middle, _ = self.axis.move(command)
         if not self.touched:
             return
-        x, _, scale, area = self.mean
-        y = self.wheel.step(x - self.base.K0, command, self.dt / scale)
-        ground_off = command * self.dt - scale * (y - (x - self.base.K0))
-        self.mean[0] = y + self.base.K0
-        jacobian = self.jacobian(y, ground_off / self.dt, command, scale, area)
-        self.covariance[3, 3] += 5e-4**2 if y > 0 else 0.0  # the area drifts first, and moves the deflection
-        self.covariance = jacobian @ self.covariance @ jacobian.T + np.diag([5e-6**2, 0.0, 0.0, 0.0])
-
-    def jacobian(self, y, v, command, scale, area):
-        out = np.eye(4)
-        if y <= 0:
-            out[0, 2] = -command * self.dt / scale**2
-            return out
-        slope = Wheel(self.model, self.model.wear_flat_area * area).slope(v)
-        out[0, 0] = math.exp(-self.dt / (scale * slope))
-        out[0, 2] = -(command - v) * self.dt / scale**2
-        out[0, 3] = self.base.K2 * v**0.85 / slope * self.dt / scale
-        return out
+        after, x, v = self.stepped(self.mean, before, middle)
+        slopes = self.jacobian(self.mean, x, v)
+        drift = np.diag([2e-6, 0.0, 0.0, 1e-4, 0.0, 0.0, 0.0]) ** 2
+        self.mean, self.covariance = after, slopes @ self.covariance @ slopes.T + drift
 
     def correct(self, off, row, variance):
         gain = self.covariance @ row / (row @ self.covariance @ row + variance)
         self.mean = self.mean + gain * off
-        self.covariance = (np.eye(4) - np.outer(gain, row)) @ self.covariance
+        self.covariance = (np.eye(7) - np.outer(gain, row)) @ self.covariance
+
+    def touch(self, power, noise):
+        """Errors that are independent: size, power, what the monitor lags, scale, area, wear, gain."""
+        d, wear = self.doubts, self.model.wheel_wear
+        self.touched, x, q = True, power / self.base.watts, float(np.mean(self.before))
+        late = self.dt + self.problem.drive.feed_lag + 2 * self.lag
+        lagged = self.problem.command_rate_max * late if late > self.dt else 0.0
+        self.mean = np.array([q, x + (1 + wear) * q - self.axis.at, 1.0, 1.0, wear, 0.0, power])
+        sources = {
+            "size": (d.size_sd / math.sqrt(len(self.before)), {0: 1, 1: 1}),
+            "power": (noise / self.base.watts, {1: 1}),
+            "lagged": (lagged, {1: 1}),
+            "shown": (noise, {6: 1}),
+            "scale": (d.deflection_sd, {1: x, 2: 1}),
+            "area": (d.sharpness_sd, {3: 1}),
+            "wear": (d.wheel_wear_sd, {4: 1}),
+            "gain": (d.power_gain_sd, {1: -x, 5: 1}),
+        }
+        errors = np.zeros((7, len(sources)))
+        for k, (sd, moved) in enumerate(sources.values()):
+            for state, share in moved.items():
+                errors[state, k] = sd * share
+        self.covariance = errors @ errors.T
 
     def read(self, size, power):
         """Take readings; NaN: none."""
-        if not self.touched and not np.isnan(size):
-            self.before.append(size)
-        x, noise = power / self.base.watts, self.c.power_sd * (power / self.base.watts + self.base.K0)
+        power -= self.idle
         if not self.touched:
-            if x > 5 * noise:
-                self.touch(x, noise)
+            self.before += [] if np.isnan(size) else [size]
+            noise = self.doubts.power_sd * max(power, self.base.watts * self.base.K0)
+            if power > 5 * noise:
+                self.touch(power, noise)
             return
-        if not np.isnan(power) and self.mean[0] > 0:
-            self.correct(x - self.mean[0], np.array([1.0, 0.0, 0.0, 0.0]), noise**2)
-        x, zero, scale, _ = self.mean
         if not np.isnan(size):
-            off = size - (zero + self.commanded - scale * x)
-            self.correct(off, np.array([-scale, 1.0, -x, 0.0]), self.c.size_sd**2)
+            self.correct(size - self.mean[0], np.eye(7)[0], self.doubts.size_sd**2)
+        if power > 0:
+            self.read_power(power)
+
+    def read_power(self, power):
+        gain, watts, x = 1 + self.mean[5], self.base.watts, self.deflection(self.mean, self.axis.at)
+        if self.lag:
+            shown, row = self.mean[6], gain * np.eye(7)[6]
+        else:
+            shown, row = watts * x, gain * watts * self.by_states(self.mean, x, 0.0)[0]
+        row = row + shown * np.eye(7)[5]
+        noise = self.doubts.power_sd * max(gain * shown, watts * self.base.K0)
+        self.correct(power - gain * shown, row, noise**2)
+
+
+class SafePosition:
+    """min over q of E(q) by a scan of q: the rule as it is written, with a root for each stock."""
+
+    def __init__(self, controller, mean, covariance):
+        self.c, self.problem, self.model = controller, controller.problem, controller.problem.model
+        self.mean, self.covariance, self.doubts = mean, covariance, controller.problem.uncertainty
+        self.k, self.k_filter = -ndtri(1 - controller.confidence), -ndtri((1 - controller.confidence) / 10)
+        growth = 0.0 if self.model.wear is None else self.model.wear.growth / self.model.wear_flat_area
+        self.growth = growth
+
+    def wheel(self, left):
+        """Wheel when a stock (mm) is left."""
+        gone = max(self.problem.stock - left - self.mean[0], 0.0)
+        return Wheel(self.model, self.model.wear_flat_area * self.mean[3] * (1 + self.growth * gone))
+
+    def depth(self, v, wheel):
+        """Depth of damage (mm) exceeded with the chance allowed, by derivatives of r - z by the states."""
+        v = np.atleast_1d(v)
+        reach = np.sqrt(self.model.diffusivity * np.sqrt(wheel.d_e * v / wheel.turns) / wheel.v_w) / 0.915
+        z, slope = wheel.burn_depth(v), wheel.slope(v)
+        q, _, scale, area, wear, _, _ = self.mean
+        x, one, none = wheel.K0 + wheel.beyond(v), np.ones(v.size), np.zeros(v.size)
+        by_x = np.array([-(1 + wear) * one, one, -x, none, -q * one]) / scale
+        of_area = np.array([none, none, none, wheel.K2 / area * v**0.85, none])  # dx/da at a rate
+        by_v = (by_x - of_area) / slope
+        hot = wheel.power(v) - wheel.u0 * math.pi * wheel.diameter * wheel.width * v
+        h = 1e-5 * v
+        of_rate = (wheel.burn_depth(v + h) - wheel.burn_depth(v - h)) / (2 * h)
+        rows = -np.eye(5)[:, :1] - of_rate * by_v - reach * wheel.watts / hot * of_area
+        static = (reach * (self.doubts.burning_sd or 0.0)) ** 2 + (0.5 * z * self.doubts.diffusivity_sd) ** 2
+        of_filter = np.maximum(np.einsum("iv,ij,jv->v", rows, self.covariance[:5, :5], rows), 0.0)
+        return z + np.sqrt(self.k**2 * static + self.k_filter**2 * of_filter)
+
+    def rate(self, left, slowest):
+        """Greatest rate whose depth is within a stock (mm) less the margin; else the slowest."""
+        allowed = 0.0 if self.c.no_burn else max(left - self.c.safety_margin, 0.0)
+        wheel, most = self.wheel(left), self.problem.command_rate_max
+        rates = np.geomspace(slowest, most, 100)
+        fits = np.flatnonzero(self.depth(rates, wheel) <= allowed)
+        if not fits.size or fits[-1] == rates.size - 1:
+            return most if fits.size else slowest
+        low, high = rates[fits[-1]], rates[fits[-1] + 1]
+        return brentq(lambda v: self.depth(v, wheel)[0] - allowed, low, high, xtol=1e-9)
+
+    def limit(self, left, v):
+        """E (mm) at a stock left."""
+        wheel, wear = self.wheel(left), self.mean[4]
+        x = self.mean[2] * (wheel.K0 + wheel.beyond(v))
+        return (1 + wear) * (self.problem.stock - left) + x - self.mean[1]
+
+    def least(self, ahead, slowest, steps=200):
+        """Least E from now on (mm), and the rate at size (mm/s)."""
+        now = max(self.problem.stock - self.mean[0] - ahead, 0.0)
+        lefts = np.unique(np.append(np.linspace(0.0, now, steps), min(self.c.safety_margin, now)))
+        found = [self.limit(left, self.rate(left, slowest)) for left in lefts]
+        final = min(self.c.final_rate, self.rate(0.0, slowest))
+        return min(*found, self.limit(0.0, final)), final
 
 
 class Printed:

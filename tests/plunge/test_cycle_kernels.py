@@ -1,6 +1,5 @@
 """Compiled loops of plunge cycles against slow twins: Brent's roots, an integrator, matrices."""
 
-import itertools
 import math
 
 import numpy as np
@@ -8,9 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from plunge_inside import kernels as _kernels
-from plunge_inside import state as places
-from plunge_twins import Filter, Printed, Wheel, ground
-from scipy.optimize import brentq
+from plunge_twins import Printed, Wheel, ground
 from scipy.signal import lsim
 
 import hwsim
@@ -73,24 +70,6 @@ def test_ploughing_alone_is_no_damage():
 
 
 @settings(max_examples=60, deadline=None)
-@given(model=wheels, near=st.floats(1e-6, 0.2), rate_max=st.floats(0.01, 0.09))
-def test_rate_at_which_burning_begins(model, near, rate_max):
-    expected = Wheel(model).burn_rate(rate_max)
-    found = opened(_kernels._burning_begins)(model.core, near, rate_max)
-    if expected is not None:
-        assert found == pytest.approx(expected, rel=1e-8)
-    else:  # at every rate: the one at which heat exceeds least what is stood
-        rates = np.geomspace(1e-6, rate_max, 2000)
-        over = [math.exp(depth_over_reach(model, v)) * v**0.25 - v**0.25 for v in rates]
-        assert found == pytest.approx(rates[int(np.argmin(over))], rel=0.01)
-
-
-def depth_over_reach(model, v):
-    """Logarithm of heat over the heat of burning."""
-    return _kernels.burn_depth(v, model.core) / (model.core.reach * v**0.25)
-
-
-@settings(max_examples=60, deadline=None)
 @given(model=wheels, depth=st.floats(1e-5, 0.2), high=st.floats(0.01, 0.09))
 def test_rate_of_a_depth_of_damage(model, depth, high):
     wheel = Wheel(model)
@@ -101,75 +80,6 @@ def test_rate_of_a_depth_of_damage(model, depth, high):
         assert found == high
     else:
         assert wheel.burn_depth(found) == pytest.approx(depth, abs=1e-12) and low <= found <= high
-
-
-@settings(max_examples=40, deadline=None)
-@given(model=wheels, scale=st.floats(0.5, 1.5), rate_max=st.floats(0.03, 0.2), share=st.floats(0.01, 1.0))
-def test_least_of_deflection_less_damage(model, scale, rate_max, share):
-    """Against a dense grid, whose minimum errs by at most an eighth of its second difference."""
-    wheel = Wheel(model)
-    low = wheel.burn_rate(rate_max)
-    assume(low is not None and low < 0.999 * rate_max)
-    high = low * (rate_max / low) ** share
-    over = np.array([scale * wheel.beyond(v) - wheel.burn_depth(v) for v in np.geomspace(low, high, 2001)])
-    between = float(np.abs(np.diff(over, 2)).max()) / 8
-    found = opened(_kernels._least_over_burn)(scale, low, high, model.core)
-    # damage of both to 1e-9 of itself
-    assert min(found, over[-1]) == pytest.approx(over.min(), abs=between + 1e-11)
-    assert found == math.inf or found in (
-        pytest.approx(over[0], abs=1e-11),
-        pytest.approx(turned(over), abs=between + 1e-11),
-    )
-    if np.diff(over).max() < 0:
-        assert found == math.inf
-
-
-def turned(over):
-    """Least inner local minimum; infinite: none."""
-    inner = over[1:-1]
-    return float(np.min(inner[(inner <= over[:-2]) & (inner <= over[2:])], initial=np.inf))
-
-
-def test_a_turn_is_found_wherever_it_lies():
-    """In the first cell, in the last one, just before the end; never at the end itself."""
-    model = MODEL.replace(
-        wear_flat_area=0.015625,
-        stiffness=4041.0,
-        burning=physics.BurningLimit(6.205, 3.0),
-        work_rotation=22.0,
-    )
-    turn = brentq(lambda v: opened(_kernels._over_burn)(v, 1.0, model.core)[1], 0.01, 0.06, xtol=1e-15)
-    least = Wheel(model).beyond(turn) - Wheel(model).burn_depth(turn)
-    for below, above in itertools.product((0.5, 1e-2, 1e-5), (1e-6, 1e-3, 0.05, 1.0)):
-        found = opened(_kernels._least_over_burn)(1.0, turn * (1 - below), turn * (1 + above), model.core)
-        assert found == pytest.approx(least, abs=1e-11)
-    for low, high in ((0.5, 1 - 1e-6), (1.0, 1.0)):
-        assert (
-            opened(_kernels._least_over_burn)(
-                1.0, low * turn * (1 - 1e-6), high * turn * (1 - 1e-6), model.core
-            )
-            == math.inf
-        )
-    rising = opened(_kernels._least_over_burn)(1.0, 1.01 * turn, 2 * turn, model.core)
-    assert rising == pytest.approx(
-        Wheel(model).beyond(1.01 * turn) - Wheel(model).burn_depth(1.01 * turn), abs=1e-11
-    )
-
-
-@settings(max_examples=40, deadline=None)
-@given(model=wheels, scale=st.floats(0.5, 1.5), v=st.floats(1e-3, 0.1))
-def test_slope_of_deflection_less_damage(model, scale, v):
-    """By fourth-order differences over a step h of the logarithm."""
-    wheel, h = Wheel(model), 1e-3
-    over = [
-        scale * wheel.beyond(v * math.exp(k * h)) - wheel.burn_depth(v * math.exp(k * h))
-        for k in (-2, -1, 0, 1, 2)
-    ]
-    value, slope = opened(_kernels._over_burn)(v, scale, model.core)
-    assert value == pytest.approx(over[2], abs=1e-11)
-    assert slope == pytest.approx(
-        (over[0] - 8 * over[1] + 8 * over[3] - over[4]) / (12 * h), abs=1e-10, rel=1e-9
-    )
 
 
 def test_wear_multiplies_sliding_alone():
@@ -263,64 +173,6 @@ def test_late_and_slow_gauges():
     # the monitor's own equation, P' = (true - P)/lag, solved exactly where the power is linear in a sample
     expected = lsim(([1.0], [0.1, 1.0]), power, 0.04 * np.arange(40))[1]
     np.testing.assert_allclose(slow, expected, rtol=1e-12, atol=1e-9)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_filter_against_matrices(seed):
-    """A noisy part with a wheel unlike the controller's and missing readings."""
-    controller = plunge.CycleController(PROBLEM.replace(wear_flat_area=0.0234), safety_margin=0.01)
-    machine = hwsim.PlungeGrinder(PROBLEM, contact_zero_sd=0.01, power_max=2600.0).start(
-        np.random.default_rng(seed)
-    )
-    rng, twin, state, reading = (
-        np.random.default_rng(seed),
-        Filter(controller),
-        controller.state,
-        machine.step({}, 0),
-    )
-    command = {}
-    while not machine.done:
-        twin.predict(command.get("command_rate", 0.0))
-        missing = rng.uniform(size=2) < 0.05 if machine.time > 20 else (False, False)
-        size, power = (
-            math.nan if gone else reading[name]
-            for gone, name in zip(missing, ("size", "grinding_power"), strict=True)
-        )
-        command = controller.step(size=size, grinding_power=power, power_saturated=reading["power_saturated"])
-        twin.read(
-            size if state[places.MISSED] == 0 else math.nan, math.nan if reading["power_saturated"] else power
-        )
-        if twin.touched:
-            got = state[[places.Y, places.ZERO, places.SCALE, places.SHARPNESS]] + [twin.base.K0, 0, 0, 0]
-            np.testing.assert_allclose(got, twin.mean, rtol=1e-7, atol=1e-10)
-            np.testing.assert_allclose(
-                state[places.COVARIANCE : places.FILTERED].reshape(4, 4),
-                twin.covariance,
-                rtol=1e-5,
-                atol=1e-12 * twin.covariance.max(),
-            )
-        reading = machine.step(command, 1)
-    assert twin.touched and machine.time > 250
-
-
-@pytest.mark.parametrize(("y", "command"), [(0.03, 0.0448), (0.05, 0.01), (0.02, 0.0), (-0.005, 0.0448)])
-def test_jacobian_against_differences(y, command):
-    """Of the step itself, to the order of the sample time over the time constant."""
-    twin = Filter(plunge.CycleController(PROBLEM))
-
-    def after(y, scale, area):
-        return Wheel(MODEL, MODEL.wear_flat_area * area).step(y, command, 0.04 / scale)
-
-    end = after(y, 1.1, 0.95)
-    rate = command - 1.1 * (end - y) / 0.04
-    got = twin.jacobian(end, rate, command, 1.1, 0.95)[0]
-    h = 1e-6
-    by_y = (after(y + h, 1.1, 0.95) - after(y - h, 1.1, 0.95)) / (2 * h)
-    by_scale = (after(y, 1.1 + h, 0.95) - after(y, 1.1 - h, 0.95)) / (2 * h)
-    by_area = (after(y, 1.1, 0.95 + h) - after(y, 1.1, 0.95 - h)) / (2 * h)
-    assert got[0] == pytest.approx(by_y, rel=2e-3)
-    assert got[2] == pytest.approx(by_scale, rel=0.03, abs=1e-9)
-    assert got[3] == pytest.approx(by_area, rel=0.03, abs=1e-9)
 
 
 @pytest.mark.parametrize(

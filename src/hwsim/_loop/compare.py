@@ -10,7 +10,17 @@ from hwsim._log import frames as _frames
 from hwsim._log.labels import Labels
 from hwsim._log.log import Log
 from hwsim._loop.check import checked_clock
-from hwsim._loop.loop import BLOCK, PIECE, Numbered, RunSeries, batched, check_executor, check_order
+from hwsim._loop.loop import (
+    BLOCK,
+    PIECE,
+    WAITS,
+    Numbered,
+    RunSeries,
+    batched,
+    check_adaptation,
+    check_executor,
+    check_order,
+)
 from hwsim._part.clock import Clock
 from hwsim._part.kept_motions import KeptMotions
 from hwsim._part.part import LivePart
@@ -31,6 +41,7 @@ def compare(
     *,
     parts: int = 1,
     rng: Seed = 0,
+    adapt: Mapping[str, Adaptation] | None = None,
     executor: Executor | None = None,
     progress: ProgressOption = None,
 ) -> Log:
@@ -48,8 +59,11 @@ def compare(
         Number of parts for each controller, >= 1.
     rng : int, Generator or SeedSequence
         Random source.
+    adapt : mapping, optional
+        Name of a controller -> adaptation that learns between its parts; the others do not learn.
     executor : concurrent.futures.Executor, optional
-        Runs parts in parallel, bit-equal to serial results; not on a plant that parts change.
+        Runs parts in parallel, bit-equal to serial results; not with `adapt`, nor on a plant that parts
+        change.
     progress : callable(share, text), True or None
         Called with the completed share (0..1) and a text; True: a line with the time left. Default: silent.
 
@@ -62,7 +76,7 @@ def compare(
     Raises
     ------
     ValueError
-        When there is no controller, or one does not fit the plant.
+        When there is no controller, one does not fit the plant, or an adaptation is for none of them.
 
     Examples
     --------
@@ -91,6 +105,7 @@ def compare(
         raise ValueError("controllers must be a mapping name -> controller with at least one; got none")
     assert callable(progress)  # made by the decorator
     check_executor(executor)
+    learning = _adaptations(adapt, controllers, executor)
     parts = checks.count("parts", parts)
     rngs = children(rng, parts)
     runs, kept = {}, KeptMotions()
@@ -98,15 +113,33 @@ def compare(
         fitted, clock = checked_clock(plant, controller, name)
         check_order(fitted, executor)
         labels = Labels.of(fitted, controller)
-        series = RunSeries(fitted, clock, controller, None, labels, kept)
+        series = RunSeries(fitted, clock, controller, copy.deepcopy(learning.get(name)), labels, kept)
         done = []
         for part in series.in_order(list(enumerate(copy.deepcopy(rngs))), executor):
             done.append(part)
             progress((k + len(done) / parts) / len(controllers), f"{name}: part {len(done)} of {parts}")
         runs[name] = _frames.from_parts(done, labels)
     log = Log(lambda: _frames.side_by_side(runs))
-    log.made_of = {"plant": plant, "controllers": dict(controllers), "rng": rng}
+    log.made_of = {"plant": plant, "controllers": dict(controllers), "rng": rng, "adaptations": learning}
     return log
+
+
+def _adaptations(
+    adapt: Mapping[str, Adaptation] | None, controllers: Mapping[str, Controller], executor: Executor | None
+) -> dict[str, Adaptation]:
+    """Adaptations by controller, checked."""
+    if adapt is None:
+        return {}
+    if not isinstance(adapt, Mapping):
+        raise TypeError(
+            f"adapt must be a mapping from names of controllers to adaptations; got {checks.shown(adapt)}"
+        )
+    if executor is not None:
+        raise ValueError(WAITS)
+    for name, each in adapt.items():
+        checks.one_of("adapt", name, tuple(controllers))
+        check_adaptation(f"adapt[{name!r}]", each)
+    return dict(adapt)
 
 
 @quiet

@@ -27,6 +27,7 @@ from sdpgrind.base.rng import Seed, children
 
 Numbered = tuple[int, np.random.Generator]
 BLOCK = 64  # parts handed to workers at once; chosen: an interruption loses at most as many
+WAITS = "executor must be None where adapt is given: each part needs the one before"
 PIECE = 8  # parts in one piece of work; chosen: smaller pieces pickle the controller more often
 
 
@@ -99,13 +100,9 @@ def run(
     assert callable(progress)  # made by the decorator
     check_executor(executor)
     if adapt is not None:
-        if isinstance(adapt, type):
-            raise TypeError(
-                f"adapt must be an adaptation, not its class: {adapt.__name__}(); got {adapt.__name__}"
-            )
-        checks.able("adapt", adapt, "None or an adaptation, with next(controller, part_log)", "next")
+        check_adaptation("adapt", adapt)
     if adapt is not None and executor is not None:
-        raise ValueError("executor must be None where adapt is given: each part needs the one before")
+        raise ValueError(WAITS)
     plant, clock = checked_clock(plant, controller)
     check_order(plant, executor)
     labels = Labels.of(plant, controller)
@@ -126,6 +123,14 @@ def run(
     log = Log.of(done, labels)
     log.made_of = {"plant": plant, "controller": controller, "rng": rng, "adapt": adapt}
     return log
+
+
+def check_adaptation(name: str, adapt: Any) -> None:
+    if isinstance(adapt, type):
+        raise TypeError(
+            f"{name} must be an adaptation, not its class: {adapt.__name__}(); got {adapt.__name__}"
+        )
+    checks.able(name, adapt, "None or an adaptation, with next(controller, part_log)", "next")
 
 
 def check_executor(executor: Executor | None) -> None:

@@ -29,7 +29,7 @@ def job_of(log: Any, plan: Any, command: Mapping[str, Any] | None) -> dict[str, 
 
     ``plant`` and ``controller`` hold name, fingerprint and ``made_of``, which `made_again` reads (None: it
     holds a function); of a log read from a file they hold names only. ``controllers`` holds the same for each
-    name of a comparison, else nothing. ``log`` holds a SHA-256 of each table.
+    name of a comparison, else nothing, and ``adaptations`` for those that learn. ``log`` holds a SHA-256 of each table.
     """
     made = log.made_of or {}
     attrs = log.outcome.attrs
@@ -42,6 +42,7 @@ def job_of(log: Any, plan: Any, command: Mapping[str, Any] | None) -> dict[str, 
         "controller": _told(made.get("controller"), attrs.get("controller")),
         "controllers": {name: _told(each, None) for name, each in made.get("controllers", {}).items()},
         "adapt": _told(made.get("adapt"), None),
+        "adaptations": {name: _told(each, None) for name, each in made.get("adaptations", {}).items()},
         "plan": None if not hasattr(plan, "dataset") else solved_of(plan, plan.dataset),
         "log": {tier: arrays_digest(log[tier]) for tier in log.tiers}
         | {"outcome": arrays_digest(log.outcome)},
@@ -113,6 +114,7 @@ def digests_table(job: Mapping[str, Any]) -> AmountTable:
     rows = [Amounts.of("seed", [seed]), Amounts.of("parts", [str(job["parts"])])]
     known = {name: job[name] for name in ("plant", "controller", "adapt") if job[name] is not None}
     known |= {f"controller {name!r},": told for name, told in job["controllers"].items()}
+    known |= {f"adapt of {name!r},": told for name, told in job["adaptations"].items()}
     rows += [Amounts.of(f"{n} {x['name']}", [x["fingerprint"]]) for n, x in known.items() if x["fingerprint"]]
     if job["plan"] is not None:
         rows.append(Amounts.of(f"plan {job['plan']['kind']}", [job["plan"]["arrays"]]))

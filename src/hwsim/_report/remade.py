@@ -58,7 +58,8 @@ def _of_log(job: Mapping[str, Any]) -> str:
     if job["seed"] is None:
         return "the seed of this one was a generator, not a whole number"
     several = job.get("controllers", {})
-    for told in (*(several.values() or [job["controller"]]), job["adapt"]):
+    learning = job.get("adaptations", {})
+    for told in (*(several.values() or [job["controller"]]), *learning.values(), job["adapt"]):
         if told is not None and told["made_of"] is None and job["plan"] is None:
             return (
                 f"the {told['name']} of this one cannot be told by values, and no plan was reported with it"
@@ -124,13 +125,18 @@ def _run(job: Mapping[str, Any], plan: Any, problem: Any) -> Any:
         ways = [lambda of=of: getattr(package, told["name"])(of) for of in (plan, problem)]
         return _same(told, ways, changed, plan)
 
+    def learner(told: Mapping[str, Any]) -> Any:
+        named: Any = getattr(package, told["name"], None)
+        learns = [lambda: package.adaptation(problem), lambda: named(), lambda: named(problem)]
+        return _same(told, learns, changed, plan)
+
     drawn = {"parts": job["parts"], "rng": job["seed"]}
-    plant, adapt = made_again(job["plant"]["made_of"]), job["adapt"]
+    plant = made_again(job["plant"]["made_of"])
     if several := job.get("controllers"):
-        return compare(plant, {name: follower(told) for name, told in several.items()}, **drawn)
-    if adapt is not None:
-        learns = [lambda: package.adaptation(problem), lambda: getattr(package, adapt["name"])()]
-        adapt = _same(adapt, learns, changed, plan)
+        followers = {name: follower(told) for name, told in several.items()}
+        learning = {name: learner(told) for name, told in job.get("adaptations", {}).items()}
+        return compare(plant, followers, adapt=learning or None, **drawn)
+    adapt = None if job["adapt"] is None else learner(job["adapt"])
     return run(plant, follower(job["controller"]), adapt=adapt, **drawn)
 
 

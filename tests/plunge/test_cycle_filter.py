@@ -1,0 +1,127 @@
+"""The filter of a part and the safe position against slow twins: matrices, and a scan of all that may follow."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from plunge_inside import envelope_kernels as rule
+from plunge_inside import filter_state
+from plunge_inside import state as places
+from plunge_twins import Filter, SafePosition, Wheel
+
+import hwsim
+from sdpgrind import physics, plunge
+from sdpgrind.base.compiling.compiled import opened
+
+PROBLEM = plunge.preset("simulation")
+MODEL = PROBLEM.model
+BELIEVED = PROBLEM.replace(wear_flat_area=0.0234)
+DOUBTED = BELIEVED.replace(power_gain_sd=0.01, wheel_wear_sd=0.03)
+MACHINES = [
+    BELIEVED,
+    DOUBTED,
+    DOUBTED.replace(feed_lag=0.1),
+    DOUBTED.replace(feed_delay=0.08, idle_power=300.0),
+    DOUBTED.replace(power_lag=0.2),
+    DOUBTED.replace(feed_lag=0.05, feed_delay=0.04, power_lag=0.1, grinding_ratio=60.0),
+    BELIEVED.replace(wear=plunge.Wear(0.02)),
+]
+NAMES = ["plain", "doubted", "lag", "dead time", "slow power", "all, and wheel wear", "dulls"]
+
+
+def filtered(state):
+    """Mean and covariance of the compiled filter."""
+    found = state[places.FILTERED :].view(filter_state.FILTER)[0]
+    return np.array(found["mean"]), np.array(found["cov"]).reshape(7, 7)
+
+
+def parts(problem, seed, twin, controller):
+    """Grind a part with missing readings, feeding the twin as well; yield after each sample."""
+    machine = hwsim.PlungeGrinder(
+        problem, truth=MODEL.replace(grinding_ratio=80.0), contact_zero_sd=0.01, power_max=2600.0
+    ).start(np.random.default_rng(seed))
+    rng, reading, command = np.random.default_rng(seed), machine.step({}, 0), {}
+    controller.reset()
+    while not machine.done:
+        twin.predict(command.get("command_rate", 0.0))
+        missing = rng.uniform(size=2) < 0.05 if machine.time > 20 else (False, False)
+        size, power = (
+            math.nan if gone else reading[name]
+            for gone, name in zip(missing, ("size", "grinding_power"), strict=True)
+        )
+        clipped = reading["power_saturated"]
+        command = controller.step(size=size, grinding_power=power, power_saturated=clipped)
+        rejected = controller.state[places.MISSED] > 0
+        twin.read(math.nan if rejected else size, math.nan if clipped else power)
+        yield machine
+        reading = machine.step(command, 1)
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("problem", MACHINES, ids=NAMES)
+def test_filter_against_matrices(problem, seed):
+    """A noisy part with a wheel unlike the controller's, wheel wear and missing readings."""
+    controller, twin, compared = plunge.CycleController(problem), Filter(problem), 0
+    for machine in parts(problem, seed, twin, controller):
+        if twin.touched:
+            mean, covariance = filtered(controller.state)
+            sd = np.sqrt(np.diag(twin.covariance))
+            np.testing.assert_allclose(mean, twin.mean, rtol=1e-7, atol=1e-10)
+            np.testing.assert_allclose(
+                covariance / np.outer(sd + 1e-12, sd + 1e-12),
+                twin.covariance / np.outer(sd + 1e-12, sd + 1e-12),
+                rtol=0,
+                atol=1e-6,
+            )
+            compared += 1
+    assert compared > 250 and machine.outcome()["burned"] == 0
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.2])
+@pytest.mark.parametrize("v", [0.003, 0.01, 0.044])
+def test_the_linearisation_against_differences(v, lag):
+    """Of the step itself, to the second order of the sample time over the time constant (0.02)."""
+    twin = Filter(PROBLEM.replace(power_lag=lag))
+    scale, area, wear, q = 1.1, 0.9, 0.03, 0.12
+    x = twin.base.K0 + twin.wheel(area).beyond(v)
+    before, middle = 0.2, 0.2 + 0.5 * 0.04 * v
+    mean = np.array([q, (1 + wear) * q + scale * x - before, scale, area, wear, 0.0, 500.0])
+    _, half, rate = twin.stepped(mean, before, middle)
+    got = twin.jacobian(mean, half, rate)
+    expected = np.eye(7)
+    for k in range(7):
+        h = 1e-6 * np.eye(7)[k] * max(abs(mean[k]), 1e-2)
+        up, down = (twin.stepped(mean + sign * h, before, middle)[0] for sign in (1, -1))
+        expected[:, k] = (up - down) / (2 * h[k])
+    expected[0, 4] /= 1 + 0.5 * 0.04 * rate / q  # what is ground in half a sample wears the wheel, too
+    np.testing.assert_allclose(got[0, 1:], expected[0, 1:], rtol=2e-3, atol=1e-9)
+    assert got[0, 0] - 1 == pytest.approx(expected[0, 0] - 1, rel=2e-3)
+    # shown power: the rate of the first half of the sample is left out, dt/(2 tau) of it
+    np.testing.assert_allclose(got[6], expected[6], rtol=0.02, atol=0.01 * twin.base.watts * half)
+    np.testing.assert_allclose(got[1:6], expected[1:6], rtol=0, atol=1e-9)
+
+
+def law_and_filter(controller, mean, covariance):
+    """What the compiled rule takes."""
+    found = np.zeros(filter_state.FILTER.itemsize // 8)
+    record = found.view(filter_state.FILTER)[0]
+    record["mean"][:], record["cov"][:] = mean, covariance.ravel()
+    return record, controller.law.view(places.LAW)[0]
+
+
+def slowest_of(record, law):
+    """Least rate that the compiled rule considers, mm/s."""
+    return min(max(rule.SLOWEST * law["final_rate"], opened(rule._coolest)(record, law)), law["rate_max"])
+
+
+def drawn(rng, problem, sds):
+    """Mean and covariance of a filter within a part."""
+    q = rng.uniform(0.0, problem.stock)
+    mean = np.array([q, rng.normal(0, 0.01), rng.uniform(0.8, 1.2), rng.uniform(0.8, 1.2), 0.0, 0.0, 0.0])
+    root = rng.normal(size=(7, 7)) * np.array(sds)[:, None] / math.sqrt(7)
+    return mean, root @ root.T
+
+
+SDS = (1e-4, 2e-4, 0.005, 0.02, 0.005, 0.01, 10.0)
