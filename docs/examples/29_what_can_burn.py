@@ -60,7 +60,9 @@ for part in range(5):
 believed = problem.updated(threshold.estimate)
 test = threshold.next_test()
 print(f"B = {believed.model.burning.B:.3f} of {problem.model.burning.B:.3f}, known to", end=" ")
-print(f"{100 * believed.uncertainty.burning_sd:.1f} %; a sacrificial part would save {test.saving:.2f} s a part")
+print(
+    f"{100 * believed.uncertainty.burning_sd:.1f} %; a sacrificial part would save {test.saving:.2f} s a part"
+)
 
 mean, sd, margin = 100 * np.array(margins).T
 figure, axis = plt.subplots(figsize=(6, 3.2), layout="constrained")

@@ -117,7 +117,9 @@ def test_controllers_that_are_compared_learn_each_by_its_own():
     log = hwsim.compare(Rusting(), taps, parts=4, rng=2, adapt={"learns": learns})
     alone = hwsim.run(Rusting(), Drain(1.0), parts=4, rng=2, adapt=Faster())
     np.testing.assert_array_equal(log.outcome.sel(controller="learns").leak, alone.outcome.leak)
-    assert not np.array_equal(*(log["tap"].flow_command.where(log["tap"].controller == name).dropna("row") for name in taps))
+    assert not np.array_equal(
+        *(log["tap"].flow_command.where(log["tap"].controller == name).dropna("row") for name in taps)
+    )
     assert learns.total == 0.0
 
 

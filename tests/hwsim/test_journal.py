@@ -343,8 +343,6 @@ def of_exact_numbers():
     [
         (lambda: hwsim.WeldBeadStand(weldbead.preset("P4"), height=1.0), "00fce6563068"),
         (lambda: hwsim.PlungeGrinder(plunge.preset("simulation")), "909a65dd29b0"),
-        (lambda: plunge.CycleController(plunge.preset("simulation")), "3bae63a0b81e"),
-        (lambda: plunge.adaptation(plunge.preset("simulation")), "463839c58ea1"),
         (lambda: hwsim.AdaptiveGrinder(locus.preset("grinding")), "3e2821c3c780"),
         (lambda: hwsim.CenteringMachine(centering.preset("printed")), "0b5d6cb8e121"),
         (lambda: hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5)), "55d8aea8ffee"),

@@ -53,7 +53,7 @@ def refused(capsys, *arguments):
 
 
 def in_python(**options):
-    controller = plunge.CycleController(PROBLEM, safety_margin=0.05 * PROBLEM.stock)
+    controller = plunge.CycleController(PROBLEM)
     return hwsim.run(hwsim.PlungeGrinder(PROBLEM), controller, parts=4, rng=4, **options)
 
 
@@ -75,7 +75,10 @@ def test_prints_the_bound_beside_what_came_of_it(finished, capsys):
     assert lines[1].startswith("plan: the fastest cycle takes 12.0195 s (known to ") and lines[1].endswith(
         "roundness binds at the end"
     )
-    assert lines[3].split() == [
+    assert lines[2] == (
+        "controller: none burned with a confidence of 0.999; burn threshold taken as exactly known"
+    )
+    assert lines[4].split() == [
         "part",
         "time",
         "s",
@@ -94,7 +97,7 @@ def test_prints_the_bound_beside_what_came_of_it(finished, capsys):
             f"{outcome.part_slack.values[k]:.4f}",
             f"{outcome.burned.values[k]:.0f}",
         ]
-        assert lines[4 + k].split() == [str(k), *first, f"{outcome.roundness.values[k]:.5f}", "0"]
+        assert lines[5 + k].split() == [str(k), *first, f"{outcome.roundness.values[k]:.5f}", "0"]
     by_name = {line[:24].strip(): line[24:].split() for line in lines}
     assert by_name["time (s)"][:2] == ["12.020", f"{outcome.time.values.mean():.3f}"]
     assert by_name["time from part 2 on (s)"][1] == f"{outcome.time.values[2:].mean():.3f}"
@@ -154,22 +157,22 @@ def test_parts_that_are_broken_off_are_no_success(tmp_path, capsys):
     assert main(["plunge", str(noisy(tmp_path, 50)), "--parts", "2", "--no-pictures"]) == 1
     lines = capsys.readouterr().out.splitlines()
     why = "readings of size were missing, frozen or jumped"
-    assert [line.endswith(f"  broken off: {why}") for line in lines[4:6]] == [True, True]
+    assert [line.endswith(f"  broken off: {why}") for line in lines[5:7]] == [True, True]
     assert lines[-1] == f"no part was finished: {why} (2)"
     assert not any(line.startswith(("time", "roundness", "out of round")) for line in lines)
 
 
 def test_means_are_of_the_parts_that_were_finished():
     job = read(EXAMPLE)
-    whole = hwsim.run(job.stand, plunge.CycleController(job.problem, safety_margin=0.02), parts=4, rng=1)
+    whole = hwsim.run(job.stand, plunge.CycleController(job.problem), parts=4, rng=1)
     outcome = whole.outcome.copy(deep=True)
     outcome.time.values[1], outcome.unfinished.values[1], outcome.timed_out.values[1] = 1e6, 1.0, 1.0
-    lines = report("job", OutcomeAlone(outcome), plunge.plan(job.problem)).splitlines()
+    lines = report("job", OutcomeAlone(outcome), plunge.plan(job.problem), job).splitlines()
     by_name = {line[:24].strip(): line[24:].split() for line in lines}
     kept = outcome.time.values[[0, 2, 3]]
     assert "mean of 3 of 4 parts" in by_name and by_name["time (s)"][1] == f"{kept.mean():.3f}"
     assert by_name["time from part 2 on (s)"][1] == f"{kept[1:].mean():.3f}"
-    assert lines[5].endswith("broken off: time was up") and "broken" not in lines[4]
+    assert lines[6].endswith("broken off: time was up") and "broken" not in lines[5]
     assert lines[-1] == "1 of 4 parts were broken off, and are in no mean of times and sizes: time was up (1)"
 
 
@@ -237,7 +240,10 @@ def test_the_example_is_the_preset_on_another_machine():
         0.0448,
         0.003,
     )
-    assert dict(job.settings) == {"safety_margin": 0.02, "sparkout": "p_end"}
+    assert dict(job.settings) == {"confidence": 0.999}
+    assert job.problem.uncertainty == plunge.Uncertainty(burning_sd=0.02)
+    assert job.problem.drive == plunge.Drive(feed_delay=0.04, feed_lag=0.02)
+    assert job.stand.inspection == hwsim.Inspection(severity_sd=0.03)
     assert job.stand.truth == job.problem.model.replace(wear_flat_area=0.0286)
     assert (job.stand.noise, job.stand.power_max) == (hwsim.GrinderNoise(), 3000.0)
 
@@ -268,7 +274,8 @@ pressure = 7.0
 u0 = 6.2
 B = 12.0
 [controller]
-sparkout = "gauge"
+safety_margin = 0.01
+sparkout = "p_end"
 online = false
 no_burn = true
 observer_gain = 0.2
@@ -321,7 +328,7 @@ def test_every_table(job):
     assert got.stand == stand
     plan = plunge.plan(got.problem)
     controller = plunge.CycleController(
-        got.problem, safety_margin=0.05 * 0.2, sparkout="gauge", online=False, no_burn=True, observer_gain=0.2
+        got.problem, safety_margin=0.01, online=False, no_burn=True, observer_gain=0.2
     )
     assert got.controller(plan) == controller
 
@@ -353,7 +360,7 @@ FAULTS = [
     ("pressure = 7.0", "coefficient = 7.0", "model.power.coefficient is not a key; keys here are"),
     ("B = 12.0", "B = -7.2", "[model.burning] B must be > 0 (J/(mm^2 s^(1/2))); got -7.2"),
     (
-        'sparkout = "gauge"',
+        'sparkout = "p_end"',
         'sparkout = "q_k"',
         "[controller] sparkout must be one of p_end, gauge, printed; got 'q_k'",
     ),
@@ -413,7 +420,7 @@ def test_the_picture_shows_what_the_log_holds(finished, pyplot):
 def test_a_burned_part_is_red(pyplot):
     log = hwsim.run(
         hwsim.PlungeGrinder(PROBLEM),
-        plunge.CycleController(PROBLEM.replace(wear_flat_area=0.02), online=False),
+        plunge.CycleController(PROBLEM.replace(wear_flat_area=0.02, sharpness_sd=0.0), online=False),
     )
     figure = log.plot()
     assert log.outcome.burned.values == [1.0] and "s each, 1 burned, " in figure.get_suptitle()

@@ -57,7 +57,7 @@ def cycle():
 @pytest.fixture(scope="module")
 def ground(cycle):
     problem = cycle.problem
-    controller = plunge.CycleController(problem, safety_margin=0.05 * problem.stock)
+    controller = plunge.CycleController(problem)
     return hwsim.run(
         hwsim.PlungeGrinder(problem), controller, parts=12, rng=7, adapt=plunge.adaptation(problem)
     )
@@ -95,7 +95,8 @@ def test_the_worst_part_is_named_and_a_difference_explained(ground, cycle):
     assert f"worst {time.max():.2f} s, part {time.argmax()}" in text
     rough = np.argsort(-ground.outcome.roundness.values, kind="stable")[:3]
     assert re.search(rf"^roundness \[µm\] .* {', '.join(map(str, rough))} ", text, re.M)
-    assert re.search(r"^time \[s\] .* differs$", text, re.M) and "before margins were learned" in text
+    assert re.search(r"^time \[s\] .* differs$", text, re.M) and "before it had learned" in text
+    assert "burned: none (burn threshold taken as exactly known)" in text
 
 
 def test_the_job_can_be_run_again_from_its_page(page, ground, cycle):
@@ -197,8 +198,9 @@ def test_what_cannot_be_made_again_is_named(kind, told):
 
 def test_a_comparison_tells_scrap_in_its_verdict(cycle):
     problem = cycle.problem
-    careful = plunge.CycleController(problem, safety_margin=0.05 * problem.stock)
-    bold = plunge.CycleController(problem)
+    careful = plunge.CycleController(problem)
+    sharper = problem.replace(wear_flat_area=0.02, sharpness_sd=0.0)
+    bold = plunge.CycleController(sharper, online=False)
     log = hwsim.compare(hwsim.PlungeGrinder(problem), {"careful": careful, "bold": bold}, parts=4, rng=3)
     burned = log.outcome.burned.values.sum(axis=1).astype(int)
     assert burned[0] == 0 < burned[1]

@@ -12,7 +12,7 @@ from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.base import SampledCycle
 from sdpgrind.plunge._control.state import ENVELOPE, PRINTED, final_rate, law_of
 from sdpgrind.plunge._model.dynamics import coolest_rate
-from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._model.problem import CycleProblem, safe_rate_of
 
 _DRAWS = 10  # chosen: independent errors of the filter in one part, of which none may burn it
 _OWN = ("size_sd", "power_sd", "contact_zero_sd", "deflection_sd", "sharpness_sd")  # of 0.1.0
@@ -95,9 +95,7 @@ class CycleController(SampledCycle, Described):
             raise self._refused("online", "False with sparkout='printed' or a linear model")
         final_rate(self.problem, self.roundness_margin)
         if self.sparkout != "printed" and self.problem.uncertainty.burning_sd:
-            self.problem.replace(sharpness_sd=0.0).safe_rate(
-                0.0, self.confidence
-            )  # refuses where none is safe
+            safe_rate_of(self.problem, self.problem.learned_chance, 0.0, self.confidence)  # refuses
 
     def _declare(self) -> None:
         """Move standard deviations given here, as up to 0.1.0, to the problem's uncertainty."""

@@ -165,7 +165,7 @@ def cycle_step(state, s, law, size, power, usable):
     read_all(state, s, law, size, power - law.idle_power, usable)
     x, core = deflected(s, s.axis), _worn(law, s.mean[A])
     s.rate = 0.0 if state[TOUCHED] == NO else _rate_near(x - law.K0, s.rate, core)
-    state[RATE], state[REMAINING] = s.rate, law.stock - s.mean[Q]
+    state[RATE], state[REMAINING], state[BALANCED] = s.rate, law.stock - s.mean[Q], 0.0
     state[ZERO], state[SCALE], state[SHARPNESS] = s.mean[C], s.mean[S], s.mean[A]
     most, final = safe_position(s, law, ahead(s, law, x, core) if state[TOUCHED] != NO else 0.0)
     waits = state[SECTION] == SPARK_OUT and s.rate > WAIT * final
@@ -177,12 +177,12 @@ def cycle_step(state, s, law, size, power, usable):
 
 @compiled
 def command_of(state, law, most, final):
-    """Command (mm/s) up to the safe position; section and whether the limit binds."""
+    """Command (mm/s) up to the safe position; section, and whether damage and stock are balanced."""
     command = min(max((most - state[COMMANDED]) / law.sample_time, 0.0), law.rate_max)
     if state[TOUCHED] != NO and max(command, state[RATE]) < CREEP * final:
         command = final
-    state[BALANCED] = 0.0
     if command < law.rate_max and state[TOUCHED] != NO:
         state[SECTION] = SPARK_OUT if command <= 0.0 or state[SECTION] == SPARK_OUT else BALANCE
-        state[BALANCED] = 1.0 if command > 0.0 else 0.0
+        deep = state[SECTION] == BALANCE and state[REMAINING] > law.safety_margin
+        state[BALANCED] = 1.0 if deep else 0.0
     return command

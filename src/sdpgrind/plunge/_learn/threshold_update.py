@@ -12,6 +12,7 @@ from sdpgrind.plunge._learn.threshold import BurnThreshold
 from sdpgrind.plunge._model.problem import CycleProblem, greatest_confidence
 
 _READINGS = {"severity": "severity_reading", "burned": "burned_reading"}
+_ERRORS = {"severity": ("severity_sd",), "burned": ("miss", "false_alarm")}
 
 
 class ThresholdUpdate:
@@ -60,10 +61,9 @@ class ThresholdUpdate:
         reading = float(stated[_READINGS[self.by]].values[-1])
         if not np.isfinite(reading):
             return controller
-        errors = {"severity": ("severity_sd",), "burned": ("miss", "false_alarm")}[self.by]
-        read = {"severity": reading} if self.by == "severity" else {"burned": bool(reading)}
-        known = {name: float(stated.attrs[name]) for name in errors if name in stated.attrs}
-        self.threshold.update(part_log, part=None, **read, **known)
+        known = {name: float(stated.attrs[name]) for name in _ERRORS[self.by] if name in stated.attrs}
+        read: dict[str, Any] = {self.by: bool(reading) if self.by == "burned" else reading, **known}
+        self.threshold.update(part_log, part=None, **read)
         if not self.threshold.estimate.ok:
             warn(self.threshold.estimate.message)
         return _informed(controller, self.threshold)
@@ -74,12 +74,12 @@ def _informed(controller: CycleController, threshold: BurnThreshold) -> CycleCon
     found = threshold.estimate
     burning = controller.problem.model.burning.replace(B=found["B"])
     problem = controller.problem.replace(burning=burning, burning_sd=found["burning_sd"])
-    most = greatest_confidence(problem.replace(sharpness_sd=0.0))
+    most = greatest_confidence(problem, problem.learned_chance)
     if most >= threshold.confidence:
         return controller.replace(problem=problem, confidence=threshold.confidence)
     if most < 0.5:
         raise ValueError(
-            f"B = {found['B']:.4g} as inspected leaves no infeed rate without burn: a cooler process is needed"
+            f"B = {found['B']:.4g} as inspected leaves no infeed rate without burn: the process must be cooler"
         )
     warn(
         f"no infeed rate keeps a confidence of {threshold.confidence:g} with the threshold as inspected:"

@@ -129,6 +129,11 @@ class CycleProblem(Described):
             self.model.core, doubts.burning_sd or 0.0, doubts.diffusivity_sd, doubts.sharpness_sd
         )
 
+    @property
+    def learned_chance(self) -> BurnChance:
+        """The same (mm/s, mm) where the wear flat area is learned during the part."""
+        return replace(self.burn_chance, sharpness_sd=0.0)
+
     def safe_rate(self, remaining: float, confidence: float = 0.999) -> float:
         """Return the greatest infeed rate that burns no finished surface, with a confidence.
 
@@ -159,10 +164,7 @@ class CycleProblem(Described):
         """
         checks.nonnegative("remaining", remaining, "mm")
         checked_confidence(confidence)
-        rate = self.burn_chance.safe_rate(remaining, confidence, self.command_rate_max)
-        if rate == 0.0:
-            raise _no_safe_rate(self, remaining, confidence)
-        return rate
+        return safe_rate_of(self, self.burn_chance, remaining, confidence)
 
     def draw(self, rng: Seed) -> PlungeModel:
         """Return a model with B, diffusivity, wear flat area, force ratio and wheel wear drawn as declared.
@@ -281,10 +283,20 @@ class CycleProblem(Described):
         return float((m.deflection(high) - m.deflection(low)) / (high - low))
 
 
-def _no_safe_rate(problem: CycleProblem, remaining: float, confidence: float) -> ValueError:
+def safe_rate_of(problem: CycleProblem, chance: BurnChance, remaining: float, confidence: float) -> float:
+    """Greatest infeed rate (mm/s) that burns no finished surface with a remaining stock (mm); refused if none."""
+    rate = chance.safe_rate(remaining, confidence, problem.command_rate_max)
+    if rate == 0.0:
+        raise _no_safe_rate(problem, chance, remaining, confidence)
+    return rate
+
+
+def _no_safe_rate(
+    problem: CycleProblem, chance: BurnChance, remaining: float, confidence: float
+) -> ValueError:
     """Error with the greatest doubt of B at which a rate is safe, and the greatest confidence."""
-    chance, coolest = problem.burn_chance, _coolest(problem, remaining)
-    reached = greatest_confidence(problem, remaining)
+    coolest = _coolest(problem, chance, remaining)
+    reached = greatest_confidence(problem, chance, remaining)
 
     def lacking(sd: float) -> float:
         return float(replace(chance, burning_sd=sd)(coolest, remaining)) - (1.0 - confidence)
@@ -297,14 +309,14 @@ def _no_safe_rate(problem: CycleProblem, remaining: float, confidence: float) ->
     )
 
 
-def greatest_confidence(problem: CycleProblem, remaining: float = 0.0) -> float:
-    """Chance that damage stays within a remaining stock (mm) at the rate at which it is least likely to exceed."""
-    return 1.0 - float(problem.burn_chance(_coolest(problem, remaining), remaining))
+def greatest_confidence(problem: CycleProblem, chance: BurnChance, remaining: float = 0.0) -> float:
+    """Chance that damage stays within a remaining stock (mm), at the rate of the greatest."""
+    return 1.0 - float(chance(_coolest(problem, chance, remaining), remaining))
 
 
-def _coolest(problem: CycleProblem, remaining: float) -> float:
+def _coolest(problem: CycleProblem, chance: BurnChance, remaining: float) -> float:
     near = min(float(coolest_rate(problem.model.core)), problem.command_rate_max)
-    return problem.burn_chance.coolest(near, remaining)
+    return chance.coolest(near, remaining)
 
 
 def grinding_ratio(model: PlungeModel, wear: float) -> float:

@@ -293,7 +293,11 @@ class CyclePlan(Plan):
         if self.confidence is None:
             return []
         costs = [(f"price of {name}", seconds, "s") for name, seconds in self.price.items()]
-        return [("confidence", self.confidence, "1"), ("burn threshold", self.problem.uncertainty.burn_threshold, ""), *costs]
+        return [
+            ("confidence", self.confidence, "1"),
+            ("burn threshold", self.problem.uncertainty.burn_threshold, ""),
+            *costs,
+        ]
 
     def _figures(self) -> "tuple[Block, ...]":
         rows = (
