@@ -29,7 +29,8 @@ def job_of(log: Any, plan: Any, command: Mapping[str, Any] | None) -> dict[str, 
 
     ``plant`` and ``controller`` hold name, fingerprint and ``made_of``, which `made_again` reads (None: it
     holds a function); of a log read from a file they hold names only. ``controllers`` holds the same for each
-    name of a comparison, else nothing, and ``adaptations`` for those that learn. ``log`` holds a SHA-256 of each table.
+    name of a comparison, else nothing, and ``adaptations`` for those that learn. ``log`` holds a SHA-256 of
+    each table.
     """
     made = log.made_of or {}
     attrs = log.outcome.attrs

@@ -28,7 +28,7 @@ def _head(title: str, plan: Any, job: Any) -> Iterator[str]:
 
 
 def _promise(controller: Any) -> str:
-    """What the controller keeps, and what the doubts cost that no reading of a cycle shows."""
+    """What the controller keeps, and what the doubts that no reading shows cost."""
     known = f"burn threshold {controller.problem.uncertainty.burn_threshold}"
     if controller.sparkout == "printed":
         return f"controller: the printed cycle with a margin of {UM * controller.safety_margin:g} µm; {known}"
@@ -38,7 +38,7 @@ def _promise(controller: Any) -> str:
 
 
 def _cost(controller: Any) -> float:
-    """Time (s) by which the fastest cycle is longer for the doubts that stay; 0 where the wheel wears, too."""
+    """Time (s) that the doubts that stay cost; 0 where the wheel wears, too."""
     from sdpgrind import plunge
 
     doubts, wear = controller.problem.uncertainty, controller.problem.model.wear

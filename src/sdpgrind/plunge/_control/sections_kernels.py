@@ -1,4 +1,4 @@
-"""Controllers of fixed sections, compiled: the cycle as Dong, Danai and Malkin (2004) print it, and stages."""
+"""Controllers of fixed sections, compiled: the printed cycle (Dong, Danai, Malkin 2004), and stages."""
 
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control.state import (

@@ -11,7 +11,7 @@ from sdpgrind.plunge._model.problem import CycleProblem
 PRINTED, STAGED, ENVELOPE = range(3)  # the printed cycle, stages of constant rate, the safe position
 FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)  # sections of a cycle
 # Section, v_hat, r_hat, commanded infeed p, deflection beyond ploughing, last command, z*, whether the sample
-# counts for the slack; rejected sizes in a row, stock removed by the model since the size changed (mm), last size.
+# counts for the slack; rejected sizes in a row, stock removed since the size changed (mm), last size.
 SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, FROZEN, SIZE = range(11)
 # Contact, missing powers in a row, mean and number of sizes before contact; contact zero, deflection and wear
 # flat area over the model as estimated. The filter of the part follows.

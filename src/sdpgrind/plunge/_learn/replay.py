@@ -13,7 +13,6 @@ from sdpgrind.plunge._identify.cycles import Cycle, cycles
 from sdpgrind.plunge._learn.replay_kernels import replayed_reserve
 from sdpgrind.plunge._model.problem import CycleProblem
 
-
 _LEAST = 0.5  # derived: the filter does not depend on the confidence; no safe rate is asked for
 
 
@@ -27,7 +26,7 @@ class Replay(NamedTuple):
 
 
 def replayed(data: Any, problem: CycleProblem, part: int | None = None) -> Replay:
-    """Replay a part of a log, or its first; the reserve is the rise of ln of temperature that would damage it."""
+    """Replay a part of a log, or its first; its reserve is the rise of ln of temperature that damages it."""
     return _replay(cycles(data, power=True, part=part)[0], problem)
 
 

@@ -79,7 +79,7 @@ def _informed(controller: CycleController, threshold: BurnThreshold) -> CycleCon
         return controller.replace(problem=problem, confidence=threshold.confidence)
     if most < 0.5:
         raise ValueError(
-            f"B = {found['B']:.4g} as inspected leaves no infeed rate without burn: the process must be cooler"
+            f"B = {found['B']:.4g} as inspected leaves no infeed rate without burn: cool the process"
         )
     warn(
         f"no infeed rate keeps a confidence of {threshold.confidence:g} with the threshold as inspected:"

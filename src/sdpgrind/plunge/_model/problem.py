@@ -284,7 +284,7 @@ class CycleProblem(Described):
 
 
 def safe_rate_of(problem: CycleProblem, chance: BurnChance, remaining: float, confidence: float) -> float:
-    """Greatest infeed rate (mm/s) that burns no finished surface with a remaining stock (mm); refused if none."""
+    """Greatest infeed rate (mm/s) that burns no finished surface above a stock (mm); refused if none."""
     rate = chance.safe_rate(remaining, confidence, problem.command_rate_max)
     if rate == 0.0:
         raise _no_safe_rate(problem, chance, remaining, confidence)
