@@ -3,6 +3,8 @@
 from sdpgrind.plunge._control import envelope_kernels as envelope_kernels
 from sdpgrind.plunge._control import filter_state as filter_state
 from sdpgrind.plunge._control import state as state
+from sdpgrind.plunge._control.control_kernels import control_step as control_step
+from sdpgrind.plunge._control.control_kernels import start_control as start_control
 from sdpgrind.plunge._doubts.alignment import of_cycles as of_cycles
 from sdpgrind.plunge._identify import contact as contact
 from sdpgrind.plunge._identify import cycles as cycles
@@ -14,6 +16,7 @@ from sdpgrind.plunge._learn.margins import _ConstantFilter as _ConstantFilter
 from sdpgrind.plunge._learn.readings import measured_slack as measured_slack
 from sdpgrind.plunge._learn.readings import noise_of_slack as noise_of_slack
 from sdpgrind.plunge._learn.readings import scatter_of_slack as scatter_of_slack
+from sdpgrind.plunge._learn.replay import replayed as replayed
 from sdpgrind.plunge._model import kernels as kernels
 from sdpgrind.plunge._model.dynamics import allowed_rate as allowed_rate
 from sdpgrind.plunge._model.dynamics import burn_depth as burn_depth

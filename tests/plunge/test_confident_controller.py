@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from plunge_inside import control_step, start_control
+from plunge_inside import filter_state as of
+from plunge_inside import state as at
 
 import hwsim
 from sdpgrind import plunge
-from sdpgrind.plunge._control import state as at
-from sdpgrind.plunge._control.confident import FILTER, SHARPNESS, Q
-from sdpgrind.plunge._control.control_kernels import control_step, start_control
 
 PROBLEM = plunge.preset("simulation")
 BELIEVED = PROBLEM.replace(wear_flat_area=0.9 * PROBLEM.model.wear_flat_area)
@@ -77,13 +77,16 @@ def test_the_filter_knows_how_well_it_knows():
             if state[at.SECTION] == at.RETRACT:
                 break
             seen = part.step({"command_rate": command}, 1)
-        found = state[at.FILTERED :].view(FILTER)[0]
+        found = state[at.FILTERED :].view(of.FILTER)[0]
         sd = np.sqrt(found["cov"].reshape(7, 7).diagonal())
         out = part.outcome()
         stock = BELIEVED.stock - out["remaining"]
         sharpness = out["true_wear_flat_area"] / BELIEVED.model.wear_flat_area
         off.append(
-            ((found["mean"][Q] - stock) / sd[Q], (found["mean"][SHARPNESS] - sharpness) / sd[SHARPNESS])
+            (
+                (found["mean"][of.Q] - stock) / sd[of.Q],
+                (found["mean"][of.SHARPNESS] - sharpness) / sd[of.SHARPNESS],
+            )
         )
     spread = np.sqrt(np.mean(np.square(off), axis=0))
     assert np.all(spread < 1.35) and np.all(spread > 0.5)

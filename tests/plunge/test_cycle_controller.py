@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 from cycle_parts import (
-    DRIFT, EXACT, KNOWN, MODEL, PRINTED, PROBLEM, SAMPLE, SHARP, WORN, became, run, zero_at,
+    DRIFT,
+    EXACT,
+    KNOWN,
+    MODEL,
+    PRINTED,
+    PROBLEM,
+    SAMPLE,
+    SHARP,
+    WORN,
+    became,
+    run,
+    zero_at,
 )  # fmt: skip
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -164,7 +175,7 @@ def test_the_bound_is_never_beaten(
 def test_damage_is_as_deep_as_the_stock_that_is_left(online):
     """While balancing, at every sample: true stock, and rate between samples. Never deeper.
 
-    Offline no reading corrects the drift: five times as much.
+    Offline no reading corrects the drift, and the last seconds are slower by it: 1.4 um.
     """
     controller = plunge.CycleController(KNOWN, safety_margin=0.01, online=online, **EXACT)
     table = run(controller, problem=KNOWN)["controller"]
@@ -172,7 +183,7 @@ def test_damage_is_as_deep_as_the_stock_that_is_left(online):
     balancing = np.flatnonzero(table.balancing_command.values == 1)
     assert balancing.size > 50
     slack = left[balancing[1:]] - 0.01 - MODEL.burn_depth(rate[balancing[1:]])
-    assert np.all(slack > 0.0) and np.all(slack < (DRIFT if online else 6 * DRIFT))
+    assert np.all(slack > 0.0) and np.all((slack if online else slack[:50]) < DRIFT) and slack.max() < 1.5e-3
     between = np.diff(table["size"].values)[balancing] / SAMPLE
     np.testing.assert_allclose(between, 0.5 * (rate[balancing] + rate[balancing + 1]), rtol=1e-3)
 
@@ -214,7 +225,9 @@ def test_a_wheel_that_burns_at_every_rate_still_ends():
 @pytest.mark.parametrize("zero", [-0.01, -0.003, 0.003, 0.01])
 def test_the_gauge_does_not(zero):
     # an exact gauge that does not move is taken for a frozen one
-    gauge = became(plunge.CycleController(KNOWN.replace(size_sd=5e-4), online=False, **EXACT), **zero_at(zero))
+    gauge = became(
+        plunge.CycleController(KNOWN.replace(size_sd=5e-4), online=False, **EXACT), **zero_at(zero)
+    )
     assert 2.97e-3 < gauge["roundness"] < 3.03e-3
     online = run(plunge.CycleController(PROBLEM, **EXACT), **zero_at(zero))
     assert float(online.outcome.roundness[0]) == pytest.approx(2.98e-3, abs=2.1e-5)
@@ -246,8 +259,12 @@ def test_it_learns_sharpness_and_stiffness():
         reading = machine.step(controller.step(**reading), 1)
     found = controller.state[places.FILTERED :].view(filter_state.FILTER)[0]
     sd = np.sqrt(np.diag(found["cov"].reshape(filter_state.STATES, filter_state.STATES)))
-    assert controller.report()["deflection_scale"] == pytest.approx(9.78 / 9.0, abs=3 * sd[filter_state.SCALE])
-    assert controller.report()["wear_flat_area"] == pytest.approx(0.026, abs=0.0234 * 3 * sd[filter_state.SHARPNESS])
+    assert controller.report()["deflection_scale"] == pytest.approx(
+        9.78 / 9.0, abs=3 * sd[filter_state.SCALE]
+    )
+    assert controller.report()["wear_flat_area"] == pytest.approx(
+        0.026, abs=0.0234 * 3 * sd[filter_state.SHARPNESS]
+    )
     assert sd[filter_state.SCALE] < 0.01 and sd[filter_state.SHARPNESS] < 0.05
 
 

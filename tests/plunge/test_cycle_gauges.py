@@ -4,7 +4,7 @@ import copy
 
 import numpy as np
 import pytest
-from cycle_parts import EXACT, MODEL, PROBLEM, SAMPLE, SHARP, became, nan, run, zero_at
+from cycle_parts import EXACT, KNOWN, MODEL, PROBLEM, SAMPLE, SHARP, became, nan, run, zero_at
 
 import hwsim
 from sdpgrind import plunge
@@ -45,7 +45,8 @@ def frozen(begin, number):
 
 
 SAFE = plunge.CycleController(PROBLEM, safety_margin=0.003)
-OFFLINE = plunge.CycleController(PROBLEM, safety_margin=0.003, online=False, sparkout="gauge")
+# without estimation every doubt would last: all but the gauge is known
+OFFLINE = plunge.CycleController(KNOWN.replace(size_sd=5e-4), safety_margin=0.003, online=False)
 STAGES = plunge.StagedController(PROBLEM, 0.09, 0.0079)
 ALL = pytest.mark.parametrize("controller", [SAFE, OFFLINE, STAGES], ids=["online", "offline", "stages"])
 
@@ -100,16 +101,22 @@ def test_noise_is_no_fault():
 @pytest.mark.parametrize("rng", range(4))
 @pytest.mark.parametrize(("begin", "number"), [(0, 3), (2, 3), (0, 12), (60, 5), (60, 10_000)])
 def test_power_that_is_missing(rng, begin, number):
-    """Before, at and after contact, up to 0.04 mm early or late."""
+    """Before, at and after contact, up to 0.04 mm early or late: the doubt that is left costs 1 um at most."""
     controller = plunge.CycleController(PROBLEM, safety_margin=0.005, **EXACT)
     out = grind(controller, replaced("grinding_power", begin, number, nan), rng=rng, contact_zero_sd=0.02)
-    assert out["part_slack"] == pytest.approx(0.005, abs=2e-4) and abs(out["remaining"]) < 2.5e-4
+    most = 6e-4 if number < 10_000 else 1.2e-3
+    assert 0.005 < out["part_slack"] < 0.005 + most and abs(out["remaining"]) < 2.5e-4
     assert out["roundness"] < 3.03e-3
 
 
 def test_a_grinder_without_a_power_monitor():
-    out = grind(SAFE, replaced("grinding_power", 0, 10_000, nan))
-    assert out["part_slack"] == pytest.approx(0.003, abs=1e-4) and out["out_of_round"] == 0
+    """Contact, deflection and sharpness by the size alone: slower by 4 %, and never burned."""
+    out, whole = (
+        grind(SAFE, replaced("grinding_power", 0, 10_000, nan)),
+        grind(SAFE, lambda _, reading: reading),
+    )
+    assert 0.003 < out["part_slack"] and (out["burned"], out["out_of_round"]) == (0, 0)
+    assert whole["time"] < out["time"] < 1.05 * whole["time"]
 
 
 @pytest.mark.parametrize("share", [1.0, 0.98, 0.9, 0.7])
@@ -148,7 +155,7 @@ def test_gauges_without_noise():
         {"power_sd": 0.0, "size_sd": 0.0},
         {"deflection_sd": 0.0},
     ):
-        out = became(plunge.CycleController(PROBLEM, **EXACT, **sds), **zero_at(0.004))
+        out = became(plunge.CycleController(PROBLEM.replace(**sds), **EXACT), **zero_at(0.004))
         assert out["time"] == pytest.approx(12.12, abs=1.01 * SAMPLE) and out["burned"] == 0
 
 
@@ -166,9 +173,6 @@ def test_gauges_without_noise():
         ({"roundness_margin": -1e-5}, r"roundness_margin must be >= 0 \(mm\)"),
         ({"observer_gain": 0.0}, r"observer_gain must be in \(0, 1\]; got 0"),
         ({"observer_gain": 1.5}, r"observer_gain must be in \(0, 1\]; got 1.5"),
-        ({"size_sd": -1e-3}, r"size_sd must be >= 0 \(mm\); got -0.001"),
-        ({"power_sd": -0.1}, "power_sd must be >= 0"),
-        ({"contact_zero_sd": -0.1}, r"contact_zero_sd must be >= 0 \(mm\)"),
         (
             {"online": True, "sparkout": "printed"},
             "online must be False with sparkout='printed' or a linear model; got True",
@@ -178,6 +182,31 @@ def test_gauges_without_noise():
 def test_controllers_that_are_none(options, message):
     with pytest.raises(ValueError, match=message):
         plunge.CycleController(PROBLEM, **options)
+
+
+@pytest.mark.parametrize(
+    "sds",
+    [
+        {"size_sd": 1e-3},
+        {"power_sd": 0.02, "contact_zero_sd": 0.02, "deflection_sd": 0.05, "sharpness_sd": 0.05},
+    ],
+    ids=["one", "four"],
+)
+def test_standard_deviations_of_the_controller_are_those_of_the_problem(sds):
+    with pytest.warns(
+        DeprecationWarning, match=r"deprecated: problem\.replace\(.*\) declares what the controller"
+    ):
+        given = plunge.CycleController(PROBLEM, **sds)
+    assert given == plunge.CycleController(PROBLEM.replace(**sds)) and given.size_sd is None
+    own = given.problem.uncertainty
+    assert {name: getattr(own, name) for name in sds} == sds
+    assert given != plunge.CycleController(PROBLEM)
+
+
+def test_the_rule_for_gauges_is_the_only_one():
+    with pytest.warns(DeprecationWarning, match="sparkout='gauge' is deprecated: 'p_end' is the same"):
+        named = plunge.CycleController(PROBLEM, sparkout="gauge")
+    np.testing.assert_array_equal(named.law, plunge.CycleController(PROBLEM).law)
 
 
 @pytest.mark.parametrize(

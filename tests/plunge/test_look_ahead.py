@@ -102,7 +102,9 @@ def test_nothing_is_commanded_until_the_turn_is_passed():
     after = int(np.flatnonzero(ahead > least + 1e-6)[0])
     assert rate[after] < turn
     depth = np.array([wheel.burn_depth(v) for v in rate[after : after + 4]])
-    assert np.all((left[after : after + 4] - depth > 0.0) & (left[after : after + 4] - depth < DRIFT))  # again
+    assert np.all(
+        (left[after : after + 4] - depth > 0.0) & (left[after : after + 4] - depth < DRIFT)
+    )  # again
 
 
 def test_a_margin_is_kept_on_the_way():

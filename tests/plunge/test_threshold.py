@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from plunge_inside import replayed
 
 import hwsim
 from sdpgrind import plunge
 from sdpgrind.identify import Status
-from sdpgrind.plunge._learn.reserve import reserves
 
 PROBLEM = plunge.preset("simulation").replace(burning_sd=0.045)
 SEVERE = ({"reserve": 0.14, "severity": 0.88}, {"reserve": 0.10, "severity": 0.93})
@@ -99,12 +99,12 @@ def test_reserves_of_a_log():
     truth = PROBLEM.replace(wear_flat_area=PROBLEM.model.wear_flat_area / 0.9).model
     controller = plunge.CycleController(PROBLEM, confidence=0.999)
     log = hwsim.run(hwsim.PlungeGrinder(PROBLEM, truth=truth), controller, parts=8, rng=2)
-    off = [reserves(log, PROBLEM, k) - float(log.outcome.reserve[k]) for k in range(8)]
+    off = [replayed(log, PROBLEM, k).reserve - float(log.outcome.reserve[k]) for k in range(8)]
     assert np.max(np.abs(off)) < 0.004
     threshold = plunge.BurnThreshold(PROBLEM)
     threshold.update(log, part=3, severity=0.93, severity_sd=0.03)
     twin = plunge.BurnThreshold(PROBLEM)
-    twin.update(reserve=reserves(log, PROBLEM, 3), severity=0.93, severity_sd=0.03)
+    twin.update(reserve=replayed(log, PROBLEM, 3).reserve, severity=0.93, severity_sd=0.03)
     np.testing.assert_array_equal(threshold.density, twin.density)
 
 
