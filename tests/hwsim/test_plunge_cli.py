@@ -366,7 +366,7 @@ FAULTS = [
     ),
     ("observer_gain = 0.2", "observer_gain = 2", "[controller] observer_gain must be in (0, 1]; got 2.0"),
     (
-        "observer_gain = 0.2",
+        "safety_margin = 0.01",
         "safety_margin = 0.3",
         "[controller] safety_margin must be < stock = 0.2 (mm); got 0.3",
     ),
@@ -420,7 +420,9 @@ def test_the_picture_shows_what_the_log_holds(finished, pyplot):
 def test_a_burned_part_is_red(pyplot):
     log = hwsim.run(
         hwsim.PlungeGrinder(PROBLEM),
-        plunge.CycleController(PROBLEM.replace(wear_flat_area=0.02, sharpness_sd=0.0), online=False),
+        plunge.CycleController(
+            PROBLEM.replace(wear_flat_area=0.02, sharpness_sd=0.0, deflection_sd=0.0), online=False
+        ),
     )
     figure = log.plot()
     assert log.outcome.burned.values == [1.0] and "s each, 1 burned, " in figure.get_suptitle()

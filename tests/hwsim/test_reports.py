@@ -199,7 +199,7 @@ def test_what_cannot_be_made_again_is_named(kind, told):
 def test_a_comparison_tells_scrap_in_its_verdict(cycle):
     problem = cycle.problem
     careful = plunge.CycleController(problem)
-    sharper = problem.replace(wear_flat_area=0.02, sharpness_sd=0.0)
+    sharper = problem.replace(wear_flat_area=0.02, sharpness_sd=0.0, deflection_sd=0.0)
     bold = plunge.CycleController(sharper, online=False)
     log = hwsim.compare(hwsim.PlungeGrinder(problem), {"careful": careful, "bold": bold}, parts=4, rng=3)
     burned = log.outcome.burned.values.sum(axis=1).astype(int)

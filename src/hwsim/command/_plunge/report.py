@@ -1,5 +1,6 @@
 """Report of ``hwsim plunge``: the first parts, and the bound next to the outcome."""
 
+import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -44,7 +45,9 @@ def _cost(controller: Any) -> float:
     doubts, wear = controller.problem.uncertainty, controller.problem.model.wear
     if not (doubts.burning_sd or doubts.diffusivity_sd) or (wear is not None and wear.growth):
         return 0.0
-    learned = controller.problem.replace(sharpness_sd=0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # told where the job was read
+        learned = controller.problem.replace(sharpness_sd=0.0)
     return float(plunge.plan(learned, confidence=controller.confidence).price["all"])
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._control.filter_state import SCALE, SHARPNESS, WEAR, Q
+from sdpgrind.plunge._learn.attainable import informed
 from sdpgrind.plunge._learn.margins import adaptable
 from sdpgrind.plunge._learn.readings import at_size
 from sdpgrind.plunge._learn.replay import Replay, replayed
@@ -34,20 +35,19 @@ class CarriedState:
     """
 
     def __init__(self) -> None:
-        self._declared: Uncertainty | None = None
+        self._first: CycleController | None = None
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
         """Return `controller` with values and doubts (relative, unit 1) that `part_log` taught."""
         problem = adaptable(controller).problem
-        self._declared = problem.uncertainty if self._declared is None else self._declared
+        self._first = controller if self._first is None else self._first
         if not (controller.learns and at_size(part_log)):
             return controller
         part = replayed(part_log, problem)
-        return (
-            controller.replace(problem=_learned(problem, part, self._declared))
-            if part.touched
-            else controller
-        )
+        if not part.touched:
+            return controller
+        learned = _learned(problem, part, self._first.problem.uncertainty)
+        return informed(controller, learned, self._first.confidence)
 
 
 def _learned(problem: CycleProblem, part: Replay, declared: Uncertainty) -> CycleProblem:

@@ -7,9 +7,10 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
+from sdpgrind.plunge._learn.attainable import informed
 from sdpgrind.plunge._learn.margins import adaptable
 from sdpgrind.plunge._learn.threshold import BurnThreshold
-from sdpgrind.plunge._model.problem import CycleProblem, greatest_confidence
+from sdpgrind.plunge._model.problem import CycleProblem
 
 _READINGS = {"severity": "severity_reading", "burned": "burned_reading"}
 _ERRORS = {"severity": ("severity_sd",), "burned": ("miss", "false_alarm")}
@@ -66,23 +67,7 @@ class ThresholdUpdate:
         self.threshold.update(part_log, part=None, **read)
         if not self.threshold.estimate.ok:
             warn(self.threshold.estimate.message)
-        return _informed(controller, self.threshold)
-
-
-def _informed(controller: CycleController, threshold: BurnThreshold) -> CycleController:
-    """Controller with what a threshold has learned; where no rate keeps its confidence, with the greatest."""
-    found = threshold.estimate
-    burning = controller.problem.model.burning.replace(B=found["B"])
-    problem = controller.problem.replace(burning=burning, burning_sd=found["burning_sd"])
-    most = greatest_confidence(problem, problem.learned_chance)
-    if most >= threshold.confidence:
-        return controller.replace(problem=problem, confidence=threshold.confidence)
-    if most < 0.5:
-        raise ValueError(
-            f"B = {found['B']:.4g} as inspected leaves no infeed rate without burn: cool the process"
-        )
-    warn(
-        f"no infeed rate keeps a confidence of {threshold.confidence:g} with the threshold as inspected:"
-        f" the next part is ground with {most:.4g}"
-    )
-    return controller.replace(problem=problem, confidence=0.999 * most)
+        found = self.threshold.estimate
+        burning = controller.problem.model.burning.replace(B=found["B"])
+        learned = controller.problem.replace(burning=burning, burning_sd=found["burning_sd"])
+        return informed(controller, learned, self.threshold.confidence)
