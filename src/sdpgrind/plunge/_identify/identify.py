@@ -9,6 +9,7 @@ from sdpgrind.plunge._identify import contact as _contact
 from sdpgrind.plunge._identify import sharpness as _sharpness
 from sdpgrind.plunge._identify import time_constant as _time_constant
 from sdpgrind.plunge._identify.cycles import cycles, mean_of_parts
+from sdpgrind.plunge._identify.machine import machine
 from sdpgrind.plunge._model.problem import CycleProblem
 
 _METHODS = {
@@ -16,6 +17,7 @@ _METHODS = {
     "wear_flat_area": ("mean",),
     "contact_zero": ("output_error",),
     "normal_force_ratio": ("output_error",),
+    "machine": ("output_error",),
 }
 
 
@@ -125,6 +127,8 @@ def _found(
         return mean_of_parts(
             each, lambda cycle: _sharpness.wear_flat_area(cycle, problem, power_max), what, _sharpness.UNIT
         )
+    if what == "machine" and problem is not None:
+        return machine(data, problem, part, power_max)
     each = cycles(data, part=part)
     if method == "recursive":
         return _time_constant.recursively(each, forgetting)
