@@ -31,7 +31,8 @@ def refuse_other_units(each: Sequence[Cycle], problem: CycleProblem, data: Any) 
     told = [cycle for cycle in each if _tells(cycle, problem)]
     if not told:
         return False
-    energy = float(np.nanmedian([_energy(cycle, problem) for cycle in told]))
+    energies = [energy for cycle in told if isfinite(energy := _energy(cycle, problem))]
+    energy = float(np.median(energies)) if energies else nan
     parts = [(cycle.time, {"size": cycle.size, "command_rate": cycle.command_rate}) for cycle in told]
     notes = _notes(data)
     bounds = {name: _bound(note) for name, note in notes.items() if name != "time"}
