@@ -118,7 +118,12 @@ def _estimate(
     noise, doubts = declared(each, problem), problem.uncertainty
     size, power = _residuals(fit)
     good = goodness(fit, noise)
-    wrong = misfit(fit, good, noise, (doubts.size_sd > 0.0, doubts.power_sd > 0.0))
+    wrong = "; ".join(
+        [
+            *(_at_its_end(*_named(problem)[place], fit.values[0, place]) for place in fit.at_the_end()),
+            *misfit(fit, good, noise, (doubts.size_sd > 0.0, doubts.power_sd > 0.0)),
+        ]
+    )
     effective = [
         serial.effective(n, 0, rho) for n, rho in zip(fit.freedom(), fit.noise.correlation, strict=True)
     ]
@@ -135,6 +140,11 @@ def _estimate(
         size_residual=size,
         power_residual=power,
     )
+
+
+def _at_its_end(name: str, unit: str, value: float) -> str:
+    """Sentence on a positive value that has none of its own."""
+    return f"{name} runs to {value:.3g} {unit}".removesuffix(" 1") + ", the end of its range"
 
 
 def _covariance(fit: MachineFit) -> Floats:

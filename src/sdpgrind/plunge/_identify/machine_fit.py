@@ -29,6 +29,7 @@ POSITIVE = (RATIO, AREA, ENERGY)
 """Places of values that are above 0."""
 TOLD = 0.3  # chosen: standard deviation, in scales, up to which a linear covariance holds
 _WIDEST = 50.0  # chosen: factor from the believed value within which a positive one is sought
+_AT_THE_END = 1.01  # chosen: factor of a bound within which a value counts as at it
 _LAGS = 2.0  # chosen: s; a greater lag of feed drive or power monitor makes a machine useless
 _WEAR = (-0.5, 2.0)  # chosen: mm/mm; a wheel that wears twice as much as the work is dissolved
 _STEP = 1e-5  # chosen: scales; forward difference, its error 1e-5 of the slope, far above rounding
@@ -42,7 +43,7 @@ _SHARE = 0.3  # chosen: part of the greatest entry from which a value belongs to
 
 
 @dataclasses.dataclass(frozen=True)
-class PartReadings:
+class FittedPart:
     """Readings of a part that are used: commands over time, rows with a size and with a power.
 
     `top` is the expected power (W) from which on a reading may be clipped.
@@ -69,7 +70,7 @@ class PartReadings:
         )
 
 
-class Noise(NamedTuple):
+class ChannelNoise(NamedTuple):
     """Noise of size (mm) and power (relative to it): standard deviations, and correlations of neighbours."""
 
     sd: tuple[float, float]
@@ -88,11 +89,11 @@ class MachineFit:
     """Values of all parts (parts, `VALUES`), those that are sought, and the readings."""
 
     model: MachineModel
-    parts: Sequence[PartReadings]
+    parts: Sequence[FittedPart]
     values: Floats
     scale: Floats
     free: list[int]
-    noise: Noise
+    noise: ChannelNoise
 
     @property
     def count(self) -> int:
@@ -129,6 +130,12 @@ class MachineFit:
             for ends in (low, high)
         ]
         return each[0], each[1]
+
+    def at_the_end(self) -> list[int]:
+        """Return the places of positive values that end at a bound: the readings ask for none or more."""
+        found = self.values[0, [*POSITIVE]] / self.scale[[*POSITIVE]]
+        ends = np.maximum(found, 1.0 / found) > _WIDEST / _AT_THE_END
+        return [place for place, end in zip(POSITIVE, ends, strict=True) if end and place in self.free]
 
     def standard(self, part: int) -> tuple[Floats, Floats]:
         """Return standard deviations of the sizes (mm) and powers (W) of a part that are used."""
@@ -259,11 +266,11 @@ def _drop(fit: MachineFit, believed: Floats, left: list[int]) -> bool:
     return len(left) > before
 
 
-def _seen(fit: MachineFit) -> Noise:
+def _seen(fit: MachineFit) -> ChannelNoise:
     """Return the noise that the residuals show."""
     sds, correlations = [], []
     for k, (off, freedom) in enumerate(zip(fit.apart(), fit.freedom(), strict=True)):
         sds.append(fit.noise.sd[k] * max(float(np.sqrt(off @ off / freedom)), _EXACT))
         apart = np.concatenate([part.channels()[k][3] for part in fit.parts])
         correlations.append(serial.correlation(off, round(off.size - freedom), apart))
-    return Noise((sds[0], sds[1]), (correlations[0], correlations[1]))
+    return ChannelNoise((sds[0], sds[1]), (correlations[0], correlations[1]))

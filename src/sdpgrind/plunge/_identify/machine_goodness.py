@@ -6,7 +6,7 @@ from scipy.special import chdtri
 
 from sdpgrind.base import serial
 from sdpgrind.base.checks import Floats
-from sdpgrind.plunge._identify.machine_fit import MachineFit, Noise
+from sdpgrind.plunge._identify.machine_fit import ChannelNoise, MachineFit
 
 FITS = (0.8, 1.25)  # source: specification; squares over the declared ones, a degree of freedom
 CHANNELS = ("size", "power")
@@ -14,10 +14,10 @@ _RARELY = 1e-3  # chosen: probability by which noise alone leaves the range, or 
 _UNITS = {"size": "mm", "power": "of the power"}
 
 
-def goodness(fit: MachineFit, declared: Noise) -> dict[str, float]:
+def goodness(fit: MachineFit, declared: ChannelNoise) -> dict[str, float]:
     """Return the numbers of `MachineEstimate.fit`."""
     found: dict[str, float] = {}
-    plain = dataclasses.replace(fit, noise=Noise(fit.noise.sd))
+    plain = dataclasses.replace(fit, noise=ChannelNoise(fit.noise.sd))
     slopes = plain.slopes(plain.vector()) * plain.scales()
     each = zip(CHANNELS, fit.apart(), fit.freedom(), fit.masks(), strict=True)
     for k, (name, off, freedom, rows) in enumerate(each):
@@ -36,17 +36,18 @@ def _order(off: Floats, slopes: Floats) -> tuple[float, float]:
     return alike, 2.0 * min(lesser, 1.0 - lesser)
 
 
-def misfit(fit: MachineFit, found: dict[str, float], declared: Noise, is_declared: tuple[bool, bool]) -> str:
-    """Sentence on the channel that the model fits worst, or too well for its noise; empty: it fits."""
+def misfit(
+    fit: MachineFit, found: dict[str, float], declared: ChannelNoise, is_declared: tuple[bool, bool]
+) -> list[str]:
+    """Return a sentence for each channel that the model fits badly, or too well for its noise."""
     told = []
     for k, name in enumerate(CHANNELS):
-        effective = serial.effective(fit.freedom()[k], 0, fit.noise.correlation[k])
-        low, high = _range(effective)
+        low, high = _range(serial.effective(fit.freedom()[k], 0, fit.noise.correlation[k]))
         square = found[f"{name}_chi_square"]
         if square > high or (is_declared[k] and square < low):
             words = f"chi^2/dof of {name} must be {FITS[0]:g} ... {FITS[1]:g}; got {square:.3g}"
             told.append(f"{words}{_cause(name, found, declared.sd[k])}")
-    return "; ".join(told)
+    return told
 
 
 def _range(freedom: float) -> tuple[float, float]:

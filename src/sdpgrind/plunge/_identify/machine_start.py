@@ -7,7 +7,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._identify import contact
 from sdpgrind.plunge._identify.cycles import Cycle
-from sdpgrind.plunge._identify.machine_fit import MachineFit, Noise, PartReadings
+from sdpgrind.plunge._identify.machine_fit import ChannelNoise, FittedPart, MachineFit
 from sdpgrind.plunge._identify.machine_model import (
     CONTACT,
     FEED_LAG,
@@ -58,12 +58,12 @@ def air(fit: MachineFit) -> Floats:
     return np.concatenate(found)
 
 
-def declared(each: Sequence[Cycle], problem: CycleProblem) -> Noise:
+def declared(each: Sequence[Cycle], problem: CycleProblem) -> ChannelNoise:
     """Return the declared noise; where none is declared, that of the steps between readings."""
     doubts = problem.uncertainty
     size = doubts.size_sd or float(np.median([cycle.noise_sd for cycle in each]))
     power = doubts.power_sd or float(np.median([_relative_noise(cycle.grinding_power) for cycle in each]))
-    return Noise((max(size, _EXACT[0]), max(power, _EXACT[1])))
+    return ChannelNoise((max(size, _EXACT[0]), max(power, _EXACT[1])))
 
 
 def _relative_noise(power: Floats) -> float:
@@ -73,11 +73,11 @@ def _relative_noise(power: Floats) -> float:
     return float(np.median(bends)) / 0.6745 / 6**0.5 if bends.size else 0.0
 
 
-def _readings(cycle: Cycle, problem: CycleProblem, power_max: float | None) -> PartReadings:
+def _readings(cycle: Cycle, problem: CycleProblem, power_max: float | None) -> FittedPart:
     line = timeline(cycle, problem.drive, problem.sample_time)
     usable = np.isfinite(cycle.grinding_power) & ~clipped_rows(cycle, power_max)
     usable[:1] = False  # of a wheel that is loaded at the start, a monitor may show any share
-    return PartReadings(cycle, line, cycle.read, usable, NEAR * greatest_power(cycle, power_max))
+    return FittedPart(cycle, line, cycle.read, usable, NEAR * greatest_power(cycle, power_max))
 
 
 def _first_values(each: Sequence[Cycle], problem: CycleProblem, believed: Floats) -> Floats:
