@@ -120,13 +120,13 @@ def noise(rng: np.random.Generator, count: int, rho: float) -> np.ndarray:
 
 
 def fits(count: int, first: int, **options: Any) -> Iterator[tuple[Any, dict[str, float], float]]:
-    """Estimate, truth and seconds of each machine."""
+    """Estimate, truth and CPU seconds of each machine."""
     plunge.identify(recorded(first, **options).data, "machine", problem=BELIEVED)
     for seed in range(first, first + count):
         data, truth = recorded(seed, **options)
-        begin = time.perf_counter()
+        begin = time.process_time()
         found = plunge.identify(data, "machine", problem=BELIEVED)
-        yield found, truth, time.perf_counter() - begin
+        yield found, truth, time.process_time() - begin
 
 
 def values(count: int) -> None:
@@ -143,7 +143,7 @@ def _values(words: str, each: list[tuple[Any, dict[str, float], float]]) -> None
     good = [one for one in each if one[0].ok]
     print(f"{len(good)} ok; others: {Counter(found.message[:60] for found, *_ in each if not found.ok)}")
     seconds = [one[2] for one in each]
-    print(f"{np.median(seconds):.2f} s each, at most {max(seconds):.2f} s")
+    print(f"{np.median(seconds):.2f} s of CPU each, at most {max(seconds):.2f} s")
     for name in ("size", "power"):
         squares = [found.fit[f"{name}_chi_square"] for found, *_ in each]
         print(f"chi^2/dof of {name}: {min(squares):.3f} to {max(squares):.3f}, mean {np.mean(squares):.3f}")

@@ -1,6 +1,7 @@
 """Commissioning: values and intervals, what is not told, goodness of the fit, the way into the problem."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -293,3 +294,12 @@ def test_messages():
         plunge.identify(data, "machine")
     none = found(data | {"grinding_power": np.full(data["time"].size, np.nan)})
     assert none.message == "not identified: there is no power, or all of it is clipped"
+
+
+def test_a_value_that_runs_to_the_end_of_its_range():
+    """A sample of a machine with a linear lag, and a power without sliding."""
+    path = Path(__file__).parents[1] / "data" / "samples" / "plunge_brackets.csv"
+    log = hwsim.Log.read(path, time="t", size="X", command_rate="v", grinding_power="P")
+    fit = found(log, plunge.preset("simulation"))
+    assert fit.status is identify.Status.MISFIT and not fit.ok
+    assert "wear_flat_area runs to 0.00052, the end of its range" in fit.message

@@ -71,7 +71,8 @@ def identify(
     ``contact_zero_0``, ...). The idle power is told by an air cut of 20 samples before contact, chips and
     sliding by holds at several rates. What the parts do not tell stays as believed, with an infinite standard
     deviation and a sentence in the message. ``fit`` holds squares of the residuals over the declared noise
-    and their order; the status is "does not fit" outside 0.8 ... 1.25, and ``plot`` draws the residuals.
+    and their order; the status is "does not fit" outside 0.8 ... 1.25, and ``plot`` draws the residuals. The
+    gain of the power monitor cannot be told: it goes into energies and forces, and out of the force ratio.
 
     Parameters
     ----------

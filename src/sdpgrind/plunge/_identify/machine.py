@@ -116,17 +116,11 @@ def _estimate(
     fitted_places = [*range(len(fit.free)), *range(len(fit.free), fit.count, 2)]
     covariance[np.ix_(told, told)] = _covariance(fit)[np.ix_(fitted_places, fitted_places)]
     noise, doubts = declared(each, problem), problem.uncertainty
-    size, power = _residuals(fit)
-    good = goodness(fit, noise)
-    wrong = "; ".join(
-        [
-            *(_at_its_end(*_named(problem)[place], fit.values[0, place]) for place in fit.at_the_end()),
-            *misfit(fit, good, noise, (doubts.size_sd > 0.0, doubts.power_sd > 0.0)),
-        ]
-    )
-    effective = [
-        serial.effective(n, 0, rho) for n, rho in zip(fit.freedom(), fit.noise.correlation, strict=True)
-    ]
+    freedom, (size, power) = fit.freedom(), _residuals(fit)
+    effective = [serial.effective(n, 0, rho) for n, rho in zip(freedom, fit.noise.correlation, strict=True)]
+    good = goodness(fit, freedom, noise)
+    ends = [_at_its_end(*_named(problem)[place], fit.values[0, place]) for place in fit.at_the_end()]
+    wrong = "; ".join(ends + misfit(good, effective, noise, (doubts.size_sd > 0.0, doubts.power_sd > 0.0)))
     return MachineEstimate(
         names,
         np.concatenate([fit.values[0, :SHARED], fit.values[:, CONTACT]]),
@@ -149,9 +143,8 @@ def _at_its_end(name: str, unit: str, value: float) -> str:
 
 def _covariance(fit: MachineFit) -> Floats:
     """Covariance of the fitted values, by the noise that the residuals show."""
-    scales = fit.scales()
-    _, s, vt = np.linalg.svd(fit.slopes(fit.vector()) * scales, full_matrices=False)
-    root = vt.T * (scales[:, None] / s)
+    _, s, vt = np.linalg.svd(fit.slopes_there(), full_matrices=False)
+    root = vt.T * (fit.scales()[:, None] / s)
     white = fit.residual(fit.vector())
     return np.asarray(float(white @ white) / (white.size - fit.count) * root @ root.T)
 

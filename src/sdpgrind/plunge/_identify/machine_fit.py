@@ -94,6 +94,8 @@ class MachineFit:
     scale: Floats
     free: list[int]
     noise: ChannelNoise
+    there: Floats | None = None
+    """Slopes at the values; None: to be found."""
 
     @property
     def count(self) -> int:
@@ -155,6 +157,12 @@ class MachineFit:
                 found.append(serial.filtered(off, self.noise.correlation[k], apart) if white else off)
         return np.concatenate(found)
 
+    def slopes_there(self) -> Floats:
+        """Return the slopes at the values, by their scales."""
+        if self.there is None:
+            self.there = self.slopes(self.vector())
+        return self.there * self.scales()
+
     def slopes(self, vector: Floats) -> Floats:
         """Return the derivatives of `residual`, by forward differences; a part has its own contact."""
         each = [self._slopes_of(part, values) for part, values in enumerate(self.spread(vector))]
@@ -191,13 +199,13 @@ class MachineFit:
             self.residual, begin, self.slopes, bounds=(low, high), x_scale=self.scales(),
             ftol=enough, xtol=enough, gtol=enough,
         )  # fmt: skip
-        self.values = self.spread(found.x)
+        self.values, self.there = self.spread(found.x), found.jac
 
     def untold(self) -> int | None:
         """Place of a value that the readings do not tell; None: they tell all of them."""
         if not self.free:
             return None
-        _, s, vt = np.linalg.svd(self.slopes(self.vector()) * self.scales(), full_matrices=False)
+        _, s, vt = np.linalg.svd(self.slopes_there(), full_matrices=False)
         if s[-1] * TOLD >= 1.0:
             return None
         entries = np.abs(vt[-1, : len(self.free)])
@@ -207,7 +215,7 @@ class MachineFit:
     def keep(self, place: int, value: float) -> None:
         """Keep a shared value as it is known."""
         self.free = [other for other in self.free if other != place]
-        self.values[:, place] = value
+        self.values[:, place], self.there = value, None
 
     def responses(self) -> list[Floats]:
         """Return sizes (mm) and powers (W) of each part at the values."""
@@ -228,7 +236,7 @@ class MachineFit:
 
     def freedom(self) -> tuple[float, float]:
         """Return the degrees of freedom of size and power: readings less their share of the fitted values."""
-        q = np.linalg.qr(self.slopes(self.vector()) * self.scales())[0]
+        q = np.linalg.qr(self.slopes_there())[0]
         taken = np.sum(q**2, axis=1)
         size, power = (float(mask.sum() - taken[mask].sum()) for mask in self.masks())
         return max(size, 1.0), max(power, 1.0)
@@ -240,12 +248,13 @@ def fitted(fit: MachineFit, believed: Floats) -> list[int]:
     _drop(fit, believed, left)
     _settle(fit, believed, left, _ROUGH)
     for _ in range(_ROUNDS):
+        fit.noise = _seen(fit)
         shown = fit.responses()
         fit.parts = [
             dataclasses.replace(each, expected=response[:, 1])
             for each, response in zip(fit.parts, shown, strict=True)
         ]
-        fit.noise = _seen(fit)
+        fit.there = None
         _settle(fit, believed, left, _FINE)
     return left
 

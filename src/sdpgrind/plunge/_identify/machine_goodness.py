@@ -14,14 +14,13 @@ _RARELY = 1e-3  # chosen: probability by which noise alone leaves the range, or 
 _UNITS = {"size": "mm", "power": "of the power"}
 
 
-def goodness(fit: MachineFit, declared: ChannelNoise) -> dict[str, float]:
+def goodness(fit: MachineFit, freedom: tuple[float, float], declared: ChannelNoise) -> dict[str, float]:
     """Return the numbers of `MachineEstimate.fit`."""
     found: dict[str, float] = {}
-    plain = dataclasses.replace(fit, noise=ChannelNoise(fit.noise.sd))
-    slopes = plain.slopes(plain.vector()) * plain.scales()
-    each = zip(CHANNELS, fit.apart(), fit.freedom(), fit.masks(), strict=True)
-    for k, (name, off, freedom, rows) in enumerate(each):
-        variance = float(off @ off) / freedom * fit.noise.sd[k] ** 2
+    slopes = dataclasses.replace(fit, noise=ChannelNoise(fit.noise.sd), there=None).slopes_there()
+    each = zip(CHANNELS, fit.apart(), freedom, fit.masks(), strict=True)
+    for k, (name, off, free, rows) in enumerate(each):
+        variance = float(off @ off) / free * fit.noise.sd[k] ** 2
         found[f"{name}_chi_square"] = variance / declared.sd[k] ** 2
         found[f"{name}_autocorrelation"], found[f"{name}_autocorrelation_p"] = _order(off, slopes[rows])
         found[f"{name}_sd"] = variance**0.5
@@ -37,12 +36,18 @@ def _order(off: Floats, slopes: Floats) -> tuple[float, float]:
 
 
 def misfit(
-    fit: MachineFit, found: dict[str, float], declared: ChannelNoise, is_declared: tuple[bool, bool]
+    found: dict[str, float],
+    effective: list[float],
+    declared: ChannelNoise,
+    is_declared: tuple[bool, bool],
 ) -> list[str]:
-    """Return a sentence for each channel that the model fits badly, or too well for its noise."""
+    """Return a sentence for each channel that the model fits badly, or too well for its noise.
+
+    `effective` are the independent residuals of size and power.
+    """
     told = []
     for k, name in enumerate(CHANNELS):
-        low, high = _range(serial.effective(fit.freedom()[k], 0, fit.noise.correlation[k]))
+        low, high = _range(effective[k])
         square = found[f"{name}_chi_square"]
         if square > high or (is_declared[k] and square < low):
             words = f"chi^2/dof of {name} must be {FITS[0]:g} ... {FITS[1]:g}; got {square:.3g}"
