@@ -8,6 +8,9 @@ from sdpgrind.plunge._control.control_kernels import start_control as start_cont
 from sdpgrind.plunge._doubts.alignment import of_cycles as of_cycles
 from sdpgrind.plunge._identify import contact as contact
 from sdpgrind.plunge._identify import cycles as cycles
+from sdpgrind.plunge._identify import machine_fit as machine_fit
+from sdpgrind.plunge._identify import machine_model as machine_model
+from sdpgrind.plunge._identify import machine_start as machine_start
 from sdpgrind.plunge._identify import time_constant as time_constant
 from sdpgrind.plunge._identify.sharpness import samples as samples
 from sdpgrind.plunge._learn import readings as readings

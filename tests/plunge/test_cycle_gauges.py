@@ -110,13 +110,13 @@ def test_power_that_is_missing(rng, begin, number):
 
 
 def test_a_grinder_without_a_power_monitor():
-    """Contact, deflection and sharpness by the size alone: slower by 4 %, and never burned."""
+    """Contact, deflection and sharpness by the size alone: slower by 10 %, and never burned."""
     out, whole = (
         grind(SAFE, replaced("grinding_power", 0, 10_000, nan)),
         grind(SAFE, lambda _, reading: reading),
     )
     assert 0.003 < out["part_slack"] and (out["burned"], out["out_of_round"]) == (0, 0)
-    assert whole["time"] < out["time"] < 1.05 * whole["time"]
+    assert whole["time"] < out["time"] < 1.12 * whole["time"]
 
 
 @pytest.mark.parametrize("share", [1.0, 0.98, 0.9, 0.7])

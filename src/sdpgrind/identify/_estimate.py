@@ -17,13 +17,14 @@ class Status(StrEnum):
     """Outcome of an estimation: its cause and the remedy, in words. No unit.
 
     For "not identified" the message of the estimate gives the reason: faulty, too few or uninformative
-    readings.
+    readings. For "does not fit" it gives what the residuals of the model are.
     """
 
     OK = "the data determine the values"
     UNSURE = "determined, but not yet as surely as was asked"
     UNDETERMINED = "the data do not determine all values: take points at more, and more different, conditions"
     NOT_IDENTIFIED = "not identified"
+    MISFIT = "does not fit"
     IMPOSSIBLE = "the values are physically impossible: look for bad readings or a wrong unit"
 
 

@@ -35,11 +35,12 @@ class DeclaredTimes(NamedTuple):
 
 
 class Mistake(NamedTuple):
-    """What is meant, the call that says so, and how improbable it is."""
+    """What is meant, the call that says so, how improbable it is, and the quantity declared wrongly."""
 
     words: str
     call: str
     rank: int
+    name: str
 
 
 def mistakes(
@@ -71,7 +72,7 @@ def in_unit(each: Bound, unit: str, rank: int) -> Mistake:
     name = each.request.name
     by_file = _rank(unit, each.unit, each.heading.unit, unit_of_name(name))
     words = f"{name} in {unit}, not {each.unit}"
-    return Mistake(words, each.call(unit=unit), rank if by_file is None else by_file)
+    return Mistake(words, each.call(unit=unit), rank if by_file is None else by_file, name)
 
 
 def sentence(fault: Contradiction, found: list[Mistake], bounds: dict[str, Bound]) -> str:
@@ -145,7 +146,7 @@ def _times(clock: DeclaredTimes, times: float, each: list[Floats]) -> list[Mista
     rank = 1 if _is_usual(steps, lasts) else _BY_RANGE
     if clock.period is not None and _is_one_of(times, 1000.0, 60.0):
         other = clock.period * times
-        return [Mistake(f"period of {other:.6g} s", f"period={other:.6g}", rank)]
+        return [Mistake(f"period of {other:.6g} s", f"period={other:.6g}", rank, "time")]
     note = clock.note
     unit = _other_unit(note.recorded, "s", times)
     if unit is None:
@@ -154,7 +155,7 @@ def _times(clock: DeclaredTimes, times: float, each: list[Floats]) -> list[Mista
     told = _rank(unit, note.recorded, head.unit, "s")
     call = f'time=("{head.name}", "{unit}")'
     words = f"time in {unit}, not {note.recorded}"
-    return [Mistake(words, call, rank if told is None else told)]
+    return [Mistake(words, call, rank if told is None else told, "time")]
 
 
 def _is_usual(step: float, duration: float) -> bool:
@@ -167,7 +168,8 @@ def _factors(each: Bound, times: float) -> list[Mistake]:
     known = next((f for f in _FACTORS if isclose(f, wanted, rel_tol=1e-6)), None)
     if known is None:
         return []
-    return [Mistake(_words(each, known, times), each.call(times=times), _FACTORS[known])]
+    words, call = _words(each, known, times), each.call(times=times)
+    return [Mistake(words, call, _FACTORS[known], each.request.name)]
 
 
 def _words(each: Bound, wanted: float, times: float) -> str:

@@ -137,18 +137,41 @@ def integral(time: Floats, rate: Floats) -> Floats:
     return np.concatenate([[0.0], np.cumsum(_held(rate)[:-1] * np.diff(time))])
 
 
+class Hold(NamedTuple):
+    """A command that is held while the size moves: first and last row, slope of the size in its last fifth.
+
+    The slope is NaN where it is not that of the fifth before: the size is not steady.
+    """
+
+    begin: int
+    end: int
+    slope: float
+
+    @property
+    def last_fifth(self) -> slice:
+        """Rows of the last fifth."""
+        return slice(self.end + 1 - (self.end + 1 - self.begin) // 5, self.end + 1)
+
+
 def slope_of_size(time: Floats, size: Floats, rate: Floats) -> float:
     """Slope of the size against the command: steady in the longest way that moves it, else of the whole.
 
     NaN: the columns do not tell, as of an air cut or of zeros.
     """
-    known = np.isfinite(size)
-    if np.sum(known) < _ROWS:
+    spread = _moved(size)
+    if spread == 0.0 or not np.any(_held(rate)):
         return nan
-    spread = float(np.subtract(*np.quantile(size[known], [0.98, 0.02])))
-    way, held = integral(time, rate), _held(rate)
-    if spread <= _NOISE * _noise_sd(size[known]) or not np.any(held):
-        return nan
+    hold = roughing_hold(time, size, rate)
+    if hold is not None and isfinite(hold.slope):
+        return hold.slope
+    return _of_whole(integral(time, rate), size, spread)
+
+
+def roughing_hold(time: Floats, size: Floats, rate: Floats) -> Hold | None:
+    """Return the longest way of one command that moves the size; None: there is none."""
+    spread, way, held = _moved(size), integral(time, rate), _held(rate)
+    if spread == 0.0:
+        return None
     edges = np.concatenate([[0], np.flatnonzero(np.diff(held)) + 1, [time.size - 1]])
     runs = sorted(
         zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True), key=lambda r: -abs(way[r[1]] - way[r[0]])
@@ -158,8 +181,17 @@ def slope_of_size(time: Floats, size: Floats, rate: Floats) -> float:
             break
         steady = _steady(way[begin : end + 1], size[begin : end + 1], spread)
         if steady is not None:
-            return steady if isfinite(steady) else _of_whole(way, size, spread)
-    return _of_whole(way, size, spread)
+            return Hold(begin, end, steady)
+    return None
+
+
+def _moved(size: Floats) -> float:
+    """How far a size moves without outliers; 0: no farther than its noise, or too few readings."""
+    known = size[np.isfinite(size)]
+    if known.size < _ROWS:
+        return 0.0
+    spread = float(np.subtract(*np.quantile(known, [0.98, 0.02])))
+    return spread if spread > _NOISE * _noise_sd(known) else 0.0
 
 
 def _noise_sd(values: Floats) -> float:
@@ -177,13 +209,14 @@ def _steady(way: Floats, size: Floats, spread: float) -> float | None:
     if abs(float(np.median(size[-fifth:]) - np.median(size[:fifth]))) < _MOVES * spread:
         return None
     last, before = (
-        _slope(way[-fifth:], size[-fifth:]),
-        _slope(way[-2 * fifth : -fifth], size[-2 * fifth : -fifth]),
+        slope_of(way[-fifth:], size[-fifth:]),
+        slope_of(way[-2 * fifth : -fifth], size[-2 * fifth : -fifth]),
     )
     return last if abs(last - before) <= _AGREE * abs(last) else nan
 
 
-def _slope(x: Floats, y: Floats) -> float:
+def slope_of(x: Floats, y: Floats) -> float:
+    """Return the slope of y over x by least squares; NaN: x is constant."""
     x = x - x.mean()
     return float(x @ (y - y.mean()) / (x @ x)) if np.any(x) else nan
 
@@ -270,7 +303,7 @@ def _cutting_speed(force: Floats, power: Floats) -> float:
     if known.sum() < _ROWS or not np.ptp(force) or not np.ptp(power):
         return nan
     clear = float(np.corrcoef(force, power)[0, 1]) >= _CLEAR
-    return 1000 * _slope(force, power) if clear else nan  # W/N is m/s
+    return 1000 * slope_of(force, power) if clear else nan  # W/N is m/s
 
 
 def _turns(each: Parts, names: set[str]) -> Contradiction | None:

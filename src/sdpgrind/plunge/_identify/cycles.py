@@ -97,6 +97,8 @@ def cycles(
 
 def fault(cycle: Cycle) -> str:
     """Reason why the size of a cycle is unusable; empty: it is usable."""
+    if not cycle.infeed[-1] > 0.0:
+        return f"the command feeds {cycle.infeed[-1]:.4g} mm in all: a part needs an infeed"
     size, time = cycle.size[cycle.read], cycle.time[cycle.read]
     for first, last in _runs(size):
         before = size[first] - size[max(0, 2 * first - last)]

@@ -1,4 +1,4 @@
-"""Estimates from logs of parts: time constant, sharpness, contact and deflection."""
+"""Estimates from logs of parts: time constant, sharpness, contact, deflection, a whole machine, roundness."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,7 +8,9 @@ from sdpgrind.identify import Estimate
 from sdpgrind.plunge._identify import contact as _contact
 from sdpgrind.plunge._identify import sharpness as _sharpness
 from sdpgrind.plunge._identify import time_constant as _time_constant
-from sdpgrind.plunge._identify.cycles import cycles, mean_of_parts
+from sdpgrind.plunge._identify.cycles import cycles, mean_of_parts, not_identified
+from sdpgrind.plunge._identify.machine import machine
+from sdpgrind.plunge._identify.roundness import roundness
 from sdpgrind.plunge._model.problem import CycleProblem
 
 _METHODS = {
@@ -16,7 +18,15 @@ _METHODS = {
     "wear_flat_area": ("mean",),
     "contact_zero": ("output_error",),
     "normal_force_ratio": ("output_error",),
+    "machine": ("output_error",),
+    "roundness": ("least_squares",),
+    "B": ("inspection",),
 }
+_B = (
+    "B",
+    "J/(mm^2 s^(1/2))",
+    "needs inspection: plunge.BurnThreshold learns it; no size and no power shows it",
+)
 
 
 def identify(
@@ -45,10 +55,24 @@ def identify(
     "contact_zero"       command lacking at contact, mm (negative: contact after the command is 0), from
                          command, deflection and size with an offset of the gauge; needs `problem`
     "normal_force_ratio" force ratio of the model times the scale of its deflection, unit 1; needs `problem`
+    "machine"            all that sizes and powers tell of a machine, in one fit of the parts; needs `problem`
+                         and its declared noise; see below
+    "roundness"          R_0 (mm) and k_r (unit 1) by the roundness of parts that end at different rates: a
+                         column or the outcome of a log; needs `problem`, three parts, rates a factor 2 apart
+    "B"                  never identified: the burn threshold needs inspection, `BurnThreshold`
     ==================== ===================================================================================
 
     The linear model holds about one rate: its time constant is shorter while roughing than in spark-out. With
     `problem` "output_error" fits the deflection of the model and returns the time constant of its spark-out.
+
+    A machine is ``normal_force_ratio`` (of a linear model ``linear_time_constant``, s), ``wear_flat_area``,
+    ``specific_energy`` (J/mm^3), ``ploughing_force`` (N/mm), ``idle_power`` (W), ``wheel_wear`` (radial, over
+    radial stock), ``feed_lag``, ``power_lag`` (s), and the ``contact_zero`` (mm) of each part (several:
+    ``contact_zero_0``, ...). The idle power is told by an air cut of 20 samples before contact, chips and
+    sliding by holds at several rates. What the parts do not tell stays as believed, with an infinite standard
+    deviation and a sentence in the message. ``fit`` holds squares of the residuals over the declared noise
+    and their order; the status is "does not fit" outside 0.8 ... 1.25, and ``plot`` draws the residuals. The
+    gain of the power monitor cannot be told: it goes into energies and forces, and out of the force ratio.
 
     Parameters
     ----------
@@ -78,12 +102,13 @@ def identify(
     Estimate
         Value with its variance; or the status "not identified" with its reason: a gauge that is frozen or
         jumps back, fewer than 10 readings of a moving size, clipped power only, a' of (4) outside (0, 1), a
-        positive value below its standard deviation.
+        positive value below its standard deviation. Of a machine the status may be "does not fit".
 
     Raises
     ------
     ValueError, TypeError
-        For missing or bad arguments; with `throw`, for a value that is not identified.
+        For missing or bad arguments; of a machine, for a column in another unit, with the call of
+        `hwsim.Log.read` that converts it; with `throw`, for a value that is not identified.
 
     Examples
     --------
@@ -120,6 +145,8 @@ def _found(
     forgetting: float,
     power_max: float | None,
 ) -> Estimate:
+    if problem is not None and what in ("machine", "roundness", "B"):
+        return _of_machine(data, what, problem, part, power_max)
     if what == "wear_flat_area" and problem is not None:
         each = cycles(data, power=True, size=False, part=part)
         return mean_of_parts(
@@ -138,3 +165,11 @@ def _found(
         "normal_force_ratio": (_contact.normal_force_ratio, "1"),
     }[what]
     return mean_of_parts(each, lambda cycle: one(cycle, problem), what, unit)
+
+
+def _of_machine(
+    data: Any, what: str, problem: CycleProblem, part: int | Sequence[int] | None, power_max: float | None
+) -> Estimate:
+    if what == "machine":
+        return machine(data, problem, part, power_max)
+    return roundness(data, problem, part) if what == "roundness" else not_identified(*_B)

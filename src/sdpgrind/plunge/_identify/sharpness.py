@@ -16,7 +16,7 @@ Mask: TypeAlias = npt.NDArray[np.bool_]
 NAME, UNIT = "wear_flat_area", "1"
 SLIDING = 0.25  # chosen: least share of sliding in the power of a sample; less amplifies errors of the rest
 CLIPPED = 0.99  # chosen: share of the greatest power from which a reading counts as clipped
-_NEAR = 0.95  # chosen: share of the greatest power above which the expected power may be clipped
+NEAR = 0.95  # chosen: share of the greatest power above which the expected power may be clipped
 _FIT_STEPS = [1e-4, 1e-3]  # chosen: steps of the differences by contact zero, mm, and scale
 _PLATEAU = 3  # chosen: equal readings of the greatest power that show a clipping monitor
 _SETTLED = 0.02  # chosen: change, in standard deviations, below which rounds of rates and areas end
@@ -28,8 +28,8 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
 
     With wear in the model: the area at the start of the part.
     """
-    clipped = _clipped(cycle, power_max)
-    top = float(np.min(cycle.grinding_power[clipped], initial=np.inf)) if power_max is None else power_max
+    clipped = clipped_rows(cycle, power_max)
+    top = greatest_power(cycle, power_max)
     model, usable = problem.model, np.isfinite(cycle.grinding_power) & ~clipped
     if not np.any(usable):
         count = int(clipped.sum())
@@ -41,7 +41,7 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
         trial = model.replace(wear_flat_area=float(np.clip(mean, _LEAST, _MOST)))
         fit = fitted(cycle, trial) if corrected else None
         rate = course(cycle, trial, *(fit.value[:2] if fit else ())).infeed_rate
-        each, grown = samples(cycle, trial, rate, usable, _NEAR * top)
+        each, grown = samples(cycle, trial, rate, usable, NEAR * top)
         if each.size < MOVING:
             held = f"{each.size} of {np.isfinite(cycle.grinding_power).sum()} readings of grinding_power"
             wanted = f"are unclipped with {100 * SLIDING:.0f} % or more of sliding; {MOVING} are needed"
@@ -57,7 +57,7 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
     variance = _of_mean(first)
     if fit:
         slope = np.array(
-            [_change(cycle, trial, fit, step, usable, _NEAR * top) for step in np.diag(_FIT_STEPS)]
+            [_change(cycle, trial, fit, step, usable, NEAR * top) for step in np.diag(_FIT_STEPS)]
         )
         variance += float(slope @ fit.covariance[:2, :2] @ slope)
     found = idf.Estimate(
@@ -98,8 +98,8 @@ def samples(
     return (cycle.grinding_power[used] - rest[used]) / full, growth[used]
 
 
-def _clipped(cycle: Cycle, power_max: float | None) -> Mask:
-    """Readings that the monitor clipped: flagged, near its greatest power, or on its plateau."""
+def clipped_rows(cycle: Cycle, power_max: float | None) -> Mask:
+    """Return the readings that the monitor clipped: flagged, near its greatest power, or on its plateau."""
     power, flagged = cycle.grinding_power, cycle.power_saturated > 0
     if power_max is not None:
         return (power >= CLIPPED * power_max) | flagged
@@ -107,6 +107,13 @@ def _clipped(cycle: Cycle, power_max: float | None) -> Mask:
     if not read.size or np.sum(read == read.max()) < _PLATEAU:
         return flagged
     return (power >= CLIPPED * float(read.max())) | flagged
+
+
+def greatest_power(cycle: Cycle, power_max: float | None) -> float:
+    """Return the power that the monitor can show, W; inf: none was clipped."""
+    if power_max is not None:
+        return power_max
+    return float(np.min(cycle.grinding_power[clipped_rows(cycle, None)], initial=np.inf))
 
 
 def _of_mean(each: Floats) -> float:

@@ -20,7 +20,7 @@ def informed(controller: CycleController, problem: CycleProblem, confidence: flo
         return controller.replace(problem=problem, confidence=confidence)
     if 1.0 - most > 0.5 / _SHORT:
         raise ValueError(
-            f"B = {problem.model.burning.B:.4g} as learned leaves no infeed rate without burn: cool the process"
+            f"B = {problem.model.burning.B:.4g} as learned burns at every infeed rate: cool the process"
         )
     warn(
         f"no infeed rate keeps a confidence of {confidence:g} with wheel and burn threshold as learned: the"

@@ -10,7 +10,8 @@ from sdpgrind.plunge._learn.attainable import informed
 from sdpgrind.plunge._learn.margins import adaptable
 from sdpgrind.plunge._learn.readings import at_size
 from sdpgrind.plunge._learn.replay import Replay, replayed
-from sdpgrind.plunge._model.problem import CycleProblem, grinding_ratio
+from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge._model.taken import grinding_ratio
 from sdpgrind.plunge._model.uncertainty import Uncertainty
 
 _DRIFT = 0.2  # chosen: what may change from part to part, over what is declared not to be known

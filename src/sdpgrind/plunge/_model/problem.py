@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from sdpgrind.base import checks
 from sdpgrind.base.doubts.record import Doubts, asked
-from sdpgrind.base.quantities import Described, described, part, quantity, specs, valued
+from sdpgrind.base.quantities import Described, described, part, quantity, valued
 from sdpgrind.base.rng import Seed, generator
 from sdpgrind.base.warned import warn
 from sdpgrind.identify import Estimate
@@ -19,6 +19,7 @@ from sdpgrind.plunge._model.chance import BurnChance, checked_confidence
 from sdpgrind.plunge._model.drive import Drive
 from sdpgrind.plunge._model.dynamics import coolest_rate
 from sdpgrind.plunge._model.model import PlungeModel
+from sdpgrind.plunge._model.taken import OF_DEFLECTION, grinding_ratio, taken
 from sdpgrind.plunge._model.uncertainty import Uncertainty
 
 DEEPEST = 1.0  # chosen: depth of cut per turn that no wheel plunges, mm
@@ -213,29 +214,30 @@ class CycleProblem(Described):
         Parameters
         ----------
         estimate : Estimate
-            Result of `plunge.identify`: the time constant (s), or fields of the model by name in their units
-            (wear flat area 1, force ratio 1, stiffness N/mm). A time constant is that of the controller and
-            of the plan: the linear lag of a model that has one, else the stiffness is scaled so that the
-            deflection has this time constant.
+            Result of `plunge.identify` or `BurnThreshold.estimate`: fields of the model, of its power and of
+            the drive by name in their units (wear flat area 1, force ratio 1, stiffness N/mm, idle power W);
+            ``wheel_wear`` sets the grinding ratio; a contact zero beside others is left out: it is that of
+            one part. Declared standard deviations stay, but ``burning_sd``. A time constant (s) is that of
+            the controller and of the plan: the linear lag of a model that has one, else the stiffness is
+            scaled so that the deflection has this time constant. A force ratio or stiffness gives the
+            controller the time constant of the new deflection.
 
         Raises
         ------
         ValueError
-            If the estimate failed, or names another quantity.
+            If the estimate failed, names another quantity, or would change nothing.
         """
         if not hasattr(estimate, "ok"):
             raise TypeError(f"estimate must be what plunge.identify gives; got {checks.shown(estimate)}")
         if not estimate.ok:
             raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
-        known = ["time_constant", "B", "burning_sd", *_fields_of_numbers()]
-        for name in estimate.names:
-            checks.one_of("estimate.names", name, known)
-        values: dict[str, Any] = {name: estimate[name] for name in estimate.names}
-        if "B" in values:
-            values["burning"] = self.model.burning.replace(B=values.pop("B"))
-        if "time_constant" not in values:
-            return self.replace(**values)
-        return with_time_constant(self.replace(**values), values["time_constant"])
+        values = taken(self.model, estimate)
+        time_constant = values.pop("time_constant", None)
+        if time_constant is not None:
+            return with_time_constant(self.replace(**values), time_constant)
+        if values.keys() & OF_DEFLECTION:
+            values["time_constant"] = values.get("linear_time_constant")
+        return self.replace(**values)
 
     def doubts(self, data: Any) -> Doubts:
         """Return what parts say about this problem, what they do not, and what it costs not to know.
@@ -317,16 +319,6 @@ def greatest_confidence(problem: CycleProblem, chance: BurnChance, remaining: fl
 def _coolest(problem: CycleProblem, chance: BurnChance, remaining: float) -> float:
     near = min(float(coolest_rate(problem.model.core)), problem.command_rate_max)
     return chance.coolest(near, remaining)
-
-
-def grinding_ratio(model: PlungeModel, wear: float) -> float:
-    """Grinding ratio of a radial wear per radial stock (mm/mm); inf: none, or a negative one by noise."""
-    return model.work_diameter / (model.wheel_diameter * wear) if wear > 0.0 else inf
-
-
-def _fields_of_numbers() -> list[str]:
-    """Names of the numeric fields of the model."""
-    return [name for name, spec in specs(PlungeModel).items() if spec.kind == "number"]
 
 
 _Problem = TypeVar("_Problem", bound=CycleProblem)

@@ -157,30 +157,36 @@ def advance(state, rig, command_rate):
         place = STATES + int(state[SAMPLES]) % rig.feed_delay
         u, state[place] = state[place], u
     for _ in range(STEPS):
-        h = dt / STEPS
-        halfway = state[WORN] + 0.5 * _wear(rig, state[RATE] * h, h)
-        removed = _fed(state, rig, u, h, _worn(rig.core, halfway))
-        state[REMAINING] -= removed
-        if rig.growth > 0.0:
-            state[WORN] += _wear(rig, removed, h)
-            state[RATE] = _rate_near(state[Y], state[RATE], _worn(rig.core, state[WORN]))
+        _ground(state, rig, u, dt / STEPS)
     state[SAMPLES] += 1.0
     if rig.power_lag > 0.0:
-        state[LAST_POWER] = _monitored(state[LAST_POWER], before, true_power(state, rig), rig.power_lag)
+        now, pole = true_power(state, rig), rig.power_lag
+        state[LAST_POWER] = _monitored(state[LAST_POWER], before, now, pole, np.log(pole))
+
+
+@compiled
+def _ground(state, rig, u, h):
+    """Grind for a step (s) at the acting command, mm/s."""
+    halfway = state[WORN] + 0.5 * _wear(rig, state[RATE] * h, h)
+    removed = _fed(state, rig, u, h, _worn(rig.core, halfway))
+    state[REMAINING] -= removed
+    if rig.growth > 0.0:
+        state[WORN] += _wear(rig, removed, h)
+        state[RATE] = _rate_near(state[Y], state[RATE], _worn(rig.core, state[WORN]))
 
 
 @compiled(inline="always")
-def _monitored(shown, before, after, pole):
+def _monitored(shown, before, after, pole, log_pole):
     """Power shown (W) a sample later by a monitor with a pole, where the true power changes linearly."""
     late = 1.0 - pole
-    return pole * shown + late * before + (after - before) * (1.0 + late / np.log(pole))
+    return pole * shown + late * before + (after - before) * (1.0 + late / log_pole)
 
 
 @compiled
 def _fed(state, rig, u, h, core):
     """Feed by a command (mm/s) for a duration (s); return the stock removed, mm."""
     before = state[Y]
-    if rig.feed_lag <= 0.0 and rig.wheel_wear <= 0.0:
+    if rig.feed_lag <= 0.0 and rig.wheel_wear == 0.0:
         state[Y], state[RATE] = _deflected(before, state[RATE], u, h, 1, core)
         return before + u * h - state[Y]
     first, fed = 0.0, _moved(state[TRAIL], u, h, rig.feed_lag)
