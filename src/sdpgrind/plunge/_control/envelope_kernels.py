@@ -16,10 +16,12 @@ SLOWEST = 0.25  # chosen: least of them over the final rate
 
 
 @compiled
-def quantile_depth(s, law, core, v):
-    """Depth of damage (mm) at a rate (mm/s) that is exceeded with the chance allowed, by the wheel `core`."""
+def quantile_depth(s, law, core, v, root, w):
+    """Depth of damage (mm) that is exceeded with the chance allowed, by the wheel `core`.
+
+    The rate v (mm/s) comes with its powers, root = v^(1/4) and w = v^p.
+    """
     scale, growth = s.mean[SCALE], 1.0 + s.mean[WEAR]
-    root, w = np.sqrt(np.sqrt(v)), v**core.p
     heat = core.heat0 + core.heat1 * v + core.heat2 * w
     reach = core.reach * root
     depth = reach * np.log(heat / root)
@@ -33,8 +35,10 @@ def quantile_depth(s, law, core, v):
     s.row[SHARPNESS] = (steep * core.K2 * w / slope - reach * core.heat2 * w / heat) / area
     variance = 0.0
     for i in range(GAIN):
-        for j in range(GAIN):
-            variance += s.row[i] * s.cov[i * STATES + j] * s.row[j]
+        across = 0.5 * s.cov[i * STATES + i] * s.row[i]
+        for j in range(i):
+            across += s.cov[i * STATES + j] * s.row[j]
+        variance += 2.0 * s.row[i] * across
     static = (reach * law.burning_sd) ** 2 + (0.5 * depth * law.diffusivity_sd) ** 2
     return depth + np.sqrt(law.k_static**2 * static + law.k_filter**2 * max(variance, 0.0))
 
@@ -47,15 +51,15 @@ def worn_until(s, law, remaining):
 
 
 @compiled
-def depth_ahead(s, law, v):
-    """Depth of damage (mm) at a rate (mm/s), by the wheel as it will be where the stock is as deep.
+def depth_ahead(s, law, v, root, w):
+    """Depth of damage (mm) at a rate with its powers, by the wheel as it will be where the stock is as deep.
 
     Without growth of the wear flat area one evaluation; else a second with the growth until the first depth,
     which is somewhat deep.
     """
-    depth = quantile_depth(s, law, worn_until(s, law, law.stock), v)
+    depth = quantile_depth(s, law, worn_until(s, law, law.stock), v, root, w)
     if law.growth > 0.0:
-        depth = quantile_depth(s, law, worn_until(s, law, depth + law.safety_margin), v)
+        depth = quantile_depth(s, law, worn_until(s, law, depth + law.safety_margin), v, root, w)
     return depth
 
 
@@ -72,7 +76,7 @@ def _rate_at(s, law, low, at_low, high, at_high, depth):
     if at_low >= depth or low >= high:
         return low
     v = low + (high - low) * (depth - at_low) / (at_high - at_low)
-    found = depth_ahead(s, law, v)
+    found = depth_ahead(s, law, v, np.sqrt(np.sqrt(v)), v**law.p)
     if found > depth:
         return low + (v - low) * (depth - at_low) / (found - at_low)
     return v + (high - v) * (depth - found) / (at_high - found)
@@ -93,9 +97,10 @@ def safe_position(s, law, ahead):
     allowed = 0.0 if law.no_burn else max(now - margin, 0.0)  # depth of damage
     v = min(max(SLOWEST * law.final_rate, _coolest(s, law)), law.rate_max)
     step = (law.rate_max / v) ** (1.0 / (RATES - 1))
+    root, w, root_step, w_step = np.sqrt(np.sqrt(v)), v**law.p, np.sqrt(np.sqrt(step)), step**law.p
     last, before, end, least = v, np.inf, 0.0, np.inf
     for _ in range(RATES):
-        depth = depth_ahead(s, law, v)
+        depth = depth_ahead(s, law, v, root, w)
         if depth > 0.0 and end <= 0.0:  # the greatest rate that is safe without stock
             end = _rate_at(s, law, last, before, v, depth, 0.0)
             least = min(least, _position(s, law, min(margin, now), end))
@@ -105,7 +110,7 @@ def safe_position(s, law, ahead):
         if depth > 0.0:
             least = min(least, _position(s, law, depth + margin, v))
         last, before = v, depth
-        v *= step
+        v, root, w = v * step, root * root_step, w * w_step
     least = min(least, _position(s, law, now, last))
     final = law.final_rate if end <= 0.0 else min(law.final_rate, end)
     return min(least, _position(s, law, 0.0, final)), final
