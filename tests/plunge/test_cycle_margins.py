@@ -13,7 +13,7 @@ PROBLEM = plunge.preset("simulation")
 SHARPER = PROBLEM.replace(wear_flat_area=0.9 * 0.026)
 FASTEST = 12.0195
 PRINTED = plunge.CycleController(SHARPER, 0.05, sparkout="printed", roundness_margin=0.0, observer_gain=1.0)
-QUIET = hwsim.PlungeGrinder(PROBLEM, noise=None)
+QUIET, NOISE = hwsim.PlungeGrinder(PROBLEM, noise=None), hwsim.GrinderNoise()
 
 
 def quiet(step, rule, parts=9):
@@ -144,12 +144,10 @@ def test_least_of_noisy_readings_is_too_small_by_what_is_taken_off():
 
 @pytest.mark.parametrize("share", [0.0, 0.2, 0.4])
 def test_gauges_that_are_better_than_is_believed(share):
-    """Without noise no bias is subtracted; otherwise every part would burn."""
-    noise = hwsim.GrinderNoise(share * 5e-4, share * 0.01)
-    grinder, controller = hwsim.PlungeGrinder(PROBLEM, noise=noise), plunge.CycleController(SHARPER, 0.05)
-    outcome = hwsim.repeat(grinder, controller, series=10, parts=4, rng=2, adapt=plunge.adaptation(PROBLEM))
-    assert not outcome.burned.any() and outcome.part_slack.min() > 5e-4
-    assert float(outcome.time[:, 2:].mean()) < 1.02 * FASTEST
+    """The noise that is declared is not subtracted from anything: no part burns."""
+    outcome = learned(PROBLEM, noise=hwsim.GrinderNoise(share * 5e-4, share * 0.01), series=6, parts=4, rng=2)
+    assert not outcome.burned.any() and outcome.part_slack.min() > 1e-4
+    assert float(outcome.time.mean()) < 1.012 * FASTEST
 
 
 def test_scatter_of_one_reading():
@@ -202,23 +200,22 @@ def test_share_of_series_with_a_burned_part(step, rule, least, most):
     assert least <= float((outcome.burned.sum("part") > 0).mean()) <= most
 
 
-def learned(problem, **size):
-    """Series with the recommended chain, for a wheel assumed 10 % too sharp."""
+def learned(problem, noise=NOISE, **size):
+    """Series with the recommended chain, without a margin, for a wheel assumed 10 % too sharp."""
     believed = problem.replace(wear_flat_area=0.9 * problem.model.wear_flat_area)
-    controller = plunge.CycleController(believed, 0.05)
-    return hwsim.repeat(hwsim.PlungeGrinder(problem), controller, adapt=plunge.adaptation(problem), **size)
+    grinder, controller = hwsim.PlungeGrinder(problem, noise=noise), plunge.CycleController(believed)
+    return hwsim.repeat(grinder, controller, adapt=plunge.adaptation(problem), **size)
 
 
 @pytest.fixture(scope="module")
 def recommended():
-    return learned(PROBLEM, series=200, parts=12, rng=17)
+    return learned(PROBLEM, series=20, parts=6, rng=17)
 
 
 def test_recommended_chain(recommended):
-    """2400 parts: none burned, 2 in 1000 out of round, within 2 % of the optimum from the third part on."""
-    assert not recommended.burned.any() and float(recommended.out_of_round.mean()) <= 0.002
-    assert not recommended.out_of_round[:40, :6].any()
-    assert float(recommended.time.isel(part=slice(2, None)).mean()) < 1.02 * FASTEST
+    """120 parts: none burned, none out of round, within 1 % of the optimum, the first ones, too."""
+    assert not recommended.burned.any() and not recommended.out_of_round.any()
+    assert float(recommended.time.mean("series").max()) < 1.01 * FASTEST
     assert float(recommended.time.min()) > FASTEST
 
 
@@ -228,15 +225,15 @@ CHANGED = ["command_rate_max", "stock", "stiffness", "work_rotation", "wear_flat
 @pytest.mark.parametrize("factor", [0.9, 1.1])
 @pytest.mark.parametrize("name", CHANGED)
 def test_recommended_chain_elsewhere(name, factor):
-    """Part and controller change together: no burned part, within 4 % of their optimum."""
+    """Part and controller change together: no burned part, within 1.5 % of their optimum."""
     if name == "B":
         problem = PROBLEM.replace(burning=physics.BurningLimit(6.205, 3.32 * factor))
     else:
         owner = PROBLEM if hasattr(PROBLEM, name) else PROBLEM.model
         problem = PROBLEM.replace(**{name: factor * getattr(owner, name)})
-    outcome = learned(problem, series=15, parts=5, rng=2)
+    outcome = learned(problem, series=6, parts=5, rng=2)
     assert not outcome.burned.any()
-    assert float(outcome.time.isel(part=slice(2, None)).mean()) < 1.04 * plunge.plan(problem).time
+    assert float(outcome.time.mean()) < 1.015 * plunge.plan(problem).time
 
 
 def test_roundness_has_a_margin_of_its_own(recommended):
@@ -275,9 +272,9 @@ def test_roundness_on_another_machine():
     shaft = plunge.CycleProblem(model, stock=0.15, command_rate_max=0.04, roundness_max=1.5e-3)
     grinder, controller = (
         hwsim.PlungeGrinder(shaft, contact_zero_sd=0.005),
-        plunge.CycleController(shaft, 0.01),
+        plunge.CycleController(shaft),
     )
-    outcome = hwsim.repeat(grinder, controller, series=20, parts=8, rng=1, adapt=plunge.adaptation(shaft))
+    outcome = hwsim.repeat(grinder, controller, series=10, parts=8, rng=1, adapt=plunge.adaptation(shaft))
     assert outcome.out_of_round.isel(part=slice(1, None)).mean() < 0.01 and not outcome.burned.any()
 
 
@@ -291,20 +288,43 @@ def test_all_that_may_be_wrong_at_once(ratio, gain):
         return model.replace(wear_flat_area=0.026 * (1 + 0.01 * rng.standard_normal()))
 
     grinder = hwsim.PlungeGrinder(PROBLEM, truth=drawn, contact_zero_sd=0.01, power_gain=gain)
-    chain = plunge.adaptation(PROBLEM, power_gain_tolerance=0.02)
-    outcome = hwsim.repeat(
-        grinder, plunge.CycleController(SHARPER, 0.05), series=25, parts=6, rng=1, adapt=chain
-    )
+    told = SHARPER.replace(power_gain_sd=0.02)
+    chain = plunge.adaptation(told)
+    outcome = hwsim.repeat(grinder, plunge.CycleController(told), series=10, parts=5, rng=1, adapt=chain)
     assert not outcome.burned.any()
     assert outcome.out_of_round.isel(part=slice(1, None)).mean() <= 0.01
 
 
 def test_a_gain_that_nobody_told_burns():
+    """By 3 um, all parts; a standard deviation of 2 % that is told burns none of a gain that is 5 % too low."""
     grinder = hwsim.PlungeGrinder(PROBLEM, power_gain=0.98)
     untold = hwsim.repeat(
-        grinder, plunge.CycleController(SHARPER, 0.05), series=5, parts=3, adapt=plunge.adaptation(PROBLEM)
+        grinder, plunge.CycleController(SHARPER), series=3, parts=3, adapt=plunge.adaptation(PROBLEM)
     )
-    assert untold.burned.isel(part=slice(1, None)).any()
+    assert untold.burned.all() and -4e-3 < float(untold.part_slack.min()) < -1e-3
+    told = SHARPER.replace(power_gain_sd=0.02)
+    low = hwsim.PlungeGrinder(PROBLEM, power_gain=0.95)
+    kept = hwsim.repeat(low, plunge.CycleController(told), series=3, parts=3, adapt=plunge.adaptation(told))
+    assert not kept.burned.any()
+
+
+def test_printed_controllers_get_sharpness_and_a_chance_margin():
+    """What the gain of the monitor may hide is on top of the margin: 2 % hide 3.6 um of damage."""
+    grinder = hwsim.PlungeGrinder(PROBLEM)
+    with pytest.warns(
+        DeprecationWarning, match=r"power_gain_tolerance is deprecated: problem\.replace\(power_gain"
+    ):
+        tolerant = plunge.adaptation(PROBLEM, power_gain_tolerance=0.02)
+    margins = []
+    for chain in (plunge.adaptation(PROBLEM), tolerant):
+        log = hwsim.run(grinder, PRINTED, parts=1, rng=3)
+        after = chain.next(PRINTED, log)
+        assert after.problem.model.wear_flat_area == pytest.approx(0.026, rel=0.006)
+        assert after.problem.uncertainty == PRINTED.problem.uncertainty
+        margins.append(after.safety_margin)
+    hidden = PROBLEM.model.burn_depth(0.0448, 1.02 * PROBLEM.model.grinding_power(0.0448))
+    assert 0.0 < margins[0] < PRINTED.safety_margin
+    assert margins[1] - margins[0] == pytest.approx(hidden - PROBLEM.model.burn_depth(0.0448), abs=1e-4)
 
 
 def test_sharpness_of_the_part_before():
@@ -316,7 +336,7 @@ def test_sharpness_of_the_part_before():
 
 
 def test_a_cut_series_goes_on_as_if_it_had_not_been(tmp_path):
-    grinder, controller = hwsim.PlungeGrinder(PROBLEM), plunge.CycleController(SHARPER, 0.05)
+    grinder, controller = hwsim.PlungeGrinder(PROBLEM), plunge.CycleController(SHARPER)
     own = {"rng": 4, "adapt": plunge.adaptation(PROBLEM)}
     whole = hwsim.run(grinder, controller, parts=5, **own)
     hwsim.run(grinder, controller, parts=2, journal=tmp_path / "series.db", **own)
