@@ -15,13 +15,14 @@ from numba.core.registry import CPUDispatcher
 
 from sdpgrind.base.compiling.kernel_cache import KernelCache
 from sdpgrind.base.compiling.kernel_library import LinkedCompiler
+from sdpgrind.base.compiling.kernel_references import KernelCompiler
 
 
 class Kernel(CPUDispatcher):
     """A compiled function, made by `compiled`."""
 
     def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None, **more: Any) -> None:
-        super().__init__(py_func, locals, targetoptions, **more)
+        super().__init__(py_func, locals, targetoptions, **({"pipeline_class": KernelCompiler} | more))
         self._cache = KernelCache(self)
 
     def __reduce__(self) -> Any:
