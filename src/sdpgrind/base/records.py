@@ -89,12 +89,15 @@ def _umask() -> int:
 
 def write(dataset: "xr.Dataset", path: str | os.PathLike[str], kind: str) -> None:
     """Write `dataset` to a NetCDF file at `path`, marked as `kind`."""
+    from xarray.backends import ScipyDataStore
+
     from sdpgrind import __version__
 
     portable = _each(dataset, _portable).assign_attrs(kind=kind, version=__version__)
     plain = {name: {"_FillValue": None} for name in portable.variables}  # NaN is a value like any other
-    with whole_file(path) as temporary:
-        portable.to_netcdf(temporary, engine="scipy", encoding=plain)
+    # `to_netcdf` would import dask's scheduler, where there is one, for a lock of a file that nobody shares
+    with whole_file(path) as temporary, ScipyDataStore(str(temporary), mode="w", lock=False) as store:
+        portable.dump_to_store(store, encoding=plain)
 
 
 def read(path: str | os.PathLike[str]) -> "xr.Dataset":

@@ -5,7 +5,9 @@ A kernel is compiled at its first call and kept on disk until it, a callee or a 
 kernels only: these entry points would take a third of the compile time.
 """
 
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 from typing import Any, NoReturn, overload
@@ -15,14 +17,20 @@ from numba.core.registry import CPUDispatcher
 
 from sdpgrind.base.compiling.kernel_cache import KernelCache
 from sdpgrind.base.compiling.kernel_library import LinkedCompiler
+from sdpgrind.base.compiling.kernel_references import KernelCompiler
 
 
 class Kernel(CPUDispatcher):
     """A compiled function, made by `compiled`."""
 
     def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None, **more: Any) -> None:
-        super().__init__(py_func, locals, targetoptions, **more)
+        super().__init__(py_func, locals, targetoptions, **({"pipeline_class": KernelCompiler} | more))
         self._cache = KernelCache(self)
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for a signature, or load the code from the disk."""
+        with _uncollected():
+            return super().compile(sig)
 
     def __reduce__(self) -> Any:
         """Pickle by module and name, so that another process uses its own kernel and the code on disk."""
@@ -104,6 +112,18 @@ def _made(function: Callable[..., Any], options: dict[str, Any], closed: bool) -
     kind = ClosedKernel if closed else Kernel
     fixed = dict(zip(_FIXED, (True, True, True, closed), strict=True))
     return kind(function, targetoptions={"boundscheck": None, **options, **fixed})
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Without collections of garbage: numba's many objects make them take a tenth of compiling (measured)."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
 
 
 def _of_module(where: str, name: str) -> Any:

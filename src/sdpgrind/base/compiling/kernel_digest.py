@@ -22,7 +22,8 @@ from numba.core import types
 
 # packages whose objects count by name; `_VERSIONS` has their versions
 _OUTSIDE = {"numba", "numpy", "builtins", "math", "cmath", "operator"}
-_VERSIONS = f"numba {version('numba')}, numpy {version('numpy')}, python {sys.version_info[:2]}"
+_PASSES = "references borrowed"  # what `kernel_references` does to code; another text where it does more
+_VERSIONS = f"{_PASSES}, numba {version('numba')}, numpy {version('numpy')}, python {sys.version_info[:2]}"
 _PLAIN = (type(None), type(...), bool, int, float, complex, str, bytes, range)
 
 _LOAD_GLOBAL = dis.opmap["LOAD_GLOBAL"]

@@ -4,7 +4,8 @@ from typing import Any
 
 from llvmlite.binding import parse_assembly
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+
+from sdpgrind.base.compiling.kernel_references import KernelCompiler
 
 _ENVIRONMENT = "_ZN08NumbaEnv"  # source: numba, `CompileResult._find_referenced_environments`
 
@@ -36,7 +37,7 @@ class LinkedLibrary(JITCodeLibrary):
         library._finalized = True
 
 
-class LinkedCompiler(Compiler):
+class LinkedCompiler(KernelCompiler):
     """Compiler of closed kernels."""
 
     def compile_extra(self, func: Any) -> Any:

@@ -12,7 +12,7 @@ from sdpgrind.sdp._problem.grid import Ints
 from sdpgrind.sdp._problem.layout import Layout
 from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._solve.kernels import TIE_ABS
-from sdpgrind.sdp._solve.kinks import Kinks, sorted_kinks, split
+from sdpgrind.sdp._solve.kinks import Kinks, Lines, sorted_kinks, split
 from sdpgrind.sdp._solve.stages import StageTable
 from sdpgrind.sdp._solve.steps import Steps
 
@@ -143,10 +143,23 @@ class Solution:
     def kinks(self) -> Kinks:
         """Costs of the actions in cells where they change; empty on several axes."""
         rows, modes, nodes = self.table.value.shape
-        lines = self.table.changes.all() if self.table.changes else None
-        if lines is None:
+        if self._lines is None:
             return Kinks.none((rows, modes, nodes - 1 if len(self.grid.axes) == 1 else 0))
-        return sorted_kinks(split(lines, self.steps), (rows, modes, nodes - 1))
+        return sorted_kinks(split(self._lines, self.steps), (rows, modes, nodes - 1))
+
+    @cached_property
+    def changed(self) -> Any:
+        """Mask [row, mode, cell] of cells of the one axis that `kinks` may list, without their costs."""
+        if self._lines is None:
+            return self.kinks.at >= 0
+        rows, modes, nodes = self.table.value.shape
+        mask = np.zeros((rows, modes, nodes - 1), bool)
+        mask[self._lines.row, self._lines.mode, self._lines.cell] = True
+        return mask
+
+    @cached_property
+    def _lines(self) -> Lines | None:
+        return self.table.changes.all() if self.table.changes else None
 
     @property
     def steps(self) -> Steps:

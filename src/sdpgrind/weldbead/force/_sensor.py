@@ -4,13 +4,13 @@ from math import pi
 
 import numpy as np
 import numpy.typing as npt
-import scipy.signal
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.quantities import Described, count, described, quantity
 from sdpgrind.base.units import hz
 from sdpgrind.control import Sampled, continuous, ramped
+from sdpgrind.weldbead.force import _butterworth as butterworth
 from sdpgrind.weldbead.force._kernels import SensorCore
 
 
@@ -72,19 +72,19 @@ class SensorChain(Described):
         """Numerator and denominator of all analogue filters (s in rad/s), dimensionless gain 1 at 0."""
         top, low = np.ones(1), np.ones(1)
         if self.analogue_cutoff is not None:
-            top, low = scipy.signal.butter(3, self.analogue_cutoff, analog=True)
+            top, low = butterworth.analogue(3, self.analogue_cutoff)
         if self.inner_rate is None:
-            second = scipy.signal.butter(2, self.cutoff, analog=True)
-            top, low = np.polymul(top, second[0]), np.polymul(low, second[1])
-        return np.asarray(top, dtype=float), np.asarray(low, dtype=float)
+            second = butterworth.analogue(2, self.cutoff)
+            products = np.polymul(top, second[0]), np.polymul(low, second[1])
+            top, low = (np.asarray(each, dtype=float) for each in products)
+        return top, low
 
     @property
     def digital(self) -> tuple[Floats, Floats]:
         """Numerator and denominator of the digital low-pass in powers of 1/z, dimensionless gain 1 at 0."""
         if self.inner_rate is None:
             return np.array([1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0])
-        top, low = scipy.signal.butter(2, self.cutoff, fs=2 * pi / self.inner_time)
-        return np.asarray(top, dtype=float), np.asarray(low, dtype=float)
+        return butterworth.digital(2, self.cutoff, self.inner_time)
 
     @property
     def digital_system(self) -> Sampled:

@@ -87,10 +87,10 @@ class SequencePolicy(Plan):
                     k -= 1
                 row = int(stage) + self._origin
                 part, low, high = cell - k, self._values[row, 0, k], self._values[row, 0, k + 1]
-                at, start, cost, *_ = self._kinks
-                number = at[row, 0, k]
+                number = self._number(row, k)
                 if number == -1 or part == 0 or part == 1:
                     return low + part * (high - low)
+                _, start, cost, *_ = self._kinks
                 if number >= 0:  # the action changes in this cell
                     lines = range(start[number], start[number + 1])
                     return min([cost[i, 0] + part * (cost[i, 1] - cost[i, 0]) for i in lines])
@@ -124,13 +124,21 @@ class SequencePolicy(Plan):
         return tuple(memoryview(np.ascontiguousarray(x)) for x in kinks)
 
     @cached_property
-    def _tables(self) -> tuple[Any, ...]:
+    def _changed(self) -> memoryview:
+        return memoryview(self.table.changed | self.table.bent)
+
+    def _number(self, row: int, cell: int) -> int:
+        """Number of a cell of `_kinks`; -1: none, known without them, which take long after a new plan."""
+        return int(self._kinks[0][row, 0, cell]) if self._changed[row, 0, cell] else -1
+
+    @cached_property
+    def _nodes(self) -> tuple[Any, ...]:
         t = self.table.table
-        return *(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap)), *self._kinks
+        return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap))
 
     def _scalar_action(self, cell: float, row: int) -> SequenceAction | None:
         """Action at one state; None where the table must be read."""
-        best, force, gap, at, start, cost, line_force, act, _ = self._tables
+        best, force, gap = self._nodes
         k = int(cell)
         if k == self._cells:
             k -= 1
@@ -139,7 +147,7 @@ class SequencePolicy(Plan):
             k += int(part)
             chosen, g, f = best[row, 0, k], gap[row, 0, k], force[row, 0, k]
         else:
-            number, chosen = at[row, 0, k], best[row, 0, k]
+            number, chosen = self._number(row, k), best[row, 0, k]
             low, high = gap[row, 0, k], gap[row, 0, k + 1]
             g = (1 - part) * low + part * high
             if number == -2:
@@ -147,6 +155,7 @@ class SequencePolicy(Plan):
             if number < 0:
                 f = (1 - part) * force[row, 0, k] + part * force[row, 0, k + 1]
             else:  # the action changes in this cell
+                _, start, cost, line_force, act, _ = self._kinks
                 least = other = np.inf
                 for i in range(start[number], start[number + 1]):
                     height = cost[i, 0] + part * (cost[i, 1] - cost[i, 0])
