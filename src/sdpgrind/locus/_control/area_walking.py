@@ -160,8 +160,8 @@ class AreaWalking(Stateful):
         actual = self._actual(course, measurement)
         if self._counts(course, actual):
             self._move(course, readings, actual)
-            for name in self._exhausted(course):
-                warnings.warn(name, stacklevel=2)
+            for text in self._exhausted(course):
+                warnings.warn(text, stacklevel=2)
         return self.command
 
     def _actual(self, course: Course, measurement: Mapping[str, Any]) -> Floats:
