@@ -76,8 +76,8 @@ class AreaController(AreaWalking, Described):
     Warns
     -----
     UserWarning
-        When 20 readings in a row ask for a hidden state beyond its range. Each such sample reports
-        ``saturated``.
+        When 20 readings in a row are explained by a hidden state beyond its range, and beyond the tight end
+        exceed a limit. Each such sample reports ``saturated``.
 
     Examples
     --------

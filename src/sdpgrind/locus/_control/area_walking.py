@@ -28,8 +28,8 @@ class Course:
     """What changes during a part beside the estimate.
 
     `area` has the optima over the controls that are free in this part, `held` the others. `slack` (m,) is
-    that of the last reading of each response. `beyond` (h,) is -1 or 1 where the last reading asked for a
-    hidden state beyond the least or greatest of its range, `asked` the number of such readings in a row.
+    that of the last reading of each response. `beyond` (h,) is -1 or 1 where a hidden state beyond the least
+    or greatest of its range explains the last reading, `asked` the number of such readings in a row.
     """
 
     area: Area
@@ -69,7 +69,12 @@ class AreaWalking(Stateful):
     @property
     def hidden(self) -> dict[str, float]:
         """Estimated hidden states by name, in their units."""
-        return hidden_at(self.curve, self.state)
+        return hidden_at(self.curve, self._place)
+
+    @property
+    def _place(self) -> Floats:
+        """Estimated hidden states (h,), scaled to 0..1."""
+        return np.clip(self.state, 0.0, 1.0)
 
     def reset(self) -> None:
         """Return to the start; a learned start is kept."""
@@ -181,19 +186,27 @@ class AreaWalking(Stateful):
         return counts
 
     def _move(self, course: Course, readings: Floats, actual: Floats) -> None:
-        """Remove the share theta of the errors; the estimate is clamped to the range, without wind-up."""
-        expected, limit, slopes = self._expected(course, actual)
-        error = (readings - expected) / course.area.system.scales
-        known = np.isfinite(error) & np.isfinite(slopes).all(axis=1)
-        move = moved(slopes, error, known)
-        demanded = self.state + self.theta * move
-        self.state[:] = np.clip(demanded, 0.0, 1.0)
-        course.best = None
-        course.slack = np.where(known, limit - readings, course.slack)
-        self._count(course, demanded, move, slopes[known], course.slack[known])
+        """Remove the share theta of the errors; the estimate is clamped to the range, without wind-up.
 
-    def _expected(self, course: Course, actual: Floats) -> tuple[Floats, Floats, Floats]:
-        """Expected readings and limits (m,) at the actual controls, slopes (m, h) of scaled responses.
+        The state may lie beyond the range by what the margins ask for, while the controls stay at its end: a
+        state clamped there would follow each error of a reading that asks for less.
+        """
+        scales = course.area.system.scales
+        expected, limit, slopes, margins = self._expected(course, actual)
+        error = (readings - expected) / scales
+        regular = np.isfinite(slopes).all(axis=1)
+        known = regular & np.isfinite(error)
+        move, room = moved(slopes, error, known), moved(slopes, margins / scales, regular)
+        explained = self._place + move
+        low, high = np.minimum(room, 0.0), 1.0 + np.maximum(room, 0.0)
+        self.state[:] = np.clip(self.state + self.theta * move, low, high)
+        course.best = None
+        slack = limit - readings
+        course.slack = np.where(known, slack, course.slack)
+        self._count(course, explained, move, slopes[known], slack[known] < -ROUNDING * scales[known])
+
+    def _expected(self, course: Course, actual: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Expected readings and limits (m,) at the actual controls, slopes (m, h) by scaled states, margins.
 
         An active constraint is expected at its limit, free of errors of the response model, an inactive one
         where the model has it. By what the actual controls are away from their commands, the model tells.
@@ -207,37 +220,41 @@ class AreaWalking(Stateful):
             out,
         )
         of_command, of_actual = out[:, : system.m]
-        margins = [self.margins.get(name, 0.0) for name in self.curve.responses]
         active = np.array([best.multipliers[name] > 0 for name in self.curve.responses])
+        kept = [self.margins.get(name, 0.0) for name in self.curve.responses]
+        margins = np.where(active, kept, 0.0)
         limit = system.values(command, hidden)[2] - margins
         expected = np.where(active, limit, of_command) + (of_actual - of_command)
-        slopes = out[1, system.m :].reshape(system.m, system.h) * system.unscaled_slope(self.state, system.n)
-        return expected, system.values(actual, hidden)[2], slopes / system.scales[:, None]
+        slopes = out[1, system.m :].reshape(system.m, system.h) * system.unscaled_slope(self._place, system.n)
+        return expected, system.values(actual, hidden)[2], slopes / system.scales[:, None], margins
 
-    def _count(self, course: Course, demanded: Floats, move: Floats, slopes: Floats, slack: Floats) -> None:
-        """Count readings in a row that ask for a state beyond its range.
+    @staticmethod
+    def _count(course: Course, explained: Floats, move: Floats, slopes: Floats, over: Bools) -> None:
+        """Count readings in a row that are explained by a state beyond its range.
 
-        Beyond the loose end all of them count; beyond the tight end those that exceed a limit, since a margin
-        alone may ask for more, too.
+        Beyond the loose end all of them count; beyond the tight end those over a limit, since a margin alone
+        may ask for more, too.
         """
         told = np.abs(move) > ROUNDING
-        beyond = np.where(demanded > 1 + ROUNDING, 1.0, np.where(demanded < -ROUNDING, -1.0, 0.0))
+        beyond = np.where(explained > 1 + ROUNDING, 1.0, np.where(explained < -ROUNDING, -1.0, 0.0))
         tighter = slopes * beyond > 0
-        counts = (beyond != 0) & (~tighter.any(axis=0) | (tighter & (slack[:, None] < 0)).any(axis=0))
+        counts = (beyond != 0) & (~tighter.any(axis=0) | (tighter & over[:, None]).any(axis=0))
         course.asked = np.where(told, np.where(counts, course.asked + 1.0, 0.0), course.asked)
         course.beyond = np.where(told, beyond, course.beyond)
 
     def _exhausted(self, course: Course) -> list[str]:
         """Return the texts of warnings about hidden states beyond their ranges, each once."""
+        problem = self.curve.problem
         over = [
-            f"{name} is over its limit by {-slack:.3g} {self.curve.problem.unit(name)}".rstrip()
+            f"{name} is over its limit by {-slack:.3g} {problem.unit(name)}".rstrip()
             for name, slack in zip(self.curve.responses, course.slack, strict=True)
             if slack < 0
         ]
         now = ", and ".join(over) or "more is possible than is commanded"
         return [
-            f"{name} has been beyond its range in {PATIENCE} readings in a row, while its estimate stands at"
-            f" the end, {value:.6g}; now {now}: plan the area for a wider range of {name}"
+            f"{PATIENCE} readings in a row are explained by a {name} beyond its range,"
+            f" {problem.hidden[name][0]:g} to {problem.hidden[name][1]:g} (estimate {value:.6g}); now {now}:"
+            f" plan the area for a wider range of {name}"
             for (name, value), asked in zip(self.hidden.items(), course.asked, strict=True)
             if asked == PATIENCE
         ]
@@ -245,7 +262,7 @@ class AreaWalking(Stateful):
     def report(self) -> dict[str, float]:
         """Return the estimated hidden states and the last slack of each response, in their units.
 
-        ``saturated`` is 1 when a reading asked for a hidden state beyond its range, else 0.
+        ``saturated`` is 1 when a hidden state beyond its range explains its last reading, else 0.
         """
         slacks = dict(zip(self.curve.responses, map(float, self._course.slack), strict=True))
         saturated = float(np.any(self._course.beyond != 0))
