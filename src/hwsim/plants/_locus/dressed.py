@@ -1,4 +1,4 @@
-"""One part on the adaptive grinder with a dressed wheel, and a roughness that is measured when it is ground."""
+"""One part on the adaptive grinder with a dressed wheel; its roughness is measured when it is ground."""
 
 from collections.abc import Mapping
 from math import nan
@@ -75,7 +75,8 @@ class DressedPart(AdaptivePart):
             return np.full(area.shape, nan)
         grinding = self._process.grinding
         thickest = self._law.chip_thickness_max(self._lead, self._wheel.dressing_state)
-        return np.minimum(super()._best(area), grinding.infeed_rate(thickest * grinding.wheel_speed))
+        rough = float(grinding.infeed_rate(thickest * grinding.wheel_speed))
+        return np.minimum(super()._best(area), rough)
 
     def outcome(self) -> dict[str, Any]:
         """Result of the part; see the plant."""

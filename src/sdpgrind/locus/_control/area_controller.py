@@ -48,8 +48,8 @@ class AreaController(AreaWalking, Described):
         last estimate (for parts run by `hwsim`, see `LearnedStart`). Mapping: each hidden state by name, in
         its unit.
     margin : "designed" or mapping
-        Distance kept from each limit, by name of the response, in its unit. "designed": z_conf
-        (theta/(2 - theta))^(1/2) noise + drift/theta; 0 without noise and drift.
+        Distance kept from each limit, by name of the response, in its unit; the optima are planned anew for
+        it. "designed": z_conf (theta/(2 - theta))^(1/2) noise + drift/theta; 0 without noise and drift.
     noise, drift : mapping, optional
         Standard deviation of each reading, and greatest fall of each slack from one reading to the next, by
         name of the response, in its unit.
@@ -76,8 +76,8 @@ class AreaController(AreaWalking, Described):
     Warns
     -----
     UserWarning
-        When 20 readings in a row are explained by a hidden state beyond its range, and beyond the tight end
-        exceed a limit. Each such sample reports ``saturated``.
+        When 20 readings in a row are explained by a hidden state beyond its range. Each such sample reports
+        ``saturated``.
 
     Examples
     --------

@@ -15,8 +15,7 @@ from sdpgrind.base.controllers import Stateful
 from sdpgrind.locus._control.area_start import hidden_at, start_place
 from sdpgrind.locus._control.readings import PATIENCE, counted, settled, usable
 from sdpgrind.locus._curve.area import Area
-from sdpgrind.locus._curve.kept import kept
-from sdpgrind.locus._curve.plan import plan
+from sdpgrind.locus._curve.changed import fixed, tightened
 from sdpgrind.locus._curve.point import Point
 from sdpgrind.locus._problem.tape_kernels import run_many
 
@@ -27,9 +26,10 @@ ROUNDING = 1e-9  # chosen: scaled; a smaller step beyond an end of a range, or f
 class Course:
     """What changes during a part beside the estimate.
 
-    `area` has the optima over the controls that are free in this part, `held` the others. `slack` (m,) is
-    that of the last reading of each response. `beyond` (h,) is -1 or 1 where a hidden state beyond the least
-    or greatest of its range explains the last reading, `asked` the number of such readings in a row.
+    `area` has the optima over the controls that are free in this part, at the margins from the limits; `held`
+    has the others. `slack` (m,) is that of the last reading of each response, to the limit itself. `beyond`
+    (h,) is -1 or 1 where a hidden state beyond the least or greatest of its range explains the last reading,
+    `asked` the number of such readings in a row.
     """
 
     area: Area
@@ -64,17 +64,17 @@ class AreaWalking(Stateful):
     @cached_property
     def start_state(self) -> Floats:
         """Scaled hidden states (h,) of the start, unit 1."""
-        return start_place(self.curve, self.start)
+        return start_place(self._kept, self.start)
+
+    @property
+    def _kept(self) -> Area:
+        """Optima at the margins from the limits."""
+        return tightened(self.curve, tuple(self.margins.items()))
 
     @property
     def hidden(self) -> dict[str, float]:
         """Estimated hidden states by name, in their units."""
-        return hidden_at(self.curve, self._place)
-
-    @property
-    def _place(self) -> Floats:
-        """Estimated hidden states (h,), scaled to 0..1."""
-        return np.clip(self.state, 0.0, 1.0)
+        return hidden_at(self.curve, self.state)
 
     def reset(self) -> None:
         """Return to the start; a learned start is kept."""
@@ -88,11 +88,11 @@ class AreaWalking(Stateful):
 
     def _begun(self, measured: Mapping[str, float]) -> Course:
         """Return the course of a part that begins, with `measured` values of controls held in it."""
-        area, held, many = self.curve, dict[str, float](), len(self.curve.responses)
+        area, held, many = self._kept, dict[str, float](), len(self.curve.responses)
         if self.per_part:
             best = area.at(**self.hidden).controls
             held = {name: measured.get(name, best[name]) for name in self.per_part}
-            area = plan(kept(self.curve.problem, held))
+            area = fixed(area, held)
         counts = np.zeros((2, len(self.state)))
         course = Course(area, held, np.empty(0), np.full(many, nan), *counts)
         self.__dict__["_course"] = course
@@ -137,7 +137,7 @@ class AreaWalking(Stateful):
             except ValueError:
                 if not course.held:
                     raise
-                course.best = self.curve.at(**self.hidden)
+                course.best = self._kept.at(**self.hidden)
         return course.best
 
     def step(self, **measurement: float) -> dict[str, float]:
@@ -186,60 +186,41 @@ class AreaWalking(Stateful):
         return counts
 
     def _move(self, course: Course, readings: Floats, actual: Floats) -> None:
-        """Remove the share theta of the errors; the estimate is clamped to the range, without wind-up.
-
-        The state may lie beyond the range by what the margins ask for, while the controls stay at its end: a
-        state clamped there would follow each error of a reading that asks for less.
-        """
-        scales = course.area.system.scales
-        expected, limit, slopes, margins = self._expected(course, actual)
-        error = (readings - expected) / scales
-        regular = np.isfinite(slopes).all(axis=1)
-        known = regular & np.isfinite(error)
-        move, room = moved(slopes, error, known), moved(slopes, margins / scales, regular)
-        explained = self._place + move
-        low, high = np.minimum(room, 0.0), 1.0 + np.maximum(room, 0.0)
-        self.state[:] = np.clip(self.state + self.theta * move, low, high)
+        """Remove the share theta of the errors; the estimate is clamped to the range, without wind-up."""
+        expected, limit, slopes = self._expected(course, actual)
+        error = (readings - expected) / course.area.system.scales
+        known = np.isfinite(error) & np.isfinite(slopes).all(axis=1)
+        move = moved(slopes, error, known)
+        self._count(course, move)
+        self.state[:] = np.clip(self.state + self.theta * move, 0.0, 1.0)
         course.best = None
-        slack = limit - readings
-        course.slack = np.where(known, slack, course.slack)
-        self._count(course, explained, move, slopes[known], slack[known] < -ROUNDING * scales[known])
+        margins = [self.margins.get(name, 0.0) for name in self.curve.responses]
+        course.slack = np.where(known, limit + margins - readings, course.slack)
 
-    def _expected(self, course: Course, actual: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Expected readings and limits (m,) at the actual controls, slopes (m, h) by scaled states, margins.
+    def _expected(self, course: Course, actual: Floats) -> tuple[Floats, Floats, Floats]:
+        """Expected readings and limits (m,) at the actual controls, slopes (m, h) by the scaled states.
 
         An active constraint is expected at its limit, free of errors of the response model, an inactive one
         where the model has it. By what the actual controls are away from their commands, the model tells.
         """
         system, best, command = course.area.system, self._best(), self._commanded
         hidden = np.array(list(self.hidden.values()))
+        rows = np.array([np.concatenate([each, hidden]) for each in (command, actual)])
         out = np.empty((2, system.m * (1 + system.h)))
-        run_many(
-            system.response_tape,
-            np.array([np.concatenate([each, hidden]) for each in (command, actual)]),
-            out,
-        )
+        run_many(system.response_tape, rows, out)
         of_command, of_actual = out[:, : system.m]
         active = np.array([best.multipliers[name] > 0 for name in self.curve.responses])
-        kept = [self.margins.get(name, 0.0) for name in self.curve.responses]
-        margins = np.where(active, kept, 0.0)
-        limit = system.values(command, hidden)[2] - margins
-        expected = np.where(active, limit, of_command) + (of_actual - of_command)
-        slopes = out[1, system.m :].reshape(system.m, system.h) * system.unscaled_slope(self._place, system.n)
-        return expected, system.values(actual, hidden)[2], slopes / system.scales[:, None], margins
+        limits = system.values(np.array([command, actual]), hidden)[2]
+        expected = np.where(active, limits[0], of_command) + (of_actual - of_command)
+        slopes = out[1, system.m :].reshape(system.m, system.h) * system.unscaled_slope(self.state, system.n)
+        return expected, limits[1], slopes / system.scales[:, None]
 
-    @staticmethod
-    def _count(course: Course, explained: Floats, move: Floats, slopes: Floats, over: Bools) -> None:
-        """Count readings in a row that are explained by a state beyond its range.
-
-        Beyond the loose end all of them count; beyond the tight end those over a limit, since a margin alone
-        may ask for more, too.
-        """
-        told = np.abs(move) > ROUNDING
+    def _count(self, course: Course, move: Floats) -> None:
+        """Count the readings in a row that a state beyond its range explains."""
+        told, explained = np.abs(move) > ROUNDING, self.state + move
         beyond = np.where(explained > 1 + ROUNDING, 1.0, np.where(explained < -ROUNDING, -1.0, 0.0))
-        tighter = slopes * beyond > 0
-        counts = (beyond != 0) & (~tighter.any(axis=0) | (tighter & over[:, None]).any(axis=0))
-        course.asked = np.where(told, np.where(counts, course.asked + 1.0, 0.0), course.asked)
+        asked = np.where(beyond != 0, course.asked + 1.0, 0.0)
+        course.asked = np.where(told, asked, course.asked)
         course.beyond = np.where(told, beyond, course.beyond)
 
     def _exhausted(self, course: Course) -> list[str]:

@@ -16,8 +16,8 @@ _TABLE = "controller"
 class LearnedStart:
     """Start each part at the last coordinate of the previous part: Koren (1989), section 6.
 
-    A part too short for an update leaves the start unchanged. An `AreaController` starts at its last estimate,
-    moved on by the readings of the finished part, such as a roughness.
+    A part too short for an update leaves the start unchanged. An `AreaController` starts at its last
+    estimate, moved on by the readings of the finished part, such as a roughness.
 
     Examples
     --------

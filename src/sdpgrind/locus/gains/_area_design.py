@@ -19,9 +19,9 @@ CONFIDENCE = 0.999  # chosen: one sample of a thousand over a limit, as in plung
 class AreaDesign(Frozen):
     """Share of errors and margins for noise and drift of the readings, from `design_gain` of an `Area`.
 
-    A reading with error n moves the slack by -theta n, a drift by -d. So the slack follows e' = (1 - theta) e
-    - theta n - d: its standard deviation is sqrt(theta/(2 - theta)) that of the noise, its mean -d/theta. The
-    margin is z times the first plus the second; z is the quantile of the confidence.
+    An error n of a reading moves the slack by -theta n, a drift by -d. So the slack e follows
+    (1 - theta) e - theta n - d: its standard deviation is (theta/(2 - theta))^(1/2) times that of n, its mean
+    -d/theta. The margin is z times the first plus the second; z is the quantile of the confidence.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ def _best_theta(scattered: float, behind: float) -> float:
     """
     if behind >= scattered:
         return 1.0
-    ratio = (behind / scattered) ** (2 / 3)
+    ratio = float((behind / scattered) ** (2 / 3))
     return 2 * ratio / (1 + ratio)
 
 
