@@ -164,8 +164,8 @@ class AreaWalking(Stateful):
         course = self._begin_with(measurement)
         actual = self._actual(course, measurement)
         if self._counts(course, actual):
-            self._move(course, readings, actual)
-            for text in self._exhausted(course):
+            reached = self._move(course, readings, actual)
+            for text in self._exhausted(course, reached):
                 warnings.warn(text, stacklevel=2)
         return self.command
 
@@ -185,17 +185,21 @@ class AreaWalking(Stateful):
         course.waited = 0.0 if counts else course.waited + 1.0
         return counts
 
-    def _move(self, course: Course, readings: Floats, actual: Floats) -> None:
-        """Remove the share theta of the errors; the estimate is clamped to the range, without wind-up."""
+    def _move(self, course: Course, readings: Floats, actual: Floats) -> Bools:
+        """Remove the share theta of the errors; the estimate is clamped to the range, without wind-up.
+
+        Return for which hidden states (h,) patience ends with these readings.
+        """
         expected, limit, slopes = self._expected(course, actual)
         error = (readings - expected) / course.area.system.scales
         known = np.isfinite(error) & np.isfinite(slopes).all(axis=1)
         move = moved(slopes, error, known)
-        self._count(course, move)
+        reached = self._count(course, move)
         self.state[:] = np.clip(self.state + self.theta * move, 0.0, 1.0)
         course.best = None
         margins = [self.margins.get(name, 0.0) for name in self.curve.responses]
         course.slack = np.where(known, limit + margins - readings, course.slack)
+        return reached
 
     def _expected(self, course: Course, actual: Floats) -> tuple[Floats, Floats, Floats]:
         """Expected readings and limits (m,) at the actual controls, slopes (m, h) by the scaled states.
@@ -215,29 +219,30 @@ class AreaWalking(Stateful):
         slopes = out[1, system.m :].reshape(system.m, system.h) * system.unscaled_slope(self.state, system.n)
         return expected, limits[1], slopes / system.scales[:, None]
 
-    def _count(self, course: Course, move: Floats) -> None:
-        """Count the readings in a row that a state beyond its range explains."""
+    def _count(self, course: Course, move: Floats) -> Bools:
+        """Count the readings in a row that a state beyond its range explains; return where patience ends."""
         told, explained = np.abs(move) > ROUNDING, self.state + move
         beyond = np.where(explained > 1 + ROUNDING, 1.0, np.where(explained < -ROUNDING, -1.0, 0.0))
         asked = np.where(beyond != 0, course.asked + 1.0, 0.0)
         course.asked = np.where(told, asked, course.asked)
         course.beyond = np.where(told, beyond, course.beyond)
+        return np.asarray(told & (course.asked == PATIENCE))
 
-    def _exhausted(self, course: Course) -> list[str]:
-        """Return the texts of warnings about hidden states beyond their ranges, each once."""
+    def _exhausted(self, course: Course, reached: Bools) -> list[str]:
+        """Return the texts of warnings about hidden states beyond their ranges."""
         problem = self.curve.problem
         over = [
             f"{name} is over its limit by {-slack:.3g} {problem.unit(name)}".rstrip()
             for name, slack in zip(self.curve.responses, course.slack, strict=True)
             if slack < 0
         ]
-        now = ", and ".join(over) or "more is possible than is commanded"
+        now = ", and ".join(over) or "no limit is exceeded"
         return [
             f"{PATIENCE} readings in a row are explained by a {name} beyond its range,"
             f" {problem.hidden[name][0]:g} to {problem.hidden[name][1]:g} (estimate {value:.6g}); now {now}:"
             f" plan the area for a wider range of {name}"
-            for (name, value), asked in zip(self.hidden.items(), course.asked, strict=True)
-            if asked == PATIENCE
+            for (name, value), told in zip(self.hidden.items(), reached, strict=True)
+            if told
         ]
 
     def report(self) -> dict[str, float]:
