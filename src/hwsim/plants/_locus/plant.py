@@ -10,7 +10,7 @@ from hwsim.devices import Gauge
 from hwsim.plants._locus.dressed import DressedPart, Wheel
 from hwsim.plants._locus.machine import AdaptivePart, AdaptiveRig
 from sdpgrind.base import checks, stored
-from sdpgrind.base.quantities import Described, custom, described, part, quantity
+from sdpgrind.base.quantities import Described, custom, described, part, quantity, units_of
 from sdpgrind.locus import Problem
 from sdpgrind.locus.kernels import Ranges
 from sdpgrind.locus.processes import DressedGrinding, Grinding
@@ -143,8 +143,8 @@ class AdaptiveGrinder(Described):
     >>> controller = locus.AreaController(locus.plan(problem), per_part="dressing_lead", period=0.5)
     >>> grinder = hwsim.AdaptiveGrinder(problem, dullness=1.2, dressing_state=1.0)
     >>> log = hwsim.run(grinder, controller, parts=3, adapt=locus.LearnedStart())
-    >>> log.outcome.roughness_slack.values.round(5)  # mm
-    array([0.0001, 0.0001, 0.0001])
+    >>> (1e3 * log.outcome.roughness_slack.values).round(2)  # um
+    array([0.23, 0.14, 0.08])
     """
 
     problem: Problem = custom(_ground)
@@ -179,7 +179,8 @@ class AdaptiveGrinder(Described):
         if self._dresses:
             if self.dressing_lead is not None:
                 low, high = self.problem.controls["dressing_lead"]
-                checks.within("dressing_lead", self.dressing_lead, low, high, "mm")
+                if not low <= self.dressing_lead <= high:
+                    raise self._refused("dressing_lead", f"in [{low:g}, {high:g}]")
             return
         if self.dress_at is not None and not self.dress_at > self.dressed_area:
             raise self._refused("dress_at", f"> dressed_area = {self.dressed_area:g}")
@@ -192,16 +193,21 @@ class AdaptiveGrinder(Described):
         return isinstance(self.problem.model, DressedGrinding)
 
     @property
+    def _lead(self) -> dict[str, str]:
+        """Name of the lead to its unit."""
+        return {"dressing_lead": units_of(type(self))["dressing_lead"]}
+
+    @property
     def measures(self) -> Mapping[str, str]:
         """Name -> unit of the measurements."""
         always = {"grinding_power": "W", "infeed_rate": "mm/s", "removed": "mm"}
-        return {**always, "roughness": "mm", "dressing_lead": "mm"} if self._dresses else always
+        return {**always, "roughness": "mm", **self._lead} if self._dresses else always
 
     @property
     def accepts(self) -> Mapping[str, str]:
         """Name -> unit of the commands."""
         always = {"infeed_rate": "mm/s", "work_rotation": "rad/s"}
-        return {**always, "dressing_lead": "mm"} if self._dresses else always
+        return {**always, **self._lead} if self._dresses else always
 
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
@@ -217,7 +223,7 @@ class AdaptiveGrinder(Described):
         end = {"remaining": "mm", "timed_out": "", "true_wear_flat_area": ""}
         rates = {"sample_time": "s", "true_infeed_rate": "mm/s", "best_infeed_rate": "mm/s"}
         samples = {**rates, "true_grinding_power": "W", "burning_power": "W"}
-        rough = {"roughness": "mm", "roughness_slack": "mm", "dressing_lead": "mm"} if self._dresses else {}
+        rough = {"roughness": "mm", "roughness_slack": "mm", **self._lead} if self._dresses else {}
         return {**part, **end, **{name: (unit, "sample") for name, unit in samples.items()}, **rough}
 
     @property

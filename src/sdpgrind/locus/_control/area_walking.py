@@ -23,7 +23,7 @@ ROUNDING = 1e-9  # chosen: scaled; a smaller step beyond an end of a range, or f
 
 
 @dataclass
-class Course:
+class AreaCourse:
     """What changes during a part beside the estimate.
 
     `area` has the optima over the controls that are free in this part, at the margins from the limits; `held`
@@ -83,10 +83,10 @@ class AreaWalking(Stateful):
         self.__dict__.pop("_course", None)
 
     @cached_property
-    def _course(self) -> Course:
+    def _course(self) -> AreaCourse:
         return self._begun({})
 
-    def _begun(self, measured: Mapping[str, float]) -> Course:
+    def _begun(self, measured: Mapping[str, float]) -> AreaCourse:
         """Return the course of a part that begins, with `measured` values of controls held in it."""
         area, held, many = self._kept, dict[str, float](), len(self.curve.responses)
         if self.per_part:
@@ -94,16 +94,16 @@ class AreaWalking(Stateful):
             held = {name: measured.get(name, best[name]) for name in self.per_part}
             area = fixed(area, held)
         counts = np.zeros((2, len(self.state)))
-        course = Course(area, held, np.empty(0), np.full(many, nan), *counts)
+        course = AreaCourse(area, held, np.empty(0), np.full(many, nan), *counts)
         self.__dict__["_course"] = course
         course.actual = np.where(self._decay > 0, 0.0, self._commanded)
         return course
 
-    def _begin_with(self, measurement: Mapping[str, Any]) -> Course:
+    def _begin_with(self, measurement: Mapping[str, Any]) -> AreaCourse:
         """Return the course with the measured values of held controls; it begins anew where they changed."""
         values = {name: usable(name, measurement.get(name, nan)) for name in self.per_part}
         measured = {name: value for name, value in values.items() if isfinite(value)}
-        known: Course | None = self.__dict__.get("_course")
+        known: AreaCourse | None = self.__dict__.get("_course")
         if known is None or not all(
             isclose(known.held[name], value, rel_tol=ROUNDING) for name, value in measured.items()
         ):
@@ -169,7 +169,7 @@ class AreaWalking(Stateful):
                 warnings.warn(text, stacklevel=2)
         return self.command
 
-    def _actual(self, course: Course, measurement: Mapping[str, Any]) -> Floats:
+    def _actual(self, course: AreaCourse, measurement: Mapping[str, Any]) -> Floats:
         """Return the free controls (n,) as they act: measured, estimated by their lags, or commanded."""
         command = self._commanded
         if course.samples:
@@ -178,14 +178,14 @@ class AreaWalking(Stateful):
         measured = np.array([usable(name, measurement.get(name, nan)) for name in course.area.names])
         return np.where(np.isfinite(measured), measured, course.actual)
 
-    def _counts(self, course: Course, actual: Floats) -> bool:
+    def _counts(self, course: AreaCourse, actual: Floats) -> bool:
         """Return whether the law uses this reading; see `hold`."""
         near = all(map(settled, actual, self._commanded))
         counts = counted(self.hold, self.period, course.samples, course.waited, near)
         course.waited = 0.0 if counts else course.waited + 1.0
         return counts
 
-    def _move(self, course: Course, readings: Floats, actual: Floats) -> Bools:
+    def _move(self, course: AreaCourse, readings: Floats, actual: Floats) -> Bools:
         """Remove the share theta of the errors; the estimate is clamped to the range, without wind-up.
 
         Return for which hidden states (h,) patience ends with these readings.
@@ -201,7 +201,7 @@ class AreaWalking(Stateful):
         course.slack = np.where(known, limit + margins - readings, course.slack)
         return reached
 
-    def _expected(self, course: Course, actual: Floats) -> tuple[Floats, Floats, Floats]:
+    def _expected(self, course: AreaCourse, actual: Floats) -> tuple[Floats, Floats, Floats]:
         """Expected readings and limits (m,) at the actual controls, slopes (m, h) by the scaled states.
 
         An active constraint is expected at its limit, free of errors of the response model, an inactive one
@@ -219,7 +219,7 @@ class AreaWalking(Stateful):
         slopes = out[1, system.m :].reshape(system.m, system.h) * system.unscaled_slope(self.state, system.n)
         return expected, limits[1], slopes / system.scales[:, None]
 
-    def _count(self, course: Course, move: Floats) -> Bools:
+    def _count(self, course: AreaCourse, move: Floats) -> Bools:
         """Count the readings in a row that a state beyond its range explains; return where patience ends."""
         told, explained = np.abs(move) > ROUNDING, self.state + move
         beyond = np.where(explained > 1 + ROUNDING, 1.0, np.where(explained < -ROUNDING, -1.0, 0.0))
@@ -228,7 +228,7 @@ class AreaWalking(Stateful):
         course.beyond = np.where(told, beyond, course.beyond)
         return np.asarray(told & (course.asked == PATIENCE))
 
-    def _exhausted(self, course: Course, reached: Bools) -> list[str]:
+    def _exhausted(self, course: AreaCourse, reached: Bools) -> list[str]:
         """Return the texts of warnings about hidden states beyond their ranges."""
         problem = self.curve.problem
         over = [
