@@ -105,4 +105,33 @@ for name, controller in controllers.items():
 # falls.
 log = hwsim.run(grinder, controllers["with margin"], parts=5, rng=0, adapt=locus.LearnedStart())
 log.plot()
+
+# %%
+# Two limits
+# ----------
+# With roughness as a second limit the lead of the dresser is a third control, and two states are hidden: how
+# dull dressing leaves the wheel, and how rough it grinds. Power is read in each sample, roughness once a part,
+# and a lead counts at dressing only. The controller starts where no state of the range exceeds a limit, and
+# keeps a margin for the noise of both gauges and for what dulling takes from the slack between two readings.
+dressed = locus.preset("grinding-roughness")
+area = locus.plan(dressed)
+noise = {"grinding_power": 5.0, "roughness": units.um(0.005)}  # W, mm
+controller = locus.AreaController(
+    area, theta=0.5, noise=noise, drift={"grinding_power": 1.0}, per_part="dressing_lead", period=0.5
+)
+margin = controller.margins
+print(f"margins: {margin['grinding_power']:.1f} W and {1e3 * margin['roughness']:.3f} um")
+grinder = hwsim.AdaptiveGrinder(
+    dressed,
+    dullness=1.2,
+    dressing_state=1.0,
+    power_gauge=hwsim.devices.Gauge(noise_sd=noise["grinding_power"]),
+    roughness_gauge=hwsim.devices.Gauge(noise_sd=noise["roughness"]),
+)
+outcome = hwsim.run(grinder, controller, parts=6, rng=0, adapt=locus.LearnedStart()).outcome
+best = area.at(dullness=1.2, dressing_state=1.0).controls
+print(f"time {np.round(outcome.time.values, 1)} s, at best {grinder.stock / best['infeed_rate']:.1f} s")
+print(f"least slack of the power {np.round(outcome.slack.values, 1)} W")
+print(f"slack of the roughness {np.round(1e3 * outcome.roughness_slack.values, 3)} um")
+print(f"lead {np.round(outcome.dressing_lead.values, 3)} mm, best {best['dressing_lead']:.3f} mm")
 plt.show()

@@ -5,6 +5,7 @@ import pytest
 from adaptive_fakes import NOMINAL, PROBLEM, Printed
 
 import hwsim
+from hwsim.devices import Gauge
 from sdpgrind import locus
 
 GRINDER = hwsim.AdaptiveGrinder(PROBLEM)
@@ -115,8 +116,56 @@ def test_a_limit_of_roughness_is_another_machine():
         ValueError, match=r"truth.roughness must be None: this machine has no gauge of roughness; got"
     ):
         GRINDER.replace(truth=rough)
-    with pytest.raises(
-        TypeError,
-        match=r"problem.model must be a Grinding \(see locus.processes.Grinding\); got a DressedGrinding",
-    ):
-        hwsim.AdaptiveGrinder(locus.preset("grinding-roughness"))
+
+
+DRESSED = hwsim.AdaptiveGrinder(locus.preset("grinding-roughness"))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"dullness": 1.2}, "dullness must be left out where dressing_lead is no control of the problem"),
+        ({"dressing_lead": 0.1}, r"dressing_lead must be left out where .* \(mm\); got 0.1"),
+        ({"roughness_gauge": Gauge()}, "roughness_gauge must be left out where dressing_lead is no control"),
+    ],
+)
+def test_dressing_without_a_dressed_wheel(options, message):
+    with pytest.raises(ValueError, match=message):
+        GRINDER.replace(**options)
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        ({"dullness": 0.0}, ValueError, "dullness must be > 0; got 0.0"),
+        ({"dressing_lead": 5.0}, ValueError, r"dressing_lead must be in \[0.05, 0.5\] \(mm\); got 5.0"),
+        (
+            {"truth": NOMINAL},
+            TypeError,
+            r"truth must be a DressedGrinding \(see locus.processes.DressedGrinding\); got a Grinding",
+        ),
+    ],
+)
+def test_values_of_a_dressed_wheel(options, kind, message):
+    with pytest.raises(kind, match=message):
+        DRESSED.replace(**options)
+
+
+def test_a_dressed_truth_of_another_machine():
+    with pytest.raises(TypeError, match=r"truth must be a Grinding \(see .*\); got a DressedGrinding"):
+        GRINDER.replace(truth=DRESSED.problem.model)
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ({"dressing_lead": 5.0}, r"dressing_lead must be in \[0.05, 0.5\] \(mm\); got 5.0"),
+        (
+            {"infeed_rate": 0.01, "work_rotation": 9.0},
+            r"dressing_lead must be commanded with the first infeed_rate; got none \(mm\)",
+        ),
+    ],
+)
+def test_commands_to_a_dresser_that_cannot_be_done(command, message):
+    with pytest.raises(ValueError, match=message):
+        DRESSED.start(np.random.default_rng(0)).step(command, 1)

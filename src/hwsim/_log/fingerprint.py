@@ -48,6 +48,7 @@ GrindingProcess; _scatter Scatter.
 """
 # class: fields younger than journals; they count only where they are not at their default
 _YOUNGER = {
+    "AdaptiveGrinder": {"dullness", "dressing_state", "dressing_lead", "roughness_gauge"},
     "CycleController": {"confidence"},
     "CycleProblem": {"uncertainty", "drive"},
     "PlungeGrinder": {"drive", "power_gain_sd", "threshold_scatter", "inspection"},

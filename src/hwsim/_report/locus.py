@@ -17,7 +17,9 @@ def planned(log: Any, plan: Any) -> dict[str, Floats]:
         return {}
     found = {"time": float(log.outcome.attrs["stock"]) / best}
     if plan is not None:
-        across = np.pi * plan.problem.model.work_diameter * plan.problem.model.width
+        model = plan.problem.model
+        wheel = getattr(model, "grinding", model)  # of a dressed wheel
+        across = np.pi * wheel.work_diameter * wheel.width
         found["removal_rate"] = across * best
     return found
 

@@ -3,8 +3,8 @@ from . import processes as processes
 from ._adaptation.modifiers import ModifierController as ModifierController
 from ._control.area_controller import AreaController as AreaController
 from ._control.batch import LoopRecord as LoopRecord
-from ._control.controller import LearnedStart as LearnedStart
 from ._control.controller import LocusController as LocusController
+from ._control.learned import LearnedStart as LearnedStart
 from ._curve.area import Area as Area
 from ._curve.locus import Event as Event
 from ._curve.locus import Locus as Locus

@@ -94,7 +94,8 @@ def _settings(table: Table) -> dict[str, Any]:
 
 
 def _grinder(problem: locus.Problem, table: Table) -> AdaptiveGrinder:
-    options = table.values(AdaptiveGrinder, skip=("truth", "power_gauge", "tick"))
+    dressing = ("dullness", "dressing_state", "dressing_lead", "roughness_gauge")
+    options = table.values(AdaptiveGrinder, skip=("truth", "power_gauge", "tick", *dressing))
     if table.has("power_gauge"):
         options["power_gauge"] = _gauge(table.table("power_gauge"))
     if table.has("truth"):

@@ -38,13 +38,18 @@ class AdaptivePart:
 
     def __init__(self, rig: AdaptiveRig, process: Grinding, ranges: Ranges, rng: np.random.Generator) -> None:
         self.time, self.done, self.event = 0, False, False
-        self._rig, self._ranges, self._rng = rig, ranges, rng
+        self._ranges, self._rng, self._grinding = ranges, rng, process
         self._clock = Clock(exact("tick", rig.tick))
         self._most = ceil(rig.max_time / rig.tick * (1 - 1e-12))
         self._command, self._rotation = 0.0, nan
-        self._part = GroundPart(process, rig)
-        self._samples = [(0.0, *self._part.truth(nan))]  # time, rate, area, power, burning power
+        self._begin(rig)
         self._seen = self._read()
+
+    def _begin(self, rig: AdaptiveRig) -> None:
+        """Put an unground part before the wheel."""
+        self._rig = rig
+        self._part = GroundPart(self._grinding, rig)
+        self._samples = [(0.0, *self._part.truth(nan))]  # time, rate, area, power, burning power
 
     def step(self, command: Mapping[str, Any], ticks: int) -> dict[str, float]:
         """Take a command, grind for `ticks` or until the stock is gone, measure."""
@@ -102,11 +107,15 @@ class AdaptivePart:
         )
         return {"grinding_power": power, "infeed_rate": self._part.rate, "removed": self._part.removed}
 
+    def _best(self, area: Floats) -> Floats:
+        """Best infeed rates, mm/s, at areas of the wheel; NaN where every rate burns."""
+        return best_rates(self._part.process, self._ranges, area)
+
     def outcome(self) -> dict[str, Any]:
         """Result of the part; see the plant."""
         part = self._part
         time, rate, area, power, burning = (np.array(column) for column in zip(*self._samples, strict=True))
-        best = best_rates(part.process, self._ranges, area)
+        best = self._best(area)
         slack = part.slack if part.slack < inf else nan
         lasted = self._clock.seconds(self.time)
         volume = np.pi * part.process.work_diameter * part.process.width * part.removed

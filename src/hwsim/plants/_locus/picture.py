@@ -115,6 +115,7 @@ def _way(axis: Any, log: PartLog) -> None:
     """Work speed over infeed: the locus, commands, and positions of the slide."""
     attributes = log.outcome.attrs
     process = stored.decode(str(attributes["process"])) if "process" in attributes else None
+    process = getattr(process, "grinding", process)  # of a dressed wheel
     half = process.work_diameter / 2 if process else 1.0
     ranges = float(attributes["work_rotation_min"]), float(attributes["work_rotation_max"])
     ends: list[float] = []

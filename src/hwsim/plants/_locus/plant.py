@@ -7,35 +7,51 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 
 from hwsim.devices import Gauge
+from hwsim.plants._locus.dressed import DressedPart, Wheel
 from hwsim.plants._locus.machine import AdaptivePart, AdaptiveRig
 from sdpgrind.base import checks, stored
-from sdpgrind.base.quantities import Described, custom, described, part, quantity
+from sdpgrind.base.quantities import Described, custom, described, part, quantity, units_of
 from sdpgrind.locus import Problem
 from sdpgrind.locus.kernels import Ranges
-from sdpgrind.locus.processes import Grinding
+from sdpgrind.locus.processes import DressedGrinding, Grinding
 
-Truth: TypeAlias = Grinding | Callable[[np.random.Generator], Grinding] | None
+Process: TypeAlias = Grinding | DressedGrinding
+Truth: TypeAlias = Process | Callable[[np.random.Generator], Process] | None
 _SHORTEST = 1e-4  # shortest lag, s; chosen: shorter ones act like 0
 _CONTROLS = {"infeed_rate", "work_rotation"}
+_OF_DRESSING = ("dullness", "dressing_state", "dressing_lead", "roughness_gauge")
 
 
 def _ground(name: str, value: object) -> Problem:
-    """A problem of grinding whose only limit is burning, with valid ranges."""
+    """A problem of grinding with valid ranges: limited by burning, with a dressed wheel by roughness, too."""
     problem = checks.kind(name, value, Problem, ' (see locus.preset("grinding"))')
-    _check_process("problem.model", problem.model)
-    if set(problem.controls) != _CONTROLS:
-        raise checks.refuse("problem.controls", "infeed_rate and work_rotation", ", ".join(problem.controls))
+    dressed = isinstance(problem.model, DressedGrinding)
+    if not dressed:
+        _check_process("problem.model", problem.model, Grinding)
+    wanted = [*sorted(_CONTROLS), "dressing_lead"] if dressed else sorted(_CONTROLS)
+    if set(problem.controls) != set(wanted):
+        words = f"{', '.join(wanted[:-1])} and {wanted[-1]}"
+        raise checks.refuse("problem.controls", words, ", ".join(problem.controls))
     checks.positive('problem.controls["work_rotation"][0]', problem.controls["work_rotation"][0], "rad/s")
     return problem
 
 
-def _check_process(name: str, process: object) -> Grinding:
-    known = checks.kind(name, process, Grinding, " (see locus.processes.Grinding)")
-    if known.roughness is not None:
+def _check_process(name: str, process: object, wanted: type[Process]) -> Process:
+    """Return a process of the kind of the problem's model."""
+    known = checks.kind(name, process, wanted, f" (see locus.processes.{wanted.__name__})")
+    if isinstance(known, Grinding) and known.roughness is not None:
         raise ValueError(
             f"{name}.roughness must be None: this machine has no gauge of roughness; got {known.roughness!r}"
         )
     return known
+
+
+def _truth(name: str, value: Any) -> Truth:
+    """A process, or a function that draws one; `_check` compares its kind with that of the model."""
+    if callable(value) or isinstance(value, DressedGrinding):
+        known: Truth = value
+        return known
+    return checks.kind(name, value, Grinding, " (see locus.processes.Grinding)")
 
 
 @described()
@@ -58,18 +74,31 @@ class AdaptiveGrinder(Described):
     sample (s, mm/s, W): ``sample_time``, ``true_infeed_rate``, ``best_infeed_rate`` (NaN where every point
     burns), ``true_grinding_power`` and ``burning_power``.
 
+    With a `locus.processes.DressedGrinding` it also accepts ``dressing_lead`` (mm), which counts when the
+    wheel is dressed, and not afterwards: before each part, or with `dress_at` before the first and after
+    parts that leave a dull wheel. It also measures ``dressing_lead`` (mm, of the wheel; NaN before it is
+    dressed) and, once, when the part is ground, ``roughness`` (mm). The outcome also has the true
+    ``roughness``, ``roughness_slack`` (greatest minus true roughness) and ``dressing_lead`` (all mm).
+
     Parameters
     ----------
     problem : locus.Problem
-        Problem with the believed `locus.processes.Grinding` and the ranges of the machine.
-    truth : locus.processes.Grinding or callable, optional
+        Problem with the believed process and the ranges of the machine.
+    truth : locus.processes.Grinding, DressedGrinding or callable, optional
         True process, or a function of a Generator that draws it for each part. None: the problem's model.
     wear_flat_area : float
-        Wear flat area before the first part, 0..1.
+        Wear flat area before the first part, 0..1; of a wheel that is not dressed before.
     dulling : float
         Increase of the wear flat area for each mm of radius ground off, 1/mm.
     dress_at, dressed_area : float
-        Wear flat areas at which the wheel is dressed after a part, and after dressing, 0..1. None: never.
+        Wear flat areas at which the wheel is dressed after a part, and after dressing, 0..1. None: never;
+        with a dressed wheel before each part. A dressed wheel has its area from lead and dullness.
+    dullness, dressing_state : float
+        Hidden states of a dressed wheel, after dressing, unit 1.
+    dressing_lead : float, optional
+        Lead of the wheel before the first part, mm. None: it is dressed then.
+    roughness_gauge : devices.Gauge, optional
+        Noise and step of the roughness gauge, mm. None: exact.
     stock : float
         Stock, mm of radius.
     infeed_lag, power_lag : float
@@ -89,9 +118,9 @@ class AdaptiveGrinder(Described):
     ------
     ValueError
         When a value is out of range, a command cannot be carried out, or the process has limits other than
-        burning.
+        burning; for a value of dressing where the wheel is not dressed.
     TypeError
-        When the problem's model is no `locus.processes.Grinding`.
+        When the problem's model is no process of grinding, or the truth another one than the model.
 
     Examples
     --------
@@ -107,11 +136,20 @@ class AdaptiveGrinder(Described):
     array([ -6.9, -15.3])
     >>> log.outcome.true_wear_flat_area.values.round(6)
     array([0.0061, 0.0062])
+
+    Roughness is the second limit, read once a part; the wheel is dressed before each:
+
+    >>> problem = locus.preset("grinding-roughness")
+    >>> controller = locus.AreaController(locus.plan(problem), per_part="dressing_lead", period=0.5)
+    >>> grinder = hwsim.AdaptiveGrinder(problem, dullness=1.2, dressing_state=1.0)
+    >>> log = hwsim.run(grinder, controller, parts=3, adapt=locus.LearnedStart())
+    >>> (1e3 * log.outcome.roughness_slack.values).round(2)  # um
+    array([0.23, 0.14, 0.08])
     """
 
     problem: Problem = custom(_ground)
     _: KW_ONLY
-    truth: Truth = part(Grinding, " (see locus.processes.Grinding)", or_function=True, default=None)
+    truth: Truth = custom(_truth, default=None)
     wear_flat_area: float = quantity("1", above=0, at_most=1, default=0.006)
     dulling: float = quantity("1/mm", at_least=0, default=1e-4 / 0.3)
     dress_at: float | None = quantity("1", default=None)
@@ -124,25 +162,52 @@ class AdaptiveGrinder(Described):
     touch_in: float = quantity("s", at_least=0, default=3.0)
     max_time: float = quantity("s", above=0, default=1200.0)
     tick: float = quantity("s", above=0, default=0.01)
+    dullness: float = quantity("1", above=0, default=1.0)
+    dressing_state: float = quantity("1", above=0, default=1.0)
+    dressing_lead: float | None = quantity("mm", above=0, default=None)
+    roughness_gauge: Gauge | None = part(Gauge, " (see hwsim.devices)", default=None)
 
     def _check(self) -> None:
         for name, lag in (("infeed_lag", self.infeed_lag), ("power_lag", self.power_lag)):
             if 0 < lag < _SHORTEST:
                 raise self._refused(name, f"0 or >= {_SHORTEST:g}")
+        self._check_dressing()
+        if not (self.truth is None or callable(self.truth)):
+            _check_process("truth", self.truth, type(self.problem.model))
+
+    def _check_dressing(self) -> None:
+        if self._dresses:
+            if self.dressing_lead is not None:
+                low, high = self.problem.controls["dressing_lead"]
+                if not low <= self.dressing_lead <= high:
+                    raise self._refused("dressing_lead", f"in [{low:g}, {high:g}]")
+            return
         if self.dress_at is not None and not self.dress_at > self.dressed_area:
             raise self._refused("dress_at", f"> dressed_area = {self.dressed_area:g}")
-        if isinstance(self.truth, Grinding):
-            _check_process("truth", self.truth)
+        for name in _OF_DRESSING:
+            if getattr(self, name) != self._declared[name].default:
+                raise self._refused(name, "left out where dressing_lead is no control of the problem")
+
+    @property
+    def _dresses(self) -> bool:
+        return isinstance(self.problem.model, DressedGrinding)
+
+    @property
+    def _lead(self) -> dict[str, str]:
+        """Name of the lead to its unit."""
+        return {"dressing_lead": units_of(type(self))["dressing_lead"]}
 
     @property
     def measures(self) -> Mapping[str, str]:
         """Name -> unit of the measurements."""
-        return {"grinding_power": "W", "infeed_rate": "mm/s", "removed": "mm"}
+        always = {"grinding_power": "W", "infeed_rate": "mm/s", "removed": "mm"}
+        return {**always, "roughness": "mm", **self._lead} if self._dresses else always
 
     @property
     def accepts(self) -> Mapping[str, str]:
         """Name -> unit of the commands."""
-        return {"infeed_rate": "mm/s", "work_rotation": "rad/s"}
+        always = {"infeed_rate": "mm/s", "work_rotation": "rad/s"}
+        return {**always, **self._lead} if self._dresses else always
 
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:
@@ -158,7 +223,8 @@ class AdaptiveGrinder(Described):
         end = {"remaining": "mm", "timed_out": "", "true_wear_flat_area": ""}
         rates = {"sample_time": "s", "true_infeed_rate": "mm/s", "best_infeed_rate": "mm/s"}
         samples = {**rates, "true_grinding_power": "W", "burning_power": "W"}
-        return {**part, **end, **{name: (unit, "sample") for name, unit in samples.items()}}
+        rough = {"roughness": "mm", "roughness_slack": "mm", **self._lead} if self._dresses else {}
+        return {**part, **end, **{name: (unit, "sample") for name, unit in samples.items()}, **rough}
 
     @property
     def description(self) -> Mapping[str, float | str]:
@@ -186,17 +252,30 @@ class AdaptiveGrinder(Described):
     def after(self, outcome: Mapping[str, Any]) -> Self:
         """Return the plant after a part of this `outcome` (in its units), its wheel duller or dressed."""
         area = min(1.0, float(outcome["true_wear_flat_area"]))
+        if self._dresses:
+            kept = self.dress_at is not None and area < self.dress_at
+            lead = float(outcome["dressing_lead"])
+            return self.replace(wear_flat_area=area, dressing_lead=lead if kept else None)
         dressed = self.dress_at is not None and area >= self.dress_at
         return self.replace(wear_flat_area=self.dressed_area if dressed else area)
 
     def start(self, rng: np.random.Generator) -> AdaptivePart:
         """Draw truth and noise of the next part from children of `rng`; return it at time 0 s."""
         of_truth, of_noise = rng.spawn(2)
-        truth = self.problem.model if self.truth is None else self.truth
-        process = truth if isinstance(truth, Grinding) else _check_process("truth(rng)", truth(of_truth))
-        return AdaptivePart(
-            AdaptiveRig(*(getattr(self, name) for name in AdaptiveRig._fields)),
-            process,
-            self._ranges,
-            of_noise,
-        )
+        process: Process = self.problem.model if self.truth is None else self._drawn(of_truth)
+        rig = AdaptiveRig(*(getattr(self, name) for name in AdaptiveRig._fields))
+        if isinstance(process, DressedGrinding):
+            return DressedPart(rig, process, self._wheel, self._ranges, of_noise)
+        return AdaptivePart(rig, process, self._ranges, of_noise)
+
+    def _drawn(self, rng: np.random.Generator) -> Process:
+        if callable(self.truth):
+            return _check_process("truth(rng)", self.truth(rng), type(self.problem.model))
+        assert self.truth is not None
+        return self.truth
+
+    @property
+    def _wheel(self) -> Wheel:
+        leads = self.problem.controls["dressing_lead"]
+        gauge = Gauge() if self.roughness_gauge is None else self.roughness_gauge
+        return Wheel(self.dullness, self.dressing_state, self.dressing_lead, leads, gauge)

@@ -2,21 +2,27 @@
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.controllers import Stateful
 from sdpgrind.base.quantities import Described, custom, described, part, quantity
-from sdpgrind.locus._control.walking import usable
+from sdpgrind.locus._control.area_walking import AreaWalking
+from sdpgrind.locus._control.readings import check_period, checked_hold
 from sdpgrind.locus._curve.area import Area
-from sdpgrind.locus._curve.point import Point
-from sdpgrind.locus._problem.tape_kernels import run_many
+from sdpgrind.locus.gains._area_design import CONFIDENCE, by_response, margins, quantile
+
+
+def _names(name: str, value: Any) -> tuple[str, ...]:
+    given = (value,) if isinstance(value, str) else tuple(value)
+    return checks.unique(name, given)
 
 
 @described()
-class AreaController(Stateful, Described):
+class AreaController(AreaWalking, Described):
     """Keep a process at its optimum over several hidden states: Koren's controller in several dimensions.
 
     The coordinates of the loop are the estimated hidden states; the controls are optimal for the estimate.
@@ -26,25 +32,52 @@ class AreaController(Stateful, Described):
     compared with its limit, free of errors of the response model, that of an inactive one with the model.
     The estimate is clamped to the ranges of the hidden states, without wind-up.
 
+    A response without a reading (NaN) moves nothing: what is measured once a part is kept in between. With
+    measured controls (under their own names) or known lags, readings are compared with what is expected at
+    the actual controls, and wait until these have settled.
+
     Parameters
     ----------
     curve : Area
         Optima over several hidden states, from `plan`.
     theta : float
-        Share (0, 1] of each error removed per sample.
-    start : mapping, optional
-        Initial estimate of each hidden state, by name, in its unit. Default: middle of the range.
-    margin : mapping, optional
-        Distance kept from each limit, by name of the response, in its unit.
+        Share (0, 1] of each error removed per sample; see `design_gain`.
+    start : "feasible", "learned" or mapping
+        Initial estimate. "feasible": the corner of the range, or the point of a coarse grid, whose best
+        controls exceed no limit for any hidden state of the range. "learned": the same, and after `reset` the
+        last estimate (for parts run by `hwsim`, see `LearnedStart`). Mapping: each hidden state by name, in
+        its unit.
+    margin : "designed" or mapping
+        Distance kept from each limit, by name of the response, in its unit; the optima are planned anew for
+        it. "designed": z_conf (theta/(2 - theta))^(1/2) noise + drift/theta; 0 without noise and drift.
+    noise, drift : mapping, optional
+        Standard deviation of each reading, and greatest fall of each slack from one reading to the next, by
+        name of the response, in its unit.
+    confidence : float
+        Probability [0.5, 1) that a sample keeps a limit, for the designed margin.
+    hold : "none", "settled" or float
+        Readings used by the law. "none": all. "settled": those with all actual controls within 5 % of their
+        commands, or after 20 samples of waiting. Number: those later than this time after the start, s.
+    lag : mapping, optional
+        Time constant of a control behind its command, by name, s. Left out: no lag, or a measured control.
+    per_part : str or sequence of str
+        Names of controls that take effect at the start of a part only, such as a dressing lead: commanded
+        then and held. The others are optimal for the held ones, as measured where they are measured.
     period : float, optional
         Sampling period, s. None: one sample per event of the plant.
 
     Raises
     ------
     ValueError
-        When theta or a state is out of range, or a name is unknown.
+        When a value is out of range, a name is unknown, or no start is feasible in the whole range.
     TypeError
-        When the curve is not an `Area`.
+        When the curve is not an `Area`, or a mapping is none.
+
+    Warns
+    -----
+    UserWarning
+        When 20 readings in a row are explained by a hidden state beyond its range. Each such sample reports
+        ``saturated``.
 
     Examples
     --------
@@ -54,31 +87,64 @@ class AreaController(Stateful, Described):
     >>> command = controller.step(grinding_power=1400.0, roughness=0.0008)  # W, mm
     >>> sorted(command)
     ['dressing_lead', 'infeed_rate', 'work_rotation']
+    >>> noisy = locus.AreaController(area, theta=0.2, noise={"grinding_power": 10.0})  # W
+    >>> round(noisy.margins["grinding_power"], 1)
+    10.3
     """
 
-    _changing = ("state",)
     curve: Area = part(Area, ", as locus.plan gives it for several hidden states")
     _: KW_ONLY
     theta: float = quantity("1", above=0, at_most=1, default=0.5)
-    start: Mapping[str, float] | None = custom(default=None)
-    margin: Mapping[str, float] = custom(default_factory=dict)
+    start: Any = custom(default="feasible")
+    margin: Any = custom(default="designed")
+    noise: Mapping[str, float] = custom(default_factory=dict)
+    drift: Mapping[str, float] = custom(default_factory=dict)
+    confidence: float = custom(default=CONFIDENCE)
+    hold: str | float = custom(checked_hold, default="settled")
+    lag: Mapping[str, float] = custom(default_factory=dict)
+    per_part: Any = custom(_names, default=())
     period: float | None = quantity("s", above=0, default=None)
     state: Floats = field(init=False, repr=False, compare=False)
 
     def _check(self) -> None:
-        for name, value in self.margin.items():
-            checks.one_of("margin", name, self.curve.responses)
-            checks.nonnegative(f"margin[{name!r}]", value, self.curve.problem.unit(name))
-        object.__setattr__(self, "state", self._first())
+        for name in ("noise", "drift"):
+            by_response(name, getattr(self, name), self.curve)
+        quantile(self.confidence)
+        self._check_controls()
+        check_period(self.period, self.hold, any(self.lag.values()))
+        self._check_margins()
+        object.__setattr__(self, "state", self.start_state.copy())
 
-    def _first(self) -> Floats:
-        hidden, system = self.curve.problem.hidden, self.curve.system
-        if self.start is None:
-            return np.full(system.h, 0.5)
-        if set(self.start) != set(hidden):
-            raise ValueError(f"start must have {', '.join(hidden)}; got {', '.join(self.start)}")
-        values = [checks.within(f"start[{name!r}]", self.start[name], *ends) for name, ends in hidden.items()]
-        return system.scaled(np.array(values), system.n)
+    def _check_controls(self) -> None:
+        names = self.curve.names
+        for name in checks.kind("lag", self.lag, dict, " of controls to time constants (s)"):
+            checks.nonnegative(f"lag[{checks.one_of('lag', name, names)!r}]", self.lag[name], "s")
+        for name in self.per_part:
+            checks.one_of("per_part", name, names)
+        if len(self.per_part) >= len(names):
+            raise checks.refuse("per_part", "fewer than all controls, which leaves nothing to control", names)
+
+    def _check_margins(self) -> None:
+        """Refuse margins that leave nothing of a limit."""
+        kept = {name: value for name, value in self.margins.items() if value}
+        if not kept:
+            return
+        area, system = self.curve, self.curve.system
+        controls = system.unscaled(area.grid.points[area.known][:, : system.n])
+        limits = system.values(controls, system.unscaled(area.grid.places[area.known], system.n))[2]
+        greatest = dict(zip(area.responses, np.max(limits, axis=0), strict=True))
+        for name, value in kept.items():
+            if value >= greatest[name]:
+                rule = f"< {greatest[name]:.6g}, the greatest limit on the area"
+                raise checks.refuse(f"margin[{name!r}]", rule, value, area.problem.unit(name))
+
+    @cached_property
+    def margins(self) -> Mapping[str, float]:
+        """Distance kept from each limit, by name of the response, in its unit."""
+        if isinstance(self.margin, str):
+            checks.one_of("margin", self.margin, ("designed",))
+            return margins(self.curve, self.theta, self.noise, self.drift, self.confidence)
+        return by_response("margin", self.margin, self.curve)
 
     @property
     def reads(self) -> Mapping[str, str]:
@@ -92,72 +158,13 @@ class AreaController(Stateful, Described):
 
     @property
     def reports(self) -> Mapping[str, str]:
-        """Name of each reported hidden state to its unit."""
-        return {name: self.curve.problem.unit(name) for name in self.curve.problem.hidden_names}
+        """Name of each reported value to its unit."""
+        problem = self.curve.problem
+        hidden = {name: problem.unit(name) for name in problem.hidden_names}
+        slacks = {f"{name}_slack": problem.unit(name) for name in self.curve.responses}
+        return {**hidden, **slacks, "saturated": ""}
 
     @property
     def job(self) -> Mapping[str, object]:
         """Data of the job that plan and machine must share, in their units; empty for a process without."""
         return dict(getattr(self.curve.problem.model, "job", {}))
-
-    def reset(self) -> None:
-        """Return to the initial estimate."""
-        self.state[:] = self._first()
-
-    @property
-    def command(self) -> dict[str, float]:
-        """Current controls, in the user's units."""
-        return self._best().controls
-
-    def _best(self) -> Point:
-        return self.curve.at(**self.report())
-
-    def step(self, **measurement: float) -> dict[str, float]:
-        """Return the controls of the next sample, in the user's units.
-
-        Parameters
-        ----------
-        **measurement : float
-            All responses by name, in their units. NaN or infinity: no reading.
-
-        Raises
-        ------
-        ValueError
-            When a response is missing.
-        TypeError
-            When a response is not a number.
-        """
-        missing = [name for name in self.curve.responses if name not in measurement]
-        if missing:
-            raise ValueError(
-                f"measurement must have {', '.join(missing)}; got {', '.join(measurement) or 'nothing'}"
-            )
-        readings = np.array([usable(name, measurement[name]) for name in self.curve.responses])
-        error, slopes = self._errors(readings)
-        known = np.isfinite(error)
-        move = (
-            np.linalg.lstsq(slopes[known], error[known], rcond=None)[0]
-            if np.any(known)
-            else np.zeros(self.state.size)
-        )
-        self.state[:] = np.clip(self.state + self.theta * move, 0.0, 1.0)
-        return self.command
-
-    def _errors(self, readings: Floats) -> tuple[Floats, Floats]:
-        """Errors (m,), scaled, and slopes (m, h) of the scaled responses by the scaled hidden states."""
-        system, best = self.curve.system, self._best()
-        controls, hidden = np.array(list(best.controls.values())), system.unscaled(self.state, system.n)
-        out = np.empty((1, system.m * (1 + system.h)))
-        run_many(system.response_tape, np.concatenate([controls, hidden])[None], out)
-        limit = system.values(controls, hidden)[2] - [
-            self.margin.get(name, 0.0) for name in self.curve.responses
-        ]
-        active = np.array([best.multipliers[name] > 0 for name in self.curve.responses])
-        error = (readings - np.where(active, limit, out[0, : system.m])) / system.scales
-        slopes = out[0, system.m :].reshape(system.m, system.h) * system.unscaled_slope(self.state, system.n)
-        return error, slopes / system.scales[:, None]
-
-    def report(self) -> dict[str, float]:
-        """Return the estimated hidden states, in their units."""
-        hidden = self.curve.system.unscaled(self.state, self.curve.system.n)
-        return dict(zip(self.curve.problem.hidden_names, map(float, hidden), strict=True))

@@ -11,6 +11,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, choice, custom, described, quantity
 from sdpgrind.locus._control.batch import LoopRecord, simulate
+from sdpgrind.locus._control.readings import STARTS, check_period, checked_hold
 from sdpgrind.locus._control.walking import Walking
 from sdpgrind.locus._path import law_kernels as core
 from sdpgrind.locus._path.single_valued import placed
@@ -20,16 +21,6 @@ from sdpgrind.locus.gains._design import declared_range, design_gain, stretch_of
 from sdpgrind.locus.gains._gain_schedule import GainSchedule
 
 METHODS, PLACES = ("feedback", "inversion"), ("command", "actual")
-HOLDS, STARTS = ("none", "settled"), ("feasible", "learned")
-
-
-def _hold(name: str, value: Any) -> str | float:
-    """Return a mode, or a time in s."""
-    return (
-        str(checks.one_of(name, value, HOLDS))
-        if isinstance(value, str)
-        else checks.nonnegative(name, value, "s")
-    )
 
 
 @described(eq=False)
@@ -114,7 +105,7 @@ class LocusController(Walking, Described):
     margin: float = custom(checks.nonnegative, default=0.0)
     kp: float = custom(checks.nonnegative, default=0.0)
     kd: float = custom(checks.nonnegative, default=0.0)
-    hold: str | float = custom(_hold, default="settled")
+    hold: str | float = custom(checked_hold, default="settled")
     lag: float = quantity("s", at_least=0, default=0.0)
     at: str | None = choice(*PLACES, default=None)
     period: float | None = quantity("s", above=0, default=0.5)
@@ -123,8 +114,7 @@ class LocusController(Walking, Described):
     floor: float | None = custom(default=None)
 
     def _check(self) -> None:
-        if self.period is None and (self.lag > 0 or not isinstance(self.hold, str)):
-            raise ValueError("period must be a number (s) where lag or hold is a time; got None")
+        check_period(self.period, self.hold, self.lag > 0)
         stretch, unit = self.stretch, self.reports["slack"]
         if self.margin >= (greatest := float(np.max(stretch.limit))):
             raise checks.refuse(
@@ -236,36 +226,3 @@ class LocusController(Walking, Described):
             Error added to each reading, in the unit of the response.
         """
         return simulate(self, hidden, noise)
-
-
-class LearnedStart:
-    """Start each part at the last coordinate of the previous part: Koren (1989), section 6.
-
-    A part too short for an update leaves the start unchanged.
-
-    Examples
-    --------
-    >>> import hwsim
-    >>> from sdpgrind import locus
-    >>> problem = locus.preset("grinding")
-    >>> controller = locus.LocusController(locus.plan(problem), along="infeed_rate")
-    >>> log = hwsim.run(hwsim.AdaptiveGrinder(problem), controller, parts=2, adapt=locus.LearnedStart())
-    >>> first, second = log.outcome.time.values  # s
-    >>> bool(second < first)
-    True
-    """
-
-    def next(self, controller: LocusController, part_log: Any) -> LocusController:
-        """Return the controller of the next part, with its start (in the unit of its coordinate).
-
-        Parameters
-        ----------
-        controller : LocusController
-            Controller of the previous part, in its initial state.
-        part_log : Log
-            Log of the previous part.
-        """
-        checks.kind("controller", controller, LocusController)
-        places = np.asarray(part_log.column("controller", "coordinate_planned"))
-        last = places[np.isfinite(places)]
-        return controller.replace(start=float(last[-1])) if last.size else controller

@@ -3,19 +3,17 @@
 import warnings
 from collections.abc import Mapping
 from functools import cached_property
-from math import isfinite, isnan, nan
+from math import isnan, nan
 from typing import Any
 
 import numpy as np
 
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.controllers import Stateful
+from sdpgrind.locus._control.readings import PATIENCE, counted, settled, usable
 from sdpgrind.locus._path import law_kernels as core
 from sdpgrind.locus._path.inverse import balanced, hidden_of
 from sdpgrind.locus._path.stretch import Stretch
-
-SETTLED = 0.05  # chosen: relative distance to the command; less would let a slow axis wait for `PATIENCE`
-PATIENCE = 20  # chosen: samples; a coordinate that never settles must not stop the control of the response
 
 
 class Walking(Stateful):
@@ -160,18 +158,11 @@ class Walking(Stateful):
 
     def _counts(self, actual: float | None) -> bool:
         """Return whether the law uses this reading; see `hold`."""
-        if isinstance(self.hold, str):
-            place, waited = float(self.state[core.PLACE]), float(self.state[core.WAITED])
-            settled = (
-                self.hold == "none"
-                or actual is None
-                or abs(actual - place) <= SETTLED * abs(place)
-                or waited >= PATIENCE
-            )
-            self.state[core.WAITED] = 0.0 if settled else waited + 1.0
-            return settled
-        assert self.period is not None
-        return float(self.state[core.SAMPLES] - 1) * self.period > self.hold + 1e-9 * self.period
+        waited = float(self.state[core.WAITED])
+        near = actual is None or settled(actual, float(self.state[core.PLACE]))
+        counts = counted(self.hold, self.period, float(self.state[core.SAMPLES]), waited, near)
+        self.state[core.WAITED] = 0.0 if counts else waited + 1.0
+        return counts
 
     def _move(self, reading: float, base: float) -> None:
         place = float(self.state[core.PLACE])
@@ -214,10 +205,3 @@ class Walking(Stateful):
         place = float(self.state[core.PLACE])
         hidden = float(self.stretch.rows(place)[len(self.stretch.names)])
         return dict(zip(self.reports, (place, hidden, self._slack, float(self._saturated)), strict=True))
-
-
-def usable(name: str, value: Any) -> float:
-    """Return a reading as a number; NaN when it is not finite."""
-    if isinstance(value, str) or np.ndim(value) != 0 or value is None:
-        raise TypeError(f"{name} must be a number (NaN: no reading); got {value!r}")
-    return float(value) if isfinite(value) else nan

@@ -1,20 +1,42 @@
 """Design the gain of a controller: stable, without violation from the start to any optimum."""
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, overload
 
 import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.locus._curve.area import Area
 from sdpgrind.locus._path.single_valued import placed
 from sdpgrind.locus._path.stretch import Stretch
 from sdpgrind.locus.gains._analysis import GainDesign, tight_end
+from sdpgrind.locus.gains._area_design import CONFIDENCE, AreaDesign, design_area
 from sdpgrind.locus.gains._least_value import least
 
 NEAR = 0.999  # chosen: share of the way to the optimum searched; beyond, the ratio is that of the loop slope
 TOUCHING = 1e-9  # chosen: share of a range that is rounding
 CLOSE = 1e-6  # chosen: share of a range too short to divide by
+
+
+@overload
+def design_gain(
+    curve: Area,
+    *,
+    noise: Mapping[str, float] | None = None,
+    drift: Mapping[str, float] | None = None,
+    confidence: float = CONFIDENCE,
+) -> AreaDesign: ...
+
+
+@overload
+def design_gain(
+    curve: Any,
+    *,
+    along: str | None = None,
+    x: tuple[float, float] | None = None,
+    start: str | float = "feasible",
+) -> GainDesign: ...
 
 
 def design_gain(
@@ -23,28 +45,43 @@ def design_gain(
     along: str | None = None,
     x: tuple[float, float] | None = None,
     start: str | float = "feasible",
-) -> GainDesign:
-    """Design the gain of a controller on a locus with one measured response.
+    noise: Mapping[str, float] | None = None,
+    drift: Mapping[str, float] | None = None,
+    confidence: float = CONFIDENCE,
+) -> GainDesign | AreaDesign:
+    """Design the gain of a controller on a locus with one measured response, or on an area with several.
 
     Koren's k = 0.6, found by trial, is stable in a part of his range only. Here the loop slope e_s gives
     stability and noise gain; the ways from the start to every optimum of the range give the greatest gain
-    without violation at a constant hidden state.
+    without violation at a constant hidden state. On an area the share theta of the errors is designed: the
+    one whose margins, against noise and drift of the readings, cost least on average.
 
     Parameters
     ----------
-    curve : Locus or Stretch
-        The traced locus.
+    curve : Locus, Stretch or Area
+        The traced optima.
     along : str
-        Coordinate: a control or the hidden state, single-valued on the locus.
+        Locus: coordinate, a control or the hidden state, single-valued on the locus.
     x : (float, float), optional
-        Range of the hidden state, in its unit. Default: that of the stretch.
+        Locus: range of the hidden state, in its unit. Default: that of the stretch.
     start : "feasible" or float
-        Initial coordinate, in its unit. "feasible": optimum of the tightest hidden state.
+        Locus: initial coordinate, in its unit. "feasible": optimum of the tightest hidden state.
+    noise, drift : mapping, optional
+        Area: standard deviation of each reading, and greatest fall of each slack from one reading to the
+        next, by name of the response, in its unit.
+    confidence : float
+        Area: probability [0.5, 1) that a sample keeps a limit.
+
+    Returns
+    -------
+    GainDesign or AreaDesign
+        Design of a locus, or of an area.
 
     Raises
     ------
     ValueError
-        When the range has a fold or a jump, `along` turns in it, or the start violates the limit in it.
+        When the range has a fold or a jump, `along` turns in it, or the start violates the limit in it; when
+        nothing drifts on an area, where the least theta is best; for an argument of the other kind.
 
     Examples
     --------
@@ -54,6 +91,10 @@ def design_gain(
     >>> round(design.violation_free, 3), round(design.gain, 3), round(design.start, 3)
     (0.6, 0.54, 1.878)
     """
+    if isinstance(curve, Area):
+        _left_out("an area, whose coordinates are all hidden states", along=along, x=x)
+        return design_area(curve, noise, drift, confidence)
+    _left_out("a locus: see GainDesign.noise_gain_at and drift_margin", noise=noise, drift=drift)
     stretch = stretch_of(curve, along, x)
     declared = declared_range(stretch, x)
     _check_slope(stretch, declared)
@@ -67,6 +108,13 @@ def design_gain(
     free = _free(stretch, begin, (low, high), lambda s: np.ones(s.shape), 0.5 * stable)
     theta = _free(stretch, begin, (low, high), slope, 1.0)
     return GainDesign(stretch, declared, begin, stable, free, theta)
+
+
+def _left_out(where: str, **given: Any) -> None:
+    """Refuse arguments that mean nothing for a kind of optima."""
+    for name, value in given.items():
+        if value is not None:
+            raise ValueError(f"{name} must be left out for {where}; got {value!r}")
 
 
 def stretch_of(curve: Any, along: str | None, x: tuple[float, float] | None) -> Stretch:

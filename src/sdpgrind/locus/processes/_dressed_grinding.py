@@ -83,6 +83,11 @@ class DressedGrinding(Described):
             "dullness": "1", "dressing_state": "1", "cost": "mm^2/s",
         }  # fmt: skip
 
+    @property
+    def job(self) -> Mapping[str, object]:
+        """Wheel and work (mm, mm/s), which plan and machine must share."""
+        return self.grinding.job
+
     def cost(self, s: Any, c: Any) -> Any:
         """Return -Z' (mm^2/s) for controls ``c``; it does not depend on the hidden states ``s``."""
         return self.grinding.cost(s, c)
