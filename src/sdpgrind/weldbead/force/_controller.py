@@ -234,9 +234,8 @@ class ForceController(Stateful):
         if not self._state.size:
             return dict.fromkeys(self.reports, nan)
         gain = self._core.model.C
-        foreseen = float(
-            gain.dot(self._state[self._order : self._order + len(gain)])
-        )  # "@" takes twice as long
+        held = self._state[self._order : self._order + len(gain)]
+        foreseen = float(gain.dot(held))  # "@" takes twice as long
         reference = foreseen if self._feedforward else self._demand
         return {
             "force_demand": self._demand,
