@@ -78,11 +78,11 @@ def bounding(executor: Executor, series: int) -> None:
     )
     controller = plunge.CycleController(dull(PROBLEM), 0.05, sparkout="printed", roundness_margin=0.0)
     learned: dict[tuple[str, str], Callable[[], object]] = {
-        (f"{step:.2f}", rule): (lambda s=step, r=rule: plunge.MarginBounding(s, 0.005, rule=r))
+        (f"{step:.2f}", rule): (lambda s=step, r=rule: plunge.learning.MarginBounding(s, 0.005, rule=r))
         for step in (0.10, 0.25, 0.40, 0.80)
         for rule in ("printed", "contracting")
     }
-    learned["chance", "0.99"] = lambda: plunge.ChanceMargin(0.99)
+    learned["chance", "0.99"] = lambda: plunge.learning.ChanceMargin(0.99)
     for (step, rule), adapt in learned.items():
         burned, times = [], []
         for truth in (None, Scattered(0.01)):

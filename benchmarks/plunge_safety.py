@@ -186,7 +186,7 @@ def severity_series(seed: int) -> np.ndarray:
     model = problem.replace(sharpness_sd=0.0, deflection_sd=0.0).draw(rng)
     grinder = hwsim.PlungeGrinder(problem, truth=model, contact_zero_sd=0.01, threshold_scatter=0.005,
                                   inspection=hwsim.Inspection(severity_sd=0.03))  # fmt: skip
-    learning = plunge.ThresholdUpdate(problem)
+    learning = plunge.learning.ThresholdUpdate(problem)
     out = hwsim.run(grinder, plunge.CycleController(problem), parts=5, rng=rng, adapt=learning).outcome
     best = optimum_of(SIMULATION, model)
     return np.array([out.burned.values, 100.0 * (out.time.values / best - 1.0)])

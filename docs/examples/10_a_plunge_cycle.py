@@ -76,7 +76,7 @@ believed = problem.replace(wear_flat_area=0.9 * problem.model.wear_flat_area)
 ways = {
     "(9), as printed": (
         plunge.CycleController(believed, 0.05, sparkout="printed"),
-        plunge.MarginBounding(0.25, rule="printed"),
+        plunge.learning.MarginBounding(0.25, rule="printed"),
     ),
     "recommended": (plunge.CycleController(believed), plunge.adaptation(believed)),
 }

@@ -132,10 +132,12 @@ axes[0].set_ylabel("slack [µm]")
 
 SERIES, PARTS = 8, 10
 rules = {
-    "bounding, printed, c = 0.8": lambda: plunge.MarginBounding(step=0.8, noise_buffer=0.005, rule="printed"),
-    "bounding, contracting, c = 0.4": lambda: plunge.MarginBounding(step=0.4, noise_buffer=0.005),
+    "bounding, printed, c = 0.8": lambda: plunge.learning.MarginBounding(
+        step=0.8, noise_buffer=0.005, rule="printed"
+    ),
+    "bounding, contracting, c = 0.4": lambda: plunge.learning.MarginBounding(step=0.4, noise_buffer=0.005),
     "Gaussian process": SafeMargin,
-    "chance, 99 %": lambda: plunge.ChanceMargin(0.99),
+    "chance, 99 %": lambda: plunge.learning.ChanceMargin(0.99),
 }
 figure, axis = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
 for (name, rule), style in zip(rules.items(), ("C3:", "C0-.", "C2--", "k-"), strict=True):
@@ -166,7 +168,7 @@ axis.legend(frameon=False)
 
 stages = plunge.StagedController(sharper, stage_remaining=0.12, stage_rate=0.005)
 log = hwsim.run(
-    grinder, stages, parts=PARTS, rng=1, adapt=plunge.ConstraintBounding(step=0.4, power_max=2500.0)
+    grinder, stages, parts=PARTS, rng=1, adapt=plunge.learning.ConstraintBounding(step=0.4, power_max=2500.0)
 )
 print("time [s]:      ", log.outcome.time.values)
 print("slack [µm]:    ", 1e3 * log.outcome.part_slack.values.round(4))

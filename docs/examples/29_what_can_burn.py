@@ -45,7 +45,7 @@ burning = problem.model.burning
 steel = problem.model.replace(burning=burning.replace(B=0.975 * burning.B))
 grinder = hwsim.PlungeGrinder(problem, truth=steel, inspection=hwsim.Inspection(severity_sd=0.03))
 log = hwsim.run(
-    grinder, plunge.CycleController(problem), parts=5, rng=2, adapt=plunge.ThresholdUpdate(problem)
+    grinder, plunge.CycleController(problem), parts=5, rng=2, adapt=plunge.learning.ThresholdUpdate(problem)
 )
 print("times:", ", ".join(f"{time:.2f}" for time in log.outcome.time.values), "s")
 

@@ -145,7 +145,7 @@ printed = {"sparkout": "printed", "roundness_margin": 0.0}
 believed = simulation.replace(wear_flat_area=0.9 * model.wear_flat_area)
 quiet, noisy = hwsim.PlungeGrinder(simulation, noise=None), hwsim.PlungeGrinder(simulation)
 first = plunge.CycleController(believed, 0.05, **printed, observer_gain=1.0)
-exactly = plunge.MarginBounding(0.25, 0.005, rule="printed", slack="true")
+exactly = plunge.learning.MarginBounding(0.25, 0.005, rule="printed", slack="true")
 times = hwsim.run(quiet, first, parts=8, adapt=exactly).outcome.time.values
 row("(9), 0.25: first part [s]", 15.7, 15.68, times[0], "calibrated")
 row("(9), 0.25: seventh part [s]", 13.2, 13.24, times[6], "calibrated")
@@ -155,7 +155,7 @@ for step in (0.25, 0.8):
         "series": 200,
         "parts": 8,
         "rng": 0,
-        "adapt": plunge.MarginBounding(step, 0.005, rule="printed"),
+        "adapt": plunge.learning.MarginBounding(step, 0.005, rule="printed"),
     }
     outcome = hwsim.repeat(noisy, plunge.CycleController(believed, 0.05, **printed), **series)
     share = 100 * float((outcome.burned.sum("part") > 0).mean())

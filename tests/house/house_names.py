@@ -26,6 +26,7 @@ PACKAGES = (
     "sdpgrind.locus.processes",
     "sdpgrind.physics",
     "sdpgrind.plunge",
+    "sdpgrind.plunge.learning",
     "sdpgrind.sdp",
     "sdpgrind.units",
     "sdpgrind.weldbead",

@@ -115,7 +115,7 @@ def test_every_package_has_its_arrows():
 THEMES = {
     "sdpgrind.sdp": ("_distributions", "_problem", "_transitions", "_solve", "_policy", "_plan"),
     "sdpgrind.weldbead": ("force", "sequence", "_identify", "_doubts", "passes", "_hierarchy", "_plant"),
-    "sdpgrind.plunge": ("_model", "_control", "_plant", "_stages", "_plan", "_identify", "_doubts", "_learn"),
+    "sdpgrind.plunge": ("_model", "_control", "_plant", "_stages", "_plan", "_identify", "_doubts", "learning"),
     "sdpgrind.locus": (
         "_problem", "processes", "_identify", "_trace", "_path", "_curve", "_doubts", "gains", "_adaptation", "_robust", "_control",
         "_plant",

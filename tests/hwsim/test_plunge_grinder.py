@@ -95,7 +95,9 @@ def cut_after(parts):
 
 
 @pytest.mark.parametrize("finished", [1, 4])
-@pytest.mark.parametrize("adapt", [None, plunge.MarginBounding(step=0.25)], ids=["alone", "adapting"])
+@pytest.mark.parametrize(
+    "adapt", [None, plunge.learning.MarginBounding(step=0.25)], ids=["alone", "adapting"]
+)
 def test_a_cut_series_is_resumed(tmp_path, grinder, finished, adapt):
     arguments = {"parts": 6, "rng": 3, "adapt": adapt}
     whole = hwsim.run(grinder, CONTROLLER, **arguments)

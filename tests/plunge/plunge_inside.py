@@ -13,13 +13,6 @@ from sdpgrind.plunge._identify import machine_model as machine_model
 from sdpgrind.plunge._identify import machine_start as machine_start
 from sdpgrind.plunge._identify import time_constant as time_constant
 from sdpgrind.plunge._identify.sharpness import samples as samples
-from sdpgrind.plunge._learn import readings as readings
-from sdpgrind.plunge._learn.bounding import moved as moved
-from sdpgrind.plunge._learn.margins import _ConstantFilter as _ConstantFilter
-from sdpgrind.plunge._learn.readings import measured_slack as measured_slack
-from sdpgrind.plunge._learn.readings import noise_of_slack as noise_of_slack
-from sdpgrind.plunge._learn.readings import scatter_of_slack as scatter_of_slack
-from sdpgrind.plunge._learn.replay import replayed as replayed
 from sdpgrind.plunge._model import kernels as kernels
 from sdpgrind.plunge._model.dynamics import allowed_rate as allowed_rate
 from sdpgrind.plunge._model.dynamics import burn_depth as burn_depth
@@ -39,3 +32,9 @@ from sdpgrind.plunge._stages.program import program as program
 from sdpgrind.plunge._stages.solvers import SOLVED as SOLVED
 from sdpgrind.plunge._stages.solvers import StageTask as StageTask
 from sdpgrind.plunge._stages.solvers import optimum as optimum
+from sdpgrind.plunge.learning._bounding import moved as moved
+from sdpgrind.plunge.learning._margins import _ConstantFilter as _ConstantFilter
+from sdpgrind.plunge.learning._readings import measured_slack as measured_slack
+from sdpgrind.plunge.learning._readings import noise_of_slack as noise_of_slack
+from sdpgrind.plunge.learning._readings import scatter_of_slack as scatter_of_slack
+from sdpgrind.plunge.learning._replay import replayed as replayed

@@ -98,7 +98,7 @@ def test_contracting_never_burns_and_shrinks_to_the_buffer(step, buffer, ahead):
 def test_a_margin_moves_as_a_bound_does(rule):
     """The margin of `MarginBounding` equals the excess of `ConstraintBounding`."""
     shortfall, buffer = 0.011, 0.005
-    bounding = plunge.MarginBounding(0.25, buffer, rule=rule, slack="true")
+    bounding = plunge.learning.MarginBounding(0.25, buffer, rule=rule, slack="true")
     controller, found = plunge.CycleController(COARSE, safety_margin=0.05), [0.05 - shortfall]
     for _ in range(12):
         slack = controller.safety_margin - shortfall
@@ -325,7 +325,7 @@ def series(plant, controller, bounding, parts):
 
 
 def bounding(**options):
-    return plunge.ConstraintBounding(**{"step": 0.5, "noise_buffer": BUFFER, **options})
+    return plunge.learning.ConstraintBounding(**{"step": 0.5, "noise_buffer": BUFFER, **options})
 
 
 def test_the_fixed_point_is_the_true_optimum_where_as_much_is_active_as_is_free():
@@ -380,7 +380,11 @@ def test_three_limits_three_settings():
 def test_twenty_five_parts(noise):
     start = believed(COARSE.replace(wear_flat_area=0.0234))
     log = hwsim.run(
-        hwsim.PlungeGrinder(COARSE, noise=noise), start, parts=25, rng=3, adapt=plunge.ConstraintBounding()
+        hwsim.PlungeGrinder(COARSE, noise=noise),
+        start,
+        parts=25,
+        rng=3,
+        adapt=plunge.learning.ConstraintBounding(),
     )
     outcome = log.outcome
     assert not outcome.burned.any() and not outcome.timed_out.any()
@@ -402,7 +406,7 @@ def test_both_methods_settle_alike():
 
 def test_a_series_that_was_killed_resumes(tmp_path):
     grinder, start = hwsim.PlungeGrinder(COARSE), believed(COARSE.replace(wear_flat_area=0.0234))
-    common = {"rng": 5, "adapt": plunge.ConstraintBounding(step=0.4, rule="printed")}
+    common = {"rng": 5, "adapt": plunge.learning.ConstraintBounding(step=0.4, rule="printed")}
     whole = hwsim.run(grinder, start, parts=7, **common)
     hwsim.run(grinder, start, parts=3, journal=tmp_path / "series.db", **common)
     best(0.002)  # what else was solved meanwhile does not matter
@@ -423,7 +427,7 @@ def test_where_nothing_is_within_the_bounds_the_last_setting_stays():
 
 def test_work_that_does_not_burn_has_no_burned_layer():
     problem = plunge.preset("experiment")
-    learner = plunge.ConstraintBounding(step=0.5)
+    learner = plunge.learning.ConstraintBounding(step=0.5)
     start = plunge.StagedController(problem, stage_remaining=0.05, stage_rate=0.006, final_rate=0.004)
     controller, outcomes = series(hwsim.PlungeGrinder(problem, noise=None), start, learner, 5)
     assert learner.status == "solved" and set(learner.bounds) == {"roundness"}
@@ -442,8 +446,8 @@ def shown(monkeypatch, learner, *parts, start=None):
             "roundness": COARSE.roundness_max - BUFFER["roundness"],
             "grinding_power": 1000.0,
         }
-        monkeypatch.setattr("sdpgrind.plunge._learn.bounding.measured", lambda *_, seen=seen: seen)
-        monkeypatch.setattr("sdpgrind.plunge._learn.bounding.at_size", lambda _: True)
+        monkeypatch.setattr("sdpgrind.plunge.learning._bounding.measured", lambda *_, seen=seen: seen)
+        monkeypatch.setattr("sdpgrind.plunge.learning._bounding.at_size", lambda _: True)
         controller = learner.next(controller, None)
         bounds.append(learner.bounds["burned_layer"])
     return bounds
@@ -516,7 +520,7 @@ def test_no_bound_goes_beyond_its_cap(monkeypatch):
 )
 def test_bad_arguments(options, said):
     with pytest.raises(ValueError, match=said):
-        plunge.ConstraintBounding(**options)
+        plunge.learning.ConstraintBounding(**options)
 
 
 def test_of_another_kind():
@@ -524,13 +528,13 @@ def test_of_another_kind():
         TypeError,
         match=r"noise_buffer must be a mapping of burned_layer, .* to amounts \(mm, W\); got 0\.005",
     ):
-        plunge.ConstraintBounding(noise_buffer=0.005)
+        plunge.learning.ConstraintBounding(noise_buffer=0.005)
     with pytest.raises(
         TypeError, match="controller must be a StagedController to be adapted; got a CycleController"
     ):
-        plunge.ConstraintBounding().next(plunge.CycleController(COARSE), None)
+        plunge.learning.ConstraintBounding().next(plunge.CycleController(COARSE), None)
     with pytest.raises(ValueError, match="statement must be asked for after a part, with method='qp'"):
-        _ = plunge.ConstraintBounding().statement
+        _ = plunge.learning.ConstraintBounding().statement
 
 
 @pytest.mark.parametrize(
@@ -549,9 +553,9 @@ def test_bad_stages(options, said):
 
 def test_a_part_that_was_broken_off_teaches_nothing():
     stages = plunge.StagedController(COARSE, 0.12, 0.006)
-    adapt = plunge.ConstraintBounding()
+    adapt = plunge.learning.ConstraintBounding()
     log = hwsim.run(hwsim.PlungeGrinder(COARSE, max_time=3.0), stages)
     assert adapt.next(stages, log) is stages and "broken off" in adapt.status
     after = adapt.next(stages, hwsim.run(hwsim.PlungeGrinder(COARSE), stages))
-    fresh = plunge.ConstraintBounding().next(stages, hwsim.run(hwsim.PlungeGrinder(COARSE), stages))
+    fresh = plunge.learning.ConstraintBounding().next(stages, hwsim.run(hwsim.PlungeGrinder(COARSE), stages))
     assert after == fresh

@@ -18,7 +18,10 @@ QUIET, NOISE = hwsim.PlungeGrinder(PROBLEM, noise=None), hwsim.GrinderNoise()
 
 def quiet(step, rule, parts=9):
     return hwsim.run(
-        QUIET, PRINTED, parts=parts, adapt=plunge.MarginBounding(step, 0.005, rule=rule, slack="true")
+        QUIET,
+        PRINTED,
+        parts=parts,
+        adapt=plunge.learning.MarginBounding(step, 0.005, rule=rule, slack="true"),
     ).outcome
 
 
@@ -78,12 +81,12 @@ def margins(adapt, beta, parts, start=0.1):
 @given(c=st.floats(0.05, 1.0), n=st.floats(1e-4, 0.01), beta=st.floats(0.0, 0.05))
 def test_law_of_nine_on_a_line(c, n, beta):
     """d+ = (1 - c) d - c n while d > n, as printed: no burning for c <= 1/2; contracting: never."""
-    d = margins(plunge.MarginBounding(c, n, rule="printed", slack="true"), beta, 40)
+    d = margins(plunge.learning.MarginBounding(c, n, rule="printed", slack="true"), beta, 40)
     free = (d[:-1] > n) & (beta + (1 - c) * d[:-1] - c * n > 0) & (np.minimum.accumulate(d)[:-1] > n)
     np.testing.assert_allclose(d[1:][free], ((1 - c) * d[:-1] - c * n)[free], atol=1e-12)
     if c <= 0.5:
         assert np.all(d > -1e-12)
-    d = margins(plunge.MarginBounding(c, n, slack="true"), beta, 40)
+    d = margins(plunge.learning.MarginBounding(c, n, slack="true"), beta, 40)
     kept = beta + (1 - c) * d[:-1] + c * n > 0
     np.testing.assert_allclose(d[1:][kept], ((1 - c) * d[:-1] + c * n)[kept], atol=1e-12)
     assert np.all(d > -1e-12)
@@ -93,19 +96,22 @@ def test_law_of_nine_on_a_line(c, n, beta):
 def test_number_of_cycles_as_printed(c):
     """1 + ceil(ln((d0 + n)/(2 n))/-ln(1 - c)) parts until the slack is no more than the buffer."""
     n, start = 0.005, 0.0897
-    d = margins(plunge.MarginBounding(c, n, rule="printed", slack="true"), 0.01, 60, start)
+    d = margins(plunge.learning.MarginBounding(c, n, rule="printed", slack="true"), 0.01, 60, start)
     assert int(np.argmax(d <= n)) + 1 == 1 + np.ceil(np.log((start - 0.01 + n) / (2 * n)) / -np.log(1 - c))
 
 
 def test_a_burned_part_brings_the_last_good_margin_back():
-    adapt, controller = plunge.MarginBounding(0.8, 0.001, slack="true"), plunge.CycleController(PROBLEM, 0.04)
+    adapt, controller = (
+        plunge.learning.MarginBounding(0.8, 0.001, slack="true"),
+        plunge.CycleController(PROBLEM, 0.04),
+    )
     second = adapt.next(controller, Part(0.02))
     third = adapt.next(second, Part(-0.001))
     assert (third.safety_margin, adapt.step) == (0.04, 0.4)
 
 
 def test_without_a_balance_nothing_is_learned():
-    for adapt in (plunge.MarginBounding(slack="true"), plunge.ChanceMargin(slack="true")):
+    for adapt in (plunge.learning.MarginBounding(slack="true"), plunge.learning.ChanceMargin(slack="true")):
         controller = plunge.CycleController(PROBLEM, 0.03)
         assert adapt.next(controller, Part(np.nan)).safety_margin == 0.03
 
@@ -195,7 +201,12 @@ def test_share_of_series_with_a_burned_part(step, rule, least, most):
     controller = plunge.CycleController(SHARPER, 0.05, sparkout="printed", roundness_margin=0.0)
     grinder = hwsim.PlungeGrinder(PROBLEM)
     outcome = hwsim.repeat(
-        grinder, controller, series=200, parts=8, rng=3, adapt=plunge.MarginBounding(step, 0.005, rule=rule)
+        grinder,
+        controller,
+        series=200,
+        parts=8,
+        rng=3,
+        adapt=plunge.learning.MarginBounding(step, 0.005, rule=rule),
     )
     assert least <= float((outcome.burned.sum("part") > 0).mean()) <= most
 
@@ -246,7 +257,7 @@ def test_roundness_has_a_margin_of_its_own(recommended):
 
 def test_a_part_that_was_broken_off_teaches_no_roundness():
     """Neither a jumping gauge nor a part left at full rate changes the aim."""
-    controller, margin = plunge.CycleController(PROBLEM, 0.004), plunge.RoundnessMargin()
+    controller, margin = plunge.CycleController(PROBLEM, 0.004), plunge.learning.RoundnessMargin()
     aimed = margin.next(controller, hwsim.run(QUIET, controller))
     assert aimed.roundness_margin != controller.roundness_margin
     jumps, left = (
@@ -330,9 +341,9 @@ def test_printed_controllers_get_sharpness_and_a_chance_margin():
 def test_sharpness_of_the_part_before():
     offline = plunge.CycleController(SHARPER, 0.05, online=False)
     log = hwsim.run(hwsim.PlungeGrinder(PROBLEM), offline)
-    area = plunge.SharpnessUpdate().next(offline, log).problem.model.wear_flat_area
+    area = plunge.learning.SharpnessUpdate().next(offline, log).problem.model.wear_flat_area
     assert area == pytest.approx(0.026, rel=0.006)  # three standard deviations of 0.2 %
-    assert plunge.SharpnessUpdate().next(offline, log).problem.time_constant == SHARPER.time_constant
+    assert plunge.learning.SharpnessUpdate().next(offline, log).problem.time_constant == SHARPER.time_constant
 
 
 def test_a_cut_series_goes_on_as_if_it_had_not_been(tmp_path):
@@ -347,16 +358,19 @@ def test_a_cut_series_goes_on_as_if_it_had_not_been(tmp_path):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: plunge.MarginBounding(1.5), r"step must be in \[0, 1\]; got 1.5"),
-        (lambda: plunge.MarginBounding(0.2, -1.0), r"noise_buffer must be >= 0 \(mm\); got -1.0"),
-        (lambda: plunge.MarginBounding(rule="(9)"), "rule must be one of contracting, printed"),
-        (lambda: plunge.MarginBounding(slack="guessed"), "slack must be one of measured, true"),
-        (lambda: plunge.ChanceMargin(1.0), r"confidence must be a probability in \[0.5, 1\); got 1.0"),
+        (lambda: plunge.learning.MarginBounding(1.5), r"step must be in \[0, 1\]; got 1.5"),
+        (lambda: plunge.learning.MarginBounding(0.2, -1.0), r"noise_buffer must be >= 0 \(mm\); got -1.0"),
+        (lambda: plunge.learning.MarginBounding(rule="(9)"), "rule must be one of contracting, printed"),
+        (lambda: plunge.learning.MarginBounding(slack="guessed"), "slack must be one of measured, true"),
         (
-            lambda: plunge.ChanceMargin(power_gain_tolerance=2.0),
+            lambda: plunge.learning.ChanceMargin(1.0),
+            r"confidence must be a probability in \[0.5, 1\); got 1.0",
+        ),
+        (
+            lambda: plunge.learning.ChanceMargin(power_gain_tolerance=2.0),
             r"power_gain_tolerance must be in \[0, 0.5\]; got 2.0",
         ),
-        (lambda: plunge.RoundnessMargin(part_sd=-1.0), r"part_sd must be >= 0 \(mm\); got -1.0"),
+        (lambda: plunge.learning.RoundnessMargin(part_sd=-1.0), r"part_sd must be >= 0 \(mm\); got -1.0"),
     ],
 )
 def test_what_is_no_margin(make, message):
@@ -366,8 +380,8 @@ def test_what_is_no_margin(make, message):
 
 def test_what_cannot_be_adapted():
     with pytest.raises(TypeError, match="controller must be a CycleController to be adapted; got"):
-        plunge.MarginBounding().next(plunge.StagedController(PROBLEM, 0.1, 0.008), Part(0.0))
+        plunge.learning.MarginBounding().next(plunge.StagedController(PROBLEM, 0.1, 0.008), Part(0.0))
     with pytest.raises(TypeError, match="adaptation must be an adaptation"):
-        plunge.Chain(3)
+        plunge.learning.Chain(3)
     with pytest.raises(TypeError, match="problem must be a CycleProblem"):
         plunge.adaptation("simulation")

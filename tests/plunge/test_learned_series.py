@@ -52,7 +52,7 @@ def machines():
     for k in range(60):
         truth, rows = WEARING.draw(k), [plunge.CycleController(WEARING)]
         grinder = hwsim.PlungeGrinder(WEARING, truth=truth, contact_zero_sd=0.01)
-        learner, logs = plunge.CarriedState(), []
+        learner, logs = plunge.learning.CarriedState(), []
         for part in range(2):
             logs.append(hwsim.run(grinder, rows[-1], rng=100 * k + part))
             rows.append(learner.next(rows[-1], logs[-1]))
@@ -96,12 +96,12 @@ def test_a_doubt_is_not_widened_by_a_part_that_teaches_nothing_of_it():
     """Nothing is doubted: nothing changes; a power that is never read leaves the sharpness its doubt."""
     known = PROBLEM.replace(**dict.fromkeys(SDS, 0.0))
     controller = plunge.CycleController(known)
-    after = plunge.CarriedState().next(controller, hwsim.run(hwsim.PlungeGrinder(known), controller))
+    after = plunge.learning.CarriedState().next(controller, hwsim.run(hwsim.PlungeGrinder(known), controller))
     assert np.all(doubts(after.problem) == 0.0)
     assert np.abs(off(after.problem, MODEL)).max() < 0.02  # the drift of the filter
     blind = hwsim.PlungeGrinder(PROBLEM, power_max=1.0)
     controller = plunge.CycleController(PROBLEM)
-    after = plunge.CarriedState().next(controller, hwsim.run(blind, controller))
+    after = plunge.learning.CarriedState().next(controller, hwsim.run(blind, controller))
     assert after == controller  # contact by the command alone: not carried
 
 
@@ -122,7 +122,7 @@ def test_wear_of_the_wheel_flat_area_is_that_of_a_new_part():
     dulls = PROBLEM.replace(wear=plunge.Wear(0.02), sharpness_sd=0.1)
     controller = plunge.CycleController(dulls.replace(wear_flat_area=0.0234))
     log = hwsim.run(hwsim.PlungeGrinder(dulls), controller, rng=2)
-    after = plunge.CarriedState().next(controller, log)
+    after = plunge.learning.CarriedState().next(controller, log)
     assert float(log.outcome.true_wear_flat_area[0]) == pytest.approx(0.026 + 0.02 * 0.282, abs=1e-4)
     assert after.problem.model.wear_flat_area == pytest.approx(0.026, rel=3 * 0.02)
 
@@ -133,7 +133,7 @@ def test_wear_of_the_wheel_flat_area_is_that_of_a_new_part():
 def test_nothing_is_carried_without_estimation(options):
     controller = plunge.CycleController(PROBLEM, **options)
     log = hwsim.run(hwsim.PlungeGrinder(PROBLEM), controller)
-    assert plunge.CarriedState().next(controller, log) is controller
+    assert plunge.learning.CarriedState().next(controller, log) is controller
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_a_part_that_was_broken_off_carries_nothing(fault):
     controller = plunge.CycleController(PROBLEM)
     log = hwsim.run(hwsim.PlungeGrinder(PROBLEM, **fault), controller, rng=1)
     assert float(log.outcome.remaining[0]) > 0.01
-    assert plunge.CarriedState().next(controller, log) is controller
+    assert plunge.learning.CarriedState().next(controller, log) is controller
 
 
 # ---- burn threshold
@@ -160,7 +160,7 @@ ERRORS = {"severity": {"severity_sd": 0.03}, "burned": {"miss": 0.02, "false_ala
 def test_a_series_learns_what_is_learned_by_hand(by):
     """Bit by bit: the readings of the log, with the errors of its inspection."""
     first, grinder = plunge.CycleController(DOUBTED), inspected(**ERRORS[by])
-    learner = Kept(plunge.ThresholdUpdate(DOUBTED, by=by))
+    learner = Kept(plunge.learning.ThresholdUpdate(DOUBTED, by=by))
     log = hwsim.run(grinder, first, parts=4, rng=1, adapt=learner)
     threshold = plunge.BurnThreshold(DOUBTED)
     for part, given in enumerate(Kept.found):
@@ -175,12 +175,14 @@ def test_a_series_learns_what_is_learned_by_hand(by):
 
 def test_severity_is_worth_seconds_and_a_good_part_little():
     """The derivation's margins: 0.047 after four severities of 3 %, 0.107 after ten good parts."""
-    chain = plunge.Chain(plunge.CarriedState(), plunge.ThresholdUpdate(DOUBTED))
+    chain = plunge.learning.Chain(plunge.learning.CarriedState(), plunge.learning.ThresholdUpdate(DOUBTED))
     log = hwsim.run(inspected(severity_sd=0.03), plunge.CycleController(DOUBTED), parts=8, rng=1, adapt=chain)
     time = log.outcome.time.values
     assert not log.outcome.burned.any() and time[-1] < time[4] < time[2] < time[0]
     assert 1.06 * OPTIMUM < time[0] < 1.085 * OPTIMUM and time[4] < 1.03 * OPTIMUM
-    etched = plunge.Chain(plunge.CarriedState(), plunge.ThresholdUpdate(DOUBTED, by="burned"))
+    etched = plunge.learning.Chain(
+        plunge.learning.CarriedState(), plunge.learning.ThresholdUpdate(DOUBTED, by="burned")
+    )
     log = hwsim.run(inspected(), plunge.CycleController(DOUBTED), parts=8, rng=1, adapt=etched)
     assert not log.outcome.burned_reading.any() and time[-1] < log.outcome.time.values[-1] < time[0]
     assert 1.045 * OPTIMUM < log.outcome.time.values[-1] < 1.065 * OPTIMUM  # ten parts: +5.3 %
@@ -201,7 +203,7 @@ def test_a_series_that_was_killed_learns_on(cut, tmp_path):
 def test_a_part_without_inspection_teaches_nothing():
     controller = plunge.CycleController(DOUBTED)
     log = hwsim.run(hwsim.PlungeGrinder(DOUBTED), controller)
-    learner = plunge.ThresholdUpdate(DOUBTED)
+    learner = plunge.learning.ThresholdUpdate(DOUBTED)
     assert learner.next(controller, log) is controller
     unread = hwsim.run(hwsim.PlungeGrinder(DOUBTED, max_time=0.1, inspection=hwsim.Inspection()), controller)
     assert np.isnan(unread.outcome.severity_reading.values[0])
@@ -219,7 +221,7 @@ def test_a_threshold_far_from_what_was_believed_is_told():
     )
     with pytest.warns(UserWarning, match="burned: find the cause"):
         log = hwsim.run(
-            grinder, plunge.CycleController(sure), parts=3, rng=1, adapt=plunge.ThresholdUpdate(sure)
+            grinder, plunge.CycleController(sure), parts=3, rng=1, adapt=plunge.learning.ThresholdUpdate(sure)
         )
     np.testing.assert_array_equal(log.outcome.burned, [1, 0, 0])
 
@@ -230,11 +232,11 @@ def test_what_the_recommended_adaptation_is_made_of():
     kinds = [type(each).__name__ for each in plunge.adaptation(DOUBTED).adaptations]
     assert kinds[-3:] == ["CarriedState", "RoundnessMargin", "ThresholdUpdate"]
     with pytest.raises(ValueError, match="by must be one of severity, burned; got 'etched'"):
-        plunge.ThresholdUpdate(DOUBTED, by="etched")
+        plunge.learning.ThresholdUpdate(DOUBTED, by="etched")
     with pytest.raises(ValueError, match=r"burning_sd must be > 0, such as 0\.045"):
-        plunge.ThresholdUpdate(PROBLEM)
+        plunge.learning.ThresholdUpdate(PROBLEM)
     with pytest.raises(TypeError, match="controller must be a CycleController to be adapted"):
-        plunge.CarriedState().next(plunge.StagedController(PROBLEM, 0.09, 0.008), None)
+        plunge.learning.CarriedState().next(plunge.StagedController(PROBLEM, 0.09, 0.008), None)
 
 
 # ---- all at once

@@ -34,7 +34,7 @@ AreaController; _controller LocusController; _dressed_grinding DressedGrinding; 
 _gain_schedule GainSchedule; _grinding Grinding; _learned LearnedStart; _locus Locus; _modifiers
 ModifierController; _problem Problem Varying; _problem_text Expression; _robust RobustLocus; _roughness
 Roughness; _turning Turning.
-sdpgrind.plunge: _bounding ConstraintBounding; _chain Chain SharpnessUpdate _OfflineOnly; _controller
+sdpgrind.plunge: _bounding ConstraintBounding; _chain Chain SharpnessUpdate; _controller
 CycleController; _cycle CyclePlan; _margins ChanceMargin MarginBounding RoundnessMargin
 _ConstantFilter=_Bias; _dressing RoughnessLaw; _model PlungeModel Wear; _problem CycleProblem; _staged
 StagedController.

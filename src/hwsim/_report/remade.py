@@ -5,6 +5,8 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
+from types import ModuleType
 from typing import Any
 
 from hwsim._log.fingerprint import fingerprint
@@ -118,16 +120,16 @@ def _run(job: Mapping[str, Any], plan: Any, problem: Any) -> Any:
     from hwsim._loop.compare import compare
     from hwsim._loop.loop import run
 
-    package: Any = import_module(_PACKAGES[job["plan"]["kind"]]) if plan is not None else None
+    package = None if plan is None else import_module(_PACKAGES[job["plan"]["kind"]])
     changed = plan is not None and _changed(plan, job["plan"])
 
     def follower(told: Mapping[str, Any]) -> Any:
-        ways = [lambda of=of: getattr(package, told["name"])(of) for of in (plan, problem)]
+        ways = [lambda of=of: _public(package, told["name"])(of) for of in (plan, problem)]
         return _same(told, ways, changed, plan)
 
     def learner(told: Mapping[str, Any]) -> Any:
-        named: Any = getattr(package, told["name"], None)
-        learns = [lambda: package.adaptation(problem), lambda: named(), lambda: named(problem)]
+        named = _public(package, told["name"])
+        learns = [lambda: _public(package, "adaptation")(problem), named, lambda: named(problem)]
         return _same(told, learns, changed, plan)
 
     drawn = {"parts": job["parts"], "rng": job["seed"]}
@@ -138,6 +140,15 @@ def _run(job: Mapping[str, Any], plan: Any, problem: Any) -> Any:
         return compare(plant, followers, adapt=learning or None, **drawn)
     adapt = None if job["adapt"] is None else learner(job["adapt"])
     return run(plant, follower(job["controller"]), adapt=adapt, **drawn)
+
+
+def _public(package: ModuleType | None, name: str) -> Any:
+    """What a package, or one of its public sub-packages, has by a name; None: neither has it."""
+    if package is None:
+        return None
+    within = [each.name for each in iter_modules(package.__path__) if not each.name.startswith("_")]
+    places = [package, *(import_module(f"{package.__name__}.{each}") for each in within)]
+    return next((getattr(one, name) for one in places if name in getattr(one, "__all__", ())), None)
 
 
 def _same(told: Mapping[str, Any], ways: Sequence[Callable[[], Any]], changed: bool, plan: Any) -> Any:

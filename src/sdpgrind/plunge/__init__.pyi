@@ -1,16 +1,7 @@
 from ._control.controller import CycleController as CycleController
 from ._identify.identify import identify as identify
+from ._identify.machine_estimate import MachineEstimate as MachineEstimate
 from ._identify.time_constant import TimeConstantEstimator as TimeConstantEstimator
-from ._learn.bounding import ConstraintBounding as ConstraintBounding
-from ._learn.carried import CarriedState as CarriedState
-from ._learn.chain import Chain as Chain
-from ._learn.chain import SharpnessUpdate as SharpnessUpdate
-from ._learn.chain import adaptation as adaptation
-from ._learn.margins import ChanceMargin as ChanceMargin
-from ._learn.margins import MarginBounding as MarginBounding
-from ._learn.margins import RoundnessMargin as RoundnessMargin
-from ._learn.threshold import BurnThreshold as BurnThreshold
-from ._learn.threshold_update import ThresholdUpdate as ThresholdUpdate
 from ._model.dressing import RoughnessLaw as RoughnessLaw
 from ._model.drive import Drive as Drive
 from ._model.model import PlungeModel as PlungeModel
@@ -24,4 +15,7 @@ from ._plan.cycle import CycleError as CycleError
 from ._plan.cycle import CyclePlan as CyclePlan
 from ._plan.cycle import CycleSolution as CycleSolution
 from ._plan.plan import plan as plan
+from ._plan.program import CycleProgram as CycleProgram
 from ._stages.controller import StagedController as StagedController
+from .learning import BurnThreshold as BurnThreshold
+from .learning import adaptation as adaptation

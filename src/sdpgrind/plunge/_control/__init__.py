@@ -1,1 +1,1 @@
-"""Controllers of a cycle: estimation during the part, command of the next sample."""
+"""Controllers of a cycle: filter of the part, safe position of the axis; sections as printed, stages."""

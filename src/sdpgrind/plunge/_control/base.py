@@ -1,5 +1,6 @@
 """Base of the plunge controllers: a compiled core, stepped once per sample."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, ClassVar
@@ -22,7 +23,7 @@ REPORTS: Mapping[str, str] = {
 }  # name -> unit
 
 
-class SampledCycle:
+class SampledCycle(ABC):
     """Controller with a compiled core, stepped once per sample; simulated parts run the same kernels."""
 
     problem: CycleProblem
@@ -45,9 +46,9 @@ class SampledCycle:
         """Parameters of the compiled core, a row of `LAW` in mm, s and N."""
         return self._compiled()
 
+    @abstractmethod
     def _compiled(self) -> Floats:
         """Parameters from the problem and the controller's own."""
-        raise NotImplementedError
 
     @cached_property
     def state(self) -> Floats:

@@ -10,13 +10,13 @@ from sdpgrind.plunge._control.control_kernels import start_control
 from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._control.filter_state import FILTER, STATES
 from sdpgrind.plunge._identify.cycles import Cycle, cycles
-from sdpgrind.plunge._learn.replay_kernels import replayed_reserve
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge.learning._replay_kernels import replayed_reserve
 
 _LEAST = 0.5  # derived: the filter does not depend on the confidence; no safe rate is asked for
 
 
-class Replay(NamedTuple):
+class ReplayedPart(NamedTuple):
     """Part as its filter saw it: estimates with covariance at the end (mixed units), reserve, contact."""
 
     mean: Floats
@@ -25,12 +25,12 @@ class Replay(NamedTuple):
     touched: bool
 
 
-def replayed(data: Any, problem: CycleProblem, part: int | None = None) -> Replay:
+def replayed(data: Any, problem: CycleProblem, part: int | None = None) -> ReplayedPart:
     """Replay a part of a log, or its first; its reserve is the rise of ln of temperature that damages it."""
     return _replay(cycles(data, power=True, part=part)[0], problem)
 
 
-def _replay(part: Cycle, problem: CycleProblem) -> Replay:
+def _replay(part: Cycle, problem: CycleProblem) -> ReplayedPart:
     law = CycleController(problem, confidence=_LEAST).law
     state = np.zeros(at.STATES)
     start_control(state, law)
@@ -39,4 +39,6 @@ def _replay(part: Cycle, problem: CycleProblem) -> Replay:
     reserve = replayed_reserve(state, law, part.size, power, commands, problem.model.burn_onset[0])
     found = state[at.FILTERED :].view(FILTER)[0]
     covariance = np.array(found["cov"]).reshape(STATES, STATES)
-    return Replay(np.array(found["mean"]), covariance, float(reserve), bool(state[at.TOUCHED] == at.YES))
+    return ReplayedPart(
+        np.array(found["mean"]), covariance, float(reserve), bool(state[at.TOUCHED] == at.YES)
+    )

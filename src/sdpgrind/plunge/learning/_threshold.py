@@ -15,9 +15,9 @@ from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._learn.replay import replayed
 from sdpgrind.plunge._model.chance import checked_confidence
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge.learning._replay import replayed
 
 POINTS, REACH = 1001, 0.5  # chosen: grid of eta, of ln B; a finer one moves no margin by 1e-5
 _SURPRISE = 1e-4  # chosen: share of the density left within 5 sd of the prior that tells another cause

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sdpgrind.base import checks
-from sdpgrind.plunge._learn.readings import at_size, measured
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._stages.controller import StagedController
 from sdpgrind.plunge._stages.program import CONSTRAINTS, SETTINGS, program
 from sdpgrind.plunge._stages.solvers import SOLVED, QuadraticProgram, optimum
+from sdpgrind.plunge.learning._readings import at_size, measured
 
 if TYPE_CHECKING:
     import cvxpy
@@ -68,10 +68,11 @@ class ConstraintBounding:
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
+    >>> from sdpgrind.plunge import learning
     >>> problem = plunge.preset("simulation")
     >>> assumed = problem.replace(wear_flat_area=0.0234)
     >>> safe = plunge.StagedController(assumed, stage_remaining=0.12, stage_rate=0.006)  # mm, mm/s
-    >>> rule = plunge.ConstraintBounding(step=0.5)
+    >>> rule = learning.ConstraintBounding(step=0.5)
     >>> log = hwsim.run(hwsim.PlungeGrinder(problem), safe, parts=6, adapt=rule)
     >>> bool(log.outcome.time[-1] < 0.85 * log.outcome.time[0]), int(log.outcome.burned.sum())
     (True, 0)

@@ -6,13 +6,13 @@ import numpy as np
 
 from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._control.filter_state import SCALE, SHARPNESS, WEAR, Q
-from sdpgrind.plunge._learn.attainable import informed
-from sdpgrind.plunge._learn.margins import adaptable
-from sdpgrind.plunge._learn.readings import at_size
-from sdpgrind.plunge._learn.replay import Replay, replayed
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._model.taken import grinding_ratio
 from sdpgrind.plunge._model.uncertainty import Uncertainty
+from sdpgrind.plunge.learning._attainable import informed
+from sdpgrind.plunge.learning._margins import adaptable
+from sdpgrind.plunge.learning._readings import at_size
+from sdpgrind.plunge.learning._replay import ReplayedPart, replayed
 
 _DRIFT = 0.2  # chosen: what may change from part to part, over what is declared not to be known
 
@@ -28,9 +28,10 @@ class CarriedState:
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
+    >>> from sdpgrind.plunge import learning
     >>> problem = plunge.preset("simulation")
     >>> grinder = hwsim.PlungeGrinder(problem, truth=problem.model.replace(wear_flat_area=0.0286))
-    >>> log = hwsim.run(grinder, plunge.CycleController(problem), parts=2, adapt=plunge.CarriedState())
+    >>> log = hwsim.run(grinder, plunge.CycleController(problem), parts=2, adapt=learning.CarriedState())
     >>> bool(log.outcome.time[1] < log.outcome.time[0])  # s
     True
     """
@@ -51,7 +52,7 @@ class CarriedState:
         return informed(controller, learned, self._first.confidence)
 
 
-def _learned(problem: CycleProblem, part: Replay, declared: Uncertainty) -> CycleProblem:
+def _learned(problem: CycleProblem, part: ReplayedPart, declared: Uncertainty) -> CycleProblem:
     """Problem with the estimates of a part and their standard deviations."""
     model, mean, sd = problem.model, part.mean, np.sqrt(np.diag(part.covariance))
     worn = 1.0 if model.wear is None else np.exp(model.wear.growth / model.wear_flat_area * mean[Q])

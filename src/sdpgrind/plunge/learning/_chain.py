@@ -7,10 +7,10 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._learn.carried import CarriedState
-from sdpgrind.plunge._learn.margins import ChanceMargin, RoundnessMargin, adaptable
-from sdpgrind.plunge._learn.threshold_update import ThresholdUpdate
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge.learning._carried import CarriedState
+from sdpgrind.plunge.learning._margins import ChanceMargin, RoundnessMargin, adaptable
+from sdpgrind.plunge.learning._threshold_update import ThresholdUpdate
 
 
 class SharpnessUpdate:
@@ -23,10 +23,11 @@ class SharpnessUpdate:
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
+    >>> from sdpgrind.plunge import learning
     >>> problem = plunge.preset("simulation")
     >>> assumed = problem.replace(wear_flat_area=0.0234)
     >>> controller = plunge.CycleController(assumed, safety_margin=0.05, online=False)
-    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=2, adapt=plunge.SharpnessUpdate())
+    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=2, adapt=learning.SharpnessUpdate())
     >>> round(float(log["controller"].wear_flat_area_planned[-1]), 3)  # 0..1
     0.026
     """
@@ -59,7 +60,8 @@ class Chain:
     Examples
     --------
     >>> from sdpgrind import plunge
-    >>> len(plunge.Chain(plunge.SharpnessUpdate(), plunge.ChanceMargin()).adaptations)  # dimensionless
+    >>> from sdpgrind.plunge import learning
+    >>> len(learning.Chain(learning.SharpnessUpdate(), learning.ChanceMargin()).adaptations)  # dimensionless
     2
     """
 

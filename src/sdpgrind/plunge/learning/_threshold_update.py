@@ -7,10 +7,10 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._learn.attainable import informed
-from sdpgrind.plunge._learn.margins import adaptable
-from sdpgrind.plunge._learn.threshold import BurnThreshold
 from sdpgrind.plunge._model.problem import CycleProblem
+from sdpgrind.plunge.learning._attainable import informed
+from sdpgrind.plunge.learning._margins import adaptable
+from sdpgrind.plunge.learning._threshold import BurnThreshold
 
 _READINGS = {"severity": "severity_reading", "burned": "burned_reading"}
 _ERRORS = {"severity": ("severity_sd",), "burned": ("miss", "false_alarm")}
@@ -41,9 +41,10 @@ class ThresholdUpdate:
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
+    >>> from sdpgrind.plunge import learning
     >>> problem = plunge.preset("simulation").replace(burning_sd=0.045)
     >>> grinder = hwsim.PlungeGrinder(problem, inspection=hwsim.Inspection(severity_sd=0.03))
-    >>> learner = plunge.ThresholdUpdate(problem)
+    >>> learner = learning.ThresholdUpdate(problem)
     >>> log = hwsim.run(grinder, plunge.CycleController(problem), parts=3, adapt=learner)
     >>> bool(log.outcome.time[2] < log.outcome.time[0])  # s
     True

@@ -7,7 +7,7 @@ from scipy.special import ndtri
 
 from sdpgrind.base import checks
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._learn.readings import (
+from sdpgrind.plunge.learning._readings import (
     at_size,
     measured_slack,
     noise_of_slack,
@@ -46,10 +46,11 @@ class MarginBounding:
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
+    >>> from sdpgrind.plunge import learning
     >>> problem = plunge.preset("simulation")
     >>> assumed = problem.replace(wear_flat_area=0.0234)
     >>> controller = plunge.CycleController(assumed, safety_margin=0.05, sparkout="printed")
-    >>> rule = plunge.MarginBounding(step=0.4)
+    >>> rule = learning.MarginBounding(step=0.4)
     >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=4, adapt=rule)
     >>> bool(log.outcome.time[-1] < log.outcome.time[0])  # s
     True
@@ -130,9 +131,10 @@ class ChanceMargin:
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
+    >>> from sdpgrind.plunge import learning
     >>> problem = plunge.preset("simulation")
     >>> controller = plunge.CycleController(problem.replace(wear_flat_area=0.0234), safety_margin=0.05)
-    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=3, adapt=plunge.ChanceMargin(0.99))
+    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=3, adapt=learning.ChanceMargin(0.99))
     >>> bool(log.outcome.time[-1] < 12.3), log.outcome.burned.values  # s
     (True, array([0., 0., 0.]))
     """
@@ -205,9 +207,10 @@ class RoundnessMargin:
     --------
     >>> import hwsim
     >>> from sdpgrind import plunge
+    >>> from sdpgrind.plunge import learning
     >>> problem = plunge.preset("simulation")
     >>> controller = plunge.CycleController(problem, safety_margin=0.002)
-    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=3, adapt=plunge.RoundnessMargin())
+    >>> log = hwsim.run(hwsim.PlungeGrinder(problem), controller, parts=3, adapt=learning.RoundnessMargin())
     >>> log.outcome.out_of_round.values
     array([0., 0., 0.])
     """

@@ -1,1 +1,0 @@
-"""Adaptation between parts: safety margins, bounds of constraints, sharpness."""

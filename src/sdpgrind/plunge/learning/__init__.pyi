@@ -1,0 +1,11 @@
+from ._bounding import ConstraintBounding as ConstraintBounding
+from ._carried import CarriedState as CarriedState
+from ._chain import Chain as Chain
+from ._chain import SharpnessUpdate as SharpnessUpdate
+from ._chain import adaptation as adaptation
+from ._margins import ChanceMargin as ChanceMargin
+from ._margins import MarginBounding as MarginBounding
+from ._margins import RoundnessMargin as RoundnessMargin
+from ._threshold import BurnTest as BurnTest
+from ._threshold import BurnThreshold as BurnThreshold
+from ._threshold_update import ThresholdUpdate as ThresholdUpdate
