@@ -53,8 +53,10 @@ class CycleController(SampledCycle, Described):
         Distance of the aimed out-of-roundness from its limit, mm; gauge noise scatters it by some 1e-5.
     observer_gain : float
         Gain of the size observer in (0, 1] without online estimation; 1: the gauge alone; unit 1.
-    size_sd, power_sd, contact_zero_sd, deflection_sd, sharpness_sd : float, optional
-        Deprecated: `uncertainty` of the problem holds them, in mm and 1.
+    size_sd, contact_zero_sd : float, optional
+        Deprecated: `uncertainty` of the problem holds them, mm.
+    power_sd, deflection_sd, sharpness_sd : float, optional
+        Deprecated: `uncertainty` of the problem holds them, unit 1.
 
     Raises
     ------
@@ -114,7 +116,7 @@ class CycleController(SampledCycle, Described):
 
     @property
     def learns(self) -> bool:
-        """Whether it estimates during the part."""
+        """Whether it estimates during the part (unit 1)."""
         return self._may_learn if self.online is None else self.online
 
     @property

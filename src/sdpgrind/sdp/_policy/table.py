@@ -149,7 +149,7 @@ class Solution:
 
     @cached_property
     def changed(self) -> Any:
-        """Mask [row, mode, cell] of cells of the one axis that `kinks` may list, without their costs."""
+        """Mask [row, mode, cell] of cells of one axis that `kinks` may list, without costs; unit 1."""
         if self._lines is None:
             return self.kinks.at >= 0
         rows, modes, nodes = self.table.value.shape
