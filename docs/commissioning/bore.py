@@ -91,10 +91,12 @@ print(plunge.plan(believed.updated(found)))
 # A whole machine
 # ---------------
 # A trace with power can tell more than a time constant: record one part for it, with 0.1 mm of air, the greatest rate
-# and two lower ones, 0.3 and 0.1 of it, held for three time constants each, and a spark-out.
+# and two lower ones, 0.3 and 0.1 of it, held for three time constants each, and a spark-out: this bore needs
+# some 0.4 mm of stock for it.
 # ``machine = plunge.identify(log, "machine", problem=believed)`` fits force ratio, wear flat area, specific energy,
 # ploughing force, idle power, wheel wear, the lags of feed drive and power monitor, and the contact at once;
-# ``believed.updated(machine)`` takes them all. Columns in another unit are refused with the call that reads them.
+# ``believed.updated(machine)`` takes the values; what is declared not to be known stays, until ``replace(sharpness_sd=...,
+# deflection_sd=...)`` declares the standard deviations that were found. Columns in another unit are refused with the call that reads them.
 # ``machine.fit`` and ``machine.plot()`` show how well sizes and powers are met: a linear lag fitted to a machine that
 # gives way by the force "does not fit", and is not taken. What the part does not tell stays as believed, and is named.
 # The longer the holds, the better are chips told from sliding: with 6 s and a reading each 0.04 s the wear flat area is

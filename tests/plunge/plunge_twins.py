@@ -161,7 +161,7 @@ class Filter:
         v = self.rate(half, area)
         growth = 0.0 if self.model.wear is None else self.model.wear.growth / self.model.wear_flat_area
         after = mean.copy()
-        after[0], after[3] = q + v * self.dt, area * (1 + growth * v * self.dt)
+        after[0], after[3] = q + v * self.dt, area + growth * v * self.dt
         after[6] = self.pole * shown + (1 - self.pole) * self.base.watts * max(half, 0.0)
         return after, half, v
 
@@ -257,7 +257,7 @@ class SafePosition:
     def wheel(self, left):
         """Wheel when a stock (mm) is left."""
         gone = max(self.problem.stock - left - self.mean[0], 0.0)
-        return Wheel(self.model, self.model.wear_flat_area * self.mean[3] * (1 + self.growth * gone))
+        return Wheel(self.model, self.model.wear_flat_area * (self.mean[3] + self.growth * gone))
 
     def depth(self, v, wheel):
         """Depth of damage (mm) exceeded with the chance allowed, by derivatives of r - z by the states."""

@@ -109,16 +109,43 @@ def test_wear_that_is_known():
         assert known["time"] < out["time"] - 5 * SAMPLE
 
 
+@pytest.mark.parametrize("online", [True, False])
 @pytest.mark.parametrize("growth", [0.02, 0.05, 0.08])
-def test_wear_that_lets_less_and_less_rate_go_without_damage(growth):
-    """At the end the burn rate is below the round rate, and limits it."""
+def test_wear_that_lets_less_and_less_rate_go_without_damage(growth, online):
+    """At the end the burn rate is below the round rate, and limits it; 0.4 % above the bound."""
     dulling = KNOWN.replace(wear=plunge.Wear(growth), roundness_max=4.5e-3)
     end = MODEL.replace(wear_flat_area=0.026 + growth * PROBLEM.stock)
-    out = became(plunge.CycleController(dulling, **EXACT), problem=dulling)
+    out = became(plunge.CycleController(dulling, online=online, **EXACT), problem=dulling)
     assert out["burned"] == 0 and out["true_wear_flat_area"] == pytest.approx(end.wear_flat_area, abs=5e-5)
     last = min(dulling.final_rate, end.burn_rate)
     assert out["roundness"] <= float(MODEL.roundness(last)) * 1.001
-    assert plunge.plan(dulling, method="dp", steps=60).time * 0.999 < out["time"]
+    best = plunge.plan(dulling, method="dp", steps=60).time
+    assert best * 0.999 < out["time"] < best * 1.005
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.01])
+@pytest.mark.parametrize("online", [True, False])
+def test_an_end_that_is_far_slower_than_the_round_rate(online, margin):
+    """The wheel that has grown dull burns above a fifth of the round rate."""
+    dulling = KNOWN.replace(
+        wear=plunge.Wear(0.03),
+        wear_flat_area=0.0246,
+        burning=physics.BurningLimit(6.205, 3.3),
+        roundness_max=9e-3,
+    )
+    end = dulling.model.replace(wear=None, wear_flat_area=0.0246 + 0.03 * PROBLEM.stock)
+    assert end.burn_rate < 0.2 * dulling.final_rate
+    out = became(plunge.CycleController(dulling, margin, online=online, **EXACT), problem=dulling)
+    assert out["burned"] == 0 and margin < out["part_slack"] < margin + 2e-3
+    assert out["roundness"] < float(MODEL.roundness(end.burn_rate)) * 1.001
+
+
+def test_a_doubt_that_lets_only_slow_rates_go_keeps_its_margin():
+    """A threshold doubted by 4.5 % is kept with 3.09 of that, however rough a part may be."""
+    doubted = KNOWN.replace(burning_sd=0.045, roundness_max=15e-3)
+    assert doubted.safe_rate(0.0) < 0.2 * doubted.final_rate
+    out = became(plunge.CycleController(doubted, **EXACT), problem=doubted)
+    assert 3.09 * 0.045 - 1e-4 < out["reserve"] < 3.09 * 0.045 + 0.01
 
 
 @pytest.mark.parametrize("online", [True, False])

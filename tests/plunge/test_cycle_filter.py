@@ -114,7 +114,7 @@ def law_and_filter(controller, mean, covariance):
 
 def slowest_of(record, law):
     """Least rate that the compiled rule considers, mm/s."""
-    return min(max(rule.SLOWEST * law["final_rate"], opened(rule._coolest)(record, law)), law["rate_max"])
+    return opened(rule._slowest)(record, law)
 
 
 def drawn(rng, problem, sds):
@@ -163,8 +163,8 @@ problems = st.builds(
 def test_the_safe_position_against_a_scan(changed, margin, no_burn, seed):
     """Never beyond the least of the scan; within 0.2 um of it.
 
-    By growth of the wear flat area the wheel of a coarser stock is taken, which is the duller one; where nothing
-    may burn that at the end.
+    Where the wear flat area grows, that of less stock is taken, which is greater: with a margin by its growth
+    over the margin, where nothing may burn by that until the end.
     """
     try:
         problem = PROBLEM.replace(time_constant=None, **changed)
@@ -178,14 +178,13 @@ def test_the_safe_position_against_a_scan(changed, margin, no_burn, seed):
     )  # measured: 2e-7, as E is taken at 56 rates; the plant counts as much as none
     if no_burn and problem.model.wear is not None:
         return
-    assert found > expected - 2e-4
     worn = (
         0.0
         if problem.model.wear is None
         else margin * problem.model.wear.growth / problem.model.wear_flat_area
     )
-    # that of the wheel where the margin begins, of which the position is the least anyway
-    assert slow * (1 - 1e-3) < final < slow * (1 + 1e-4 + 2 * worn)
+    assert found > expected - 2e-4 - 0.2 * worn  # mm of damage and deflection over the relative area
+    assert slow * (1 - 1e-3) < final < slow * (1 + 1e-4)
 
 
 def test_each_share_of_the_rule_moves_it_by_more_than_the_tolerance():

@@ -41,7 +41,7 @@ def compare(
     *,
     parts: int = 1,
     rng: Seed = 0,
-    adapt: Mapping[str, Adaptation] | None = None,
+    adapt: Mapping[str, Adaptation | None] | None = None,
     executor: Executor | None = None,
     progress: ProgressOption = None,
 ) -> Log:
@@ -125,7 +125,9 @@ def compare(
 
 
 def _adaptations(
-    adapt: Mapping[str, Adaptation] | None, controllers: Mapping[str, Controller], executor: Executor | None
+    adapt: Mapping[str, Adaptation | None] | None,
+    controllers: Mapping[str, Controller],
+    executor: Executor | None,
 ) -> dict[str, Adaptation]:
     """Adaptations by controller, checked."""
     if adapt is None:
@@ -138,8 +140,9 @@ def _adaptations(
         raise ValueError(WAITS)
     for name, each in adapt.items():
         checks.one_of("adapt", name, tuple(controllers))
-        check_adaptation(f"adapt[{name!r}]", each)
-    return dict(adapt)
+        if each is not None:
+            check_adaptation(f"adapt[{name!r}]", each)
+    return {name: each for name, each in adapt.items() if each is not None}
 
 
 @quiet

@@ -95,7 +95,8 @@ def _summary(out: Path, log: Any, lag: Any, believed: Any, plan: Any, run: Any, 
             f"file     {BORE.name}: {rows} readings of size, commanded rate and power, units from its header",
             f"machine  time constant {lag['time_constant']:.3f} s, 95 % from {low:.3f} to {high:.3f} s;"
             f" believed {believed.problem.time_constant:.3f} s",
-            f"plan     {plan.time:.2f} s a part; with the machine as believed {believed.time:.2f} s",
+            f"plan     {plan.time:.2f} s a part; with the machine as believed {believed.time:.2f} s;"
+            f" burn threshold {plan.problem.uncertainty.burn_threshold}",
             f"run      {PARTS} simulated parts, confidence {CONFIDENCE:g}: {time.mean():.2f} s on average,"
             f" the slowest {time.max():.2f} s; {burned or 'none'} burned, {oval or 'none'} out of round",
             "",

@@ -30,7 +30,7 @@ class Inspection(Described):
 
     miss: float = quantity("1", at_least=0, below=1, default=0.0)
     false_alarm: float = quantity("1", at_least=0, below=1, default=0.0)
-    severity_sd: float = quantity("1", at_least=0, at_most=0.5, default=0.0)
+    severity_sd: float = quantity("1", at_least=0, at_most=0.5, hint=" (0.03 for 3 %)", default=0.0)
 
     def _check(self) -> None:
         if self.miss + self.false_alarm >= 1.0:

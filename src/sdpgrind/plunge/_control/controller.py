@@ -74,7 +74,7 @@ class CycleController(SampledCycle, Described):
     problem: CycleProblem = part(CycleProblem, " (see plunge.preset)")
     safety_margin: float = quantity("mm", at_least=0, default=0.0)
     _: dataclasses.KW_ONLY
-    confidence: float = quantity("1", at_least=0.5, below=1, default=0.999)
+    confidence: float = quantity("1", at_least=0.5, below=1, hint=" (0.999 for 99.9 %)", default=0.999)
     sparkout: str = choice("p_end", "gauge", "printed", default="p_end")
     online: bool | None = flag(default=None)
     no_burn: bool = flag(default=False)

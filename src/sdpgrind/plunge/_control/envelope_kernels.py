@@ -12,7 +12,8 @@ from sdpgrind.plunge._control.filter_state import GAIN, SCALE, SHARPNESS, STATES
 from sdpgrind.plunge._model.kernels import DeflectionLaw, _rate_near, _worn, beyond
 
 RATES = 56  # chosen: rates between which E is linear: 0.05 um
-SLOWEST = 0.25  # chosen: least of them over the final rate
+SLOWEST = 0.25  # chosen: least of them over the final rate, where that is safe at size
+STANDING = 0.01  # chosen: else least of them over that, where no rate is the coolest
 
 
 @compiled
@@ -47,7 +48,7 @@ def quantile_depth(s, law, core, v, root, w):
 def worn_until(s, law, remaining):
     """Wheel at a remaining stock, mm: the wear flat area grows by the model until then."""
     ahead = max(law.stock - max(remaining, 0.0) - s.mean[Q], 0.0)
-    return _worn(law, s.mean[SHARPNESS] * (1.0 + law.growth * ahead))
+    return _worn(law, s.mean[SHARPNESS] + law.growth * ahead)
 
 
 @compiled
@@ -55,11 +56,11 @@ def depth_ahead(s, law, v, root, w):
     """Depth of damage (mm) at a rate with its powers, by the wheel as it will be where the stock is as deep.
 
     Without growth of the wear flat area one evaluation; else a second with the growth until the first depth,
-    which is somewhat deep.
+    which is somewhat deep, as is that with a margin, of which a duller wheel takes the last.
     """
     depth = quantile_depth(s, law, worn_until(s, law, law.stock), v, root, w)
     if law.growth > 0.0:
-        depth = quantile_depth(s, law, worn_until(s, law, depth + law.safety_margin), v, root, w)
+        depth = quantile_depth(s, law, worn_until(s, law, depth), v, root, w)
     return depth
 
 
@@ -91,11 +92,21 @@ def _coolest(s, law):
 
 
 @compiled
+def _slowest(s, law):
+    """Least of the rates, mm/s: one that is safe at size, or the coolest."""
+    coolest = _coolest(s, law)
+    v = min(max(SLOWEST * law.final_rate, coolest), law.rate_max)
+    if depth_ahead(s, law, v, np.sqrt(np.sqrt(v)), v**law.p) <= 0.0:
+        return v
+    return max(coolest, STANDING * v)
+
+
+@compiled
 def safe_position(s, law, ahead):
     """Greatest commanded position (mm), and the rate at size (mm/s); `ahead` (mm): removed before it acts."""
     now, margin = max(law.stock - s.mean[Q] - ahead, 0.0), law.safety_margin
     allowed = 0.0 if law.no_burn else max(now - margin, 0.0)  # depth of damage
-    v = min(max(SLOWEST * law.final_rate, _coolest(s, law)), law.rate_max)
+    v = _slowest(s, law)
     step = (law.rate_max / v) ** (1.0 / (RATES - 1))
     root, w, root_step, w_step = np.sqrt(np.sqrt(v)), v**law.p, np.sqrt(np.sqrt(step)), step**law.p
     last, before, end, least = v, np.inf, 0.0, np.inf

@@ -50,7 +50,7 @@ def predict(s, law, before, middle):
     stiff = 1.0 / (1.0 - 0.5 * dt * s.by_v[Q])  # the rate in the middle moves with the size at the beginning
     power = law.power1 / law.K1 * max(half, 0.0)
     s.mean[Q] += at * dt
-    s.mean[SHARPNESS] *= 1.0 + law.growth * at * dt
+    s.mean[SHARPNESS] += law.growth * at * dt
     _spread(s, law, stiff * dt)
     s.mean[SHOWN] = law.power_pole * s.mean[SHOWN] + (1.0 - law.power_pole) * power
     s.rate = at

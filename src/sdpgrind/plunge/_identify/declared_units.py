@@ -18,6 +18,7 @@ from sdpgrind.plunge._model.problem import CycleProblem
 ENERGY = (5.0, 200.0)  # source: specification of commissioning, J/mm^3; measured 29 and 23 on right cycles
 _SETTLED = 3.0  # source: specification; time constants after which 5 % of the deflection still grow
 _LEAST_RATIO = 6.0  # source: specification; a wheel that wears more makes the slope fall out of its range
+_SHORTEST = 0.005  # chosen: steps of a record over those of the controller; below, another unit is meant
 _IDLE = 0.02  # chosen: quantile of the power that counts as that without contact
 _UNITS = {"time": "s", "size": "mm", "command_rate": "mm/s", "grinding_power": "W"}
 CANNOT_TELL = (
@@ -28,6 +29,7 @@ CANNOT_TELL = (
 
 def refuse_other_units(each: Sequence[Cycle], problem: CycleProblem, data: Any) -> bool:
     """Refuse cycles whose columns contradict each other; return whether they could be checked."""
+    _refuse_other_time(each, problem)
     told = [cycle for cycle in each if _tells(cycle, problem)]
     if not told:
         return False
@@ -42,6 +44,17 @@ def refuse_other_units(each: Sequence[Cycle], problem: CycleProblem, data: Any) 
     if isfinite(energy) and not _is_meant(energy):
         raise ValueError(_of_power(energy, bounds["grinding_power"], problem))
     return True
+
+
+def _refuse_other_time(each: Sequence[Cycle], problem: CycleProblem) -> None:
+    """Refuse steps of time that no cycle of this machine has: milliseconds, or minutes."""
+    step = float(np.median(np.concatenate([cycle.step for cycle in each])))
+    longest = float(problem.time_constant or 0.0)
+    if step >= longest or step < _SHORTEST * problem.sample_time:
+        raise ValueError(
+            f"time must be in s, with several rows in a time constant of {longest:.3g} s; its rows are"
+            f" {step:.3g} s apart: declare its unit, as ('{_notes(None)['time'].header}', 'ms'), to hwsim.Log.read"
+        )
 
 
 def _tells(cycle: Cycle, problem: CycleProblem) -> bool:

@@ -75,7 +75,8 @@ def machine(
         found = _estimate(fit, left, good, problem)
     notes = [f"from {counted(len(good), 'part')}", *([f"{len(lost)} left out, {lost[0]}"] if lost else [])]
     notes += _untold(problem, left) or _poorly(found, good)
-    notes += [] if checked else [CANNOT_TELL]
+    if not checked:  # first where the fit is bad, since a wrong unit may be why
+        notes.insert(len(notes) if found.ok else 0, CANNOT_TELL)
     if not found.ok:
         notes.insert(0, found.message)
     return found.replace(message="; ".join(notes))

@@ -303,12 +303,20 @@ def _no_safe_rate(
     def lacking(sd: float) -> float:
         return float(replace(chance, burning_sd=sd)(coolest, remaining)) - (1.0 - confidence)
 
-    largest = f"{brentq(lacking, 0.0, chance.burning_sd):.3g}" if lacking(0.0) <= 0.0 else "none"
+    most = brentq(lacking, 0.0, chance.burning_sd) if lacking(0.0) <= 0.0 else 0.0
+    largest = f"{np.floor(1e4 * most) / 1e4:g}" if most else "none"
     return ValueError(
-        f"burning_sd must be at most {largest} for a confidence of {confidence:g} with {remaining:g} mm left:"
-        f" no infeed rate is safe; got {chance.burning_sd:g}. A confidence of {reached:.3g} is possible;"
+        f"burning_sd must be at most {largest} for a confidence of {confidence:.10g} with {remaining:g} mm left:"
+        f" no infeed rate is safe; got {chance.burning_sd:g}. A confidence of {_floored(reached):.10g} is possible;"
         " inspecting parts for burn narrows the doubt"
     )
+
+
+def _floored(confidence: float) -> float:
+    """A confidence that is reached, with two digits of the chance that is left."""
+    left = 1.0 - confidence
+    scale = 10.0 ** (1.0 - np.floor(np.log10(left))) if left > 0.0 else 1.0
+    return float(1.0 - np.ceil(left * scale) / scale)
 
 
 def greatest_confidence(problem: CycleProblem, chance: BurnChance, remaining: float = 0.0) -> float:

@@ -275,9 +275,20 @@ class CyclePlan(Plan):
         stages = self._stages
         takes = f"the part of the model takes {stages.time:.2f} s (the plan {self.time:.2f} s)"
         table = stage_table(stages.each, self.problem.model.work_rotation)
-        return table, Sentences(
-            [f"Keyed in like this and switched by the stock, {takes}; {self._kept(stages)}."]
+        keyed = f"Keyed in like this and switched by the stock, {takes}; {self._kept(stages)}."
+        return table, Sentences([*self._promised(), keyed])
+
+    def _promised(self) -> list[str]:
+        """Sentence on the confidence, where there is one."""
+        if self.confidence is None:
+            return []
+        known = f"burn threshold {self.problem.uncertainty.burn_threshold}"
+        how = (
+            ""
+            if self.gauge
+            else "; without a gauge it leaves as a program, the stock below is that of the model"
         )
+        return [f"No finished surface is burned with a confidence of {self.confidence:.10g}; {known}{how}."]
 
     def _kept(self, stages: ControlStages) -> str:
         """Words on the limits that the stages keep, or do not."""

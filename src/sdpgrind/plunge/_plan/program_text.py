@@ -91,12 +91,16 @@ def _comments(plan: PlannedCycle, form: ProgramForm) -> Iterator[str]:
     yield from _safety(plan)
     yield "open loop: no gauge, so every doubt of contact and deflection counts in full"
     yield f"deviation: within {form.deviation:g} mm of the planned infeed at all times, rounding included"
+    yield f"RS274NGC as LinuxCNC reads it: {form.axis} in mm, F in mm/min, G4 P in s"
     measure = "diameter, twice the radial infeed" if form.scale == 2 else "radial infeed"
     yield f"{form.axis}: {measure} from first contact in mm, positive into the work"
+    if form.scale == 2:
+        yield "F: of the diameter, too; not for a control in diameter mode G7, whose F is of the radius"
     yield f"{form.axis}0 is first contact of wheel and work, where the program begins"
     if model.wheel_wear > 0.0:
         yield f"wheel wear is fed in addition: {model.wheel_wear * problem.stock:.5f} mm of radius"
-    yield "approach, spindles, coolant and retract are left to the program that calls this one"
+    yield "lag and dead time of the drive are not made up for: dwell before the retract"
+    yield "add approach, spindles and coolant before G1, and the retract before M2, which ends the program"
 
 
 def _safety(plan: PlannedCycle) -> Iterator[str]:

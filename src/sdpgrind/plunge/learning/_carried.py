@@ -55,13 +55,13 @@ class CarriedState:
 def _learned(problem: CycleProblem, part: ReplayedPart, declared: Uncertainty) -> CycleProblem:
     """Problem with the estimates of a part and their standard deviations."""
     model, mean, sd = problem.model, part.mean, np.sqrt(np.diag(part.covariance))
-    worn = 1.0 if model.wear is None else np.exp(model.wear.growth / model.wear_flat_area * mean[Q])
+    grown = 0.0 if model.wear is None else model.wear.growth * mean[Q]
 
     def doubt(learned: float, first: float) -> float:
         return min(float(np.hypot(learned, _DRIFT * first)), first)
 
     return problem.replace(
-        wear_flat_area=float(np.clip(model.wear_flat_area * mean[SHARPNESS] / worn, 1e-4, 1.0)),
+        wear_flat_area=float(np.clip(model.wear_flat_area * mean[SHARPNESS] - grown, 1e-4, 1.0)),
         normal_force_ratio=model.normal_force_ratio * float(mean[SCALE]),
         grinding_ratio=grinding_ratio(model, float(mean[WEAR])),
         sharpness_sd=doubt(sd[SHARPNESS] / mean[SHARPNESS], declared.sharpness_sd),

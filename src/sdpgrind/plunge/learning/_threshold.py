@@ -21,6 +21,7 @@ from sdpgrind.plunge.learning._replay import replayed
 
 POINTS, REACH = 1001, 0.5  # chosen: grid of eta, of ln B; a finer one moves no margin by 1e-5
 _SURPRISE = 1e-4  # chosen: share of the density left within 5 sd of the prior that tells another cause
+_LEAST_SEVERITY, _MOST_SEVERITY, _MOST_SD = 0.1, 10.0, 0.5  # chosen: beyond them a percentage is meant
 _PRIOR_REACH = 5.0  # derived: standard deviations beyond which a normal has 6e-7
 
 
@@ -126,10 +127,12 @@ class BurnThreshold:
         if (burned is None) == (severity is None):
             raise ValueError("burned or severity must be given, and not both")
         if severity is not None:
-            spread = np.hypot(checks.nonnegative("severity_sd", severity_sd), scatter)
-            off = np.log(checks.positive("severity", severity)) - (self.eta - reserve)
+            spread = np.hypot(_severity_sd(severity_sd), scatter)
+            off = np.log(_severity(severity)) - (self.eta - reserve)
             self._learn(-0.5 * (off / max(float(spread), 1e-6)) ** 2)
             return
+        if not isinstance(burned, bool | np.bool_):
+            raise checks.refuse("burned", "True or False, as etching finds it", burned)
         seen, alarm = (
             checks.within("miss", miss, 0.0, 1.0),
             checks.within("false_alarm", false_alarm, 0.0, 1.0),
@@ -168,6 +171,10 @@ class BurnThreshold:
         """Chance at each eta that a part with a reserve is burned, with the scatter from part to part."""
         scatter = self.problem.uncertainty.threshold_scatter
         return np.asarray(ndtr((self.eta - reserve) / max(scatter, 1e-9)))
+
+    def __repr__(self) -> str:
+        known = f"mean {self.mean:.4g}, sd {self.sd:.4g} of -d ln B"
+        return f"BurnThreshold({known}; margin {self.margin:.4g} for a confidence of {self.confidence:.10g})"
 
     @property
     def mean(self) -> float:
@@ -241,6 +248,20 @@ class BurnThreshold:
 
         problem = self._at(float(density @ self.eta), self._burning_sd(density))
         return fastest(limits_of(problem, Safety(confidence=self.confidence)))[0]
+
+
+def _severity(value: float) -> float:
+    severity = checks.positive("severity", value)
+    if not _LEAST_SEVERITY <= severity <= _MOST_SEVERITY:
+        rule = f"in [{_LEAST_SEVERITY:g}, {_MOST_SEVERITY:g}], of the damage temperature; 0.95 for 95 %"
+        raise checks.refuse("severity", rule, value)
+    return severity
+
+
+def _severity_sd(value: float) -> float:
+    if not 0.0 <= checks.number("severity_sd", value) <= _MOST_SD:
+        raise checks.refuse("severity_sd", f"in [0, {_MOST_SD:g}], relative; 0.03 for 3 %", value)
+    return value
 
 
 def _normalized(logarithm: Floats) -> Floats:
