@@ -26,7 +26,6 @@ def plans():
     ]
 
 
-@pytest.mark.slow
 def test_time_is_bought_with_distance(plans):
     times = [plan.time[-1] for plan in plans]
     off = [

@@ -110,7 +110,7 @@ class _Window(NamedTuple):
 
 
 class _Transcription(NamedTuple):
-    """Optimal control problem: unknowns at ends and stages of its intervals, and smooth contours."""
+    """Optimal control problem: unknowns at ends and stages of its intervals."""
 
     opti: Any
     problem: PassProblem
@@ -120,8 +120,6 @@ class _Transcription(NamedTuple):
     speed: Any  # of the height, mm/s, (stages, intervals)
     turn: Any  # of the wind-up, 1/100 rad/s, (stages, intervals)
     front: Any  # distance ahead of the tip, mm, (stages, intervals)
-    path: Any
-    bead: Any
 
 
 class _Solved(NamedTuple):
@@ -172,40 +170,63 @@ def _solve(
     opti, count = casadi.Opti(), window.time.size - 1
     wind, height = (opti.variable(count + 1) for _ in range(2))
     speed, turn, front = (opti.variable(2, count) for _ in range(3))
-    path, bead = _spline("path", problem.tip_path, problem), _spline("bead", problem.bead, problem)
-    program = _Transcription(opti, problem, window, wind, height, speed, turn, front, path, bead)
+    program = _Transcription(opti, problem, window, wind, height, speed, turn, front)
     _guess(program)
     steps, feeds = _pace(opti, problem, window, freedom)
-    burn = _burning(problem, freedom)
-    cost: Any = 0 if freedom is None else freedom.time_weight * casadi.sum1(steps)
-    for k in range(count):
-        for charge in _interval(program, k, steps[k], feeds[k], burn):
-            cost += charge
+    charges = _constrained(program, _interval(problem, window, _burning(problem, freedom)), steps, feeds)
     opti.subject_to(wind[0] == float(window.wind[0]))
     opti.subject_to(height[0] == float(window.height[0]))
     if freedom is not None:
         _rates(program, freedom)
-    opti.minimize(cost)
+    time: Any = 0 if freedom is None else freedom.time_weight * casadi.sum1(steps)
+    opti.minimize(time + casadi.sum2(charges))
     return _solution(program, steps, feeds)
 
 
-def _interval(program: _Transcription, k: int, step: Any, feed: Any, burn: Any) -> list[Any]:
-    """Constrain both stages of interval `k`, of `step` s, and its end; return the cost of each stage."""
-    p, center, charges = program, program.window.center, []
-    way = float(center[1] - center[0])
-    for j in range(2):
-        wind = p.wind[k] + step * (RADAU[j, 0] * p.turn[0, k] + RADAU[j, 1] * p.turn[1, k]) / 100
-        height = p.height[k] + step * (RADAU[j, 0] * p.speed[0, k] + RADAU[j, 1] * p.speed[1, k])
-        rates = p.turn[j, k] / 100, p.speed[j, k]
-        stage = wind, height, center[k] + PLACES[j] * way, *rates, p.front[j, k]
-        gap, force = _conditions(p, stage, feed)
-        p.opti.subject_to(p.opti.bounded(0, force / 100, p.problem.grinder_limit / 100))
-        if burn is not None:
-            p.opti.subject_to((force - burn(feed)) / 100 <= 0)
-        charges.append(step * WEIGHTS[j] * (gap**2 + MOTION * p.speed[j, k] ** 2))
-    p.opti.subject_to(p.wind[k + 1] == wind)
-    p.opti.subject_to(p.height[k + 1] == height)
+def _constrained(program: _Transcription, interval: Any, steps: Any, feeds: Any) -> Any:
+    """Constrain all intervals, of `steps` s, at `feeds`; return the cost of each."""
+    import casadi
+
+    p, opti, count = program, program.opti, program.window.time.size - 1
+    starts = casadi.horzcat(p.wind[:-1], p.height[:-1]).T
+    places = casadi.DM(p.window.center[:-1]).T
+    ends, balances, force, over, charges = interval.map(count)(
+        starts, p.speed, p.turn, p.front, casadi.vertcat(places, steps.T, feeds.T)
+    )
+    opti.subject_to(casadi.vec(balances) == 0)
+    opti.subject_to(casadi.vec(p.front) >= 0)
+    opti.subject_to(opti.bounded(0, casadi.vec(force) / 100, p.problem.grinder_limit / 100))
+    if not over.is_empty():
+        opti.subject_to(casadi.vec(over) / 100 <= 0)
+    opti.subject_to(p.wind[1:] == ends[0, :].T)
+    opti.subject_to(p.height[1:] == ends[1, :].T)
     return charges
+
+
+def _interval(problem: PassProblem, window: _Window, burn: Any) -> Any:
+    """Return the function of one interval; expressions for all take six times as long to solve (measured).
+
+    From wind-up and height (rad, mm), rates and fronts of both stages, and (place, step, feed): wind-up and
+    height at the end, balances that must be 0, forces (N), those beyond the burn limit, and the cost.
+    """
+    import casadi
+
+    start, place = casadi.MX.sym("start", 2), casadi.MX.sym("place", 3)
+    speed, turn, front = (casadi.MX.sym(name, 2) for name in ("speed", "turn", "front"))
+    splines = _spline("path", problem.tip_path, problem), _spline("bead", problem.bead, problem)
+    way, (center, step, feed) = float(window.center[1] - window.center[0]), casadi.vertsplit(place)
+    balances, forces, over, charge = [], [], [], 0
+    for j in range(2):
+        wind = start[0] + step * (RADAU[j, 0] * turn[0] + RADAU[j, 1] * turn[1]) / 100
+        height = start[1] + step * (RADAU[j, 0] * speed[0] + RADAU[j, 1] * speed[1])
+        stage = wind, height, center + PLACES[j] * way, turn[j] / 100, speed[j], front[j]
+        demanded, gap, force = _conditions(problem, splines, stage, feed)
+        balances += demanded
+        forces.append(force)
+        over += [] if burn is None else [force - burn(feed)]
+        charge += step * WEIGHTS[j] * (gap**2 + MOTION * speed[j] ** 2)
+    results = [casadi.vertcat(*each) for each in ((wind, height), balances, forces, over)]
+    return casadi.Function("interval", [start, speed, turn, front, place], [*results, charge])
 
 
 def _solution(program: _Transcription, steps: Any, feeds: Any) -> tuple[_Solved | None, int, float, str]:
@@ -253,12 +274,14 @@ def _rates(program: _Transcription, freedom: Freedom) -> None:
             opti.subject_to(opti.bounded(-1, casadi.vec(rate) / most, 1))
 
 
-def _conditions(program: _Transcription, stage: tuple[Any, ...], feed: Any) -> tuple[Any, Any]:
-    """Demand power balance and front at one point; return distance of the tip, mm, and force, N."""
+def _conditions(
+    problem: PassProblem, splines: tuple[Any, Any], stage: tuple[Any, ...], feed: Any
+) -> tuple[list[Any], Any, Any]:
+    """Return balances of power and front at one point, 0 in a solution; distance of the tip, mm; force, N."""
     import casadi
 
     wind, height, center, turn, speed, front = stage
-    opti, disk, m = program.opti, program.problem.disc, program.problem.disc.model
+    (path, bead), disk, m = splines, problem.disc, problem.disc.model
     angle = disk.relaxed_angle - wind
     torque = float(disk.spring_torque(1e-3)) / 1e-3 * wind
     power = physics.disk_power(m.friction_ratio * torque, m.free_speed, m.speed_droop)
@@ -266,10 +289,9 @@ def _conditions(program: _Transcription, stage: tuple[Any, ...], feed: Any) -> t
     length = front / casadi.cos(angle)
     advance = feed * casadi.sin(angle) - speed * casadi.cos(angle)
     into = -(m.disk_radius - length / 2) * turn + advance  # the angle falls as the spring winds up
-    opti.subject_to((m.specific_energy * m.bead_width * length * into + m.idle_power - power) / 1000 == 0)
-    opti.subject_to(program.bead(tip_x + front) == tip_z + front * casadi.tan(angle))
-    opti.subject_to(front >= 0)
-    return tip_z - program.path(tip_x), torque / m.disk_radius
+    of_power = (m.specific_energy * m.bead_width * length * into + m.idle_power - power) / 1000
+    of_front = bead(tip_x + front) - (tip_z + front * casadi.tan(angle))
+    return [of_power, of_front], tip_z - path(tip_x), torque / m.disk_radius
 
 
 def _burning(problem: PassProblem, freedom: Freedom | None) -> Any:
