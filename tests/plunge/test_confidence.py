@@ -112,7 +112,7 @@ def test_a_confident_plan_is_saved(tmp_path):
 
 def test_refusals():
     with pytest.raises(
-        ValueError, match=r"burning_sd must be at most 0.0516 for a confidence of 0.999 .*got 0.06"
+        ValueError, match=r"burning_sd must be at most 0.0515 for a confidence of 0.999 .*got 0.06"
     ):
         plunge.plan(KNOWN.replace(burning_sd=0.06), confidence=0.999)
     with pytest.raises(ValueError, match=r"confidence must be in \[0.5, 1\), such as 0.999; got 99"):

@@ -15,6 +15,7 @@ from numba.core.typed_passes import IRLegalization
 
 _VIEWS = ("getitem", "static_getitem")
 _FIELDS = ("getattr", "exhaust_iter", *_VIEWS)
+_NAMED = ir.Arg | ir.Var | ir.Const | ir.Global | ir.FreeVar
 _HARMLESS = ir.Del | ir.Jump | ir.Branch | ir.Return | ir.Raise | ir.StaticRaise
 
 
@@ -71,7 +72,9 @@ class KernelTypes:
     def _borrows(self, statement: Any) -> bool:
         if isinstance(statement, ir.Assign):
             made = self._hold([statement.target])
-            return not isinstance(statement.value, ir.Expr) or self._finds(statement.value, made)
+            if isinstance(statement.value, ir.Expr):
+                return self._finds(statement.value, made)
+            return isinstance(statement.value, _NAMED)  # a generator's yield outlives the call
         if isinstance(statement, ir.SetItem | ir.StaticSetItem):
             return not self._hold([statement.value])  # an array may overlap, and is copied then
         return isinstance(statement, _HARMLESS)

@@ -16,9 +16,11 @@ from sdpgrind.plunge._control.state import (
     BELIEVED,
     COMMAND,
     COMMANDED,
+    GROWN,
     MISSED,
     MISSED_MAX,
     NO,
+    OUTLYING,
     RATE,
     READ,
     REMAINING,
@@ -90,23 +92,36 @@ def in_air(state, s, law, size, power):
     """Average sizes before contact; look for the contact by power, or by the command without power.
 
     While the power shows none, the wheel may touch at once, not earlier: what is commanded is safe for that.
+    Sizes that grow without power, as of a monitor that is off, end the part.
     """
-    if size == size:
+    known, watts = power == power, law.power1 / law.K1
+    if size == size and _grown(state, law, size) and known:
+        state[GROWN] += 1.0  # of a work that no power shows to be ground
+        state[MISSED] = MISSED_MAX if state[GROWN] >= MISSED_MAX else state[MISSED]
+    elif size == size:
+        state[GROWN] = 0.0
         state[READ] += 1.0
         state[SIZE_OFFSET] += (size - state[SIZE_OFFSET]) / state[READ]
-    of_size, known = law.size_sd**2 / max(state[READ], 1.0), power == power
+    of_size = law.size_sd**2 / max(state[READ], 1.0)
     s.mean[Q] = state[SIZE_OFFSET]
     s.cov[Q * SIZE_OF + Q] = s.cov[C * SIZE_OF + Q] = s.cov[Q * SIZE_OF + C] = of_size
     s.mean[C] = (1.0 + s.mean[WEAR]) * s.mean[Q] - (s.axis if known else 0.0)
     s.cov[C * SIZE_OF + C] = of_size + (0.0 if known else law.zero_sd**2)
-    watts = law.power1 / law.K1
-    noise = law.power_sd * max(power, watts * law.K0)
     state[UNPOWERED] = 0.0 if known else state[UNPOWERED] + 1.0
-    if known and power > TOUCHING * noise:
+    if known and power > TOUCHING * law.power_sd * (watts * law.K0 + law.idle_power):
         state[TOUCHED] = YES
-        touch_by_power(s, law, power / watts, noise / watts, power)
+        touch_by_power(s, law, power / watts, law.power_sd * max(power / watts, law.K0), power)
     elif not known and s.axis > 0.0 and state[UNPOWERED] >= MISSED_MAX:
         state[TOUCHED] = BELIEVED
+
+
+@compiled(inline="always")
+def _grown(state, law, size):
+    """Whether a size (mm) is beyond the mean of those before, noise and the feed of a sample."""
+    return (
+        state[READ] > 0.0
+        and size > state[SIZE_OFFSET] + OUTLYING * law.size_sd + law.rate_max * law.sample_time
+    )
 
 
 @compiled

@@ -13,9 +13,10 @@ FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)  # sections of a cycle
 # Section, v_hat, r_hat, commanded infeed p, deflection beyond ploughing, last command, z*, whether the sample
 # counts for the slack; rejected sizes in a row, stock removed since the size changed (mm), last size.
 SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, FROZEN, SIZE = range(11)
-# Contact, missing powers in a row, mean and number of sizes before contact; contact zero, deflection and wear
+# Contact, missing powers in a row, mean and number of sizes before contact, sizes in a row that grow without
+# power; contact zero, deflection and wear
 # flat area over the model as estimated. The filter of the part follows.
-TOUCHED, UNPOWERED, SIZE_OFFSET, READ, ZERO, SCALE, SHARPNESS, FILTERED = range(11, 19)
+TOUCHED, UNPOWERED, SIZE_OFFSET, READ, GROWN, ZERO, SCALE, SHARPNESS, FILTERED = range(11, 20)
 STATES = FILTERED + FILTER.itemsize // 8
 NO, YES, BELIEVED = range(3)  # contact; BELIEVED: by the command, as power is missing
 MISSED_MAX = 5  # chosen: rejected sizes in a row that end the part; missing powers before contact is assumed

@@ -53,7 +53,7 @@ def _refuse_other_time(each: Sequence[Cycle], problem: CycleProblem) -> None:
     if step >= longest or step < _SHORTEST * problem.sample_time:
         raise ValueError(
             f"time must be in s, with several rows in a time constant of {longest:.3g} s; its rows are"
-            f" {step:.3g} s apart: declare its unit, as ('{_notes(None)['time'].header}', 'ms'), to hwsim.Log.read"
+            f" {step:.3g} s apart: declare its unit, as ('t', 'ms'), to hwsim.Log.read"
         )
 
 

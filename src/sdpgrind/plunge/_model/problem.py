@@ -306,9 +306,9 @@ def _no_safe_rate(
     most = brentq(lacking, 0.0, chance.burning_sd) if lacking(0.0) <= 0.0 else 0.0
     largest = f"{np.floor(1e4 * most) / 1e4:g}" if most else "none"
     return ValueError(
-        f"burning_sd must be at most {largest} for a confidence of {confidence:.10g} with {remaining:g} mm left:"
-        f" no infeed rate is safe; got {chance.burning_sd:g}. A confidence of {_floored(reached):.10g} is possible;"
-        " inspecting parts for burn narrows the doubt"
+        f"burning_sd must be at most {largest} for a confidence of {confidence:.10g} with {remaining:g} mm of"
+        f" stock: no infeed rate is safe; got {chance.burning_sd:g}. A confidence of {_floored(reached):.10g}"
+        " is possible; inspecting parts for burn narrows the doubt"
     )
 
 

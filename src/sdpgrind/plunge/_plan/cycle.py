@@ -283,11 +283,7 @@ class CyclePlan(Plan):
         if self.confidence is None:
             return []
         known = f"burn threshold {self.problem.uncertainty.burn_threshold}"
-        how = (
-            ""
-            if self.gauge
-            else "; without a gauge it leaves as a program, the stock below is that of the model"
-        )
+        how = "" if self.gauge else "; without a gauge it leaves as a program: the stock below is the model's"
         return [f"No finished surface is burned with a confidence of {self.confidence:.10g}; {known}{how}."]
 
     def _kept(self, stages: ControlStages) -> str:

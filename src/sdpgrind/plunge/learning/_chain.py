@@ -119,7 +119,7 @@ def adaptation(
     margin = ChanceMargin(confidence, power_gain_tolerance=power_gain_tolerance)
     learned = [CarriedState(), RoundnessMargin(confidence)]
     if problem.uncertainty.burning_sd:
-        learned.append(ThresholdUpdate(problem, confidence=confidence))
+        learned.append(ThresholdUpdate(problem))
     return Chain(_PrintedOnly(SharpnessUpdate()), _PrintedOnly(margin), *learned)
 
 

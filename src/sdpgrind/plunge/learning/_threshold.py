@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ndtr, ndtri
+from scipy.special import log_ndtr, ndtr, ndtri
 
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
@@ -19,7 +19,8 @@ from sdpgrind.plunge._model.chance import checked_confidence
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge.learning._replay import replayed
 
-POINTS, REACH = 1001, 0.5  # chosen: grid of eta, of ln B; a finer one moves no margin by 1e-5
+STEP, REACH = 1e-3, 0.5  # chosen: grid of eta, of ln B; a finer one moves no margin by 1e-5
+_LEAST_SCATTER = 1e-9  # chosen: a threshold that does not scatter is a step narrower than the grid
 _SURPRISE = 1e-4  # chosen: share of the density left within 5 sd of the prior that tells another cause
 _LEAST_SEVERITY, _MOST_SEVERITY, _MOST_SD = 0.1, 10.0, 0.5  # chosen: beyond them a percentage is meant
 _PRIOR_REACH = 5.0  # derived: standard deviations beyond which a normal has 6e-7
@@ -80,7 +81,8 @@ class BurnThreshold:
                 "burning_sd must be > 0, such as 0.045: a threshold taken as exactly known learns nothing;"
                 f" got {problem.uncertainty.burning_sd}"
             )
-        self.eta: Floats = np.linspace(-REACH, REACH, POINTS)
+        points = round(max(REACH, _PRIOR_REACH * problem.uncertainty.burning_sd) / STEP)
+        self.eta: Floats = STEP * np.arange(-points, points + 1.0)
         """Grid of eta = -d ln B, pure numbers."""
         self.density: Floats = _normalized(-0.5 * (self.eta / problem.uncertainty.burning_sd) ** 2)
         """Chance of each point of the grid."""
@@ -141,10 +143,10 @@ class BurnThreshold:
             raise checks.refuse(
                 "miss", f"< 1 - false_alarm = {1.0 - alarm:g}: else etching says nothing", miss
             )
-        beyond = self._exceeding(reserve)
-        chance = (1.0 - seen) * beyond + alarm * (1.0 - beyond)
+        off = (self.eta - reserve) / max(scatter, _LEAST_SCATTER)
+        found = (1.0 - seen, alarm) if burned else (seen, 1.0 - alarm)  # of burned parts, and of good ones
         with np.errstate(divide="ignore"):
-            self._learn(np.log(chance if burned else 1.0 - chance))
+            self._learn(np.logaddexp(np.log(found[0]) + log_ndtr(off), np.log(found[1]) + log_ndtr(-off)))
 
     def _reserve(self, log: Any, part: int | None, reserve: float | None) -> float:
         if (log is None) == (reserve is None):
@@ -170,7 +172,7 @@ class BurnThreshold:
     def _exceeding(self, reserve: float) -> Floats:
         """Chance at each eta that a part with a reserve is burned, with the scatter from part to part."""
         scatter = self.problem.uncertainty.threshold_scatter
-        return np.asarray(ndtr((self.eta - reserve) / max(scatter, 1e-9)))
+        return np.asarray(ndtr((self.eta - reserve) / max(scatter, _LEAST_SCATTER)))
 
     def __repr__(self) -> str:
         known = f"mean {self.mean:.4g}, sd {self.sd:.4g} of -d ln B"
@@ -197,7 +199,7 @@ class BurnThreshold:
         def lacking(reserve: float) -> float:
             return float(density @ self._exceeding(reserve)) - allowed
 
-        return float(brentq(lacking, -2.0 * REACH, 2.0 * REACH, xtol=1e-12))
+        return float(brentq(lacking, 2.0 * self.eta[0], 2.0 * self.eta[-1], xtol=1e-12))
 
     @property
     def estimate(self) -> idf.Estimate:
@@ -223,7 +225,7 @@ class BurnThreshold:
         BurnTest
             Controller, reserve (ln of temperature), saving (s) and parts until it is paid.
         """
-        below = np.cumsum(self.density)
+        below = np.cumsum(self.density) - 0.5 * self.density
         reserve = float(np.interp(0.5, below, self.eta))
         beyond = self._exceeding(reserve)
         burns = float(self.density @ beyond)

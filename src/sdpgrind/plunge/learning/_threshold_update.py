@@ -29,8 +29,6 @@ class ThresholdUpdate:
         Problem with `burning_sd` (unit 1) declared. The threshold rests on its model.
     by : {"severity", "burned"}
         Reading that teaches. A part found good teaches almost nothing.
-    confidence : float
-        Chance that the next part is not burned, unit 1.
 
     Raises
     ------
@@ -50,13 +48,16 @@ class ThresholdUpdate:
     True
     """
 
-    def __init__(self, problem: CycleProblem, *, by: str = "severity", confidence: float = 0.999) -> None:
+    def __init__(self, problem: CycleProblem, *, by: str = "severity") -> None:
         self.by = checks.one_of("by", by, _READINGS)
-        self.threshold = BurnThreshold(problem, confidence=confidence)
+        self.threshold = BurnThreshold(problem)
+        self._first: CycleController | None = None
 
     def next(self, controller: CycleController, part_log: Any) -> CycleController:
         """Return `controller` with B, J/(mm^2 s^(1/2)), and its doubt as learned from `part_log`."""
-        adaptable(controller)
+        if self._first is None:  # the confidence asked for, which a part may have to fall short of
+            self._first = adaptable(controller)
+            self.threshold.confidence = controller.confidence
         stated = part_log.outcome
         if _READINGS[self.by] not in stated:
             return controller
