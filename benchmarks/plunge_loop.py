@@ -132,7 +132,13 @@ def changed(name: str, factor: float) -> plunge.CycleProblem:
 def robust(executor: Executor, series: int) -> None:
     print("\n## Contact zero 10 um, normal force +-10 %, gain of the power monitor +-2 %, area scatters 1 %")
     print(HEAD)
-    believed = dull(PROBLEM)
+    believed = dull(PROBLEM).replace(power_gain_sd=0.02)
+    learned = plunge.adaptation(believed)
+    margins = plunge.learning.Chain(
+        plunge.learning.SharpnessUpdate(),
+        plunge.learning.ChanceMargin(0.999, power_gain_tolerance=0.02),
+        plunge.learning.RoundnessMargin(),
+    )
     makers = {
         "learns during the part": plunge.CycleController(believed),
         "does not learn": plunge.CycleController(believed, online=False),
@@ -145,7 +151,7 @@ def robust(executor: Executor, series: int) -> None:
                 grinder = hwsim.PlungeGrinder(PROBLEM, truth=truth, contact_zero_sd=0.01, power_gain=gain)
                 outcome = hwsim.repeat(
                     grinder, controller, series=series // 4, parts=12, rng=5, executor=executor,
-                    adapt=plunge.adaptation(PROBLEM, power_gain_tolerance=0.02),
+                    adapt=margins if name == "printed" else learned,
                 )  # fmt: skip
                 fastest = plunge.plan(
                     PROBLEM.replace(normal_force_ratio=ratio * PROBLEM.model.normal_force_ratio)

@@ -139,3 +139,16 @@ def test_results_outlive_their_arguments():
     kernel = compiled(gives)
     rows = [kernel(*arrays()) for _ in range(1000)]
     assert all(row.tolist() == [3.0, 4.0, 5.0] for row in rows)
+
+
+@compiled
+def each(array):
+    """Give the numbers of an array one by one, after the call has returned."""
+    for k in range(array.size):
+        yield array[k]
+
+
+def test_a_generator_keeps_its_array():
+    found = [each(np.full(1000, float(k))) for k in range(20)]
+    others = [np.full(1000, -7.0) for _ in range(20)]  # where freed arrays would have been
+    assert [sum(values) for values in found] == [1000.0 * k for k in range(20)] and len(others) == 20

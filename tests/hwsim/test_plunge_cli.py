@@ -100,7 +100,7 @@ def test_prints_the_bound_beside_what_came_of_it(finished, capsys):
         assert lines[5 + k].split() == [str(k), *first, f"{outcome.roundness.values[k]:.5f}", "0"]
     by_name = {line[:24].strip(): line[24:].split() for line in lines}
     assert by_name["time (s)"][:2] == ["12.020", f"{outcome.time.values.mean():.3f}"]
-    assert by_name["time from part 2 on (s)"][1] == f"{outcome.time.values[2:].mean():.3f}"
+    assert by_name["time from part 1 on (s)"][1] == f"{outcome.time.values[1:].mean():.3f}"
     assert by_name["roundness (µm)"][:2] == ["3.000", f"{1e3 * outcome.roundness.values.mean():.3f}"]
     assert by_name["burned (%)"][:2] == ["0.0", "0.0"]
 
@@ -139,7 +139,7 @@ def test_the_same_margins_for_every_part(finished, tmp_path, capsys):
 
 def test_a_cycle_without_damage_and_one_part(capsys):
     out = said(capsys, "--preset", "experiment", "--parts", 1, "--no-adapt")
-    assert "slack of damage" not in out and "part 2 on" not in out
+    assert "slack of damage" not in out and "part 1 on" not in out
     assert "mean of 1 part " in out
 
 
@@ -171,7 +171,7 @@ def test_means_are_of_the_parts_that_were_finished():
     by_name = {line[:24].strip(): line[24:].split() for line in lines}
     kept = outcome.time.values[[0, 2, 3]]
     assert "mean of 3 of 4 parts" in by_name and by_name["time (s)"][1] == f"{kept.mean():.3f}"
-    assert by_name["time from part 2 on (s)"][1] == f"{kept[1:].mean():.3f}"
+    assert by_name["time from part 1 on (s)"][1] == f"{kept[1:].mean():.3f}"
     assert lines[6].endswith("broken off: time was up") and "broken" not in lines[5]
     assert lines[-1] == "1 of 4 parts were broken off, and are in no mean of times and sizes: time was up (1)"
 

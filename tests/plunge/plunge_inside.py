@@ -32,6 +32,7 @@ from sdpgrind.plunge._stages.program import program as program
 from sdpgrind.plunge._stages.solvers import SOLVED as SOLVED
 from sdpgrind.plunge._stages.solvers import StageTask as StageTask
 from sdpgrind.plunge._stages.solvers import optimum as optimum
+from sdpgrind.plunge.learning import _readings as readings  # noqa: F401
 from sdpgrind.plunge.learning._bounding import moved as moved
 from sdpgrind.plunge.learning._margins import _ConstantFilter as _ConstantFilter
 from sdpgrind.plunge.learning._readings import measured_slack as measured_slack

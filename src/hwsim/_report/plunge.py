@@ -8,7 +8,6 @@ from sdpgrind.base.sheets.amounts import Interval
 from sdpgrind.base.units import UM
 
 CHARGED = ("time", "part_slack", "roundness", "burned", "out_of_round")
-_LEARNING = 1  # parts ground before anything was learned; source: `plunge.adaptation`
 
 
 def planned(log: Any, plan: Any) -> dict[str, Interval]:
@@ -28,11 +27,8 @@ def reasons(log: Any, plan: Any) -> dict[str, str]:
     time = outcome.time.values
     found = f"{kept}, and reads size and power with noise"
     learns = (log.made_of or {}).get("adapt") is not None
-    if learns and len(log) > _LEARNING:
-        found += (
-            f"; {time[:_LEARNING].mean():.4g} s in the first part, before it had learned, "
-            f"{time[_LEARNING:].mean():.4g} s after"
-        )
+    if learns and len(log) > 1:
+        found += f"; {time[0]:.4g} s in the first part, before it had learned, {time[1:].mean():.4g} s after"
     return {"time": found, "part_slack": kept, "roundness": _last_rate(log, plan)}
 
 

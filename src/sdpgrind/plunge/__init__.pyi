@@ -1,3 +1,4 @@
+from . import learning as learning
 from ._control.controller import CycleController as CycleController
 from ._identify.identify import identify as identify
 from ._identify.machine_estimate import MachineEstimate as MachineEstimate

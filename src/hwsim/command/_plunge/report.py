@@ -48,7 +48,7 @@ def _cost(controller: Any) -> float:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # told where the job was read
         learned = controller.problem.replace(sharpness_sd=0.0)
-    return float(plunge.plan(learned, confidence=controller.confidence).price["all"])
+        return float(plunge.plan(learned, confidence=controller.confidence).price["all"])
 
 
 def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[str]:
@@ -68,8 +68,8 @@ def _summary(log: "Log", plan: Any, job: Any, finished: Finished) -> Iterator[st
 
 def _times(time: Any, finished: Any, plan: Any) -> Iterator[str]:
     yield summary_line("time (s)", time[finished], ".3f", plan.time)
-    if finished[2:].any():
-        yield summary_line("time from part 2 on (s)", time[2:][finished[2:]], ".3f", plan.time)
+    if finished[1:].any():
+        yield summary_line("time from part 1 on (s)", time[1:][finished[1:]], ".3f", plan.time)
 
 
 report = CommandReport(_COLUMNS, _SHORT, _head, _summary, otherwise=_GAVE_UP)

@@ -101,7 +101,8 @@ class CycleController(SampledCycle, Described):
         if self.online and not self._may_learn:
             raise self._refused("online", "False with sparkout='printed' or a linear model")
         final_rate(self.problem, self.roundness_margin)
-        self._check_doubts()
+        if self.sparkout != "printed":
+            self._check_doubts()
         if self.sparkout != "printed" and self.problem.uncertainty.burning_sd:
             safe_rate_of(self.problem, self.problem.learned_chance, 0.0, self.confidence)  # refuses
 

@@ -29,9 +29,9 @@ CANNOT_TELL = (
 
 def refuse_other_units(each: Sequence[Cycle], problem: CycleProblem, data: Any) -> bool:
     """Refuse cycles whose columns contradict each other; return whether they could be checked."""
-    _refuse_other_time(each, problem)
     told = [cycle for cycle in each if _tells(cycle, problem)]
     if not told:
+        _refuse_other_time(each, problem)
         return False
     energies = [energy for cycle in told if isfinite(energy := _energy(cycle, problem))]
     energy = float(np.median(energies)) if energies else nan

@@ -1,1 +1,1 @@
-"""The fastest cycle without burned layers: exact, by dynamic programming, by collocation."""
+"""The fastest cycle without burned layers: exact, by dynamic programming, by collocation; as a program."""

@@ -15,10 +15,7 @@ from sdpgrind.plunge._plan.program_text import PlannedCycle, ProgramForm, csv_te
 
 TARGETS = ("ngc", "csv")
 _AXES = tuple("XYZUVW")  # source: RS274NGC; letters of linear axes
-_USUAL, _TYPICAL = (
-    (1e-6, 0.01),
-    1e-4,
-)  # chosen: deviation from a nanometre to a third of a stock's percent, mm
+_USUAL, _TYPICAL = (1e-6, 0.01), 1e-4  # chosen: mm; a nanometre to some 3 % of a stock
 _LOST = 1e-5  # chosen: deviation, mm, below which a control of four decimals makes it greater
 
 

@@ -1,10 +1,20 @@
 """A learned problem handed to a controller; where no rate keeps its confidence, with the greatest."""
 
+import warnings
+from typing import Any
+
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._model.problem import CycleProblem, greatest_confidence
 
 _SHORT = 1.01  # chosen: share of the least chance of burning, so that a rate is found
+
+
+def changed(problem: CycleProblem, **values: Any) -> CycleProblem:
+    """Problem with learned values; what it warns of was told of the one before."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return problem.replace(**values)
 
 
 def informed(controller: CycleController, problem: CycleProblem, confidence: float) -> CycleController:

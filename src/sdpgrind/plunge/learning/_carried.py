@@ -9,7 +9,7 @@ from sdpgrind.plunge._control.filter_state import SCALE, SHARPNESS, WEAR, Q
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge._model.taken import grinding_ratio
 from sdpgrind.plunge._model.uncertainty import Uncertainty
-from sdpgrind.plunge.learning._attainable import informed
+from sdpgrind.plunge.learning._attainable import changed, informed
 from sdpgrind.plunge.learning._margins import adaptable
 from sdpgrind.plunge.learning._readings import at_size
 from sdpgrind.plunge.learning._replay import ReplayedPart, replayed
@@ -60,7 +60,8 @@ def _learned(problem: CycleProblem, part: ReplayedPart, declared: Uncertainty) -
     def doubt(learned: float, first: float) -> float:
         return min(float(np.hypot(learned, _DRIFT * first)), first)
 
-    return problem.replace(
+    return changed(
+        problem,
         wear_flat_area=float(np.clip(model.wear_flat_area * mean[SHARPNESS] - grown, 1e-4, 1.0)),
         normal_force_ratio=model.normal_force_ratio * float(mean[SCALE]),
         grinding_ratio=grinding_ratio(model, float(mean[WEAR])),

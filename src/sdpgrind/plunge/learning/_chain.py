@@ -98,7 +98,8 @@ def adaptation(
     problem : CycleProblem
         Problem, in mm and s; with `burning_sd` the threshold is learned from inspected parts.
     confidence : float
-        Probability that the next part is neither burned nor out of round.
+        Probability that the next part is round enough; of the printed cycle, also that it is not burned.
+        Against burning the confidence of the controller holds.
     power_gain_tolerance : float
         Deprecated: `power_gain_sd` of the problem's uncertainty. Greatest relative error by which the power
         monitor reads too low, for a chance margin.

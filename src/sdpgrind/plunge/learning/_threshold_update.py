@@ -8,7 +8,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._model.problem import CycleProblem
-from sdpgrind.plunge.learning._attainable import informed
+from sdpgrind.plunge.learning._attainable import changed, informed
 from sdpgrind.plunge.learning._margins import adaptable
 from sdpgrind.plunge.learning._threshold import BurnThreshold
 
@@ -71,5 +71,5 @@ class ThresholdUpdate:
             warn(self.threshold.estimate.message)
         found = self.threshold.estimate
         burning = controller.problem.model.burning.replace(B=found["B"])
-        learned = controller.problem.replace(burning=burning, burning_sd=found["burning_sd"])
+        learned = changed(controller.problem, burning=burning, burning_sd=found["burning_sd"])
         return informed(controller, learned, self.threshold.confidence)
