@@ -80,6 +80,7 @@ log = hwsim.run(grinder, controller, rng=0)
 log.outcome                                              # time, slack, part_slack, roundness, burned
 log = hwsim.run(grinder, controller, parts=12, rng=0, journal="series.db",      # killed? run it again: it resumes
                 adapt=plunge.learning.MarginBounding(step=0.25, noise_buffer=0.005, rule="printed"))
+controller = controller.replace(safety_margin=0.0)       # a confidence needs none
 log = hwsim.run(grinder, controller, parts=12, rng=0, adapt=plunge.adaptation(problem))     # the recommended chain
 hwsim.compare(grinder, {"ours": controller, "three stages": plunge.StagedController(problem)}, parts=20, rng=0).plot()
 

@@ -31,9 +31,10 @@ class CarriedState:
     >>> from sdpgrind.plunge import learning
     >>> problem = plunge.preset("simulation")
     >>> grinder = hwsim.PlungeGrinder(problem, truth=problem.model.replace(wear_flat_area=0.0286))
-    >>> log = hwsim.run(grinder, plunge.CycleController(problem), parts=2, adapt=learning.CarriedState())
-    >>> bool(log.outcome.time[1] < log.outcome.time[0])  # s
-    True
+    >>> controller = plunge.CycleController(problem)
+    >>> learned = learning.CarriedState().next(controller, hwsim.run(grinder, controller))
+    >>> round(learned.problem.model.wear_flat_area, 3), learned.problem.uncertainty.sharpness_sd < 0.03
+    (0.029, True)
     """
 
     def __init__(self) -> None:
