@@ -109,7 +109,7 @@ right.set(xlabel="part", ylabel="stock left below the damage [µm]", ylim=(-1, 2
 # -------------------
 # Damage is not measured. It is computed from the power, so a power monitor that shows 2 % too little hides
 # some 3.5 µm of it from controller and adaptation alike. Declare the doubt, and the controller covers it, for
-# a quarter of a second.
+# 0.15 s.
 
 off = hwsim.PlungeGrinder(problem, contact_zero_sd=units.um(10), power_gain=0.98)
 for tolerance in (0.0, 0.02):
