@@ -167,7 +167,7 @@ def _values(words: str, each: list[tuple[Any, dict[str, float], float]]) -> None
         )
 
 
-def spec(count: int) -> None:
+def known_wheel(count: int) -> None:
     """The recorded cycle of the specification: area 0.020 and no wear, 0.04 s; scatter over seeds."""
     believed = dict(zip(NAMES, (9.78, 0.020, 13.8, 0.962, 300.0, 0.0, 0.0, 0.0, -0.05), strict=True))
     print(f"\n## The recorded cycle of the specification, {count} seeds")
@@ -216,7 +216,12 @@ def wrong(count: int) -> None:
     print("chi^2/dof of size", sorted(round(one.fit["size_chi_square"], 2) for one in each))
 
 
-PARTS: dict[str, Callable[[int], None]] = {"values": values, "spec": spec, "units": units, "wrong": wrong}
+PARTS: dict[str, Callable[[int], None]] = {
+    "values": values,
+    "known_wheel": known_wheel,
+    "units": units,
+    "wrong": wrong,
+}
 
 
 def main() -> None:

@@ -226,7 +226,8 @@ def test_a_stepper_goes_whole_steps_and_owes_the_rest():
 def test_steps_do_not_spoil_a_part(quantum):
     outcome = hwsim.run(hwsim.PlungeGrinder(PROBLEM, command_quantum=quantum), SAFE, parts=20, rng=2).outcome
     assert outcome.burned.values.sum() == 0
-    assert outcome.part_slack.values.mean() == pytest.approx(0.0053, abs=quantum + 2e-4)
+    # never less than the margin, and 3.7 standard deviations of the filter's size, 0.14 um, more
+    assert 0.005 - quantum < outcome.part_slack.values.mean() < 0.005 + 3.72 * 1.4e-4 + quantum
     assert outcome.roundness.values.mean() == pytest.approx(2.96e-3, abs=5e-5)
 
 

@@ -15,9 +15,9 @@ from sdpgrind.base.unit_text import factor, near
 from sdpgrind.plunge._identify.cycles import Cycle
 from sdpgrind.plunge._model.problem import CycleProblem
 
-ENERGY = (5.0, 200.0)  # source: specification of commissioning, J/mm^3; measured 29 and 23 on right cycles
-_SETTLED = 3.0  # source: specification; time constants after which 5 % of the deflection still grow
-_LEAST_RATIO = 6.0  # source: specification; a wheel that wears more makes the slope fall out of its range
+ENERGY = (5.0, 200.0)  # chosen: J/mm^3, of any grinding; measured 29 and 23 on right cycles
+_SETTLED = 3.0  # chosen: time constants, after which 5 % of the deflection still grow
+_LEAST_RATIO = 6.0  # chosen: a wheel that wears more makes the slope fall out of its range
 _SHORTEST = 0.005  # chosen: steps of a record over those of the controller; below, another unit is meant
 _IDLE = 0.02  # chosen: quantile of the power that counts as that without contact
 _UNITS = {"time": "s", "size": "mm", "command_rate": "mm/s", "grinding_power": "W"}

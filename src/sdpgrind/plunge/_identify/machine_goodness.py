@@ -8,7 +8,7 @@ from sdpgrind.base import serial
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._identify.machine_fit import ChannelNoise, MachineFit
 
-FITS = (0.8, 1.25)  # source: specification; squares over the declared ones, a degree of freedom
+FITS = (0.8, 1.25)  # chosen: squares over the declared ones; 300 readings scatter by 8 %
 CHANNELS = ("size", "power")
 _RARELY = 1e-3  # chosen: probability by which noise alone leaves the range, or makes such an order
 _UNITS = {"size": "mm", "power": "of the power"}

@@ -24,7 +24,7 @@ from sdpgrind.plunge._identify.machine_model import (
 from sdpgrind.plunge._identify.sharpness import NEAR, clipped_rows, greatest_power
 from sdpgrind.plunge._model.problem import CycleProblem
 
-AIR = 20  # source: specification; powers before contact from which on they tell the idle power
+AIR = 20  # chosen: powers before contact from which on they tell the idle power
 _SCALES = {WEAR: 0.1, FEED_LAG: 0.1, POWER_LAG: 0.1, CONTACT: 0.1, OFFSET: 0.1}  # chosen: 1, s, s, mm, mm
 _LEAST_PLOUGHING = 0.1  # chosen: N/mm; scale where none is believed
 _LEAST_IDLE = 0.05  # chosen: scale of the idle power over the greatest power

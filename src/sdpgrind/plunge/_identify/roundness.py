@@ -12,7 +12,7 @@ from sdpgrind.plunge._identify.cycles import Cycle, cycles, fault
 from sdpgrind.plunge._model.problem import CycleProblem
 
 NAMES, UNITS = ("roundness_base", "roundness_gain"), ("mm", "1")
-_APART = 2.0  # source: specification of commissioning; ratio of final rates
+_APART = 2.0  # chosen: ratio of final rates; nearer ones leave gain and base apart by noise
 _PARTS = 3  # derived: two values and their scatter
 
 

@@ -9,6 +9,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step
+from sdpgrind.plunge._control.cycle_kernels import moved
 from sdpgrind.plunge._model.drive import Drive
 from sdpgrind.plunge._model.kernels import (
     PlungeCore,
@@ -189,23 +190,15 @@ def _fed(state, rig, u, h, core):
     if rig.feed_lag <= 0.0 and rig.wheel_wear == 0.0:
         state[Y], state[RATE] = _deflected(before, state[RATE], u, h, 1, core)
         return before + u * h - state[Y]
-    first, fed = 0.0, _moved(state[TRAIL], u, h, rig.feed_lag)
+    first, fed = 0.0, moved(state[TRAIL], u, h, rig.feed_lag)
     if before < 0.0 < before + fed:
         first = _until_contact(state[TRAIL], u, h, rig.feed_lag, -before)
-    start = _moved(state[TRAIL], u, first, rig.feed_lag)
-    half = _moved(state[TRAIL], u, 0.5 * (first + h), rig.feed_lag) - start
+    start = moved(state[TRAIL], u, first, rig.feed_lag)
+    half = moved(state[TRAIL], u, 0.5 * (first + h), rig.feed_lag) - start
     growth = 1.0 + rig.wheel_wear
     state[Y], state[RATE] = _driven(before + start, state[RATE], half, fed - start, h - first, growth, core)
     state[TRAIL] += u * h - fed
     return (fed - (state[Y] - before)) / growth
-
-
-@compiled(inline="always")
-def _moved(trail, u, duration, lag):
-    """Way (mm) of the axis in a duration (s) at a command (mm/s): exact for a ramp through a lag (s)."""
-    if lag <= 0.0:
-        return u * duration
-    return u * duration + (trail - u * lag) * -np.expm1(-duration / lag)
 
 
 @compiled
@@ -214,7 +207,7 @@ def _until_contact(trail, u, duration, lag, gap):
     low, high = 0.0, duration
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        if _moved(trail, u, middle, lag) < gap:
+        if moved(trail, u, middle, lag) < gap:
             low = middle
         else:
             high = middle
