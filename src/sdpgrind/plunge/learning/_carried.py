@@ -18,7 +18,7 @@ _DRIFT = 0.2  # chosen: what may change from part to part, over what is declared
 
 
 class CarriedState:
-    """Estimates of the filter carried from part to part: wear flat area, force ratio, wheel wear.
+    """Estimates of the filter carried from part to part: wear flat area, force ratio (unit 1), wheel wear.
 
     Each next part begins with what the last one taught, and with its doubt, widened by a fifth of what was
     declared. For one machine, wheel and steel that go on; a wheel of its own for each part is not learned.
