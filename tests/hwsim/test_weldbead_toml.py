@@ -141,6 +141,23 @@ specific_energy = "14 J/mm^3"
     assert np.ptp(bead.z) == pytest.approx(0.1, rel=1e-3)
 
 
+def test_beads_that_differ(job):
+    several = (
+        '[scatter]\nattribution = ["K1", "K2", "mu"]\nrelative_sd = [0.1, 0.1, 0.1]\nlaw = "lognormal"\n'
+        "[bead_scatter]\nspecific_energy = '20 %'\nidle_power = 0.0\n"
+        "correlation = [[1, 0, -0.5], [0, 1, 0], [-0.5, 0, 1]]\n"
+    )
+    path = job()
+    text = path.read_text()
+    begin = text.index("[scatter]")
+    end = text.index("[", begin + 1)
+    path.write_text(text[:begin] + several + text[end:])
+    problem = read(path).stand.sequence
+    rho = ((1.0, 0.0, -0.5), (0.0, 1.0, 0.0), (-0.5, 0.0, 1.0))
+    assert problem.bead_scatter == weldbead.CoefficientScatter(0.2, 0.0, 0.15, correlation=rho)
+    assert problem.pass_scatter == weldbead.CoefficientScatter(0.1, 0.1, 0.1)
+
+
 def test_a_low_bead_is_less_wavy_and_has_metal_everywhere(job):
     bead = read(job(more="[stand]\nheight = '0.05 mm'\n")).stand.problem.bead
     assert bead.mean == pytest.approx(0.05, abs=1e-12) and min(bead.z) > 0
@@ -174,7 +191,7 @@ FAULTS = [
         "stage = 2\n",
         "stage = 2\ncolour = 1\n",
         "",
-        "colour is not a key; keys here are bead_length, burn_limit",
+        "colour is not a key; keys here are bead_length, bead_scatter, burn_limit",
     ),
     (
         "idle_power",
@@ -243,7 +260,7 @@ FAULTS = [
         "",
         "",
         "[stand.pass_scatter]\nK1 = 0.1\n",
-        "stand.pass_scatter.K1 is not a key; keys here are friction_ratio",
+        "stand.pass_scatter.K1 is not a key; keys here are correlation, friction_ratio",
     ),
     (
         "",

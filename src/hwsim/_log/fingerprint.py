@@ -49,10 +49,13 @@ GrindingProcess; _scatter Scatter.
 # class: fields younger than journals; they count only where they are not at their default
 _YOUNGER = {
     "AdaptiveGrinder": {"dullness", "dressing_state", "dressing_lead", "roughness_gauge"},
+    "CoefficientScatter": {"correlation"},
     "CycleController": {"confidence"},
     "CycleProblem": {"uncertainty", "drive"},
     "PlungeGrinder": {"drive", "power_gain_sd", "threshold_scatter", "inspection"},
     "PlungeModel": {"grinding_ratio"},
+    "Scatter": {"mean"},
+    "SequenceProblem": {"bead_scatter", "lead_length"},
 }
 Home = Callable[[Any], tuple[Any, str]]
 """From a class or a function to the module and the name that count in a fingerprint."""

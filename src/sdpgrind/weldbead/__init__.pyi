@@ -6,9 +6,11 @@ from ._identify.attribution import ScatterEstimate as ScatterEstimate
 from ._identify.coefficients import FrictionEstimator as FrictionEstimator
 from ._identify.coefficients import PowerEstimator as PowerEstimator
 from ._identify.identify import identify as identify
+from .sequence._bead_estimator import BeadEstimator as BeadEstimator
 from .sequence._burn import ForceBurnLimit as ForceBurnLimit
 from .sequence._burn import MalkinBurnLimit as MalkinBurnLimit
 from .sequence._burn import PowerBurnLimit as PowerBurnLimit
+from .sequence._coefficient_scatter import CoefficientScatter as CoefficientScatter
 from .sequence._controller import SequenceController as SequenceController
 from .sequence._plan import plan as plan
 from .sequence._policy import SequencePolicy as SequencePolicy

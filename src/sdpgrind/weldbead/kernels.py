@@ -7,7 +7,7 @@ force control, with its state `BeadOnTable`, `Motor`, `GroundBead` and scatter.
 from sdpgrind.weldbead._plant import force_table_kernels as force_table
 from sdpgrind.weldbead._plant.force_table import IDLE, RESET, BeadOnTable
 from sdpgrind.weldbead._plant.force_table_bead import FINE, SPACING, GroundBead, reach
-from sdpgrind.weldbead._plant.force_table_truth import CoefficientScatter, Motor, drawn_disc
+from sdpgrind.weldbead._plant.force_table_truth import Motor, drawn_disc
 from sdpgrind.weldbead._plant.truth import PassCoefficients, blamed, grinding_power
 
 __all__ = [
@@ -16,7 +16,6 @@ __all__ = [
     "RESET",
     "SPACING",
     "BeadOnTable",
-    "CoefficientScatter",
     "GroundBead",
     "Motor",
     "PassCoefficients",

@@ -23,7 +23,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.quantities import specs, units_of
 from sdpgrind.base.unit_text import quantity
 from sdpgrind.weldbead import force, passes
-from sdpgrind.weldbead.kernels import CoefficientScatter, Motor
+from sdpgrind.weldbead.kernels import Motor
 
 Problem: TypeAlias = weldbead.SequenceProblem
 Policy: TypeAlias = weldbead.SequencePolicy
@@ -119,6 +119,7 @@ def _problem(job: Table) -> Problem:
         **job.values(weldbead.SequenceProblem, skip=("burn_limit",)),
         durations=job.list_of("durations", units_of(weldbead.SequenceProblem)["durations"]),
         scatter=_scatter(job.table("scatter")),
+        bead_scatter=_coefficients(job.table("bead_scatter")) if job.has("bead_scatter") else None,
         burn_limit=_burn_limit(job.table("burn_limit")) if job.has("burn_limit") else None,
         height_charge=_height_charge(job.table("height_charge")),
         lateness_charge=_one_sided(job.table("lateness_charge"), "s") if job.has("lateness_charge") else None,
@@ -140,6 +141,14 @@ def _scatter(table: Table) -> weldbead.Scatter:
     return table.made(
         weldbead.Scatter, tuple(names) if several else names, numbers if several else numbers[0], **options
     )
+
+
+def _coefficients(table: Table) -> weldbead.CoefficientScatter:
+    options = table.values(weldbead.CoefficientScatter, every=False)
+    if table.has("correlation"):
+        options["correlation"] = table.take("correlation")
+    table.done()
+    return table.made(weldbead.CoefficientScatter, **options)
 
 
 def _height_charge(table: Table) -> sdp.Charge:
@@ -242,9 +251,7 @@ def _force_table(
     )
     motor = _MOTORS[table.text("motor", _MOTORS)]() if table.has("motor") else None
     scatter = {
-        name: table.table(name).one(CoefficientScatter)
-        for name in ("pass_scatter", "bead_scatter")
-        if table.has(name)
+        name: _coefficients(table.table(name)) for name in ("pass_scatter", "bead_scatter") if table.has(name)
     }
     return table.made(
         ForceTableStand,

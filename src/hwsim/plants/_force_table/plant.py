@@ -21,10 +21,10 @@ from sdpgrind.base.quantities import (
     units_of,
     valued,
 )
+from sdpgrind.weldbead import CoefficientScatter as CoefficientScatter
 from sdpgrind.weldbead import SequenceProblem, preset
 from sdpgrind.weldbead.force import SensorChain, TableDrive, table_drive
 from sdpgrind.weldbead.kernels import FINE, SPACING, GroundBead, drawn_disc, reach
-from sdpgrind.weldbead.kernels import CoefficientScatter as CoefficientScatter
 from sdpgrind.weldbead.kernels import Motor as Motor
 from sdpgrind.weldbead.passes import PassProblem, TiltedDisc
 

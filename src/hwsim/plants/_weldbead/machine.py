@@ -9,7 +9,7 @@ import numpy as np
 from hwsim._part.clock import Clock, simplest
 from hwsim.protocols import FOREVER
 from sdpgrind.base import checks
-from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
+from sdpgrind.weldbead import CoefficientScatter, GrindingProcess, Scatter, SequenceProblem
 from sdpgrind.weldbead.kernels import PassCoefficients, blamed, grinding_power
 
 _AGREE = 1e-9  # relative; chosen: above the rounding of feed rates and forces
@@ -21,8 +21,9 @@ class WeldBeadSetup(NamedTuple):
     """The bead before its first pass, with the truth of process and scatter."""
 
     problem: SequenceProblem
-    process: GrindingProcess  # true process
-    scatter: Scatter
+    process: GrindingProcess  # true process of this bead
+    scatter: Scatter  # of the depth
+    pass_scatter: CoefficientScatter | None  # of the coefficients instead
     height: float  # mm
     time: float  # s until the deadline
 
@@ -55,7 +56,8 @@ class WeldBead:
         noise: np.random.Generator,
     ) -> None:
         self.time, self.done, self.event = 0, False, False
-        self._problem, self._process, self._scatter = setup.problem, setup.process, setup.scatter
+        self._problem, self._process = setup.problem, setup.process
+        self._scatter, self._pass_scatter = setup.scatter, setup.pass_scatter
         self._sd, self._clock, self._cuts, self._noise = sd, clock, cuts, noise
         self._deadline = simplest(setup.time)
         self._height = float(setup.height)
@@ -102,22 +104,21 @@ class WeldBead:
         return Pass(ticks, feed_rate, force)
 
     def _duration_and_feed(self, command: Mapping[str, Any]) -> tuple[float, float]:
-        length, reset = self._problem.bead_length, self._problem.reset_time
+        problem = self._problem
         if "feed_rate" not in command and "duration" not in command:
             raise ValueError(f"a pass needs duration (s) or feed_rate (mm/s); got {dict(command)!r}")
         if "duration" not in command:
             feed_rate = checks.positive("feed_rate", command["feed_rate"], "mm/s")
-            return float(self._problem.duration(feed_rate)), feed_rate
+            return float(problem.duration(feed_rate)), feed_rate
         duration = checks.number("duration", command["duration"], "s")
-        if duration <= reset:
-            raise checks.refuse("duration", f"> reset_time = {reset:g}", duration, "s")
-        feed_rate = checks.positive(
-            "feed_rate", command.get("feed_rate", length / (duration - reset)), "mm/s"
-        )
-        if abs(length / feed_rate + reset - duration) > _AGREE * duration:
+        if duration <= problem.reset_time:
+            raise checks.refuse("duration", f"> reset_time = {problem.reset_time:g}", duration, "s")
+        needed = problem.feed_rate(duration)
+        feed_rate = checks.positive("feed_rate", command.get("feed_rate", needed), "mm/s")
+        if abs(problem.duration(feed_rate) - duration) > _AGREE * duration:
             rule = (
-                f"{length / (duration - reset):g} to do this bead of {length:g} mm in {duration:g} s, "
-                f"reset {reset:g} s"
+                f"{needed:g} to do this bead of {problem.bead_length:g} mm in {duration:g} s, "
+                f"reset {problem.reset_time:g} s"
             )
             raise checks.refuse("feed_rate", rule, feed_rate, "mm/s")
         return duration, feed_rate
@@ -135,14 +136,21 @@ class WeldBead:
             self._under_way, self.event = None, True
 
     def _finish_pass(self, done: Pass) -> None:
-        process, force, feed = self._process, done.normal_force, done.feed_rate
-        cut = float(self._scatter.cut(process, force, feed).sample(self._cuts))
-        truth = blamed(self._scatter, process, force, feed, cut)
+        cut, truth = self._drawn(done.normal_force, done.feed_rate)
         self._truth.append((cut, truth))
         self._height -= cut
         self._charge(done)
         before, self._scan = self._scan, self._scanned()
         self._of_pass = self._sensed(done, truth, before - self._scan)
+
+    def _drawn(self, force: float, feed: float) -> tuple[float, PassCoefficients]:
+        """Depth (mm) of a pass and the coefficients behind it."""
+        if self._pass_scatter is None:
+            cut = float(self._scatter.cut(self._process, force, feed).sample(self._cuts))
+            return cut, blamed(self._scatter, self._process, force, feed, cut)
+        now = self._pass_scatter.drawn(self._process, self._cuts)
+        truth = PassCoefficients(now.specific_energy, now.idle_power, now.friction_ratio)
+        return float(now.mean_cut(force, feed)), truth
 
     def _charge(self, done: Pass) -> None:
         """Add finish charge and burn of the commanded pass."""

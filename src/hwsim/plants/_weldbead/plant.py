@@ -10,7 +10,7 @@ from hwsim._part.clock import Clock, common_tick
 from hwsim.plants._weldbead.machine import Noise, WeldBead, WeldBeadSetup
 from sdpgrind.base import checks
 from sdpgrind.base.quantities import Described, custom, described, part, quantity, units_of
-from sdpgrind.weldbead import GrindingProcess, Scatter, SequenceProblem
+from sdpgrind.weldbead import GrindingProcess, SequenceProblem
 
 Truth: TypeAlias = GrindingProcess | SequenceProblem | Callable[[np.random.Generator], Any] | None
 _RESOLUTION = (
@@ -49,8 +49,10 @@ class WeldBeadStand(Described):
     problem : SequenceProblem
         Bead, limits and charges as believed.
     truth : GrindingProcess, SequenceProblem or callable, optional
-        True process, a problem with the true process and scatter, or a function of a Generator that draws one
-        of them for each bead. None: process and scatter of the problem, for which its plan is exact.
+        True process, a problem with the true process and scatters, or a function of a Generator that draws
+        one of them for each bead. None: process and scatters of the problem. A `bead_scatter` draws the
+        process of each bead, and the coefficients of each pass about it; without one the depth is drawn, for
+        which the plan is exact.
     height : float, optional
         Initial height of the bead, mm. Default: 0.75 ``height_max``.
     time : float, optional
@@ -174,20 +176,22 @@ class WeldBeadStand(Described):
         Truth, cuts and noise draw from a child each: controllers are compared on equal draws.
         """
         of_truth, of_cuts, of_noise = rng.spawn(3)
+        process, told = self._drawn(self.truth, of_truth)
         setup = WeldBeadSetup(
-            self.problem, *self._drawn(self.truth, of_truth), self.start_height, self.start_time
+            self.problem, process, told.scatter, told.pass_scatter, self.start_height, self.start_time
         )
         noise = Noise(self.height_noise, self.power_noise, self.force_noise)
         return WeldBead(setup, noise, self._clock, of_cuts, of_noise)
 
-    def _drawn(self, truth: Any, rng: np.random.Generator) -> tuple[GrindingProcess, Scatter]:
-        if truth is None:
-            return self.problem.model, self.problem.scatter
+    def _drawn(self, truth: Any, rng: np.random.Generator) -> tuple[GrindingProcess, SequenceProblem]:
+        """Process of the next bead, and the problem that tells how its passes scatter."""
         if isinstance(truth, GrindingProcess):
-            return truth, self.problem.scatter
-        if isinstance(truth, SequenceProblem):
-            return truth.model, truth.scatter
-        return self._drawn(_checked_draw(truth(rng)), rng)
+            return truth, self.problem
+        if callable(truth):
+            return self._drawn(_checked_draw(truth(rng)), rng)
+        problem = self.problem if truth is None else truth
+        beads = problem.bead_scatter
+        return problem.model if beads is None else beads.drawn(problem.model, rng), problem
 
 
 def _checked_draw(truth: Any) -> Any:

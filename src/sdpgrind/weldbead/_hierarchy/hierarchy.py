@@ -4,7 +4,7 @@ After each pass the bead is scanned, the coefficients are estimated anew, sequen
 """
 
 from collections.abc import Mapping
-from math import ceil, floor, isnan, nan
+from math import floor, isnan, nan
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,8 @@ from sdpgrind.weldbead.passes import plan as plan_pass
 from sdpgrind.weldbead.sequence._controller import SequenceController
 from sdpgrind.weldbead.sequence._plan import plan as plan_sequence
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
-from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
+from sdpgrind.weldbead.sequence._replan import ahead
 
 # chosen: relative sd of the coefficients of a bead before its first pass, and of a pass about them
 PRIOR = 0.15
@@ -49,7 +49,8 @@ class Hierarchy:
     loop : ForceLoop
         Force loop, from ``force.PI.design``.
     reestimate : bool
-        Whether energy, idle power and friction are estimated from each pass and used for the next plans.
+        Whether energy, idle power and friction are estimated from each pass and used for the next plans:
+        where beads differ (`SequenceProblem.bead_scatter`), with what is not known of them yet.
     replan : bool
         Whether the sequence is looked up from the scanned height; False: from the expected one.
     feedforward : bool
@@ -156,40 +157,49 @@ class _SequenceTier(Stateful):
     tier, period = "sequence", None
     _changing = ("_learner", "_follow")
     commands: Mapping[str, str] = {"mean_cut": "mm", "planned_feed": "mm/s", "stop": ""} | _ESTIMATED
-    reports: Mapping[str, str] = SequenceController.reports
 
     def __init__(self, policy: SequencePolicy, reestimate: bool, replan: bool) -> None:
-        self._policy, self._reestimate, self._replan = policy, reestimate, replan
+        self._policy, self._replan = policy, replan
+        self._beads = reestimate and policy.problem.bead_scatter is not None
+        self._reestimate = reestimate and not self._beads
         self.reads = {"height": "mm", "time_left": "s"}
-        if reestimate:
+        if self._reestimate:
             self.reads |= dict.fromkeys(("grinding_power",), "W") | dict.fromkeys(
                 ("normal_force", "tangential_force"), "N"
             )
             self.reads |= {"removal_rate": "mm^3/s"}
         self.reset()
+        self.reads = {**self._follow.reads, **self.reads}
+        self.reports: Mapping[str, str] = {
+            name: unit for name, unit in self._follow.reports.items() if name not in _ESTIMATED
+        }
 
     def reset(self) -> None:
         self._model, self._learner = self._policy.problem.model, _Learner(self._policy.problem.model)
-        self._follow = SequenceController(self._policy)
+        self._follow = SequenceController(self._policy, learn=self._beads)
         self._begun = False
 
     def step(self, *, height: float, time_left: float, **others: Any) -> dict[str, float]:
         problem = self._policy.problem
         if self._reestimate and self._learner.learn(**others):
             self._model = self._learner.model
-            rest = _ahead(problem.replace(model=self._model), time_left)
+            rest = ahead(problem.replace(model=self._model), time_left)
             self._follow.follow(plan_sequence(rest, tolerance=None, nodes=NODES))
         if self._begun and not self._replan:
             height = nan
         self._begun = True
-        command = self._follow.step(height=height, time_left=self._on_lattice(time_left))
+        command = self._follow.step(height=height, time_left=self._on_lattice(time_left), **others)
         if command["stop"]:
             return {"stop": 1.0}
+        if self._beads:  # the pass is planned with the process of the mean cut, which the sequence asks for
+            believed = self._follow.policy.problem
+            self._model = believed.depths.expected(believed.model)
         cut = {"mean_cut": self._follow.report()["mean_cut"], "planned_feed": command["feed_rate"]}
         return cut | {name: getattr(self._model, name) for name in _ESTIMATED}
 
     def report(self) -> dict[str, float]:
-        return self._follow.report()
+        told = self._follow.report()
+        return {name: told[name] for name in self.reports}
 
     def _on_lattice(self, time_left: float) -> float:
         """Time left, s, at the stage below when late; 0 where lateness is not planned."""
@@ -201,15 +211,6 @@ class _SequenceTier(Stateful):
             if problem.lateness_charge is None
             else floor(time_left / problem.stage + 1e-9) * problem.stage
         )
-
-
-def _ahead(problem: SequenceProblem, time_left: float) -> SequenceProblem:
-    """Problem of the time left (s): more time changes nothing in its plan, to the bit."""
-    if isnan(time_left):
-        return problem
-    stages = ceil(max(time_left, 0.0) / problem.stage)
-    horizon = min(max(stages * problem.stage, problem.durations[0]), problem.horizon)
-    return problem.replace(horizon=horizon)
 
 
 class _Learner:
@@ -319,7 +320,7 @@ class _PassTier:
 
     def _in_time(self, asked: PassProblem) -> PassProblem:
         """Raise the feed so that the pass takes no longer, leads included: a stage begun is lost."""
-        planned = asked.bead.length / asked.feed_rate
+        planned = (asked.bead.length + self._problem.lead_length) / asked.feed_rate
         moving = planned - _LEAD - _SPARE
         way = asked.lead_in + asked.bead.length + self._lead_out
         return asked.replace(feed_rate=way / moving) if moving > 0.5 * planned else asked

@@ -1,83 +1,18 @@
-"""Hidden parameters of the force table: scatter of process coefficients, and the motor of the disc."""
-
-from math import log1p, sqrt
+"""Hidden truth of the force table: drawn coefficients of the process, and the motor of the disc."""
 
 import numpy as np
 
 from sdpgrind.base.quantities import Described, described, quantity
 from sdpgrind.base.units import hz
 from sdpgrind.weldbead.passes import TiltedDisc
-from sdpgrind.weldbead.sequence._process import GrindingProcess
+from sdpgrind.weldbead.sequence._coefficient_scatter import CoefficientScatter
 
 _GUARD_SPEED = 0.7236067977499789  # over free speed; derived: (1 + sqrt(0.2))/2 gives 80 % of the peak power
-
-
-@described()
-class CoefficientScatter(Described):
-    """Log-normal coefficients with given means, drawn for each pass or bead.
-
-    Parameters
-    ----------
-    specific_energy, idle_power, friction_ratio : float
-        Standard deviation over mean, unit 1.
-
-    Raises
-    ------
-    ValueError
-        When one is negative.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from sdpgrind import weldbead
-    >>> process = weldbead.preset("P1").model
-    >>> CoefficientScatter(0.0, 0.0, 0.0).drawn(process, np.random.default_rng(0)) == process
-    True
-    """
-
-    specific_energy: float = quantity("1", at_least=0, default=0.15)
-    idle_power: float = quantity("1", at_least=0, default=0.20)
-    friction_ratio: float = quantity("1", at_least=0, default=0.15)
-
-    def drawn(self, process: GrindingProcess, rng: np.random.Generator) -> GrindingProcess:
-        """Return the process with drawn coefficients (J/mm^3, W, 1).
-
-        Parameters
-        ----------
-        process : GrindingProcess
-            Process with the means.
-        rng : numpy.random.Generator
-            Random source; always three draws.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> from sdpgrind import weldbead
-        >>> process = weldbead.preset("P1").model
-        >>> rng = np.random.default_rng(0)
-        >>> energies = [CoefficientScatter().drawn(process, rng).specific_energy for _ in range(2000)]
-        >>> bool(abs(np.mean(energies) - 10.0) < 0.1), bool(abs(np.std(energies) - 1.5) < 0.1)  # J/mm^3
-        (True, True)
-        """
-        names = ("specific_energy", "idle_power", "friction_ratio")
-        factors = [
-            _lognormal(getattr(self, name), normal)
-            for name, normal in zip(names, rng.standard_normal(3), strict=True)
-        ]
-        return process.replace(
-            **{name: getattr(process, name) * f for name, f in zip(names, factors, strict=True)}
-        )
 
 
 def drawn_disc(scatter: CoefficientScatter, disc: TiltedDisc, rng: np.random.Generator) -> TiltedDisc:
     """A disc with drawn coefficients of its process."""
     return disc.replace(model=scatter.drawn(disc.model, rng))
-
-
-def _lognormal(relative_sd: float, normal: float) -> float:
-    """Log-normal number of mean 1."""
-    variance = log1p(relative_sd**2)
-    return float(np.exp(sqrt(variance) * normal - variance / 2))
 
 
 @described()

@@ -37,7 +37,7 @@ class SequenceAction:
         """Mean depth of the pass, mm; 0 when stopping."""
         problem = self._problem
         going = ~np.asarray(self.stop)
-        mean = problem.scatter.moments(
+        mean = problem.depths.moments(
             problem.model, np.where(going, self.normal_force, 0.0), np.where(going, self.feed_rate, 1.0)
         )[0]
         found = np.where(going, mean, 0.0)

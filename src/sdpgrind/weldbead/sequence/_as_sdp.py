@@ -9,7 +9,10 @@ import numpy as np
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
+from sdpgrind.weldbead.sequence._coefficient_scatter import COEFFICIENTS
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
+
+METHODS = ("cautious", "certain")
 
 
 def sdp_problem(
@@ -48,6 +51,20 @@ def sdp_problem(
         stages=_stages(problem),
         modes=modes,
     )
+
+
+def as_planned(problem: SequenceProblem, method: str) -> SequenceProblem:
+    """Return the problem that the solver plans: "cautious", the bead's scatter counts as one of passes.
+
+    "certain": the believed logarithms are taken as true, K1, K2 and mu at the exponentials of their means.
+    """
+    beads = problem.bead_scatter
+    if method == "cautious" or beads is None:
+        return problem
+    factors = np.exp(-0.5 * np.diag(beads.log_covariance)).tolist()
+    model = {name: f * getattr(problem.model, name) for name, f in zip(COEFFICIENTS, factors, strict=True)}
+    scatter = problem.scatter.replace(mean="coefficient")
+    return problem.replace(model=problem.model.replace(**model), scatter=scatter, bead_scatter=None)
 
 
 def true_problem(planned: SequenceProblem, truth: SequenceProblem, nodes: int) -> sdp.Problem:

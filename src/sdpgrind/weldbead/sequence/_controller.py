@@ -1,18 +1,26 @@
 """Controller of the grinding sequence."""
 
 from collections.abc import Mapping
+from contextlib import suppress
+from copy import deepcopy
 from math import isnan, nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sdpgrind.base import checks
 from sdpgrind.base.controllers import Stateful
-
-if TYPE_CHECKING:
-    from sdpgrind.weldbead.sequence._policy import SequencePolicy
-
+from sdpgrind.weldbead.sequence._bead_estimator import BeadEstimator
+from sdpgrind.weldbead.sequence._policy import SequencePolicy
+from sdpgrind.weldbead.sequence._replan import replanned
 
 # chosen: a bead of the greatest height is read higher half of the time; more would hide one that is too high
 _SCAN = 0.01
+_READINGS: Mapping[str, str] = {
+    "normal_force": "N", "tangential_force": "N", "grinding_power": "W", "removal_rate": "mm^3/s",
+    "cut_depth": "mm",
+}  # fmt: skip
+_BELIEVED: Mapping[str, str] = {
+    "specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": "", "learns": "",
+}  # fmt: skip
 
 
 class SequenceController(Stateful):
@@ -26,15 +34,25 @@ class SequenceController(Stateful):
     A scan up to 1 % above the greatest height of the policy counts as that height. A missing scan (NaN) is
     replaced by the height expected after the last pass, a missing clock by the duration of that pass.
 
+    Where beads differ (`SequenceProblem.bead_scatter`) it learns the coefficients of the bead from each pass
+    and plans again with what it still does not know, by the policy's method. It then reads power, removal
+    rate and forces, too, and reports the believed ``specific_energy`` (J/mm^3), ``idle_power`` (W) and
+    ``friction_ratio``, and ``learns``: 0 after readings that are not those of such a bead.
+
     Parameters
     ----------
     policy : SequencePolicy
         Plan to follow, from `plan`.
+    learn : bool
+        Whether the bead is learned; False: the policy is followed as it is.
+    estimator : BeadEstimator, optional
+        LogBelief in the coefficients, with the noise of the gauges. Default: of gauges without noise.
 
     Raises
     ------
     ValueError
-        From `step`: a bead higher (mm) or a deadline farther (s) than the policy's; no first reading.
+        For an estimator of another problem. From `step`: a bead higher (mm) or a deadline farther (s) than
+        the policy's; no first reading.
 
     Examples
     --------
@@ -49,15 +67,23 @@ class SequenceController(Stateful):
 
     period: float | None = None
     tier = "sequence"
+    _changing = ("_belief",)
     reads: Mapping[str, str] = {"height": "mm", "time_left": "s"}
     commands: Mapping[str, str] = {"duration": "s", "feed_rate": "mm/s", "normal_force": "N", "stop": ""}
     reports: Mapping[str, str] = {"penalty": "$", "mean_cut": "mm", "gap": "$"}
 
-    def __init__(self, policy: "SequencePolicy") -> None:
+    def __init__(
+        self, policy: SequencePolicy, *, learn: bool = True, estimator: BeadEstimator | None = None
+    ) -> None:
         self.follow(policy)
+        self._planned = policy
+        self._belief = _learner(policy, estimator) if learn else None
+        if self._belief is not None:
+            self.reads = {**self.reads, **_READINGS}
+            self.reports = {**self.reports, **_BELIEVED}
         self.reset()
 
-    def follow(self, policy: "SequencePolicy") -> None:
+    def follow(self, policy: SequencePolicy) -> None:
         """Follow another policy; the state of the bead (mm, s) is kept.
 
         Parameters
@@ -73,22 +99,26 @@ class SequenceController(Stateful):
         self._policy = checks.able("policy", policy, "a policy, as weldbead.plan gives it", "action")
 
     @property
-    def policy(self) -> "SequencePolicy":
+    def policy(self) -> SequencePolicy:
         """Plan that is followed."""
         return self._policy
 
     @property
     def identity(self) -> tuple[Any, ...]:
         """Class, problem and tables of the policy: equal ones are the same controller."""
-        return type(self).__name__, self._policy.problem, self._policy.dataset
+        own = () if self._belief is None else self._belief.identity
+        return type(self).__name__, self._planned.problem, self._planned.dataset, *own
 
     @property
     def job(self) -> Mapping[str, object]:
         """Part and machine of the policy (mm, s, N); `hwsim` refuses to run it on others."""
-        return self._policy.problem.job
+        return self._planned.problem.job
 
     def reset(self) -> None:
         """Forget the last bead."""
+        if self._belief is not None:
+            self._belief.reset()
+            self._policy, self._begun = self._planned, False
         self._expected_height = self._expected_time = nan
         self._last: dict[str, float] = {}  # the last pass, where a finish is charged
         self._report = dict.fromkeys(self.reports, nan)
@@ -103,9 +133,11 @@ class SequenceController(Stateful):
         time_left : float
             Time to the deadline, s; < 0: late.
         **others
-            Further measurements, ignored.
+            Further measurements: readings of the last pass where the bead is learned, others are ignored.
         """
         height, time_left = self._known(height, time_left)
+        if self._belief is not None:
+            self._learn(self._belief, height, time_left, others)
         self._check(height, time_left)
         height = min(height, self._policy.problem.height_max)
         action = self._policy.action(height, time_left, **self._last)
@@ -113,6 +145,8 @@ class SequenceController(Stateful):
         mean_cut = 0.0 if stop else float(action.mean_cut)
         value = float(self._policy.value(height, time_left, **self._last))
         self._report = {"penalty": value, "mean_cut": mean_cut, "gap": float(action.gap)}
+        if self._belief is not None:
+            self._report |= self._belief.report()
         if stop:
             return {"stop": 1.0}
         self._remember(height - mean_cut, time_left, float(action.duration))
@@ -123,6 +157,17 @@ class SequenceController(Stateful):
     def report(self) -> dict[str, float]:
         """Return expected penalty-to-go, $, mean cut, mm, and gap, $, of the last step."""
         return self._report
+
+    def _learn(
+        self, belief: BeadEstimator, height: float, time_left: float, readings: Mapping[str, float]
+    ) -> None:
+        """Take in the last pass and plan again; a bead that no force removes keeps the last plan."""
+        if self._begun:
+            belief.learn(**{name: readings[name] for name in _READINGS if name in readings})
+            if height > 0:
+                with suppress(ValueError):
+                    self._policy = replanned(belief.believed, self._planned.method, height, time_left)
+        self._begun = True
 
     def _remember(self, height: float, time_left: float, duration: float) -> None:
         """Keep the state expected after the pass, for a missing reading."""
@@ -150,3 +195,17 @@ class SequenceController(Stateful):
                 f"time_left must be <= horizon = {problem.horizon:g} of the policy (s); got {time_left!r}: "
                 "plan with a longer horizon"
             )
+
+
+def _learner(policy: SequencePolicy, estimator: BeadEstimator | None) -> BeadEstimator | None:
+    """Estimator of a controller's own; refuse one whose beads are others than those of the plan."""
+    problem = getattr(policy, "problem", None)
+    if estimator is None:
+        beads = getattr(problem, "bead_scatter", None)
+        return None if beads is None else BeadEstimator(policy.problem)
+    learned = checks.kind("estimator", estimator, BeadEstimator).problem
+    for name in ("model", "scatter", "bead_scatter"):
+        told, planned = getattr(learned, name), getattr(problem, name)
+        if told != planned:
+            raise checks.refuse(f"estimator.problem.{name}", f"that of the policy, {planned!r}", told)
+    return deepcopy(estimator)

@@ -9,7 +9,7 @@ import numpy as np
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, reporting
-from sdpgrind.weldbead.sequence._as_sdp import sdp_problem
+from sdpgrind.weldbead.sequence._as_sdp import METHODS, as_planned, sdp_problem
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
@@ -25,6 +25,7 @@ def plan(
     tolerance: float | Literal["auto"] | None = "auto",
     nodes: int | None = None,
     feed: str = "lattice",
+    method: str = "cautious",
     executor: Executor | None = None,
     progress: ProgressOption = None,
     throw: bool = True,
@@ -45,6 +46,10 @@ def plan(
         "lattice": the durations of the problem. "continuous": any feed between their slowest and fastest; the
         stage is halved, with all its multiples as durations, until the expected penalty at the coarser states
         changes by at most `tolerance`.
+    method : {"cautious", "certain"}
+        With a `bead_scatter`. "cautious": each pass is planned as if the bead's coefficients were drawn anew
+        for it, from what is believed of them. "certain": as if they were known; for comparison, it may cost
+        ten times as much. Controllers learn and plan again after each pass by the same method.
     executor : concurrent.futures.Executor, optional
         Passed on to `sdp.plan`, which ignores it on one axis.
     progress : callable(share, text), True or None
@@ -72,6 +77,14 @@ def plan(
     assert callable(progress)  # made by the decorator
     checks.kind("problem", problem, SequenceProblem, " (see weldbead.preset)")
     checks.one_of("feed", feed, ("lattice", "continuous"))
+    solved = as_planned(problem, checks.one_of("method", method, METHODS))
+    if solved is not problem:
+        found = plan(
+            solved, tolerance=tolerance, nodes=nodes, feed=feed, executor=executor, progress=progress,
+            throw=throw,
+        )  # fmt: skip
+        lattice = {"stage": found.problem.stage, "durations": found.problem.durations}
+        return SequencePolicy(problem.replace(**lattice), found.table, method)
     if isinstance(tolerance, str):
         checks.one_of("tolerance", tolerance, ("auto",))
         if feed == "lattice":

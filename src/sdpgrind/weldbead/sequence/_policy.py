@@ -16,7 +16,7 @@ from sdpgrind.base.plans import Plan
 from sdpgrind.base.rng import Seed
 from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.weldbead.sequence._action import SequenceAction
-from sdpgrind.weldbead.sequence._as_sdp import sdp_problem, true_problem
+from sdpgrind.weldbead.sequence._as_sdp import as_planned, sdp_problem, true_problem
 from sdpgrind.weldbead.sequence._operator_table import OperatorTable, ending_of, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
@@ -33,12 +33,14 @@ class SequencePolicy(Plan):
         Problem that was planned.
     table : sdp.Policy
         Table of the solver.
+    method : str
+        How what is not known of the bead was planned, as in `plan`.
     """
 
     kind = "weldbead.sequence"
 
-    def __init__(self, problem: SequenceProblem, table: sdp.Policy) -> None:
-        self.problem, self.table = problem, table
+    def __init__(self, problem: SequenceProblem, table: sdp.Policy, method: str = "cautious") -> None:
+        self.problem, self.table, self.method = problem, table, method
         axis = table.layout.axes[0]
         self._modes = table.layout.modes
         self._per_height, self._cells = (axis.nodes - 1) / axis.high, axis.nodes - 1
@@ -50,7 +52,7 @@ class SequencePolicy(Plan):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle without the views on the tables."""
-        return type(self), (self.problem, self.table)
+        return type(self), (self.problem, self.table, self.method)
 
     @property
     def error(self) -> float | None:
@@ -257,7 +259,9 @@ class SequencePolicy(Plan):
         truth = model
         if not isinstance(truth, SequenceProblem):
             truth = self.problem if model is None else self.problem.replace(model=model)
-        problem = self.table.problem if model is None else true_problem(self.problem, truth, self._cells + 1)
+        planned = as_planned(self.problem, self.method)
+        same = model is None and planned is self.problem
+        problem = self.table.problem if same else true_problem(planned, truth, self._cells + 1)
         start = self._state(height, time_left, last_duration)
         noise = {"height": checks.nonnegative("height_noise", height_noise, "mm")}
         found: sdp.Runs = self.table.simulate(
@@ -327,12 +331,15 @@ class SequencePolicy(Plan):
     @property
     def dataset(self) -> xr.Dataset:
         """Table with labels and units, and the problem as JSON."""
-        return self.table.dataset.assign_attrs(problem=stored.encode(self.problem))
+        attributes = {} if self.problem.bead_scatter is None else {"method": self.method}
+        return self.table.dataset.assign_attrs(problem=stored.encode(self.problem), **attributes)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
         problem: SequenceProblem = stored.decode(dataset.attrs["problem"])
-        return cls(problem, sdp.Policy.from_dataset(dataset, sdp_problem(problem, dataset.sizes["height"])))
+        method = str(dataset.attrs.get("method", "cautious"))
+        asked = sdp_problem(as_planned(problem, method), dataset.sizes["height"])
+        return cls(problem, sdp.Policy.from_dataset(dataset, asked), method)
 
     def plot(self) -> Any:
         """Draw expected penalty, duration and force over time left and height; return the figure."""

@@ -13,8 +13,11 @@ from sdpgrind.base.doubts.record import Doubts, asked
 from sdpgrind.base.quantities import Check, Described, custom, described, law, quantity, specs, valued
 from sdpgrind.base.warned import warn
 from sdpgrind.weldbead.sequence._burn import BURN_LIMITS, NAMES, BurnLimit
+from sdpgrind.weldbead.sequence._coefficient_scatter import CoefficientScatter
+from sdpgrind.weldbead.sequence._depths import Depths
+from sdpgrind.weldbead.sequence._predictive import PredictiveDepths
 from sdpgrind.weldbead.sequence._process import GrindingProcess
-from sdpgrind.weldbead.sequence._scatter import Scatter
+from sdpgrind.weldbead.sequence._scatter import Scatter, refuse_c1
 
 Lateness = sdp.OneSided | Callable[[Floats], npt.ArrayLike]
 
@@ -111,6 +114,11 @@ class SequenceProblem(Described):
     late_window : float, optional
         Planned time after the deadline, s, a multiple of the stage; required with a lateness charge that is
         not convex. Default: as long as a pass may pay.
+    bead_scatter : CoefficientScatter, optional
+        Scatter of K1, K2 and mu from bead to bead (relative sd, unit 1); the process has their means. With it
+        `scatter` is that of the coefficients from pass to pass, and controllers learn the bead's.
+    lead_length : float
+        Way of a pass beside the bead, >= 0, mm: the feed is raised by it.
 
     Raises
     ------
@@ -145,6 +153,8 @@ class SequenceProblem(Described):
     pass_charge: float = quantity("$", at_least=0, default=0.0)
     min_cut: float = quantity("mm", at_least=0, usual=(0.0, 20.0), typical=0.1, default=0.0)
     late_window: float | None = quantity("s", at_least=0, default=None)
+    bead_scatter: CoefficientScatter | None = custom(_of(CoefficientScatter), default=None)
+    lead_length: float = quantity("mm", at_least=0, usual=(0.0, 10000.0), typical=10, default=0.0)
 
     def _check(self) -> None:
         if self.scatter.total > 1:
@@ -152,10 +162,20 @@ class SequenceProblem(Described):
                 f"scatter.relative_sd is {self.scatter.total:.4g}, a share of the mean (1):"
                 " divide by 100 where percent is meant"
             )
+        if self.bead_scatter is not None:
+            self._check_bead_scatter()
         _multiple("horizon", self.horizon, self.stage)
         self._check_durations()
         self._check_charges()
         self._check_force()
+
+    def _check_bead_scatter(self) -> None:
+        refuse_c1("scatter.attribution", self.scatter)
+        if self.scatter.law == "empirical":
+            raise ValueError(
+                "scatter.law must be another than 'empirical' with bead_scatter: the share of beads is in the"
+                " sample; got 'empirical'"
+            )
 
     def _check_durations(self) -> None:
         if isinstance(self.durations, str) or not len(self.durations):
@@ -216,18 +236,37 @@ class SequenceProblem(Described):
         return valued(self, ("bead_length",)) | disk | limits | {"burn_limit": self.burn_limit}
 
     @property
+    def depths(self) -> Depths:
+        """Scatter of the depth of the next pass (mm): of passes, and of beads where they differ."""
+        if self.bead_scatter is None:
+            return self.scatter
+        both = self.scatter.log_covariance + self.bead_scatter.log_covariance
+        return PredictiveDepths.of(both, self.scatter.law)
+
+    @property
+    def pass_scatter(self) -> CoefficientScatter | None:
+        """Scatter of the coefficients from pass to pass (relative sd, unit 1); None: the depth scatters."""
+        told = self.bead_scatter is not None or self.scatter.mean == "coefficient"
+        return self.scatter.coefficients if told else None
+
+    @property
     def _mean_model(self) -> GrindingProcess:
-        return self.scatter.expected(self.model)
+        return self.depths.expected(self.model)
+
+    @property
+    def _way(self) -> float:
+        """Way of a pass, mm: the bead and what lies beside it."""
+        return self.bead_length + self.lead_length
 
     def feed_rate(self, duration: float) -> float:
-        """Return the feed, mm/s, of a pass of `duration`, s: length over duration less reset; Brown (5.6)."""
+        """Return the feed, mm/s, of a pass of `duration`, s: way over duration less reset; Brown (5.6)."""
         if duration <= self.reset_time:
             raise checks.refuse("duration", f"> reset_time, {self.reset_time:g} s", duration, "s")
-        return self.bead_length / (duration - self.reset_time)
+        return self._way / (duration - self.reset_time)
 
     def duration(self, feed_rate: float) -> float:
         """Return the duration, s, of a pass at `feed_rate`, mm/s, reset included; Brown (5.6)."""
-        return self.bead_length / checks.positive("feed_rate", feed_rate, "mm/s") + self.reset_time
+        return self._way / checks.positive("feed_rate", feed_rate, "mm/s") + self.reset_time
 
     def force_interval(self, duration: float) -> tuple[float, float]:
         """Return the least and greatest admissible normal force, N, of a pass of `duration`, s.
@@ -246,12 +285,12 @@ class SequenceProblem(Described):
 
     def cut(self, duration: float, normal_force: npt.ArrayLike) -> sdp.Law:
         """Return the distribution of the depth, mm, of a pass of `duration`, s, at normal forces, N."""
-        return self.scatter.cut(self.model, normal_force, self.feed_rate(duration))
+        return self.depths.cut(self.model, normal_force, self.feed_rate(duration))
 
     def force_breaks(self, duration: float) -> tuple[float, ...]:
         """Normal forces, N, inside its interval where the depth of a pass of `duration`, s, changes form."""
         low, high = self.force_interval(duration)
-        switch = float(self.scatter.switch_force(self.model, self.feed_rate(duration)))
+        switch = float(self.depths.switch_force(self.model, self.feed_rate(duration)))
         return (switch,) if low < switch < high else ()
 
     def updated(self, estimate: Any) -> Self:

@@ -1,25 +1,27 @@
 """Scatter of the depth of a pass from random coefficients of the process."""
 
-from functools import lru_cache
 from math import sqrt
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, choice, custom, described, quantity
 from sdpgrind.base.units import N_MM_S_PER_W
+from sdpgrind.weldbead.sequence._coefficient_scatter import CoefficientScatter
+from sdpgrind.weldbead.sequence._depths import Depths
+from sdpgrind.weldbead.sequence._predictive import PredictiveDepths
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 ATTRIBUTIONS = ("C1", "K1", "K2", "mu")
 LAWS = ("rayleigh", "lognormal", "normal", "empirical")
+MEANS = ("cut", "coefficient")
 
 
 @described("weldbead.scatter")
-class Scatter(Described):
+class Scatter(Depths, Described):
     """Random depth of a pass: random coefficient, its relative standard deviation, distribution of the depth.
 
     Standard deviation of the depth, with r that of the coefficient (relative), m the mean depth, Pi the power
@@ -45,12 +47,16 @@ class Scatter(Described):
         Sample of the empirical law, refused with the others, unit 1: only its shape counts.
     bandwidth : float
         Kernel of the empirical law, in standard deviations of the sample, unit 1: 0 or in [0.01, 10].
+    mean : {"cut", "coefficient"}
+        Whose mean the process has: "cut", the mean depth is that of its coefficients, as of laws fitted to
+        depths; "coefficient", K1, K2 and mu are log-normal with these means, and the mean depth is larger, by
+        r^2 where K1 scatters.
 
     Raises
     ------
     ValueError
         For an unknown attribution or law, a relative sd < 0, a total > 1/2 with the normal law (too much lies
-        below 0), or a missing or useless sample.
+        below 0), a missing or useless sample, or "C1" with the means of coefficients.
 
     Examples
     --------
@@ -65,6 +71,7 @@ class Scatter(Described):
     law: str = choice(*LAWS, default="rayleigh")
     sample: tuple[float, ...] | None = custom(unit="1", default=None)
     bandwidth: float = quantity("1", default=0.0)
+    mean: str = choice(*MEANS, default="cut")
 
     def _check(self) -> None:
         names = checks.unique("attribution", self._sources)
@@ -83,6 +90,8 @@ class Scatter(Described):
         if self.law == "normal" and self.total > 0.5:
             together = ", the root of the sum of squares" if several else ""
             raise self._refused("relative_sd", f"<= 0.5 with a normal law{together}", self.total)
+        if self.mean == "coefficient":
+            refuse_c1("attribution", self)
         self._check_sample()
 
     def _check_sample(self) -> None:
@@ -105,12 +114,28 @@ class Scatter(Described):
         values = self.relative_sd if isinstance(self.relative_sd, tuple) else (self.relative_sd,)
         return dict(zip(self._sources, values, strict=True)).get(name, 0.0)
 
+    @property
+    def coefficients(self) -> CoefficientScatter:
+        """Scatter of the coefficients from pass to pass (relative sd, unit 1); "C1" is none of them."""
+        return CoefficientScatter(self._relative("K1"), self._relative("K2"), self._relative("mu"))
+
+    @property
+    def log_covariance(self) -> Floats:
+        """Covariance of the logarithms of K1, K2 and mu, shape (3, 3), unit 1."""
+        return self.coefficients.log_covariance
+
+    @property
+    def _predictive(self) -> PredictiveDepths:
+        return PredictiveDepths.of(self.log_covariance, self.law)
+
     def expected(self, process: GrindingProcess) -> GrindingProcess:
         """Return the process of the mean cut: a random mu raises the mean of mu^2, the droop, by 1 + r^2.
 
         Its mean power, threshold force, peak force (N) and mean cut (mm) are averages over mu. Other
-        attributions change nothing.
+        attributions change nothing, unless coefficients keep their means (`mean`).
         """
+        if self.mean == "coefficient":
+            return self._predictive.expected(process)
         factor = 1 + self._relative("mu") ** 2
         return (
             process
@@ -120,6 +145,8 @@ class Scatter(Described):
 
     def power_moments(self, process: GrindingProcess, normal_force: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Return mean and sd, W, of the power that removes, K1 w V depth, of a process at a force, N."""
+        if self.mean == "coefficient":
+            return self._predictive.power_moments(process, normal_force)
         force = np.asarray(normal_force, dtype=float)
         power = self.expected(process).grinding_power(force)
         mean = np.maximum(power - process.idle_power, 0.0)
@@ -134,35 +161,10 @@ class Scatter(Described):
         )
         return mean, np.where(mean > 0, np.sqrt(variance), 0.0)
 
-    def moments(
-        self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike
-    ) -> tuple[Floats, Floats]:
-        """Return mean and sd, mm, of the depth of a process at a force, N, and a feed, mm/s; Brown (4.9)."""
-        mean, sd = self.power_moments(process, normal_force)
-        whole = process.specific_energy * process.bead_width * np.asarray(feed_rate, dtype=float)
-        return mean / whole, sd / whole
-
-    def cut(self, process: GrindingProcess, normal_force: npt.ArrayLike, feed_rate: npt.ArrayLike) -> sdp.Law:
-        """Return the distribution of the depth, mm, of a process at forces, N, and feeds, mm/s."""
-        mean, sd = self.moments(process, normal_force, feed_rate)
-        if self.law == "rayleigh":
-            return sdp.Rayleigh(mean, sd)
-        if self.law == "lognormal":
-            return sdp.LogNormal(mean, sd)
-        if self.law == "normal":
-            return sdp.RectifiedNormal(mean, sd)
+    def _law(self, mean: Floats, sd: Floats) -> sdp.Law:
+        if self.law != "empirical":
+            return super()._law(mean, sd)
         return sdp.Empirical(mean, sd, () if self.sample is None else self.sample, self.bandwidth)
-
-    def peak_force(self, process: GrindingProcess) -> float:
-        """Return the normal force of greatest mean cut, N; with random mu, the process's own over 1 + r^2."""
-        return self.expected(process).peak_force
-
-    def switch_force(self, process: GrindingProcess, feed_rate: npt.ArrayLike) -> Floats:
-        """Return the normal force, N, of a process where the Rayleigh law turns from scaled to translated.
-
-        It is the same at every feed, mm/s; NaN: another law, or no such force.
-        """
-        return np.full(np.shape(feed_rate), _switch(self, process) if self.law == "rayleigh" else np.nan)
 
     @property
     def total(self) -> float:
@@ -170,20 +172,12 @@ class Scatter(Described):
         return sqrt(sum(self._relative(name) ** 2 for name in self._sources))
 
 
-@lru_cache(maxsize=64)
-def _switch(scatter: Scatter, process: GrindingProcess) -> float:
-    """Return the force, N, at which the mean is `sdp.Rayleigh.SWITCH` standard deviations."""
-
-    def surplus(force: float) -> float:
-        mean, sd = scatter.power_moments(process, force)
-        return float(mean - sdp.Rayleigh.SWITCH * sd)
-
-    expected = scatter.expected(process)
-    low = expected.threshold_force * (1 + 1e-9) or 1e-9 * expected.peak_force
-    if not low < expected.peak_force or surplus(low) >= 0:
-        return np.nan
-    # Far above the threshold the ratio of mean and sd is at its limit: no switch there means none at all.
-    high = min(expected.peak_force, 1e6 * low)
-    if surplus(high) <= 0:
-        return np.nan
-    return float(brentq(surplus, low, high, xtol=1e-14 * low, rtol=4 * np.finfo(float).eps))
+def refuse_c1(name: str, scatter: Scatter) -> None:
+    """Refuse C1 where coefficients are told apart: it moves K1 and K2 together, as mu does."""
+    if "C1" in scatter._sources:
+        raise checks.refuse(
+            name,
+            'of "K1", "K2" and "mu" where coefficients keep their means or differ between beads: "C1" moves'
+            " K1 and K2 together and cannot be told from mu",
+            scatter.attribution,
+        )
