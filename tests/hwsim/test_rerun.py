@@ -13,14 +13,13 @@ from hwsim.cli import main
 from sdpgrind import finishing, load, locus, plunge, weldbead
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-SLOW = pytest.mark.slow  # each is planned and run twice
 COMMANDS = {
     "plunge": ["--preset=simulation"],
     "locus": ["--preset=grinding", "--no-adapt"],
     "weldbead": ["--preset=P1", "--simple", "--tolerance=0.1"],
     "finishing": ["--preset=specimen", "--nominal"],
-    "centering": ["--preset=identified"],
 }
+"""Centering is planned and run again with both controllers, below."""
 
 
 class OnePass:
@@ -56,8 +55,7 @@ def rerun(page, folder, capsys):
 
 
 @pytest.mark.parametrize(
-    "area",
-    ["plunge", "locus", "weldbead", *(pytest.param(a, marks=SLOW) for a in ("finishing", "centering"))],
+    "area", ["plunge", "locus", "weldbead", pytest.param("finishing", marks=pytest.mark.slow)]
 )
 def test_the_page_of_a_command_is_made_again_to_the_bit(area, tmp_path, capsys):
     first, again = tmp_path / "first", tmp_path / "again"
@@ -125,14 +123,17 @@ def test_a_log_from_a_file_is_not_made_again(ground, tmp_path, capsys):
     assert status == 2 and lines[-1].endswith("the log of this one was read from a file")
 
 
-@SLOW
+@pytest.mark.slow
 def test_the_page_of_both_controllers_is_made_again(tmp_path, capsys):
     """The file of the job is written into the folder before the run."""
-    first, job = tmp_path / "first", str(EXAMPLES / "centering.toml")
+    first, again, job = tmp_path / "first", tmp_path / "again", str(EXAMPLES / "centering.toml")
     assert main(["centering", job, "--source", "--parts=1", "--no-pictures", f"--out={first}"]) == 0
     capsys.readouterr()
-    status, lines = rerun(first / "report.html", tmp_path / "again", capsys)
+    status, lines = rerun(first / "report.html", again, capsys)
     assert status == 0 and any("equal to the bit (plan; log, " in line for line in lines)
+    assert not any("before it starts" in line for line in lines)
+    logs = sorted(path.name for path in first.glob("*.nc"))
+    assert logs and all((again / each).read_bytes() == (first / each).read_bytes() for each in logs)
 
 
 def test_the_page_of_a_plan_is_made_again(cycle, tmp_path, capsys):
