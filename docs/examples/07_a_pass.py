@@ -132,7 +132,7 @@ print(f"{len(feeds)} feeds: up to {max(good):.0f} mm/s")
 # %%
 # What the force loop will feel
 # -----------------------------
-# Contact is not a spring of constant stiffness: the bead gives way as it is ground. At slow feed it is much
+# Contact is not a spring of constant stiffness: the bead is removed under it. At slow feed it is much
 # softer.
 
 for feed in (4.0, 20.0):

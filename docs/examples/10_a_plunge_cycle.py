@@ -61,15 +61,15 @@ for k, time in enumerate(times.values()):
     axis.text(time + 0.3, k, f"{time:.2f}", va="center", fontsize=9)
 
 # %%
-# As printed it loses one second and a half at the end: (2) and (3) reckon with one time constant, but the
-# machine gives way by the force, which is no straight line. Spark-out begins early, and the wheel creeps
-# until size.
+# As printed it loses one second and a half at the end: (2) and (3) assume one time constant, but the deflection
+# of the machine follows the force, which is not proportional to the infeed rate. Spark-out begins early, and
+# the wheel creeps until size.
 #
 # Part after part
 # ---------------
 # The controller believes the wheel to be 10 % sharper than it is. As printed it starts with a margin of
 # 0.05 mm, and (9) takes a quarter of the slack off each time. The recommended one needs no margin: it keeps a
-# confidence, learns during the part where the wheel touched, how the machine gives way and how sharp the
+# confidence, learns during the part where the wheel touched, the deflection of the machine and how sharp the
 # wheel is, and carries it to the next part.
 
 believed = problem.replace(wear_flat_area=0.9 * problem.model.wear_flat_area)

@@ -16,7 +16,7 @@ from sdpgrind import plunge
 # The task
 # --------
 # A bore is ground as in the simulation of Dong, Danai and Malkin (2004). The controller believes in a wheel
-# that is sharper by a tenth than it is, and reckons with it: it keeps the depth of damage of *its* wheel
+# that is sharper by a tenth than it is, and plans with it: it keeps the depth of damage of *its* wheel
 # below the stock that is left, by a margin. The noise is that of a common size gauge and power monitor.
 
 problem = plunge.preset("simulation")

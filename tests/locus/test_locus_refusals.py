@@ -262,7 +262,7 @@ def test_where_feasibility_ends_is_told():
             lambda c: c.stretch("v", x=(2.0, 1.0)),
             r"x must be \(least, greatest\) within \[0.2, 20\]; got \(2.0, 1.0\)",
         ),
-        (lambda c: c.stretch("v", x=3.0), "x must be the least and the greatest x to reckon with; got 3.0"),
+        (lambda c: c.stretch("v", x=3.0), "x must be the least and the greatest x that may come; got 3.0"),
         (
             lambda c: c.stretch("u"),
             "along must be single-valued on the locus; 'u' is not, but v (and x are|is)",

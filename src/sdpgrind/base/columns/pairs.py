@@ -11,7 +11,9 @@ from sdpgrind.base.columns.rows import wide
 from sdpgrind.base.columns.sheet import Column
 from sdpgrind.base.columns.table import COMMAND, quantity_of
 
-LEAST, MOST = 0.7, 1.15  # source: specification of the columns; right cycles gave 0.88 to 0.97
+# ratio of what two columns say of one quantity; chosen: measured on right cycles were 0.88 to 0.97, and a
+# forgotten factor is 2 or more
+LEAST, MOST = 0.7, 1.15
 _MEANT = 0.93  # measured: what a right cycle gives; the rest is deflection
 _SLACK = 2.0  # chosen: a cycle that ends early is no other unit
 _AGREE = 0.15  # chosen: two fifths of a hold that agree are steady

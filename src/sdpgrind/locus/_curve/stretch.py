@@ -56,7 +56,7 @@ def _declared(curve: Curve, x: tuple[float, float] | None) -> tuple[float, float
     unit = curve.problem.unit(curve.hidden_name)
     if np.shape(x) != (2,):
         raise ValueError(
-            f"x must be the least and the greatest {curve.hidden_name} to reckon with; got {checks.shown(x)}"
+            f"x must be the least and the greatest {curve.hidden_name} that may come; got {checks.shown(x)}"
         )
     low, high = (checks.number(f"x[{k}]", value, unit) for k, value in enumerate(x))
     first, last = curve.problem.hidden[curve.hidden_name]

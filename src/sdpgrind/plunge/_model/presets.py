@@ -47,7 +47,7 @@ _SOURCE = "Dong, Danai and Malkin (2004): wheel, work, speeds, stiffness and wea
 _PRESETS: dict[str, tuple[Callable[[], CycleProblem], str, str, str]] = {
     "simulation": (
         _simulation,
-        "the bore of the simulation, whose machine gives way by the force",
+        "the bore of the simulation, whose deflection follows the force",
         _SOURCE,
         "B, greatest rate, stock, force ratio and roundness: to the published times of 6.4, 15.7 and 13.2 s",
     ),

@@ -53,7 +53,7 @@ class PartRig(NamedTuple):
     power_sd: float = 0.0  # relative
     power_gain: float = 1.0
     power_max: float = np.inf  # W: saturation
-    power_lag: float = 0.0  # pole of the monitor per sample; 0: no lag
+    power_pole: float = 0.0  # pole of the monitor per sample; 0: no lag
     command_quantum: float = 0.0  # mm: step of the actuator; 0: none
     feed_lag: float = 0.0  # s: time constant of the axis
     feed_delay: int = 0  # samples: dead time of the command
@@ -80,7 +80,7 @@ def driven(rig: PartRig, drive: Drive) -> PartRig:
     """Part whose feed and power monitor are those of a drive."""
     lag = drive.power_lag
     return rig._replace(
-        power_lag=exp(-rig.sample_time / lag) if lag else 0.0,
+        power_pole=exp(-rig.sample_time / lag) if lag else 0.0,
         command_quantum=float(drive.command_quantum),
         feed_lag=float(drive.feed_lag),
         feed_delay=drive.delay_samples(rig.sample_time),
@@ -109,7 +109,7 @@ def read(state, rig, of_size, of_power):
     now = rig.stock - state[REMAINING]
     size = state[LAST_SIZE] if rig.size_delay else now
     state[LAST_SIZE] = now
-    if rig.power_lag <= 0.0:
+    if rig.power_pole <= 0.0:
         state[LAST_POWER] = true_power(state, rig)
     power = (state[LAST_POWER] + rig.idle_power) * (rig.power_gain + rig.power_sd * of_power)
     saturated = power >= 0.99 * rig.power_max
@@ -153,15 +153,15 @@ def advance(state, rig, command_rate):
         fed = np.rint(state[UNFED] / rig.command_quantum) * rig.command_quantum
         state[UNFED] -= fed
         u = fed / dt
-    before = true_power(state, rig) if rig.power_lag > 0.0 else 0.0
+    before = true_power(state, rig) if rig.power_pole > 0.0 else 0.0
     if rig.feed_delay > 0:
         place = STATES + int(state[SAMPLES]) % rig.feed_delay
         u, state[place] = state[place], u
     for _ in range(STEPS):
         _ground(state, rig, u, dt / STEPS)
     state[SAMPLES] += 1.0
-    if rig.power_lag > 0.0:
-        now, pole = true_power(state, rig), rig.power_lag
+    if rig.power_pole > 0.0:
+        now, pole = true_power(state, rig), rig.power_pole
         state[LAST_POWER] = _monitored(state[LAST_POWER], before, now, pole, np.log(pole))
 
 
