@@ -102,7 +102,7 @@ def ground(model: plunge.PlungeModel, truth: dict[str, float], rate: np.ndarray,
         contact_zero=-truth["contact_zero"],
         wheel_wear=truth["wheel_wear"],
         feed_lag=truth["feed_lag"],
-        power_lag=float(np.exp(-step / truth["power_lag"])) if truth["power_lag"] else 0.0,
+        power_pole=float(np.exp(-step / truth["power_lag"])) if truth["power_lag"] else 0.0,
         idle_power=truth["idle_power"],
     )
     state, out = kernels.part_state(rig), np.empty((rate.size, 2))

@@ -38,7 +38,7 @@ def ground(truth, rate, model=None, delay=0):
     lag = truth["power_lag"]
     rig = kernels.rig(model_of(truth) if model is None else model, 1.0, STEP)._replace(
         contact_zero=-truth["contact_zero"], wheel_wear=truth["wheel_wear"], feed_lag=truth["feed_lag"],
-        power_lag=float(np.exp(-STEP / lag)) if lag else 0.0, idle_power=truth["idle_power"],
+        power_pole=float(np.exp(-STEP / lag)) if lag else 0.0, idle_power=truth["idle_power"],
         feed_delay=delay,
     )  # fmt: skip
     state, out = kernels.part_state(rig), np.empty((rate.size, 2))

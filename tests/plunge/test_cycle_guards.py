@@ -84,6 +84,16 @@ def test_findings_that_are_none(reading, message):
         threshold.update(reserve=0.1, **reading)
 
 
+def test_an_error_of_the_severity_that_is_not_stated_warns_once():
+    told, silent = (plunge.BurnThreshold(PROBLEM.replace(burning_sd=0.03)) for _ in range(2))
+    with pytest.warns(UserWarning, match=r"severity_sd is not stated: 0.03 is assumed"):
+        silent.update(reserve=0.1, severity=0.95)
+    silent.update(reserve=0.1, severity=0.95)
+    for _ in range(2):
+        told.update(reserve=0.1, severity=0.95, severity_sd=0.03)
+    np.testing.assert_array_equal(silent.density, told.density)
+
+
 def test_a_wide_prior_fits_on_the_grid():
     """A margin of 3.09 standard deviations, and the scatter."""
     threshold = plunge.BurnThreshold(PROBLEM.replace(burning_sd=0.3))

@@ -160,7 +160,7 @@ def test_readings():
 
 def test_late_and_slow_gauges():
     pole = math.exp(-0.04 / 0.1)
-    rig = kernels.rig(MODEL, PROBLEM.stock, 0.04)._replace(size_delay=True, power_lag=pole)
+    rig = kernels.rig(MODEL, PROBLEM.stock, 0.04)._replace(size_delay=True, power_pole=pole)
     state, truth, shown = np.zeros(kernels.STATES), [], []
     kernels.start_part(state, rig)
     for _ in range(40):

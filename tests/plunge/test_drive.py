@@ -40,7 +40,7 @@ def played(ratio=math.inf, contact=0.0, feed_delay=0.0, power_lag=0.0, feed_lag=
         contact_zero=contact,
         feed_lag=feed_lag,
         feed_delay=plunge.Drive(feed_delay=feed_delay).delay_samples(0.04),
-        power_lag=math.exp(-0.04 / power_lag) if power_lag else 0.0,
+        power_pole=math.exp(-0.04 / power_lag) if power_lag else 0.0,
     )
     state, rows = kernels.part_state(rig), []
     kernels.start_part(state, rig)

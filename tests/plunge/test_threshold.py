@@ -9,7 +9,10 @@ from sdpgrind import plunge
 from sdpgrind.identify import Status
 
 PROBLEM = plunge.preset("simulation").replace(burning_sd=0.045)
-SEVERE = ({"reserve": 0.14, "severity": 0.88}, {"reserve": 0.10, "severity": 0.93})
+SEVERE = tuple(
+    {"reserve": reserve, "severity": severity, "severity_sd": 0.03}
+    for reserve, severity in ((0.14, 0.88), (0.10, 0.93))
+)
 # of the project's derivation: readings; mean, sd and margin of eta
 ROWS = [
     ((), (0.0, 0.0450, 0.1399)),

@@ -41,6 +41,11 @@ class SampledCycle(ABC):
         """Part and machine that the controller is made for, name -> (value, unit)."""
         return self.problem.job
 
+    @property
+    def description(self) -> Mapping[str, float | str]:
+        """What is known of the burn threshold, for the log; its doubt is relative, unit 1."""
+        return {"burn_threshold": self.problem.uncertainty.burn_threshold}
+
     @cached_property
     def law(self) -> Floats:
         """Parameters of the compiled core, a row of `LAW` in mm, s and N."""

@@ -145,7 +145,7 @@ class CycleController(SampledCycle, Described):
     @property
     def description(self) -> Mapping[str, float | str]:
         """Confidence (unit 1) and what is known of the burn threshold, for the log."""
-        known = {"burn_threshold": self.problem.uncertainty.burn_threshold}
+        known = super().description
         return known if self.sparkout == "printed" else {"confidence": self.confidence, **known}
 
     @property

@@ -25,6 +25,7 @@ NODES = 21  # chosen: nodes of each quadrature; 31 change no digit of a rate
 HALVINGS = 60  # derived: a bracket shrinks below the rounding of a double
 _FAR = 8.0  # derived: standard deviations; a normal exceeds them with a chance of 6e-16
 _SLOWEST, _FASTEST = 0.1, 10.0  # chosen: rates of the search over the coolest without doubts
+_EXACT = 1e-12  # derived: doubt (ln) that moves no digit of a depth; thresholds over less than it overflow
 _NEVER = 1e-300  # derived: keeps a logarithm finite
 _STANDING = 1e-9  # chosen: least rate of the search over the greatest, where no rate is the coolest
 
@@ -45,6 +46,11 @@ class BurnChance:
     burning_sd: float = 0.0
     diffusivity_sd: float = 0.0
     sharpness_sd: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("burning_sd", "diffusivity_sd", "sharpness_sd"):
+            if getattr(self, name) < _EXACT:
+                object.__setattr__(self, name, 0.0)
 
     def __call__(self, rate: Any, remaining: Any) -> Floats:
         """Chance at rates (mm/s) and remaining stocks (mm, >= 0), shape of both broadcast."""

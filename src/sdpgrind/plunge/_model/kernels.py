@@ -60,6 +60,18 @@ def burn_depth(v, core):
     return core.reach * root * np.log((core.heat0 + core.heat1 * v + core.heat2 * v**core.p) / root)
 
 
+@compiled(inline="always")
+def reserve(v, remaining, coldest, core):
+    """Rise of ln of the temperature that damages the finished surface, at a rate v (mm/s) and a stock (mm).
+
+    inf up to the `coldest` rate, below which burning is an artefact of the ploughing force.
+    """
+    if v > coldest:
+        left = max(remaining, 0.0) - burn_depth(v, core)
+        return left / (core.reach * np.sqrt(np.sqrt(v)))
+    return np.inf
+
+
 @compiled
 def _worn(core, ratio):
     """Coefficients, of a core or a record with its fields, of a wheel whose area has grown by `ratio`."""

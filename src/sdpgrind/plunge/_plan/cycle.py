@@ -298,7 +298,7 @@ class CyclePlan(Plan):
     def _doubted(self) -> list[tuple[str, object, str]]:
         """Rows of the report: confidence, and what each doubt costs."""
         if self.confidence is None:
-            return []
+            return [("confidence", "none: all values are taken as exact", "")]
         costs = [(f"price of {name}", seconds, "s") for name, seconds in self.price.items()]
         return [
             ("confidence", self.confidence, "1"),

@@ -17,8 +17,8 @@ from sdpgrind.plunge._model.kernels import (
     _deflected,
     _rate_near,
     _worn,
-    burn_depth,
     rate,
+    reserve,
 )
 from sdpgrind.plunge._model.model import PlungeModel
 
@@ -128,14 +128,9 @@ def true_power(state, rig):
 
 @compiled
 def update_slacks(state, rig, balanced):
-    """Update the least slacks: of samples with damage, and of those while the controller balances.
-
-    The reserve is the rise of ln of the temperature that would damage the finished surface.
-    """
+    """Update the reserve and the least slacks: of samples with damage, and while the controller balances."""
     core, rate = _worn(rig.core, state[WORN]), state[RATE]
-    if rate > rig.coldest_rate:
-        left = max(state[REMAINING], 0.0) - burn_depth(rate, core)
-        state[RESERVE] = min(state[RESERVE], left / (core.reach * np.sqrt(np.sqrt(rate))))
+    state[RESERVE] = min(state[RESERVE], reserve(rate, state[REMAINING], rig.coldest_rate, core))
     burn = _damage(rate, core)
     slack = state[REMAINING] - burn
     if burn > DAMAGE_TOLERANCE:

@@ -5,7 +5,7 @@ import numpy as np
 from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step
-from sdpgrind.plunge._model.kernels import _worn, burn_depth
+from sdpgrind.plunge._model.kernels import _worn, reserve
 
 
 @compiled
@@ -16,9 +16,7 @@ def replayed_reserve(state, parameters, size, power, commands, coldest):
         control_step(state, parameters, size[k], power[k])
         state[at.COMMAND] = commands[k]
         state[at.SECTION] = at.FULL_RATE
-        rate = state[at.RATE]
-        if rate > coldest and state[at.TOUCHED] != at.NO:
+        if state[at.TOUCHED] != at.NO:
             core = _worn(law, state[at.SHARPNESS])
-            left = max(state[at.REMAINING], 0.0) - burn_depth(rate, core)
-            least = min(least, left / (core.reach * np.sqrt(np.sqrt(rate))))
+            least = min(least, reserve(state[at.RATE], state[at.REMAINING], coldest, core))
     return least

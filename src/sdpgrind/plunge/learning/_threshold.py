@@ -14,6 +14,7 @@ from scipy.special import log_ndtr, ndtr, ndtri
 from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
 from sdpgrind.plunge._model.chance import checked_confidence
 from sdpgrind.plunge._model.problem import CycleProblem
@@ -23,6 +24,7 @@ STEP, REACH = 1e-3, 0.5  # chosen: grid of eta, of ln B; a finer one moves no ma
 _LEAST_SCATTER = 1e-9  # chosen: a threshold that does not scatter is a step narrower than the grid
 _SURPRISE = 1e-4  # chosen: share of the density left within 5 sd of the prior that tells another cause
 _LEAST_SEVERITY, _MOST_SEVERITY, _MOST_SD = 0.1, 10.0, 0.5  # chosen: beyond them a percentage is meant
+_ASSUMED_SD = 0.03  # chosen: of a severity whose error is not stated; that of the simulated inspections
 _PRIOR_REACH = 5.0  # derived: standard deviations beyond which a normal has 6e-7
 
 
@@ -86,7 +88,7 @@ class BurnThreshold:
         """Grid of eta = -d ln B, pure numbers."""
         self.density: Floats = _normalized(-0.5 * (self.eta / problem.uncertainty.burning_sd) ** 2)
         """Chance of each point of the grid."""
-        self._message = ""
+        self._message, self._assumed = "", False
 
     def update(
         self,
@@ -98,7 +100,7 @@ class BurnThreshold:
         miss: float = 0.0,
         false_alarm: float = 0.0,
         severity: float | None = None,
-        severity_sd: float = 0.03,
+        severity_sd: float | None = None,
     ) -> None:
         """Learn from one inspected part.
 
@@ -113,11 +115,11 @@ class BurnThreshold:
         burned : bool, optional
             Whether etching finds the part burned.
         miss, false_alarm : float
-            Chances that etching misses a burn, and sees one on a good part.
+            Chances that etching misses a burn, and sees one on a good part. Default: it never errs.
         severity : float, optional
             Hottest temperature of the finished surface over that of damage, such as by Barkhausen noise.
         severity_sd : float
-            Its relative standard deviation.
+            Its relative standard deviation. Default: 0.03, with a warning.
 
         Raises
         ------
@@ -129,8 +131,8 @@ class BurnThreshold:
         if (burned is None) == (severity is None):
             raise ValueError("burned or severity must be given, and not both")
         if severity is not None:
-            spread = np.hypot(_severity_sd(severity_sd), scatter)
             off = np.log(_severity(severity)) - (self.eta - reserve)
+            spread = np.hypot(self._severity_sd(severity_sd), scatter)
             self._learn(-0.5 * (off / max(float(spread), 1e-6)) ** 2)
             return
         if not isinstance(burned, bool | np.bool_):
@@ -147,6 +149,17 @@ class BurnThreshold:
         found = (1.0 - seen, alarm) if burned else (seen, 1.0 - alarm)  # of burned parts, and of good ones
         with np.errstate(divide="ignore"):
             self._learn(np.logaddexp(np.log(found[0]) + log_ndtr(off), np.log(found[1]) + log_ndtr(-off)))
+
+    def _severity_sd(self, value: float | None) -> float:
+        """Standard deviation of a severity; the first one that is not stated warns."""
+        if value is None:
+            if not self._assumed:
+                warn(f"severity_sd is not stated: {_ASSUMED_SD:g} is assumed; where it is less than the true one, parts burn")
+            self._assumed = True
+            return _ASSUMED_SD
+        if not 0.0 <= checks.number("severity_sd", value) <= _MOST_SD:
+            raise checks.refuse("severity_sd", f"in [0, {_MOST_SD:g}], relative; 0.03 for 3 %", value)
+        return value
 
     def _reserve(self, log: Any, part: int | None, reserve: float | None) -> float:
         if (log is None) == (reserve is None):
@@ -258,12 +271,6 @@ def _severity(value: float) -> float:
         rule = f"in [{_LEAST_SEVERITY:g}, {_MOST_SEVERITY:g}], of the damage temperature; 0.95 for 95 %"
         raise checks.refuse("severity", rule, value)
     return severity
-
-
-def _severity_sd(value: float) -> float:
-    if not 0.0 <= checks.number("severity_sd", value) <= _MOST_SD:
-        raise checks.refuse("severity_sd", f"in [0, {_MOST_SD:g}], relative; 0.03 for 3 %", value)
-    return value
 
 
 def _normalized(logarithm: Floats) -> Floats:
