@@ -4,7 +4,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import sdpgrind
@@ -60,6 +60,8 @@ def test_chance_against_draws(sds):
     rate=st.floats(0.004, MOST),
     confidence=st.floats(0.9, 0.9999),
 )
+@example(sds=(2.2e-311, 0.0, 0.0), rate=0.03125, confidence=0.9375)
+@example(sds=(0.0, 0.0, 2.2e-311), rate=0.03125, confidence=0.9375)
 def test_the_quantile_is_where_the_chance_is(sds, rate, confidence):
     chance = BurnChance(CORE, *sds)
     depth = float(chance.quantile(np.array([rate]), confidence)[0])

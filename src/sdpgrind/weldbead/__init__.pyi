@@ -6,6 +6,7 @@ from ._identify.attribution import ScatterEstimate as ScatterEstimate
 from ._identify.coefficients import FrictionEstimator as FrictionEstimator
 from ._identify.coefficients import PowerEstimator as PowerEstimator
 from ._identify.identify import identify as identify
+from ._identify.scatter_of_beads import BeadScatterEstimate as BeadScatterEstimate
 from .sequence._bead_estimator import BeadEstimator as BeadEstimator
 from .sequence._burn import ForceBurnLimit as ForceBurnLimit
 from .sequence._burn import MalkinBurnLimit as MalkinBurnLimit

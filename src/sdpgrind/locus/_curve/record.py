@@ -20,7 +20,7 @@ _NARROW = ("cost", "margin", "residual")
 _TOLD = {
     "controls": "best control",
     "slope": "of the best control, by the hidden state",
-    "bound_multipliers": "cost for a unit by which the bound of a control would be relaxed",
+    "bound_multipliers": "cost for a unit by which the bound of a control would give way",
     "multipliers": "cost for a unit of the constraint",
     "response": "what would be measured",
     "limit": "what it must stay under",

@@ -154,7 +154,10 @@ class BurnThreshold:
         """Standard deviation of a severity; the first one that is not stated warns."""
         if value is None:
             if not self._assumed:
-                warn(f"severity_sd is not stated: {_ASSUMED_SD:g} is assumed; where it is less than the true one, parts burn")
+                warn(
+                    f"severity_sd is not stated: {_ASSUMED_SD:g} is assumed; where it is less than the true"
+                    " one, parts burn"
+                )
             self._assumed = True
             return _ASSUMED_SD
         if not 0.0 <= checks.number("severity_sd", value) <= _MOST_SD:

@@ -19,7 +19,7 @@ from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._scatter import ATTRIBUTIONS, Scatter
 
-SCATTER_METHODS = ("fit", "model")
+SCATTER_METHODS = ("fit", "model", "components")
 LAW_METHODS = ("kernel", "sample")
 _OF_PASSES = {"normal_force": "N", "feed_rate": "mm/s", "cut_depth": "mm"}
 _DECISIVE = 3.0  # chosen: difference of log-likelihood, 20 times as likely

@@ -17,6 +17,7 @@ from sdpgrind.weldbead._identify.coefficients import (
     estimate_friction,
     estimate_power,
 )
+from sdpgrind.weldbead._identify.scatter_of_beads import BeadScatterEstimate, estimate_components
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._scatter import Scatter
 
@@ -45,6 +46,14 @@ class Options(TypedDict, total=False):
 @overload
 def identify(data: Any, what: Literal["power", "friction"], **options: Unpack[Options]) -> Estimate: ...
 @overload
+def identify(
+    data: Any,
+    what: Literal["scatter"],
+    *,
+    method: Literal["components"],
+    model: GrindingProcess | None = None,
+) -> BeadScatterEstimate: ...
+@overload
 def identify(data: Any, what: Literal["scatter"], **options: Unpack[Options]) -> ScatterEstimate: ...
 @overload
 def identify(data: Any, what: Literal["law"], **options: Unpack[Options]) -> Scatter: ...
@@ -61,7 +70,7 @@ def identify(
     attribution: str | None = None,
     bandwidth: float | None = None,
     throw: bool = True,
-) -> Estimate | ScatterEstimate | Scatter:
+) -> Estimate | ScatterEstimate | BeadScatterEstimate | Scatter:
     """Estimate coefficients or scatter from passes, for `SequenceProblem.updated`.
 
     ========== ============================== ===============================================================
@@ -74,6 +83,8 @@ def identify(
     "friction" normal_force, tangential_force `Estimate` of friction_ratio (1): "regression", "recursive"
     "scatter"  normal_force, feed_rate,       `ScatterEstimate`: the coefficient that scatters. "fit": K1, K2
                cut_depth                      fitted too, >= 4 passes; "model": from `model`
+    "scatter"  both forces, grinding_power,   `BeadScatterEstimate`: K1, K2 and mu from pass to pass and
+               removal_rate, part             from bead to bead, with intervals. "components": of many beads
     "law"      as "scatter"                   `Scatter` with the empirical distribution of the standardised
                                               depths. "kernel": smoothed, "sample": as they are
     ========== ============================== ===============================================================
@@ -111,7 +122,7 @@ def identify(
 
     Returns
     -------
-    Estimate, ScatterEstimate or Scatter
+    Estimate, ScatterEstimate, BeadScatterEstimate or Scatter
         See above.
 
     Raises
@@ -134,6 +145,8 @@ def identify(
     if what == "friction":
         return estimate_friction(data, method, forgetting=forgetting, throw=throw)
     noise = checks.nonnegative("depth_noise", depth_noise, "mm")
+    if method == "components":
+        return estimate_components(data, model=model)
     if what == "scatter":
         return estimate_scatter(data, method, model=model, law=law, depth_noise=noise)
     return estimate_law(

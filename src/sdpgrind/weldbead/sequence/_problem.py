@@ -298,9 +298,9 @@ class SequenceProblem(Described):
 
         Parameters
         ----------
-        estimate : Estimate, ScatterEstimate or Scatter
-            From `weldbead.identify`: coefficients of the process by name (J/mm^3, W, 1), or scatter of the
-            depth.
+        estimate : Estimate, ScatterEstimate, BeadScatterEstimate or Scatter
+            From `weldbead.identify`: coefficients of the process by name (J/mm^3, W, 1), scatter of the
+            depth, or of the coefficients from pass to pass and from bead to bead.
 
         Raises
         ------
@@ -311,7 +311,8 @@ class SequenceProblem(Described):
             return self.replace(scatter=estimate)
         scatter = getattr(estimate, "scatter", None)
         if isinstance(scatter, Scatter):
-            return self.replace(scatter=scatter)
+            beads = getattr(estimate, "bead_scatter", self.bead_scatter)
+            return self.replace(scatter=scatter, bead_scatter=beads)
         if not hasattr(estimate, "ok"):
             raise TypeError(f"estimate must be what weldbead.identify gives, or a Scatter; got {estimate!r}")
         if not estimate.ok:
