@@ -89,15 +89,6 @@ def test_each_bead_begins_afresh_and_copies_learn_apart(policy):
     assert one.step(height=1.0, time_left=60.0) == first and one.policy is policy
 
 
-def test_a_bead_that_no_force_removes_keeps_the_last_plan(policy):
-    controller = SequenceController(policy)
-    controller.step(height=1.0, time_left=60.0)
-    for _ in range(2):  # readings of a bead that needs more idle power than the force limit has
-        told = dict(zip(READ, (50.0, 2.0, 60.0, 0.01, 0.001), strict=True))
-        command = controller.step(height=0.99, time_left=44.0, **told)
-    assert command["normal_force"] <= 50.0
-
-
 def test_an_estimator_of_other_beads_is_refused(policy):
     other = BeadEstimator(BOTH.replace(bead_scatter=CoefficientScatter(0.3, 0.15, 0.15)))
     with pytest.raises(ValueError, match=r"estimator\.problem\.bead_scatter must be that of the policy"):
@@ -139,3 +130,25 @@ def test_depths_are_still_drawn_where_coefficients_are_not():
     bead.step({"duration": 12.0, "normal_force": 40.0}, hwsim.protocols.FOREVER)
     energy, idle = (bead.outcome()[f"true_{name}"][0] for name in ("specific_energy", "idle_power"))
     assert energy / 12.8 == pytest.approx(idle / 114.0, rel=1e-12)  # C1 moves both together
+
+
+@pytest.mark.parametrize("height", [0.004, 0.0101, 1.0, 2.0])
+def test_low_and_high_beads_are_planned_again(policy, height):
+    controller = SequenceController(policy)
+    controller.step(height=2.0, time_left=60.0)
+    command = controller.step(
+        height=height, time_left=44.0, **dict(zip(READ, (50.0, 18.0, 800.0, 60.0, 0.3), strict=True))
+    )
+    assert controller.policy is not policy and controller.policy.problem.height_max == max(height, 0.01)
+    assert command["stop"] in (0.0, 1.0)
+
+
+def test_a_bead_believed_to_be_beyond_any_force_keeps_the_last_plan():
+    weak = BOTH.replace(force_max=11.0)  # the threshold force of the mean process is 8 N
+    policy = weldbead.plan(weak, tolerance=None, nodes=51)
+    controller = SequenceController(policy)
+    controller.step(height=1.0, time_left=60.0)
+    told = {"normal_force": 11.0, "tangential_force": 0.4}  # mu of 0.036: nothing is removed below 70 N
+    for _ in range(2):
+        controller.step(height=0.99, time_left=44.0, **told)
+    assert controller.policy is policy and controller.report()["friction_ratio"] < 0.2

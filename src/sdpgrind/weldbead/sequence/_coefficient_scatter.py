@@ -72,7 +72,7 @@ class CoefficientScatter(Described):
         sd = np.sqrt(np.where(variance > 0, variance, np.inf))
         off = covariance / np.outer(sd, sd)
         rho: Any = np.where(np.eye(3) > 0, 1.0, off) if np.any(off - np.diag(np.diag(off))) else None
-        energy, idle, friction = np.sqrt(np.expm1(variance)).tolist()
+        energy, idle, friction = np.minimum(np.sqrt(np.expm1(variance)), 1.0).tolist()  # 1 and its rounding
         return cls(energy, idle, friction, correlation=rho)
 
     def drawn(self, process: GrindingProcess, rng: np.random.Generator) -> GrindingProcess:

@@ -1,7 +1,6 @@
 """Controller of the grinding sequence."""
 
 from collections.abc import Mapping
-from contextlib import suppress
 from copy import deepcopy
 from math import isnan, nan
 from typing import Any
@@ -10,6 +9,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.controllers import Stateful
 from sdpgrind.weldbead.sequence._bead_estimator import BeadEstimator
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
+from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._replan import replanned
 
 # chosen: a bead of the greatest height is read higher half of the time; more would hide one that is too high
@@ -161,12 +161,11 @@ class SequenceController(Stateful):
     def _learn(
         self, belief: BeadEstimator, height: float, time_left: float, readings: Mapping[str, float]
     ) -> None:
-        """Take in the last pass and plan again; a bead that no force removes keeps the last plan."""
+        """Take in the last pass and plan again."""
         if self._begun:
             belief.learn(**{name: readings[name] for name in _READINGS if name in readings})
-            if height > 0:
-                with suppress(ValueError):
-                    self._policy = replanned(belief.believed, self._planned.method, height, time_left)
+            if height > 0 and (believed := _feasible(belief)) is not None:
+                self._policy = replanned(believed, self._planned.method, height, time_left)
         self._begun = True
 
     def _remember(self, height: float, time_left: float, duration: float) -> None:
@@ -195,6 +194,14 @@ class SequenceController(Stateful):
                 f"time_left must be <= horizon = {problem.horizon:g} of the policy (s); got {time_left!r}: "
                 "plan with a longer horizon"
             )
+
+
+def _feasible(belief: BeadEstimator) -> SequenceProblem | None:
+    """Problem of the next pass; None where no force removes what is believed: the last plan is kept."""
+    try:
+        return belief.believed
+    except ValueError:
+        return None
 
 
 def _learner(policy: SequencePolicy, estimator: BeadEstimator | None) -> BeadEstimator | None:

@@ -274,7 +274,8 @@ class SequencePolicy(Plan):
     ) -> Risk:
         """Return risk figures from a height (mm), a time left (s) and a last duration (s), as in `value`.
 
-        `confidence` is the probability of the CVaR; `Risk.error` estimates the error of each figure.
+        `confidence` is the probability of the CVaR; `Risk.error` estimates the error of each figure. With a
+        `bead_scatter` each pass counts as that of another bead: an upper figure, as a controller learns.
 
         Warns
         -----

@@ -10,13 +10,14 @@ from sdpgrind.weldbead.sequence._problem import SequenceProblem
 # chosen: nodes of the height left and levels of the force, between which the decision is interpolated;
 # measured: the value is within 6e-5 $ of that of 1601 nodes and 401 levels for bars of 150 mm
 NODES, LEVELS = 97, 28
+LOWEST = 0.01  # chosen: height of the least grid, mm; the last cuts of a bead are larger
 
 
 def replanned(problem: SequenceProblem, method: str, height: float, time_left: float) -> SequencePolicy:
     """Return the policy of a problem from a height (mm) and a time left (s); more of them changes nothing."""
     rest = ahead(problem, time_left)
-    if 0 < height < rest.height_max:
-        rest = rest.replace(height_max=height)
+    if height < rest.height_max:
+        rest = rest.replace(height_max=max(height, LOWEST))
     table = sdp.plan(sdp_problem(as_planned(rest, method), NODES, levels=LEVELS))
     return SequencePolicy(rest, table, method)
 
