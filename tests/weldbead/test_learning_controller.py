@@ -25,7 +25,7 @@ def stand():
 
 @pytest.fixture(scope="module")
 def log(policy, stand):
-    return hwsim.run(stand, SequenceController(policy), parts=30, rng=0)
+    return hwsim.run(stand, SequenceController(policy), parts=20, rng=0)
 
 
 def test_it_believes_what_an_estimator_does_that_is_told_the_log(policy, log):
@@ -53,7 +53,7 @@ def test_the_plan_of_the_time_left_is_that_of_the_whole_horizon(policy):
 
 
 def test_same_seed_same_log(policy, stand, log):
-    again = hwsim.run(stand, SequenceController(policy), parts=30, rng=0)
+    again = hwsim.run(stand, SequenceController(policy), parts=20, rng=0)
     assert again.outcome.identical(log.outcome)
 
 
@@ -62,9 +62,9 @@ def test_learning_pays(policy, stand, log):
     nominal = weldbead.plan(
         BOTH.replace(bead_scatter=None, scatter=weldbead.Scatter("C1", 0.15)), tolerance=None, nodes=201
     )
-    other = hwsim.run(stand, SequenceController(nominal), parts=30, rng=0)
+    other = hwsim.run(stand, SequenceController(nominal), parts=20, rng=0)
     assert float((other.outcome.penalty - log.outcome.penalty).mean()) > 0
-    assert float(log.outcome.penalty.mean()) == pytest.approx(0.111, abs=0.045)  # 1.96 standard errors
+    assert float(log.outcome.penalty.mean()) == pytest.approx(0.111, abs=0.055)  # 2 standard errors
 
 
 def test_it_may_follow_without_learning(policy):
