@@ -98,12 +98,9 @@ def recorded(
 
 def ground(model: plunge.PlungeModel, truth: dict[str, float], rate: np.ndarray, step: float) -> np.ndarray:
     """Sizes (mm) and powers (W) without noise, by the plant."""
-    rig = kernels.rig(model, 1.0, step)._replace(
-        contact_zero=-truth["contact_zero"],
-        wheel_wear=truth["wheel_wear"],
-        feed_lag=truth["feed_lag"],
-        power_pole=float(np.exp(-step / truth["power_lag"])) if truth["power_lag"] else 0.0,
-        idle_power=truth["idle_power"],
+    drive = plunge.Drive(**{name: truth[name] for name in ("feed_lag", "power_lag", "idle_power")})
+    rig = kernels.driven(kernels.rig(model, 1.0, step), drive)._replace(
+        contact_zero=-truth["contact_zero"], wheel_wear=truth["wheel_wear"]
     )
     state, out = kernels.part_state(rig), np.empty((rate.size, 2))
     kernels.start_part(state, rig)

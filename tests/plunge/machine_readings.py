@@ -35,12 +35,11 @@ def commands(rates=RATES):
 
 def ground(truth, rate, model=None, delay=0):
     """Sizes (mm) and powers (W) of the plant."""
-    lag = truth["power_lag"]
-    rig = kernels.rig(model_of(truth) if model is None else model, 1.0, STEP)._replace(
-        contact_zero=-truth["contact_zero"], wheel_wear=truth["wheel_wear"], feed_lag=truth["feed_lag"],
-        power_pole=float(np.exp(-STEP / lag)) if lag else 0.0, idle_power=truth["idle_power"],
-        feed_delay=delay,
-    )  # fmt: skip
+    known = {name: truth[name] for name in ("feed_lag", "power_lag", "idle_power")}
+    exact = kernels.rig(model_of(truth) if model is None else model, 1.0, STEP)
+    rig = kernels.driven(exact, plunge.Drive(feed_delay=delay * STEP, **known))._replace(
+        contact_zero=-truth["contact_zero"], wheel_wear=truth["wheel_wear"]
+    )
     state, out = kernels.part_state(rig), np.empty((rate.size, 2))
     kernels.start_part(state, rig)
     for k, each in enumerate(rate.tolist()):

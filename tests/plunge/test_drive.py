@@ -36,12 +36,8 @@ def command(time):
 def played(ratio=math.inf, contact=0.0, feed_delay=0.0, power_lag=0.0, feed_lag=0.0):
     """Size, wheel loss and power at 2, 8 and 14 s of the compiled part."""
     model = PROBLEM.model.replace(grinding_ratio=ratio)
-    rig = kernels.rig(model, 10.0, 0.04)._replace(
-        contact_zero=contact,
-        feed_lag=feed_lag,
-        feed_delay=plunge.Drive(feed_delay=feed_delay).delay_samples(0.04),
-        power_pole=math.exp(-0.04 / power_lag) if power_lag else 0.0,
-    )
+    drive = plunge.Drive(feed_lag=feed_lag, feed_delay=feed_delay, power_lag=power_lag)
+    rig = kernels.driven(kernels.rig(model, 10.0, 0.04), drive)._replace(contact_zero=contact)
     state, rows = kernels.part_state(rig), []
     kernels.start_part(state, rig)
     for k in range(351):

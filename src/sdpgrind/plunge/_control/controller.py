@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Mapping
-from math import exp
 
 from scipy.special import ndtri
 
@@ -194,6 +193,6 @@ class CycleController(SampledCycle, Described):
             "feed_lag": drive.feed_lag,
             "feed_delay": drive.delay_samples(tick),
             "power_lag": drive.power_lag,
-            "power_pole": exp(-tick / drive.power_lag) if drive.power_lag else 0.0,
+            "power_pole": drive.power_pole(tick),
             "idle_power": drive.idle_power,
         }

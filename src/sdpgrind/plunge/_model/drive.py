@@ -1,6 +1,6 @@
 """Feed drive and power monitor of a plunge grinder."""
 
-from math import ceil
+from math import ceil, exp
 
 from sdpgrind.base.quantities import Described, described, quantity
 
@@ -48,3 +48,7 @@ class Drive(Described):
         """Return the dead time in whole samples of `sample_time` (s), rounded up."""
         exact = self.feed_delay / sample_time
         return ceil(exact - _ROUNDING * max(exact, 1.0))
+
+    def power_pole(self, sample_time: float) -> float:
+        """Return the pole of the power monitor at `sample_time` (s), unit 1; 0: no lag."""
+        return exp(-sample_time / self.power_lag) if self.power_lag else 0.0

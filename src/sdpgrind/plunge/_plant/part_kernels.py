@@ -1,6 +1,5 @@
 """Simulated part: true state, readings of the gauges, and whole parts under a controller, compiled."""
 
-from math import exp
 from typing import NamedTuple
 
 import numpy as np
@@ -78,9 +77,8 @@ def rig(model: PlungeModel, stock: float, sample_time: float, samples_max: int =
 
 def driven(rig: PartRig, drive: Drive) -> PartRig:
     """Part whose feed and power monitor are those of a drive."""
-    lag = drive.power_lag
     return rig._replace(
-        power_pole=exp(-rig.sample_time / lag) if lag else 0.0,
+        power_pole=drive.power_pole(rig.sample_time),
         command_quantum=float(drive.command_quantum),
         feed_lag=float(drive.feed_lag),
         feed_delay=drive.delay_samples(rig.sample_time),
