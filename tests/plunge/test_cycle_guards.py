@@ -49,6 +49,23 @@ def test_doubts_beyond_what_the_filter_learns_warn():
         plunge.CycleController(wide)
 
 
+@pytest.mark.parametrize("confidence", [0.49, 1.0, 99.9, float("nan")])
+@pytest.mark.parametrize(
+    "take",
+    [
+        lambda each: PROBLEM.safe_rate(0.0, each),
+        lambda each: plunge.plan(PROBLEM, confidence=each),
+        lambda each: plunge.CycleController(PROBLEM, confidence=each),
+        lambda each: plunge.BurnThreshold(PROBLEM.replace(burning_sd=0.03), confidence=each),
+        plunge.learning.ChanceMargin,
+        plunge.learning.RoundnessMargin,
+    ],
+)
+def test_a_confidence_is_the_same_range_everywhere(take, confidence):
+    with pytest.raises(ValueError, match="confidence must be .*; got"):
+        take(confidence)
+
+
 def test_the_threshold_keeps_the_confidence_of_the_controller():
     problem = PROBLEM.replace(burning_sd=0.03)
     grinder = hwsim.PlungeGrinder(problem, inspection=hwsim.Inspection(severity_sd=0.03))

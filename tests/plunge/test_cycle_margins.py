@@ -364,7 +364,7 @@ def test_a_cut_series_goes_on_as_if_it_had_not_been(tmp_path):
         (lambda: plunge.learning.MarginBounding(slack="guessed"), "slack must be one of measured, true"),
         (
             lambda: plunge.learning.ChanceMargin(1.0),
-            r"confidence must be a probability in \[0.5, 1\); got 1.0",
+            r"confidence must be in \[0.5, 1\), such as 0.999; got 1.0",
         ),
         (
             lambda: plunge.learning.ChanceMargin(power_gain_tolerance=2.0),

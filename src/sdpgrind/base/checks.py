@@ -117,6 +117,14 @@ def probability(name: str, value: object) -> float:
     return checked
 
 
+def confidence(name: str, value: object) -> float:
+    """Return `value` as a float in [0.5, 1): the chance that a limit is kept on one side."""
+    checked = number(name, value)
+    if not 0.5 <= checked < 1:
+        raise refuse(name, "in [0.5, 1), such as 0.999", checked)
+    return checked
+
+
 def count(name: str, value: object, at_least: int = 1) -> int:
     """Return `value` as an int >= `at_least`."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):

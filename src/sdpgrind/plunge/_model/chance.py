@@ -16,7 +16,6 @@ from numpy.polynomial.hermite_e import hermegauss
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import ndtr
 
-from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.plunge._model.dynamics import allowed_rate, coolest_rate
 from sdpgrind.plunge._model.kernels import PlungeCore
@@ -28,14 +27,6 @@ _SLOWEST, _FASTEST = 0.1, 10.0  # chosen: rates of the search over the coolest w
 _EXACT = 1e-12  # derived: doubt (ln) that moves no digit of a depth; thresholds over less than it overflow
 _NEVER = 1e-300  # derived: keeps a logarithm finite
 _STANDING = 1e-9  # chosen: least rate of the search over the greatest, where no rate is the coolest
-
-
-def checked_confidence(value: float) -> float:
-    """Return a confidence, in [0.5, 1)."""
-    confidence = checks.number("confidence", value)
-    if not 0.5 <= confidence < 1.0:
-        raise checks.refuse("confidence", "in [0.5, 1), such as 0.999", confidence)
-    return confidence
 
 
 @dataclass(frozen=True)

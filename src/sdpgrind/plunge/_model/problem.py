@@ -15,7 +15,7 @@ from sdpgrind.base.rng import Seed, generator
 from sdpgrind.base.warned import warn
 from sdpgrind.identify import Estimate
 from sdpgrind.plunge._model.always_burns import always_burns
-from sdpgrind.plunge._model.chance import BurnChance, checked_confidence
+from sdpgrind.plunge._model.chance import BurnChance
 from sdpgrind.plunge._model.drive import Drive
 from sdpgrind.plunge._model.dynamics import coolest_rate
 from sdpgrind.plunge._model.model import PlungeModel
@@ -164,7 +164,7 @@ class CycleProblem(Described):
         [0.015628, 0.012415]
         """
         checks.nonnegative("remaining", remaining, "mm")
-        checked_confidence(confidence)
+        checks.confidence("confidence", confidence)
         return safe_rate_of(self, self.burn_chance, remaining, confidence)
 
     def draw(self, rng: Seed) -> PlungeModel:

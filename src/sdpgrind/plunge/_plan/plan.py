@@ -8,7 +8,6 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, reporting
-from sdpgrind.plunge._model.chance import checked_confidence
 from sdpgrind.plunge._model.dynamics import burns_always, core_at
 from sdpgrind.plunge._model.model import FASTEST_WORK
 from sdpgrind.plunge._model.problem import CycleProblem
@@ -178,7 +177,7 @@ def _check_confidence(problem: CycleProblem, confidence: float | None, gauge: bo
                 "confidence must be given where gauge=False: without a gauge the stock is doubted"
             )
         return
-    checked_confidence(confidence)
+    checks.confidence("confidence", confidence)
     if rotation is not None or (problem.model.wear is not None and problem.model.wear.growth > 0.0):
         raise ValueError(
             "confidence must be None where the rotation is free or the model has wear: the chance of burning"

@@ -147,7 +147,7 @@ class ChanceMargin:
         power_gain_tolerance: float = 0.0,
         slack: str = "measured",
     ) -> None:
-        self.confidence = _probability(confidence)
+        self.confidence = checks.confidence("confidence", confidence)
         self.part_sd = checks.nonnegative("part_sd", part_sd, "mm")
         self.power_gain_tolerance = checks.within("power_gain_tolerance", power_gain_tolerance, 0.0, 0.5)
         self.slack = checks.one_of("slack", slack, ("measured", "true"))
@@ -216,7 +216,7 @@ class RoundnessMargin:
     """
 
     def __init__(self, confidence: float = 0.999, *, part_sd: float | None = None) -> None:
-        self.confidence = _probability(confidence)
+        self.confidence = checks.confidence("confidence", confidence)
         self.part_sd = None if part_sd is None else checks.nonnegative("part_sd", part_sd, "mm")
         self._excess = _ConstantFilter()
         self._first: CycleController | None = None
@@ -247,9 +247,3 @@ def _slack(source: str, part_log: Any, controller: CycleController) -> float:
 
 def _binned(controller: CycleController, margin: float) -> CycleController:
     return controller.replace(safety_margin=_BIN * round(margin / _BIN))
-
-
-def _probability(confidence: float) -> float:
-    if not 0.5 <= checks.number("confidence", confidence) < 1:
-        raise checks.refuse("confidence", "a probability in [0.5, 1)", confidence)
-    return confidence

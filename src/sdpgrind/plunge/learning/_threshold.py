@@ -16,7 +16,6 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.warned import warn
 from sdpgrind.plunge._control.controller import CycleController
-from sdpgrind.plunge._model.chance import checked_confidence
 from sdpgrind.plunge._model.problem import CycleProblem
 from sdpgrind.plunge.learning._replay import replayed
 
@@ -77,7 +76,7 @@ class BurnThreshold:
 
     def __init__(self, problem: CycleProblem, *, confidence: float = 0.999) -> None:
         self.problem = checks.kind("problem", problem, CycleProblem, " (see plunge.preset)")
-        self.confidence = checked_confidence(confidence)
+        self.confidence = checks.confidence("confidence", confidence)
         if not problem.uncertainty.burning_sd:
             raise ValueError(
                 "burning_sd must be > 0, such as 0.045: a threshold taken as exactly known learns nothing;"
