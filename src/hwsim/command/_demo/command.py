@@ -10,7 +10,6 @@ from hwsim.command._times import TIMES
 from hwsim.command._work import announce
 
 BORE = Path(__file__).with_name("bore.csv")
-CONFIDENCE = 0.999  # source: default of `plunge.CycleController`
 PARTS = 5  # chosen: enough to see that parts differ, in a tenth of a second
 _NEXT = ("", "what it says about the machine", "the fastest cycle", "simulated parts and the report", "done")
 _STEPS = len(_NEXT) - 1
@@ -64,8 +63,7 @@ def _steps(out: Path) -> Iterator[str]:
     mine = problem.updated(lag)
     plan = plunge.plan(mine)
     yield f"3. The fastest cycle for this machine\n\n{plan}\n"
-    controller = plunge.CycleController(mine, confidence=CONFIDENCE)
-    run = hwsim.run(hwsim.PlungeGrinder(mine), controller, parts=PARTS, rng=0)
+    run = hwsim.run(hwsim.PlungeGrinder(mine), plunge.CycleController(mine), parts=PARTS, rng=0)
     kept = [BORE.name, *_kept(out, doubts=doubts, plan=plan, run=run)]
     yield _summary(out, log, lag, plunge.plan(problem), plan, run, kept)
 
@@ -87,7 +85,7 @@ def _summary(out: Path, log: Any, lag: Any, believed: Any, plan: Any, run: Any, 
     """Return the last lines: a fact a line."""
     ((low, high),) = lag.interval()
     rows = log["data"].sizes["row"]
-    time = run.outcome.time.values
+    time, confidence = run.outcome.time.values, run.outcome.attrs["confidence"]
     burned, oval = (int(run.outcome[name].values.sum()) for name in ("burned", "out_of_round"))
     page = out / "report.html"
     return "\n".join(
@@ -97,7 +95,7 @@ def _summary(out: Path, log: Any, lag: Any, believed: Any, plan: Any, run: Any, 
             f" believed {believed.problem.time_constant:.3f} s",
             f"plan     {plan.time:.2f} s a part; with the machine as believed {believed.time:.2f} s;"
             f" burn threshold {plan.problem.uncertainty.burn_threshold}",
-            f"run      {PARTS} simulated parts, confidence {CONFIDENCE:g}: {time.mean():.2f} s on average,"
+            f"run      {PARTS} simulated parts, confidence {confidence:g}: {time.mean():.2f} s on average,"
             f" the slowest {time.max():.2f} s; {burned or 'none'} burned, {oval or 'none'} out of round",
             "",
             f"kept in {out}: {', '.join(kept)}",
