@@ -62,7 +62,7 @@ def test_doubts_beyond_what_the_filter_learns_warn():
     ],
 )
 def test_a_confidence_is_the_same_range_everywhere(take, confidence):
-    with pytest.raises(ValueError, match="confidence must be .*; got"):
+    with pytest.raises(ValueError, match=r"confidence must be .*; got"):
         take(confidence)
 
 
