@@ -13,15 +13,6 @@ from sdpgrind.plunge._control import state as at
 from sdpgrind.plunge._control.control_kernels import control_step, start_control
 from sdpgrind.plunge._model.problem import CycleProblem
 
-REPORTS: Mapping[str, str] = {
-    "section": "",
-    "infeed_rate": "mm/s",
-    "remaining": "mm",
-    "wear_flat_area": "",
-    "contact_zero": "mm",
-    "deflection_scale": "",
-}  # name -> unit
-
 
 class SampledCycle(ABC):
     """Controller with a compiled core, stepped once per sample; simulated parts run the same kernels."""
@@ -29,7 +20,7 @@ class SampledCycle(ABC):
     problem: CycleProblem
     reads: ClassVar[Mapping[str, str]] = {"size": "mm", "grinding_power": "W", "power_saturated": ""}
     commands: ClassVar[Mapping[str, str]] = {"command_rate": "mm/s", "balancing": "", "retract": ""}
-    reports: ClassVar[Mapping[str, str]] = REPORTS
+    reports: ClassVar[Mapping[str, str]] = at.REPORTS
 
     @property
     def period(self) -> float:

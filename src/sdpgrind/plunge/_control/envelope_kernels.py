@@ -13,7 +13,7 @@ from sdpgrind.plunge._model.kernels import DeflectionLaw, _rate_near, _worn, bey
 
 RATES = 56  # chosen: rates between which E is linear: 0.05 um
 SLOWEST = 0.25  # chosen: least of them over the final rate, where that is safe at size
-STANDING = 0.01  # chosen: else least of them over that, where no rate is the coolest
+SLOWER = 0.01  # chosen: else least of them over that, where no rate is the coolest
 
 
 @compiled
@@ -55,8 +55,9 @@ def worn_until(s, law, remaining):
 def depth_ahead(s, law, v, root, w):
     """Depth of damage (mm) at a rate with its powers, by the wheel as it will be where the stock is as deep.
 
-    Without growth of the wear flat area one evaluation; else a second with the growth until the first depth,
-    which is somewhat deep, as is that with a margin, of which a duller wheel takes the last.
+    If the wear flat area grows, the wheel of now gives too small a depth, as a duller one burns deeper. The
+    growth until the stock is that small is then too great, and so is the depth returned: an error on the safe
+    side, as is that of a margin, which leaves more stock.
     """
     depth = quantile_depth(s, law, worn_until(s, law, law.stock), v, root, w)
     if law.growth > 0.0:
@@ -98,7 +99,7 @@ def _slowest(s, law):
     v = min(max(SLOWEST * law.final_rate, coolest), law.rate_max)
     if depth_ahead(s, law, v, np.sqrt(np.sqrt(v)), v**law.p) <= 0.0:
         return v
-    return max(coolest, STANDING * v)
+    return max(coolest, SLOWER * v)
 
 
 @compiled

@@ -67,9 +67,9 @@ def _spread(s, law, dt):
                 by_q += s.by_v[i] * s.cov[i * along + j * across]
                 by_shown += s.by_x[i] * s.cov[i * along + j * across]
             s.row[j] = s.cov[Q * along + j * across] + dt * by_q
-            s.gain[j] = pole * s.cov[SHOWN * along + j * across] + (1.0 - pole) * watts * by_shown
+            s.cross[j] = pole * s.cov[SHOWN * along + j * across] + (1.0 - pole) * watts * by_shown
         for j in range(STATES):
-            s.cov[Q * along + j * across], s.cov[SHOWN * along + j * across] = s.row[j], s.gain[j]
+            s.cov[Q * along + j * across], s.cov[SHOWN * along + j * across] = s.row[j], s.cross[j]
     s.cov[Q * STATES + Q] += SIZE_DRIFT**2
     s.cov[SHARPNESS * STATES + SHARPNESS] += SHARPNESS_DRIFT**2
 
@@ -108,15 +108,15 @@ def _correct(s, off, variance):
     """Correct by one reading with innovation `off` and slopes ``by_x``."""
     total = variance
     for i in range(STATES):
-        s.gain[i] = 0.0
+        s.cross[i] = 0.0
         for j in range(STATES):
-            s.gain[i] += s.cov[i * STATES + j] * s.by_x[j]
-        total += s.by_x[i] * s.gain[i]
+            s.cross[i] += s.cov[i * STATES + j] * s.by_x[j]
+        total += s.by_x[i] * s.cross[i]
     if total <= 0.0:  # no uncertainty left
         return
     for i in range(STATES):
-        s.mean[i] += s.gain[i] * off / total
+        s.mean[i] += s.cross[i] * off / total
         for j in range(STATES):
-            s.cov[i * STATES + j] -= s.gain[i] * s.gain[j] / total
+            s.cov[i * STATES + j] -= s.cross[i] * s.cross[j] / total
     for k in (SCALE, SHARPNESS):
         s.mean[k] = min(max(s.mean[k], 0.2), 5.0)

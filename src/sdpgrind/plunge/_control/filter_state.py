@@ -8,5 +8,5 @@ QUEUE = 128  # chosen: commands under way; a dead time has at most so many sampl
 
 FILTER = record(
     f"mean[{STATES}] mixed, cov[{STATES**2}] mixed, by_x[{STATES}] mixed, by_v[{STATES}] mixed,"
-    f" row[{STATES}] mixed, gain[{STATES}] mixed, rate mm/s, axis mm, trail mm, sent 1, queue[{QUEUE}] mm/s"
+    f" row[{STATES}] mixed, cross[{STATES}] mixed, rate mm/s, axis mm, trail mm, sent 1, queue[{QUEUE}] mm/s"
 )

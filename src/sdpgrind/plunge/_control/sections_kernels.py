@@ -15,7 +15,6 @@ from sdpgrind.plunge._control.state import (
     RETRACT,
     SECTION,
     SPARK_OUT,
-    TARGET,
     Y,
 )
 from sdpgrind.plunge._model.kernels import (
@@ -82,20 +81,20 @@ def _printed(state, law, core):
         return law.rate_max
     if state[SECTION] == SPARK_OUT:
         return _spark_out(state, law)
-    aim = _balanced_rate(state, law, core, v * law.sample_time)
-    state[BALANCED] = 1.0 if state[TARGET] > 0.0 and not first else 0.0
+    depth = left - v * law.sample_time - law.safety_margin  # of damage at the next sample, less the margin
+    aim = _balanced_rate(depth, law, core)
+    state[BALANCED] = 1.0 if depth > 0.0 and not first else 0.0
     return min(max((aim - law.pole * v) / (1.0 - law.pole), 0.0), law.rate_max)
 
 
 @compiled
-def _balanced_rate(state, law, core, ahead):
-    """Rate (mm/s) whose damage equals the stock at the next sample less the margin."""
-    state[TARGET] = state[REMAINING] - ahead - law.safety_margin
+def _balanced_rate(depth, law, core):
+    """Rate (mm/s) whose damage is as deep as allowed (mm; <= 0: no damage is)."""
     if law.burn_rate >= law.rate_max:
         return law.rate_max
-    if law.no_burn or state[TARGET] <= 0.0:
+    if law.no_burn or depth <= 0.0:
         return law.burn_rate
-    return rate_of_burn(state[TARGET], law.burn_rate, law.rate_max, core)
+    return rate_of_burn(depth, law.burn_rate, law.rate_max, core)
 
 
 @compiled(inline="always")

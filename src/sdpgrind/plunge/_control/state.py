@@ -1,5 +1,6 @@
-"""Parameters of the plunge controllers and the layout of their state."""
+"""Parameters of the plunge controllers, the layout of their state, and what is reported of it."""
 
+from collections.abc import Mapping
 from math import exp
 
 from sdpgrind.base import checks
@@ -10,18 +11,26 @@ from sdpgrind.plunge._model.problem import CycleProblem
 
 PRINTED, STAGED, ENVELOPE = range(3)  # the printed cycle, stages of constant rate, the safe position
 FULL_RATE, BALANCE, SPARK_OUT, RETRACT = range(1, 5)  # sections of a cycle
-# Section, v_hat, r_hat, commanded infeed p, deflection beyond ploughing, last command, z*, whether the sample
+# Section, v_hat, r_hat, commanded infeed p, deflection beyond ploughing, last command, whether the sample
 # counts for the slack; rejected sizes in a row, stock removed since the size changed (mm), last size.
-SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, TARGET, BALANCED, MISSED, FROZEN, SIZE = range(11)
+SECTION, RATE, REMAINING, COMMANDED, Y, COMMAND, BALANCED, MISSED, FROZEN, SIZE = range(10)
 # Contact, missing powers in a row, mean and number of sizes before contact, sizes in a row that grow without
-# power; contact zero, deflection and wear
-# flat area over the model as estimated. The filter of the part follows.
-TOUCHED, UNPOWERED, SIZE_OFFSET, READ, GROWN, ZERO, SCALE, SHARPNESS, FILTERED = range(11, 20)
+# power; contact zero, deflection and wear flat area over the model as estimated. Then the filter of the part.
+TOUCHED, UNPOWERED, SIZE_OFFSET, READ, GROWN, ZERO, SCALE, SHARPNESS, FILTERED = range(10, 19)
 STATES = FILTERED + FILTER.itemsize // 8
 NO, YES, BELIEVED = range(3)  # contact; BELIEVED: by the command, as power is missing
 MISSED_MAX = 5  # chosen: rejected sizes in a row that end the part; missing powers before contact is assumed
 OUTLYING = 5.0  # chosen: standard deviations; rejects one good Gaussian size in 1.7 million
 TOUCHING = 5.0  # chosen: standard deviations of power that show contact
+
+REPORTS: Mapping[str, str] = {
+    "section": "",
+    "infeed_rate": "mm/s",
+    "remaining": "mm",
+    "wear_flat_area": "",
+    "contact_zero": "mm",
+    "deflection_scale": "",
+}  # name -> unit, in the order of `SampledCycle.report` and of the table of a simulated part
 
 
 # Parameters of a controller's compiled core: coefficients of the model (`PlungeCore`), flags, settings.

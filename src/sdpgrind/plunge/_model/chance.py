@@ -26,7 +26,7 @@ _FAR = 8.0  # derived: standard deviations; a normal exceeds them with a chance 
 _SLOWEST, _FASTEST = 0.1, 10.0  # chosen: rates of the search over the coolest without doubts
 _EXACT = 1e-12  # derived: doubt (ln) that moves no digit of a depth; thresholds over less than it overflow
 _NEVER = 1e-300  # derived: keeps a logarithm finite
-_STANDING = 1e-9  # chosen: least rate of the search over the greatest, where no rate is the coolest
+_LEAST_SHARE = 1e-9  # chosen: least rate of the search over the greatest, where no rate is the coolest
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class BurnChance:
             return rate_max
         if self.burning_sd == self.diffusivity_sd == self.sharpness_sd == 0.0:
             return float(allowed_rate(self.core, np.array([remaining]), rate_max)[0])
-        low = max(min(float(coolest_rate(self.core)), rate_max), _STANDING * rate_max)
+        low = max(min(float(coolest_rate(self.core)), rate_max), _LEAST_SHARE * rate_max)
         if self._at(low, remaining) > allowed:
             low = self.coolest(low, remaining)
             if self._at(low, remaining) > allowed:

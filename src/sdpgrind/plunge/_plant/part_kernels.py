@@ -31,7 +31,7 @@ DAMAGE_TOLERANCE = 1e-6  # chosen: damage counted as none, mm; above the error o
 HALVINGS = 50  # derived: a bracket of a sample shrinks below 1e-16 s
 STEPS = 2  # measured: Runge-Kutta steps per sample, error of the cycle time 1e-9 s
 COLUMNS = ("size", "grinding_power", "power_saturated")
-PLANNED = ("section", "infeed_rate", "remaining", "wear_flat_area", "contact_zero", "deflection_scale")
+PLANNED = tuple(at.REPORTS)
 ROW = ("samples", *COLUMNS, "command_rate", "balancing", *PLANNED)  # columns of the table of a part
 
 
