@@ -97,7 +97,7 @@ print(plunge.plan(believed.updated(found)))
 # ploughing force, idle power, wheel wear, the lags of feed drive and power monitor, and the contact at once;
 # ``believed.updated(machine)`` takes the values; what is declared not to be known stays, until ``replace(sharpness_sd=...,
 # deflection_sd=...)`` declares the standard deviations that were found. Columns in another unit are refused with the call that reads them.
-# ``machine.fit`` and ``machine.plot()`` show how well sizes and powers are met: a linear lag fitted to a machine that
-# gives way by the force "does not fit", and is not taken. What the part does not tell stays as believed, and is named.
+# ``machine.fit`` and ``machine.plot()`` show how well sizes and powers are met: a linear lag fitted to a machine whose
+# deflection follows the force "does not fit", and is not taken. What the part does not tell stays as believed, and is named.
 # The longer the holds, the better are chips told from sliding: with 6 s and a reading each 0.04 s the wear flat area is
 # known to 4 %, with 12 s and 0.02 s to 1.7 %. No trace tells the burn threshold: it needs inspection.

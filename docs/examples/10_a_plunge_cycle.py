@@ -19,8 +19,8 @@ best.plot()
 
 # %%
 # The fastest cycle has three pieces: full rate; a rate at which the damage is just as deep as the stock that
-# is left; spark-out, in which the machine gives back by how much it gave way. It is exact: no other way
-# within the limits is faster, and dynamic programming and collocation, which know nothing of that argument,
+# is left; spark-out, in which the deflection of the machine recovers. It is exact: no other way within
+# the limits is faster, and dynamic programming and collocation, which know nothing of that argument,
 # come out above it.
 
 for method in ("dp", "collocation"):

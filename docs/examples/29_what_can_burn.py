@@ -23,7 +23,7 @@ for name, seconds in safe.price.items():
     print(f"{name:15s} {seconds:5.2f} s")
 
 # %%
-# The doubt of the wheel's sharpness is the dearest in a plan, which reads no power. The controller learns it while it
+# The doubt of the wheel's sharpness costs most in a plan, which reads no power. The controller learns it while it
 # grinds, and knows lag and dead time of its machine. What it cannot see is the threshold: power, size and
 # force do not contain it.
 

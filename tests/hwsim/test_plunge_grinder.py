@@ -198,7 +198,7 @@ def test_steady_state():
 
 
 def test_dead_time_of_touching():
-    """Nothing comes off until the machine gives way by what ploughing takes: 0.236 s."""
+    """Nothing comes off until the deflection is that of the ploughing force: 0.236 s."""
     seen, _ = fed([0.0448] * 8)
     assert np.all(seen["size"][:6] == 0) and seen["size"][6] > 0
     assert seen["grinding_power"][3] == pytest.approx(

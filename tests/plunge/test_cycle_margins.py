@@ -159,15 +159,15 @@ def test_gauges_that_are_better_than_is_believed(share):
 def test_scatter_of_one_reading():
     """Second differences of noise, and almost 0 without noise."""
     controller = plunge.CycleController(PROBLEM, 0.004)
-    reckoned = noise_of_slack(controller)[2]
+    expected = noise_of_slack(controller)[2]
     rate = np.linspace(PROBLEM.model.burn_rate, 0.04, 50)
     steep = (
         PROBLEM.model.burn_depth(rate, 1.001 * PROBLEM.model.grinding_power(rate))
         - PROBLEM.model.burn_depth(rate)
     ) / 0.001
     low, high = (np.hypot(5e-4, 0.01 * each) for each in (steep.min(), steep.max()))
-    assert low < reckoned < high
-    assert scatter_of_slack(hwsim.run(QUIET, controller), controller) < 0.02 * reckoned
+    assert low < expected < high
+    assert scatter_of_slack(hwsim.run(QUIET, controller), controller) < 0.02 * expected
 
 
 def test_measured_slack_without_noise_is_the_true_one():
