@@ -40,7 +40,7 @@ from sdpgrind.base.sheets.blocks import (
 from sdpgrind.base.sheets.origin import problem_blocks, versions_table
 from sdpgrind.base.sheets.record_page import SIGNATURE
 
-_WORST = 3  # parts with a picture of their own; source: the page's specification
+_WORST = 3  # parts with a picture of their own; chosen: they show whether the worst is alone
 
 
 def report(

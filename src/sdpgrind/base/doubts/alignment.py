@@ -12,7 +12,7 @@ import numpy as np
 from sdpgrind.base.doubts.words import amount, share
 
 NOT_SURE = "not sure"
-_DECISIVE = 4.0  # source: F of the specification, 1 wrong of 200 files at the most
+_DECISIVE = 4.0  # chosen: F of two standard deviations; by chance 1 of 20 exceeds it
 
 
 class Alignment(NamedTuple):

@@ -9,8 +9,8 @@ from sdpgrind.base.quantities import specs
 
 AGREES, DIFFERS, NOT_TOLD, ASSUMED = "agrees", "differs", "not told", "assumed"
 """The 95 % interval holds the believed value, or not; the data do not determine it; the call assumes it."""
-SIGNIFICANT = 0.05  # source: intervals of the specification, 95 %
-_LOOSE = 1.0  # source: relative standard deviation of the specification from which on a value is not told
+SIGNIFICANT = 0.05  # derived: a chance below it is a believed value outside the 95 % interval
+_LOOSE = 1.0  # chosen: standard deviation over the value beyond which not even the sign is known
 
 
 class Doubt(NamedTuple):

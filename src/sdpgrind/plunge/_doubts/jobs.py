@@ -9,7 +9,7 @@ from sdpgrind.base.doubts.words import amount
 from sdpgrind.plunge._identify.cycles import Cycle
 from sdpgrind.plunge._model.problem import CycleProblem
 
-_NEAR = 0.15  # source: the specification's tolerance of a factor
+_NEAR = 0.15  # chosen: relative; stocks of parts differ, and no two factors are nearer than 2
 _FACTORS = {
     1 / 25.4: "both columns in inches were read as mm",
     25.4: "both columns in mm were read as inches",
