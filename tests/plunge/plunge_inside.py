@@ -23,9 +23,14 @@ from sdpgrind.plunge._model.kernels import DECAY as DECAY
 from sdpgrind.plunge._model.kernels import _damage as _damage
 from sdpgrind.plunge._plan import collocation as collocation
 from sdpgrind.plunge._plan import dp as dp
+from sdpgrind.plunge._plan import exact as exact
+from sdpgrind.plunge._plan.axis_blocks import blocks_of as blocks_of
+from sdpgrind.plunge._plan.axis_course import AxisCourse as AxisCourse
+from sdpgrind.plunge._plan.doubted import limits_of as limits_of
 from sdpgrind.plunge._plan.envelope import Envelope as Envelope
 from sdpgrind.plunge._plan.envelope import EnvelopeLimits as EnvelopeLimits
 from sdpgrind.plunge._plan.exact import _start_integral as _start_integral
+from sdpgrind.plunge._plan.program_reader import read_ngc as read_ngc
 from sdpgrind.plunge._stages.program import CONSTRAINTS as CONSTRAINTS
 from sdpgrind.plunge._stages.program import SETTINGS as SETTINGS
 from sdpgrind.plunge._stages.program import program as program

@@ -15,15 +15,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plunge_inside import AxisCourse, blocks_of, exact, limits_of, read_ngc
 from scipy.optimize import linprog
 
 import sdpgrind
 from sdpgrind import plunge, units
-from sdpgrind.plunge._plan import exact
-from sdpgrind.plunge._plan.axis_blocks import blocks_of
-from sdpgrind.plunge._plan.axis_course import AxisCourse
-from sdpgrind.plunge._plan.doubted import limits_of
-from sdpgrind.plunge._plan.program_reader import read_ngc
 
 SIMULATION, EXPERIMENT = plunge.preset("simulation"), plunge.preset("experiment")
 PRINTED = 5e-5  # mm: the interpreter prints four decimals
