@@ -7,6 +7,8 @@ What do they say about the machine, and what is the fastest cycle for *it*? The 
 published bore with 0.28 mm of stock. It gives what no trace shows, such as the wheel's diameter and the burn limit.
 """
 
+from types import SimpleNamespace
+
 import hwsim
 from sdpgrind import plunge
 
@@ -92,7 +94,24 @@ print(plunge.plan(believed.updated(found)))
 # ---------------
 # A trace with power can tell more than a time constant: record one part for it, with 0.1 mm of air, the greatest rate
 # and two lower ones, 0.3 and 0.1 of it, held for three time constants each, and a spark-out: this bore needs
-# some 0.4 mm of stock for it.
+# some 0.4 mm of stock for it. A controller is any object with ``period``, ``reset`` and ``step``; this one commands
+# such a part. Here a simulated machine grinds it, which touches some 0.08 mm late and has a duller wheel than believed.
+
+shares = iter([1.0] * 200 + [0.3] * 150 + [0.1] * 150 + [0.0] * 100)  # of the greatest rate, a sample each
+recorder = SimpleNamespace(
+    period=believed.sample_time,
+    reset=lambda: None,
+    step=lambda **_: {"command_rate": believed.command_rate_max * next(shares)},
+)
+grinder = hwsim.PlungeGrinder(
+    believed.replace(stock=0.45, wear_flat_area=0.03),
+    drive=plunge.Drive(idle_power=300.0),
+    contact_zero_sd=0.1,
+    max_time=24.0,
+)
+print(plunge.identify(hwsim.run(grinder, recorder, rng=0), "machine", problem=believed))
+
+# %%
 # ``machine = plunge.identify(log, "machine", problem=believed)`` fits force ratio, wear flat area, specific energy,
 # ploughing force, idle power, wheel wear, the lags of feed drive and power monitor, and the contact at once;
 # ``believed.updated(machine)`` takes the values; what is declared not to be known stays, until ``replace(sharpness_sd=...,
