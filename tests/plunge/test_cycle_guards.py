@@ -66,6 +66,17 @@ def test_a_confidence_is_the_same_range_everywhere(take, confidence):
         take(confidence)
 
 
+@pytest.mark.parametrize("sd", [None, 0.03])
+def test_log_and_page_say_what_is_known_of_the_threshold(sd):
+    problem = PROBLEM.replace(burning_sd=sd)
+    known = "taken as exactly known" if sd is None else "doubted by 3 %"
+    grinder = hwsim.PlungeGrinder(problem)
+    for controller in (plunge.StagedController(problem), plunge.CycleController(problem)):
+        assert hwsim.run(grinder, controller, rng=1).outcome.attrs["burn_threshold"] == known
+    assert "a confidence of 0.999" in plunge.plan(problem, confidence=0.999).report()
+    assert "all values are taken as exact" in plunge.plan(problem).report()
+
+
 def test_the_threshold_keeps_the_confidence_of_the_controller():
     problem = PROBLEM.replace(burning_sd=0.03)
     grinder = hwsim.PlungeGrinder(problem, inspection=hwsim.Inspection(severity_sd=0.03))
