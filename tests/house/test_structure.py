@@ -30,26 +30,36 @@ ALLOWED = {
 }
 
 
-@cache
 def imports(name):
     """Absolute names of the modules that a module imports, at its top or inside functions."""
     path = SOURCE.joinpath(*name.split("."))
-    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-    return imports_in(tree(path))
+    return facts(path / "__init__.py" if path.is_dir() else path.with_suffix(".py"))[0]
 
 
 @cache
-def tree(path):
-    return ast.parse(path.read_text())
+def facts(path):
+    """Imports and classes of a file; its tree is not kept: the garbage collector would walk through all of them."""
+    parsed = ast.parse(path.read_text())
+    return imports_in(parsed), [node.name for node in parsed.body if isinstance(node, ast.ClassDef)]
 
 
 def imports_of(text):
     return imports_in(ast.parse(text))
 
 
+def statements(parsed):
+    """All statements, those inside others too; expressions, most of a tree, hold none."""
+    waiting = [parsed]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        for inner in ("body", "handlers", "cases", "orelse", "finalbody"):
+            waiting += getattr(node, inner, ())
+
+
 def imports_in(parsed):
     found = set()
-    for node in ast.walk(parsed):
+    for node in statements(parsed):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -84,6 +94,19 @@ def test_arrows():
         (name, other) for name in modules() for other in imports(name) if forbidden(home(name), home(other))
     }
     assert not wrong
+
+
+@pytest.mark.parametrize(
+    "where",
+    [
+        "{}", "def f():\n {}", "class A:\n async def f(self):\n  {}", "if a:\n b\nelse:\n {}",
+        "try:\n a\nexcept B:\n {}", "try:\n a\nfinally:\n {}", "for a in b:\n {}", "while a:\n b\nelse:\n {}",
+        "with a:\n {}", "match a:\n case 1:\n  {}",
+    ],
+)  # fmt: skip
+def test_imports_are_found_wherever_they_stand(where):
+    parsed = ast.parse(where.format("import hwsim"))
+    assert imports_in(parsed) == {"hwsim"} and set(statements(parsed)) <= set(ast.walk(parsed))
 
 
 def test_arrows_can_be_broken():
@@ -445,7 +468,6 @@ SHARED = {
 def test_one_class_a_name():
     found = {}
     for path in SOURCE.rglob("*.py"):
-        for node in tree(path).body:
-            if isinstance(node, ast.ClassDef):
-                found.setdefault(node.name, []).append(path)
+        for name in facts(path)[1]:
+            found.setdefault(name, []).append(path)
     assert {name: len(paths) for name, paths in found.items() if len(paths) > 1} == SHARED
