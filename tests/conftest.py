@@ -81,3 +81,15 @@ def pytest_terminal_summary(terminalreporter, config):
     if found:
         terminalreporter.section(f"more than {limit:g} s of CPU time, not marked slow")
         terminalreporter.write_line("\n".join(found))
+
+
+@pytest.fixture
+def few_pushes(monkeypatch):
+    """Strategies on a coarse grid with every other kind of push (2 s instead of 13): for what does not depend on how
+    good a strategy is.
+    """
+    from centering.cycle._strategy import plan
+
+    kinds, size = plan.default_kinds, plan.Size
+    monkeypatch.setattr(plan, "default_kinds", lambda top_speed: kinds(top_speed)[::2])
+    monkeypatch.setattr(plan, "Size", lambda: size(offsets=32, frictions=3))

@@ -285,9 +285,8 @@ def few(monkeypatch):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the tolerance of:UserWarning")  # slow pushes move the heavy part by more
-def test_the_tour_of_a_centering_machine_runs_as_written(elsewhere, few):
+def test_the_tour_of_a_centering_machine_runs_as_written(elsewhere, few, few_pushes):
     import sdpgrind
 
     names: dict = {}

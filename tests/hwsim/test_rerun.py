@@ -40,6 +40,12 @@ def cycle():
     return plunge.plan(plunge.preset("simulation"))
 
 
+@pytest.fixture(scope="module")
+def bead():
+    """Not to the tolerance that a plan has by default."""
+    return weldbead.plan(weldbead.preset("P1"), tolerance=3e-2)
+
+
 @pytest.fixture
 def ground(cycle):
     controller = plunge.CycleController(cycle.problem)
@@ -65,15 +71,6 @@ def test_the_page_of_a_command_is_made_again_to_the_bit(area, tmp_path, capsys):
     assert status == 0 and any("equal to the bit (plan; log, " in line for line in lines)
     assert not any("before it starts" in line for line in lines)
     assert (again / "run.nc").read_bytes() == (first / "run.nc").read_bytes()
-
-
-def test_the_file_of_a_job_stands_in_its_page(tmp_path, capsys):
-    file = tmp_path / "job.toml"
-    file.write_text((EXAMPLES / "locus.toml").read_text())
-    assert main(["locus", str(file), "--parts=1", "--no-pictures", f"--out={tmp_path / 'first'}"]) == 0
-    file.unlink()
-    capsys.readouterr()
-    assert rerun(tmp_path / "first" / "report.html", tmp_path / "again", capsys)[0] == 0
 
 
 def test_the_page_of_a_program_is_made_again_to_the_bit(ground, cycle, tmp_path, capsys):
@@ -123,11 +120,12 @@ def test_a_log_from_a_file_is_not_made_again(ground, tmp_path, capsys):
     assert status == 2 and lines[-1].endswith("the log of this one was read from a file")
 
 
-@pytest.mark.slow
-def test_the_page_of_both_controllers_is_made_again(tmp_path, capsys):
-    """The file of the job is written into the folder before the run."""
-    first, again, job = tmp_path / "first", tmp_path / "again", str(EXAMPLES / "centering.toml")
-    assert main(["centering", job, "--source", "--parts=1", "--no-pictures", f"--out={first}"]) == 0
+def test_the_page_of_both_controllers_is_made_again(tmp_path, capsys, few_pushes):
+    """From the file in the page, which is written into the folder before the run: the user's is gone."""
+    first, again, file = tmp_path / "first", tmp_path / "again", tmp_path / "job.toml"
+    file.write_text((EXAMPLES / "centering.toml").read_text())
+    assert main(["centering", str(file), "--source", "--parts=1", "--no-pictures", f"--out={first}"]) == 0
+    file.unlink()
     capsys.readouterr()
     status, lines = rerun(first / "report.html", again, capsys)
     assert status == 0 and any("equal to the bit (plan; log, " in line for line in lines)
@@ -192,13 +190,12 @@ def test_a_changed_page_is_not_run_again(cycle, tmp_path, capsys):
     assert status == 1 and not (tmp_path / "again").exists()
 
 
-def test_a_plan_is_made_again_with_the_options_it_was_solved_with(cycle, tmp_path, capsys):
+def test_a_plan_is_made_again_with_the_options_it_was_solved_with(cycle, bead, tmp_path, capsys):
     best = plunge.plan(cycle.problem, safety_margin=0.005)
     best.report(tmp_path / "plan.html")
     controller = plunge.CycleController(cycle.problem, safety_margin=0.005)
     run = hwsim.run(hwsim.PlungeGrinder(cycle.problem), controller, rng=0)
     run.report(tmp_path / "job.html", plan=best)
-    bead = weldbead.plan(weldbead.preset("P1"), tolerance=3e-2)
     bead.report(tmp_path / "bead.html")
     for name in ("plan", "job", "bead"):
         status, lines = rerun(tmp_path / f"{name}.html", tmp_path / name, capsys)
@@ -216,21 +213,20 @@ def test_a_plan_of_unknown_options_is_never_said_to_differ(cycle, tmp_path, caps
     assert not any("differs" in line for line in lines)
 
 
-def test_a_controller_of_another_plan_is_refused(tmp_path, capsys):
-    problem = weldbead.preset("P1")
+def test_a_controller_of_another_plan_is_refused(bead, tmp_path, capsys):
+    problem = bead.problem
     wide = problem.replace(scatter=problem.scatter.replace(relative_sd=0.3))
-    one, other = (weldbead.plan(each, tolerance=3e-2) for each in (problem, wide))
-    both = {"one": weldbead.SequenceController(one), "other": weldbead.SequenceController(other)}
-    hwsim.compare(hwsim.WeldBeadStand(problem), both).report(tmp_path / "job.html", plan=one)
+    other = weldbead.plan(wide, tolerance=3e-2)
+    both = {"one": weldbead.SequenceController(bead), "other": weldbead.SequenceController(other)}
+    hwsim.compare(hwsim.WeldBeadStand(problem), both).report(tmp_path / "job.html", plan=bead)
     status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
     assert status == 2 and "needs a SequenceController that is made of the plan or the problem" in lines[-1]
 
 
-def test_a_controller_of_a_plan_that_comes_out_differently_is_refused(tmp_path, capsys, monkeypatch):
-    policy = weldbead.plan(weldbead.preset("P1"), tolerance=3e-2)
-    log = hwsim.run(hwsim.WeldBeadStand(policy.problem), weldbead.SequenceController(policy))
-    log.report(tmp_path / "job.html", plan=policy)
-    other = weldbead.plan(policy.problem, tolerance=None, nodes=51)
+def test_a_controller_of_a_plan_that_comes_out_differently_is_refused(bead, tmp_path, capsys, monkeypatch):
+    log = hwsim.run(hwsim.WeldBeadStand(bead.problem), weldbead.SequenceController(bead))
+    log.report(tmp_path / "job.html", plan=bead)
+    other = weldbead.plan(bead.problem, tolerance=None, nodes=51)
     monkeypatch.setattr(weldbead, "plan", lambda problem, **options: other)
     status, lines = rerun(tmp_path / "job.html", tmp_path / "again", capsys)
     assert status == 2 and "SequenceController of this page cannot be made again: the plan" in lines[-1]
