@@ -33,7 +33,7 @@ def test_sweep_does_not_depend_on_the_executor():
 
 @pytest.fixture(scope="module")
 def found():
-    return weldbead.sensitivity(P1, **STATE, tolerance=1e-4)
+    return weldbead.sensitivity(P1, **STATE, tolerance=2e-4)
 
 
 def test_elasticities_against_finite_differences(found):
