@@ -55,7 +55,7 @@ def test_there_is_more_than_one_block_of_each_kind():
         assert max(len(pieces) for _, pieces in groups) > 1
 
 
-@pytest.mark.parametrize("workers", [1, 2, 3])
+@pytest.mark.parametrize("workers", [1, 3])  # two are those of the processes below
 def test_threads(serial, workers):
     with ThreadPoolExecutor(workers) as executor:
         assert_same_bits(everything(executor), serial)
