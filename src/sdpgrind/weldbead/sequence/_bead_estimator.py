@@ -69,9 +69,7 @@ class BeadEstimator:
     ) -> None:
         checks.kind("problem", problem, SequenceProblem, " (see weldbead.preset)")
         if problem.bead_scatter is None:
-            raise ValueError(
-                "problem must have a bead_scatter: without one all beads are alike; got None"
-            )
+            raise ValueError("problem must have a bead_scatter: without one all beads are alike; got None")
         self._problem = problem
         self._noise = (
             checks.nonnegative("depth_noise", depth_noise, "mm"),
