@@ -12,6 +12,7 @@ from centering.roundness import reference_circle
 KINDS = ("LSC", "MCC", "MIC", "MZC")
 TURN = np.arange(360) * 2 * np.pi / 360
 NOISE = 1e-4  # mm
+STUDY = 120  # parts: their sd is known to 6.5 %, a fifth of the 30 % that is asked for
 FORMS = {  # mm
     "round": 0 * TURN,
     "oval": 0.005 * np.cos(2 * TURN + 0.3),
@@ -36,7 +37,7 @@ def filtered(form):
 @pytest.mark.parametrize("form", FORMS)
 def test_uncertainty_is_that_of_a_study(form, kind):
     rng = np.random.default_rng(5)
-    found = [reference_circle(noisy(form, rng), kind, noise_sd=NOISE) for _ in range(240)]
+    found = [reference_circle(noisy(form, rng), kind, noise_sd=NOISE) for _ in range(STUDY)]
     told = np.array([circle.value_sd for circle in found[:8]]) / np.std([circle.value for circle in found])
     assert 0.7 < np.median(told) < 1.4
     assert 0.7 < np.sqrt(np.mean(told**2)) < 1.4
@@ -47,7 +48,7 @@ def test_uncertainty_is_that_of_a_study(form, kind):
 @pytest.mark.parametrize("form", ["round", "three lobes", "rough", "less rough"])
 def test_what_noise_adds_is_that_of_a_study(form, kind):
     rng = np.random.default_rng(6)
-    found = [reference_circle(noisy(form, rng), kind, noise_sd=NOISE) for _ in range(240)]
+    found = [reference_circle(noisy(form, rng), kind, noise_sd=NOISE) for _ in range(STUDY)]
     true = (
         np.mean([circle.value for circle in found])
         - reference_circle(on_rays(TURN, 30 + FORMS[form]), kind).value

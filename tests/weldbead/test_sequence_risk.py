@@ -72,8 +72,13 @@ def many_small_cuts():
     )
 
 
-def test_risk_where_last_cuts_are_smaller_than_a_cell(many_small_cuts):
-    policy = weldbead.plan(many_small_cuts, tolerance=None, nodes=201)
+@pytest.fixture(scope="module")
+def small_cuts_planned(many_small_cuts):
+    return weldbead.plan(many_small_cuts, tolerance=None, nodes=201)
+
+
+def test_risk_where_last_cuts_are_smaller_than_a_cell(small_cuts_planned):
+    policy = small_cuts_planned
     risk = policy.risk(2.6, 120.0, confidence=0.9)
     runs = policy.simulate(runs=100_000, height=2.6, time_left=120.0, rng=3)
     n, over = runs.penalty.size, np.mean(runs.final["height"] < 0)
@@ -92,8 +97,8 @@ def test_risk_where_last_cuts_are_smaller_than_a_cell(many_small_cuts):
     assert policy.table.distribution(height=2.6, time_left=120.0).probability_below < 0.7 * over
 
 
-def test_noise_of_the_scan_that_is_larger_than_the_last_cuts_is_ground(many_small_cuts):
-    policy = weldbead.plan(many_small_cuts, tolerance=None, nodes=201)
+def test_noise_of_the_scan_that_is_larger_than_the_last_cuts_is_ground(small_cuts_planned):
+    policy = small_cuts_planned
     start = {"height": 2.6, "time_left": 120.0, "runs": 20_000, "rng": 3}
     clear, noisy = (policy.simulate(height_noise=sd, **start) for sd in (0.0, 0.003))
     np.testing.assert_array_equal(clear.penalty, policy.simulate(**start).penalty)
