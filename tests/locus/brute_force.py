@@ -40,12 +40,17 @@ def grid(problem, ticks=None):
 
 def value_of(problem, places):
     """Controls of places; ranges that are positive and wide are taken by their logarithms."""
+    return valued(problem, np.ndim(places))(places)
+
+
+def valued(problem, ndim):
+    """`value_of` for places of so many dimensions."""
     low, high = spans(problem)
-    shape = (-1,) + (1,) * (np.ndim(places) - 1)
+    shape = (-1,) + (1,) * (ndim - 1)
     low, high = low.reshape(shape), high.reshape(shape)
     wide = (low > 0) & (high > 20 * np.abs(low))
     ratio = np.where(wide, high / np.where(wide, low, 1.0), 1.0)
-    return np.where(wide, low * ratio**places, low + places * (high - low))
+    return lambda places: np.where(wide, low * ratio**places, low + places * (high - low))
 
 
 def local_minima(values):
@@ -78,22 +83,30 @@ def least(problem, *hidden, starts=6, ticks=None, tolerance=1e-8):
         k = int(np.argmin(np.where(feasible, cost, np.inf)))
         best, where = float(cost[k]), value_of(problem, places[:, k])
 
+    s, values, known = named(problem.hidden_names, hidden), valued(problem, 1), {}
+
     def scaled(q):
-        with np.errstate(all="ignore"):
-            c, e = evaluated(problem, value_of(problem, q), hidden)
-        return float(c) / size, e / scales
+        """Cost and excess; the minimiser asks for both at each of its points, one after the other."""
+        key = q.tobytes()
+        if key not in known:
+            known.clear()
+            c = named(problem.names, values(q))
+            over = [float(one.response(s, c) - one.limit(s, c)) for one in problem.varying]
+            known[key] = float(problem.objective(s, c)) / size, np.array(over) / scales
+        return known[key]
 
     for k in chosen:
-        found = minimize(
-            lambda q: scaled(q)[0],
-            np.clip(places[:, k], 1e-6, 1 - 1e-6),
-            method="SLSQP",
-            bounds=[(0.0, 1.0)] * len(shape),
-            constraints={"type": "ineq", "fun": lambda q: -scaled(q)[1]} if len(scales) else (),
-            options={"ftol": 1e-14, "maxiter": 200},
-        )
-        q = np.clip(found.x, 0.0, 1.0)
-        c, e = scaled(q)
+        with np.errstate(all="ignore"):
+            found = minimize(
+                lambda q: scaled(q)[0],
+                np.clip(places[:, k], 1e-6, 1 - 1e-6),
+                method="SLSQP",
+                bounds=[(0.0, 1.0)] * len(shape),
+                constraints={"type": "ineq", "fun": lambda q: -scaled(q)[1]} if len(scales) else (),
+                options={"ftol": 1e-14, "maxiter": 200},
+            )
+            q = np.clip(found.x, 0.0, 1.0)
+            c, e = scaled(q)
         if np.all(e <= tolerance) and c * size < best:
             best, where = c * size, value_of(problem, q)
     return best, where
