@@ -111,6 +111,13 @@ def test_the_mean_of_the_cut_stays_the_default():
     assert cut.moments(PROCESS, 50.0, 15.0)[0] == PROCESS.mean_cut(50.0, 15.0)
 
 
+def test_the_default_tolerance_is_one_that_is_reached():
+    """A log-normal cut near the threshold is narrower than any cell: 1e-5 $ would refine to the end of memory."""
+    policy = weldbead.plan(BOTH)
+    assert policy.error <= 1e-3
+    assert policy.value(height=1.0, time_left=60.0) == pytest.approx(0.13473, abs=1e-3)
+
+
 def test_leads_raise_the_feed():
     led = BOTH.replace(lead_length=12.0)
     assert led.feed_rate(12.0) == 162.0 / 10.0

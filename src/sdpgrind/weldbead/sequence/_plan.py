@@ -15,6 +15,7 @@ from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 _WHY = "a charge that jumps, or a law too narrow for the grid; see policy.error"
 START_NODES = 101  # chosen: first grid of the refinement to a tolerance
+LEARNED = 1e-3  # $; chosen: 1 % of what a bead costs; the value of a plan that learns is too high by more
 HALVINGS = 6  # chosen: largest number of halvings of the stage for a continuous feed; each doubles the moves
 
 
@@ -38,8 +39,9 @@ def plan(
         Problem to plan.
     tolerance : float, optional
         Largest estimated error of the expected penalty at any height, $. "auto": 1e-5 $, or one millionth of
-        the charge on the whole bead where that exceeds 10 $; out of reach (charges that jump), the best plan
-        comes with a warning. None: one solve on `nodes` nodes.
+        the charge on the whole bead where that exceeds 10 $; 1e-3 $ where beads differ, as the plan is made
+        anew after each pass; out of reach (charges that jump), the best plan comes with a warning. None: one
+        solve on `nodes` nodes.
     nodes : int, optional
         Height nodes of that single grid (default 401), or of the first grid of the refinement.
     feed : {"lattice", "continuous"}
@@ -117,8 +119,9 @@ def _plan_as_well_as_can_be(
 
 
 def default_tolerance(problem: SequenceProblem) -> float:
-    """Return the default tolerance, $: 1e-5 $, more where the charge on the whole bead exceeds 10 $."""
-    return max(1e-5, 1e-6 * float(problem.height_charge(problem.height_max)))
+    """Return the default tolerance, $: more where beads differ or a whole bead is charged above 10 $."""
+    least = 1e-5 if problem.bead_scatter is None else LEARNED
+    return max(least, 1e-6 * float(problem.height_charge(problem.height_max)))
 
 
 def _plan_continuous(problem: SequenceProblem, tolerance: float, progress: Progress) -> SequencePolicy:
