@@ -85,9 +85,7 @@ def pytest_terminal_summary(terminalreporter, config):
 
 @pytest.fixture
 def few_pushes(monkeypatch):
-    """Strategies on a coarse grid with every other kind of push (2 s instead of 13): for what does not depend on how
-    good a strategy is.
-    """
+    """Strategies on a coarse grid with every other kind of push: for what does not depend on how good they are."""
     from centering.cycle._strategy import plan
 
     kinds, size = plan.default_kinds, plan.Size

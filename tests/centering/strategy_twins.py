@@ -44,13 +44,15 @@ def travel_twin(table, kind, stroke, scale):
     """Bilinear in log stroke and scale, by two plain interpolations."""
     if stroke <= 0:
         return 0.0
-    at_scale = [np.interp(even(scale), even(FRICTION_SCALES), row) for row in table.travel[kind]]
+    at, nodes = even(scale), even(FRICTION_SCALES)
+    at_scale = [np.interp(at, nodes, row) for row in table.travel[kind]]
     return float(np.interp(log(stroke), np.log(table.strokes), at_scale))
 
 
 def stroke_twin(table, kind, scale, travel):
     """Least stroke whose mean travel reaches what is wanted, by a fine search."""
-    mean = np.array([np.interp(even(scale), even(FRICTION_SCALES), row) for row in table.mean_travel[kind]])
+    at, nodes = even(scale), even(FRICTION_SCALES)
+    mean = np.array([np.interp(at, nodes, row) for row in table.mean_travel[kind]])
     if mean[table.last[kind]] < travel:
         return np.inf
     fine = np.linspace(0.0, table.last[kind], 400_001)

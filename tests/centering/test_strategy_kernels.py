@@ -135,10 +135,10 @@ def test_posterior_against_a_fine_grid(travelled):
     stroke, noise = 0.08, 0.004
     mean, sd, wrong = posterior(TABLE.travel[0], TABLE.grid, stroke, (1.02, 0.08), 0.04, noise, travelled)
 
+    travels = np.array([TABLE.expected(0, stroke, float(r)) for r in np.linspace(0.2, 1.9, 1701)])
+
     def travel_of(scale):
-        return np.array([TABLE.expected(0, stroke, float(r)) for r in np.linspace(0.2, 1.9, 1701)]).take(
-            np.clip(np.round((scale - 0.2) / 0.001).astype(int), 0, 1700)
-        )
+        return travels.take(np.clip(np.round((scale - 0.2) / 0.001).astype(int), 0, 1700))
 
     slow_mean, slow_sd = posterior_twin(travel_of, 1.02, 0.08, 0.04, noise, travelled)
     assert mean == pytest.approx(slow_mean, abs=0.08 * 0.06)

@@ -329,7 +329,7 @@ def test_what_rounding_leaves_of_a_slope_is_none(slope):
 # Properties
 
 
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=25, deadline=None, derandomize=True)
 @given(st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12))
 def test_random_convex_problems(numbers):
     """Quadratic cost, linear constraint that tightens: brute force agrees, and the least cost never falls

@@ -1,5 +1,7 @@
 """Look-ups between two nodes, and their estimated error, off the canonical problems."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -93,12 +95,17 @@ def test_a_change_of_the_law_inside_a_cell_is_no_chord(idle_power, relative_sd):
     assert np.max(np.abs(found - true)) < 0.4 * np.max(true - chord)
 
 
+@cache
+def both_grids():
+    return [weldbead.plan(P1, tolerance=None, nodes=n) for n in (101, 1601)]
+
+
 @pytest.mark.parametrize("time", [10.0, 16.0, 30.0])
 def test_the_gap_vanishes_where_the_action_changes(time):
     """At a node the next best action lies a gap above; where two actions cost the same inside a cell there is
     none.
     """
-    coarse, fine = (weldbead.plan(P1, tolerance=None, nodes=n) for n in (101, 1601))
+    coarse, fine = both_grids()
     height = np.linspace(0.05, 2.0, 30_001)
     found, true = (p.action(height, time).gap for p in (coarse, fine))
     assert np.all(found >= 0)

@@ -2,6 +2,7 @@
 distances.
 """
 
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -23,6 +24,7 @@ from sdpgrind.finishing.surface import (
 RADIUS = 50.0
 
 
+@cache
 def sphere(nodes):
     """Error on a sphere from a meridian, where the foot of the perpendicular lies on it: d = R asin(cos lat
     sin lon).
@@ -34,6 +36,7 @@ def sphere(nodes):
     return np.abs(d - RADIUS * np.arcsin(np.cos(lat) * np.sin(lon)))[near]
 
 
+@cache
 def skewed(nodes):
     """Error on a flat with a skewed, bent grid from the x axis, where the foot lies on the border: d = y; and
     beside it.
