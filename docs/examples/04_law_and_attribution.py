@@ -105,7 +105,7 @@ cases = {
     "C1, normal": problem.replace(scatter=weldbead.Scatter("C1", 0.15, law="normal")),
     "K1, Rayleigh": problem.replace(scatter=weldbead.Scatter("K1", 0.178)),
 }
-values = weldbead.sweep(cases, height=1.0, time_left=24.0, tolerance=2e-3)
+values = weldbead.sequence.sweep(cases, height=1.0, time_left=24.0, tolerance=2e-3)
 for name, value in values.items():
     print(f"{name:<16}{value:.3f} $")
 

@@ -26,7 +26,7 @@ problem = weldbead.preset("P1")
 # ============================================  ============================================================
 # what                                          one piece of work
 # ============================================  ============================================================
-# ``weldbead.sweep``, ``weldbead.sensitivity``  one plan
+# ``sequence.sweep``, ``sequence.sensitivity``  one plan
 # ``policy.simulate``                           a block of sequences
 # ``hwsim.run``, ``hwsim.compare``              some parts (not with ``adapt``: a part needs the one before)
 # ``sdp.plan`` with two or three coordinates    a block of the grid, at each stage
@@ -47,10 +47,10 @@ state = {"height": 1.0, "time_left": 24.0}
 
 if __name__ == "__main__":  # the reason comes below
     with ThreadPoolExecutor(max_workers=2) as threads:
-        values = weldbead.sweep(charges, **state, tolerance=1e-3, executor=threads)
+        values = weldbead.sequence.sweep(charges, **state, tolerance=1e-3, executor=threads)
     for name, value in values.items():
         print(f"grinding into the work costs {name}: {value:.4f} $ expected")
-    print("the same without threads:", values == weldbead.sweep(charges, **state, tolerance=1e-3))
+    print("the same without threads:", values == weldbead.sequence.sweep(charges, **state, tolerance=1e-3))
 
 # %%
 # Processes

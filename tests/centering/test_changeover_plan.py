@@ -99,12 +99,8 @@ def errors_of(lobes, noise_sd, runs, offset=0.05, **options):
 
 
 def test_parts_stand_out_as_often_as_told():
-    """Rings with one highest place exceed 0, 1 and 2 sd as often as the probability says.
-
-    Four standard errors of 150 rings are 0.33 sd of the mean and 23 % of the sd: half an sd too much, or an sd that is
-    30 % off, is seen.
-    """
-    runs = 150
+    """300 rings with one highest place exceed 0, 1 and 2 sd as often as the probability says."""
+    runs = 300
     errors = errors_of({2: 0.002}, 3e-5, runs)
     assert errors.mean() == pytest.approx(0.1, abs=4 / np.sqrt(runs))
     assert errors.std() == pytest.approx(1.0, abs=4 / np.sqrt(2 * runs))

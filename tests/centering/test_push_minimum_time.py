@@ -27,11 +27,7 @@ def _solved(name, distance, further):
 
 
 def _push(name="heavy", distance=5.0, **further):
-    """Each is solved once; the light part, which swings much faster, in half as many steps: 0.3 % slower, and a test of
-    its own says what steps matter.
-    """
-    if name == "light":
-        further.setdefault("fineness", 0.5)
+    """Each is solved once."""
     return _solved(name, distance, tuple(sorted(further.items())))
 
 
@@ -144,7 +140,7 @@ def test_first_guesses_lead_to_one_time(monkeypatch):
     times = []
     for start in STARTS:
         monkeypatch.setattr(optimal, "STARTS", (start,))
-        times.append(minimum_time_push(HEAVY, 1.0, fineness=0.5).time)
+        times.append(minimum_time_push(HEAVY, 1.0).time)
     assert abs(times[1] - times[0]) < 3e-3 * times[0]
 
 

@@ -344,7 +344,7 @@ def test_faces(name):
 
 
 AT_MOST = {
-    "sdpgrind.weldbead": 28,  # two scatters, three streaming estimates, the estimate of both scatters
+    "sdpgrind.weldbead": 25,
     "sdpgrind.plunge": 25,
     "sdpgrind.locus": 26,
     "sdpgrind.finishing": 25,

@@ -33,7 +33,7 @@ start_offset = ["1 mm", "5 mm"]
 def quick(problem, **options):
     """A coarse strategy in the place of a fine one."""
     speed = options.get("spindle_speed", "scheduled")
-    return solved(prepared(problem, speed, KINDS, Size(32, 3), None, silent), None, silent)
+    return solved(prepared(problem, speed, KINDS, Size(48, 5), None, silent), None, silent)
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ def everything(executor):
     two = sdp.plan(dulling(), executor=executor)
     ever = sdp.plan(belief(), executor=executor)
     runs = sdp.plan(line()).simulate(runs=RUNS, rng=7, executor=executor, **START)
-    sweep = weldbead.sweep(cases(), height=1.0, time_left=[6.0, 16.0], tolerance=1e-2, executor=executor)
+    sweep = weldbead.sequence.sweep(cases(), height=1.0, time_left=[6.0, 16.0], tolerance=1e-2, executor=executor)
     tables = [
         getattr(p.table, name) for p in (two, ever) for name in ("value", "best", "control", "entry", "gap")
     ]
@@ -55,7 +55,7 @@ def test_there_is_more_than_one_block_of_each_kind():
         assert max(len(pieces) for _, pieces in groups) > 1
 
 
-@pytest.mark.parametrize("workers", [1, 3])  # two are those of the processes below
+@pytest.mark.parametrize("workers", [1, 2, 3])
 def test_threads(serial, workers):
     with ThreadPoolExecutor(workers) as executor:
         assert_same_bits(everything(executor), serial)

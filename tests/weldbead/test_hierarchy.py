@@ -197,3 +197,53 @@ def test_light_passes_tell_nothing_of_energies(policy):
     learned = tier._learner.model
     assert (learned.specific_energy, learned.idle_power) == pytest.approx((12.8, 114.0), rel=1e-12)
     assert learned.friction_ratio < 0.33
+
+
+DIFFERENT = SEQUENCE.replace(
+    scatter=weldbead.Scatter(("K1", "K2", "mu"), (0.1, 0.1, 0.1), law="lognormal"),
+    bead_scatter=weldbead.CoefficientScatter(0.15, 0.15, 0.15),
+)
+READ = ("normal_force", "tangential_force", "grinding_power", "removal_rate", "cut_depth")
+
+
+@pytest.fixture(scope="module")
+def different():
+    return weldbead.plan(DIFFERENT, tolerance=None, nodes=101)
+
+
+def test_where_beads_differ_the_pass_is_planned_with_what_is_believed(different):
+    """Set-points of each pass are the process of the mean cut by an estimator that is told the same readings."""
+    log = hwsim.run(STAND, weldbead.Hierarchy(different, DISC, LOOP), rng=3)
+    table, belief = log["sequence"], weldbead.BeadEstimator(DIFFERENT)
+    going = ~np.isnan(table["mean_cut_command"].values)
+    assert going.sum() >= 3
+    for k in np.flatnonzero(going):
+        row = table.isel(row=k)
+        if k:
+            belief.learn(**{name: float(row[name]) for name in READ})
+        expected = belief.believed.depths.expected(belief.believed.model)
+        for name in ("specific_energy", "idle_power", "friction_ratio"):
+            assert float(row[f"{name}_command"]) == pytest.approx(getattr(expected, name), rel=1e-12)
+        assert float(row["learns_planned"]) == 1.0
+    assert np.ptp(table["friction_ratio_command"].values[going]) > 0
+
+
+def test_tiers_that_do_not_estimate_do_not_learn_the_bead(different):
+    blind = weldbead.Hierarchy(different, DISC, LOOP, reestimate=False)
+    assert "grinding_power" not in blind.tiers["sequence"].reads
+    assert "learns" not in blind.tiers["sequence"].reports
+
+
+def test_leads_that_the_plan_knows_are_not_added_twice(policy):
+    """A pass has the time of its duration, whether the plan counts the leads or not."""
+    x, z = BEAD.x, BEAD.z
+    feeds = []
+    for lead in (0.0, 15.0):
+        led = policy.problem.replace(lead_length=lead)
+        tiers = weldbead.Hierarchy(weldbead.plan(led, tolerance=None, nodes=101), DISC, LOOP).tiers
+        command = tiers["pass"].step(
+            profile=z, profile_x=x, mean_cut=0.1, planned_feed=led.feed_rate(10.0), specific_energy=12.8,
+            idle_power=114.0, friction_ratio=0.33,
+        )  # fmt: skip
+        feeds.append(command["feed_rate"])
+    assert feeds[0] == pytest.approx(feeds[1], rel=1e-12)

@@ -108,7 +108,7 @@ def test_finish_charge_slows_the_last_pass():
 
 def test_pass_charge_is_paid_for_each_pass():
     policy = solved(P1.replace(pass_charge=0.05))
-    for height, time in ((1.0, 24.0), (2.0, 40.0), (0.3, 12.0)):
+    for height, time in ((1.0, 24.0), (2.0, 60.0), (0.3, 12.0)):
         risk = policy.risk(height, time)
         assert risk.distribution.on_the_way == pytest.approx(0.05 * risk.passes)
         assert risk.passes <= solved(P1).risk(height, time).passes + 1e-9

@@ -4,7 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
-from stand_job import ALONE, BOTH, NAMES, PROCESS
+from scipy import stats
+from stand_job import ALONE, BEADS, BOTH, NAMES, PASSES, PROCESS
 
 from sdpgrind import weldbead
 from sdpgrind.weldbead import CoefficientScatter, Scatter
@@ -109,6 +110,17 @@ def test_the_mean_of_the_cut_stays_the_default():
     cut = Scatter(NAMES, (0.15, 0.15, 0.15), law="lognormal")
     assert cut.mean == "cut"
     assert cut.moments(PROCESS, 50.0, 15.0)[0] == PROCESS.mean_cut(50.0, 15.0)
+
+
+@pytest.mark.parametrize(("times", "share"), [(2.0, 1 / 100), (1.5, 1 / 11)])
+def test_how_seldom_a_pass_removes_nothing(times, share):
+    """Exact: mu F c < K2 is a normal difference of two logarithms; drawn, too."""
+    sd = np.sqrt(4 * np.log1p(0.15**2))
+    assert stats.norm.cdf(-np.log(times) / sd) == pytest.approx(share, rel=0.05)
+    rng, force = np.random.default_rng(0), times * PROCESS.threshold_force
+    drawn = [PASSES.coefficients.drawn(BEADS.drawn(PROCESS, rng), rng) for _ in range(4000)]
+    none = np.mean([process.removal_rate(force) == 0 for process in drawn])
+    assert none == pytest.approx(share, abs=4 * np.sqrt(share / 4000))
 
 
 def test_the_default_tolerance_is_one_that_is_reached():

@@ -17,7 +17,7 @@ def test_sweep_is_the_plans():
         for law in ("rayleigh", "lognormal", "normal")
     }
     height, time = np.array([[0.5], [1.0]]), np.array([12.0, 24.0])
-    found = weldbead.sweep(cases, height=height, time_left=time, tolerance=1e-2)
+    found = weldbead.sequence.sweep(cases, height=height, time_left=time, tolerance=1e-2)
     assert list(found) == list(cases)
     for law, problem in cases.items():
         np.testing.assert_array_equal(found[law], weldbead.plan(problem, tolerance=1e-2).value(height, time))
@@ -25,15 +25,18 @@ def test_sweep_is_the_plans():
 
 def test_sweep_does_not_depend_on_the_executor():
     cases = {str(r): P1.replace(scatter=weldbead.Scatter("C1", r), horizon=12.0) for r in (0.05, 0.1, 0.2)}
-    alone = weldbead.sweep(cases, height=1.0, time_left=12.0, tolerance=1e-2)
+    alone = weldbead.sequence.sweep(cases, height=1.0, time_left=12.0, tolerance=1e-2)
     with ThreadPoolExecutor(2) as executor:
-        assert weldbead.sweep(cases, height=1.0, time_left=12.0, tolerance=1e-2, executor=executor) == alone
+        assert (
+            weldbead.sequence.sweep(cases, height=1.0, time_left=12.0, tolerance=1e-2, executor=executor)
+            == alone
+        )
     assert list(alone.values()) == sorted(alone.values())
 
 
 @pytest.fixture(scope="module")
 def found():
-    return weldbead.sensitivity(P1, **STATE, tolerance=2e-4)
+    return weldbead.sequence.sensitivity(P1, **STATE, tolerance=1e-4)
 
 
 def test_elasticities_against_finite_differences(found):
@@ -80,13 +83,13 @@ def test_identities(found):
 
 def test_chosen_names_and_pairs():
     problem = P1.replace(scatter=weldbead.Scatter(("C1", "K2"), (0.1, 0.1)), horizon=12.0)
-    found = weldbead.sensitivity(
+    found = weldbead.sequence.sensitivity(
         problem, height=0.5, time_left=12.0, names=["over", "relative_sd"], step=0.05, tolerance=1e-2
     )
     assert found.names == ("over", "relative_sd")
     assert found["over"] > 0 and found["relative_sd"] > 0
     quadratic = weldbead.preset("P5").replace(durations=(6, 12), horizon=12.0, late_window=20.0)
-    found = weldbead.sensitivity(
+    found = weldbead.sequence.sensitivity(
         quadratic, height=0.3, time_left=2.0, names=["under", "over"], tolerance=1e-2
     )
     assert found["under"] > 0 and found["over"] > 0
@@ -102,13 +105,13 @@ def test_picture(found):
 
 def test_messages():
     with pytest.raises(ValueError, match=r"names must be one of specific_energy, .*; got 'wheel'"):
-        weldbead.sensitivity(P1, **STATE, names=["wheel"])
+        weldbead.sequence.sensitivity(P1, **STATE, names=["wheel"])
     with pytest.raises(
         ValueError, match=r"names must be a sequence of one or more of specific_energy, .*; got \[\]"
     ):
-        weldbead.sensitivity(P1, **STATE, names=[])
+        weldbead.sequence.sensitivity(P1, **STATE, names=[])
     with pytest.raises(ValueError, match=r"step must be > 0 \(1\); got 0.0"):
-        weldbead.sensitivity(P1, **STATE, step=0.0)
+        weldbead.sequence.sensitivity(P1, **STATE, step=0.0)
     curved = P1.replace(height_charge=sdp.Charge(under=lambda z: 2 * z**1.5, over=sdp.Linear(10.0)))
     with pytest.raises(ValueError, match="names must not hold 'under' where that side is a function"):
-        weldbead.sensitivity(curved, **STATE, names=["under"])
+        weldbead.sequence.sensitivity(curved, **STATE, names=["under"])

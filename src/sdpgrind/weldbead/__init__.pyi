@@ -23,6 +23,3 @@ from .sequence._problem import SequenceProblem as SequenceProblem
 from .sequence._process import Coefficients as Coefficients
 from .sequence._process import GrindingProcess as GrindingProcess
 from .sequence._scatter import Scatter as Scatter
-from .sequence._sweep import Sensitivity as Sensitivity
-from .sequence._sweep import sensitivity as sensitivity
-from .sequence._sweep import sweep as sweep

@@ -126,8 +126,8 @@ class Reml:
         return Components(
             passes,
             beads,
-            self._ends(at_passes, passes, _LEAST),
-            self._ends(at_beads, beads, 0.0),
+            _ends(at_passes, passes, _LEAST),
+            _ends(at_beads, beads, 0.0),
             self.means(passes, beads),
         )
 
@@ -143,20 +143,20 @@ class Reml:
             lambda sd: self.deviance(sd, 0.0), bounds=(_LEAST, _MOST), method="bounded", options=_FINE
         )
         passes = float(found.x)
-        self.best = passes, 0.0, float(found.fun)
-        ends = self._ends(lambda sd: self.deviance(sd, 0.0), passes, _LEAST)
+        ends = _ends(lambda sd: self.deviance(sd, 0.0), passes, _LEAST)
         return Components(passes, 0.0, ends, (0.0, np.inf), self.means(passes, 0.0))
 
-    def _ends(self, profile: Callable[[float], float], at: float, least: float) -> Ends:
-        """Where the profile of the deviance is above its least value by the quantile of chi-square."""
-        level = self.best[2] + float(stats.chi2.ppf(CONFIDENCE, 1))
 
-        def above(sd: float) -> float:
-            return profile(sd) - level
+def _ends(profile: Callable[[float], float], at: float, least: float) -> Ends:
+    """Where the profile of the deviance is above its least value, at `at`, by the quantile of chi-square."""
+    level = profile(at) + float(stats.chi2.ppf(CONFIDENCE, 1))
 
-        low = least if at <= least or above(least) <= 0 else optimize.brentq(above, least, at, xtol=1e-5)
-        high = _MOST if above(_MOST) <= 0 else optimize.brentq(above, max(at, least), _MOST, xtol=1e-5)
-        return float(low), float(high)
+    def above(sd: float) -> float:
+        return profile(sd) - level
+
+    low = least if at <= least or above(least) <= 0 else optimize.brentq(above, least, at, xtol=1e-5)
+    high = _MOST if above(_MOST) <= 0 else optimize.brentq(above, max(at, least), _MOST, xtol=1e-5)
+    return float(low), float(high)
 
 
 def _least(deviance: Callable[[float], float], least: float) -> float:

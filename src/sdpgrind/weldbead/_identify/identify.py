@@ -52,6 +52,7 @@ def identify(
     *,
     method: Literal["components"],
     model: GrindingProcess | None = None,
+    depth_noise: float = 0.0,
 ) -> BeadScatterEstimate: ...
 @overload
 def identify(data: Any, what: Literal["scatter"], **options: Unpack[Options]) -> ScatterEstimate: ...
@@ -146,7 +147,7 @@ def identify(
         return estimate_friction(data, method, forgetting=forgetting, throw=throw)
     noise = checks.nonnegative("depth_noise", depth_noise, "mm")
     if method == "components":
-        return estimate_components(data, model=model)
+        return estimate_components(data, model=model, depth_noise=noise)
     if what == "scatter":
         return estimate_scatter(data, method, model=model, law=law, depth_noise=noise)
     return estimate_law(

@@ -16,6 +16,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead._identify.components import BeadReadings, Components, Ends, Reml, components
+from sdpgrind.weldbead.sequence._belief_update import MOST_IDLE
 from sdpgrind.weldbead.sequence._coefficient_scatter import COEFFICIENTS, CoefficientScatter
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._scatter import Scatter
@@ -24,11 +25,8 @@ _READ = {
     "normal_force": "N", "tangential_force": "N", "grinding_power": "W", "removal_rate": "mm^3/s", "part": "",
 }  # fmt: skip
 ASSUMED = 0.15  # relative sd between beads where fewer than `_ENOUGH` are read; chosen: the usual one
-_ENOUGH = (
-    4  # beads that tell a scatter between beads; derived: with three its interval is wider than a decade
-)
-_LINEARISED = 4  # measured: K2 settles to 1e-4
-_MOST_IDLE = 10.0  # greatest idle over removing power at which a pass is linearised; chosen: as by the filter
+_ENOUGH = 4  # beads that tell a scatter between beads; derived: with three its interval is a decade wide
+_LINEARISED = 4  # measured: ln K2 settles to 4e-4 or less on five logs of 20 beads
 _DRIFTS = 3.0  # t of a trend of bead means from which it is told; chosen: 3 of 1000 by chance
 
 
@@ -70,30 +68,32 @@ class BeadScatterEstimate(Frozen):
         return f"BeadScatterEstimate({told}; {self.message})"
 
 
-def estimate_components(data: Any, *, model: GrindingProcess | None) -> BeadScatterEstimate:
-    """Estimate both scatters; see `identify`."""
+def estimate_components(
+    data: Any, *, model: GrindingProcess | None, depth_noise: float = 0.0
+) -> BeadScatterEstimate:
+    """Estimate both scatters; see `identify`. Removal rates have the noise of the scans."""
     model = checks.kind("model", model, GrindingProcess, ", about whose idle power passes are linearised")
-    read = _read(data)
+    read = _read(data, _READ | {"cut_depth": "mm"} if depth_noise else _READ)
     read = read.only((read["removal_rate"] > 0) & (read["normal_force"] > 0) & (read["tangential_force"] > 0))
     read.require(3)
     beads = list(_by_bead(read))
     if all(each["part"].size == 1 for each in beads):
         raise ValueError("data must have at least two passes of one bead; got one of each")
     friction = components([_friction(bead) for bead in beads])
-    energy = _energies(beads, model)
+    energy = _energies(beads, model, depth_noise)
     return _concluded(read, beads, model, friction, energy)
 
 
-def _read(data: Any) -> idf.Readings:
+def _read(data: Any, names: dict[str, str]) -> idf.Readings:
     """Passes with the number of their bead; each log of a list has beads of its own."""
     if not isinstance(data, list | tuple):
-        return idf.readings(data, _READ, tier="sequence", each="passes")
-    found = [idf.readings(each, _READ, tier="sequence", each="passes") for each in data]
+        return idf.readings(data, names, tier="sequence", each="passes")
+    found = [idf.readings(each, names, tier="sequence", each="passes") for each in data]
     first = 0.0
     for read in found:
         read.arrays["part"] = read["part"] - read["part"].min() + first
         first = float(read["part"].max()) + 1.0
-    arrays = {name: np.concatenate([read[name] for read in found]) for name in _READ}
+    arrays = {name: np.concatenate([read[name] for read in found]) for name in names}
     return dataclasses.replace(found[0], arrays=arrays, dropped=sum(read.dropped for read in found))
 
 
@@ -109,27 +109,28 @@ def _friction(bead: Mapping[str, Floats]) -> BeadReadings:
     return BeadReadings(y, one, one, np.ones(y.size), np.zeros(y.size))
 
 
-def _energies(beads: list[dict[str, Floats]], model: GrindingProcess) -> Components:
+def _energies(beads: list[dict[str, Floats]], model: GrindingProcess, depth_noise: float) -> Components:
     """Components of ln K1 and ln K2, linearised anew about the mean of K2."""
     at, passes = float(np.log(model.idle_power)) if model.idle_power > 0 else -np.inf, ASSUMED
     for _ in range(_LINEARISED - 1):
-        likelihood = Reml([_energy(bead, at, passes) for bead in beads])
+        likelihood = Reml([_energy(bead, at, passes, depth_noise) for bead in beads])
         passes, between, _ = likelihood.best
         if np.isfinite(at):
             at = float(likelihood.means(passes, between)[1])
-    return components([_energy(bead, at, passes) for bead in beads])
+    return components([_energy(bead, at, passes, depth_noise) for bead in beads])
 
 
-def _energy(bead: Mapping[str, Floats], at: float, passes: float) -> BeadReadings:
+def _energy(bead: Mapping[str, Floats], at: float, passes: float, depth_noise: float) -> BeadReadings:
     """Reading -ln K1 - g ln K2 of each pass, g the idle over the removing power at ln K2 = `at`."""
     power = bead["grinding_power"]
-    idle = np.minimum(np.exp(at), power * _MOST_IDLE / (1 + _MOST_IDLE))
+    idle = np.minimum(np.exp(at), power * MOST_IDLE / (1 + MOST_IDLE))
     g = idle / (power - idle)
     own = 0.5 * passes**2 * (1 - g**2)  # of the pass's own K1 and K2, second order
     logs = np.log(idle) if np.isfinite(at) else np.zeros(g.size)
     y = np.log(bead["removal_rate"]) - np.log(power - idle) - g * logs - own
     loads = np.column_stack([-np.ones(g.size), -g]) if np.isfinite(at) else -np.ones((g.size, 1))
-    return BeadReadings(y, loads, loads, 1 + g**2, np.zeros(g.size))
+    noise = (depth_noise / bead["cut_depth"]) ** 2 if depth_noise else np.zeros(g.size)
+    return BeadReadings(y, loads, loads, 1 + g**2, noise)
 
 
 def _relative(sd: float) -> float:

@@ -12,7 +12,9 @@ from sdpgrind.weldbead.sequence._coefficient_scatter import COEFFICIENTS, Coeffi
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 _UNITS = ("J/mm^3", "W", "1")
-_IN_A_ROW = 3  # strange passes one after the other that end learning; chosen: by chance below 1e-12
+_IN_A_ROW = (
+    3  # strange passes one after the other that end learning; chosen: 2e-12 by chance, of two readings each
+)
 _RATIO_MAX = 2.0  # of tangential to normal force; chosen: no abrasive has more
 # chosen: removal rate over the greatest that the power explains; mm^3/min in place of mm^3/s would be 60
 _ABSURD = 5.0

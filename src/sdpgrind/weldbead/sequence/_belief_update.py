@@ -14,7 +14,7 @@ STRANGE = 4.0  # chosen: sd of an innovation beyond which a pass counts as stran
 LINEAR = (
     0.02  # error of a linearised energy, unit 1, that makes no pass strange; measured: 0.012 without scatter
 )
-_MOST_IDLE = 10.0  # greatest idle over removing power at which a pass is linearised; chosen: lets K2 move
+MOST_IDLE = 10.0  # greatest idle over removing power at which a pass is linearised; chosen: lets K2 move
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
 
@@ -27,8 +27,9 @@ class LogBelief(NamedTuple):
 
     @classmethod
     def of(cls, mean: Floats, covariance: Floats) -> "LogBelief":
-        rows = [tuple(row) for row in covariance.tolist()]
-        return cls(tuple(mean.tolist()), tuple(rows))  # type: ignore[arg-type]
+        a, b, c = mean.tolist()
+        (aa, ab, ac), (_, bb, bc), (_, _, cc) = covariance.tolist()
+        return cls((a, b, c), ((aa, ab, ac), (ab, bb, bc), (ac, bc, cc)))
 
 
 class Reading(NamedTuple):
@@ -53,11 +54,11 @@ def energy(
     Power in W, removal rate in mm^3/s; `depth`: relative variance of the scanned depth, `gauge`: relative
     standard deviation of the power. The idle over the removing power, g, is how much a pass tells of K2.
     """
-    idle = min(exp(at), power * _MOST_IDLE / (1 + _MOST_IDLE))
+    idle = min(exp(at), power * MOST_IDLE / (1 + MOST_IDLE))
     g = idle / (power - idle)
     at = log(idle) if idle > 0 else -inf
     slope = g * (belief.mean[1] - at) if g else 0.0
-    own = 0.5 * scatter[0] + 0.5 * g * scatter[1] - 0.5 * (g + g * g) * scatter[1]
+    own = 0.5 * (scatter[0] - g * g * scatter[1])  # shift by the pass's own K1 and K2, second order
     of_gauge = (1 + g) * gauge
     variance = scatter[0] + g * g * scatter[1] + depth + of_gauge * of_gauge
     expected = log(power - idle) - slope - belief.mean[0] + own

@@ -8,7 +8,7 @@ from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 # chosen: nodes of the height left and levels of the force, between which the decision is interpolated;
-# measured: the value is within 6e-5 $ of that of 1601 nodes and 401 levels for bars of 150 mm
+# a test holds the value at the height left, the only one that is looked up, to 2e-4 $ of a fine grid
 NODES, LEVELS = 97, 28
 LOWEST = 0.01  # chosen: height of the least grid, mm; the last cuts of a bead are larger
 

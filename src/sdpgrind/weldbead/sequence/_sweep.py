@@ -51,7 +51,8 @@ def sweep(
     >>> from sdpgrind import weldbead
     >>> problem, laws = weldbead.preset("P1"), ("rayleigh", "lognormal")
     >>> cases = {law: problem.replace(scatter=weldbead.Scatter("C1", 0.15, law=law)) for law in laws}
-    >>> {k: round(v, 3) for k, v in weldbead.sweep(cases, height=1.0, time_left=24.0, tolerance=1e-2).items()}
+    >>> found = weldbead.sequence.sweep(cases, height=1.0, time_left=24.0, tolerance=1e-2)
+    >>> {law: round(penalty, 3) for law, penalty in found.items()}
     {'rayleigh': 0.071, 'lognormal': 0.074}
     """
     work = partial(_value, height, time_left, tolerance)
@@ -125,7 +126,7 @@ def sensitivity(
     --------
     >>> from sdpgrind import weldbead
     >>> state, problem = {"height": 1.0, "time_left": 24.0}, weldbead.preset("P1")
-    >>> found = weldbead.sensitivity(problem, **state, names=["relative_sd"], tolerance=1e-2)
+    >>> found = weldbead.sequence.sensitivity(problem, **state, names=["relative_sd"], tolerance=1e-2)
     >>> found["relative_sd"] > 0
     True
     """
