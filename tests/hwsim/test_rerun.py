@@ -124,7 +124,10 @@ def test_the_page_of_both_controllers_is_made_again(tmp_path, capsys, few_pushes
     """From the file in the page, which is written into the folder before the run: the user's is gone."""
     first, again, file = tmp_path / "first", tmp_path / "again", tmp_path / "job.toml"
     file.write_text((EXAMPLES / "centering.toml").read_text())
-    assert main(["centering", str(file), "--source", "--parts=2", "--rng=3", "--no-pictures", f"--out={first}"]) == 0
+    assert (
+        main(["centering", str(file), "--source", "--parts=2", "--rng=3", "--no-pictures", f"--out={first}"])
+        == 0
+    )
     file.unlink()
     capsys.readouterr()
     status, lines = rerun(first / "report.html", again, capsys)

@@ -25,7 +25,9 @@ def everything(executor):
     two = sdp.plan(dulling(), executor=executor)
     ever = sdp.plan(belief(), executor=executor)
     runs = sdp.plan(line()).simulate(runs=RUNS, rng=7, executor=executor, **START)
-    sweep = weldbead.sequence.sweep(cases(), height=1.0, time_left=[6.0, 16.0], tolerance=1e-2, executor=executor)
+    sweep = weldbead.sequence.sweep(
+        cases(), height=1.0, time_left=[6.0, 16.0], tolerance=1e-2, executor=executor
+    )
     tables = [
         getattr(p.table, name) for p in (two, ever) for name in ("value", "best", "control", "entry", "gap")
     ]

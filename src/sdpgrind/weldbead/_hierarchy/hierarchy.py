@@ -192,7 +192,7 @@ class _SequenceTier(Stateful):
         if command["stop"]:
             return {"stop": 1.0}
         if self._beads:  # the pass is planned with the process of the mean cut, which the sequence asks for
-            believed = self._follow.policy.problem
+            believed = self._follow.problem
             self._model = believed.depths.expected(believed.model)
         cut = {"mean_cut": self._follow.report()["mean_cut"], "planned_feed": command["feed_rate"]}
         return cut | {name: getattr(self._model, name) for name in _ESTIMATED}

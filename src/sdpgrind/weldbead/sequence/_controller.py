@@ -10,7 +10,7 @@ from sdpgrind.base.controllers import Stateful
 from sdpgrind.weldbead.sequence._bead_estimator import BeadEstimator
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
-from sdpgrind.weldbead.sequence._replan import replanned
+from sdpgrind.weldbead.sequence._replan import NextPass, next_pass
 
 # chosen: a bead of the greatest height is read higher half of the time; more would hide one that is too high
 _SCAN = 0.01
@@ -100,8 +100,13 @@ class SequenceController(Stateful):
 
     @property
     def policy(self) -> SequencePolicy:
-        """Plan that is followed."""
+        """Plan that is followed until something is learned."""
         return self._policy
+
+    @property
+    def problem(self) -> SequenceProblem:
+        """Problem (N, mm, s) of the next pass, with the process as it is believed now."""
+        return self._policy.problem if self._believed is None else self._believed
 
     @property
     def identity(self) -> tuple[Any, ...]:
@@ -118,7 +123,8 @@ class SequenceController(Stateful):
         """Forget the last bead."""
         if self._belief is not None:
             self._belief.reset()
-            self._policy, self._begun = self._planned, False
+            self._begun = False
+        self._believed: SequenceProblem | None = None
         self._expected_height = self._expected_time = nan
         self._last: dict[str, float] = {}  # the last pass, where a finish is charged
         self._report = dict.fromkeys(self.reports, nan)
@@ -137,14 +143,14 @@ class SequenceController(Stateful):
         """
         height, time_left = self._known(height, time_left)
         if self._belief is not None:
-            self._learn(self._belief, height, time_left, others)
+            self._learn(self._belief, others)
         self._check(height, time_left)
         height = min(height, self._policy.problem.height_max)
-        action = self._policy.action(height, time_left, **self._last)
+        found = self._next(height, time_left)
+        action = found.action
         stop = bool(action.stop)
         mean_cut = 0.0 if stop else float(action.mean_cut)
-        value = float(self._policy.value(height, time_left, **self._last))
-        self._report = {"penalty": value, "mean_cut": mean_cut, "gap": float(action.gap)}
+        self._report = {"penalty": found.penalty, "mean_cut": mean_cut, "gap": float(action.gap)}
         if self._belief is not None:
             self._report |= self._belief.report()
         if stop:
@@ -158,15 +164,20 @@ class SequenceController(Stateful):
         """Return expected penalty-to-go, $, mean cut, mm, and gap, $, of the last step."""
         return self._report
 
-    def _learn(
-        self, belief: BeadEstimator, height: float, time_left: float, readings: Mapping[str, float]
-    ) -> None:
-        """Take in the last pass and plan again."""
+    def _learn(self, belief: BeadEstimator, readings: Mapping[str, float]) -> None:
+        """Take in the last pass."""
         if self._begun:
             belief.learn(**{name: readings[name] for name in _READINGS if name in readings})
-            if height > 0 and (believed := _feasible(belief)) is not None:
-                self._policy = replanned(believed, self._planned.method, height, time_left)
+            self._believed = _feasible(belief) or self._believed
         self._begun = True
+
+    def _next(self, height: float, time_left: float) -> NextPass:
+        """Plan the next pass with what has been learned; look it up where nothing has, or nothing is left."""
+        if self._believed is not None and height > 0:
+            return next_pass(self._believed, self._planned.method, height, time_left, **self._last)
+        action = self._policy.action(height, time_left, **self._last)
+        penalty = float(self._policy.value(height, time_left, **self._last))
+        return NextPass(action, penalty, self._policy.problem)
 
     def _remember(self, height: float, time_left: float, duration: float) -> None:
         """Keep the state expected after the pass, for a missing reading."""
@@ -197,7 +208,7 @@ class SequenceController(Stateful):
 
 
 def _feasible(belief: BeadEstimator) -> SequenceProblem | None:
-    """Problem of the next pass; None where no force removes what is believed: the last plan is kept."""
+    """Problem of the next pass; None where no force removes what is believed: the last one is kept."""
     try:
         return belief.believed
     except ValueError:

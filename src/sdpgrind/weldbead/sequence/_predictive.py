@@ -7,6 +7,7 @@ force, one in 11 at 1.5 times it.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -39,6 +40,7 @@ class PredictiveDepths(Depths):
     def of(cls, covariance: Floats, law: str) -> "PredictiveDepths":
         return cls(tuple(tuple(row) for row in covariance.tolist()), law)
 
+    @cached_property
     def _factors(self) -> tuple[Floats, Floats]:
         """Means of the terms over those of the mean coefficients; relative covariances of the terms."""
         covariance = np.array(self.covariance)
@@ -48,7 +50,7 @@ class PredictiveDepths(Depths):
 
     def expected(self, process: GrindingProcess) -> GrindingProcess:
         """Return the process of the mean cut: J/mm^3, W, rad/(s N mm)."""
-        friction, droop, idling = self._factors()[0].tolist()
+        friction, droop, idling = self._factors[0].tolist()
         return process.replace(
             specific_energy=process.specific_energy / friction,
             idle_power=process.idle_power * idling / friction,
@@ -59,7 +61,7 @@ class PredictiveDepths(Depths):
         """Return mean and sd, W, of K1 w V depth at a force, N, with the mean K1 of the process."""
         force = np.asarray(normal_force, dtype=float)
         torque = process.friction_ratio * process.disk_radius * force
-        means, covariance = self._factors()
+        means, covariance = self._factors
         power = np.stack([
             torque * process.free_speed / N_MM_S_PER_W,
             -(torque**2) * process.speed_droop / N_MM_S_PER_W,

@@ -1,6 +1,7 @@
 """Planning problem of a sequence: process, limits and charges."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -235,7 +236,7 @@ class SequenceProblem(Described):
         limits = valued(self, ("reset_time", "force_max"))
         return valued(self, ("bead_length",)) | disk | limits | {"burn_limit": self.burn_limit}
 
-    @property
+    @cached_property
     def depths(self) -> Depths:
         """Scatter of the depth of the next pass (mm): of passes, and of beads where they differ."""
         if self.bead_scatter is None:
@@ -249,7 +250,7 @@ class SequenceProblem(Described):
         told = self.bead_scatter is not None or self.scatter.mean == "coefficient"
         return self.scatter.coefficients if told else None
 
-    @property
+    @cached_property
     def _mean_model(self) -> GrindingProcess:
         return self.depths.expected(self.model)
 
