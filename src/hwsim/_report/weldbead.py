@@ -22,6 +22,8 @@ def planned(log: Any, plan: Any) -> dict[str, Interval | Floats]:
     if plan is not None and start is not None:
         risk = plan.risk(height=start[0], time_left=start[1])
         found["passes"] = Interval(float(risk.passes), float(risk.error["passes"]))
+        if plan.problem.bead_scatter is not None:  # the plan's own value counts each pass as of another bead
+            found["penalty"] = Interval(float(risk.mean), float(risk.error["mean"]))
     return found
 
 

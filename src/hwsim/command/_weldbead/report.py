@@ -23,7 +23,12 @@ _COLUMNS = (
 def report(title: str, log: "Log", policy: Any, start: tuple[float, float]) -> str:
     """Return the whole report as text."""
     risk = policy.risk(height=start[0], time_left=start[1])
-    return "\n".join([*_head(title, policy, start), "", *_beads(log), "", *_summary(log, risk)])
+    beads = [*_head(title, policy, start), "", *_beads(log), ""]
+    if policy.problem.bead_scatter is None:
+        planned = float(log.outcome.penalty_planned.values.mean())
+        return "\n".join([*beads, *_summary(log, risk, planned)])
+    # the plan's own value counts each pass as one of another bead
+    return "\n".join([*beads, *_summary(log, risk, float(risk.mean)), _learned(risk)])
 
 
 def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
@@ -43,9 +48,8 @@ def _beads(log: "Log") -> Iterator[str]:
     return parts_table(log, "bead", columns, _SHORT)
 
 
-def _summary(log: "Log", risk: Any) -> Iterator[str]:
+def _summary(log: "Log", risk: Any, planned: float) -> Iterator[str]:
     outcome = log.outcome
-    planned = float(outcome.penalty_planned.values.mean())
     yield summary_head(len(log), len(log), "bead")
     yield summary_line("penalty ($)", outcome.penalty.values, ".4f", planned)
     yield summary_line("passes", outcome.passes.values, ".2f", float(risk.passes))
@@ -61,3 +65,9 @@ def _summary(log: "Log", risk: Any) -> Iterator[str]:
     for name, words in (("burned", "burned passes"), ("stalls", "stalls")):
         if name in outcome and outcome[name].values.any():
             yield summary_line(words, outcome[name].values, ".2f")
+
+
+def _learned(risk: Any) -> str:
+    """What learning the bead saves, and what knowing it would."""
+    saved, left = (f"{getattr(risk, n):.3f} ± {risk.error[n]:.3f} $" for n in ("learning", "knowing"))
+    return f"learning the bead is planned to save {saved}; to know it before the first pass, {left} more"

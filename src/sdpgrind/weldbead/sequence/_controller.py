@@ -1,6 +1,7 @@
 """Controller of the grinding sequence."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from copy import deepcopy
 from math import isnan, nan
 from typing import Any
@@ -10,6 +11,7 @@ from sdpgrind.base.controllers import Stateful
 from sdpgrind.weldbead.sequence._bead_estimator import BeadEstimator
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
+from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._replan import NextPass, next_pass
 
 # chosen: a bead of the greatest height is read higher half of the time; more would hide one that is too high
@@ -77,6 +79,7 @@ class SequenceController(Stateful):
     ) -> None:
         self.follow(policy)
         self._planned = policy
+        self._given: SequenceProblem | None = None
         self._belief = _learner(policy, estimator) if learn else None
         if self._belief is not None:
             self.reads = {**self.reads, **_READINGS}
@@ -124,7 +127,7 @@ class SequenceController(Stateful):
         if self._belief is not None:
             self._belief.reset()
             self._begun = False
-        self._believed: SequenceProblem | None = None
+        self._believed = self._given
         self._expected_height = self._expected_time = nan
         self._last: dict[str, float] = {}  # the last pass, where a finish is charged
         self._report = dict.fromkeys(self.reports, nan)
@@ -205,6 +208,19 @@ class SequenceController(Stateful):
                 f"time_left must be <= horizon = {problem.horizon:g} of the policy (s); got {time_left!r}: "
                 "plan with a longer horizon"
             )
+
+
+def knowing(policy: SequencePolicy, process: GrindingProcess) -> SequenceController:
+    """Return a controller that knows a bead's coefficients (J/mm^3, W, 1) and plans each pass for them.
+
+    Where no admissible force removes such metal, it follows the policy.
+    """
+    found, problem = SequenceController(policy, learn=False), policy.problem
+    scatter = problem.scatter.replace(mean="coefficient")
+    with suppress(ValueError):
+        found._given = problem.replace(model=process, scatter=scatter, bead_scatter=None)
+    found.reset()
+    return found
 
 
 def _feasible(belief: BeadEstimator) -> SequenceProblem | None:

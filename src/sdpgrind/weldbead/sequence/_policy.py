@@ -11,8 +11,10 @@ import xarray as xr
 
 from sdpgrind import sdp
 from sdpgrind.base import checks, pictures, stored
+from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
+from sdpgrind.base.progress import ProgressOption, reporting
 from sdpgrind.base.rng import Seed
 from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.weldbead.sequence._action import SequenceAction
@@ -20,8 +22,10 @@ from sdpgrind.weldbead.sequence._as_sdp import as_planned, sdp_problem, true_pro
 from sdpgrind.weldbead.sequence._operator_table import OperatorTable, ending_of, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
-from sdpgrind.weldbead.sequence._risk import Risk, risk_of
+from sdpgrind.weldbead.sequence._risk import Asked, Risk, as_text, of_text, risk_of
 from sdpgrind.weldbead.sequence._sheet import first_passes
+
+_PROMISED = "sdpgrind.weldbead.sequence._promise:promised"  # by name: it runs controllers of policies
 
 
 class SequencePolicy(Plan):
@@ -41,6 +45,7 @@ class SequencePolicy(Plan):
 
     def __init__(self, problem: SequenceProblem, table: sdp.Policy, method: str = "cautious") -> None:
         self.problem, self.table, self.method = problem, table, method
+        self._promises: dict[Asked, Risk] = {}
         axis = table.layout.axes[0]
         self._modes = table.layout.modes
         self._per_height, self._cells = (axis.nodes - 1) / axis.high, axis.nodes - 1
@@ -269,20 +274,66 @@ class SequencePolicy(Plan):
         )
         return found
 
+    @reporting
     def risk(
-        self, height: float, time_left: float, *, last_duration: float | None = None, confidence: float = 0.95
+        self,
+        height: float,
+        time_left: float,
+        *,
+        last_duration: float | None = None,
+        confidence: float = 0.95,
+        finished_within: float = 0.05,
+        error: float | None = None,
+        rng: Seed = 0,
+        progress: ProgressOption = None,
     ) -> Risk:
-        """Return risk figures from a height (mm), a time left (s) and a last duration (s), as in `value`.
+        """Return risk figures from one state; where beads differ, what a controller that learns will cost.
 
-        `confidence` is the probability of the CVaR; `Risk.error` estimates the error of each figure. With a
-        `bead_scatter` each pass counts as that of another bead: an upper figure, as a controller learns.
+        A forward recursion; with a `bead_scatter` drawn beads, each ground as `SequenceController` would:
+        passes are drawn, the belief is updated, the next pass is planned anew. The same draws are ground by
+        the plan alone and by one that knows the bead. The plan and its file keep what was drawn.
+
+        Parameters
+        ----------
+        height, time_left, last_duration : float
+            State, mm and s, as in `value`; beads that are learned have no last duration.
+        confidence : float
+            Probability of the CVaR.
+        finished_within : float
+            Height left of a finished bead, above or below the target, >= 0, mm.
+        error : float, optional
+            With a `bead_scatter`: 1.96 standard errors of the mean that are wanted, $. Default: 200 beads.
+        rng : int, SeedSequence or Generator
+            Source of the drawn beads.
+        progress : callable(share, text), True or None
+            True: a line with the time left. Default: a line on standard error when it takes long.
+
+        Returns
+        -------
+        Risk
+            Figures, each with its error.
 
         Warns
         -----
         UserWarning
-            When the error of a figure exceeds 5 % of it plus 1e-4 (1 or $).
+            When the error of a figure of the recursion exceeds 5 % of it plus 1e-4 (1 or $).
         """
-        return risk_of(self.table, self._state(height, time_left, last_duration), confidence)
+        within = checks.nonnegative("finished_within", finished_within, "mm")
+        if self.problem.bead_scatter is None:
+            return risk_of(self.table, self._state(height, time_left, last_duration), confidence, within)
+        checks.within("confidence", confidence, 0.0, 1.0 - 1e-9)
+        wanted = None if error is None else checks.positive("error", error, "$")
+        state = checks.number("height", height, "mm"), checks.number("time_left", time_left, "s")
+        return self._promised((*state, float(confidence), within, wanted), rng, progress)
+
+    def _promised(self, asked: tuple[float | None, ...], rng: Seed, progress: Any) -> Risk:
+        """Return a promise from a state and options of `risk`; one from a seed is kept."""
+        if not isinstance(rng, int):
+            found: Risk = called(_PROMISED, self, *asked, rng, progress)
+            return found
+        if (*asked, rng) not in self._promises:
+            self._promises[*asked, rng] = called(_PROMISED, self, *asked, rng, progress)
+        return self._promises[*asked, rng]
 
     def operator_table(
         self,
@@ -335,12 +386,18 @@ class SequencePolicy(Plan):
         attributes = {} if self.problem.bead_scatter is None else {"method": self.method}
         return self.table.dataset.assign_attrs(problem=stored.encode(self.problem), **attributes)
 
+    def _written(self) -> xr.Dataset:
+        kept = self._promises
+        return self.dataset.assign_attrs(promises=as_text(kept)) if kept else self.dataset
+
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
         problem: SequenceProblem = stored.decode(dataset.attrs["problem"])
         method = str(dataset.attrs.get("method", "cautious"))
         asked = sdp_problem(as_planned(problem, method), dataset.sizes["height"])
-        return cls(problem, sdp.Policy.from_dataset(dataset, asked), method)
+        found = cls(problem, sdp.Policy.from_dataset(dataset, asked), method)
+        found._promises.update(of_text(str(dataset.attrs.get("promises", "[]"))))
+        return found
 
     def plot(self) -> Any:
         """Draw expected penalty, duration and force over time left and height; return the figure."""

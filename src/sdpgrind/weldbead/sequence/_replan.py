@@ -1,9 +1,10 @@
 """Plan anew between two passes, for the height and the time that are left."""
 
 from dataclasses import dataclass
-from math import ceil, floor, isnan, nan
+from math import ceil, floor, inf, isnan, nan
 
 import numpy as np
+import numpy.typing as npt
 
 from sdpgrind import sdp
 from sdpgrind.base.checks import Floats
@@ -39,9 +40,13 @@ def next_pass(
     """Return the best next pass at a height > 0 (mm) and a time left (s), planned anew by a method."""
     planned = as_planned(problem, method)
     if planned.finish_charge is None and planned.lateness_charge is None:
-        levels = _levels(planned)
+        count = max(floor(min(time_left, planned.horizon) / planned.stage + 1e-9), 0)
+        levels = _levels(planned, count)
+        if levels is None:
+            stop = float(planned.height_charge(height))
+            return NextPass(SequenceAction(True, 0.0, nan, nan, inf, problem), stop, problem)
         if not levels.narrow:
-            return _by_stages(problem, planned, levels, height, time_left)
+            return _by_stages(problem, planned, levels, height, count)
     policy = _replanned(problem, planned, method, height, time_left)
     asked = {} if last_duration is None else {"last_duration": last_duration}
     penalty = float(policy.value(height, time_left, **asked))
@@ -50,8 +55,9 @@ def next_pass(
 
 @dataclass(frozen=True)
 class _Levels:
-    """Forces (N) by duration and level, feeds (mm/s) by duration, and the law of the depth of each level."""
+    """Forces (N) by duration and level, and the law of the depth of each level; durations s, feeds mm/s."""
 
+    steps: npt.NDArray[np.int64]
     durations: Floats
     feed: Floats
     force: Floats
@@ -64,17 +70,22 @@ class _Levels:
         return bool(np.any(sd[:, 1:] < np.diff(mean, axis=1)))
 
 
-def _levels(problem: SequenceProblem) -> _Levels:
-    limits = [(t, *problem.force_interval(t)) for t in problem.durations]
-    durations, low, high = np.array([each for each in limits if each[1] < each[2]]).T
+def _levels(problem: SequenceProblem, count: int) -> _Levels | None:
+    """Levels of the durations that fit into `count` stages; None: there is none."""
+    fitting = [t for t in problem.durations if round(t / problem.stage) <= count]
+    limits = [(t, *problem.force_interval(t)) for t in fitting]
+    admissible = [each for each in limits if each[1] < each[2]]
+    if not admissible:
+        return None
+    durations, low, high = np.array(admissible).T
     feed = np.array([problem.feed_rate(t) for t in durations.tolist()])
     force = low[:, None] + (high - low)[:, None] * _GRADED
     law = problem.depths.cut(problem.model, force[..., None], feed[:, None, None])
-    return _Levels(durations, feed, force, law)
+    return _Levels(np.rint(durations / problem.stage).astype(np.int64), durations, feed, force, law)
 
 
 def _by_stages(
-    problem: SequenceProblem, planned: SequenceProblem, levels: _Levels, height: float, time_left: float
+    problem: SequenceProblem, planned: SequenceProblem, levels: _Levels, height: float, count: int
 ) -> NextPass:
     """Next pass by stages compiled together, for a deadline that holds and no charge on the last feed."""
     nodes, cell = np.linspace(0.0, height, NODES), height / (NODES - 1)
@@ -84,10 +95,8 @@ def _by_stages(
     over = planned.height_charge.over
     assert over is not None  # required of a problem
     charge = planned.pass_charge + over.expected_over(levels.law, nodes).reshape(rows, -1)
-    steps = np.rint(levels.durations / planned.stage).astype(np.int64)
-    count = floor(min(time_left, planned.horizon) / planned.stage + 1e-9)
     stop = np.asarray(planned.height_charge(nodes), dtype=float)
-    cost, force = _kernels.stages(_whole(weight), charge, levels.force, steps, max(count, 0), stop)
+    cost, force = _kernels.stages(_whole(weight), charge, levels.force, levels.steps, count, stop)
     return _cheapest(problem, levels, cost, force, float(stop[-1]))
 
 
