@@ -4,6 +4,7 @@ After each pass the bead is scanned, the coefficients are estimated anew, sequen
 """
 
 from collections.abc import Mapping
+from contextlib import suppress
 from math import floor, isnan, nan
 from typing import Any
 
@@ -12,24 +13,17 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.controllers import Stateful
-from sdpgrind.identify import RecursiveLeastSquares
 from sdpgrind.weldbead.force import ForceController, ForceLoop
 from sdpgrind.weldbead.passes import Contour, PassPlan, PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes import plan as plan_pass
-from sdpgrind.weldbead.sequence._controller import SequenceController
-from sdpgrind.weldbead.sequence._plan import plan as plan_sequence
+from sdpgrind.weldbead.sequence._bead_estimator import BeadEstimator, with_beads
+from sdpgrind.weldbead.sequence._controller import READINGS, SequenceController
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._process import GrindingProcess
-from sdpgrind.weldbead.sequence._replan import ahead
 
-# chosen: relative sd of the coefficients of a bead before its first pass, and of a pass about them
-PRIOR = 0.15
-NODES = 201  # chosen: height nodes of a sequence planned again between two passes
 _ESTIMATED = {"specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": ""}
 _LEAD = 0.3  # chosen: start of a pass before its plan, s: the platform is down before the disc meets the bead
 _SPARE = 0.1  # chosen: time of a pass beyond its travel, s: ticks, and the wound disc
-# chosen: least force over threshold force for an estimate of energies; a lighter pass loses contact
-_CLEAR = 2.0
 _LEAST_CUT = 1e-3  # chosen: mean depth below which no pass is planned, mm
 
 
@@ -50,7 +44,8 @@ class Hierarchy:
         Force loop, from ``force.PI.design``.
     reestimate : bool
         Whether energy, idle power and friction are estimated from each pass and used for the next plans:
-        where beads differ (`SequenceProblem.bead_scatter`), with what is not known of them yet.
+        where beads differ (`SequenceProblem.bead_scatter`), with what is not known of them yet; else as if
+        the estimates, which assume a scatter of 15 % between passes and between beads, were true.
     replan : bool
         Whether the sequence is looked up from the scanned height; False: from the expected one.
     feedforward : bool
@@ -155,19 +150,14 @@ class _SequenceTier(Stateful):
     """Looks up the next pass, with the coefficients of this bead."""
 
     tier, period = "sequence", None
-    _changing = ("_learner", "_follow")
+    _changing = ("_belief", "_follow")
     commands: Mapping[str, str] = {"mean_cut": "mm", "planned_feed": "mm/s", "stop": ""} | _ESTIMATED
 
     def __init__(self, policy: SequencePolicy, reestimate: bool, replan: bool) -> None:
         self._policy, self._replan = policy, replan
         self._beads = reestimate and policy.problem.bead_scatter is not None
-        self._reestimate = reestimate and not self._beads
-        self.reads = {"height": "mm", "time_left": "s"}
-        if self._reestimate:
-            self.reads |= dict.fromkeys(("grinding_power",), "W") | dict.fromkeys(
-                ("normal_force", "tangential_force"), "N"
-            )
-            self.reads |= {"removal_rate": "mm^3/s"}
+        self._belief = BeadEstimator(with_beads(policy.problem)) if reestimate and not self._beads else None
+        self.reads = {"height": "mm", "time_left": "s", **({} if self._belief is None else READINGS)}
         self.reset()
         self.reads = {**self._follow.reads, **self.reads}
         self.reports: Mapping[str, str] = {
@@ -175,16 +165,17 @@ class _SequenceTier(Stateful):
         }
 
     def reset(self) -> None:
-        self._model, self._learner = self._policy.problem.model, _Learner(self._policy.problem.model)
-        self._follow = SequenceController(self._policy, learn=self._beads)
+        self._model, self._follow = (
+            self._policy.problem.model,
+            SequenceController(self._policy, learn=self._beads),
+        )
+        if self._belief is not None:
+            self._belief.reset()
         self._begun = False
 
     def step(self, *, height: float, time_left: float, **others: Any) -> dict[str, float]:
-        problem = self._policy.problem
-        if self._reestimate and self._learner.learn(**others):
-            self._model = self._learner.model
-            rest = ahead(problem.replace(model=self._model), time_left)
-            self._follow.follow(plan_sequence(rest, tolerance=None, nodes=NODES))
+        if self._begun and self._belief is not None:
+            self._learn(self._belief, others)
         if self._begun and not self._replan:
             height = nan
         self._begun = True
@@ -196,6 +187,14 @@ class _SequenceTier(Stateful):
             self._model = believed.depths.expected(believed.model)
         cut = {"mean_cut": self._follow.report()["mean_cut"], "planned_feed": command["feed_rate"]}
         return cut | {name: getattr(self._model, name) for name in _ESTIMATED}
+
+    def _learn(self, belief: BeadEstimator, readings: Mapping[str, float]) -> None:
+        """Take the believed means as those of the bead, where a plan with them is possible."""
+        belief.learn(**{name: readings[name] for name in READINGS if name in readings})
+        with suppress(ValueError):
+            if belief.passes:
+                self._follow.believe(self._policy.problem.replace(model=belief.model))
+                self._model = belief.model
 
     def report(self) -> dict[str, float]:
         told = self._follow.report()
@@ -211,47 +210,6 @@ class _SequenceTier(Stateful):
             if problem.lateness_charge is None
             else floor(time_left / problem.stage + 1e-9) * problem.stage
         )
-
-
-class _Learner:
-    """Coefficients of one bead: prior and passes."""
-
-    def __init__(self, model: GrindingProcess) -> None:
-        self.model, self._first = model, model
-        self._power = RecursiveLeastSquares(("specific_energy", "idle_power"))
-        self._power.update([1 / (PRIOR * model.specific_energy), 0.0], 1 / PRIOR)
-        if model.idle_power > 0:
-            self._power.update([0.0, 1 / (PRIOR * model.idle_power)], 1 / PRIOR)
-        self._friction = RecursiveLeastSquares(("friction_ratio",))
-        self._friction.update([1 / (PRIOR * model.friction_ratio)], 1 / PRIOR)
-
-    def learn(
-        self,
-        *,
-        grinding_power: float = nan,
-        removal_rate: float = nan,
-        normal_force: float = nan,
-        tangential_force: float = nan,
-        **others: Any,
-    ) -> bool:
-        """Take in a pass, which scatters about the bead's coefficients; return whether it had readings."""
-        readings = np.array([grinding_power, removal_rate, normal_force, tangential_force])
-        if not np.all(np.isfinite(readings)) or removal_rate <= 0 or normal_force <= 0:
-            return False
-        first = self._first
-        if normal_force > _CLEAR * first.threshold_force:
-            scatter = PRIOR * np.hypot(first.specific_energy * removal_rate, first.idle_power)
-            self._power.update([removal_rate / scatter, 1 / scatter], grinding_power / scatter)
-        ratio = tangential_force / normal_force
-        self._friction.update([1 / (PRIOR * first.friction_ratio)], ratio / (PRIOR * first.friction_ratio))
-        energy, idle = self._power.estimate.value
-        found = {
-            "specific_energy": energy,
-            "idle_power": max(idle, 0.0),
-            "friction_ratio": self._friction.estimate.value[0],
-        }
-        self.model = first.replace(**{name: float(value) for name, value in found.items()})
-        return True
 
 
 class _PassTier:

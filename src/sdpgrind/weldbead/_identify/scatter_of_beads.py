@@ -17,14 +17,13 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead._identify.components import BeadReadings, Components, Ends, Reml, components
 from sdpgrind.weldbead.sequence._belief_update import MOST_IDLE
-from sdpgrind.weldbead.sequence._coefficient_scatter import COEFFICIENTS, CoefficientScatter
+from sdpgrind.weldbead.sequence._coefficient_scatter import ASSUMED, COEFFICIENTS, CoefficientScatter
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._scatter import Scatter
 
 _READ = {
     "normal_force": "N", "tangential_force": "N", "grinding_power": "W", "removal_rate": "mm^3/s", "part": "",
 }  # fmt: skip
-ASSUMED = 0.15  # relative sd between beads where fewer than `_ENOUGH` are read; chosen: the usual one
 _ENOUGH = 4  # beads that tell a scatter between beads; derived: with three its interval is a decade wide
 _LINEARISED = 4  # measured: ln K2 settles to 4e-4 or less on five logs of 20 beads
 _DRIFTS = 3.0  # t of a trend of bead means from which it is told; chosen: 3 of 1000 by chance

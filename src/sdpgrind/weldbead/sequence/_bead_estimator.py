@@ -8,8 +8,10 @@ from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.weldbead.sequence import _belief_update as filter_
 from sdpgrind.weldbead.sequence._belief_update import LogBelief, Reading
-from sdpgrind.weldbead.sequence._coefficient_scatter import COEFFICIENTS, CoefficientScatter
+from sdpgrind.weldbead.sequence._coefficient_scatter import ASSUMED, COEFFICIENTS, CoefficientScatter
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
+from sdpgrind.weldbead.sequence._process import GrindingProcess
+from sdpgrind.weldbead.sequence._scatter import Scatter
 
 _UNITS = ("J/mm^3", "W", "1")
 _IN_A_ROW = (
@@ -180,6 +182,16 @@ class BeadEstimator:
         return dict(zip(COEFFICIENTS, self._means(), strict=True)) | {"learns": float(self._status != BROKEN)}
 
     @property
+    def passes(self) -> int:
+        """Number of passes (of N, W, mm^3/s) that have told something of the bead."""
+        return self._passes
+
+    @property
+    def model(self) -> GrindingProcess:
+        """Process with the believed means: J/mm^3, W, 1."""
+        return self._problem.model.replace(**dict(zip(COEFFICIENTS, self._means(), strict=True)))
+
+    @property
     def problem(self) -> SequenceProblem:
         """Problem whose beads are learned: J/mm^3, W."""
         return self._problem
@@ -225,9 +237,16 @@ class BeadEstimator:
     @property
     def believed(self) -> SequenceProblem:
         """Problem of the next pass: process and `bead_scatter` (relative sd, unit 1) as believed now."""
-        model = self._problem.model.replace(**dict(zip(COEFFICIENTS, self._means(), strict=True)))
         scatter = CoefficientScatter.of_logs(np.array(self._belief.covariance))
-        return self._problem.replace(model=model, bead_scatter=scatter)
+        return self._problem.replace(model=self.model, bead_scatter=scatter)
+
+
+def with_beads(problem: SequenceProblem) -> SequenceProblem:
+    """Return a problem whose beads differ: as it says, or as beads and passes usually do."""
+    if problem.bead_scatter is not None:
+        return problem
+    passes = Scatter(("K1", "K2", "mu"), (ASSUMED,) * 3, law="lognormal")
+    return problem.replace(scatter=passes, bead_scatter=CoefficientScatter(ASSUMED, ASSUMED, ASSUMED))
 
 
 def _prior(problem: SequenceProblem) -> LogBelief:

@@ -12,6 +12,7 @@ from sdpgrind.weldbead.sequence._process import GrindingProcess
 
 COEFFICIENTS = ("specific_energy", "idle_power", "friction_ratio")
 """Coefficients that scatter: K1, K2, mu."""
+ASSUMED = 0.15  # relative sd where nothing tells it; chosen: the usual one of all three
 _PERCENT = ": divide by 100 where percent is meant"
 _ROUNDING = 1e-12  # chosen: asymmetry or negative eigenvalue of a correlation that is rounding
 

@@ -16,7 +16,7 @@ from sdpgrind.weldbead.sequence._replan import NextPass, next_pass
 
 # chosen: a bead of the greatest height is read higher half of the time; more would hide one that is too high
 _SCAN = 0.01
-_READINGS: Mapping[str, str] = {
+READINGS: Mapping[str, str] = {
     "normal_force": "N", "tangential_force": "N", "grinding_power": "W", "removal_rate": "mm^3/s",
     "cut_depth": "mm",
 }  # fmt: skip
@@ -80,9 +80,10 @@ class SequenceController(Stateful):
         self.follow(policy)
         self._planned = policy
         self._given: SequenceProblem | None = None
+        self._believed: SequenceProblem | None = None
         self._belief = _learner(policy, estimator) if learn else None
         if self._belief is not None:
-            self.reads = {**self.reads, **_READINGS}
+            self.reads = {**self.reads, **READINGS}
             self.reports = {**self.reports, **_BELIEVED}
         self.reset()
 
@@ -100,6 +101,10 @@ class SequenceController(Stateful):
             When it is no policy.
         """
         self._policy = checks.able("policy", policy, "a policy, as weldbead.plan gives it", "action")
+
+    def believe(self, problem: SequenceProblem) -> None:
+        """Plan each next pass anew for a problem (mm, s, N) with the policy's durations, until `reset`."""
+        self._believed = problem
 
     @property
     def policy(self) -> SequencePolicy:
@@ -170,7 +175,7 @@ class SequenceController(Stateful):
     def _learn(self, belief: BeadEstimator, readings: Mapping[str, float]) -> None:
         """Take in the last pass."""
         if self._begun:
-            belief.learn(**{name: readings[name] for name in _READINGS if name in readings})
+            belief.learn(**{name: readings[name] for name in READINGS if name in readings})
             self._believed = _feasible(belief) or self._believed
         self._begun = True
 
