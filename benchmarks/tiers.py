@@ -19,6 +19,13 @@ DISC = passes.TiltedDisc(PROCESS, relaxed_angle=units.deg(20), rotational_stiffn
 SEQUENCE = weldbead.preset("P4").replace(
     model=PROCESS, bead_length=150.0, durations=range(12, 41, 4), stage=4.0, horizon=120.0
 )
+NAMES = ("K1", "K2", "mu")
+LEADS = 12.0  # mm; way of a pass beside the bead of the stand
+BEADS = SEQUENCE.replace(
+    scatter=weldbead.Scatter(NAMES, (0.15,) * 3, law="lognormal"),
+    bead_scatter=weldbead.CoefficientScatter(0.15, 0.15, 0.15),
+    lead_length=LEADS,
+)
 LIMITS = force.DesignLimits(runout_response=0.1)
 
 
@@ -61,7 +68,9 @@ def _controllers() -> dict[str, weldbead.Hierarchy]:
     loop = force.PI.design(crossover=units.hz(3.0), drive=force.table_drive())
     policy = weldbead.plan(SEQUENCE, tolerance=1e-4)
     certain = weldbead.plan(SEQUENCE.replace(scatter=weldbead.Scatter("C1", 0.0)), tolerance=None, nodes=401)
+    learned = weldbead.plan(BEADS, tolerance=None, nodes=401)
     return {
+        "learns the bead": weldbead.Hierarchy(learned, DISC, loop),
         "re-estimates": weldbead.Hierarchy(policy, DISC, loop),
         "does not re-estimate": weldbead.Hierarchy(policy, DISC, loop, reestimate=False),
         "zero variance": weldbead.Hierarchy(certain, DISC, loop, reestimate=False),

@@ -85,6 +85,17 @@ def test_ends_of_the_recursion_are_those_of_simulated_beads():
     assert risk.learning == risk.knowing == 0.0
 
 
+def test_known_beads_cost_less_than_learned_ones(policy, promise):
+    """Two ways to what known beads cost: 27 plans by Gauss's rule, and the drawn beads of a promise."""
+    known = float(policy.lower_bound(*STATE))
+    assert promise.mean - promise.knowing == pytest.approx(known, abs=2 * promise.error["mean"] + 1e-3)
+    assert known < promise.mean + promise.error["mean"]
+    short = policy.lower_bound([0.5, 1.0], 36.0)
+    assert short[0] < policy.value(0.5, 36.0) and short[1] > policy.value(1.0, 36.0)
+    alike = weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=101)
+    assert alike.lower_bound(1.0, 20.0) == alike.value(1.0, 20.0)
+
+
 @pytest.mark.parametrize(
     ("option", "value", "words"),
     [

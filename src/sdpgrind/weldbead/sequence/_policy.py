@@ -26,6 +26,7 @@ from sdpgrind.weldbead.sequence._risk import Asked, Risk, as_text, of_text, risk
 from sdpgrind.weldbead.sequence._sheet import first_passes
 
 _PROMISED = "sdpgrind.weldbead.sequence._promise:promised"  # by name: it runs controllers of policies
+_KNOWN = "sdpgrind.weldbead.sequence._known_beads:known_beads"
 
 
 class SequencePolicy(Plan):
@@ -334,6 +335,39 @@ class SequencePolicy(Plan):
         if (*asked, rng) not in self._promises:
             self._promises[*asked, rng] = called(_PROMISED, self, *asked, rng, progress)
         return self._promises[*asked, rng]
+
+    def lower_bound(self, height: npt.ArrayLike, time_left: npt.ArrayLike) -> Floats:
+        """Return what beads whose coefficients are known would cost, $: no plan that learns costs less.
+
+        27 beads by Gauss's rule; without a `bead_scatter` the value itself. That value counts each pass as
+        one of another bead: where time suffices it is above what a plan that learns will cost, by up to five
+        times; where it does not, below, and below this bound, too. `risk` tells what to expect.
+
+        Parameters
+        ----------
+        height, time_left : float or array
+            Mean bead height, mm, and time to the deadline, s, as in `value`; arrays broadcast.
+
+        Examples
+        --------
+        >>> from sdpgrind import weldbead
+        >>> problem = weldbead.preset("P4").replace(
+        ...     scatter=weldbead.Scatter(("K1", "K2", "mu"), (0.1, 0.1, 0.1), law="lognormal"),
+        ...     bead_scatter=weldbead.CoefficientScatter(0.2, 0.2, 0.2))
+        >>> policy = weldbead.plan(problem, tolerance=None, nodes=101)
+        >>> bool(policy.lower_bound(1.0, 48.0) < policy.value(1.0, 48.0))
+        True
+        """
+        if self.problem.bead_scatter is None:
+            return np.asarray(self.value(height, time_left), dtype=float)
+        found = sum(w * np.asarray(known.value(height, time_left)) for w, known in self._known_beads)
+        return np.asarray(found, dtype=float)
+
+    @cached_property
+    def _known_beads(self) -> list[tuple[float, "SequencePolicy"]]:
+        """Weights, and plans of beads whose coefficients are known."""
+        found: list[tuple[float, SequencePolicy]] = called(_KNOWN, self)
+        return found
 
     def operator_table(
         self,
