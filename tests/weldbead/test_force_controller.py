@@ -210,6 +210,7 @@ def test_set_points_are_a_plan():
         "normal_force_plan",
         "fly_height_plan",
         "center_x_plan",
+        "face_leaves_plan",
     }
     points = {
         "plan_time": PLAN.time,

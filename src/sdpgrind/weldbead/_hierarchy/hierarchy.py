@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from sdpgrind.base import checks
 from sdpgrind.base.controllers import Stateful
+from sdpgrind.weldbead._hierarchy.ends import ends_raised
 from sdpgrind.weldbead.force import ForceController, ForceLoop
 from sdpgrind.weldbead.passes import Contour, PassPlan, PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes import plan as plan_pass
@@ -21,6 +22,7 @@ from sdpgrind.weldbead.sequence._controller import READINGS, SequenceController
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 
+_ASKED = {"mean_cut": "mm", "cut_sd": "mm", "planned_feed": "mm/s"}
 _ESTIMATED = {"specific_energy": "J/mm^3", "idle_power": "W", "friction_ratio": ""}
 _LEAD = 0.3  # chosen: start of a pass before its plan, s: the platform is down before the disc meets the bead
 _SPARE = 0.1  # chosen: time of a pass beyond its travel, s: ticks, and the wound disc
@@ -151,7 +153,7 @@ class _SequenceTier(Stateful):
 
     tier, period = "sequence", None
     _changing = ("_belief", "_follow")
-    commands: Mapping[str, str] = {"mean_cut": "mm", "planned_feed": "mm/s", "stop": ""} | _ESTIMATED
+    commands: Mapping[str, str] = _ASKED | {"stop": ""} | _ESTIMATED
 
     def __init__(self, policy: SequencePolicy, reestimate: bool, replan: bool) -> None:
         self._policy, self._replan = policy, replan
@@ -185,8 +187,11 @@ class _SequenceTier(Stateful):
         if self._beads:  # the pass is planned with the process of the mean cut, which the sequence asks for
             believed = self._follow.problem
             self._model = believed.depths.expected(believed.model)
-        cut = {"mean_cut": self._follow.report()["mean_cut"], "planned_feed": command["feed_rate"]}
-        return cut | {name: getattr(self._model, name) for name in _ESTIMATED}
+        feed, cut = command["feed_rate"], self._follow.report()["mean_cut"]
+        planned = self._follow.problem
+        doubt = float(planned.depths.moments(planned.model, command["normal_force"], feed)[1])
+        asked = {"mean_cut": cut, "cut_sd": doubt, "planned_feed": feed}
+        return asked | {name: getattr(self._model, name) for name in _ESTIMATED}
 
     def _learn(self, belief: BeadEstimator, readings: Mapping[str, float]) -> None:
         """Take the believed means as those of the bead, where a plan with them is possible."""
@@ -216,15 +221,11 @@ class _PassTier:
     """Plans the next pass on the scanned bead."""
 
     tier, period = "pass", None
-    reads: Mapping[str, str] = {
-        "profile": "mm",
-        "profile_x": "mm",
-        "mean_cut": "mm",
-        "planned_feed": "mm/s",
-    } | _ESTIMATED
+    reads: Mapping[str, str] = {"profile": "mm", "profile_x": "mm"} | _ASKED | _ESTIMATED
     commands: Mapping[str, str] = {
         "start": "", "feed_rate": "mm/s", "start_x": "mm",
         "plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm",
+        "face_leaves_plan": "s",
     }  # fmt: skip
     reports: Mapping[str, str] = {
         "volume": "mm^3", "shortfall": "mm^3", "force": "N",
@@ -246,6 +247,7 @@ class _PassTier:
         profile: npt.ArrayLike,
         profile_x: npt.ArrayLike,
         mean_cut: float = nan,
+        cut_sd: float = 0.0,
         planned_feed: float = nan,
         stop: float = 0.0,
         **others: Any,
@@ -255,15 +257,15 @@ class _PassTier:
             return {"stop": 1.0} if not stop and mean_cut < _LEAST_CUT else {}
         model = {name: others[name] for name in _ESTIMATED if not isnan(others.get(name, nan))}
         bead = Contour(np.asarray(profile_x, dtype=float), np.asarray(profile, dtype=float))
-        plan = plan_pass(
-            self._in_time(self._asked(bead, mean_cut, planned_feed, self._disk.replace(**model)))
-        )
+        asked = self._asked(bead, mean_cut, planned_feed, self._disk.replace(**model))
+        plan = plan_pass(ends_raised(self._in_time(asked), cut_sd))
         self._report = _summary(plan)
         names = {"plan_time": "time", "normal_force_plan": "normal_force", "fly_height_plan": "fly_height"}
         arrays = {
             name: getattr(plan, column) for name, column in (names | {"center_x_plan": "center_x"}).items()
         }
         feed = plan.problem.feed_rate
+        arrays["face_leaves_plan"] = plan.face_leaves
         return arrays | {"start": 1.0, "feed_rate": feed, "start_x": float(plan.center_x[0]) - _LEAD * feed}
 
     def _asked(self, bead: Contour, mean_cut: float, feed_rate: float, disk: TiltedDisc) -> PassProblem:

@@ -1,7 +1,7 @@
 """Bottom tier: follows a planned force at 60 Hz by feedforward of the plan and feedback on the rest."""
 
 from collections.abc import Mapping
-from math import isfinite, isnan, nan
+from math import inf, isfinite, isnan, nan
 from operator import is_
 from typing import Any, ClassVar
 
@@ -20,7 +20,10 @@ from sdpgrind.weldbead.force._reference import ForceReference, Trajectory
 
 FORCE_MAX = 90.0  # chosen: N; the default limit of a pass problem
 _MEASURED = {"force": "N", "pass_time": "s", "center_x": "mm"}
-_SET_POINTS = {"plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm"}
+_SET_POINTS = {
+    "plan_time": "s", "normal_force_plan": "N", "fly_height_plan": "mm", "center_x_plan": "mm",
+    "face_leaves_plan": "s",
+}  # fmt: skip
 _PLACE_TRUST = 0.2  # chosen: weight of the measured place in the time of a sample; the rest is the clock's
 
 
@@ -34,7 +37,8 @@ class ForceController(Stateful):
 
     Where the reading stays below the contact force although more is foreseen, the law is frozen and the
     platform approaches at a limited speed; the law then resumes without a bump. NaN (no reading) holds the
-    correction.
+    correction; so does the face of the disc as it leaves the bead, where the plan says when: the same force
+    on less contact would dig.
 
     The time in the plan comes from the place of the disc, so that a lead-in or a feed off the plan do no
     harm; without it from the clock of the pass. Outside the plan the force is 0, at the height of its end.
@@ -42,9 +46,10 @@ class ForceController(Stateful):
     Parameters
     ----------
     plan : PassPlan or None
-        Arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm), and ``center_x`` (mm) where known.
+        Arrays ``time`` (s), ``normal_force`` (N), ``fly_height`` (mm); ``center_x`` (mm) and ``face_leaves``
+        (s) where known.
         None: the plan comes as set-points ``plan_time``, ``normal_force_plan``, ``fly_height_plan``,
-        ``center_x_plan``.
+        ``center_x_plan``, ``face_leaves_plan``.
     loop : ForceLoop
         Law and model of the loop.
     feedforward : bool
@@ -193,6 +198,7 @@ class ForceController(Stateful):
         normal_force_plan: npt.ArrayLike | None = None,
         fly_height_plan: npt.ArrayLike | None = None,
         center_x_plan: npt.ArrayLike | None = None,
+        face_leaves_plan: float = inf,
         **others: Any,
     ) -> dict[str, float]:
         """Return the platform command (mm) of this sample; nothing while set-points are NaN.
@@ -208,6 +214,8 @@ class ForceController(Stateful):
             Position of the disc's center, mm; it gives the time where the plan has ``center_x``.
         plan_time, normal_force_plan, fly_height_plan, center_x_plan : array, optional
             Plan as set-points (s, N, mm, mm); new ones start a new pass. The last one may be missing.
+        face_leaves_plan : float
+            Time in that plan from which on the face leaves the bead, s.
         **others
             Further measurements, ignored.
 
@@ -216,7 +224,7 @@ class ForceController(Stateful):
         ValueError
             When there is no plan yet, or the set-points demand a forbidden force (N).
         """
-        self._take(plan_time, normal_force_plan, fly_height_plan, center_x_plan)
+        self._take(plan_time, normal_force_plan, fly_height_plan, center_x_plan, face_leaves_plan)
         if self._reference is None and plan_time is not None:
             return {}  # no set-points from the tier above yet
         time = self._now(pass_time, center_x)
@@ -224,7 +232,8 @@ class ForceController(Stateful):
         if not self._state.size:
             self._state = self._settled(demand)
             self._work = np.empty_like(self._state)
-        reading = float(force) if isfinite(force) else nan  # an infinite reading is none
+        leaves = time + self._lag >= self._known().face_leaves
+        reading = nan if leaves or not isfinite(force) else float(force)  # an infinite reading is none
         command = self._command(reading, demand, position, time)
         self._samples, self._time, self._demand = self._samples + 1, time, demand
         return {"platform_command": command}
@@ -252,7 +261,7 @@ class ForceController(Stateful):
         self._samples, self._time, self._clock, self._demand = 0, nan, nan, nan
         self._state = self._work = np.zeros(0)
 
-    def _take(self, time: Any, force: Any, height: Any, place: Any) -> None:
+    def _take(self, time: Any, force: Any, height: Any, place: Any, leaves: float) -> None:
         """Follow new set-points; repeated ones change nothing."""
         given = (time, force, height, place)
         known = bool(self._set_points)
@@ -262,7 +271,7 @@ class ForceController(Stateful):
             return
         if not (known and all(map(np.array_equal, self._set_points, given))):
             self._set_points = given
-            self._reference = ForceReference.arrays(time, force, height, self._force_max, place)
+            self._reference = ForceReference.arrays(time, force, height, self._force_max, place, leaves)
             self._restart()
 
     def _now(self, pass_time: float, center_x: float) -> float:

@@ -30,12 +30,16 @@ class Trajectory(Protocol):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ForceReference:
-    """Planned force (N), fly height (mm) and, where known, center of the disc (mm) over time (s)."""
+    """Planned force (N), fly height (mm) and, where known, center of the disc (mm) over time (s).
+
+    From `face_leaves` (s) on the face of the disc leaves the bead.
+    """
 
     time: Floats
     normal_force: Floats
     fly_height: Floats
     center_x: Floats | None = None
+    face_leaves: float = np.inf
 
     @classmethod
     def of(cls, plan: Trajectory, force_max: float) -> "ForceReference":
@@ -46,9 +50,8 @@ class ForceReference:
                     "plan must have the arrays time (s), normal_force (N) and fly_height (mm), as"
                     f" passes.plan gives it; {checks.shown(plan)} has no {name}"
                 )
-        return cls.arrays(
-            plan.time, plan.normal_force, plan.fly_height, force_max, getattr(plan, "center_x", None)
-        )
+        place, leaves = getattr(plan, "center_x", None), float(getattr(plan, "face_leaves", np.inf))
+        return cls.arrays(plan.time, plan.normal_force, plan.fly_height, force_max, place, leaves)
 
     @classmethod
     def arrays(
@@ -58,6 +61,7 @@ class ForceReference:
         fly_height: npt.ArrayLike,
         force_max: float,
         center_x: npt.ArrayLike | None = None,
+        face_leaves: float = np.inf,
     ) -> "ForceReference":
         """Check arrays and keep them."""
         t = checks.finite_array("time", time, "s").ravel()
@@ -70,7 +74,8 @@ class ForceReference:
             k = int(np.flatnonzero(np.diff(t) <= 0)[0]) + 1
             raise checks.refuse(f"time[{k}]", f"> time[{k - 1}] = {t[k - 1]:g}", float(t[k]), "s")
         _check_force(force, force_max)
-        return cls(t, force, height, None if center_x is None else _increasing(center_x, t))
+        place = None if center_x is None else _increasing(center_x, t)
+        return cls(t, force, height, place, np.inf if np.isnan(face_leaves) else face_leaves)
 
     def at(self, time: float) -> tuple[float, float]:
         """Planned force (N) and height (mm) at a time (s); outside the plan 0 N, at the height of its end."""

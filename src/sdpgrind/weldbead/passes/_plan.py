@@ -90,6 +90,13 @@ class PassPlan(Plan):
         return volume_between(self.problem.target, self.contour, self.problem.disc.model.bead_width)
 
     @property
+    def face_leaves(self) -> float:
+        """Time from which on the face of the disc leaves the bead, s: the contact grows shorter."""
+        end, top = self.problem.bead.x[-1], self.problem.bead.z[-1]
+        face = np.maximum(top - self.tip_z, 0.0) / np.tan(self.disk_angle)
+        return float(self.time[np.searchsorted(np.maximum.accumulate(self.tip_x + face), end)])
+
+    @property
     def burn_margin(self) -> float:
         """Least margin of the normal force to burning, N, each step at its feed; < 0: it burns.
 
