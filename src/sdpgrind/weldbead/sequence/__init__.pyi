@@ -1,5 +1,7 @@
 from ._action import SequenceAction as SequenceAction
 from ._as_sdp import sdp_problem as sdp_problem
+from ._band_sheet import BandSheet as BandSheet
+from ._band_sheet import operator_table as operator_table
 from ._burn import BurnLimit as BurnLimit
 from ._burn import ForceBurnLimit as ForceBurnLimit
 from ._burn import MalkinBurnLimit as MalkinBurnLimit
@@ -16,6 +18,7 @@ from ._process import Coefficients as Coefficients
 from ._process import GrindingProcess as GrindingProcess
 from ._risk import Risk as Risk
 from ._scatter import Scatter as Scatter
+from ._simple_policy import SimplifiedPolicy as SimplifiedPolicy
 from ._sweep import Sensitivity as Sensitivity
 from ._sweep import sensitivity as sensitivity
 from ._sweep import sweep as sweep

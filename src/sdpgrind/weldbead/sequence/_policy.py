@@ -19,11 +19,14 @@ from sdpgrind.base.rng import Seed
 from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._as_sdp import as_planned, sdp_problem, true_problem
+from sdpgrind.weldbead.sequence._band_sheet import BandSheet
 from sdpgrind.weldbead.sequence._operator_table import OperatorTable, ending_of, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._risk import Asked, Risk, as_text, of_text, risk_of
 from sdpgrind.weldbead.sequence._sheet import first_passes
+from sdpgrind.weldbead.sequence._simple_policy import SimplifiedPolicy
+from sdpgrind.weldbead.sequence._simplified import HEIGHTS, covered, followed
 
 _PROMISED = "sdpgrind.weldbead.sequence._promise:promised"  # by name: it runs controllers of policies
 _KNOWN = "sdpgrind.weldbead.sequence._known_beads:known_beads"
@@ -411,6 +414,81 @@ class SequencePolicy(Plan):
         if path is not None:
             table.save(path)
         return table
+
+    @reporting
+    def simplified(
+        self,
+        *,
+        loss: float = 3e-3,
+        force_step: float = 1.0,
+        durations: int | None = None,
+        progress: ProgressOption = None,
+    ) -> SimplifiedPolicy:
+        """Return the plan in few bands of one duration and one force, with exactly what that loses.
+
+        Bands end at hundredths of the greatest height, where the plan is solved anew to be compared.
+
+        Parameters
+        ----------
+        loss : float
+            Expected penalty that a decision may lose against the best one, and all together, >= 0, $.
+        force_step : float
+            Forces are multiples of it, > 0, N, or the limit of their duration.
+        durations : int, optional
+            Greatest number of different durations; each choice of so many is solved. Default: any.
+        progress : callable(share, text), True or None
+            True: a line with the time left. Default: a line on standard error when it takes long.
+
+        Returns
+        -------
+        SimplifiedPolicy
+            Bands, loss, and the sheet.
+
+        Raises
+        ------
+        ValueError
+            When forces in such steps alone lose more: the error names a step that does not. Where the finish
+            or lateness is charged.
+
+        Examples
+        --------
+        >>> from sdpgrind import weldbead
+        >>> simple = weldbead.plan(weldbead.preset("P4"), tolerance=None, nodes=101).simplified(loss=0.003)
+        >>> simple.loss <= 0.003, simple.action(0.5, 30.0).normal_force  # N
+        (True, 46.0)
+        """
+        allowed = checks.nonnegative("loss", loss, "$")
+        step = checks.positive("force_step", force_step, "N")
+        count = None if durations is None else checks.count("durations", durations)
+        assert callable(progress)  # made by the decorator
+        planned = self._planned_values
+        problem = as_planned(self.problem, self.method)
+        return SimplifiedPolicy(self, planned, covered(problem, planned, allowed, step, count, progress))
+
+    def following(self, sheet: BandSheet) -> SimplifiedPolicy:
+        """Return what following a sheet of bands (mm, s, N) costs against this plan.
+
+        Parameters
+        ----------
+        sheet : BandSheet
+            From `SimplifiedPolicy.operator_table`, or read by `weldbead.sequence.operator_table`.
+
+        Raises
+        ------
+        ValueError
+            For a duration that is none of the problem's, or a force beyond its limits.
+        """
+        checks.kind("sheet", sheet, BandSheet)
+        planned, problem = self._planned_values, as_planned(self.problem, self.method)
+        sheet.check(problem)
+        lines = [sheet.line(stage * problem.stage) for stage in range(len(planned))]
+        return SimplifiedPolicy(self, planned, followed(problem, lines, planned.shape[1]))
+
+    @cached_property
+    def _planned_values(self) -> Floats:
+        """Expected penalty at the heights of bands, $, [stage, node], of a plan on just these."""
+        table = sdp.plan(sdp_problem(as_planned(self.problem, self.method), HEIGHTS))
+        return np.asarray(table.table.value[-table.countdown.first :, 0])
 
     # -- keeping ---------------------------------------------------------------------------------------
 

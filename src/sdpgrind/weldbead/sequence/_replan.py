@@ -11,6 +11,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.sequence import _replan_kernels as _kernels
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._as_sdp import as_planned, sdp_problem
+from sdpgrind.weldbead.sequence._pass_rows import tables
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
@@ -88,14 +89,8 @@ def _by_stages(
     problem: SequenceProblem, planned: SequenceProblem, levels: _Levels, height: float, count: int
 ) -> NextPass:
     """Next pass by stages compiled together, for a deadline that holds and no charge on the last feed."""
-    nodes, cell = np.linspace(0.0, height, NODES), height / (NODES - 1)
-    rows = levels.force.size
-    under = levels.law.under(cell * np.arange(-1, NODES + 1)).reshape(rows, -1)
-    weight = np.diff(under, 2) / cell
-    over = planned.height_charge.over
-    assert over is not None  # required of a problem
-    charge = planned.pass_charge + over.expected_over(levels.law, nodes).reshape(rows, -1)
-    stop = np.asarray(planned.height_charge(nodes), dtype=float)
+    weight, charge = tables(planned, levels.law, height, NODES)
+    stop = np.asarray(planned.height_charge(np.linspace(0.0, height, NODES)), dtype=float)
     cost, force = _kernels.stages(_whole(weight), charge, levels.force, levels.steps, count, stop)
     return _cheapest(problem, levels, cost, force, float(stop[-1]))
 

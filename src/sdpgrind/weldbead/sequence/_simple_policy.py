@@ -1,0 +1,113 @@
+"""A planned sequence in few bands, and exactly what following them loses."""
+
+import os
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from sdpgrind.base.checks import Floats
+from sdpgrind.weldbead.sequence._action import SequenceAction
+from sdpgrind.weldbead.sequence._band_sheet import Band, BandSheet
+from sdpgrind.weldbead.sequence._operator_table import ending_of
+from sdpgrind.weldbead.sequence._simplified import Covered, bands_of, intervals_of
+
+
+class SimplifiedPolicy:
+    """Bands of height (mm) by time left (s), each with one duration (s) and one force (N), for operators.
+
+    Made by `SequencePolicy.simplified`, or by `SequencePolicy.following` from a sheet. A controller follows
+    it as it does a policy.
+
+    Parameters
+    ----------
+    policy : SequencePolicy
+        Plan that was simplified.
+    planned : array
+        Its expected penalty at the heights of bands, $, [stage, height].
+    found : Covered
+        Bands at these heights, and what following them costs.
+    """
+
+    def __init__(self, policy: Any, planned: Floats, found: Covered) -> None:
+        self.policy, self.problem, self._found = policy, policy.problem, found
+        self._lost = found.value - planned
+
+    @property
+    def loss(self) -> float:
+        """Largest expected penalty that the bands add to that of the plan, at any node of it, $."""
+        return float(self._lost.max())
+
+    @property
+    def mean_loss(self) -> float:
+        """Mean of what they add over the nodes of the plan, $."""
+        return float(self._lost.mean())
+
+    @cached_property
+    def bands(self) -> tuple[tuple[Band, ...], ...]:
+        """Bands by stage of time left (s), from the target up (mm)."""
+        return bands_of(self.problem, self._found)
+
+    @property
+    def intervals(self) -> int:
+        """Number of height ranges (mm) with one duration (s), or of stopping, over all stages."""
+        return intervals_of(self._found.rows, self._found.choice)
+
+    def value(self, height: Any, time_left: Any) -> Any:
+        """Return the expected penalty of following the bands, $, from `height` (mm) and `time_left` (s)."""
+        height, stage = np.broadcast_arrays(np.asarray(height, dtype=float), self._stage(time_left))
+        nodes = np.linspace(0.0, self.problem.height_max, self._found.value.shape[1])
+        found = [
+            np.interp(x, nodes, self._found.value[k]) if x > 0 else float(self.problem.height_charge(x))
+            for x, k in zip(height.ravel().tolist(), stage.ravel().tolist(), strict=True)
+        ]
+        return np.array(found).reshape(height.shape)[()]
+
+    def _stage(self, time_left: Any) -> Any:
+        stage = np.floor(np.asarray(time_left, dtype=float) / self.problem.stage + 1e-9).astype(np.int64)
+        return np.clip(stage, 0, len(self._found.value) - 1)
+
+    def action(self, height: float, time_left: float) -> SequenceAction:
+        """Return the action of the band at a height (mm) and a time left (s); its gap is not known: NaN."""
+        line = self.bands[int(self._stage(time_left))]
+        band = next((each for each in line if height <= each.up_to + 1e-9), line[-1])
+        if height <= 0 or band.duration == 0:
+            return SequenceAction(True, 0.0, np.nan, np.nan, np.nan, self.problem)
+        feed = self.problem.feed_rate(band.duration)
+        return SequenceAction(False, band.duration, feed, band.normal_force, np.nan, self.problem)
+
+    def operator_table(self, path: str | os.PathLike[str] | None = None) -> BandSheet:
+        """Return the bands (mm, s, N) as a sheet, and write it to a `path`: ``.html``, ``.txt`` or ``.csv``.
+
+        A line holds until the next one, so stages with equal bands share theirs.
+        """
+        if path is not None:
+            ending_of(path)  # refused before the work
+        kept = [
+            line for k, line in enumerate(self.bands) if k == 0 or _told(line) != _told(self.bands[k - 1])
+        ]
+        sheet = BandSheet(tuple(band for line in kept for band in line), self._sentences)
+        if path is not None:
+            sheet.save(path)
+        return sheet
+
+    @property
+    def _sentences(self) -> tuple[str, ...]:
+        high, left = self.problem.height_max, self.problem.horizon
+        return (
+            "Measure the height; take the last line whose time is not above the time left, and in it the "
+            "first band that reaches the height: duration of the next pass, reset included, and its force.",
+            f"At the target height, stop. Above {high:g} mm the last band holds; with more than {left:g} s "
+            "left, the last line.",
+            f"Following the sheet costs up to {self.loss:.2g} $ and on average {self.mean_loss:.2g} $ more "
+            f"than the plan; from {high:g} mm and {left:g} s it costs {float(self.value(high, left)):.4g} $.",
+        )
+
+    def __repr__(self) -> str:
+        count = sum(map(len, self.bands))
+        return f"SimplifiedPolicy({self.intervals} intervals, {count} bands, loses at most {self.loss:.2g} $)"
+
+
+def _told(line: tuple[Band, ...]) -> list[tuple[float, float, float]]:
+    """What a line says, but for its time."""
+    return [(band.up_to, band.duration, -1.0 if band.duration == 0 else band.normal_force) for band in line]
