@@ -2,6 +2,7 @@
 
 from sdpgrind.sdp._problem.grid import Grid
 from sdpgrind.sdp._solve.bundles import Bundles
+from sdpgrind.sdp._solve.point_backup import PointBundle
 from sdpgrind.sdp._transitions.menu import Menu
 
-__all__ = ["Bundles", "Grid", "Menu"]
+__all__ = ["Bundles", "Grid", "Menu", "PointBundle"]

@@ -214,7 +214,7 @@ def _notes(problem: Problem, small: Problem) -> list[str]:
         if isinstance(move.to, Sampled) and move.to.compiled is None and not _steps(small, k):
             notes.append(
                 f"move {move.name!r}: step does not compile: "
-                "fine while its table is small enough to be kept, else pass compiled=False"
+                "fine while its table is small enough to be kept, else numpy evaluates it in every stage"
             )
         for name, callback in _callbacks(move):
             try:

@@ -34,7 +34,9 @@ class Sampled:
     points : int
         Quadrature points of each noise (discrete laws are exact).
     compiled : bool, optional
-        Evaluate `step` in a compiled kernel. None: only if the table of a move is too large to keep.
+        Evaluate `step` in a compiled kernel. None: where it compiles and compiling pays, from 1e5
+        evaluations a stage on if no table of the move is kept (of a timed one, or one too large), from 1e6
+        on if the table would be kept for the stages of a countdown. True: always, an error if it cannot be.
 
     Examples
     --------

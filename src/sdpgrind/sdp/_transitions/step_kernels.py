@@ -4,7 +4,7 @@ from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
-from numba import njit
+from numba import njit, typeof
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from sdpgrind.base.checks import Floats
@@ -46,11 +46,11 @@ def _kernel(
 ) -> Any:
     """The sweep over rows, nodes and noise for one step function; compiled once for each."""
     n_state, n_control, n_noise, n_axes = sizes
-    step = njit(step)
-    charge = njit(charge) if charge is not None else None
+    step = njit(step, error_model="numpy")
+    charge = njit(charge, error_model="numpy") if charge is not None else None
     charged = charge is not None
 
-    @njit(nogil=True)
+    @njit(nogil=True, error_model="numpy")
     def sweep(
         points,
         controls,
@@ -135,30 +135,32 @@ def _kernel(
     return sweep
 
 
+def compiles(bundle: Block, move: Sampled) -> bool:
+    """Whether the step and its charge compile; they are compiled then."""
+    value, level = np.zeros((1, 1)), np.zeros(1)
+    try:
+        sweep, given = _call(bundle, move, 0, value, level, np.empty((bundle.menu.rows, bundle.count)))
+        return _compiles(sweep, tuple(typeof(x) for x in given))
+    except (TypeError, ValueError):  # no function, or of values that numba has no type of
+        return False
+
+
+@lru_cache(maxsize=32)
+def _compiles(sweep: Any, types: tuple[Any, ...]) -> bool:
+    try:
+        sweep.compile(types)
+    except Exception:  # numba raises errors of any type
+        return False
+    return True
+
+
 def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats:
     """Return expectations [source, row, node] of a bundle by its compiled kernel."""
     menu = bundle.menu
-    c = menu.row_controls()
     out = np.empty((bundle.sources.size, menu.rows, bundle.count))
-    for k, mode in enumerate(bundle.sources):
-        s = menu.state(
-            list(bundle.nodes),
-            np.full(bundle.count, float(mode)) if bundle.tells_mode else None,
-            None if bundle.stage is None else np.full(bundle.count, bundle.stage),
-        )
-        sizes = (len(s), len(c), len(bundle.noise), len(menu.grid.axes))
-        types: tuple[Any, ...] = (
-            type(s),
-            type(c),
-            record("E", tuple(bundle.noise)),
-            record("N", tuple(a.name for a in menu.grid.axes)),
-        )
-        sweep = _kernel(move.step, move.charge, *types, sizes)
-        worst = sweep(
-            _columns(s, bundle.count), _columns(c, menu.rows),
-            _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
-            *_edges(menu), value, bundle.target[k], level, bundle.penalty[k], out[k],
-        )  # fmt: skip
+    for k in range(bundle.sources.size):
+        sweep, given = _call(bundle, move, k, value, level, out[k])
+        worst = sweep(*given)
         if np.isinf(worst):
             raise ValueError(f"move {menu.move.name!r}: step must give numbers; got NaN or an infinity")
         if not np.isnan(worst):
@@ -166,6 +168,31 @@ def expect(bundle: Block, move: Sampled, value: Floats, level: Floats) -> Floats
                 f"move {menu.move.name!r} must not leave an axis whose edge is 'refuse'; got {worst:g}"
             )
     return out
+
+
+def _call(
+    bundle: Block, move: Sampled, k: int, value: Floats, level: Floats, out: Floats
+) -> tuple[Any, tuple[Any, ...]]:
+    """The kernel, and its arguments for the source `k`."""
+    menu = bundle.menu
+    c = menu.row_controls()
+    s = menu.state(
+        list(bundle.nodes),
+        np.full(bundle.count, float(bundle.sources[k])) if bundle.tells_mode else None,
+        None if bundle.stage is None else np.full(bundle.count, bundle.stage),
+    )
+    sizes = (len(s), len(c), len(bundle.noise), len(menu.grid.axes))
+    types: tuple[Any, ...] = (
+        type(s),
+        type(c),
+        record("E", tuple(bundle.noise)),
+        record("N", tuple(a.name for a in menu.grid.axes)),
+    )
+    return _kernel(move.step, move.charge, *types, sizes), (
+        _columns(s, bundle.count), _columns(c, menu.rows),
+        _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
+        *_edges(menu), value, bundle.target[k], level, bundle.penalty[k], out,
+    )  # fmt: skip
 
 
 def _columns(fields: Any, length: int) -> Floats:
