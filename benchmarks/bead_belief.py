@@ -1,12 +1,15 @@
 """Certain, cautious and belief-state planning of a bead with one unknown coefficient:
-``python benchmarks/bead_belief.py [--case SIGMA TAU DEPTH_SD HEIGHT TIME]... [--beads N] [--nodes HEIGHTS GAINS]``.
+``python benchmarks/bead_belief.py [--case SIGMA TAU DEPTH_SD HEIGHT TIME]... [--beads N] [--nodes HEIGHTS GAINS]
+[--problems N]``.
 
 A gain multiplies the friction: log-normal, of standard deviation TAU (of its logarithm) between beads and SIGMA
 between passes. The depth of a pass is measured with an error of its own, DEPTH_SD, mm. This is a program of its
 own, without the library's solver: nodes of height, believed log gain and its standard deviation, which are exact
 where the depth is; expectations by Gauss-Legendre between no cut and the end of the bead, closed forms beyond it;
 forces searched between levels. Every planner is evaluated twice: in the same program, and on simulated beads, the
-same for all, where it decides by one step from where it is.
+same for all, where it decides by one step from where it is. `--problems` draws problems without an error of the
+depth, and asks of each: known <= belief <= all others, on beads; and whether the belief-state program of the library
+keeps its promise on beads, within its `error` and two standard errors.
 """
 
 import argparse
@@ -17,6 +20,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+
+from sdpgrind import sdp
 
 UNDER, OVER = 2.0, 10.0  # $/mm
 IDLE, PER_DEPTH, LENGTH, RESET = 100.0, 10.0 * 12.5, 50.0, 2.0  # BASE: W; J/mm^2; mm; s
@@ -178,7 +183,7 @@ class Case:
         sd = [tau / sqrt(1 + n * tau**2 / sigma**2) for n in range(most + 1)]
         if depth_sd > 0:
             sd += np.linspace(sd[1], tau, 5)[1:-1].tolist()
-        wide = 6.0 * tau + 0.1
+        wide = 4.0 * tau + 0.05
         gain = np.linspace(self.prior - wide, self.prior + wide, nodes[1])
         self.nodes = Nodes(np.linspace(0.0, height, nodes[0]), gain, np.array(sorted({0.0, *sd})))
         self.true, self.drawn = Law(sigma, depth_sd, True), Law(sigma, depth_sd, False)
@@ -270,12 +275,95 @@ def first_forces(case: Case) -> Iterator[str]:
         yield f"| {force:g} | {after:.4f} | {expected(case.afresh[row], *here, case.drawn, case.nodes):.4f} |"
 
 
+def grind(s, c, e):
+    off = np.sqrt(s.sd**2 + c.sigma**2) * e.draw
+    depth = np.maximum(POWER * c.force * np.exp(s.gain + off) - IDLE, 0.0) / c.rate
+    k = s.sd**2 / (s.sd**2 + c.sigma**2)
+    return s.height - depth, s.gain + k * off, s.sd * np.sqrt(1.0 - k)
+
+
+def promised(case: Case) -> sdp.Policy:
+    """The belief-state program of the library, its error told; 12 forces."""
+    force, every = np.linspace(8.0, 50.0, 12), np.ones(12)
+    step = sdp.Sampled(grind, {"draw": sdp.Normal(0.0, 1.0)})
+    moves = [
+        sdp.Move(
+            f"{seconds:g} s",
+            {"force": force, "rate": rate * every, "sigma": case.sigma * every},
+            step,
+            duration=int(stages),
+        )
+        for seconds, rate, stages in zip(SECONDS, RATE, STAGES, strict=True)
+        if stages <= case.stages
+    ]
+    low, high = case.prior - 3 * case.tau, case.prior + 3 * case.tau
+    axes = [
+        sdp.Axis("height", 0.0, case.height, 9, "mm", below="stop"),
+        sdp.Axis("gain", low, high, 7, below="hold", above="hold"),
+        sdp.Axis("sd", 0.0, case.tau, 3),
+    ]
+    stop = sdp.Stop("stop", sdp.Charge(under=sdp.Linear(UNDER), over=sdp.Linear(OVER)))
+    # any error will do: two halvings
+    return sdp.plan(sdp.Problem(axes, moves, [stop], sdp.Stages(case.stages, STAGE)), tolerance=1.0)
+
+
+def kept(case: Case, policy: sdp.Policy, beads: int) -> Any:
+    """Penalties, $, of the library's program followed on beads."""
+    rng = np.random.default_rng(2)
+    true = case.prior + case.tau * rng.standard_normal(beads)
+    height, gain, sd = (np.full(beads, x) for x in (case.height, case.prior, case.tau))
+    left = np.full(beads, STAGE * case.stages)
+    for _ in range(case.stages // int(STAGES[0])):
+        seen = np.clip(gain, case.prior - 3 * case.tau, case.prior + 3 * case.tau)
+        action = policy.action(height=np.maximum(height, 0.0), gain=seen, sd=sd, time_left=left)
+        going = ~action.stop
+        shown = true + case.sigma * rng.standard_normal(beads)
+        power, rate = np.where(going, POWER * action.force, 0.0), np.where(going, action.rate, 1.0)
+        height = height - np.maximum(power * np.exp(shown) - IDLE, 0.0) / rate
+        k = np.where(going, sd**2 / (sd**2 + case.sigma**2), 0.0)
+        gain, sd = gain + k * (shown - gain), sd * np.sqrt(1.0 - k)
+        left = left - np.where(going, PER_DEPTH * LENGTH / rate + RESET, 0.0)
+    return np.where(height > 0, UNDER * height, -OVER * height)
+
+
+def problems(count: int, beads: int, nodes: tuple[int, int]) -> Iterator[str]:
+    yield "| sigma | tau | height | time | known | belief | cautious | certain | never learns | holds "
+    yield "| promise | error | realised | kept |\n|" + 14 * "---|"
+    for seed in range(count):
+        rng = np.random.default_rng([seed, 4])
+        told = rng.uniform(0.05, 0.15), rng.uniform(0.1, 0.3), 0.0, rng.uniform(0.3, 0.9)
+        case = Case(*told, float(rng.choice([12.0, 18.0, 24.0])), nodes)
+        paid = {name: case.simulated(name, beads) for name in (KNOWN, BELIEF, CAUTIOUS, CERTAIN, NEVER)}
+        less = {name: penalty - paid[BELIEF] for name, penalty in paid.items() if name != BELIEF}
+        worst = {name: 3 * x.std() / sqrt(beads) for name, x in less.items()}
+        holds = less[KNOWN].mean() <= worst[KNOWN] and all(
+            less[name].mean() >= -worst[name] for name in (CAUTIOUS, CERTAIN, NEVER)
+        )
+        policy = promised(case)
+        promise = float(
+            policy.value(height=case.height, gain=case.prior, sd=case.tau, time_left=STAGE * case.stages)
+        )
+        penalty = kept(case, policy, beads)
+        assert policy.error is not None
+        good = abs(promise - penalty.mean()) <= policy.error + 2 * penalty.std() / sqrt(beads)
+        each = " | ".join(f"{x.mean():.4f}" for x in paid.values())
+        yield (
+            f"| {case.sigma:.3f} | {case.tau:.3f} | {case.height:.2f} | {STAGE * case.stages:g} | {each} | {holds} "
+            f"| {promise:.4f} | {policy.error:.4f} | {penalty.mean():.4f} | {good} |"
+        )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", type=float, nargs=5, action="append", help="sigma tau depth_sd height time")
     parser.add_argument("--beads", type=int, default=6000)
-    parser.add_argument("--nodes", type=int, nargs=2, default=(81, 31), help="of height and gain")
+    parser.add_argument("--nodes", type=int, nargs=2, default=(81, 41), help="of height and gain")
+    parser.add_argument("--problems", type=int, default=0, help="this many, drawn, in place of the case")
     given = parser.parse_args()
+    if given.problems:
+        for line in problems(given.problems, given.beads, tuple(given.nodes)):
+            print(line, flush=True)
+        return
     for told in given.case or CASES:
         begin = time.process_time()
         case = Case(*told, tuple(given.nodes))

@@ -21,10 +21,10 @@ POWER = 1e-3 * process.friction_ratio * process.disk_radius * process.free_speed
 PASS_SD, DEPTH_SD, TIME, HEIGHT = 0.10, 0.02, 24.0, 0.5  # of a log gain; of a measured depth, mm; s; mm
 
 # %%
-# The coordinates are the height, and mean and standard deviation of the belief in the log gain. The log gain of
-# the next pass is the mean, and a draw from the doubt and the scatter together. The same draw removes metal and
-# teaches: a belief that moved by a draw of its own would promise too small a penalty. Only the error of the
-# measured depth is a second draw. A Kalman filter of weight `k` takes both in.
+# The coordinates are the height, and mean and standard deviation of the belief in the log gain. The log gain
+# of the next pass is the mean, and a draw from the doubt and the scatter together. The same draw removes
+# metal and teaches: a belief that moved by a draw of its own would promise too small a penalty. Only the
+# error of the measured depth is a second draw. A Kalman filter of weight `k` takes both in.
 
 
 def grind(s, c, e):

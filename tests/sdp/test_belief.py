@@ -177,3 +177,25 @@ def test_the_belief_program_keeps_its_promise():
     penalty = followed(beads, planners(beads, policy, policy)["belief"])
     off = abs(promised(policy, beads) - penalty.mean())
     assert off <= min(policy.error, 0.01) + 2 * standard_error(penalty)
+
+
+def test_eleven_gauss_points_move_the_first_force_on_any_grid():
+    """The end of the bead is a kink: where few points lie about it decides, not the heights and the forces."""
+    spread = np.hypot(0.25, 0.05)
+
+    def pass_drawn_afresh(s, c, e):
+        return (
+            s.height
+            - np.maximum(POWER * c.force * np.exp(spread * e.draw - spread**2 / 2) - IDLE, 0.0) / c.rate,
+        )
+
+    def first_force(heights, points):
+        step = sdp.Sampled(pass_drawn_afresh, {"draw": sdp.Normal(0.0, 1.0)}, points=points)
+        move = sdp.Move("6 s", {"force": np.arange(8.0, 51.0), "rate": np.full(43, 1562.5)}, step, duration=3)
+        axis = sdp.Axis("height", 0.0, 0.5, heights, "mm", below="stop")
+        stop = sdp.Stop("stop", sdp.Charge(under=sdp.Linear(UNDER), over=sdp.Linear(OVER)))
+        policy = sdp.plan(sdp.Problem([axis], [move], [stop], sdp.Stages(12, 2.0)))
+        return float(policy.action(height=0.5, time_left=24.0).force)
+
+    assert [first_force(heights, 11) for heights in (65, 401)] == [44.0, 44.0]
+    assert [first_force(heights, 128) for heights in (65, 401)] == [39.0, 39.0]
