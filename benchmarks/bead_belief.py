@@ -332,7 +332,7 @@ def problems(count: int, beads: int, nodes: tuple[int, int]) -> Iterator[str]:
     for seed in range(count):
         rng = np.random.default_rng([seed, 4])
         told = rng.uniform(0.05, 0.15), rng.uniform(0.1, 0.3), 0.0, rng.uniform(0.3, 0.9)
-        case = Case(*told, float(rng.choice([12.0, 18.0, 24.0])), nodes)
+        case = Case(*told, float(rng.choice([12.0, 18.0])), nodes)
         paid = {name: case.simulated(name, beads) for name in (KNOWN, BELIEF, CAUTIOUS, CERTAIN, NEVER)}
         less = {name: penalty - paid[BELIEF] for name, penalty in paid.items() if name != BELIEF}
         worst = {name: 3 * x.std() / sqrt(beads) for name, x in less.items()}
