@@ -55,7 +55,7 @@ _YOUNGER = {
     "PlungeGrinder": {"drive", "power_gain_sd", "threshold_scatter", "inspection"},
     "PlungeModel": {"grinding_ratio"},
     "Scatter": {"mean"},
-    "SequenceProblem": {"bead_scatter", "lead_length"},
+    "SequenceProblem": {"bead_scatter", "lead_length", "waviness"},
 }
 Home = Callable[[Any], tuple[Any, str]]
 """From a class or a function to the module and the name that count in a fingerprint."""

@@ -120,6 +120,9 @@ class SequenceProblem(Described):
         `scatter` is that of the coefficients from pass to pass, and controllers learn the bead's.
     lead_length : float
         Way of a pass beside the bead, >= 0, mm: the feed is raised by it.
+    waviness : float
+        Standard deviation of the height along a bead before its first pass, >= 0, mm: `SequencePolicy.risk`
+        counts what passes at their limit of force leave on the waves. The plan itself knows level beads.
 
     Raises
     ------
@@ -156,6 +159,7 @@ class SequenceProblem(Described):
     late_window: float | None = quantity("s", at_least=0, default=None)
     bead_scatter: CoefficientScatter | None = custom(_of(CoefficientScatter), default=None)
     lead_length: float = quantity("mm", at_least=0, usual=(0.0, 10000.0), typical=10, default=0.0)
+    waviness: float = quantity("mm", at_least=0, usual=(0.0, 20.0), typical=0.1, default=0.0)
 
     def _check(self) -> None:
         if self.scatter.total > 1:

@@ -18,6 +18,7 @@ from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._risk import SURE, Risk
+from sdpgrind.weldbead.sequence._waves import Waves
 
 BEADS = 200  # chosen: beads without an asked error; the mean is then known to 15 % or so
 BATCH = 50  # chosen: beads between two looks at the error
@@ -93,20 +94,21 @@ def _ground(
     assert problem.pass_scatter is not None
     controller.reset()
     readings: Mapping[str, float] = {}
-    passes, feed = 0, None
+    passes, feed, waves = 0, None, Waves.of(problem.waviness)
     while True:
         command = controller.step(height=height, time_left=time_left, **readings)
         if command["stop"]:
             return Ground(_penalty(problem, height, time_left, passes, feed), height, passes)
         now, feed = problem.pass_scatter.drawn(process, rng), command["feed_rate"]
-        readings = _read(now, command["normal_force"], feed)
+        cut = waves.cut(controller.problem, now, command)
+        readings = _read(now, cut, feed)
         height, time_left = height - readings["cut_depth"], time_left - command["duration"]
         passes += 1
 
 
-def _read(now: GrindingProcess, force: float, feed: float) -> dict[str, float]:
-    """Readings of exact gauges of a pass at a force (N) and a feed (mm/s)."""
-    cut = float(now.mean_cut(force, feed))
+def _read(now: GrindingProcess, cut: float, feed: float) -> dict[str, float]:
+    """Readings of exact gauges of a pass of a depth (mm) and a feed (mm/s)."""
+    force = float(now.normal_force(cut, feed))
     return {
         "normal_force": force,
         "tangential_force": now.friction_ratio * force,
