@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from sdpgrind.base.doubts.rows import Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
 from sdpgrind.base.progress import silent
-from sdpgrind.weldbead.sequence._plan import plan
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
+from sdpgrind.weldbead.sequence._replan import on_nodes
 
 # measured: 0.2 s of CPU a plan; on P1 with a scatter of 0.023 to 0.15 within 9e-5 $ of the default tolerance,
 # where 101 nodes are 1.6e-3 $ off, most of the penalty of a small scatter
@@ -39,9 +39,7 @@ def _penalty(problem: SequenceProblem, changes: list[float]) -> float:
     """Penalty of the bead, $; its change from half the nodes, an estimate of its error, joins `changes`."""
     coarse, fine = (
         float(policy.value(height=problem.height_max, time_left=problem.horizon))
-        for policy in (
-            plan(problem, tolerance=None, nodes=nodes, progress=silent) for nodes in (_NODES // 2 + 1, _NODES)
-        )
+        for policy in (on_nodes(problem, nodes, silent) for nodes in (_NODES // 2 + 1, _NODES))
     )
     changes.append(abs(fine - coarse))
     return fine

@@ -17,10 +17,9 @@ from sdpgrind.weldbead.force import ForceController, ForceLoop
 from sdpgrind.weldbead.passes import Contour, PassPlan, PassProblem, TiltedDisc
 from sdpgrind.weldbead.passes import plan as plan_pass
 from sdpgrind.weldbead.sequence._controller import SequenceController
-from sdpgrind.weldbead.sequence._plan import plan as plan_sequence
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._process import GrindingProcess
-from sdpgrind.weldbead.sequence._replan import ahead
+from sdpgrind.weldbead.sequence._replan import ahead, on_nodes
 
 # chosen: relative sd of the coefficients of a bead before its first pass, and of a pass about them
 PRIOR = 0.15
@@ -184,7 +183,7 @@ class _SequenceTier(Stateful):
         if self._reestimate and self._learner.learn(**others):
             self._model = self._learner.model
             rest = ahead(problem.replace(model=self._model), time_left)
-            self._follow.follow(plan_sequence(rest, tolerance=None, nodes=NODES))
+            self._follow.follow(on_nodes(rest, NODES))
         if self._begun and not self._replan:
             height = nan
         self._begun = True

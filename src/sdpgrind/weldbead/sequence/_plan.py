@@ -2,14 +2,14 @@
 
 import warnings
 from concurrent.futures import Executor
-from typing import Literal
+from typing import Literal, TypedDict
 
 import numpy as np
 
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, reporting
-from sdpgrind.weldbead.sequence._as_sdp import METHODS, as_planned, sdp_problem
+from sdpgrind.weldbead.sequence._as_sdp import LEVELS, METHODS, as_planned, sdp_problem
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
@@ -19,17 +19,27 @@ LEARNED = 1e-3  # $; chosen: 1 % of what a bead costs; the value of a plan that 
 HALVINGS = 6  # chosen: largest number of halvings of the stage for a continuous feed; each doubles the moves
 
 
+class Budgeted(TypedDict):
+    """Limits of a refinement, s and bytes; None: no limit."""
+
+    time_limit: float | None
+    memory_limit: float | None
+
+
 @reporting
 def plan(
     problem: SequenceProblem,
     *,
     tolerance: float | Literal["auto"] | None = "auto",
     nodes: int | None = None,
+    levels: int = LEVELS,
     feed: str = "lattice",
     method: str = "cautious",
     executor: Executor | None = None,
     progress: ProgressOption = None,
     throw: bool = True,
+    time_limit: float | None = None,
+    memory_limit: float | None = None,
 ) -> SequencePolicy:
     """Plan a grinding sequence; Brown (1988), chapter 5.
 
@@ -41,9 +51,11 @@ def plan(
         Largest estimated error of the expected penalty at any height, $. "auto": 1e-5 $, or one millionth of
         the charge on the whole bead where that exceeds 10 $; 1e-3 $ where beads differ, as the plan is made
         anew after each pass; out of reach (charges that jump), the best plan comes with a warning. None: one
-        solve on `nodes` nodes.
+        solve on `nodes` nodes, and one on half of them for the error.
     nodes : int, optional
         Height nodes of that single grid (default 401), or of the first grid of the refinement.
+    levels : int
+        Levels of the normal force (N), between which is searched; a refinement doubles them where it must.
     feed : {"lattice", "continuous"}
         "lattice": the durations of the problem. "continuous": any feed between their slowest and fastest; the
         stage is halved, with all its multiples as durations, until the expected penalty at the coarser states
@@ -58,6 +70,13 @@ def plan(
         True: a line with the time left. Default: a line on standard error when it takes long.
     throw : bool
         Whether an unreachable tolerance is an error; False: return the best plan and its ``error``.
+    time_limit : float, optional
+        Time of the refinement, s: the grid is halved again only if the time predicted for it is left; two
+        grids are always solved. The best plan so far comes with its ``error`` and ``status``; `throw` counts
+        for a tolerance that was given. `policy.nodes` and `policy.levels` with ``tolerance=None`` give the
+        same tables to the bit.
+    memory_limit : float, optional
+        Largest memory of the tables of a solve, predicted before it, bytes. Default: 2 GiB.
 
     Returns
     -------
@@ -80,36 +99,53 @@ def plan(
     checks.kind("problem", problem, SequenceProblem, " (see weldbead.preset)")
     checks.one_of("feed", feed, ("lattice", "continuous"))
     solved = as_planned(problem, checks.one_of("method", method, METHODS))
+    limits: Budgeted = {"time_limit": time_limit, "memory_limit": memory_limit}
     if solved is not problem:
         found = plan(
-            solved, tolerance=tolerance, nodes=nodes, feed=feed, executor=executor, progress=progress,
-            throw=throw,
+            solved, tolerance=tolerance, nodes=nodes, levels=levels, feed=feed, executor=executor,
+            progress=progress, throw=throw, **limits,
         )  # fmt: skip
         lattice = {"stage": found.problem.stage, "durations": found.problem.durations}
         return SequencePolicy(problem.replace(**lattice), found.table, method)
     if isinstance(tolerance, str):
         checks.one_of("tolerance", tolerance, ("auto",))
         if feed == "lattice":
-            return _plan_as_well_as_can_be(problem, nodes, executor, progress)
+            return _plan_as_well_as_can_be(problem, nodes, levels, executor, progress, limits)
         tolerance = default_tolerance(problem)
     if feed == "continuous":
+        _refuse_limits(limits)
         return _plan_continuous(
             problem, 1e-3 if tolerance is None else checks.positive("tolerance", tolerance, "$"), progress
         )
     start = nodes if nodes is not None else (START_NODES if tolerance is not None else 401)
     table = sdp.plan(
-        sdp_problem(problem, start), tolerance=tolerance, executor=executor, progress=progress, throw=throw
-    )
+        sdp_problem(problem, start, levels=levels), tolerance=tolerance, executor=executor, progress=progress,
+        throw=throw, estimate=tolerance is None, **limits,
+    )  # fmt: skip
     return SequencePolicy(problem, table)
 
 
+def _refuse_limits(limits: Budgeted) -> None:
+    for name, limit in limits.items():
+        if limit is not None:
+            raise ValueError(f"{name} must be None with feed='continuous'; got {limit!r}")
+
+
 def _plan_as_well_as_can_be(
-    problem: SequenceProblem, nodes: int | None, executor: Executor | None, progress: Progress
+    problem: SequenceProblem,
+    nodes: int | None,
+    levels: int,
+    executor: Executor | None,
+    progress: Progress,
+    limits: Budgeted,
 ) -> SequencePolicy:
-    """Plan to the default tolerance, or to the best in reach with a warning."""
-    wanted = default_tolerance(problem)
+    """Plan to the default tolerance, within the limits, or to the best in reach with a warning."""
+    wanted, patient = default_tolerance(problem), any(limit is not None for limit in limits.values())
     try:
-        return plan(problem, tolerance=wanted, nodes=nodes, executor=executor, progress=progress)
+        return plan(
+            problem, tolerance=wanted, nodes=nodes, levels=levels, executor=executor, progress=progress,
+            throw=not patient, **limits,
+        )  # fmt: skip
     except sdp.ToleranceError as best:
         warnings.warn(
             f"the expected penalty is known to {best.policy.error:.1g} $, not to {wanted:g} $: {_WHY}",

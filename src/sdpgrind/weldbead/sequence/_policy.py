@@ -16,7 +16,7 @@ from sdpgrind.base.plans import Plan
 from sdpgrind.base.rng import Seed
 from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.weldbead.sequence._action import SequenceAction
-from sdpgrind.weldbead.sequence._as_sdp import as_planned, sdp_problem, true_problem
+from sdpgrind.weldbead.sequence._as_sdp import LEVELS, as_planned, sdp_problem, true_problem
 from sdpgrind.weldbead.sequence._operator_table import OperatorTable, ending_of, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
@@ -56,8 +56,24 @@ class SequencePolicy(Plan):
 
     @property
     def error(self) -> float | None:
-        """Estimated error of the expected penalty, $; None after a solve on a single grid."""
+        """Estimated error of the expected penalty, $; None after a plan anew between passes."""
         return self.table.error
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of the height (mm)."""
+        return self._cells + 1
+
+    @property
+    def levels(self) -> int:
+        """Levels of the normal force (N); with `nodes`, `plan` solves the same grid again, to the bit."""
+        moves = self.table.need_problem("the number of levels").moves
+        return max(move.levels.count for move in moves if move.levels)
+
+    @property
+    def status(self) -> str:
+        """Why the error ($) is no smaller: "tolerance reached", "time limit" or others of `sdp.Policy`."""
+        return self.table.status
 
     # -- looking up ------------------------------------------------------------------------------------
 
@@ -332,14 +348,17 @@ class SequencePolicy(Plan):
     @property
     def dataset(self) -> xr.Dataset:
         """Table with labels and units, and the problem as JSON."""
-        attributes = {} if self.problem.bead_scatter is None else {"method": self.method}
+        attributes: dict[str, Any] = {} if self.problem.bead_scatter is None else {"method": self.method}
+        if self.levels != LEVELS:
+            attributes["levels"] = self.levels
         return self.table.dataset.assign_attrs(problem=stored.encode(self.problem), **attributes)
 
     @classmethod
     def restored(cls, dataset: xr.Dataset) -> Self:
         problem: SequenceProblem = stored.decode(dataset.attrs["problem"])
         method = str(dataset.attrs.get("method", "cautious"))
-        asked = sdp_problem(as_planned(problem, method), dataset.sizes["height"])
+        levels = int(dataset.attrs.get("levels", LEVELS))
+        asked = sdp_problem(as_planned(problem, method), dataset.sizes["height"], levels=levels)
         return cls(problem, sdp.Policy.from_dataset(dataset, asked), method)
 
     def plot(self) -> Any:
