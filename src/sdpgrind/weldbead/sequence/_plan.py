@@ -10,6 +10,8 @@ from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, reporting
 from sdpgrind.weldbead.sequence._as_sdp import LEVELS, METHODS, as_planned, sdp_problem
+from sdpgrind.weldbead.sequence._exact import ExactTable
+from sdpgrind.weldbead.sequence._knapsack import has_closed_form
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
@@ -107,6 +109,8 @@ def plan(
         )  # fmt: skip
         lattice = {"stage": found.problem.stage, "durations": found.problem.durations}
         return SequencePolicy(problem.replace(**lattice), found.table, method)
+    if tolerance is not None and feed == "lattice" and has_closed_form(problem):
+        return SequencePolicy(problem, ExactTable.of(problem))
     if isinstance(tolerance, str):
         checks.one_of("tolerance", tolerance, ("auto",))
         if feed == "lattice":

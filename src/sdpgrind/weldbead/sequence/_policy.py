@@ -17,6 +17,7 @@ from sdpgrind.base.rng import Seed
 from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._as_sdp import LEVELS, as_planned, sdp_problem, true_problem
+from sdpgrind.weldbead.sequence._exact import ExactTable
 from sdpgrind.weldbead.sequence._operator_table import OperatorTable, ending_of, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
@@ -42,7 +43,7 @@ class SequencePolicy(Plan):
     def __init__(self, problem: SequenceProblem, table: sdp.Policy, method: str = "cautious") -> None:
         self.problem, self.table, self.method = problem, table, method
         axis = table.layout.axes[0]
-        self._modes = table.layout.modes
+        self._modes, self._exact = table.layout.modes, isinstance(table, ExactTable)
         self._per_height, self._cells = (axis.nodes - 1) / axis.high, axis.nodes - 1
         self._height_max, self._per_stage = axis.high, 1.0 / table.layout.step
         self._last, self._origin = table.layout.count + 2e-9, -table.countdown.first
@@ -96,7 +97,7 @@ class SequencePolicy(Plan):
             Above the greatest height or the horizon of the plan, at a late time between stages of the table,
             or for a last duration that is none of the plan's.
         """
-        if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
+        if self._quick(height, time_left, last_duration):
             stage = time_left * self._per_stage + 1e-9
             if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
                 cell = height * self._per_height
@@ -120,7 +121,7 @@ class SequencePolicy(Plan):
         Within one duration the force is interpolated between nodes. Where neighbouring nodes differ in their
         action, both are compared one step ahead; the answer is that of the side on which the state lies.
         """
-        if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
+        if self._quick(height, time_left, last_duration):
             stage = time_left * self._per_stage + 1e-9
             if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
                 found = self._scalar_action(height * self._per_height, int(stage) + self._origin)
@@ -134,6 +135,16 @@ class SequencePolicy(Plan):
         fields: list[Any] = [stop, duration, feed, np.where(stop, np.nan, force), gap]
         shaped = [x.reshape(place.shape) if place.shape else x.item() for x in fields]
         return SequenceAction(shaped[0], shaped[1], shaped[2], shaped[3], shaped[4], self.problem)
+
+    def _quick(self, *state: Any) -> bool:
+        """Whether a height (mm), a time left (s) and no last duration are looked up without `table`."""
+        height, time, last = state
+        return (
+            last is None
+            and not self._exact
+            and isinstance(height, float | int)
+            and isinstance(time, float | int)
+        )
 
     @cached_property
     def _kinks(self) -> tuple[Any, ...]:
@@ -349,7 +360,9 @@ class SequencePolicy(Plan):
     def dataset(self) -> xr.Dataset:
         """Table with labels and units, and the problem as JSON."""
         attributes: dict[str, Any] = {} if self.problem.bead_scatter is None else {"method": self.method}
-        if self.levels != LEVELS:
+        if self._exact:
+            attributes["exact"] = 1
+        elif self.levels != LEVELS:
             attributes["levels"] = self.levels
         return self.table.dataset.assign_attrs(problem=stored.encode(self.problem), **attributes)
 
@@ -357,6 +370,8 @@ class SequencePolicy(Plan):
     def restored(cls, dataset: xr.Dataset) -> Self:
         problem: SequenceProblem = stored.decode(dataset.attrs["problem"])
         method = str(dataset.attrs.get("method", "cautious"))
+        if dataset.attrs.get("exact"):
+            return cls(problem, ExactTable.of(problem), method)
         levels = int(dataset.attrs.get("levels", LEVELS))
         asked = sdp_problem(as_planned(problem, method), dataset.sizes["height"], levels=levels)
         return cls(problem, sdp.Policy.from_dataset(dataset, asked), method)
