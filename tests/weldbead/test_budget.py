@@ -64,6 +64,7 @@ def test_the_last_grid_is_solved_again_to_the_bit(clock):
     clock(0.1, 0.1, 0.2)
     policy = weldbead.plan(JUMPS, time_limit=1.0)
     assert policy.nodes == 401
+    assert policy._options == {"tolerance": None, "nodes": 401, "levels": policy.levels, "method": "cautious"}
     again = weldbead.plan(JUMPS, tolerance=None, nodes=policy.nodes, levels=policy.levels)
     assert same_bits(policy, again) and again.status == "given grid"
     fine = weldbead.plan(JUMPS, tolerance=None, nodes=3201, levels=1604)
@@ -104,6 +105,18 @@ def test_a_single_grid_has_an_error(problem, nodes):
     assert largest_difference(policy, fine) <= policy.error < 30 * largest_difference(policy, fine)
     alone = sdp.plan(weldbead.sequence.sdp_problem(problem, nodes))
     assert np.array_equal(policy.table.table.value, alone.table.value) and alone.error is None
+
+
+def test_a_charge_that_jumps_is_told_once(clock):
+    under = sdp.Constant(1.0, 0.1)
+    problem = P1.replace(height_charge=sdp.Charge(under=under, over=sdp.Linear(10.0)))
+    clock(1.0, 1.0)
+    with pytest.warns(UserWarning, match=r"jumps, at 0.1 mm, is of order 1: twice the nodes halve") as found:
+        policy = weldbead.plan(problem, time_limit=1.0)
+    jumps = [each for each in found if "jumps" in str(each.message)]
+    assert len(jumps) == 1 and jumps[0].filename == __file__
+    fine = weldbead.plan(problem, tolerance=None, nodes=3201)
+    assert largest_difference(policy, fine) <= policy.error
 
 
 def test_messages():
