@@ -46,13 +46,27 @@ def through_waits(lines: Lines, steps: Steps) -> Lines:
 
 
 def _waits(lines: Lines, steps: Steps) -> Any:
-    """Mask of lines of shifts by nothing with one control at both ends."""
+    """Mask of lines of shifts by nothing: with one control, and one cost beyond that after it."""
     out = np.zeros(lines.act.size, bool)
     for k, move in enumerate(steps.problem.moves):
         here = np.flatnonzero((lines.act == k) & (lines.control[:, 0] == lines.control[:, 1]))
         if isinstance(move.to, Shift) and here.size:
+            here = here[_parallel(lines.select(here), k, steps)]
             out[here] = _still(lines.select(here), k, move.to, steps)
     return out
+
+
+def _parallel(lines: Lines, k: int, steps: Steps) -> Any:
+    """Mask of lines of the move `k` that cost as much more than the value-to-go after it at both ends."""
+    menu, extra = Menu(steps.problem, steps.grid, k), np.full(lines.cost.shape, np.nan)
+    after = lines.mode if menu.into is None else menu.into[lines.entry[:, 0]]
+    for row in np.unique(lines.row):
+        end = steps.countdown.arrival(int(row), menu.move.duration)
+        if end is not None:
+            here = lines.row == row
+            node = lines.cell[here, None] + np.arange(2)
+            extra[here] = lines.cost[here] - steps.value[end.row, after[here, None], node]
+    return np.abs(np.diff(extra)[:, 0]) <= TIE_ABS
 
 
 def _still(lines: Lines, k: int, shift: Shift, steps: Steps) -> Any:
