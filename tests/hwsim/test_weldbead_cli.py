@@ -14,7 +14,7 @@ from hwsim._log.log import same
 from hwsim.cli import main
 from hwsim.command import _work
 from hwsim.command._weldbead.toml import job_of
-from sdpgrind import weldbead
+from sdpgrind import sdp, weldbead
 
 JOB = ["weldbead", "--simple", "--preset", "P1", "--tolerance", "1e-2", "--parts", "6", "--rng", "4"]
 KEPT = ["policy.nc", "policy.png", "run.db", "run.nc", "run.png"]
@@ -29,7 +29,9 @@ def policy():
 def coarse(tmp_path_factory):
     """File of a policy of one grid: its error is not known."""
     path = tmp_path_factory.mktemp("coarse") / "policy.nc"
-    weldbead.plan(weldbead.preset("P1"), tolerance=None, nodes=51).save(path)
+    problem = weldbead.preset("P1")
+    table = sdp.plan(weldbead.sequence.sdp_problem(problem, 51))
+    weldbead.SequencePolicy(problem, table).save(path)
     return path
 
 

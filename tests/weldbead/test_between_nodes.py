@@ -146,3 +146,14 @@ def test_stopping_late_is_charged_exactly_between_nodes():
         late = float(P5.lateness_charge(max(-time, 0.0)))
         np.testing.assert_allclose(found, P5.height_charge(np.array([0.013, 0.047])) + late, rtol=1e-12)
         assert policy.value(0.047, time) == pytest.approx(found[1], rel=1e-12)
+
+
+def test_a_pass_that_only_waits_keeps_the_kink_of_the_stage_after_it():
+    """At the threshold force nothing is removed: the next stage is looked up, whose kink lies in a cell."""
+    problem = P1.replace(
+        scatter=weldbead.Scatter("C1", 0.15, law="lognormal"), durations=(12,), stage=12.0, horizon=48.0
+    )
+    coarse, fine = (weldbead.plan(problem, tolerance=None, nodes=n) for n in (401, 3201))
+    heights, time = np.linspace(0.0, 0.1, 1601), np.arange(0.0, 49.0, 12.0)[:, None]
+    difference = np.abs(coarse.value(heights, time) - fine.value(heights, time))
+    assert difference.max() < 3e-4  # as at the nodes; 1e-3 with straight lines from node to node

@@ -298,7 +298,7 @@ def test_messages():
 
 
 def test_defaults():
-    assert solved(P1).error is None
+    assert solved(P1).error > 0 and solved(P1).status == "given grid"
     assert weldbead.plan(P1, tolerance=None).table.grid.size == 401
     policy = weldbead.plan(SMALL, tolerance=5e-3)
     assert 0 < policy.error <= 5e-3 and "error" in repr(policy)

@@ -18,6 +18,9 @@ class Plan(Reported, Record):
     _options: "Mapping[str, Any] | None" = None
     """Options given to the verb that solved it, see `reporting`; None: unknown, as of a plan from a file."""
 
+    _repeat: "Mapping[str, Any] | None" = None
+    """Options that solve it again where those given might not, as with a limit of time."""
+
     @property
     @abstractmethod
     def dataset(self) -> "xr.Dataset":

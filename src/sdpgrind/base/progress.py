@@ -242,7 +242,8 @@ def reporting(verb: Callable[P, R]) -> Callable[P, R]:
     def remembered(*args: P.args, **kwargs: P.kwargs) -> R:
         found = speaking(*args, **kwargs)
         if hasattr(found, "_options"):
-            options = {name: value for name, value in kwargs.items() if name not in _NO_OPTIONS}
+            given = {name: value for name, value in kwargs.items() if name not in _NO_OPTIONS}
+            options = getattr(found, "_repeat", None) or given
             object.__setattr__(found, "_options", options)  # a plan is frozen
         return found
 

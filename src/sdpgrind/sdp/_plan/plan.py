@@ -10,6 +10,8 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, logger, reporting, silent
+from sdpgrind.sdp._plan.budget import Budget
+from sdpgrind.sdp._plan.grid_error import changes_between, estimated, grid_error
 from sdpgrind.sdp._plan.look_up_error import between_nodes
 from sdpgrind.sdp._policy.policy import Policy
 from sdpgrind.sdp._problem.coordinates import Levels, Stages
@@ -20,12 +22,10 @@ from sdpgrind.sdp._solve.bundles import Bundles
 from sdpgrind.sdp._solve.forever import solve_forever
 from sdpgrind.sdp._solve.stages import solve_stages
 from sdpgrind.sdp._transitions.sampled import Sampled
-from sdpgrind.sdp._transitions.shift import Shift
 
 REFINEMENTS = 10  # chosen: most halvings of the cells; memory ends most problems before
 STALLED = 0.6  # chosen: least ratio of changes at which halving is useless; second order gives 0.25
 FIRST_GUESS = 4  # chosen: halvings expected before an error is known; it serves progress alone
-LARGEST = 2.0 * 2**30  # chosen: bytes of tables; more does not fit a small machine
 
 
 class ToleranceError(ValueError):
@@ -52,6 +52,9 @@ def plan(
     executor: Executor | None = None,
     progress: ProgressOption = None,
     throw: bool = True,
+    time_limit: float | None = None,
+    memory_limit: float | None = None,
+    estimate: bool = False,
 ) -> Policy:
     """Solve a problem by stochastic dynamic programming.
 
@@ -62,7 +65,7 @@ def plan(
     tolerance : float, optional
         Largest estimated error of the value-to-go ($), at nodes and between them: cells of all axes are
         halved, and controls and sampled noise refined, to reach it. None: solve on the given grid; the
-        policy's ``error`` is None.
+        policy's ``error`` is None without `estimate`.
     executor : concurrent.futures.Executor, optional
         Executor for blocks of problems with two or three axes; results do not depend on it. Ignored on one
         axis.
@@ -70,7 +73,15 @@ def plan(
         True: a line with the time left. Default: a line on standard error for long solves.
     throw : bool
         Raise if the tolerance is unreachable; False: return the best policy, its ``error`` above the
-        tolerance.
+        tolerance, and the reason as its ``status``.
+    time_limit : float, optional
+        Time of the refinement, s: cells are halved again only if the time predicted for it is left. Two grids
+        are always solved. The policy's ``problem`` on the nodes of its ``grid``, solved alone, gives the same
+        table to the bit.
+    memory_limit : float, optional
+        Largest memory of a solve, predicted from the sizes of its tables, bytes. Default: tables of 2 GiB.
+    estimate : bool
+        Without a tolerance: estimate the error from a second solve, on half the nodes and control levels.
 
     Returns
     -------
@@ -101,10 +112,15 @@ def plan(
     checks.kind("problem", problem, Problem, " of this package, as axes, moves, stops and stages make it")
     assert callable(progress)  # made by the decorator
     if tolerance is None:
-        policy = _solve(problem, 1, executor, progress, every_move=False)
+        _refuse_limits(time_limit=time_limit, memory_limit=memory_limit)
+        portions = Portions(progress)
+        policy = _solve(problem, 1, executor, portions.next(3.0, float(estimate)), every_move=False)
+        if estimate:
+            policy.error = estimated(policy, partial(_solve, executor=executor, tell=portions.next(1.0)))
     else:
         checks.positive("tolerance", tolerance, "$")
-        policy = _refined(problem, tolerance, executor, Portions(progress), throw)
+        budget = Budget.of(time_limit, memory_limit)
+        policy = _refined(problem, tolerance, executor, Portions(progress), throw, budget)
     progress(1.0, "planned")
     return policy
 
@@ -126,49 +142,78 @@ def _solve(
     return Policy(problem, Layout.of(problem, grid, table.base is not None), table.stacked(), None)
 
 
+def _refuse_limits(**limits: float | None) -> None:
+    """Refuse limits of a refinement where a single grid is asked for."""
+    for name, limit in limits.items():
+        if limit is not None:
+            raise ValueError(f"{name} must be None with tolerance=None, a single grid; got {limit!r}")
+
+
 def _refined(
-    problem: Problem, tolerance: float, executor: Executor | None, portions: Portions, throw: bool
+    problem: Problem,
+    tolerance: float,
+    executor: Executor | None,
+    portions: Portions,
+    throw: bool,
+    budget: Budget,
 ) -> Policy:
     before = _solve(problem, 1, executor, portions.next(1.0, _work_after(0, FIRST_GUESS, problem)))
+    budget.solved()
     changes: list[float] = []
     at_nodes: list[float] = []
     hopeless = 0  # halvings in a row without promise; a single one may first resolve a kink
     for halvings in range(1, REFINEMENTS + 1):
         if before.table.search_error > tolerance / 4 or _stalls(changes):
             problem = _with_finer_levels(problem)
-        more = _halvings_to(tolerance, changes, halvings, problem)
+        more = _halvings_to(tolerance, changes, halvings, problem, budget)
         tell = portions.next(1.0, _work_after(halvings, more, problem))
         policy = _solve(problem, 2**halvings, executor, tell)
-        every, shared = _changes(before, policy)
+        every, shared = changes_between(before, policy)
         changes.append(every)
         at_nodes.append(shared)
+        budget.solved()
         # The grid suffices, the search does not.
-        if grid_error(changes) <= tolerance / 2 < policy.table.search_error:
+        short = grid_error(changes) <= tolerance / 2 < policy.table.search_error
+        if short and not budget.out_of_time(problem):
             problem = _with_finer_levels(problem)
             policy = _solve(problem, 2**halvings, executor, portions.next(1.0, 1.0))
+            budget.solved()
         error = grid_error(changes) + policy.table.search_error
-        room = _halvings_left(problem, halvings)
+        room = _halvings_left(problem, halvings, budget)
         logger.debug(
             "halving %d: largest change %.3g, search %.3g, error %.3g, wanted %.3g",
             halvings, every, policy.table.search_error, error, tolerance,
         )  # fmt: skip
         if halvings > 2:  # the first grids may be too coarse to judge by
             hopeless = hopeless + 1 if _within_reach(error, changes, room) > tolerance else 0
-        last = room == 0 or (throw and hopeless > 1)
-        if (halvings > 1 and error <= tolerance) or last:
+        status = _end(problem, halvings, room, throw and hopeless > 1, budget)
+        if (halvings > 1 and error <= tolerance) or status:
             solve = partial(_solve, refine=2**halvings, executor=executor, tell=silent)
             error = max(error, grid_error(at_nodes) + between_nodes(policy) + policy.table.search_error)
-            problem, policy, noise = _with_enough_noise(problem, policy, tolerance / 4, solve)
+            problem, policy, noise = _with_enough_noise(problem, policy, tolerance / 4, solve, budget)
             error += noise
         policy.error = error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
+            policy.status = "tolerance reached"
             return policy
-        if throw and last:
-            raise _out_of_reach(tolerance, policy, changes, room)
-        if last:
+        if status:
+            policy.status = status
+            if throw:
+                raise _out_of_reach(tolerance, policy, changes, room, budget)
             return policy
         before = policy
     raise AssertionError("a hopeless tolerance is refused before")
+
+
+def _end(problem: Problem, halvings: int, room: int, hopeless: bool, budget: Budget) -> str:
+    """Why no further grid is solved; "": one is."""
+    if halvings == REFINEMENTS:
+        return "finest grid"
+    if room == 0:
+        return "memory limit"
+    if not problem.axes or hopeless:
+        return "out of reach" if hopeless else ""
+    return "time limit" if budget.out_of_time(problem) else ""
 
 
 def _work_after(halvings: int, more: int, problem: Problem) -> float:
@@ -177,12 +222,14 @@ def _work_after(halvings: int, more: int, problem: Problem) -> float:
     return sum(ratio**k for k in range(1, more + 1))
 
 
-def _halvings_to(tolerance: float, changes: list[float], halvings: int, problem: Problem) -> int:
+def _halvings_to(
+    tolerance: float, changes: list[float], halvings: int, problem: Problem, budget: Budget
+) -> int:
     """Number of halvings expected after the next solve; the error falls to a quarter with each."""
     if not changes:
         return FIRST_GUESS - halvings
     later = np.log(max(grid_error(changes) / tolerance, 1.0)) / np.log(4.0) - 1.0
-    return int(np.clip(np.ceil(later), 0, _halvings_left(problem, halvings)))
+    return int(np.clip(np.ceil(later), 0, _halvings_left(problem, halvings, budget)))
 
 
 def _stalls(changes: list[float]) -> bool:
@@ -199,29 +246,25 @@ def _within_reach(error: float, changes: list[float], room: int) -> float:
     return float(error / max(2.0, _rate(changes)) ** room)
 
 
-def _out_of_reach(tolerance: float, policy: Policy, changes: list[float], room: int) -> ToleranceError:
+def _out_of_reach(
+    tolerance: float, policy: Policy, changes: list[float], room: int, budget: Budget
+) -> ToleranceError:
     assert policy.error is not None  # refined policies have one
-    reachable = 1.5 * policy.error / _rate(changes) ** room
+    late = policy.status == "time limit"
+    reachable = 1.5 * policy.error / (1.0 if late else _rate(changes) ** room)
     return ToleranceError(
-        f"tolerance must be reachable within {LARGEST / 2**30:.0f} GiB of tables ($); got {tolerance:g}: try"
+        f"tolerance must be reachable within {budget.told} ($); got {tolerance:g}: try"
         f" {reachable:.1g}, or throw=False for the best that can be reached",
         policy,
     )
 
 
-def _halvings_left(problem: Problem, done: int) -> int:
+def _halvings_left(problem: Problem, done: int, budget: Budget) -> int:
     """Number of further halvings that memory allows."""
     room = 0
-    while done + room < REFINEMENTS and _table_bytes(problem, 2 ** (done + room + 1)) <= LARGEST:
+    while done + room < REFINEMENTS and budget.bytes(problem, 2 ** (done + room + 1)) <= budget.largest:
         room += 1
     return room
-
-
-def _table_bytes(problem: Problem, refine: int) -> float:
-    """Bytes of the tables of shifts, the largest: weight and charge of every row, lag and other node."""
-    nodes = float(np.prod([(axis.nodes - 1) * refine + 1 for axis in problem.axes], dtype=float))
-    rows = (m.choices * (m.levels.count if m.levels else 1) for m in problem.moves if isinstance(m.to, Shift))
-    return 16.0 * nodes * sum(rows)
 
 
 def _with_finer_levels(problem: Problem) -> Problem:
@@ -236,10 +279,15 @@ def _with_finer_levels(problem: Problem) -> Problem:
 
 
 def _with_enough_noise(
-    problem: Problem, policy: Policy, tolerance: float, solve: Callable[[Problem], Policy]
+    problem: Problem, policy: Policy, tolerance: float, solve: Callable[[Problem], Policy], budget: Budget
 ) -> tuple[Problem, Policy, float]:
-    """Double the quadrature points of sampled noise until the value settles; return its last change, $."""
+    """Double the quadrature points of sampled noise until the value settles; return its last change, $.
+
+    With a budget the policy stays, and the change of one doubling is estimated.
+    """
     change = 0.0
+    if budget.given and (finer := _with_finer_noise(problem)) is not None:
+        return problem, policy, float(np.max(np.abs(policy.table.value - solve(finer).table.value)))
     while (finer := _with_finer_noise(problem)) is not None:
         problem, before, policy = finer, policy, solve(finer)
         change = float(np.max(np.abs(policy.table.value - before.table.value)))
@@ -259,27 +307,3 @@ def _with_finer_noise(problem: Problem) -> Problem | None:
         moves.append(replace(move, to=to))
     same = all(one.to is other.to for one, other in zip(moves, problem.moves, strict=True))
     return None if same else replace(problem, moves=moves)
-
-
-def grid_error(changes: list[float]) -> float:
-    """Return the estimated error ($) of the last of several solutions, from largest changes at each halving.
-
-    If a halving divides the error by r, the last change is (r - 1) times the error. Linear interpolation
-    gives r = 4 on average; kinks of the value-to-go fall unevenly into cells, so r is the ratio of the last
-    two changes, within [1.25, 3] (many passes of laws narrower than a cell converge slower than at first
-    order). A change may be small by chance: the one before it, with second order assumed, bounds the error
-    from below.
-    """
-    if len(changes) < 2:
-        return changes[-1]
-    rate = changes[-2] / changes[-1] if changes[-1] > 0 else 2.0
-    return max(changes[-1] / (min(3.0, max(1.25, rate)) - 1), changes[-2] / 12)
-
-
-def _changes(coarse: Policy, fine: Policy) -> tuple[float, float]:
-    """Largest change at the nodes of the finer grid, and at the nodes that both grids share, $."""
-    shape = fine.grid.shape
-    row, mode, *node = (x.ravel() for x in np.indices((*fine.table.value.shape[:2], *shape)))
-    index = 0.5 * np.array(node).reshape(len(shape), row.size)
-    change = np.abs(coarse.interpolated(row, mode, index) - fine.table.value.ravel())
-    return float(np.max(change)), float(np.max(change, where=np.all(index % 1 == 0, axis=0), initial=0.0))

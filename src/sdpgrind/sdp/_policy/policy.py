@@ -72,6 +72,9 @@ class Policy(Solution, Plan):
         Names, axes and stages as plain data.
     error : float or None
         Estimated error of the value-to-go ($), of grid and search; None: solved on a single grid.
+    status : str
+        Why no finer grid was solved: "given grid", "tolerance reached", "time limit", "memory limit", "finest
+        grid", or "out of reach" where halving the cells does not help enough.
     """
 
     kind = "sdp.policy"
@@ -80,7 +83,7 @@ class Policy(Solution, Plan):
         self, problem: Problem | None, layout: Layout, table: StageTable, error: float | None
     ) -> None:
         super().__init__(problem, layout, table)
-        self.error = error
+        self.error, self.status = error, "given grid"
 
     # -- looking up --------------------------------------------------------------------------------
 
@@ -265,7 +268,7 @@ class Policy(Solution, Plan):
                 "mode": ("mode", list(layout.modes)),
                 "stage": ("stage", times, {"units": layout.stage_unit, "long_name": layout.stage_name}),
             },
-            attrs | ({} if self.error is None else {"error": self.error}),
+            attrs | ({} if self.error is None else {"error": self.error, "status": self.status}),
         )
 
     def _kink_variables(self) -> dict[str, Any]:
@@ -311,6 +314,7 @@ class Policy(Solution, Plan):
         error = dataset.attrs.get("error")
         found = None if error is None else float(error)
         policy = cls(problem, layout, table, found)
+        policy.status = str(dataset.attrs.get("status", policy.status))
         if "kink" in dataset:
             names = ("kink", "line_start", "line_cost", "line_control", "line_act", "line_entry")
             policy.kinks = Kinks(*(np.ascontiguousarray(dataset[name].values) for name in names))

@@ -15,6 +15,7 @@ from sdpgrind.sdp._solve.kernels import TIE_ABS
 from sdpgrind.sdp._solve.kinks import Kinks, Lines, sorted_kinks, split
 from sdpgrind.sdp._solve.stages import StageTable
 from sdpgrind.sdp._solve.steps import Steps
+from sdpgrind.sdp._solve.waits import through_waits
 
 
 class Solution:
@@ -145,7 +146,9 @@ class Solution:
         rows, modes, nodes = self.table.value.shape
         if self._lines is None:
             return Kinks.none((rows, modes, nodes - 1 if len(self.grid.axes) == 1 else 0))
-        return sorted_kinks(split(self._lines, self.steps), (rows, modes, nodes - 1))
+        return sorted_kinks(
+            through_waits(split(self._lines, self.steps), self.steps), (rows, modes, nodes - 1)
+        )
 
     @cached_property
     def changed(self) -> Any:

@@ -3,10 +3,12 @@
 import warnings
 from collections.abc import Sequence
 
+from sdpgrind import sdp
 from sdpgrind.base.doubts.rows import Doubt
 from sdpgrind.base.doubts.stakes import Figure, Stake, stakes
 from sdpgrind.base.progress import silent
-from sdpgrind.weldbead.sequence._plan import plan
+from sdpgrind.weldbead.sequence._as_sdp import sdp_problem
+from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 # measured: 0.2 s of CPU a plan; on P1 with a scatter of 0.023 to 0.15 within 9e-5 $ of the default tolerance,
@@ -37,11 +39,10 @@ def _with(problem: SequenceProblem, name: str, value: float, changes: list[float
 
 def _penalty(problem: SequenceProblem, changes: list[float]) -> float:
     """Penalty of the bead, $; its change from half the nodes, an estimate of its error, joins `changes`."""
+    tables = (sdp.plan(sdp_problem(problem, nodes), progress=silent) for nodes in (_NODES // 2 + 1, _NODES))
     coarse, fine = (
-        float(policy.value(height=problem.height_max, time_left=problem.horizon))
-        for policy in (
-            plan(problem, tolerance=None, nodes=nodes, progress=silent) for nodes in (_NODES // 2 + 1, _NODES)
-        )
+        float(SequencePolicy(problem, table).value(height=problem.height_max, time_left=problem.horizon))
+        for table in tables
     )
     changes.append(abs(fine - coarse))
     return fine

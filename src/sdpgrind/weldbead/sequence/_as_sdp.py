@@ -13,10 +13,11 @@ from sdpgrind.weldbead.sequence._coefficient_scatter import COEFFICIENTS
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 METHODS = ("cautious", "certain")
+LEVELS = 401  # chosen: levels of the normal force, between which is searched
 
 
 def sdp_problem(
-    problem: SequenceProblem, nodes: int = 401, *, levels: int = 401, search: bool = True
+    problem: SequenceProblem, nodes: int = 401, *, levels: int = LEVELS, search: bool = True
 ) -> sdp.Problem:
     """Return a weld-bead problem as a problem of `sdp`.
 

@@ -18,8 +18,9 @@ from sdpgrind.base.progress import ProgressOption, reporting
 from sdpgrind.base.rng import Seed
 from sdpgrind.base.sheets.blocks import AmountTable
 from sdpgrind.weldbead.sequence._action import SequenceAction
-from sdpgrind.weldbead.sequence._as_sdp import as_planned, sdp_problem, true_problem
+from sdpgrind.weldbead.sequence._as_sdp import LEVELS, as_planned, sdp_problem, true_problem
 from sdpgrind.weldbead.sequence._band_sheet import BandSheet
+from sdpgrind.weldbead.sequence._exact import ExactTable
 from sdpgrind.weldbead.sequence._operator_table import OperatorTable, ending_of, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
@@ -51,7 +52,7 @@ class SequencePolicy(Plan):
         self.problem, self.table, self.method = problem, table, method
         self._promises: dict[Asked, Risk] = {}
         axis = table.layout.axes[0]
-        self._modes = table.layout.modes
+        self._modes, self._exact = table.layout.modes, isinstance(table, ExactTable)
         self._per_height, self._cells = (axis.nodes - 1) / axis.high, axis.nodes - 1
         self._height_max, self._per_stage = axis.high, 1.0 / table.layout.step
         self._last, self._origin = table.layout.count + 2e-9, -table.countdown.first
@@ -65,8 +66,24 @@ class SequencePolicy(Plan):
 
     @property
     def error(self) -> float | None:
-        """Estimated error of the expected penalty, $; None after a solve on a single grid."""
+        """Estimated error of the expected penalty, $; None after a plan anew between passes."""
         return self.table.error
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of the height (mm)."""
+        return self._cells + 1
+
+    @property
+    def levels(self) -> int:
+        """Levels of the normal force (N); with `nodes`, `plan` solves the same grid again, to the bit."""
+        moves = self.table.need_problem("the number of levels").moves
+        return max(move.levels.count for move in moves if move.levels)
+
+    @property
+    def status(self) -> str:
+        """Why the error ($) is no smaller: "tolerance reached", "time limit" or others of `sdp.Policy`."""
+        return self.table.status
 
     # -- looking up ------------------------------------------------------------------------------------
 
@@ -89,7 +106,7 @@ class SequencePolicy(Plan):
             Above the greatest height or the horizon of the plan, at a late time between stages of the table,
             or for a last duration that is none of the plan's.
         """
-        if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
+        if self._quick(height, time_left, last_duration):
             stage = time_left * self._per_stage + 1e-9
             if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
                 cell = height * self._per_height
@@ -113,7 +130,7 @@ class SequencePolicy(Plan):
         Within one duration the force is interpolated between nodes. Where neighbouring nodes differ in their
         action, both are compared one step ahead; the answer is that of the side on which the state lies.
         """
-        if last_duration is None and isinstance(height, float | int) and isinstance(time_left, float | int):
+        if self._quick(height, time_left, last_duration):
             stage = time_left * self._per_stage + 1e-9
             if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
                 found = self._scalar_action(height * self._per_height, int(stage) + self._origin)
@@ -127,6 +144,16 @@ class SequencePolicy(Plan):
         fields: list[Any] = [stop, duration, feed, np.where(stop, np.nan, force), gap]
         shaped = [x.reshape(place.shape) if place.shape else x.item() for x in fields]
         return SequenceAction(shaped[0], shaped[1], shaped[2], shaped[3], shaped[4], self.problem)
+
+    def _quick(self, *state: Any) -> bool:
+        """Whether a height (mm), a time left (s) and no last duration are looked up without `table`."""
+        height, time, last = state
+        return (
+            last is None
+            and not self._exact
+            and isinstance(height, float | int)
+            and isinstance(time, float | int)
+        )
 
     @cached_property
     def _kinks(self) -> tuple[Any, ...]:
@@ -495,7 +522,11 @@ class SequencePolicy(Plan):
     @property
     def dataset(self) -> xr.Dataset:
         """Table with labels and units, and the problem as JSON."""
-        attributes = {} if self.problem.bead_scatter is None else {"method": self.method}
+        attributes: dict[str, Any] = {} if self.problem.bead_scatter is None else {"method": self.method}
+        if self._exact:
+            attributes["exact"] = 1
+        elif self.levels != LEVELS:
+            attributes["levels"] = self.levels
         return self.table.dataset.assign_attrs(problem=stored.encode(self.problem), **attributes)
 
     def _written(self) -> xr.Dataset:
@@ -506,8 +537,12 @@ class SequencePolicy(Plan):
     def restored(cls, dataset: xr.Dataset) -> Self:
         problem: SequenceProblem = stored.decode(dataset.attrs["problem"])
         method = str(dataset.attrs.get("method", "cautious"))
-        asked = sdp_problem(as_planned(problem, method), dataset.sizes["height"])
-        found = cls(problem, sdp.Policy.from_dataset(dataset, asked), method)
+        if dataset.attrs.get("exact"):
+            found = cls(problem, ExactTable.of(as_planned(problem, method)), method)
+        else:
+            levels = int(dataset.attrs.get("levels", LEVELS))
+            asked = sdp_problem(as_planned(problem, method), dataset.sizes["height"], levels=levels)
+            found = cls(problem, sdp.Policy.from_dataset(dataset, asked), method)
         found._promises.update(of_text(str(dataset.attrs.get("promises", "[]"))))
         return found
 

@@ -11,6 +11,8 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.sequence import _replan_kernels as _kernels
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._as_sdp import as_planned, sdp_problem
+from sdpgrind.weldbead.sequence._exact import ExactTable
+from sdpgrind.weldbead.sequence._knapsack import has_closed_form
 from sdpgrind.weldbead.sequence._pass_rows import tables
 from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
@@ -120,7 +122,8 @@ def _replanned(
     low = max(height, LOWEST)
     rest = ahead(planned, time_left)
     rest = rest.replace(height_max=low) if low < rest.height_max else rest
-    table = sdp.plan(sdp_problem(rest, NODES, levels=SOLVED))
+    exact = has_closed_form(rest)
+    table = ExactTable.of(rest) if exact else sdp.plan(sdp_problem(rest, NODES, levels=SOLVED))
     told = problem.replace(height_max=rest.height_max, horizon=rest.horizon)
     return SequencePolicy(told, table, method)
 

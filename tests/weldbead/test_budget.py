@@ -1,0 +1,129 @@
+"""Limits of time and memory: which grid is the last, its error, and that it can be solved again to the bit."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import sdpgrind
+from sdpgrind import sdp, weldbead
+
+P1 = weldbead.preset("P1").replace(durations=(6, 10), horizon=24.0)
+JUMPS = P1.replace(height_charge=sdp.Charge(under=sdp.Linear(2.0), over=sdp.Constant(2.0)))
+TABLES = ("value", "best", "move", "control", "entry", "gap")
+
+
+def same_bits(one, other):
+    return all(
+        np.array_equal(getattr(one.table.table, name), getattr(other.table.table, name), equal_nan=True)
+        for name in TABLES
+    )
+
+
+def largest_difference(policy, fine):
+    """Over heights between the nodes of both, at all stages."""
+    height = np.linspace(0.0, policy.problem.height_max, 4321)[:, None]
+    time = np.arange(0.0, policy.problem.horizon + 1, policy.problem.stage)
+    return np.max(np.abs(policy.value(height, time) - fine.value(height, time)))
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Set the seconds that each grid takes."""
+
+    def set_times(*seconds):
+        times = itertools.accumulate(itertools.chain([0.0], seconds, itertools.repeat(1e9)))
+        monkeypatch.setattr("sdpgrind.sdp._plan.budget.monotonic", lambda: next(times))
+        # The default of a field is bound when the class is made.
+        monkeypatch.setattr(
+            "sdpgrind.sdp._plan.budget.Budget.of",
+            classmethod(lambda cls, time, memory: cls(time, memory, next(times))),
+        )
+
+    return set_times
+
+
+@pytest.mark.parametrize(
+    ("seconds", "limit", "nodes"),
+    [
+        ((0.1, 0.4), 1.0, 201),  # the next takes 1.6 s at least
+        ((0.1, 0.1), 1.2, 401),  # and 0.4 s here, as time grows fourfold at least
+        ((0.1, 0.4, 1.6), 5.0, 401),
+        ((0.1, 0.7), 4.0, 201),  # sevenfold growth goes on
+        ((0.1, 0.7), 7.3, 401),
+        ((50.0, 0.1), 1.0, 201),  # two grids, whatever they take
+    ],
+)
+def test_the_next_halving_is_begun_only_if_its_time_is_left(seconds, limit, nodes, clock):
+    clock(*seconds)
+    policy = weldbead.plan(JUMPS, time_limit=limit)
+    assert (policy.nodes, policy.status) == (nodes, "time limit")
+
+
+def test_the_last_grid_is_solved_again_to_the_bit(clock):
+    clock(0.1, 0.1, 0.2)
+    policy = weldbead.plan(JUMPS, time_limit=1.0)
+    assert policy.nodes == 401
+    assert policy._options == {"tolerance": None, "nodes": 401, "levels": policy.levels, "method": "cautious"}
+    again = weldbead.plan(JUMPS, tolerance=None, nodes=policy.nodes, levels=policy.levels)
+    assert same_bits(policy, again) and again.status == "given grid"
+    fine = weldbead.plan(JUMPS, tolerance=None, nodes=3201, levels=1604)
+    assert largest_difference(policy, fine) <= policy.error < 5e-3
+
+
+def test_memory_is_predicted_before_it_is_taken():
+    largest = 50e6
+    policy = weldbead.plan(JUMPS, memory_limit=largest)
+    assert policy.status == "memory limit"
+    # weight and charge of 401 levels of two moves, and as much for working on them
+    assert 16 * policy.nodes * 2 * policy.levels < largest < 12 * 16 * policy.nodes * 2 * policy.levels
+    assert weldbead.plan(JUMPS, memory_limit=1.0).nodes == 201  # two grids are always solved
+
+
+def test_a_limit_is_no_error_unless_a_tolerance_was_asked_for(clock):
+    clock(1.0, 1.0)
+    with pytest.raises(sdp.ToleranceError, match=r"reachable within 1 s and 2 GiB of tables") as refused:
+        weldbead.plan(JUMPS, tolerance=1e-5, time_limit=1.0)
+    assert refused.value.policy.status == "time limit"
+    clock(1.0, 1.0)
+    policy = weldbead.plan(JUMPS, tolerance=1e-5, time_limit=1.0, throw=False)
+    assert policy.error > 1e-5 and policy.status == "time limit"
+
+
+def test_limits_that_are_not_met_change_nothing(tmp_path):
+    policy = weldbead.plan(P1, tolerance=1e-3, time_limit=1e6, memory_limit=1e12)
+    assert policy.status == "tolerance reached" and same_bits(policy, weldbead.plan(P1, tolerance=1e-3))
+    policy.save(tmp_path / "p.nc")
+    assert sdpgrind.load(tmp_path / "p.nc").status == "tolerance reached"
+
+
+@pytest.mark.parametrize("nodes", [3, 40, 101])
+@pytest.mark.parametrize("problem", [P1, JUMPS], ids=["P1", "jumps"])
+def test_a_single_grid_has_an_error(problem, nodes):
+    policy = weldbead.plan(problem, tolerance=None, nodes=nodes)
+    fine = weldbead.plan(problem, tolerance=None, nodes=1601, levels=1604)
+    assert largest_difference(policy, fine) <= policy.error < 30 * largest_difference(policy, fine)
+    alone = sdp.plan(weldbead.sequence.sdp_problem(problem, nodes))
+    assert np.array_equal(policy.table.table.value, alone.table.value) and alone.error is None
+
+
+def test_a_charge_that_jumps_is_told_once(clock):
+    under = sdp.Constant(1.0, 0.1)
+    problem = P1.replace(height_charge=sdp.Charge(under=under, over=sdp.Linear(10.0)))
+    clock(1.0, 1.0)
+    with pytest.warns(UserWarning, match=r"jumps, at 0.1 mm, is of order 1: twice the nodes halve") as found:
+        policy = weldbead.plan(problem, time_limit=1.0)
+    jumps = [each for each in found if "jumps" in str(each.message)]
+    assert len(jumps) == 1 and jumps[0].filename == __file__
+    fine = weldbead.plan(problem, tolerance=None, nodes=3201)
+    assert largest_difference(policy, fine) <= policy.error
+
+
+def test_messages():
+    for name, unit in (("time_limit", "s"), ("memory_limit", "bytes")):
+        with pytest.raises(ValueError, match=rf"{name} must be > 0 \({unit}\); got -1"):
+            weldbead.plan(P1, **{name: -1.0})
+        with pytest.raises(ValueError, match=rf"{name} must be None with tolerance=None, a single grid"):
+            weldbead.plan(P1, tolerance=None, **{name: 1.0})
+        with pytest.raises(ValueError, match=rf"{name} must be None with feed='continuous'"):
+            weldbead.plan(P1, feed="continuous", **{name: 1.0})
