@@ -400,3 +400,15 @@ def test_policy_of_unknown_error_does_for_no_tolerance(coarse, tmp_path, capsys)
     line = refused(capsys, "--policy", coarse, "--tolerance", 1.0, "--out", tmp_path / "new")
     assert line.endswith("of unknown error, --tolerance asks for 1 $: plan anew, without --policy")
     assert list(content(coarse.parent)) == ["policy.nc"] and not (tmp_path / "new").exists()
+
+
+def test_writes_the_operator_table(coarse, tmp_path):
+    arguments = ["weldbead", "--simple", "--policy", str(coarse), "--parts", "1"]
+    assert main([*arguments, "--operator-table", str(tmp_path / "bead.html")]) == 0
+    page = (tmp_path / "bead.html").read_text()
+    assert "Next pass: duration s / normal force N" in page and "Measure the height and go up" in page
+
+
+def test_refuses_another_ending_of_the_operator_table(capsys, coarse, tmp_path):
+    told = refused(capsys, "--policy", coarse, "--parts", "1", "--operator-table", tmp_path / "bead.pdf")
+    assert told == "ending of --operator-table must be one of .html, .txt, .csv; got '.pdf'"

@@ -212,11 +212,13 @@ def test_deterministic_plan_is_the_closed_form():
 def test_deterministic_plan_by_the_planner(nodes):
     # Levels that hit no node, and a search over a cost with kinks: the estimated error says how much that is.
     problem = weldbead.preset("P1").replace(scatter=weldbead.Scatter("C1", 0.0))
-    policy = weldbead.plan(problem, tolerance=3e-2, nodes=nodes)
+    grid = sdp.plan(weldbead.sequence.sdp_problem(problem, nodes), tolerance=3e-2)
+    policy, closed = weldbead.SequencePolicy(problem, grid), weldbead.plan(problem)
     height = np.linspace(0, 2, 3001)  # between nodes, too
     for time in range(0, 61, 2):
         exact = 2 * np.maximum(0.0, height - deepest(time))
         assert np.max(np.abs(policy.value(height, float(time)) - exact)) <= policy.error <= 3e-2
+        np.testing.assert_allclose(closed.value(height, float(time)), exact, rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("name", NAMES)

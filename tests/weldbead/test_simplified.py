@@ -53,6 +53,17 @@ def test_few_intervals_lose_no_more_than_is_allowed(simple):
     assert 0 < simple.mean_loss < simple.loss <= 0.003 * (1 + 1e-12)
 
 
+def test_between_the_ends_of_bands_more_is_lost_and_told(simple):
+    """A height just above a band's end is ground as the next end: the sheet costs what it says there, too."""
+    assert simple.loss < simple.loss_between < 0.05
+    told = Followed(simple, 801)
+    nodes = np.linspace(0.0, simple.problem.height_max, 801)
+    mean = told.distribution(nodes=nodes, height=0.5025, time_left=18.0).mean
+    assert float(simple._between[0][9, 201]) == pytest.approx(mean, abs=1e-9)
+    worst = max(sentence.count(f"{simple.loss_between:.2g} $") for sentence in simple._sentences)
+    assert worst == 1
+
+
 def test_bands_cover_all_heights_and_forces_are_set_as_told(simple):
     for line in simple.bands:
         assert [band.above for band in line] == [0.0, *(band.up_to for band in line[:-1])]

@@ -34,6 +34,8 @@ def add_to(subparsers: Any, area: AreaCommand) -> None:
         parser.add_argument(switch, action="store_true", help=meaning)
     for count, meaning in area.counts.items():
         parser.add_argument(count, type=int, metavar="N", help=meaning)
+    for file, (meaning, *_) in area.files.items():
+        parser.add_argument(file, type=Path, metavar="FILE", help=meaning)
     parser.add_argument(
         f"--{word}",
         dest="plan",
@@ -89,6 +91,7 @@ def _carried_out(area: AreaCommand, arguments: argparse.Namespace) -> int:
         folder.refuse_other_plan(job.problem, given)
         folder.refuse_other_run(plant=job.stand, rng=arguments.rng)
     plan = _plan(area, job, given, folder, arguments)
+    _write_files(area, plan, arguments)
     if folder is not None:
         folder.refuse_other_run(controller=job.controller(plan))
         folder.begin(plan)
@@ -128,7 +131,7 @@ def run_page(
 def _told(area: AreaCommand, arguments: argparse.Namespace) -> dict[str, Any]:
     """The command as plain values, the text of its file included."""
     file: Path | None = arguments.problem
-    options = [name.removeprefix("--").replace("-", "_") for name in (*area.switches, *area.counts)]
+    options = [_key(name) for name in (*area.switches, *area.counts)]
     return {
         "area": area.name,
         "toml": None if file is None else file.read_text(encoding="utf-8"),
@@ -160,9 +163,24 @@ def _check_numbers(area: AreaCommand, arguments: argparse.Namespace) -> None:
     for name in ("--parts", *area.counts):
         if (given := getattr(arguments, name.removeprefix("--"))) is not None:
             checks.count(name, given)
+    for name, (_, *endings) in area.files.items():
+        if (path := getattr(arguments, _key(name))) is not None:
+            checks.one_of(f"ending of {name}", path.suffix, endings)
     checks.count("--rng", arguments.rng, at_least=0)
     if arguments.tolerance is not None:
         checks.positive("--tolerance", arguments.tolerance, area.error_unit)
+
+
+def _write_files(area: AreaCommand, plan: Any, arguments: argparse.Namespace) -> None:
+    """Write the files that are asked for, each by the method of the plan of its name."""
+    for name in area.files:
+        if (path := getattr(arguments, _key(name))) is not None:
+            getattr(plan, _key(name))(path)
+
+
+def _key(option: str) -> str:
+    """Name of an option among the arguments."""
+    return option.removeprefix("--").replace("-", "_")
 
 
 def _job(area: AreaCommand, arguments: argparse.Namespace) -> tuple[Job, Any]:

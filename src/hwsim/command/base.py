@@ -66,6 +66,8 @@ class AreaCommand(ABC):
     tolerance: ClassVar[str] = ""  # help of --tolerance; "": no such option
     switches: ClassVar[Mapping[str, str]] = {}  # own switches and their help
     counts: ClassVar[Mapping[str, str]] = {}  # own options of whole numbers >= 1 and their help
+    files: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Files that methods of the plan write, named as the options: help, then the endings."""
 
     def read(self, path: Path, arguments: argparse.Namespace) -> Job:
         """Read the job in a TOML file (see `hwsim.command._toml.read`)."""

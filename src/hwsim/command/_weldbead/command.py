@@ -29,6 +29,9 @@ on after the last finished bead, with the results that it would have had; a fini
     made_for, part, plan_word = "a weld bead", "bead", "policy"
     presets = "P1 ... P5, C0"
     tolerance = "of the plan's expected penalty, $ (1e-5, or what suits greater charges)"
+    files: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "--operator-table": ("write the plan as a sheet: .html, .txt or .csv", ".html", ".txt", ".csv")
+    }
     switches: ClassVar[Mapping[str, str]] = {"--simple": "the sequence alone, on a stand of one draw a pass"}
 
     def read(self, path: Path, arguments: argparse.Namespace) -> "Job":

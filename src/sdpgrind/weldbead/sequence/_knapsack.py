@@ -141,8 +141,8 @@ class Knapsack:
 
 def has_closed_form(problem: SequenceProblem) -> bool:
     """Whether the formula of this module holds: no scatter, no lateness, any small cut, a convex charge."""
-    under = problem.height_charge.under
-    certain = problem.scatter.total == 0 and problem.bead_scatter is None
+    under, beads = problem.height_charge.under, problem.bead_scatter
+    certain = problem.scatter.total == 0 and (beads is None or not np.any(beads.log_covariance))
     plain = problem.lateness_charge is None and isinstance(under, sdp.Linear | sdp.Quadratic)
     return certain and plain and all(_any_cut(problem, each) for each in problem.durations)
 

@@ -453,7 +453,8 @@ class SequencePolicy(Plan):
     ) -> SimplifiedPolicy:
         """Return the plan in few bands of one duration and one force, with exactly what that loses.
 
-        Bands end at hundredths of the greatest height, where the plan is solved anew to be compared.
+        Bands are chosen at hundredths of the greatest height, where the plan is solved anew to be compared;
+        heights in between lose more, see `SimplifiedPolicy.loss_between`.
 
         Parameters
         ----------
@@ -482,7 +483,7 @@ class SequencePolicy(Plan):
         >>> from sdpgrind import weldbead
         >>> simple = weldbead.plan(weldbead.preset("P4"), tolerance=None, nodes=101).simplified(loss=0.003)
         >>> simple.loss <= 0.003, simple.action(0.5, 30.0).normal_force  # N
-        (True, 46.0)
+        (True, 45.0)
         """
         allowed = checks.nonnegative("loss", loss, "$")
         step = checks.positive("force_step", force_step, "N")
@@ -513,8 +514,11 @@ class SequencePolicy(Plan):
 
     @cached_property
     def _planned_values(self) -> Floats:
-        """Expected penalty at the heights of bands, $, [stage, node], of a plan on just these."""
-        table = sdp.plan(sdp_problem(as_planned(self.problem, self.method), HEIGHTS))
+        return self.planned_on(HEIGHTS)
+
+    def planned_on(self, nodes: int) -> Floats:
+        """Return the expected penalty at even heights (mm), $, [stage, node], of a plan on just these."""
+        table = sdp.plan(sdp_problem(as_planned(self.problem, self.method), nodes))
         return np.asarray(table.table.value[-table.countdown.first :, 0])
 
     # -- keeping ---------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ values are those of following the bands, and the loss is exact.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import combinations
+from math import nan
 from typing import TypeAlias
 
 import numpy as np
@@ -98,12 +99,13 @@ def bands_of(problem: SequenceProblem, found: Covered) -> tuple[tuple[Band, ...]
 
 
 def _of_stage(time_left: float, heights: Floats, choice: Ints, rows: PassRows) -> Iterator[Band]:
-    """Bands of one stage; node 0 is the target, where the bead is finished."""
-    ends = np.append(np.flatnonzero(np.diff(choice[1:])) + 1, choice.size - 1)
-    for begin, end in zip(np.append(0, ends[:-1]), ends, strict=True):
-        row = choice[end]
-        told = (0.0, np.nan) if row == STOP else (float(rows.duration[row]), float(rows.force[row]))
-        yield Band(time_left, float(heights[begin]), float(heights[end]), *told)
+    """Bands of one stage. A height between nodes is ground as the nearer one; node 0, the target, stops."""
+    ends = np.append(np.flatnonzero(np.diff(choice)), choice.size - 1)
+    edges = np.concatenate([[0.0], (heights[ends[:-1]] + heights[ends[:-1] + 1]) / 2, heights[-1:]])
+    edges = np.round(edges, 9).tolist()
+    for k, row in enumerate(choice[ends].tolist()):
+        duration, force = (0.0, nan) if row == STOP else (float(rows.duration[row]), float(rows.force[row]))
+        yield Band(time_left, edges[k], edges[k + 1], duration, force)
 
 
 def intervals_of(rows: PassRows, choice: Ints) -> int:
