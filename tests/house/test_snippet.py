@@ -66,6 +66,34 @@ log.plot(); hwsim.compare(hwsim.ForceTableStand(problem), {"replan": tiers, "fix
 """
 
 
+BEADS = """
+import hwsim
+from sdpgrind import weldbead
+
+prior = weldbead.CoefficientScatter(specific_energy=0.15, idle_power=0.15, friction_ratio=0.15)
+problem = weldbead.preset("P4").replace(scatter=weldbead.Scatter(("K1", "K2", "mu"), (0.15, 0.15, 0.15), law="lognormal"),
+                                        bead_scatter=prior, lead_length=15.0)
+policy = weldbead.plan(problem, time_limit=10.0, memory_limit=1e9)      # method="cautious" | "certain"
+policy.error, policy.status
+
+promise = policy.risk(height=1.5, time_left=30.0, error=0.01)           # follows the learning loop in the model
+promise.mean, promise.error["mean"], promise.finished, promise.height, promise.learning, promise.knowing
+
+stand = hwsim.WeldBeadStand(problem)                                    # draws each bead, then each pass
+log = hwsim.run(stand, weldbead.SequenceController(policy), parts=40, rng=0)
+found = weldbead.identify(log, "scatter", method="components", model=problem.model)
+found.scatter, found.bead_scatter, found.interval["friction_ratio"]     # pass and bead sd with 95 % limits
+problem = problem.updated(found)
+
+belief = weldbead.BeadEstimator(problem)                                # streaming, as used inside
+belief.update(normal_force=50.0, tangential_force=18.0, grinding_power=800.0, removal_rate=60.0)
+belief.estimate                                                         # K1, K2, mu, covariance, status
+
+simple = policy.simplified(loss=0.003, force_step=1.0)
+simple.loss; simple.operator_table("bead.html"); simple.operator_table("bead.csv")
+"""
+
+
 PLUNGE = """
 import hwsim
 from sdpgrind import plunge
@@ -216,6 +244,20 @@ def test_the_tour_of_the_three_tiers_runs_as_written(elsewhere, coarse, few):
     assert log.outcome.passes.item() >= 1
     assert len(log["sequence"].time) and len(log["pass"].time) and len(log["force"].time)
     assert not list(elsewhere.iterdir())
+
+
+def test_the_tour_of_beads_that_are_learned_runs_as_written(elsewhere, monkeypatch):
+    """But for the number of beads of its promise: 0.01 $ takes 5000."""
+    from sdpgrind.weldbead.sequence import _promise
+
+    monkeypatch.setattr(_promise, "MOST", 50)
+    names: dict = {}
+    exec(compile(BEADS, "beads", "exec"), names)
+    assert names["policy"].status in ("time limit", "tolerance reached")
+    assert names["promise"].error["mean"] > 0.01 and 0 <= names["promise"].finished <= 1
+    assert names["found"].bead_scatter == names["problem"].bead_scatter
+    assert names["simple"].loss <= 0.003
+    assert sorted(path.name for path in elsewhere.iterdir()) == ["bead.csv", "bead.html"]
 
 
 def test_the_tour_of_the_plunge_cycle_runs_as_written(elsewhere):
