@@ -1,6 +1,7 @@
 """The belief in a coefficient as two coordinates of the solver: against nested integrals, and on beads whose
 coefficient stays what it was drawn as. The example "A bead that is learned" has the same program."""
 
+import sys
 from functools import cache
 from typing import NamedTuple
 
@@ -199,3 +200,25 @@ def test_eleven_gauss_points_move_the_first_force_on_any_grid():
 
     assert [first_force(heights, 11) for heights in (65, 401)] == [44.0, 44.0]
     assert [first_force(heights, 128) for heights in (65, 401)] == [39.0, 39.0]
+
+
+GAIN = 0.5
+
+
+def test_a_compiled_step_follows_what_it_reads(monkeypatch):
+    """Values of a module that a step reads are compiled in; another value is another kernel."""
+
+    def shrink(s, c, e):
+        return (s.height - GAIN * c.push * (1.0 + 0.1 * e.draw),)
+
+    def planned(compiled):
+        step = sdp.Sampled(shrink, {"draw": sdp.Normal(0.0, 1.0)}, points=5, compiled=compiled)
+        axes = [sdp.Axis("height", 0.0, 2.0, 21, below="hold")]
+        moves = [sdp.Move("push", {"push": [0.1, 0.4]}, step, charge=0.05)]
+        stops = [sdp.Stop("stop", sdp.Charge(under=sdp.Linear(1.0)))]
+        return sdp.plan(sdp.Problem(axes=axes, moves=moves, stops=stops, stages=4)).table.value
+
+    first = planned(True)
+    monkeypatch.setattr(sys.modules[__name__], "GAIN", 0.2)
+    np.testing.assert_allclose(planned(True), planned(False), atol=1e-12)
+    assert np.max(np.abs(planned(True) - first)) > 0.1

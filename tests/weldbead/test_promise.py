@@ -1,5 +1,7 @@
 """What a plan that learns promises: against the stand, the forward recursion, and what must be ordered."""
 
+import pickle
+
 import numpy as np
 import pytest
 from stand_job import ALONE, BOTH
@@ -68,12 +70,25 @@ def test_a_saved_plan_keeps_its_promise(policy, promise, tmp_path):
     policy.save(tmp_path / "plan.nc")
     loaded = sdpgrind.load(tmp_path / "plan.nc")
     assert loaded.dataset.identical(policy.dataset)  # a promise makes no other plan of it
+    assert pickle.loads(pickle.dumps(policy))._promises.keys() == policy._promises.keys()
     kept = loaded.risk(*STATE, rng=1, finished_within=0.04, progress=_refuse)
     assert vars(kept) == vars(promise)
 
 
 def _refuse(share, text):
     raise AssertionError("a kept promise is not drawn again")
+
+
+def test_a_confidence_that_leaves_one_bead_is_not_told_as_exact(policy):
+    rare = policy.risk(*STATE, confidence=0.999, error=1.0, rng=5)
+    assert rare.error["cvar"] == np.inf and rare.cvar >= policy.risk(*STATE, error=1.0, rng=5).cvar
+
+
+def test_beads_that_no_force_removes_are_counted_as_left(policy):
+    broad = BOTH.replace(bead_scatter=CoefficientScatter(0.1, 0.9, 0.9))
+    wide = weldbead.plan(broad, tolerance=None, nodes=51)
+    assert any(known is None for _, known in wide._known_beads)
+    assert policy.lower_bound(1.0, 48.0) < wide.lower_bound(1.0, 48.0) < 2.0
 
 
 def test_ends_of_the_recursion_are_those_of_simulated_beads():
@@ -103,6 +118,7 @@ def test_known_beads_cost_less_than_learned_ones(policy, promise):
         ("finished_within", -0.1, r"finished_within must be >= 0 \(mm\)"),
         ("confidence", 1.5, "confidence"),
         ("rng", -1, "rng must be"),
+        ("last_duration", 6.0, "last_duration must be None where beads differ"),
     ],
 )
 def test_wrong_options_are_refused(policy, option, value, words):

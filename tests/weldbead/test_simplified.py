@@ -120,6 +120,13 @@ def test_a_controller_follows_the_bands(simple):
 def test_a_plan_that_learns_is_simplified_as_planned(tmp_path):
     simple = weldbead.plan(BOTH, tolerance=None, nodes=201).simplified(loss=0.003)
     assert simple.loss <= 0.003
+    controller = weldbead.SequenceController(simple)  # what is printed stays: it does not learn
+    told = {"normal_force": 50.0, "tangential_force": 18.0, "grinding_power": 800.0, "removal_rate": 60.0}
+    controller.step(height=1.0, time_left=60.0)
+    command = controller.step(height=0.6, time_left=44.0, **told)
+    assert command["normal_force"] == simple.action(0.6, 44.0).normal_force
+    log = hwsim.run(hwsim.WeldBeadStand(BOTH, height=1.0, time=60.0), controller, parts=2, rng=0)
+    assert len(log) == 2  # its identity is that of the bands
     simple.operator_table(tmp_path / "bead.html")
     page = (tmp_path / "bead.html").read_text(encoding="utf-8")
     assert "up to height mm" in page and "Following the sheet costs" in page
@@ -161,6 +168,7 @@ HEAD = "time_left [s],above [mm],up_to [mm],duration [s],normal_force [N]"
         ("", "first line of path must be time_left"),
         ("time_left,above,up_to,duration,normal_force\n0,0,1,0,", "first line of path must be time_left .s."),
         (HEAD, "at least one band"),
+        (HEAD + "\n0,0,nan,0,", "line 2 of path must be five numbers >= 0"),
         (HEAD + "\n0,0,1,6", "line 2 of path must be five numbers"),
         (HEAD + "\n0,0,1,six,9", "line 2 of path must be five numbers"),
         (HEAD + "\n0,0,1,6,30\n0,1.1,2,0,", r"heights at 0 s must be bands from 0 up.*no gap, no overlap"),
@@ -175,7 +183,19 @@ def test_sheets_that_are_none_are_refused(tmp_path, text, words):
 
 
 def test_a_sheet_for_another_machine_is_refused(tmp_path):
-    (tmp_path / "bead.csv").write_text(HEAD + "\n6,0,2,6,60\n", encoding="utf-8")
-    sheet = operator_table(tmp_path / "bead.csv")
-    with pytest.raises(ValueError, match=r"normal_force must be above .* and <= 50 in a pass of 6 s"):
-        plain("P4").following(sheet)
+    for line, words in (
+        ("6,0,2,6,60", r"normal_force must be above .* and <= 50 in a pass of 6 s"),
+        ("0,0,2,6,40", r"duration must be <= time_left, 0 s: the pass would end late"),
+        ("9,0,2,9,40", "duration must be one of"),
+    ):
+        (tmp_path / "bead.csv").write_text(f"{HEAD}\n{line}\n", encoding="utf-8")
+        sheet = operator_table(tmp_path / "bead.csv")
+        with pytest.raises(ValueError, match=words):
+            plain("P4").following(sheet)
+
+
+def test_heights_beyond_the_plan_are_refused(simple):
+    with pytest.raises(ValueError, match=r"height must be <= height_max, 2"):
+        simple.value(3.0, 30.0)
+    with pytest.raises(ValueError, match="height must be"):
+        simple.action(np.nan, 30.0)

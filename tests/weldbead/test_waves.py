@@ -39,6 +39,20 @@ def test_a_light_pass_levels_at_once():
     assert np.ptp(waves._height) == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("force", [8.2, 9.0, 12.0, 20.0])
+def test_a_pass_below_its_limit_takes_what_is_asked(force):
+    """The level of the tip takes the volume, also of a pass less deep than the waves are high."""
+    small = WAVINESS / 3
+    cut = Waves.of(small).cut(EXACT, PROCESS, PASS | {"normal_force": force})
+    assert cut == pytest.approx(float(PROCESS.mean_cut(force, 15.0)), rel=1e-9)
+
+
+def test_softer_metal_near_the_threshold_is_no_avalanche():
+    soft = PROCESS.replace(friction_ratio=0.5)
+    taken = float(soft.mean_cut(8.0, 15.0))
+    assert Waves.of(WAVINESS).cut(ALONE, soft, PASS | {"normal_force": 8.0}) == pytest.approx(taken, rel=1e-9)
+
+
 def test_softer_metal_gives_more_of_what_is_planned():
     soft = PROCESS.replace(specific_energy=10.0)
     ratio = Waves.of(WAVINESS).cut(ALONE, soft, PASS) / Waves.of(WAVINESS).cut(ALONE, PROCESS, PASS)

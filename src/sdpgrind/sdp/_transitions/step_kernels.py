@@ -1,5 +1,6 @@
 """User's step in a compiled kernel, on floats, for moves too large to tabulate."""
 
+import inspect
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -42,7 +43,14 @@ def compiled_step(menu: Menu) -> Any:
 
 @lru_cache(maxsize=32)
 def _kernel(
-    step: Any, charge: Any, state: Any, control: Any, noise: Any, after: Any, sizes: tuple[int, int, int, int]
+    step: Any,
+    charge: Any,
+    state: Any,
+    control: Any,
+    noise: Any,
+    after: Any,
+    sizes: tuple[int, int, int, int],
+    read: Any,
 ) -> Any:
     """The sweep over rows, nodes and noise for one step function; compiled once for each."""
     n_state, n_control, n_noise, n_axes = sizes
@@ -188,11 +196,32 @@ def _call(
         record("E", tuple(bundle.noise)),
         record("N", tuple(a.name for a in menu.grid.axes)),
     )
-    return _kernel(move.step, move.charge, *types, sizes), (
+    read = _read(move.step), _read(move.charge)  # compiled in: other values make another kernel
+    return _kernel(move.step, move.charge, *types, sizes, read), (
         _columns(s, bundle.count), _columns(c, menu.rows),
         _columns(tuple(bundle.noise.values()), bundle.weight.size), bundle.weight,
         *_edges(menu), value, bundle.target[k], level, bundle.penalty[k], out,
     )  # fmt: skip
+
+
+def _read(function: Any) -> Any:
+    """Names and values that a function reads from around it, as a key."""
+    if not inspect.isfunction(function):
+        return None
+    around = inspect.getclosurevars(function)
+    return tuple(
+        (name, _key(value)) for name, value in sorted({**around.globals, **around.nonlocals}.items())
+    )
+
+
+def _key(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    try:
+        hash(value)
+    except TypeError:  # numba takes no other value that may change, but for tuples of arrays
+        return repr(value)
+    return type(value), value
 
 
 def _columns(fields: Any, length: int) -> Floats:

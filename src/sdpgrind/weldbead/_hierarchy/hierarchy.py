@@ -167,10 +167,8 @@ class _SequenceTier(Stateful):
         }
 
     def reset(self) -> None:
-        self._model, self._follow = (
-            self._policy.problem.model,
-            SequenceController(self._policy, learn=self._beads),
-        )
+        self._model = self._policy.problem.model
+        self._follow = SequenceController(self._policy, learn=self._beads)
         if self._belief is not None:
             self._belief.reset()
         self._begun = False

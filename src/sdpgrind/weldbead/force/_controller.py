@@ -263,7 +263,7 @@ class ForceController(Stateful):
 
     def _take(self, time: Any, force: Any, height: Any, place: Any, leaves: float) -> None:
         """Follow new set-points; repeated ones change nothing."""
-        given = (time, force, height, place)
+        given = (time, force, height, place, leaves)
         known = bool(self._set_points)
         if known and all(map(is_, self._set_points, given)):
             return

@@ -5,7 +5,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import astuple, dataclass
 from itertools import groupby, pairwise
-from math import nan
+from math import inf, nan
 from typing import Any
 
 from sdpgrind.base import checks
@@ -84,6 +84,9 @@ class BandSheet:
                 continue
             checks.one_of("duration", band.duration, problem.durations)
             low, high = problem.force_interval(band.duration)
+            if band.duration > band.time_left + 1e-9:
+                rule = f"<= time_left, {band.time_left:g} s: the pass would end late"
+                raise checks.refuse("duration", rule, band.duration, "s")
             if not low < band.normal_force <= high * (1 + 1e-9):
                 rule = f"above {low:.4g} and <= {high:.4g} in a pass of {band.duration:g} s"
                 raise checks.refuse("normal_force", rule, band.normal_force, "N")
@@ -185,12 +188,19 @@ def operator_table(path: str | os.PathLike[str]) -> BandSheet:
 def _band(line: int, row: list[str]) -> Band:
     try:
         *numbers, force = row
-        time, above, up_to, duration = map(float, numbers)
+        time, above, up_to, duration = (_amount(each) for each in numbers)
         return Band(time, above, up_to, duration, float(force) if duration > 0 else nan)
     except ValueError:
         raise checks.refuse(
-            f"line {line} of path", "five numbers, the force empty to stop", ",".join(row)
+            f"line {line} of path", "five numbers >= 0, the force empty to stop", ",".join(row)
         ) from None
+
+
+def _amount(text: str) -> float:
+    found = float(text)
+    if not 0 <= found < inf:
+        raise ValueError
+    return found
 
 
 def _refuse_gaps(bands: tuple[Band, ...]) -> None:

@@ -250,7 +250,7 @@ def with_beads(problem: SequenceProblem) -> SequenceProblem:
 
 
 def _prior(problem: SequenceProblem) -> LogBelief:
-    """LogBelief before the first pass: the process has the means of the coefficients."""
+    """Belief before the first pass: the process has the means of the coefficients."""
     assert problem.bead_scatter is not None
     covariance = problem.bead_scatter.log_covariance
     means = np.array([getattr(problem.model, name) for name in COEFFICIENTS])

@@ -85,7 +85,7 @@ def settled(belief: LogBelief, reading: Reading) -> float:
 
 
 def taken(belief: LogBelief, reading: Reading) -> tuple[LogBelief, float]:
-    """LogBelief after a reading, and the reading's innovation over its standard deviation.
+    """Belief after a reading, and the reading's innovation over its standard deviation.
 
     A reading beyond `STRANGE` deviations has the weight of Huber: its own variance is inflated. One that is
     expected without any variance changes nothing.
@@ -101,7 +101,7 @@ def taken(belief: LogBelief, reading: Reading) -> tuple[LogBelief, float]:
 
 
 def _moved(belief: LogBelief, toward: Vector, off: float, gain: float) -> LogBelief:
-    """LogBelief moved by an innovation over its variance, `off`, and narrowed by the gain, 1/variance."""
+    """Belief moved by an innovation over its variance, `off`, and narrowed by the gain, 1/variance."""
     (a, b, c), m, p = toward, belief.mean, belief.covariance
     mean = (m[0] + a * off, m[1] + b * off, m[2] + c * off)
     x, y, z = gain * a, gain * b, gain * c

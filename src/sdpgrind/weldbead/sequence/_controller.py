@@ -13,6 +13,7 @@ from sdpgrind.weldbead.sequence._policy import SequencePolicy
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._replan import NextPass, next_pass
+from sdpgrind.weldbead.sequence._simple_policy import SimplifiedPolicy
 
 # chosen: a bead of the greatest height is read higher half of the time; more would hide one that is too high
 _SCAN = 0.01
@@ -48,7 +49,7 @@ class SequenceController(Stateful):
     learn : bool
         Whether the bead is learned; False: the policy is followed as it is.
     estimator : BeadEstimator, optional
-        LogBelief in the coefficients, with the noise of the gauges. Default: of gauges without noise.
+        Belief in the coefficients, with the noise of the gauges. Default: of gauges without noise.
 
     Raises
     ------
@@ -239,6 +240,8 @@ def _feasible(belief: BeadEstimator) -> SequenceProblem | None:
 def _learner(policy: SequencePolicy, estimator: BeadEstimator | None) -> BeadEstimator | None:
     """Estimator of a controller's own; refuse one whose beads are others than those of the plan."""
     problem = getattr(policy, "problem", None)
+    if isinstance(policy, SimplifiedPolicy):
+        return None  # what is printed stays
     if estimator is None:
         beads = getattr(problem, "bead_scatter", None)
         return None if beads is None else BeadEstimator(policy.problem)

@@ -16,27 +16,35 @@ POINTS = 3  # chosen: points for each coefficient; five change the figures of th
 NODES, LEVELS = 201, 101
 
 
-def known_beads(policy: SequencePolicy) -> list[tuple[float, SequencePolicy]]:
-    """Return weights, and plans of beads at the points of Gauss's rule for the problem's `bead_scatter`."""
-    return [(weight, _planned(bead)) for weight, bead in _beads(policy.problem)]
+def known_beads(policy: SequencePolicy) -> list[tuple[float, SequencePolicy | None]]:
+    """Return weights, and plans of beads at the points of Gauss's rule for the problem's `bead_scatter`.
+
+    None: no admissible force removes such a bead.
+    """
+    return [(weight, _planned(policy.problem, told)) for weight, told in _beads(policy.problem)]
 
 
-def _planned(problem: SequenceProblem) -> SequencePolicy:
-    return SequencePolicy(problem, sdp.plan(sdp_problem(problem, NODES, levels=LEVELS)))
+def _planned(problem: SequenceProblem, told: dict[str, float]) -> SequencePolicy | None:
+    """Plan of a bead with known coefficients (J/mm^3, W, 1) and the scatter of passes."""
+    passes = problem.scatter.replace(mean="coefficient")
+    try:
+        bead = problem.replace(scatter=passes, bead_scatter=None, **told)
+    except ValueError:
+        return None
+    return SequencePolicy(bead, sdp.plan(sdp_problem(bead, NODES, levels=LEVELS)))
 
 
-def _beads(problem: SequenceProblem) -> list[tuple[float, SequenceProblem]]:
-    """Weights, and problems with the coefficients of one bead (J/mm^3, W, 1) and the scatter of passes."""
+def _beads(problem: SequenceProblem) -> list[tuple[float, dict[str, float]]]:
+    """Weights, and coefficients of one bead (J/mm^3, W, 1)."""
     assert problem.bead_scatter is not None
     covariance = problem.bead_scatter.log_covariance
     value, vector = np.linalg.eigh(covariance)
     root = vector * np.sqrt(np.maximum(value, 0.0))
-    passes = problem.scatter.replace(mean="coefficient")
     found = []
     for weight, normal in _points():
         factors = np.exp(root @ normal - 0.5 * np.diag(covariance)).tolist()
         told = {n: f * getattr(problem.model, n) for n, f in zip(COEFFICIENTS, factors, strict=True)}
-        found.append((weight, problem.replace(scatter=passes, bead_scatter=None, **told)))
+        found.append((weight, told))
     return found
 
 

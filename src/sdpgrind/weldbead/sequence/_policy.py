@@ -62,7 +62,7 @@ class SequencePolicy(Plan):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle without the views on the tables."""
-        return type(self), (self.problem, self.table, self.method)
+        return type(self), (self.problem, self.table, self.method), {"_promises": self._promises}
 
     @property
     def error(self) -> float | None:
@@ -327,13 +327,14 @@ class SequencePolicy(Plan):
         Parameters
         ----------
         height, time_left, last_duration : float
-            State, mm and s, as in `value`; beads that are learned have no last duration.
+            State, mm and s, as in `value`; where beads differ there is no last duration.
         confidence : float
             Probability of the CVaR.
         finished_within : float
             Height left of a finished bead, above or below the target, >= 0, mm.
         error : float, optional
-            With a `bead_scatter`: 1.96 standard errors of the mean that are wanted, $. Default: 200 beads.
+            With a `bead_scatter`: 1.96 standard errors of the mean that are wanted, $. Default: 200 beads,
+            some seconds; minutes where lateness or the finish are charged.
         rng : int, SeedSequence or Generator
             Source of the drawn beads.
         progress : callable(share, text), True or None
@@ -347,24 +348,27 @@ class SequencePolicy(Plan):
         Warns
         -----
         UserWarning
-            When the error of a figure of the recursion exceeds 5 % of it plus 1e-4 (1 or $).
+            When the error of mean, overground, cvar or passes of the recursion exceeds 5 % of it plus 1e-4.
         """
         within = checks.nonnegative("finished_within", finished_within, "mm")
         if self.problem.bead_scatter is None:
             return risk_of(self.table, self._state(height, time_left, last_duration), confidence, within)
         checks.within("confidence", confidence, 0.0, 1.0 - 1e-9)
+        if last_duration is not None:
+            raise checks.refuse("last_duration", "None where beads differ", last_duration, "s")
         wanted = None if error is None else checks.positive("error", error, "$")
         state = checks.number("height", height, "mm"), checks.number("time_left", time_left, "s")
         return self._promised((*state, float(confidence), within, wanted), rng, progress)
 
     def _promised(self, asked: tuple[float | None, ...], rng: Seed, progress: Any) -> Risk:
         """Return a promise from a state and options of `risk`; one from a seed is kept."""
-        if not isinstance(rng, int):
+        if not isinstance(rng, int | np.integer):
             found: Risk = called(_PROMISED, self, *asked, rng, progress)
             return found
-        if (*asked, rng) not in self._promises:
-            self._promises[*asked, rng] = called(_PROMISED, self, *asked, rng, progress)
-        return self._promises[*asked, rng]
+        kept = (*asked, int(rng))
+        if kept not in self._promises:
+            self._promises[kept] = called(_PROMISED, self, *asked, rng, progress)
+        return self._promises[kept]
 
     def lower_bound(self, height: npt.ArrayLike, time_left: npt.ArrayLike) -> Floats:
         """Return what beads whose coefficients are known would cost, $: no plan that learns costs less.
@@ -390,13 +394,17 @@ class SequencePolicy(Plan):
         """
         if self.problem.bead_scatter is None:
             return np.asarray(self.value(height, time_left), dtype=float)
-        found = sum(w * np.asarray(known.value(height, time_left)) for w, known in self._known_beads)
+        stop = self.problem.height_charge  # of beads that no admissible force removes
+        found = sum(
+            w * np.asarray(stop(height) if known is None else known.value(height, time_left))
+            for w, known in self._known_beads
+        )
         return np.asarray(found, dtype=float)
 
     @cached_property
-    def _known_beads(self) -> list[tuple[float, "SequencePolicy"]]:
-        """Weights, and plans of beads whose coefficients are known."""
-        found: list[tuple[float, SequencePolicy]] = called(_KNOWN, self)
+    def _known_beads(self) -> list[tuple[float, "SequencePolicy | None"]]:
+        """Weights, and plans of beads whose coefficients are known; None: no force removes it."""
+        found: list[tuple[float, SequencePolicy | None]] = called(_KNOWN, self)
         return found
 
     def operator_table(
@@ -463,7 +471,8 @@ class SequencePolicy(Plan):
         force_step : float
             Forces are multiples of it, > 0, N, or the limit of their duration.
         durations : int, optional
-            Greatest number of different durations; each choice of so many is solved. Default: any.
+            Greatest number of different durations; each choice of so many is solved, and what it loses counts
+            in no limit. Default: any.
         progress : callable(share, text), True or None
             True: a line with the time left. Default: a line on standard error when it takes long.
 
@@ -517,7 +526,7 @@ class SequencePolicy(Plan):
         return self.planned_on(HEIGHTS)
 
     def planned_on(self, nodes: int) -> Floats:
-        """Return the expected penalty at even heights (mm), $, [stage, node], of a plan on just these."""
+        """Return the expected penalty at `nodes` even heights (mm), $, [stage, node], of a plan on these."""
         table = sdp.plan(sdp_problem(as_planned(self.problem, self.method), nodes))
         return np.asarray(table.table.value[-table.countdown.first :, 0])
 

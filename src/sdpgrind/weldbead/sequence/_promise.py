@@ -5,7 +5,7 @@ one that knows the bead's coefficients.
 """
 
 from collections.abc import Iterator, Mapping
-from math import ceil, sqrt
+from math import ceil, inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -137,8 +137,7 @@ def _half(sample: Floats) -> float:
 def _risk(ground: list[Floats], confidence: float, within: float) -> Risk:
     """Figures of beads that were learned, ground by the plan alone, and known: rows of `Ground`."""
     (penalty, height, passes), never, knows = ground
-    worst = np.sort(penalty)[ceil(confidence * penalty.size - 1e-9) :]
-    of_tail = penalty[penalty >= worst[0]]
+    worst = np.sort(penalty)[-max(1, penalty.size - ceil(confidence * penalty.size - 1e-9)) :]
     samples = {
         "mean": penalty,
         "overground": (height < 0).astype(float),
@@ -150,5 +149,5 @@ def _risk(ground: list[Floats], confidence: float, within: float) -> Risk:
     }
     figures = {name: float(sample.mean()) for name, sample in samples.items()}
     errors = {name: _half(sample) for name, sample in samples.items()}
-    half = SURE * float(of_tail.std()) / sqrt(of_tail.size)
+    half = _half(worst) if worst.size > 1 else inf
     return Risk(figures | {"cvar": float(worst.mean())}, errors | {"cvar": half}, confidence)

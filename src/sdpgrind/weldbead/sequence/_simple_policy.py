@@ -1,15 +1,18 @@
 """A planned sequence in few bands, and exactly what following them loses."""
 
 import os
+from dataclasses import astuple
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._as_sdp import as_planned
-from sdpgrind.weldbead.sequence._band_sheet import Band, BandSheet
+from sdpgrind.weldbead.sequence._band_sheet import Band, BandSheet, at_height
 from sdpgrind.weldbead.sequence._operator_table import ending_of
 from sdpgrind.weldbead.sequence._simplified import Covered, bands_of, followed, intervals_of
 
@@ -20,7 +23,7 @@ class SimplifiedPolicy:
     """Bands of height (mm) by time left (s), each with one duration (s) and one force (N), for operators.
 
     Made by `SequencePolicy.simplified`, or by `SequencePolicy.following` from a sheet. A controller follows
-    it as it does a policy.
+    it as it does a policy, and does not learn the bead.
 
     Parameters
     ----------
@@ -34,7 +37,7 @@ class SimplifiedPolicy:
 
     def __init__(self, policy: Any, planned: Floats, found: Covered) -> None:
         self.policy, self.problem, self._found = policy, policy.problem, found
-        self._lost = found.value - planned
+        self._lost, self.method = found.value - planned, policy.method
 
     @property
     def loss(self) -> float:
@@ -55,9 +58,21 @@ class SimplifiedPolicy:
     def _between(self) -> tuple[Floats, Floats]:
         """Expected penalty of following the bands, and what it is above the plan, $, between their ends."""
         nodes = FINER * (self._found.value.shape[1] - 1) + 1
-        lines = [[(b.up_to, b.duration, b.normal_force) for b in line] for line in self.bands]
-        value = followed(as_planned(self.problem, self.policy.method), lines, nodes).value
+        value = followed(as_planned(self.problem, self.method), self._lines, nodes).value
         return value, value - self.policy.planned_on(nodes)
+
+    @cached_property
+    def _lines(self) -> list[list[tuple[float, float, float]]]:
+        """By stage: up to, mm; duration, s; force, N."""
+        return [[(b.up_to, b.duration, b.normal_force) for b in line] for line in self.bands]
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """Bands as labelled columns, mm, s and N (dimension: band)."""
+        columns = zip(*(astuple(band) for line in self.bands for band in line), strict=True)
+        units = {"time_left": "s", "above": "mm", "up_to": "mm", "duration": "s", "normal_force": "N"}
+        named = zip(units.items(), columns, strict=True)
+        return xr.Dataset({name: ("band", list(values), {"units": unit}) for (name, unit), values in named})
 
     @cached_property
     def bands(self) -> tuple[tuple[Band, ...], ...]:
@@ -72,6 +87,8 @@ class SimplifiedPolicy:
     def value(self, height: Any, time_left: Any) -> Any:
         """Return the expected penalty of following the bands, $, from `height` (mm) and `time_left` (s)."""
         height, stage = np.broadcast_arrays(np.asarray(height, dtype=float), self._stage(time_left))
+        if np.max(height, initial=0.0) > self.problem.height_max * (1 + 1e-9):
+            raise checks.refuse("height", f"<= height_max, {self.problem.height_max:g}", height.max(), "mm")
         nodes = np.linspace(0.0, self.problem.height_max, self._found.value.shape[1])
         found = [
             np.interp(x, nodes, self._found.value[k]) if x > 0 else float(self.problem.height_charge(x))
@@ -85,12 +102,12 @@ class SimplifiedPolicy:
 
     def action(self, height: float, time_left: float) -> SequenceAction:
         """Return the action of the band at a height (mm) and a time left (s); its gap is not known: NaN."""
-        line = self.bands[int(self._stage(time_left))]
-        band = next((each for each in line if height <= each.up_to + 1e-9), line[-1])
-        if height <= 0 or band.duration == 0:
+        height = checks.number("height", height, "mm")
+        line = self._lines[int(self._stage(checks.number("time_left", time_left, "s")))]
+        duration, force = at_height(line, height)
+        if height <= 0 or duration == 0:
             return SequenceAction(True, 0.0, np.nan, np.nan, np.nan, self.problem)
-        feed = self.problem.feed_rate(band.duration)
-        return SequenceAction(False, band.duration, feed, band.normal_force, np.nan, self.problem)
+        return SequenceAction(False, duration, self.problem.feed_rate(duration), force, np.nan, self.problem)
 
     def operator_table(self, path: str | os.PathLike[str] | None = None) -> BandSheet:
         """Return the bands (mm, s, N) as a sheet, and write it to a `path`: ``.html``, ``.txt`` or ``.csv``.

@@ -121,7 +121,7 @@ def _refuse_modes(problem: SequenceProblem) -> None:
 
 
 def _grid(problem: SequenceProblem, step: float, nodes: int) -> PassRows:
-    """PassRows of all durations, at multiples of a step (N) and at the limit of each."""
+    """Rows of all durations, at multiples of a step (N) and at the limit of each."""
     durations, forces = [], []
     for duration in problem.durations:
         low, high = problem.force_interval(duration)
@@ -215,8 +215,10 @@ def _refuse_coarse(
     count: int | None,
 ) -> None:
     """Refuse a force step (N) by which rounding alone loses more than allowed; say which one does not."""
+    if count is not None:
+        return
     lost = float(np.max(_followed(rows, stop, len(plan), _best).value - plan))
-    if lost <= loss or count is not None:
+    if lost <= loss:
         return
     for finer in (each for each in _STEPS if each < step):
         found = _followed(_grid(problem, finer, plan.shape[1]), stop, len(plan), _best)
@@ -227,7 +229,7 @@ def _refuse_coarse(
 
 
 def _fewest(rows: PassRows, stop: Floats, stages: int, count: int, progress: Progress) -> PassRows:
-    """PassRows of the `count` durations with the least mean value; each choice of them is solved."""
+    """Rows of the `count` durations with the least mean value; each choice of them is solved."""
     menu = np.unique(rows.duration)
     if count >= menu.size:
         return rows

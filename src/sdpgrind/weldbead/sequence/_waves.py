@@ -1,7 +1,8 @@
 """Waves along a bead, which passes level as far as their limit of force lets them.
 
-A pass of mean depth m is asked for m + w(x) where the bead is w(x) above its mean; the limit reaches the
-depth D, so clip(m + w, 0, D) is taken, and what is left of the waves meets the next pass.
+A pass of mean depth m moves the tip along a level that takes the volume of m, Brown (1988), (6.2b): where
+the bead is w(x) above its mean, max(s + w, 0), with s such that this is m on average. The limit of force
+reaches the depth D: clip(s + w, 0, D) is taken, and what is left of the waves meets the next pass.
 """
 
 from collections.abc import Mapping
@@ -41,6 +42,15 @@ class Waves:
         most = believed.force_interval(command["duration"])[1]
         asked, limit = (float(planner.mean_cut(each, feed)) for each in (force, most))
         share = taken / asked if asked > 0 else 0.0
-        depth = share * np.clip(asked + self._height, 0.0, limit)
+        depth = share * np.clip(_level(self._height, asked) + self._height, 0.0, limit)
         self._height = self._height - (depth - depth.mean())
         return float(depth.mean())
+
+
+def _level(height: Floats, asked: float) -> float:
+    """Depth s for which max(s + height, 0) is `asked` on average, mm."""
+    high = np.sort(height)[::-1]
+    count = np.arange(1, high.size + 1)
+    levels = (asked * high.size - np.cumsum(high)) / count  # the `count` highest places are cut
+    cut = levels + high > 0
+    return float(levels[np.flatnonzero(cut)[-1]]) if cut.any() else -float(high[0])
