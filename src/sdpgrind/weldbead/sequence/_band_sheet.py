@@ -9,10 +9,9 @@ from math import inf, nan
 from typing import Any
 
 from sdpgrind.base import checks
-from sdpgrind.base.records import whole_file
 from sdpgrind.base.text_table import aligned
-from sdpgrind.weldbead.sequence._operator_table import ending_of
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
+from sdpgrind.weldbead.sequence._sheet_file import write_sheet
 
 _COLUMNS = ("time_left [s]", "above [mm]", "up_to [mm]", "duration [s]", "normal_force [N]")
 
@@ -107,14 +106,7 @@ class BandSheet:
         ImportError
             For HTML without jinja2 (extra ``report``).
         """
-        if ending_of(path) == ".html":
-            from sdpgrind.base.sheets.page import report
-
-            report("Operator table", self._blocks(), path)
-            return
-        text = str(self) if ending_of(path) == ".txt" else "\n".join(self._lines()) + "\n"
-        with whole_file(path) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+        write_sheet(self, path)
 
     def _lines(self) -> Iterator[str]:
         yield ",".join(_COLUMNS)

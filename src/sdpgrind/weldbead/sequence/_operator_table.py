@@ -11,10 +11,10 @@ import numpy.typing as npt
 from sdpgrind import sdp
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.records import whole_file
 from sdpgrind.base.text_table import aligned
 from sdpgrind.weldbead.sequence._operator_rule import TableRule, expected, placed_heights
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
+from sdpgrind.weldbead.sequence._sheet_file import write_sheet
 
 LOSS_MAX = 0.02  # relative; chosen: below the error that coefficients of a process have
 _SIZES = ((12, 5), (24, 10), (45, 15))  # rows and most columns; chosen: the last fills a sheet of A4
@@ -108,14 +108,7 @@ class OperatorTable:
         ImportError
             For HTML without jinja2 (extra ``report``).
         """
-        if ending_of(path) == ".html":
-            from sdpgrind.base.sheets.page import report
-
-            report("Operator table", self._blocks(), path)
-            return
-        text = str(self) if ending_of(path) == ".txt" else "\n".join(self._lines()) + "\n"
-        with whole_file(path) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+        write_sheet(self, path)
 
     def _lines(self) -> Iterator[str]:
         yield "height [mm],time_left [s],duration [s],normal_force [N]"
@@ -150,12 +143,6 @@ class OperatorTable:
         return (
             f"OperatorTable({len(self.heights)} heights, {len(self.times)} times, costs {self.loss:+.2g} $)"
         )
-
-
-def ending_of(path: str | os.PathLike[str]) -> str:
-    """Return the ending of a file's name; refuse those that no table has."""
-    ending: str = checks.one_of("ending of path", checks.path("path", path).suffix, (".csv", ".txt", ".html"))
-    return ending
 
 
 def _cell(duration: float, force: float) -> str:

@@ -21,11 +21,12 @@ from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._as_sdp import LEVELS, as_planned, sdp_problem, true_problem
 from sdpgrind.weldbead.sequence._band_sheet import BandSheet
 from sdpgrind.weldbead.sequence._exact import ExactTable
-from sdpgrind.weldbead.sequence._operator_table import OperatorTable, ending_of, operator_table
+from sdpgrind.weldbead.sequence._operator_table import OperatorTable, operator_table
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._risk import Asked, Risk, as_text, of_text, risk_of
 from sdpgrind.weldbead.sequence._sheet import first_passes
+from sdpgrind.weldbead.sequence._sheet_file import ending_of
 from sdpgrind.weldbead.sequence._simple_policy import SimplifiedPolicy
 from sdpgrind.weldbead.sequence._simplified import HEIGHTS, covered, followed
 

@@ -13,7 +13,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.weldbead.sequence._action import SequenceAction
 from sdpgrind.weldbead.sequence._as_sdp import as_planned
 from sdpgrind.weldbead.sequence._band_sheet import Band, BandSheet, at_height
-from sdpgrind.weldbead.sequence._operator_table import ending_of
+from sdpgrind.weldbead.sequence._sheet_file import ending_of
 from sdpgrind.weldbead.sequence._simplified import Covered, bands_of, followed, intervals_of
 
 FINER = 8  # chosen: heights in a cell between ends of bands; 16 change the largest loss by less than a tenth
