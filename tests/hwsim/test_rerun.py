@@ -71,6 +71,7 @@ def test_the_page_of_a_command_is_made_again_to_the_bit(area, tmp_path, capsys):
     assert status == 0 and any("equal to the bit (plan; log, " in line for line in lines)
     assert not any("before it starts" in line for line in lines)
     assert (again / "run.nc").read_bytes() == (first / "run.nc").read_bytes()
+    assert not list(again.glob("*.png"))  # the first had none
 
 
 def test_the_page_of_a_program_is_made_again_to_the_bit(ground, cycle, tmp_path, capsys):

@@ -118,6 +118,8 @@ def _arguments(area: AreaCommand, job: Mapping[str, Any], folder: Path) -> list[
     given = {option: command.get(_named(option)) for option in (*valued, *area.switches)}
     found += [f"{option}={given[option]}" for option in valued if given[option] is not None]
     found += [option for option in area.switches if given[option] and option != _SHOWN]
+    if command.get("no_pictures"):
+        found.append("--no-pictures")
     if command["toml"] is not None:
         file = folder / "problem.toml"
         file.write_text(command["toml"], encoding="utf-8", newline="")

@@ -140,6 +140,7 @@ def _told(area: AreaCommand, arguments: argparse.Namespace) -> dict[str, Any]:
         "parts": arguments.parts,
         "rng": arguments.rng,
         "tolerance": arguments.tolerance,
+        "no_pictures": arguments.no_pictures,
         **{name: getattr(arguments, name) for name in options},
     }
 
