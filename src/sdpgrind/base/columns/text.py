@@ -4,7 +4,7 @@ import io
 import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,9 @@ from sdpgrind.base.columns import cells
 from sdpgrind.base.columns.layout import Frame, frame_of, other_width
 from sdpgrind.base.columns.lines import Text
 from sdpgrind.base.columns.sheet import Column, Sheet, as_column
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _EXACT = (3, 1)  # source: version of pandas from which its parser rounds correctly by default
 _BLOCK = 1 << 24  # bytes; chosen: 16 MB, smaller ones take longer
@@ -38,13 +41,18 @@ def sheets(file: str, raw: bytes, missing: Collection[str] = ()) -> list[Sheet]:
     _refuse_other_widths(text, frame)
 
     def take(wanted: Sequence[int]) -> list[Column]:
-        return _parsed(text, frame, wanted, missing)
+        table = _parsed(text, frame, wanted, missing)
+        return [as_column(_values(table[str(k)])) for k in wanted]
+
+    def as_written(place: int) -> Column:
+        return _texts(_parsed(text, frame, [place], missing, dtype=str)[str(place)])
 
     return [
         Sheet(
             file,
             frame.headings,
             take,
+            as_written=as_written,
             place=lambda row: f"line {_line_of(text, frame, row) + 1}",
             layout=frame.layout,
             decimal=frame.layout.decimal,
@@ -87,8 +95,10 @@ def _lines(text: Text, frame: Frame) -> list[str]:
     return [line for line in whole.split("\n") if line.strip()]
 
 
-def _parsed(text: Text, frame: Frame, wanted: Sequence[int], missing: Collection[str]) -> list[Column]:
-    """Numbers of the wanted columns where all cells are such, else their texts."""
+def _parsed(
+    text: Text, frame: Frame, wanted: Sequence[int], missing: Collection[str], dtype: type | None = None
+) -> "pd.DataFrame":
+    """The wanted columns by their places: numbers where all cells are such, else texts; `dtype`: of all."""
     import pandas as pd
 
     body = text.data[text.begin(frame.first) : int(text.ends[frame.last - 1])]
@@ -101,13 +111,14 @@ def _parsed(text: Text, frame: Frame, wanted: Sequence[int], missing: Collection
         "skipinitialspace": layout.separator != " ",
         "low_memory": False,
         "encoding": "utf-8",
+        "dtype": dtype,
     }
     if tuple(map(int, pd.__version__.split(".")[:2])) < _EXACT:
         options["float_precision"] = "round_trip"
     names = [str(k) for k in range(frame.width)]
     only = [names[k] for k in dict.fromkeys(wanted)]
     try:
-        table = pd.read_csv(
+        table: pd.DataFrame = pd.read_csv(
             io.BytesIO(body), header=None, names=names, usecols=only, index_col=False, **options
         )
     except (ValueError, pd.errors.ParserError) as error:
@@ -119,7 +130,7 @@ def _parsed(text: Text, frame: Frame, wanted: Sequence[int], missing: Collection
         raise ValueError(
             f"{text.file} must close each quote in its line; its {rows} lines of data are {len(table)} rows"
         )
-    return [as_column(_values(table[names[k]])) for k in wanted]
+    return table
 
 
 def _rows(body: bytes, separator: str) -> int:
@@ -130,8 +141,11 @@ def _rows(body: bytes, separator: str) -> int:
 
 def _values(series: Any) -> Any:
     """Values of a pandas column: numbers, truths as 1 and 0, stamps, or texts with None for nothing."""
-    if series.dtype.kind in "biufM":
-        return series.to_numpy()
+    return series.to_numpy() if series.dtype.kind in "biufM" else _texts(series)
+
+
+def _texts(series: "pd.Series") -> Column:
+    """Texts of a pandas column, None for nothing."""
     return np.array([None if each != each else each for each in series.tolist()], dtype=object)
 
 
