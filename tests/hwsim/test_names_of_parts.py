@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pandas
 import pytest
 
 import hwsim
@@ -46,6 +47,25 @@ def test_part_numbers_are_those_of_the_file_to_the_zero(tmp_path):
     assert again["data"].attrs["labels"] == BORES and again["data"].equals(log["data"])
     log.save(tmp_path / "log.nc")
     assert sdpgrind.load(tmp_path / "log.nc").source == log.source
+
+
+@pytest.mark.parametrize("rows", [2, 6])
+def test_rows_that_may_be_a_foot_are_no_silent_loss_of_a_part(tmp_path, rows):
+    numbered = ROWS[: ROWS.index("00A9")]
+    foot = "".join(f"A-9;{0.1 * k:.1f};{k}\n" for k in range(rows))
+    path = tmp_path / "bores.csv"
+    path.write_text(numbered + foot)
+    asked = {"time": "t", "part": "bore", "size": "X"}
+    with pytest.raises(
+        ValueError, match=r"line \d+ begins with 'A-9', .* dtype=\{'bore': str\}\), \.\.\.\)$"
+    ):
+        hwsim.Log.read(path, **asked)
+    frame = pandas.read_csv(path, sep=";", decimal=".", dtype={"bore": str})  # the call of the message
+    log = hwsim.Log.read(frame, **asked)
+    assert log.source.labels == ("0017", "0018", "17", "A-9") and log.outcome.rows.values[-1] == rows
+    for plain in ("", "\nMittel;0.2;3\n", "Ende;;\n"):
+        path.write_text(numbered + plain)
+        assert hwsim.Log.read(path, **asked).source.labels == ("0017", "0018", "17")
 
 
 def test_patterns_are_those_of_the_file_to_the_zero(tmp_path):

@@ -45,6 +45,8 @@ def sheets(file: str, raw: bytes, missing: Collection[str] = ()) -> list[Sheet]:
         return [as_column(_values(table[str(k)])) for k in wanted]
 
     def as_written(place: int) -> Column:
+        if place == 0:
+            _refuse_words_below(text, frame)
         return _texts(_parsed(text, frame, [place], missing, dtype=str)[str(place)])
 
     return [
@@ -58,6 +60,21 @@ def sheets(file: str, raw: bytes, missing: Collection[str] = ()) -> list[Sheet]:
             decimal=frame.layout.decimal,
         )
     ]
+
+
+def _refuse_words_below(text: Text, frame: Frame) -> None:
+    """Refuse lines right below the data that may be a foot, or rows of a part with a word for a number."""
+    layout = frame.layout
+    row = cells.split(text.line(frame.last), layout.separator) if frame.last < len(text) else [""]
+    told = any(cells.kind(cell, layout.decimal) in "ngt" for cell in row[1:])
+    if row[0] and told and len(row) == frame.width:
+        words = f"{{{frame.headings[0].header!r}: str}}"
+        options = f"sep={layout.separator!r}, decimal={layout.decimal!r}, dtype={words}"
+        raise ValueError(
+            f"{text.file} must end with its rows where its first column names the parts; line"
+            f" {frame.last + 1} begins with {row[0]!r}, as a line of sums may: take such lines away, or, if"
+            f" they are rows, hwsim.Log.read(pandas.read_csv({text.file!r}, {options}), ...)"
+        )
 
 
 def _line_of(text: Text, frame: Frame, row: int) -> int:
