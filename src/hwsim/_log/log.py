@@ -116,7 +116,8 @@ class Log(Record):
         period : float, optional
             Step from row to row where there is no column of times, s.
         part : str, optional
-            Header of the numbers or words of the parts. Default: each group, each file is one.
+            Header of the numbers or words of the parts, kept as written: 0017 and 17 are two parts.
+            Default: each group, each file is one.
         group : str or list of str, optional
             Groups of a TDMS or HDF5 file. Default: all that hold the columns, run10 after run9.
         commands_at : {"begin", "end", "centre"}

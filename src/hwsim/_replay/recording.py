@@ -6,10 +6,11 @@ from typing import Any, Self
 
 import numpy as np
 
-from hwsim._log.log import Log, rows
+from hwsim._log.log import Log
 from hwsim._part.clock import Clock, common_tick, exact, simplest
-from hwsim._part.motions import Column, command_column, digest_name
+from hwsim._part.motions import Column
 from hwsim._replay.difference import unpadded
+from hwsim._replay.recorded_motions import motions
 from hwsim._replay.replay import Instant, Replay
 from sdpgrind.base import checks
 
@@ -86,10 +87,10 @@ class Recording:
         }
         self._units = {name: unit for table in tables.values() for name, (_, unit) in table.items()}
         self._motions = {
-            (tier, name, when): motion
+            (tier, name, row): motion
             for tier, table in self._tables.items()
             for name in table
-            for when, motion in _motions(log, tier, name, part)
+            for row, motion in motions(log, tier, name, part)
         }
         self._set_points = frozenset(_set_points(self._tables))
         self._of = str(log.outcome.attrs.get("plant", ""))
@@ -156,25 +157,24 @@ class Recording:
         )
 
     def _instants(self) -> Iterator[Instant]:
-        """Readings and commands of all tiers, in order of time."""
-        rows = {
-            tier: {float(time): row for row, time in enumerate(table["time"])}
-            for tier, table in self._tables.items()
-        }
+        """Readings and commands of all tiers, in order of time; events at one time one after the other."""
+        at: dict[tuple[float, int], dict[str, int]] = {}
+        for tier, table in self._tables.items():
+            again = np.arange(table["time"].size) - np.searchsorted(table["time"], table["time"])
+            for row, when in enumerate(zip(table["time"].tolist(), again.tolist(), strict=True)):
+                at.setdefault(when, {})[tier] = row
         passes = _with_events(self._tables)
-        for time in self._times:
+        for (time, _), here in sorted(at.items()):
             reading: dict[str, Any] = {}
             commands: dict[str, Any] = {}
-            here = {tier: of[time] for tier, of in rows.items() if time in of}
             for tier, row in here.items():
                 for name, values in self._tables[tier].items():
-                    self._sort(name, self._motion(tier, name, time, _entry(values, row)), reading, commands)
+                    self._sort(name, self._motion(tier, name, row, _entry(values, row)), reading, commands)
             yield Instant(time, reading, commands, bool(passes & here.keys()))
 
-    def _motion(self, tier: str, name: str, time: float, value: Any) -> Any:
+    def _motion(self, tier: str, name: str, row: int, value: Any) -> Any:
         """The motion where the log has its rows; else its number of rows."""
-        motion = self._motions.get((tier, name, time))
-        # two motions at one time cannot be told apart
+        motion = self._motions.get((tier, name, row))
         return value if motion is None or len(motion) != value else motion
 
     def _sort(self, name: str, value: Any, reading: dict[str, Any], commands: dict[str, Any]) -> None:
@@ -193,36 +193,6 @@ def _columns(table: Any, part: int) -> dict[str, tuple[Column, str]]:
     rows = np.flatnonzero(table["part"].values == part)
     named = {"time": table["time"], **{str(name): variable for name, variable in table.data_vars.items()}}
     return {name: (variable.values[rows], _unit(variable)) for name, variable in named.items()}
-
-
-def _motions(log: Log, tier: str, name: str, part: int) -> Iterator[tuple[float, Column]]:
-    """Motions of one part with the time (s) of their command, by time or, where kept earlier, by digest."""
-    kept = rows(log, tier, name)
-    if kept is None:
-        return
-    at = dict(_kept(kept))
-    yield from ((when, motion) for (number, when), motion in at.items() if number == part)
-    steps, column = log[tier], command_column(digest_name(name))
-    if column not in steps:  # written before digests were
-        return
-    columns = (steps[each].values.tolist() for each in ("part", "time", column, command_column(name)))
-    commanded = [(number, when, told) for number, when, *told in zip(*columns, strict=True)]
-    known = {
-        (digest, size): motion
-        for number, when, (digest, size) in commanded
-        if (motion := at.get((number, when))) is not None and len(motion) == size
-    }
-    here = ((when, tuple(told)) for number, when, told in commanded if number == part)
-    yield from ((when, known[told]) for when, told in here if told in known)
-
-
-def _kept(table: Any) -> Iterator[tuple[tuple[int, float], Column]]:
-    """Motions of a table of rows by part and time (s) of the command."""
-    (values,) = (variable.values for variable in table.data_vars.values())
-    places = np.rec.fromarrays([table["part"].values, table["time"].values])
-    begins = np.flatnonzero(np.r_[True, places[1:] != places[:-1]][: places.size])
-    for begin, end in zip(begins, [*begins[1:], places.size], strict=True):
-        yield places[begin].tolist(), values[begin:end]
 
 
 def _unit(variable: Any) -> str:
@@ -257,9 +227,10 @@ def _on_a_grid(times: list[float]) -> float | None:
 
 
 def _with_events(tables: Mapping[str, Mapping[str, Column]]) -> set[str]:
-    """Tiers stepped at events: those of uneven steps, else those with the fewest steps."""
+    """Tiers stepped at events: those of uneven steps or twice at one time, else those with the fewest."""
     steps = {tier: np.diff(table["time"][:-1]) for tier, table in tables.items()}
     uneven = {tier for tier, step in steps.items() if step.size < 2 or np.ptp(step) > _EVEN}
+    uneven |= {tier for tier, table in tables.items() if not np.diff(table["time"]).all()}
     fewest = min(step.size for step in steps.values())
     return uneven or {tier for tier, step in steps.items() if step.size == fewest}
 

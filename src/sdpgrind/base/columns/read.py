@@ -214,6 +214,7 @@ def _source(
         tuple((name, *gap) for name, block in zip(names, blocks, strict=True) for gap in gaps(block)),
         rules.commands_at,
         tuple(notes),
+        names if any(block.label for block in blocks) else (),
     )
 
 

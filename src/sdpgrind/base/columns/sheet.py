@@ -60,6 +60,12 @@ class Sheet:
     waves: Mapping[int, Wave] = field(default_factory=dict)
     own_times: Mapping[int, tuple[str, Column]] = field(default_factory=dict)
     """Unit text ("": none) and values of the time of a column that has its own."""
+    as_written: Callable[[int], Column] | None = None
+    """Reads a column as the texts of the file, 0017 and not 17; None: the file holds values, not texts."""
+
+    def words(self, place: int) -> Column:
+        """Column of words, such as part numbers: texts as written, else values."""
+        return self.take([place])[0] if self.as_written is None else self.as_written(place)
 
     @property
     def where(self) -> str:

@@ -13,6 +13,7 @@ from sdpgrind.base.text_table import aligned
 _HEADS = ("column", "unit", "header", "recorded in", "from", "factor", "missing")
 _SIGNS = {"\t": "TAB", " ": "blanks"}
 _MOST_GAPS = 5  # chosen: more are counted, not listed
+_MOST_PARTS = 12  # chosen: words of parts in a line of some 110 letters; more are counted
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,6 +64,8 @@ class Source:
         When commands of a row hold: "begin", "end" or "centre"; "": not of a profile.
     notes : tuple of str
         What else was decided.
+    labels : tuple of str
+        Words of the file for the parts, as written; empty: the parts are numbers in order.
     """
 
     files: tuple[FileNote, ...]
@@ -73,6 +76,7 @@ class Source:
     gaps: tuple[tuple[str, float, float], ...] = ()
     commands_at: str = "begin"
     notes: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
 
     def to_json(self) -> str:
         """Return JSON that `from_json` reads."""
@@ -85,7 +89,8 @@ class Source:
         told["files"] = tuple(FileNote(**each) for each in told["files"])
         told["columns"] = tuple(ColumnNote(**each) for each in told["columns"])
         told["gaps"] = tuple((str(part), time, step) for part, time, step in told["gaps"])
-        return cls(**told | {"notes": tuple(told["notes"])})
+        texts = {name: tuple(told.get(name, ())) for name in ("notes", "labels")}
+        return cls(**told | texts)
 
     def __str__(self) -> str:
         return "\n".join([*map(_of_file, self.files), *_table(self.columns), *self._rows()])
@@ -102,6 +107,10 @@ class Source:
             f"{self.rows_read} rows read, {self.rows_left_out} left out, {kept} kept in"
             f" {counted(self.parts, 'part')}{held}"
         ]
+        if self.labels:
+            told = ", ".join(self.labels[:_MOST_PARTS])
+            more = len(self.labels) - _MOST_PARTS
+            lines.append(f"parts: {told}" + (f" and {more} more" if more > 0 else ""))
         if self.gaps:
             told = ", ".join(
                 f"{step:.4g} s at {time:.6g} s of part {part}" for part, time, step in self.gaps[:_MOST_GAPS]

@@ -23,6 +23,8 @@ from sdpgrind.base.unit_text import factor, near
 _WITH_UNIT = re.compile(r"([+-]?[\d.,]+(?:[eE][+-]?\d+)?) *([^\d\s].*)")
 """A number and what may be its unit."""
 
+_EXACT = 2.0**53  # derived: above it, floats skip whole numbers
+
 
 @dataclasses.dataclass(frozen=True)
 class Rules:
@@ -66,7 +68,7 @@ def taken(
     bounds = {each.column: bound(each, sheet) for each in asked}
     others = [each for each in (when, of_part) if each is not None and not (each is when and sheet.own_times)]
     places = [each.place for each in bounds.values()] + [place_of(each, sheet) for each in others]
-    raw = sheet.take(places)
+    raw = _read(sheet, places, _of_words(sheet, bounds, of_part))
     each_raw = zip(bounds.items(), raw[: len(bounds)], strict=True)
     values = {name: _in_our_unit(each, column, sheet, rules) for (name, each), column in each_raw}
     lengths = {sheet.headings[place].header: column.size for place, column in zip(places, raw, strict=True)}
@@ -74,6 +76,11 @@ def taken(
     if not rows:
         raise ValueError(f"{sheet.where} must hold rows; it has none")
     if len(set(lengths.values())) > 1 or _at_own_times(sheet, bounds, when, rules):
+        if of_part is not None:
+            raise ValueError(
+                f"{sheet.where}: part must be left out where columns have lengths or times of their own;"
+                f" got {of_part.header!r}"
+            )
         joined = _joined(sheet, values, bounds, lengths, when, rules)
         return Taken([joined], bounds, rows, ColumnNote("time", "s", "-", "", "each column's own", 1.0))
     rest = dict(zip((each.name for each in others), raw[len(bounds) :], strict=True))
@@ -83,6 +90,19 @@ def taken(
     else:
         times, note = _times(sheet, when, rest["time"], rules)
     return Taken(_blocks(sheet, values, labels, of_part, times, rules), bounds, rows, note)
+
+
+def _of_words(sheet: Sheet, bounds: Mapping[str, Bound], of_part: Request | None) -> set[int]:
+    """Places of columns of words: of the parts, and of quantities that are texts."""
+    parts = set() if of_part is None else {place_of(of_part, sheet)}
+    return parts | {each.place for each in bounds.values() if unit_of_name(each.request.name) == TEXT}
+
+
+def _read(sheet: Sheet, places: Sequence[int], words: set[int]) -> list[Column]:
+    """Columns at their places; as numbers, 0017 would be 17."""
+    plain = [place for place in places if place not in words]
+    found = dict(zip(plain, sheet.take(plain), strict=True)) if plain else {}
+    return [sheet.words(place) if place in words else found[place] for place in places]
 
 
 def _at_own_times(sheet: Sheet, bounds: Mapping[str, Bound], when: Request | None, rules: Rules) -> bool:
@@ -132,11 +152,15 @@ def _word(value: Any) -> str:
 
 def _labels(column: Column, sheet: Sheet) -> list[str]:
     """Words of the column of parts in each row."""
-    if column.dtype.kind == "f" and not np.isnan(column).any():
-        known = {value: _word(value) for value in dict.fromkeys(column.tolist())}
-        return [known[value] for value in column.tolist()]
-    labels = [_word(value) for value in column]
-    if "" in labels:
+    values = column.tolist()
+    known = {value: _word(value) for value in dict.fromkeys(values)}
+    labels = [known[value] for value in values]
+    if column.dtype.kind == "f" and np.any(alike := np.abs(column) >= _EXACT):
+        raise ValueError(
+            f"{sheet.where}: part must be texts from 2^53 on, where numbers are rounded to each other;"
+            f" got {column[alike][0]:.17g}"
+        )
+    if "" in known.values():
         raise ValueError(
             f"{sheet.where}: part must be told in each row; none stands in {sheet.place(labels.index(''))}"
         )

@@ -4,7 +4,7 @@ import io
 import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,9 @@ from sdpgrind.base.columns import cells
 from sdpgrind.base.columns.layout import Frame, frame_of, other_width
 from sdpgrind.base.columns.lines import Text
 from sdpgrind.base.columns.sheet import Column, Sheet, as_column
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _EXACT = (3, 1)  # source: version of pandas from which its parser rounds correctly by default
 _BLOCK = 1 << 24  # bytes; chosen: 16 MB, smaller ones take longer
@@ -38,18 +41,40 @@ def sheets(file: str, raw: bytes, missing: Collection[str] = ()) -> list[Sheet]:
     _refuse_other_widths(text, frame)
 
     def take(wanted: Sequence[int]) -> list[Column]:
-        return _parsed(text, frame, wanted, missing)
+        table = _parsed(text, frame, wanted, missing)
+        return [as_column(_values(table[str(k)])) for k in wanted]
+
+    def as_written(place: int) -> Column:
+        if place == 0:
+            _refuse_words_below(text, frame)
+        return _texts(_parsed(text, frame, [place], missing, dtype=str)[str(place)])
 
     return [
         Sheet(
             file,
             frame.headings,
             take,
+            as_written=as_written,
             place=lambda row: f"line {_line_of(text, frame, row) + 1}",
             layout=frame.layout,
             decimal=frame.layout.decimal,
         )
     ]
+
+
+def _refuse_words_below(text: Text, frame: Frame) -> None:
+    """Refuse lines right below the data that may be a foot, or rows of a part with a word for a number."""
+    layout = frame.layout
+    row = cells.split(text.line(frame.last), layout.separator) if frame.last < len(text) else [""]
+    told = any(cells.kind(cell, layout.decimal) in "ngt" for cell in row[1:])
+    if row[0] and told and len(row) == frame.width:
+        words = f"{{{frame.headings[0].header!r}: str}}"
+        options = f"sep={layout.separator!r}, decimal={layout.decimal!r}, dtype={words}"
+        raise ValueError(
+            f"{text.file} must end with its rows where its first column names the parts; line"
+            f" {frame.last + 1} begins with {row[0]!r}, as a line of sums may: take such lines away, or, if"
+            f" they are rows, hwsim.Log.read(pandas.read_csv({text.file!r}, {options}), ...)"
+        )
 
 
 def _line_of(text: Text, frame: Frame, row: int) -> int:
@@ -87,8 +112,10 @@ def _lines(text: Text, frame: Frame) -> list[str]:
     return [line for line in whole.split("\n") if line.strip()]
 
 
-def _parsed(text: Text, frame: Frame, wanted: Sequence[int], missing: Collection[str]) -> list[Column]:
-    """Numbers of the wanted columns where all cells are such, else their texts."""
+def _parsed(
+    text: Text, frame: Frame, wanted: Sequence[int], missing: Collection[str], dtype: type | None = None
+) -> "pd.DataFrame":
+    """The wanted columns by their places: numbers where all cells are such, else texts; `dtype`: of all."""
     import pandas as pd
 
     body = text.data[text.begin(frame.first) : int(text.ends[frame.last - 1])]
@@ -101,13 +128,14 @@ def _parsed(text: Text, frame: Frame, wanted: Sequence[int], missing: Collection
         "skipinitialspace": layout.separator != " ",
         "low_memory": False,
         "encoding": "utf-8",
+        "dtype": dtype,
     }
     if tuple(map(int, pd.__version__.split(".")[:2])) < _EXACT:
         options["float_precision"] = "round_trip"
     names = [str(k) for k in range(frame.width)]
     only = [names[k] for k in dict.fromkeys(wanted)]
     try:
-        table = pd.read_csv(
+        table: pd.DataFrame = pd.read_csv(
             io.BytesIO(body), header=None, names=names, usecols=only, index_col=False, **options
         )
     except (ValueError, pd.errors.ParserError) as error:
@@ -119,7 +147,7 @@ def _parsed(text: Text, frame: Frame, wanted: Sequence[int], missing: Collection
         raise ValueError(
             f"{text.file} must close each quote in its line; its {rows} lines of data are {len(table)} rows"
         )
-    return [as_column(_values(table[names[k]])) for k in wanted]
+    return table
 
 
 def _rows(body: bytes, separator: str) -> int:
@@ -130,8 +158,11 @@ def _rows(body: bytes, separator: str) -> int:
 
 def _values(series: Any) -> Any:
     """Values of a pandas column: numbers, truths as 1 and 0, stamps, or texts with None for nothing."""
-    if series.dtype.kind in "biufM":
-        return series.to_numpy()
+    return series.to_numpy() if series.dtype.kind in "biufM" else _texts(series)
+
+
+def _texts(series: "pd.Series") -> Column:
+    """Texts of a pandas column, None for nothing."""
     return np.array([None if each != each else each for each in series.tolist()], dtype=object)
 
 
