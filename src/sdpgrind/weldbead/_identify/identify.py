@@ -59,6 +59,8 @@ def identify(
     method: Literal["components"],
     model: GrindingProcess | None = None,
     depth_noise: float = 0.0,
+    tie: bool = True,
+    conservative: bool = False,
 ) -> BeadScatterEstimate: ...
 @overload
 def identify(data: Any, what: Literal["scatter"], **options: Unpack[Options]) -> ScatterEstimate: ...
@@ -77,6 +79,8 @@ def identify(
     depth_noise: float = 0.0,
     attribution: str | None = None,
     bandwidth: float | None = None,
+    tie: bool = True,
+    conservative: bool = False,
     throw: bool = True,
 ) -> Estimate | ScatterEstimate | BeadScatterEstimate | Scatter:
     """Estimate coefficients, scatter or the way beside the bead from passes, for `SequenceProblem.updated`.
@@ -131,6 +135,11 @@ def identify(
         For "law": attribution of the standardisation. Default: the favoured one.
     bandwidth : float, optional
         For "law": kernel in standard deviations, unit 1. Default: Silverman's rule.
+    tie : bool
+        For "components": K1 and K2 scatter alike; False: each is fitted, and where an upper limit is above
+        four times the lower one, the component is `not_identified` and both scatter alike on its level.
+    conservative : bool
+        For "components": `updated` is told the upper limit of each 95 % interval, at most 1 (unit 1).
     throw : bool
         For "power", "friction" and "lead_length": raise when the passes do not determine the values; False:
         the status says so.
@@ -163,7 +172,7 @@ def identify(
         return estimate_lead(data, problem=problem, throw=throw)
     noise = checks.nonnegative("depth_noise", depth_noise, "mm")
     if method == "components":
-        return estimate_components(data, model=model, depth_noise=noise)
+        return estimate_components(data, model=model, depth_noise=noise, tie=tie, conservative=conservative)
     if what == "scatter":
         return estimate_scatter(data, method, model=model, law=law, depth_noise=noise)
     return estimate_law(
