@@ -247,7 +247,7 @@ MESSAGES = [
     ),
     (
         lambda: weldbead.identify(POWER, "colour"),
-        "what must be one of power, friction, scatter, law; got 'colour'",
+        "what must be one of power, friction, scatter, law, lead_length; got 'colour'",
     ),
     (
         lambda: weldbead.identify(POWER, "power", method="model"),

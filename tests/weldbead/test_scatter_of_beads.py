@@ -9,12 +9,12 @@ from stand_job import BEADS, BOTH, PROCESS
 
 import hwsim
 from sdpgrind import weldbead
-from sdpgrind.weldbead._identify.components import BeadReadings, Reml, _anova, components
+from sdpgrind.weldbead._identify.components import BeadReadings, Reml, Tied, _anova, components
 
 TRUE = np.sqrt(np.log1p(0.15**2))
 
 
-def drawn(beads, passes, seed, missing=0.0, trend=0.0):
+def drawn(beads, passes, seed, missing=0.0, trend=0.0, forces=(25.0, 35.0, 50.0)):
     """Readings of beads at three forces; a share of passes is missing, but one of each bead."""
     rng, rows = np.random.default_rng(seed), []
     own = BOTH.scatter.coefficients
@@ -23,7 +23,7 @@ def drawn(beads, passes, seed, missing=0.0, trend=0.0):
         bead = bead.replace(friction_ratio=bead.friction_ratio * np.exp(trend * number))
         kept = rng.random(passes) >= missing
         kept[rng.integers(passes)] = True
-        for force in rng.choice([25.0, 35.0, 50.0], passes)[kept]:
+        for force in rng.choice(forces, passes)[kept]:
             now = own.drawn(bead, rng)
             tangential, power = now.friction_ratio * force, float(now.grinding_power(force))
             rows.append((number, force, tangential, power, float(now.removal_rate(force))))
@@ -31,14 +31,14 @@ def drawn(beads, passes, seed, missing=0.0, trend=0.0):
     return dict(zip(names, np.array(rows).T, strict=True))
 
 
-def found(data):
-    return weldbead.identify(data, "scatter", method="components", model=PROCESS)
+def found(data, **options):
+    return weldbead.identify(data, "scatter", method="components", model=PROCESS, **options)
 
 
 def one_way(y):
     return [
         BeadReadings(
-            row, np.ones((row.size, 1)), np.ones((row.size, 1)), np.ones(row.size), np.zeros(row.size)
+            row, np.ones((row.size, 1)), np.ones((row.size, 1)), np.ones((row.size, 1)), np.zeros(row.size)
         )
         for row in y
     ]
@@ -50,9 +50,9 @@ def test_likelihood_of_balanced_data_is_the_analysis_of_variance():
     y = TRUE * rng.standard_normal((30, 1)) + TRUE * rng.standard_normal((30, 5))
     one, other = _anova(y), Reml(one_way(y)).components
     within, between = y.var(axis=1, ddof=1).mean(), 5 * y.mean(axis=1).var(ddof=1)
-    assert one.passes == pytest.approx(np.sqrt(within), rel=1e-12)
-    assert one.beads == pytest.approx(np.sqrt((between - within) / 5), rel=1e-12)
-    assert (other.passes, other.beads) == pytest.approx((one.passes, one.beads), rel=1e-4)
+    assert one.passes[0] == pytest.approx(np.sqrt(within), rel=1e-12)
+    assert one.beads[0] == pytest.approx(np.sqrt((between - within) / 5), rel=1e-12)
+    assert other.passes + other.beads == pytest.approx(one.passes + one.beads, rel=1e-4)
     assert other.means == pytest.approx(one.means, rel=1e-12)
     assert np.allclose(other.passes_interval, one.passes_interval, rtol=0.02)
     assert np.allclose(other.beads_interval, one.beads_interval, rtol=0.08)
@@ -74,7 +74,8 @@ def test_the_deviance_is_that_of_a_normal_law_integrated_over_the_means():
         return np.log(np.exp(logs - logs.max()).sum() * (grid[1] - grid[0])) + logs.max()
 
     difference = -2 * (density(0.3, 0.2) - density(0.15, 0.1))
-    assert reml.deviance(0.3, 0.2) - reml.deviance(0.15, 0.1) == pytest.approx(difference, rel=1e-9)
+    ours = [reml.deviance(np.square(sds))[0] for sds in ((0.3, 0.2), (0.15, 0.1))]
+    assert ours[0] - ours[1] == pytest.approx(difference, rel=1e-9)
 
 
 def test_statsmodels_agrees_on_friction_with_passes_missing():
@@ -83,8 +84,8 @@ def test_statsmodels_agrees_on_friction_with_passes_missing():
     y = 10 * np.log(data["tangential_force"] / data["normal_force"])  # its search stops early near 0
     fit = statsmodels.MixedLM(y, np.ones((y.size, 1)), groups=data["part"]).fit(reml=True)
     ours = components(one_way([y[data["part"] == part] for part in np.unique(data["part"])]))
-    assert ours.passes**2 == pytest.approx(fit.scale, rel=1e-3)
-    assert ours.beads**2 == pytest.approx(float(fit.cov_re[0, 0]), rel=1e-3)
+    assert ours.passes[0] ** 2 == pytest.approx(fit.scale, rel=1e-3)
+    assert ours.beads[0] ** 2 == pytest.approx(float(fit.cov_re[0, 0]), rel=1e-3)
 
 
 @pytest.mark.parametrize("missing", [0.0, 1 / 3])
@@ -145,8 +146,70 @@ def test_a_component_of_zero_is_an_estimate():
     y = rng.standard_normal((6, 4))
     y += -y.mean(axis=1, keepdims=True)  # all means alike
     none = _anova(y)
-    assert none.beads == 0.0 and none.beads_interval[0] == 0.0
-    assert Reml(one_way(y)).components.beads < 1e-6
+    assert none.beads[0] == 0.0 and none.beads_interval[0][0] == 0.0
+    assert Reml(one_way(y)).components.beads[0] < 1e-6
+
+
+@pytest.mark.parametrize("tie", [Tied(), Tied(beads=False), Tied(False, False)])
+def test_the_gradient_of_the_deviance_is_its_difference_quotient(tie):
+    """Beads of two sizes with their own loads; the error of a central quotient is of order step^2 = 1e-10."""
+    rng = np.random.default_rng(12)
+
+    def bead(size):
+        loads = -np.column_stack([np.ones(size), rng.uniform(0.2, 0.9, size)])
+        return BeadReadings(rng.standard_normal(size), loads, loads, loads**2, np.full(size, 0.01))
+
+    reml = Reml([bead(size) for size in (4, 3, 4, 2, 5)], tie)
+    at = rng.uniform(0.2, 0.6, 4 - tie.passes - tie.beads)
+    gradient, step = reml.deviance(at)[1], 1e-5
+    sides = [[reml.deviance(at + sign * step * one)[0] for sign in (1, -1)] for one in np.eye(at.size)]
+    assert gradient == pytest.approx([(up - down) / (2 * step) for up, down in sides], rel=1e-6, abs=1e-6)
+
+
+def test_four_components_are_told_apart_only_where_passes_tell_them():
+    """40 beads at 20, 35 and 50 N tell those of K1 and not how K2 differs between beads."""
+    told = found(drawn(40, 4, seed=13, forces=[20.0, 35.0, 50.0]), tie=False)
+    alike = found(drawn(40, 4, seed=13, forces=[20.0, 35.0, 50.0]))
+    assert "idle_power between beads" in told.not_identified and "not identified: " in told.message
+    for name in told.not_identified:
+        coefficient, level = name.split(" between ")
+        low, high = told.interval[coefficient][level == "beads"]
+        assert high > 4 * low
+    assert told.bead_scatter.idle_power == told.bead_scatter.specific_energy
+    assert alike.not_identified == () and "not identified" not in alike.message
+    assert BOTH.updated(told).bead_scatter == told.bead_scatter
+
+
+def test_four_components_of_a_linear_law_are_recovered():
+    """80 beads of 6 passes, drawn as the likelihood assumes: within three standard errors of the truth."""
+    rng, true = np.random.default_rng(14), ((0.1, 0.2), (0.16, 0.12))
+
+    def bead():
+        loads = -np.column_stack([np.ones(6), rng.choice([0.2, 0.9], 6)])
+        deviations = true[1] * rng.standard_normal(2) + true[0] * rng.standard_normal((6, 2))
+        return BeadReadings(np.sum(loads * deviations, axis=1), loads, loads, loads**2, np.zeros(6))
+
+    told = components([bead() for _ in range(80)], Tied(False, False))
+    for values, intervals, sds in zip(
+        told[:2], (told.passes_interval, told.beads_interval), true, strict=True
+    ):
+        for value, (low, high), sd in zip(values, intervals, sds, strict=True):
+            assert abs(value - sd) < 3 * (high - low) / (2 * 1.96) and low < value < high
+
+
+def test_a_careful_plan_is_told_the_upper_limits():
+    data = drawn(20, 4, seed=15)
+    told, careful = found(data), found(data, conservative=True)
+    own = careful.scatter.coefficients
+    for name in ("specific_energy", "idle_power", "friction_ratio"):
+        assert (getattr(own, name), getattr(careful.bead_scatter, name)) == tuple(
+            high for _, high in told.interval[name]
+        )
+    assert careful.interval == told.interval and careful.process == told.process
+    assert "upper limits" in careful.message and "upper limits" not in told.message
+    few = found(drawn(3, 6, seed=5), conservative=True)
+    assert few.bead_scatter == weldbead.CoefficientScatter(0.15, 0.15, 0.15)
+    assert few.scatter.coefficients.specific_energy == few.interval["specific_energy"][0][1]
 
 
 def test_a_trend_from_bead_to_bead_is_told():

@@ -4,17 +4,19 @@ Balanced data with one mean: analysis of variance, the interval between passes b
 beads by Williams (1962) and Tukey (1951). Any other: restricted likelihood (REML), intervals by its profile.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy import optimize, stats
 
 from sdpgrind.base.checks import Floats
 
 _LEAST, _MOST = 1e-4, 2.0  # log sd; chosen: less is exact, more is no scatter of a process
-_FINE = {"xatol": 1e-5}  # chosen: log sd, a hundredth of the least standard error
+_USUAL = 0.15**2  # variance of a logarithm, for scale and start; chosen: the usual scatter of coefficients
+_FINE = 1e-5  # chosen: log sd, a hundredth of the least standard error
 CONFIDENCE = 0.95  # chosen: of every interval of the estimates
 Ends = tuple[float, float]
 
@@ -24,31 +26,38 @@ class BeadReadings(NamedTuple):
 
     y: Floats  # (n,)
     fixed: Floats  # (n, p)
-    loads: Floats  # (n, q): of the bead's independent deviations
-    own: Floats  # (n,): variance of a pass over that of the scatter
+    loads: Floats  # (n, q): of the q independent deviations of a bead
+    own: Floats  # (n, q): variance of a pass over those of its q deviations
     noise: Floats  # (n,): variance of the gauges
 
 
 class Components(NamedTuple):
-    """Standard deviations of the logarithms and their 95 % intervals; means."""
+    """Standard deviations of q logarithms and their 95 % intervals; means."""
 
-    passes: float
-    beads: float
-    passes_interval: Ends
-    beads_interval: Ends
+    passes: tuple[float, ...]
+    beads: tuple[float, ...]
+    passes_interval: tuple[Ends, ...]
+    beads_interval: tuple[Ends, ...]
     means: Floats
 
 
-def components(beads: Sequence[BeadReadings]) -> Components:
-    """Estimate both standard deviations from readings of several beads; of one, that between passes."""
+class Tied(NamedTuple):
+    """Whether all q deviations have one variance: those of a pass, those of a bead."""
+
+    passes: bool = True
+    beads: bool = True
+
+
+def components(beads: Sequence[BeadReadings], tie: Tied = Tied()) -> Components:  # noqa: B008
+    """Estimate both standard deviations from readings of several beads; of one, those between passes."""
     if len(beads) == 1:
-        return Reml(beads).alone
+        return Reml(beads, tie, told=False).components
     sizes = {bead.y.size for bead in beads}
     one_mean = beads[0].fixed.shape[1] == 1 and all(np.all(bead.loads == 1.0) for bead in beads)
     quiet = not any(np.any(bead.noise) for bead in beads)
     if len(sizes) == 1 and sizes != {1} and one_mean and quiet:
         return _anova(np.array([bead.y * bead.fixed[:, 0] for bead in beads]))
-    return Reml(beads).components
+    return Reml(beads, tie).components
 
 
 def _anova(y: Floats) -> Components:
@@ -65,101 +74,126 @@ def _anova(y: Floats) -> Components:
         for q in (1 - tail, tail)
     ]
     return Components(
-        float(np.sqrt(msw)),
-        float(np.sqrt(max(0.0, (msb - msw) / each))),
-        (float(np.sqrt(ends[0])), float(np.sqrt(ends[1]))),
-        (float(np.sqrt(max(of_beads[0], 0.0))), float(np.sqrt(max(of_beads[1], 0.0)))),
+        (float(np.sqrt(msw)),),
+        (float(np.sqrt(max(0.0, (msb - msw) / each))),),
+        ((float(np.sqrt(ends[0])), float(np.sqrt(ends[1]))),),
+        ((float(np.sqrt(max(of_beads[0], 0.0))), float(np.sqrt(max(of_beads[1], 0.0)))),),
         np.array([float(y.mean())]),
     )
 
 
 class Reml:
-    """Restricted likelihood of beads of any sizes, those of one size at a time."""
+    """Restricted likelihood of beads of any sizes, those of one size at a time.
 
-    def __init__(self, beads: Sequence[BeadReadings]) -> None:
+    Its variances are those of a pass, then those of a bead: of each level one where it is tied, else one for
+    each deviation. Of a single bead (`told` is False) they are those of a pass alone.
+    """
+
+    def __init__(self, beads: Sequence[BeadReadings], tie: Tied = Tied(), *, told: bool = True) -> None:  # noqa: B008
         sizes = sorted({bead.y.size for bead in beads})
         groups = [[bead for bead in beads if bead.y.size == size] for size in sizes]
         self._groups = [
             BeadReadings(*(np.array(each) for each in zip(*group, strict=True))) for group in groups
         ]
+        columns = np.arange(beads[0].loads.shape[1])
+        self._of_passes = 0 * columns if tie.passes else columns
+        self._of_beads = (0 * columns if tie.beads else columns) + 1 + self._of_passes[-1]
+        self._told = told
+        self._count = 1 + int(self._of_beads[-1] if told else self._of_passes[-1])
+        self._least = np.where(np.arange(self._count) <= self._of_passes[-1], _LEAST**2, 0.0)
 
-    def _sums(self, passes: float, beads: float) -> tuple[float, Floats, Floats, float]:
-        """Log det of the covariance, X'V^-1 X, X'V^-1 y and y'V^-1 y over all beads."""
+    def _weighed(self, variances: Floats) -> tuple[float, list[Floats], Floats, Floats]:
+        """Log det of the covariance, its inverse by group, X'V^-1 X and X'V^-1 y over all beads."""
         width = self._groups[0].fixed.shape[-1]
-        logs, square = 0.0, 0.0
-        normal, right = np.zeros((width, width)), np.zeros(width)
+        logs, inverses = 0.0, list[Floats]()
+        normal: Floats = np.zeros((width, width))
+        right: Floats = np.zeros(width)
         for y, fixed, loads, own, noise in self._groups:
-            covariance = beads**2 * loads @ loads.swapaxes(1, 2)
-            covariance += (passes**2 * own + noise)[:, None, :] * np.eye(y.shape[1])
+            diagonal = own @ variances[self._of_passes] + noise
+            covariance = diagonal[:, None, :] * np.eye(y.shape[1])
+            if self._told:
+                covariance += (loads * variances[self._of_beads]) @ loads.swapaxes(1, 2)
             logs += float(np.sum(np.linalg.slogdet(covariance)[1]))
-            solved = np.linalg.solve(covariance, np.concatenate([fixed, y[:, :, None]], axis=2))
-            normal += np.einsum("bnp,bnq->pq", fixed, solved[:, :, :width])
-            right += np.einsum("bnp,bn->p", fixed, solved[:, :, width])
-            square += float(np.einsum("bn,bn->", y, solved[:, :, width]))
-        return logs, normal, right, square
+            inverses.append(np.asarray(np.linalg.inv(covariance), dtype=float))
+            solved = inverses[-1] @ fixed
+            normal += np.einsum("bnp,bnq->pq", fixed, solved)
+            right += np.einsum("bnp,bn->p", solved, y)
+        return logs, inverses, normal, right
 
-    def deviance(self, passes: float, beads: float) -> float:
-        """Minus twice the restricted log-likelihood, but for a constant."""
-        logs, normal, right, square = self._sums(passes, beads)
-        fit = right @ np.linalg.solve(normal, right)
-        return float(logs + np.linalg.slogdet(normal)[1] + square - fit)
+    def deviance(self, variances: Floats) -> tuple[float, Floats]:
+        """Minus twice the restricted log-likelihood, but for a constant, and its gradient.
+
+        With P = V^-1 - V^-1 X (X'V^-1 X)^-1 X'V^-1 the derivative is tr(P dV) - y'P dV P y.
+        """
+        logs, inverses, normal, right = self._weighed(variances)
+        means, spread = np.linalg.solve(normal, right), np.linalg.inv(normal)
+        square, gradient = 0.0, np.zeros(self._count)
+        for (y, fixed, loads, own, _), inverse in zip(self._groups, inverses, strict=True):
+            left = y - fixed @ means
+            pulled = np.einsum("bnm,bm->bn", inverse, left)  # P y
+            square += float(np.sum(left * pulled))
+            solved = inverse @ fixed
+            projected = inverse - solved @ spread @ solved.swapaxes(1, 2)  # blocks of P
+            each = np.diagonal(projected, axis1=1, axis2=2) - pulled**2
+            np.add.at(gradient, self._of_passes, np.einsum("bnq,bn->q", own, each))
+            if self._told:
+                slopes = np.einsum("bnq,bnm,bmq->q", loads, projected, loads)
+                slopes -= np.sum(np.einsum("bnq,bn->bq", loads, pulled) ** 2, axis=0)
+                np.add.at(gradient, self._of_beads, slopes)
+        return logs + float(np.linalg.slogdet(normal)[1]) + square, gradient
 
     @cached_property
-    def best(self) -> tuple[float, float, float]:
-        """Standard deviations between passes and beads of greatest likelihood, and its deviance."""
-        start = 0.15  # chosen: the usual scatter of coefficients
-        found = optimize.minimize(
-            lambda x: self.deviance(*x), (start, start), bounds=((_LEAST, _MOST), (0.0, _MOST))
-        )
-        return float(found.x[0]), float(found.x[1]), float(found.fun)
+    def best(self) -> tuple[Floats, float]:
+        """Variances of greatest likelihood, and their deviance."""
+        return self._least_deviance(np.full(self._count, _USUAL), np.ones(self._count, dtype=bool))
+
+    def _least_deviance(self, start: Floats, free: npt.NDArray[np.bool_]) -> tuple[Floats, float]:
+        """Variances of least deviance, of which only those that are free differ from the start."""
+        variances = start.copy()
+
+        def scaled(x: Floats) -> tuple[float, Floats]:
+            variances[free] = x * _USUAL
+            value, gradient = self.deviance(variances)
+            return value, gradient[free] * _USUAL
+
+        if not np.any(free):
+            return variances, self.deviance(variances)[0]
+        bounds = [(least / _USUAL, _MOST**2 / _USUAL) for least in self._least[free]]
+        found = optimize.minimize(scaled, start[free] / _USUAL, jac=True, bounds=bounds)
+        variances[free] = found.x * _USUAL
+        return variances, float(found.fun)
 
     @property
     def components(self) -> Components:
-        passes, beads, _ = self.best
-
-        def at_passes(sd: float) -> float:
-            return _least(lambda other: self.deviance(sd, other), 0.0)
-
-        def at_beads(sd: float) -> float:
-            return _least(lambda other: self.deviance(other, sd), _LEAST)
-
+        """Standard deviations of greatest likelihood with the intervals of their profiles."""
+        sds = np.sqrt(self.best[0])
+        ends = [self._ends(number) for number in range(self._count)]
+        passes, beads = self._of_passes.tolist(), self._of_beads.tolist()
         return Components(
-            passes,
-            beads,
-            _ends(at_passes, passes, _LEAST),
-            _ends(at_beads, beads, 0.0),
-            self.means(passes, beads),
+            tuple(float(sds[k]) for k in passes),
+            tuple(float(sds[k]) if self._told else 0.0 for k in beads),
+            tuple(ends[k] for k in passes),
+            tuple(ends[k] if self._told else (0.0, np.inf) for k in beads),
+            self.means,
         )
-
-    def means(self, passes: float, beads: float) -> Floats:
-        """Fixed effects of greatest likelihood at two standard deviations."""
-        _, normal, right, _ = self._sums(passes, beads)
-        return np.asarray(np.linalg.solve(normal, right), dtype=float)
 
     @property
-    def alone(self) -> Components:
-        """Components of one bead, whose deviation is none: the scatter between beads is not told."""
-        found = optimize.minimize_scalar(
-            lambda sd: self.deviance(sd, 0.0), bounds=(_LEAST, _MOST), method="bounded", options=_FINE
-        )
-        passes = float(found.x)
-        ends = _ends(lambda sd: self.deviance(sd, 0.0), passes, _LEAST)
-        return Components(passes, 0.0, ends, (0.0, np.inf), self.means(passes, 0.0))
+    def means(self) -> Floats:
+        """Fixed effects of greatest likelihood."""
+        _, _, normal, right = self._weighed(self.best[0])
+        return np.asarray(np.linalg.solve(normal, right), dtype=float)
 
+    def _ends(self, number: int) -> Ends:
+        """Where the profile of the deviance is above its least value by the quantile of chi-square."""
+        variances, value = self.best
+        level = value + float(stats.chi2.ppf(CONFIDENCE, 1))
+        free = np.arange(self._count) != number
 
-def _ends(profile: Callable[[float], float], at: float, least: float) -> Ends:
-    """Where the profile of the deviance is above its least value, at `at`, by the quantile of chi-square."""
-    level = profile(at) + float(stats.chi2.ppf(CONFIDENCE, 1))
+        def above(sd: float) -> float:
+            start = np.where(free, variances, sd**2)
+            return self._least_deviance(start, free)[1] - level
 
-    def above(sd: float) -> float:
-        return profile(sd) - level
-
-    low = least if at <= least or above(least) <= 0 else optimize.brentq(above, least, at, xtol=1e-5)
-    high = _MOST if above(_MOST) <= 0 else optimize.brentq(above, max(at, least), _MOST, xtol=1e-5)
-    return float(low), float(high)
-
-
-def _least(deviance: Callable[[float], float], least: float) -> float:
-    """Least deviance over the other standard deviation."""
-    found = optimize.minimize_scalar(deviance, bounds=(least, _MOST), method="bounded", options=_FINE)
-    return float(min(found.fun, deviance(least)))
+        at, least = float(np.sqrt(variances[number])), float(np.sqrt(self._least[number]))
+        low = least if at <= least or above(least) <= 0 else optimize.brentq(above, least, at, xtol=_FINE)
+        high = _MOST if above(_MOST) <= 0 else optimize.brentq(above, max(at, least), _MOST, xtol=_FINE)
+        return float(low), float(high)

@@ -1,4 +1,4 @@
-"""Identification of the model from passes: coefficients, and scatter of the depth."""
+"""Identification of the model from passes: coefficients, scatter, and the way beside the bead."""
 
 from typing import Any, Literal, TypedDict, Unpack, overload
 
@@ -17,7 +17,9 @@ from sdpgrind.weldbead._identify.coefficients import (
     estimate_friction,
     estimate_power,
 )
+from sdpgrind.weldbead._identify.lead_length import LEAD_METHODS, estimate_lead
 from sdpgrind.weldbead._identify.scatter_of_beads import BeadScatterEstimate, estimate_components
+from sdpgrind.weldbead.sequence._problem import SequenceProblem
 from sdpgrind.weldbead.sequence._process import GrindingProcess
 from sdpgrind.weldbead.sequence._scatter import Scatter
 
@@ -26,6 +28,7 @@ _METHODS = {
     "friction": FRICTION_METHODS,
     "scatter": SCATTER_METHODS,
     "law": LAW_METHODS,
+    "lead_length": LEAD_METHODS,
 }
 
 
@@ -34,6 +37,7 @@ class Options(TypedDict, total=False):
 
     method: str | None
     model: GrindingProcess | None
+    problem: SequenceProblem | None
     forgetting: float
     noise_ratio: float | None
     law: str
@@ -44,7 +48,9 @@ class Options(TypedDict, total=False):
 
 
 @overload
-def identify(data: Any, what: Literal["power", "friction"], **options: Unpack[Options]) -> Estimate: ...
+def identify(
+    data: Any, what: Literal["power", "friction", "lead_length"], **options: Unpack[Options]
+) -> Estimate: ...
 @overload
 def identify(
     data: Any,
@@ -53,6 +59,8 @@ def identify(
     method: Literal["components"],
     model: GrindingProcess | None = None,
     depth_noise: float = 0.0,
+    tie: bool = True,
+    conservative: bool = False,
 ) -> BeadScatterEstimate: ...
 @overload
 def identify(data: Any, what: Literal["scatter"], **options: Unpack[Options]) -> ScatterEstimate: ...
@@ -64,45 +72,55 @@ def identify(
     *,
     method: str | None = None,
     model: GrindingProcess | None = None,
+    problem: SequenceProblem | None = None,
     forgetting: float = 1.0,
     noise_ratio: float | None = None,
     law: str = "rayleigh",
     depth_noise: float = 0.0,
     attribution: str | None = None,
     bandwidth: float | None = None,
+    tie: bool = True,
+    conservative: bool = False,
     throw: bool = True,
 ) -> Estimate | ScatterEstimate | BeadScatterEstimate | Scatter:
-    """Estimate coefficients or scatter from passes, for `SequenceProblem.updated`.
+    """Estimate coefficients, scatter or the way beside the bead from passes, for `SequenceProblem.updated`.
 
-    ========== ============================== ===============================================================
-    `what`     quantities of `data`           result and methods (the first is the default)
-    ========== ============================== ===============================================================
-    "power"    grinding_power, removal_rate   `Estimate` of specific_energy (J/mm^3) and idle_power (W).
-                                              "regression": removal rate on power, right where the first is
-                                              noisy; "total": both noisy; "recursive": with forgetting;
-                                              "printed": power on removal rate, flattened by noise; Brown, 4.1
-    "friction" normal_force, tangential_force `Estimate` of friction_ratio (1): "regression", "recursive"
-    "scatter"  normal_force, feed_rate,       `ScatterEstimate`: the coefficient that scatters. "fit": K1, K2
-               cut_depth                      fitted too, >= 4 passes; "model": from `model`
-    "scatter"  both forces, grinding_power,   `BeadScatterEstimate`: K1, K2 and mu from pass to pass and
-               removal_rate, part             from bead to bead, with intervals. "components": of many beads
-    "law"      as "scatter"                   `Scatter` with the empirical distribution of the standardised
-                                              depths. "kernel": smoothed, "sample": as they are
-    ========== ============================== ===============================================================
+    ============= ============================ ===============================================================
+    `what`        quantities of `data`         result and methods (the first is the default)
+    ============= ============================ ===============================================================
+    "power"       grinding_power, removal_rate `Estimate` of specific_energy (J/mm^3) and idle_power (W).
+                                               "regression": removal rate on power, right where the first is
+                                               noisy; "total": both noisy; "recursive": with forgetting;
+                                               "printed": power on removal rate, flat by noise; Brown, 4.1
+    "friction"    normal_force,                `Estimate` of friction_ratio (1): "regression", "recursive"
+                  tangential_force
+    "scatter"     normal_force, feed_rate,     `ScatterEstimate`: the coefficient that scatters. "fit": K1, K2
+                  cut_depth                    fitted too, >= 4 passes; "model": from `model`
+    "scatter"     both forces, grinding_power, `BeadScatterEstimate`: K1, K2 and mu from pass to pass and
+                  removal_rate, part           from bead to bead, with intervals. "components": of many beads
+    "law"         as "scatter"                 `Scatter` with the empirical distribution of the standardised
+                                               depths. "kernel": smoothed, "sample": as they are
+    "lead_length" feed_rate, duration          `Estimate` of lead_length (mm), the way beside the bead: "mean"
+                                               of feed (duration - reset_time) - bead_length
+    ============= ============================ ===============================================================
 
     Parameters
     ----------
     data : mapping of arrays, table of a log, or log
         Arrays of one length by name: grinding_power (W), removal_rate (mm^3/s), normal_force (N),
-        tangential_force (N), feed_rate (mm/s), cut_depth (mm), one entry per pass, no NaN. Or a log whose
-        only table, or table "sequence", holds them, or that table; its rows with NaN (no reading) are left
-        out and counted.
-    what : {"power", "friction", "scatter", "law"}
+        tangential_force (N), feed_rate (mm/s), cut_depth (mm), duration (s, reset included), one entry per
+        pass, no NaN. Or a log whose only table, or table "sequence", holds them, or that table; its rows with
+        NaN (no reading) are left out and counted. A log without durations has the differences of its
+        time_left, in whole stages; one of three tiers the feed of its table "pass". "components" and
+        "lead_length" take a list of logs, too.
+    what : {"power", "friction", "scatter", "law", "lead_length"}
         Quantity to estimate.
     method : str, optional
         See above.
     model : GrindingProcess, optional
         Process of the mean cut; required for "scatter" and "law".
+    problem : SequenceProblem, optional
+        Problem of the passes; required for "lead_length".
     forgetting : float
         For "recursive": weight of a pass relative to the next, in (0, 1], unit 1.
     noise_ratio : float, optional
@@ -117,9 +135,14 @@ def identify(
         For "law": attribution of the standardisation. Default: the favoured one.
     bandwidth : float, optional
         For "law": kernel in standard deviations, unit 1. Default: Silverman's rule.
+    tie : bool
+        For "components": K1 and K2 scatter alike; False: each is fitted, and where an upper limit is above
+        four times the lower one, the component is `not_identified` and both scatter alike on its level.
+    conservative : bool
+        For "components": `updated` is told the upper limit of each 95 % interval, at most 1 (unit 1).
     throw : bool
-        For "power" and "friction": raise when the passes do not determine the values; False: the status says
-        so.
+        For "power", "friction" and "lead_length": raise when the passes do not determine the values; False:
+        the status says so.
 
     Returns
     -------
@@ -145,9 +168,11 @@ def identify(
         return estimate_power(data, method, forgetting=forgetting, noise_ratio=noise_ratio, throw=throw)
     if what == "friction":
         return estimate_friction(data, method, forgetting=forgetting, throw=throw)
+    if what == "lead_length":
+        return estimate_lead(data, problem=problem, throw=throw)
     noise = checks.nonnegative("depth_noise", depth_noise, "mm")
     if method == "components":
-        return estimate_components(data, model=model, depth_noise=noise)
+        return estimate_components(data, model=model, depth_noise=noise, tie=tie, conservative=conservative)
     if what == "scatter":
         return estimate_scatter(data, method, model=model, law=law, depth_noise=noise)
     return estimate_law(

@@ -2,7 +2,7 @@
 
 Logarithms of a pass are those of its bead plus its own. The friction is told by ln(F_t/F_n) alone. The
 energies are told by ln Q = ln(Pi - K2) - ln K1, linearised about K2; ordinary passes do not tell the scatter
-of K2 from that of K1, which is taken to be the same.
+of K2 from that of K1, which is taken to be the same unless both are asked for.
 """
 
 import dataclasses
@@ -15,7 +15,7 @@ from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.weldbead._identify.components import BeadReadings, Components, Ends, Reml, components
+from sdpgrind.weldbead._identify.components import BeadReadings, Components, Ends, Reml, Tied, components
 from sdpgrind.weldbead.sequence._belief_update import MOST_IDLE
 from sdpgrind.weldbead.sequence._coefficient_scatter import ASSUMED, COEFFICIENTS, CoefficientScatter
 from sdpgrind.weldbead.sequence._process import GrindingProcess
@@ -26,6 +26,7 @@ _READ = {
 }  # fmt: skip
 _ENOUGH = 4  # beads that tell a scatter between beads; derived: with three its interval is a decade wide
 _LINEARISED = 4  # measured: ln K2 settles to 4e-4 or less on five logs of 20 beads
+_VAGUE = 4.0  # source: upper over lower limit of an interval above which the specification has no component
 _DRIFTS = 3.0  # t of a trend of bead means from which it is told; chosen: 3 of 1000 by chance
 
 
@@ -41,6 +42,10 @@ class BeadScatterEstimate(Frozen):
         From bead to bead, relative sd, unit 1.
     interval : mapping
         By coefficient: 95 % intervals of the relative sd (unit 1) from pass to pass, and from bead to bead.
+    not_identified : tuple of str
+        Components of K1 and K2, fitted apart, whose upper limit is above four times the lower one, as
+        "idle_power between beads". `scatter` or `bead_scatter` then has one value for both coefficients, that
+        of the fit in which they scatter alike.
     process : GrindingProcess
         Model with the mean coefficients of the beads: J/mm^3, W, 1.
     beads, passes : int
@@ -52,6 +57,7 @@ class BeadScatterEstimate(Frozen):
     scatter: Scatter
     bead_scatter: CoefficientScatter
     interval: Mapping[str, tuple[Ends, Ends]]
+    not_identified: tuple[str, ...]
     process: GrindingProcess
     beads: int
     passes: int
@@ -68,7 +74,12 @@ class BeadScatterEstimate(Frozen):
 
 
 def estimate_components(
-    data: Any, *, model: GrindingProcess | None, depth_noise: float = 0.0
+    data: Any,
+    *,
+    model: GrindingProcess | None,
+    depth_noise: float = 0.0,
+    tie: bool = True,
+    conservative: bool = False,
 ) -> BeadScatterEstimate:
     """Estimate both scatters; see `identify`. Removal rates have the noise of the scans."""
     model = checks.kind("model", model, GrindingProcess, ", about whose idle power passes are linearised")
@@ -79,8 +90,28 @@ def estimate_components(
     if all(each["part"].size == 1 for each in beads):
         raise ValueError("data must have at least two passes of one bead; got one of each")
     friction = components([_friction(bead) for bead in beads])
-    energy = _energies(beads, model, depth_noise)
-    return _concluded(read, beads, model, friction, energy)
+    readings = _energies(beads, model, depth_noise)
+    energy = components(readings) if tie else components(readings, Tied(False, len(beads) < _ENOUGH))
+    vague = () if tie else tuple(_vague(energy, len(beads)))
+    if vague:
+        energy = _tied_where(vague, energy, readings)
+    return _concluded(read, beads, model, friction, energy, vague, conservative)
+
+
+def _vague(energy: Components, beads: int) -> Iterator[str]:
+    """Components of K1 and K2 that the passes do not tell."""
+    for level, intervals in (("passes", energy.passes_interval), ("beads", energy.beads_interval)):
+        for name, (low, high) in zip(COEFFICIENTS, intervals, strict=False):
+            if high > _VAGUE * low and not (level == "beads" and beads < _ENOUGH):
+                yield f"{name} between {level}"
+
+
+def _tied_where(vague: tuple[str, ...], apart: Components, readings: list[BeadReadings]) -> Components:
+    """Fit K1 and K2 alike on a level of which a component is not identified; intervals are those apart."""
+    tie = Tied(*(any(name.endswith(level) for name in vague) for level in ("passes", "beads")))
+    return components(readings, tie)._replace(
+        passes_interval=apart.passes_interval, beads_interval=apart.beads_interval
+    )
 
 
 def _read(data: Any, names: dict[str, str]) -> idf.Readings:
@@ -105,18 +136,20 @@ def _by_bead(read: idf.Readings) -> Iterator[dict[str, Floats]]:
 def _friction(bead: Mapping[str, Floats]) -> BeadReadings:
     y = np.log(bead["tangential_force"] / bead["normal_force"])
     one = np.ones((y.size, 1))
-    return BeadReadings(y, one, one, np.ones(y.size), np.zeros(y.size))
+    return BeadReadings(y, one, one, one, np.zeros(y.size))
 
 
-def _energies(beads: list[dict[str, Floats]], model: GrindingProcess, depth_noise: float) -> Components:
-    """Components of ln K1 and ln K2, linearised anew about the mean of K2."""
+def _energies(
+    beads: list[dict[str, Floats]], model: GrindingProcess, depth_noise: float
+) -> list[BeadReadings]:
+    """Readings of ln K1 and ln K2, linearised anew about the mean of K2."""
     at, passes = float(np.log(model.idle_power)) if model.idle_power > 0 else -np.inf, ASSUMED
     for _ in range(_LINEARISED - 1):
-        likelihood = Reml([_energy(bead, at, passes, depth_noise) for bead in beads])
-        passes, between, _ = likelihood.best
+        likelihood = Reml([_energy(bead, at, passes, depth_noise) for bead in beads], told=len(beads) > 1)
+        passes = float(np.sqrt(likelihood.best[0][0]))
         if np.isfinite(at):
-            at = float(likelihood.means(passes, between)[1])
-    return components([_energy(bead, at, passes, depth_noise) for bead in beads])
+            at = float(likelihood.means[1])
+    return [_energy(bead, at, passes, depth_noise) for bead in beads]
 
 
 def _energy(bead: Mapping[str, Floats], at: float, passes: float, depth_noise: float) -> BeadReadings:
@@ -129,7 +162,7 @@ def _energy(bead: Mapping[str, Floats], at: float, passes: float, depth_noise: f
     y = np.log(bead["removal_rate"]) - np.log(power - idle) - g * logs - own
     loads = np.column_stack([-np.ones(g.size), -g]) if np.isfinite(at) else -np.ones((g.size, 1))
     noise = (depth_noise / bead["cut_depth"]) ** 2 if depth_noise else np.zeros(g.size)
-    return BeadReadings(y, loads, loads, 1 + g**2, noise)
+    return BeadReadings(y, loads, loads, loads**2, noise)
 
 
 def _relative(sd: float) -> float:
@@ -142,33 +175,53 @@ def _concluded(
     model: GrindingProcess,
     friction: Components,
     energy: Components,
+    vague: tuple[str, ...],
+    conservative: bool,
 ) -> BeadScatterEstimate:
     few = len(beads) < _ENOUGH
-    found = dict(zip(COEFFICIENTS, (energy, energy, friction), strict=True))
-    between = {name: ASSUMED if few else _relative(each.beads) for name, each in found.items()}
+    found = dict(zip(COEFFICIENTS, ((energy, 0), (energy, -1), (friction, 0)), strict=True))
     interval = {
-        name: (_ends(each.passes_interval), (0.0, np.inf) if few else _ends(each.beads_interval))
-        for name, each in found.items()
+        name: (_ends(each.passes_interval[k]), (0.0, np.inf) if few else _ends(each.beads_interval[k]))
+        for name, (each, k) in found.items()
     }
-    told = [f"{len(beads)} beads, {read.message}", *_drift(beads, model)]
-    if few:
-        told.append(f"scatter between beads assumed: fewer than {_ENOUGH} beads do not tell it")
-    passes = tuple(_relative(each.passes) for each in found.values())
+    passes = {name: _relative(each.passes[k]) for name, (each, k) in found.items()}
+    between = {name: ASSUMED if few else _relative(each.beads[k]) for name, (each, k) in found.items()}
+    if conservative:
+        passes = {name: min(ends[0][1], 1.0) for name, ends in interval.items()}
+        between = between if few else {name: min(ends[1][1], 1.0) for name, ends in interval.items()}
     return BeadScatterEstimate(
-        scatter=Scatter(("K1", "K2", "mu"), passes, law="lognormal"),
+        scatter=Scatter(("K1", "K2", "mu"), tuple(passes.values()), law="lognormal"),
         bead_scatter=CoefficientScatter(**between, correlation=None),
         interval=interval,
+        not_identified=vague,
         process=model.replace(**_means(energy, friction)),
         beads=len(beads),
         passes=read.points,
-        message="; ".join(told),
+        message="; ".join(_told(read, beads, model, vague, conservative)),
     )
+
+
+def _told(
+    read: idf.Readings,
+    beads: list[dict[str, Floats]],
+    model: GrindingProcess,
+    vague: tuple[str, ...],
+    conservative: bool,
+) -> Iterator[str]:
+    yield f"{len(beads)} beads, {read.message}"
+    yield from _drift(beads, model)
+    if vague:
+        yield f"not identified: {', '.join(vague)}; K1 and K2 are taken to scatter alike there"
+    if conservative:
+        yield "the plan is told the upper limits of the 95 % intervals"
+    if len(beads) < _ENOUGH:
+        yield f"scatter between beads assumed: fewer than {_ENOUGH} beads do not tell it"
 
 
 def _means(energy: Components, friction: Components) -> dict[str, float]:
     """Mean coefficients of the beads from the means of their logarithms; 0 without idle power."""
-    idle = float(np.exp(energy.means[1] + 0.5 * energy.beads**2)) if energy.means.size == 2 else 0.0
-    k1, mu = (float(np.exp(each.means[0] + 0.5 * each.beads**2)) for each in (energy, friction))
+    idle = float(np.exp(energy.means[1] + 0.5 * energy.beads[1] ** 2)) if energy.means.size == 2 else 0.0
+    k1, mu = (float(np.exp(each.means[0] + 0.5 * each.beads[0] ** 2)) for each in (energy, friction))
     return dict(zip(COEFFICIENTS, (k1, idle, mu), strict=True))
 
 

@@ -299,18 +299,18 @@ class SequenceProblem(Described):
         return (switch,) if low < switch < high else ()
 
     def updated(self, estimate: Any) -> Self:
-        """Return the problem with estimated coefficients or scatter.
+        """Return the problem with estimated coefficients, scatter or way beside the bead.
 
         Parameters
         ----------
         estimate : Estimate, ScatterEstimate, BeadScatterEstimate or Scatter
-            From `weldbead.identify`: coefficients of the process by name (J/mm^3, W, 1), scatter of the
-            depth, or of the coefficients from pass to pass and from bead to bead.
+            From `weldbead.identify`: coefficients of the process by name (J/mm^3, W, 1), the `lead_length`
+            (mm), scatter of the depth, or of the coefficients from pass to pass and from bead to bead.
 
         Raises
         ------
         ValueError
-            When the estimate has failed, or names no coefficient of the process.
+            When the estimate has failed, or names neither a coefficient of the process nor the lead length.
         """
         if isinstance(estimate, Scatter):
             return self.replace(scatter=estimate)
@@ -322,10 +322,10 @@ class SequenceProblem(Described):
             raise TypeError(f"estimate must be what weldbead.identify gives, or a Scatter; got {estimate!r}")
         if not estimate.ok:
             raise ValueError(f"estimate must have succeeded; got {estimate.message!r}")
-        known = list(specs(GrindingProcess))
-        for name in estimate.names:
-            checks.one_of("estimate.names", name, known)
-        return self.replace(model=self.model.replace(**{name: estimate[name] for name in estimate.names}))
+        known = [*specs(GrindingProcess), "lead_length"]
+        found = {checks.one_of("estimate.names", name, known): estimate[name] for name in estimate.names}
+        own = {name: found.pop(name) for name in ("lead_length",) if name in found}
+        return self.replace(model=self.model.replace(**found), **own)
 
     def doubts(self, data: Any) -> Doubts:
         """Return what passes say about this problem, what they do not, and what it costs not to know.
