@@ -77,6 +77,45 @@ def test_posteriors_by_sums_over_a_grid(count):
     assert np.allclose(belief.estimate.value[:2], (k1, k2), rtol=0.015)
 
 
+def by_matrices(passes, depth_noise, power_noise, force_noise):
+    """The filter of `BOTH` written with matrices: friction, then an energy linearised three times."""
+    mean, p = np.log([12.8, 114.0, 0.33]) - S2 / 2, S2 * np.eye(3)
+    for force, power, rate, ratio, depth in passes:
+        variance = S2 + (force_noise / force) ** 2 + (force_noise / (ratio * force)) ** 2
+        row, off = np.array([0.0, 0.0, 1.0]), np.log(ratio) - (mean[2] - S2 / 2)
+        gain = p @ row / (row @ p @ row + variance)
+        mean, p = mean + gain * off, p - np.outer(gain, row @ p)
+        at = mean[1]
+        for _ in range(3):
+            idle = min(np.exp(at), power * 10 / 11)
+            g = idle / (power - idle)
+            row = np.array([-1.0, -g, 0.0])
+            variance = S2 * (1 + g**2) + (depth_noise / depth) ** 2 + ((1 + g) * power_noise / power) ** 2
+            own = S2 / 2 * (1 - g**2)
+            expected = np.log(power - idle) + row @ mean + g * np.log(idle) + own
+            gain = p @ row / (row @ p @ row + variance)
+            settled = mean + gain * (np.log(rate) - expected)
+            at = settled[1]
+        mean, p = settled, p - np.outer(gain, row @ p)
+    return mean, p
+
+
+@pytest.mark.parametrize("noise", [(0.0, 0.0, 0.0), (0.01, 20.0, 2.0)])
+def test_the_filter_against_matrices(noise):
+    """The last pass has less power than the believed idle power; tolerance: roundings of numbers below 10."""
+    passes = [(*each, 0.25) for each in PASSES] + [(9.0, 90.0, 0.4, 0.34, 0.02)]
+    names = ("normal_force", "grinding_power", "removal_rate", "tangential_force", "cut_depth")
+    belief = BeadEstimator(
+        BOTH, **dict(zip(("depth_noise", "power_noise", "force_noise"), noise, strict=True))
+    )
+    for force, power, rate, ratio, depth in passes:
+        belief.update(**dict(zip(names, (force, power, rate, ratio * force, depth), strict=True)))
+    mean, covariance = by_matrices(passes, *noise)
+    assert "strange" not in belief.estimate.message
+    assert np.allclose(belief.log_mean, mean, rtol=0, atol=1e-13)
+    assert np.allclose(belief.log_covariance, covariance, rtol=0, atol=1e-15)
+
+
 def test_the_friction_is_conjugate():
     belief = learn(BeadEstimator(BOTH), *PASSES)
     y = np.log([0.36, 0.315, 0.318]) + S2 / 2

@@ -80,6 +80,18 @@ def test_following_it_costs_what_it_says(name):
         assert np.all(runs.final["height"] >= 0)
 
 
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_the_table_is_laid_out_as_the_solver_does_and_knows_the_moves_where_it_stops(name):
+    table = planned(name).table
+    solved = sdp.plan(weldbead.sequence.sdp_problem(PROBLEMS[name], 41, levels=3))
+    assert table.layout == solved.layout and table.kinks.start.size == 1
+    stops = table.table.best < 0
+    np.testing.assert_array_equal(table.table.move[stops], solved.table.move[stops])
+    np.testing.assert_array_equal(table.table.move[~stops], table.table.best[~stops])
+    assert np.any(table.table.move[stops] >= 0) and np.any(table.table.move[stops] < 0)
+    assert not np.any(table.table.entry)
+
+
 def test_the_slope_is_that_of_the_value():
     policy, height = planned("quadratic"), np.linspace(0.03, 1.97, 31)
     step = 1e-6

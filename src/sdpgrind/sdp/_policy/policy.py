@@ -17,6 +17,8 @@ from sdpgrind.base.plans import Plan
 from sdpgrind.base.rng import Seed
 from sdpgrind.sdp._policy import look_up_kernels as _lookup
 from sdpgrind.sdp._policy.table import Solution
+from sdpgrind.sdp._problem.coordinates import Stages
+from sdpgrind.sdp._problem.grid import Grid
 from sdpgrind.sdp._problem.layout import Layout
 from sdpgrind.sdp._problem.problem import Problem
 from sdpgrind.sdp._solve.kinks import Kinks
@@ -84,6 +86,14 @@ class Policy(Solution, Plan):
     ) -> None:
         super().__init__(problem, layout, table)
         self.error, self.status = error, "given grid"
+
+    @classmethod
+    def _unfilled(cls, problem: Problem) -> Self:
+        """Policy of a problem without a late side whose table its caller fills, from a closed form."""
+        assert isinstance(problem.stages, Stages) and problem.stages.late is None
+        grid, modes = Grid.of(problem), len(problem.modes)
+        table = StageTable.empty(0, problem.stages.count + 1, modes, grid.size)
+        return cls(problem, Layout.of(problem, grid, has_base=False), table, None)
 
     # -- looking up --------------------------------------------------------------------------------
 

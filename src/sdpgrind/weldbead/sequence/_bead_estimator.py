@@ -126,8 +126,7 @@ class BeadEstimator:
             gauges = _square(self._noise[2] / normal_force) + _square(self._noise[2] / tangential_force)
             worst = self._take(filter_.friction(self._belief, self._scatter, ratio, gauges))
         if energy:
-            depth = _square(self._noise[0] / cut_depth) if cut_depth > 0 else 0.0
-            worst = max(worst, self._take_energy(grinding_power, removal_rate, depth))
+            worst = max(worst, self._take(self._energy(grinding_power, removal_rate, cut_depth)))
         self._conclude(told or energy, energy or not removal_rate <= 0, worst)
 
     def _energy_told(self, power: float, removal: float) -> bool:
@@ -140,17 +139,11 @@ class BeadEstimator:
             raise checks.refuse("removal_rate", rule, removal, "mm^3/s")
         return True
 
-    def _take_energy(self, power: float, removal: float, depth: float) -> float:
-        """Take in power and removal rate, linearised anew about what they told; return how strange."""
-        before, gauge = self._belief, self._noise[1] / power
-
-        def reading(at: float) -> Reading:
-            return filter_.energy(before, self._scatter, power, removal, depth, gauge, at)
-
-        last = reading(before.mean[1])
-        for _ in range(filter_.LINEARISED - 1):
-            last = reading(filter_.settled(before, last))
-        return self._take(last)
+    def _energy(self, power: float, removal: float, depth: float) -> Reading:
+        """Reading of power, W, and removal rate, mm^3/s, with the noise of the gauges; depth in mm."""
+        of_depth = _square(self._noise[0] / depth) if depth > 0 else 0.0
+        of_power = self._noise[1] / power
+        return filter_.energy(self._belief, self._scatter, power, removal, of_depth, of_power)
 
     def _take(self, reading: Reading) -> float:
         """Take in a reading; return its innovation in standard deviations."""

@@ -4,7 +4,7 @@ Logarithms of a pass are those of the bead plus its own scatter, N(-s^2/2, s^2) 
 passes' covariance. Rows of a measurement have the signs of K1, K2 and mu in it.
 """
 
-from math import exp, inf, log, sqrt
+from math import exp, log, sqrt
 from typing import NamedTuple
 
 from sdpgrind.base.checks import Floats
@@ -47,41 +47,51 @@ def friction(belief: LogBelief, scatter: Vector, ratio: float, gauges: float) ->
 
 
 def energy(
-    belief: LogBelief, scatter: Vector, power: float, removal: float, depth: float, gauge: float, at: float
+    belief: LogBelief, scatter: Vector, power: float, removal: float, depth: float, gauge: float
 ) -> Reading:
-    """Reading ln Q = ln(Pi - K2) - ln K1 of a pass, linearised at ln K2 = `at`; Brown (1988), (4.4a).
+    """Reading ln Q = ln(Pi - K2) - ln K1 of a pass, linearised anew about what it told; Brown (1988), (4.4a).
 
     Power in W, removal rate in mm^3/s; `depth`: relative variance of the scanned depth, `gauge`: relative
     standard deviation of the power. The idle over the removing power, g, is how much a pass tells of K2.
     """
-    idle = min(exp(at), power * MOST_IDLE / (1 + MOST_IDLE))
-    g = idle / (power - idle)
-    at = log(idle) if idle > 0 else -inf
-    slope = g * (belief.mean[1] - at) if g else 0.0
+    told, mean = log(removal), belief.mean
+    g, expected, variance = _linearised(mean, scatter, power, depth, gauge, mean[1])
+    for _ in range(LINEARISED - 1):
+        at = _settled(belief, g, told - expected, variance)
+        g, expected, variance = _linearised(mean, scatter, power, depth, gauge, at)
+    return Reading((-1.0, -g, 0.0), told, expected, variance)
+
+
+def _linearised(
+    mean: Vector, scatter: Vector, power: float, depth: float, gauge: float, at: float
+) -> tuple[float, float, float]:
+    """Idle over removing power, expected ln Q and its variance, linearised at ln K2 = `at`."""
+    idle, most = exp(at), power * MOST_IDLE / (1 + MOST_IDLE)
+    if idle > most:
+        idle = most
+    removing = power - idle
+    g = idle / removing
+    slope = g * (mean[1] - log(idle)) if g else 0.0
     own = 0.5 * (scatter[0] - g * g * scatter[1])  # shift by the pass's own K1 and K2, second order
     of_gauge = (1 + g) * gauge
     variance = scatter[0] + g * g * scatter[1] + depth + of_gauge * of_gauge
-    expected = log(power - idle) - slope - belief.mean[0] + own
-    return Reading((-1.0, -g, 0.0), log(removal), expected, variance)
+    return g, log(removing) - slope - mean[0] + own, variance
+
+
+def _settled(belief: LogBelief, g: float, off: float, variance: float) -> float:
+    """Mean of ln K2 after an energy with row (-1, -g, 0), about which it is linearised anew."""
+    p, q, _ = belief.covariance
+    toward = -q[0] - g * q[1]
+    variance += p[0] + g * p[1] - g * toward
+    return belief.mean[1] + toward * off / variance if variance > 0 else belief.mean[1]
 
 
 def spread(belief: LogBelief, reading: Reading) -> tuple[Vector, float]:
     """Covariance of the logs with a reading, and the variance of the reading."""
-    a, b, c = reading.row
-    p, q, r = belief.covariance
-    toward = (
-        p[0] * a + p[1] * b + p[2] * c,
-        q[0] * a + q[1] * b + q[2] * c,
-        r[0] * a + r[1] * b + r[2] * c,
-    )
-    return toward, a * toward[0] + b * toward[1] + c * toward[2] + reading.variance
-
-
-def settled(belief: LogBelief, reading: Reading) -> float:
-    """Mean of ln K2 after a reading, about which an energy is linearised anew."""
-    toward, variance = spread(belief, reading)
-    off = reading.value - reading.expected
-    return belief.mean[1] + toward[1] * off / variance if variance > 0 else belief.mean[1]
+    (a, b, c), _, _, own = reading
+    _, ((aa, ab, ac), (ba, bb, bc), (ca, cb, cc)) = belief
+    x, y, z = aa * a + ab * b + ac * c, ba * a + bb * b + bc * c, ca * a + cb * b + cc * c
+    return (x, y, z), a * x + b * y + c * z + own
 
 
 def taken(belief: LogBelief, reading: Reading) -> tuple[LogBelief, float]:
@@ -102,9 +112,11 @@ def taken(belief: LogBelief, reading: Reading) -> tuple[LogBelief, float]:
 
 def _moved(belief: LogBelief, toward: Vector, off: float, gain: float) -> LogBelief:
     """Belief moved by an innovation over its variance, `off`, and narrowed by the gain, 1/variance."""
-    (a, b, c), m, p = toward, belief.mean, belief.covariance
-    mean = (m[0] + a * off, m[1] + b * off, m[2] + c * off)
+    (a, b, c), ((k, m, n), ((aa, ab, ac), (_, bb, bc), (_, _, cc))) = toward, belief
     x, y, z = gain * a, gain * b, gain * c
-    ab, ac, bc = p[0][1] - x * b, p[0][2] - x * c, p[1][2] - y * c
-    aa, bb, cc = max(p[0][0] - x * a, 0.0), max(p[1][1] - y * b, 0.0), max(p[2][2] - z * c, 0.0)
+    aa, bb, cc = aa - x * a, bb - y * b, cc - z * c
+    if aa < 0 or bb < 0 or cc < 0:  # by rounding
+        aa, bb, cc = max(aa, 0.0), max(bb, 0.0), max(cc, 0.0)
+    ab, ac, bc = ab - x * b, ac - x * c, bc - y * c
+    mean = k + a * off, m + b * off, n + c * off
     return LogBelief(mean, ((aa, ab, ac), (ab, bb, bc), (ac, bc, cc)))

@@ -1,6 +1,5 @@
 """Plan of a problem without scatter: nothing is interpolated."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,21 +21,16 @@ class ExactTable(sdp.Policy):
     @classmethod
     def of(cls, problem: SequenceProblem) -> "ExactTable":
         """Solve a problem for which the closed form holds."""
-        plain = sdp.plan(sdp_problem(problem, NODES, levels=LEVELS))
-        table = cls(plain.problem, plain.layout, replace(plain.table, changes=None, search_error=0.0), 0.0)
-        seconds = [move.duration * problem.stage for move in plain.layout.moves]
-        table.knapsack = Knapsack.of(problem, seconds, plain.layout.count)
-        table.status = "exact"
-        row, mode, node = (x.ravel() for x in np.indices(plain.table.value.shape))
-        found = table._found(table.grid.coordinates[0][node], row, mode)
+        table = cls._unfilled(sdp_problem(problem, NODES, levels=LEVELS))
+        seconds = [move.duration * problem.stage for move in table.layout.moves]
+        table.knapsack = Knapsack.of(problem, seconds, table.layout.count)
+        table.error, table.status = 0.0, "exact"
+        row, mode, node = (x.ravel() for x in np.indices(table.table.value.shape))
         value = table.interpolated(row, mode, node[None].astype(float))
-        shape = plain.table.value.shape
-        best: Any
-        best, control, gap = (x.reshape(shape) for x in found)
-        move = np.where(best < 0, plain.table.move, best).astype(np.int16)
-        table.table = replace(
-            table.table, value=value.reshape(shape), best=best, move=move, control=control, gap=gap
-        )
+        best, move, force, gap = table._found(table.grid.coordinates[0][node], row, mode)
+        found = value, best, move, force, np.zeros(row.size), gap
+        for array, each in zip(table.table.arrays, found, strict=True):
+            array[...] = each.reshape(array.shape)
         return table
 
     def interpolated(self, row: Any, mode: Any, index: Floats) -> Floats:
@@ -45,7 +39,7 @@ class ExactTable(sdp.Policy):
 
     def act(self, place: Any) -> tuple[Any, Any, Floats, Floats]:
         """Return move (stops < 0), entry of the lists, force (N) and gap ($) at located states."""
-        best, force, gap = self._found(place.points[0], place.row, place.mode)
+        best, _, force, gap = self._found(place.points[0], place.row, place.mode)
         outside = self.locator.outside(place)
         best[outside], gap[outside], force[outside] = -1, 0.0, np.nan
         return best, np.zeros(best.size, np.int32), force, gap
@@ -67,19 +61,21 @@ class ExactTable(sdp.Policy):
         order = [k for k in np.argsort(costs, kind="stable") if costs[k] <= costs.min() + within]
         return {names[k]: float(costs[k]) for k in order}
 
-    def _found(self, height: Floats, row: Any, mode: Any) -> tuple[Any, Floats, Floats]:
-        """Best move, force (N) and gap ($) of many states, some at a time."""
+    def _found(self, height: Floats, row: Any, mode: Any) -> tuple[Any, Any, Floats, Floats]:
+        """Best, move also where a stop is better, force (N) and gap ($) of many states, some at a time."""
         some = [slice(k, k + TOGETHER) for k in range(0, max(1, height.size), TOGETHER)]
         parts = [self._some(height[part], row[part], mode[part]) for part in some]
-        best, force, gap = (np.concatenate(column) for column in zip(*parts, strict=True))
-        return best, force, gap
+        best, move, force, gap = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return best, move, force, gap
 
-    def _some(self, height: Floats, row: Any, mode: Any) -> tuple[Any, Floats, Floats]:
-        choice = self.knapsack.choose(height, row, mode)
-        others = choice.costs.copy()
-        others[np.arange(height.size), choice.move + 1] = np.inf
-        gap = np.maximum(0.0, others.min(axis=1) - choice.costs[np.arange(height.size), choice.move + 1])
-        return choice.move.astype(np.int16), self._force(choice.move, choice.cut), gap
+    def _some(self, height: Floats, row: Any, mode: Any) -> tuple[Any, Any, Floats, Floats]:
+        best, cut, costs = self.knapsack.choose(height, row, mode)
+        move = np.where(best < 0, _least(costs[:, 1:]), best)
+        every = np.arange(height.size)
+        least = costs[every, best + 1]
+        costs[every, best + 1] = np.inf
+        gap = np.maximum(0.0, costs.min(axis=1) - least)
+        return best.astype(np.int16), move, self._force(best, cut), gap
 
     def _force(self, move: Any, cut: Floats) -> Floats:
         """Normal force, N, of mean cuts, mm; NaN: stop."""
@@ -88,3 +84,9 @@ class ExactTable(sdp.Policy):
         asked = known.problem._mean_model.normal_force(cut[going], known.feed_rate[which])
         force[going] = np.clip(asked, known.force[0, which], known.force[1, which])
         return force
+
+
+def _least(costs: Floats) -> Any:
+    """Move of least cost, $, of each state; -1: none ends in time."""
+    move = np.argmin(costs, axis=1)
+    return np.where(np.isfinite(costs[np.arange(move.size), move]), move, -1)

@@ -100,8 +100,8 @@ class Knapsack:
         options = []
         for k in range(self.cut.size):
             depth, price = self._first(k, stage)
-            each = self._charge(height[:, None] - depth) + price
-            costs[:, 1 + k] = each.min(axis=1)
+            each = self._charge(height - depth) + price
+            costs[:, 1 + k] = each.min(axis=0)
             options.append((depth, each))
         least = costs.min(axis=1)
         move, share = self._fewest(height, least, options)
@@ -109,25 +109,29 @@ class Knapsack:
         return Choice(move, np.where(move < 0, 0.0, share * self.cut[np.maximum(move, 0)]), costs)
 
     def _first(self, k: int, stage: Ints) -> tuple[Floats, Floats]:
-        """Depths and charges of all that may begin with the move `k`: it alone, then it and each option."""
+        """Depths [option, state] and charges of all that may begin with `k`: it alone, then with each option.
+
+        States go last: their rows are long, those of options are short.
+        """
         left = stage - self.duration[k]
-        after = np.where(left[:, None] >= 0, self.depth[np.maximum(left, 0)], -np.inf)
-        alone = np.where(left >= 0, 0.0, -np.inf)
+        after = np.take(self.depth.T, np.maximum(left, 0), axis=1)
+        depth = np.concatenate([np.zeros((1, left.size)), after])
+        depth[:, left < 0] = -np.inf
         finish = self.finish[1 + k] if self.finish.size > 1 else 0.0
         price = self.problem.pass_charge + np.append(finish, self.price)
-        return self.cut[k] + np.column_stack([alone, after]), price
+        return self.cut[k] + depth, price[:, None]
 
     def _fewest(
         self, height: Floats, least: Floats, options: list[tuple[Floats, Floats]]
     ) -> tuple[Ints, Floats]:
         """Move and share of its cut: the fewest passes at the least cost, of these the deepest."""
         lasts = max(1, self.finish.size - 1)
-        passes = np.append(1, 2 + np.arange(self.price.size) // lasts)
+        passes = np.append(1, 2 + np.arange(self.price.size) // lasts)[:, None]
         move, best = np.full(height.size, -1), np.full((2, height.size), np.inf)  # passes, and depth below 0
         for k, (depth, cost) in enumerate(options):
-            number = np.where(cost <= least[:, None] + TIE, passes, np.inf)
-            fewest = number.min(axis=1)
-            deepest = -np.where(number == fewest[:, None], depth, -np.inf).max(axis=1)
+            number = np.where(cost <= least + TIE, passes, np.inf)
+            fewest = number.min(axis=0)
+            deepest = -np.where(number == fewest, depth, -np.inf).max(axis=0)
             better = (fewest < best[0]) | ((fewest == best[0]) & (deepest < best[1]))
             move[better], best[:, better] = k, np.stack([fewest, deepest])[:, better]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -135,8 +139,10 @@ class Knapsack:
 
     def _charge(self, height: Floats) -> Floats:
         """Charge of heights that are left, $; below 0: none; inf: infinite."""
-        left = np.where(np.isfinite(height), np.maximum(height, 0.0), 0.0)
-        return np.where(np.isfinite(height), self.problem.height_charge(left), np.inf)
+        under = self.problem.height_charge.under
+        assert isinstance(under, sdp.Linear | sdp.Quadratic)  # has_closed_form
+        with np.errstate(invalid="ignore"):  # infinite heights that nothing is charged for
+            return np.where(height == np.inf, np.inf, under(height))
 
 
 def has_closed_form(problem: SequenceProblem) -> bool:
