@@ -224,7 +224,7 @@ class Filter:
         power -= self.idle
         if not self.touched:
             self.before += [] if np.isnan(size) else [size]
-            noise = self.doubts.power_sd * max(power, self.base.watts * self.base.K0)
+            noise = self.doubts.power_sd * (max(power, self.base.watts * self.base.K0) + self.idle)
             if power > 5 * noise:
                 self.touch(power, noise)
             return
@@ -240,7 +240,7 @@ class Filter:
         else:
             shown, row = watts * x, gain * watts * self.by_states(self.mean, x, 0.0)[0]
         row = row + shown * np.eye(7)[5]
-        noise = self.doubts.power_sd * max(gain * shown, watts * self.base.K0)
+        noise = self.doubts.power_sd * (max(gain * shown, watts * self.base.K0) + self.idle)
         self.correct(power - gain * shown, row, noise**2)
 
 

@@ -110,7 +110,8 @@ def in_air(state, s, law, size, power):
     state[UNPOWERED] = 0.0 if known else state[UNPOWERED] + 1.0
     if known and power > TOUCHING * law.power_sd * (watts * law.K0 + law.idle_power):
         state[TOUCHED] = YES
-        touch_by_power(s, law, power / watts, law.power_sd * max(power / watts, law.K0), power)
+        noise = law.power_sd * (max(power / watts, law.K0) + law.idle_power / watts)
+        touch_by_power(s, law, power / watts, noise, power)
     elif not known and s.axis > 0.0 and state[UNPOWERED] >= MISSED_MAX:
         state[TOUCHED] = BELIEVED
 

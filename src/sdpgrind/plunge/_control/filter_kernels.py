@@ -100,7 +100,8 @@ def read_power(s, law, power, position):
             s.by_x[j] *= gain * watts
     s.by_x[GAIN] = shown
     # by the predicted power: noise by the reading would give low readings more weight
-    _correct(s, power - gain * shown, (law.power_sd * max(gain * shown, watts * law.K0)) ** 2)
+    most = max(gain * shown, watts * law.K0) + law.idle_power  # the monitor's noise is of all that it shows
+    _correct(s, power - gain * shown, (law.power_sd * most) ** 2)
 
 
 @compiled
