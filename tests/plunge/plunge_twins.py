@@ -147,16 +147,16 @@ class Filter:
         return Wheel(self.model, self.model.wear_flat_area * area)
 
     def deflection(self, mean, position):
-        q, zero, scale, _, wear, _, _ = mean
-        return (zero + position - (1 + wear) * q) / scale
+        q, load, stiff, _, wear, _, _ = mean
+        return (load / stiff + position - (1 + wear) * q) * stiff
 
     def rate(self, x, area):
         return self.wheel(area).rate(x - self.base.K0)
 
     def stepped(self, mean, before, middle):
         """Mean a sample later, and deflection and rate in its middle."""
-        q, _, scale, area, wear, _, shown = mean
-        ground = (1 + wear) / scale * 0.5 * self.dt * self.rate(self.deflection(mean, before), area)
+        q, _, stiff, area, wear, _, shown = mean
+        ground = (1 + wear) * stiff * 0.5 * self.dt * self.rate(self.deflection(mean, before), area)
         half = self.deflection(mean, middle) - ground
         v = self.rate(half, area)
         growth = 0.0 if self.model.wear is None else self.model.wear.growth / self.model.wear_flat_area
@@ -167,8 +167,8 @@ class Filter:
 
     def by_states(self, mean, x, v):
         """Derivatives of deflection and rate by the states."""
-        q, _, scale, area, wear, _, _ = mean
-        by_x = np.array([-(1 + wear), 1.0, -x, 0.0, -q, 0.0, 0.0]) / scale
+        q, load, stiff, area, wear, _, _ = mean
+        by_x = np.array([-(1 + wear) * stiff, 1.0, (x - load) / stiff, 0.0, -q * stiff, 0.0, 0.0])
         if v <= 0:
             return by_x, np.zeros(7)
         slope = self.wheel(area).slope(v)
@@ -197,18 +197,19 @@ class Filter:
         self.covariance = (np.eye(7) - np.outer(gain, row)) @ self.covariance
 
     def touch(self, power, noise):
-        """Errors that are independent: size, power, what the monitor lags, scale, area, wear, gain."""
+        """Errors that are independent: size, power, what the monitor lags, stiffness, area, wear, gain."""
         d, wear = self.doubts, self.model.wheel_wear
         self.touched, x, q = True, power / self.base.watts, float(np.mean(self.before))
         late = self.dt + self.problem.drive.feed_lag + 2 * self.lag
         lagged = self.problem.command_rate_max * late if late > self.dt else 0.0
-        self.mean = np.array([q, x + (1 + wear) * q - self.axis.at, 1.0, 1.0, wear, 0.0, power])
+        lever = (1 + wear) * q - self.axis.at
+        self.mean = np.array([q, x + lever, 1.0, 1.0, wear, 0.0, power])
         sources = {
             "size": (d.size_sd / math.sqrt(len(self.before)), {0: 1, 1: 1}),
             "power": (noise / self.base.watts, {1: 1}),
             "lagged": (lagged, {1: 1}),
             "shown": (noise, {6: 1}),
-            "scale": (d.deflection_sd, {1: x, 2: 1}),
+            "stiffness": (d.deflection_sd, {1: lever, 2: 1}),
             "area": (d.sharpness_sd, {3: 1}),
             "wear": (d.wheel_wear_sd, {4: 1}),
             "gain": (d.power_gain_sd, {1: -x, 5: 1}),
@@ -224,7 +225,7 @@ class Filter:
         power -= self.idle
         if not self.touched:
             self.before += [] if np.isnan(size) else [size]
-            noise = self.doubts.power_sd * max(power, self.base.watts * self.base.K0)
+            noise = self.doubts.power_sd * (max(power, self.base.watts * self.base.K0) + self.idle)
             if power > 5 * noise:
                 self.touch(power, noise)
             return
@@ -240,7 +241,7 @@ class Filter:
         else:
             shown, row = watts * x, gain * watts * self.by_states(self.mean, x, 0.0)[0]
         row = row + shown * np.eye(7)[5]
-        noise = self.doubts.power_sd * max(gain * shown, watts * self.base.K0)
+        noise = self.doubts.power_sd * (max(gain * shown, watts * self.base.K0) + self.idle)
         self.correct(power - gain * shown, row, noise**2)
 
 
@@ -264,9 +265,9 @@ class SafePosition:
         v = np.atleast_1d(v)
         reach = np.sqrt(self.model.diffusivity * np.sqrt(wheel.d_e * v / wheel.turns) / wheel.v_w) / 0.915
         z, slope = wheel.burn_depth(v), wheel.slope(v)
-        q, _, scale, area, wear, _, _ = self.mean
+        q, load, stiff, area, wear, _, _ = self.mean
         x, one, none = wheel.K0 + wheel.beyond(v), np.ones(v.size), np.zeros(v.size)
-        by_x = np.array([-(1 + wear) * one, one, -x, none, -q * one]) / scale
+        by_x = np.array([-(1 + wear) * stiff * one, one, (x - load) / stiff, none, -q * stiff * one])
         of_area = np.array([none, none, none, wheel.K2 / area * v**0.85, none])  # dx/da at a rate
         by_v = (by_x - of_area) / slope
         hot = wheel.power(v) - wheel.u0 * math.pi * wheel.diameter * wheel.width * v
@@ -291,8 +292,8 @@ class SafePosition:
     def limit(self, left, v):
         """E (mm) at a stock left."""
         wheel, wear = self.wheel(left), self.mean[4]
-        x = self.mean[2] * (wheel.K0 + wheel.beyond(v))
-        return (1 + wear) * (self.problem.stock - left) + x - self.mean[1]
+        x = wheel.K0 + wheel.beyond(v)
+        return (1 + wear) * (self.problem.stock - left) + (x - self.mean[1]) / self.mean[2]
 
     def least(self, ahead, slowest, steps=200):
         """Least E from now on (mm), and the rate at size (mm/s)."""

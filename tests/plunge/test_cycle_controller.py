@@ -287,12 +287,12 @@ def test_it_learns_sharpness_and_stiffness():
     found = controller.state[places.FILTERED :].view(filter_state.FILTER)[0]
     sd = np.sqrt(np.diag(found["cov"].reshape(filter_state.STATES, filter_state.STATES)))
     assert controller.report()["deflection_scale"] == pytest.approx(
-        9.78 / 9.0, abs=3 * sd[filter_state.SCALE]
+        9.78 / 9.0, abs=3 * sd[filter_state.STIFFNESS] * (9.78 / 9.0) ** 2
     )
     assert controller.report()["wear_flat_area"] == pytest.approx(
         0.026, abs=0.0234 * 3 * sd[filter_state.SHARPNESS]
     )
-    assert sd[filter_state.SCALE] < 0.01 and sd[filter_state.SHARPNESS] < 0.05
+    assert sd[filter_state.STIFFNESS] < 0.01 and sd[filter_state.SHARPNESS] < 0.05
 
 
 def test_a_part_is_not_left_before_it_is_round():

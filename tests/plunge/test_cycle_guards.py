@@ -41,12 +41,17 @@ def test_a_rough_power_monitor_shows_the_contact_too(power_sd):
     assert not out.burned.any() and float(abs(out.remaining).max()) < 2e-3
 
 
-def test_doubts_beyond_what_the_filter_learns_warn():
-    wide = PROBLEM.replace(sharpness_sd=0.3)
-    with pytest.warns(
-        UserWarning, match=r"sharpness_sd = 0.3: beyond 0.2 the first part may burn more often"
-    ):
-        plunge.CycleController(wide)
+def test_doubts_of_half_the_machine():
+    """Deflection 0.4 and 2.2 times as believed, area 0.6 and 1.4: the power is linear in what is learned."""
+    wide = PROBLEM.replace(sharpness_sd=0.3, deflection_sd=0.3)
+    model = PROBLEM.model
+    for area, ratio in ((0.6, 0.4), (1.4, 0.4), (1.4, 0.6), (1.4, 2.2)):
+        truth = model.replace(
+            wear_flat_area=area * model.wear_flat_area, normal_force_ratio=ratio * model.normal_force_ratio
+        )
+        plant = hwsim.PlungeGrinder(wide, truth=truth, contact_zero_sd=0.01)
+        out = hwsim.run(plant, plunge.CycleController(wide), parts=6, rng=3).outcome
+        assert not out.burned.any() and float(abs(out.remaining).max()) < 5e-4
 
 
 @pytest.mark.parametrize("confidence", [0.49, 1.0, 99.9, float("nan")])

@@ -5,7 +5,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from machine_readings import MODEL, MOST, PROBLEM, STEP, TRUTH, commissioned, ground, recorded
+from machine_readings import (
+    MODEL,
+    MOST,
+    PROBLEM,
+    RATES,
+    STEP,
+    TRUTH,
+    commands,
+    commissioned,
+    ground,
+    recorded,
+)
+from plunge_inside import cycles, machine_model
 from scipy import stats
 
 import hwsim
@@ -70,15 +82,53 @@ def test_what_the_offset_of_the_gauge_changes():
 
 
 def test_the_idle_power_from_air_alone():
-    """Without an air cut it stays as declared: with the true one the rest is found, with 80 W more nothing fits."""
-    data = recorded(contact_zero=-0.005)
-    known = found(data, PROBLEM.replace(idle_power=220.0))
-    assert known.ok and known["idle_power"] == 220.0 and np.isinf(known.sd[4])
-    assert "not told, and left as believed: idle_power" in known.message
-    assert "an air cut of 20 samples before contact tells idle_power" in known.message
-    assert known["ploughing_force"] == pytest.approx(0.9, abs=4 * known.sd[3])
-    wrong = found(data)
-    assert wrong.status is identify.Status.MISFIT and abs(wrong["ploughing_force"] - 0.9) > 5 * wrong.sd[3]
+    """Without an air cut neither part of the power at contact is told, nor changed, whatever is believed of it."""
+    data = recorded(contact_zero=0.0)
+    for idle in (0.0, 220.0, 300.0):
+        problem = PROBLEM.replace(idle_power=idle)
+        fit = found(data, problem)
+        assert fit.ok and np.all(np.isinf(fit.sd[[3, 4]])) and np.all(np.isfinite(np.delete(fit.sd, [3, 4])))
+        updated = problem.updated(fit)
+        assert updated.drive.idle_power == idle
+        assert updated.model.power.ploughing_force == PROBLEM.model.power.ploughing_force
+        truth = np.array(list((TRUTH | {"contact_zero": 0.0}).values()))
+        assert np.all(np.abs(fit.value - truth) < 4 * fit.sd)
+        assert "not told, and left as believed: ploughing_force, idle_power; an air cut of 20" in fit.message
+        both = 220.0 + 0.9 * 37.0 * 9.0
+        shown, believed = map(int, re.search(r"take (\d+) W together, (\d+) W as", fit.message).groups())
+        assert shown == pytest.approx(both, abs=3) and believed == round(idle + 0.962 * 37.0 * 9.0)
+
+
+def test_what_is_told_without_air():
+    """Of a loaded wheel that ploughs more, idles as much less and begins deeper, all readings are the same."""
+    known = PROBLEM.replace(drive=plunge.Drive())
+    model = machine_model.MachineModel(known)
+    rate = commands()
+    time = STEP * np.arange(rate.size)
+    nothing = np.full(rate.size, np.nan)
+    cycle = cycles.Cycle("", time, rate, nothing, nothing, nothing)
+    line = machine_model.timeline(cycle, known.drive, STEP)
+    values = model.believed(known.drive)
+    values[machine_model.IDLE], values[machine_model.CONTACT] = 300.0, 0.002
+    other, more = values.copy(), 0.5
+    watts = more * 37.0 * MODEL.width
+    other[machine_model.PLOUGHING] += more
+    other[machine_model.IDLE] -= watts
+    other[machine_model.CONTACT] += MODEL.normal_force_ratio * more * MODEL.width / MODEL.stiffness
+    np.testing.assert_allclose(
+        model.response(line, other), model.response(line, values), rtol=1e-9, atol=1e-12
+    )
+    assert model.at_contact(other) == pytest.approx(model.at_contact(values), rel=1e-12)
+
+
+@pytest.mark.parametrize("idle", [0.0, 220.0, 330.0])
+def test_a_wheel_that_waits_is_in_the_air(idle):
+    """A second at command 0, unloaded, tells the idle power as an air cut does, though it touches at once."""
+    data = recorded(rates=((0.0, 1.0), *RATES), contact_zero=0.0)
+    fit = found(data, PROBLEM.replace(idle_power=idle))
+    assert fit.ok and "idle_power" not in fit.message
+    assert fit["idle_power"] == pytest.approx(220.0, abs=4 * fit.sd[4]) and fit.sd[4] < 1.0
+    assert fit["ploughing_force"] == pytest.approx(0.9, abs=4 * fit.sd[3]) and fit.sd[3] < 0.02
 
 
 def test_one_rate_does_not_tell_chips_from_sliding():

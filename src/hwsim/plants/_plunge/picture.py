@@ -72,10 +72,12 @@ def _stock(axis: Any, last: dict[str, Floats], log: PartLog) -> None:
         time, float(attributes["stock"]) - last["size"], color=_LEFT, label="remaining stock, by the gauge"
     )
     if "problem" in attributes:
-        model = stored.decode(str(attributes["problem"])).model
+        problem = stored.decode(str(attributes["problem"]))
+        model = problem.model
         cuts = last["infeed_rate_planned"] > _BEGINS * model.burn_onset[0]
         used = cuts & (last["power_saturated"] == 0)
-        damage = model.burn_depth(last["infeed_rate_planned"][used], last["grinding_power"][used])
+        power = last["grinding_power"][used] - problem.drive.idle_power
+        damage = model.burn_depth(last["infeed_rate_planned"][used], power)
         axis.plot(
             time[used], np.maximum(damage, 0.0), ".", color=_DAMAGE, ms=3, label="depth of damage, by power"
         )

@@ -6,10 +6,10 @@ from sdpgrind.base.compiling.compiled import compiled
 from sdpgrind.plunge._control.envelope_kernels import safe_position
 from sdpgrind.plunge._control.filter_kernels import deflected, predict, read_power, read_size
 from sdpgrind.plunge._control.filter_state import GAIN, SHOWN, WEAR, Q
-from sdpgrind.plunge._control.filter_state import SCALE as S
+from sdpgrind.plunge._control.filter_state import LOAD as C
 from sdpgrind.plunge._control.filter_state import SHARPNESS as A
 from sdpgrind.plunge._control.filter_state import STATES as SIZE_OF
-from sdpgrind.plunge._control.filter_state import ZERO as C
+from sdpgrind.plunge._control.filter_state import STIFFNESS as K
 from sdpgrind.plunge._control.state import (
     BALANCE,
     BALANCED,
@@ -56,9 +56,9 @@ def believe(s, law):
     """Set the estimates of the filter to what is believed before contact."""
     s.mean[:] = 0.0
     s.cov[:] = 0.0
-    s.mean[S], s.mean[A], s.mean[WEAR], s.rate = 1.0, 1.0, law.wheel_wear, 0.0
+    s.mean[K], s.mean[A], s.mean[WEAR], s.rate = 1.0, 1.0, law.wheel_wear, 0.0
     s.cov[C * SIZE_OF + C] = law.zero_sd**2
-    s.cov[S * SIZE_OF + S], s.cov[A * SIZE_OF + A] = law.scale_sd**2, law.sharpness_sd**2
+    s.cov[K * SIZE_OF + K], s.cov[A * SIZE_OF + A] = law.scale_sd**2, law.sharpness_sd**2
     s.cov[WEAR * SIZE_OF + WEAR], s.cov[GAIN * SIZE_OF + GAIN] = law.wear_sd**2, law.gain_sd**2
 
 
@@ -105,14 +105,23 @@ def in_air(state, s, law, size, power):
     of_size = law.size_sd**2 / max(state[READ], 1.0)
     s.mean[Q] = state[SIZE_OFFSET]
     s.cov[Q * SIZE_OF + Q] = s.cov[C * SIZE_OF + Q] = s.cov[Q * SIZE_OF + C] = of_size
-    s.mean[C] = (1.0 + s.mean[WEAR]) * s.mean[Q] - (s.axis if known else 0.0)
-    s.cov[C * SIZE_OF + C] = of_size + (0.0 if known else law.zero_sd**2)
+    way = (s.axis if known else 0.0) - (1.0 + s.mean[WEAR]) * s.mean[Q]
+    load(s, law, -way, way, of_size + (0.0 if known else law.zero_sd**2))
     state[UNPOWERED] = 0.0 if known else state[UNPOWERED] + 1.0
     if known and power > TOUCHING * law.power_sd * (watts * law.K0 + law.idle_power):
         state[TOUCHED] = YES
-        touch_by_power(s, law, power / watts, law.power_sd * max(power / watts, law.K0), power)
+        noise = law.power_sd * (max(power / watts, law.K0) + law.idle_power / watts)
+        touch_by_power(s, law, power / watts, noise, power)
     elif not known and s.axis > 0.0 and state[UNPOWERED] >= MISSED_MAX:
         state[TOUCHED] = BELIEVED
+
+
+@compiled
+def load(s, law, mean, way, variance):
+    """Set the load (mm) and its variance where the axis is a way (mm) beyond the stock: w = x - k way."""
+    s.mean[C] = mean
+    s.cov[C * SIZE_OF + C] = variance + (way * law.scale_sd) ** 2
+    s.cov[C * SIZE_OF + K] = s.cov[K * SIZE_OF + C] = -way * law.scale_sd**2
 
 
 @compiled(inline="always")
@@ -130,9 +139,8 @@ def touch_by_power(s, law, x, noise, power):
     late = law.sample_time + law.feed_lag + 2.0 * law.power_lag
     lagged = law.rate_max * late if law.feed_lag + law.power_lag > 0.0 else 0.0
     of_size, watts = s.cov[Q * SIZE_OF + Q], law.power1 / law.K1
-    s.mean[C] = x + (1.0 + s.mean[WEAR]) * s.mean[Q] - s.axis
-    s.cov[C * SIZE_OF + C] = noise**2 + lagged**2 + of_size + x**2 * (law.scale_sd**2 + law.gain_sd**2)
-    s.cov[C * SIZE_OF + S] = s.cov[S * SIZE_OF + C] = x * law.scale_sd**2
+    way = s.axis - (1.0 + s.mean[WEAR]) * s.mean[Q]
+    load(s, law, x - way, way, noise**2 + lagged**2 + of_size + (x * law.gain_sd) ** 2)
     s.cov[C * SIZE_OF + GAIN] = s.cov[GAIN * SIZE_OF + C] = -x * law.gain_sd**2
     s.mean[SHOWN] = power
     s.cov[SHOWN * SIZE_OF + SHOWN] = (watts * noise) ** 2
@@ -170,7 +178,7 @@ def read_all(state, s, law, size, power, usable):
 def ahead(s, law, x, core):
     """Stock (mm) that goes at least before the next command acts: at a deflection x (mm), nothing fed."""
     until = law.sample_time * (law.feed_delay + 1.0)
-    half = x - 0.5 * until * s.rate * (1.0 + s.mean[WEAR]) / s.mean[S]
+    half = x - 0.5 * until * s.rate * (1.0 + s.mean[WEAR]) * s.mean[K]
     return until * _rate_near(half - law.K0, s.rate, core)
 
 
@@ -181,7 +189,7 @@ def cycle_step(state, s, law, size, power, usable):
     x, core = deflected(s, s.axis), _worn(law, s.mean[A])
     s.rate = 0.0 if state[TOUCHED] == NO else _rate_near(x - law.K0, s.rate, core)
     state[RATE], state[REMAINING], state[BALANCED] = s.rate, law.stock - s.mean[Q], 0.0
-    state[ZERO], state[SCALE], state[SHARPNESS] = s.mean[C], s.mean[S], s.mean[A]
+    state[ZERO], state[SCALE], state[SHARPNESS] = s.mean[C] / s.mean[K], 1.0 / s.mean[K], s.mean[A]
     most, final = safe_position(s, law, ahead(s, law, x, core) if state[TOUCHED] != NO else 0.0)
     waits = state[SECTION] == SPARK_OUT and s.rate > WAIT * final
     if state[REMAINING] <= (-law.size_sd if waits else 0.0) or state[MISSED] >= MISSED_MAX:

@@ -8,7 +8,7 @@ greatest rate whose damage exceeds the stock r with the chance allowed only.
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.plunge._control.filter_state import GAIN, SCALE, SHARPNESS, STATES, WEAR, ZERO, Q
+from sdpgrind.plunge._control.filter_state import GAIN, LOAD, SHARPNESS, STATES, STIFFNESS, WEAR, Q
 from sdpgrind.plunge._model.kernels import DeflectionLaw, _rate_near, _worn, beyond
 
 RATES = 56  # chosen: rates between which E is linear: 0.05 um
@@ -22,7 +22,7 @@ def quantile_depth(s, law, core, v, root, w):
 
     The rate v (mm/s) comes with its powers, root = v^(1/4) and w = v^p.
     """
-    scale, growth = s.mean[SCALE], 1.0 + s.mean[WEAR]
+    stiff, growth = s.mean[STIFFNESS], 1.0 + s.mean[WEAR]
     heat = core.heat0 + core.heat1 * v + core.heat2 * w
     reach = core.reach * root
     depth = reach * np.log(heat / root)
@@ -30,9 +30,9 @@ def quantile_depth(s, law, core, v, root, w):
     steep = 0.25 * depth / v + reach * ((core.heat1 + core.p * core.heat2 * w / v) / heat - 0.25 / v)  # dz/dv
     x = core.K0 + core.K1 * v + core.K2 * w
     area = s.mean[SHARPNESS]
-    by_rate = -steep / (slope * scale)
-    s.row[Q], s.row[ZERO] = -1.0 - by_rate * growth, by_rate
-    s.row[SCALE], s.row[WEAR] = -by_rate * x, -by_rate * s.mean[Q]
+    by_x = -steep / slope
+    s.row[Q], s.row[LOAD] = -1.0 - by_x * growth * stiff, by_x
+    s.row[STIFFNESS], s.row[WEAR] = by_x * (x - s.mean[LOAD]) / stiff, -by_x * s.mean[Q] * stiff
     s.row[SHARPNESS] = (steep * core.K2 * w / slope - reach * core.heat2 * w / heat) / area
     variance = 0.0
     for i in range(GAIN):
@@ -69,7 +69,7 @@ def depth_ahead(s, law, v, root, w):
 def _position(s, law, remaining, v):
     """Commanded position (mm) that leaves a stock (mm) at a rate (mm/s), if nothing more is commanded."""
     core, removed = worn_until(s, law, remaining), (1.0 + s.mean[WEAR]) * (law.stock - remaining)
-    return removed + s.mean[SCALE] * (core.K0 + beyond(v, core)) - s.mean[ZERO]
+    return removed + (core.K0 + beyond(v, core) - s.mean[LOAD]) / s.mean[STIFFNESS]
 
 
 @compiled

@@ -1,14 +1,16 @@
 """Extended Kalman filter of a plunge cycle: size, contact, deflection, sharpness, wheel wear, power gain.
 
-The wheel touches where (1 + gamma) q + s x = c' + p: q the stock removed, gamma the wear of the wheel, x the
-deflection of the model at the rate v and sharpness a, s its scale, c' the contact, p the position of the
-axis. The states are q, c', s, a, gamma, g (gain of the power monitor less 1) and the power that a slow
-monitor shows; the axis is known, as lag and dead time are exact recursions. Size reads q, power (1 + g) of
-the power.
+The wheel touches where (1 + gamma) q + x/k = c' + p: q the stock removed, gamma the wear of the wheel, x the
+deflection of the model at the rate v and sharpness a, k the stiffness over the model's, c' the contact, p the
+position of the axis. The states are q, the load w = k c', k, a, gamma, g (gain of the power monitor less 1)
+and the power that a slow monitor shows; the axis is known, as lag and dead time are exact recursions. Size
+reads q, power (1 + g) of the power, which is in proportion to x = w + k (p - (1 + gamma) q): linear in w and
+k, so their doubts may be wide. By the scale of the deflection, 1/k, a filter diverges where it is half of
+what is believed.
 """
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.plunge._control.filter_state import GAIN, SCALE, SHARPNESS, SHOWN, STATES, WEAR, ZERO, Q
+from sdpgrind.plunge._control.filter_state import GAIN, LOAD, SHARPNESS, SHOWN, STATES, STIFFNESS, WEAR, Q
 from sdpgrind.plunge._model.kernels import _rate_near, _worn
 
 # chosen: process noise per sample of q, mm, and of the sharpness, relative; 0 would stop the learning
@@ -18,17 +20,17 @@ SIZE_DRIFT, SHARPNESS_DRIFT = 2e-6, 1e-4
 @compiled(inline="always")
 def deflected(s, p):
     """Deflection x of the model, mm, at a position of the axis, mm."""
-    return (s.mean[ZERO] + p - (1.0 + s.mean[WEAR]) * s.mean[Q]) / s.mean[SCALE]
+    return s.mean[LOAD] + s.mean[STIFFNESS] * (p - (1.0 + s.mean[WEAR]) * s.mean[Q])
 
 
 @compiled
 def slopes(s, law, x, v):
     """Write the derivatives of deflection (mm) and rate (mm/s) by the states into ``by_x`` and ``by_v``."""
-    scale, growth, area = s.mean[SCALE], 1.0 + s.mean[WEAR], s.mean[SHARPNESS]
+    stiff, growth, area = s.mean[STIFFNESS], 1.0 + s.mean[WEAR], s.mean[SHARPNESS]
     for j in range(STATES):
         s.by_x[j] = s.by_v[j] = 0.0
-    s.by_x[Q], s.by_x[ZERO] = -growth / scale, 1.0 / scale
-    s.by_x[SCALE], s.by_x[WEAR] = -x / scale, -s.mean[Q] / scale
+    s.by_x[Q], s.by_x[LOAD] = -growth * stiff, 1.0
+    s.by_x[STIFFNESS], s.by_x[WEAR] = (x - s.mean[LOAD]) / stiff, -s.mean[Q] * stiff
     if v <= 0.0:
         return
     w = v**law.p
@@ -44,7 +46,7 @@ def predict(s, law, before, middle):
     core, dt = _worn(law, s.mean[SHARPNESS]), law.sample_time
     x = deflected(s, before)
     v = _rate_near(x - law.K0, s.rate, core)
-    half = deflected(s, middle) - (1.0 + s.mean[WEAR]) / s.mean[SCALE] * 0.5 * dt * v
+    half = deflected(s, middle) - (1.0 + s.mean[WEAR]) * s.mean[STIFFNESS] * 0.5 * dt * v
     at = _rate_near(half - law.K0, v, core)
     slopes(s, law, half, at)
     stiff = 1.0 / (1.0 - 0.5 * dt * s.by_v[Q])  # the rate in the middle moves with the size at the beginning
@@ -100,7 +102,8 @@ def read_power(s, law, power, position):
             s.by_x[j] *= gain * watts
     s.by_x[GAIN] = shown
     # by the predicted power: noise by the reading would give low readings more weight
-    _correct(s, power - gain * shown, (law.power_sd * max(gain * shown, watts * law.K0)) ** 2)
+    most = max(gain * shown, watts * law.K0) + law.idle_power  # the monitor's noise is of all that it shows
+    _correct(s, power - gain * shown, (law.power_sd * most) ** 2)
 
 
 @compiled
@@ -118,5 +121,5 @@ def _correct(s, off, variance):
         s.mean[i] += s.cross[i] * off / total
         for j in range(STATES):
             s.cov[i * STATES + j] -= s.cross[i] * s.cross[j] / total
-    for k in (SCALE, SHARPNESS):
+    for k in (STIFFNESS, SHARPNESS):
         s.mean[k] = min(max(s.mean[k], 0.2), 5.0)

@@ -2,7 +2,7 @@
 
 from sdpgrind.base.states import record
 
-Q, ZERO, SCALE, SHARPNESS, WEAR, GAIN, SHOWN = range(7)
+Q, LOAD, STIFFNESS, SHARPNESS, WEAR, GAIN, SHOWN = range(7)
 STATES = SHOWN + 1
 QUEUE = 128  # chosen: commands under way; a dead time has at most so many samples
 

@@ -68,11 +68,12 @@ def identify(
     A machine is ``normal_force_ratio`` (of a linear model ``linear_time_constant``, s), ``wear_flat_area``,
     ``specific_energy`` (J/mm^3), ``ploughing_force`` (N/mm), ``idle_power`` (W), ``wheel_wear`` (radial, over
     radial stock), ``feed_lag``, ``power_lag`` (s), and the ``contact_zero`` (mm) of each part (several:
-    ``contact_zero_0``, ...). The idle power is told by an air cut of 20 samples before contact, chips and
-    sliding by holds at several rates. What the parts do not tell stays as believed, with an infinite standard
-    deviation and a sentence in the message. ``fit`` holds squares of the residuals over the declared noise
-    and their order; the status is "does not fit" outside 0.8 ... 1.25, and ``plot`` draws the residuals. The
-    gain of the power monitor cannot be told: it goes into energies and forces, and out of the force ratio.
+    ``contact_zero_0``, ...). 20 powers in the air, before contact or before the first feed, tell idle
+    power from ploughing (without them the message tells the power of both together), holds at several rates
+    chips from sliding. What the parts do not tell stays as believed, with an infinite standard deviation and
+    a sentence in the message. ``fit`` holds squares of the residuals over the declared noise and their order;
+    the status is "does not fit" outside 0.8 ... 1.25, and ``plot`` draws the residuals. The gain of the power
+    monitor cannot be told: it goes into energies and forces, and out of the force ratio.
 
     Parameters
     ----------

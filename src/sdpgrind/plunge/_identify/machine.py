@@ -13,7 +13,7 @@ from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.plunge._identify.cycles import MOVING, Cycle, cycles, fault, not_identified
 from sdpgrind.plunge._identify.declared_units import CANNOT_TELL, refuse_other_units
 from sdpgrind.plunge._identify.machine_estimate import MachineEstimate
-from sdpgrind.plunge._identify.machine_fit import MachineFit, fitted
+from sdpgrind.plunge._identify.machine_fit import AIR, MachineFit, fitted
 from sdpgrind.plunge._identify.machine_goodness import goodness, misfit
 from sdpgrind.plunge._identify.machine_model import (
     AREA,
@@ -27,7 +27,7 @@ from sdpgrind.plunge._identify.machine_model import (
     SHARED,
     WEAR,
 )
-from sdpgrind.plunge._identify.machine_start import AIR, air, declared, started
+from sdpgrind.plunge._identify.machine_start import air, declared, started
 from sdpgrind.plunge._identify.sharpness import clipped_rows
 from sdpgrind.plunge._model.problem import CycleProblem
 
@@ -50,7 +50,7 @@ _HINTS = {
     ENERGY: _CHIPS,
     AREA: _CHIPS,
     PLOUGHING: "a spark-out tells ploughing",
-    IDLE: f"an air cut of {AIR} samples before contact tells idle_power",
+    IDLE: f"an air cut of {AIR} samples, before contact or before the first feed, tells idle_power",
     WEAR: "long holds at two rates tell wear from deflection",
     FEED_LAG: _STEP,
     POWER_LAG: _STEP,
@@ -74,7 +74,7 @@ def machine(
         left = _settled(fit, fit.model.believed(problem.drive))
         found = _estimate(fit, left, good, problem)
     notes = [f"from {counted(len(good), 'part')}", *([f"{len(lost)} left out, {lost[0]}"] if lost else [])]
-    notes += _untold(problem, left) or _poorly(found, good)
+    notes += _untold(fit, problem, left) or _poorly(found, good)
     if not checked:  # first where the fit is bad, since a wrong unit may be why
         notes.insert(len(notes) if found.ok else 0, CANNOT_TELL)
     if not found.ok:
@@ -96,13 +96,14 @@ def _named(problem: CycleProblem) -> list[tuple[str, str]]:
 
 
 def _settled(fit: MachineFit, believed: Floats) -> list[int]:
-    """Fit; return the places left at what is believed. Idle power is told by an air cut alone."""
-    if air(fit).size >= AIR:
-        left = fitted(fit, believed)
-        if air(fit).size >= AIR:
-            return left
-    fit.keep(IDLE, float(believed[IDLE]))
-    return [IDLE, *fitted(fit, believed)]
+    """Fit; return the places left at what is believed.
+
+    derived: cutting, the wheel takes the idle power and that of ploughing, and size grows from contact less
+    the deflection of ploughing. A loaded wheel shows the same where ploughing takes some watts more, the idle
+    power as many less, and the wheel begins as much deeper. Only the air tells them apart.
+    """
+    left = fitted(fit, believed)
+    return left if air(fit).size >= AIR else [*{*left, IDLE, PLOUGHING}]
 
 
 def _estimate(
@@ -112,10 +113,8 @@ def _estimate(
     count = len(each)
     contacts = [(f"{_CONTACT[0]}_{k}" * (count > 1) or _CONTACT[0], _CONTACT[1]) for k in range(count)]
     names, units = zip(*(_named(problem) + contacts), strict=True)
-    covariance = np.diag(np.full(SHARED + count, np.inf))
-    told = [*fit.free, *range(SHARED, SHARED + count)]
-    fitted_places = [*range(len(fit.free)), *range(len(fit.free), fit.count, 2)]
-    covariance[np.ix_(told, told)] = _covariance(fit)[np.ix_(fitted_places, fitted_places)]
+    values = np.concatenate([fit.values[0, :SHARED], fit.values[:, CONTACT]])
+    values[left] = fit.model.believed(problem.drive)[left]
     noise, doubts = declared(each, problem), problem.uncertainty
     freedom, (size, power) = fit.freedom(), _residuals(fit)
     effective = [serial.effective(n, 0, rho) for n, rho in zip(freedom, fit.noise.correlation, strict=True)]
@@ -124,8 +123,8 @@ def _estimate(
     wrong = "; ".join(ends + misfit(good, effective, noise, (doubts.size_sd > 0.0, doubts.power_sd > 0.0)))
     return MachineEstimate(
         names,
-        np.concatenate([fit.values[0, :SHARED], fit.values[:, CONTACT]]),
-        covariance,
+        values,
+        _all_covariances(fit, left),
         idf.Status.MISFIT if wrong else idf.Status.OK,
         f"{idf.Status.MISFIT}: {wrong}" if wrong else "",
         units,
@@ -140,6 +139,20 @@ def _estimate(
 def _at_its_end(name: str, unit: str, value: float) -> str:
     """Sentence on a positive value that has none of its own."""
     return f"{name} runs to {value:.3g} {unit}".removesuffix(" 1") + ", the end of its range"
+
+
+def _all_covariances(fit: MachineFit, left: list[int]) -> Floats:
+    """Covariance of the shared values and the contacts; infinite variances of the places that are left."""
+    count = len(fit.parts)
+    told = [place for place in fit.free if place not in left] + list(range(SHARED, SHARED + count))
+    fitted_places = [k for k, place in enumerate(fit.free) if place not in left]
+    fitted_places += range(len(fit.free), fit.count, 2)
+    covariance = np.diag(np.full(SHARED + count, np.inf))
+    covariance[np.ix_(told, told)] = _covariance(fit)[np.ix_(fitted_places, fitted_places)]
+    if IDLE in left and PLOUGHING not in fit.free:  # derived: ploughing takes 0 to all of it, evenly
+        power = fit.model.at_contact(fit.values[0])
+        covariance[SHARED:, SHARED:] += fit.model.pressed(power, fit.values[0]) ** 2 / 3.0
+    return covariance
 
 
 def _covariance(fit: MachineFit) -> Floats:
@@ -160,13 +173,23 @@ def _residuals(fit: MachineFit) -> Any:
     return np.concatenate(off).T
 
 
-def _untold(problem: CycleProblem, left: list[int]) -> list[str]:
+def _untold(fit: MachineFit, problem: CycleProblem, left: list[int]) -> list[str]:
     """Note on the values that are left at what is believed, with the experiments that would tell them."""
     if not left:
         return []
     names = ", ".join(_named(problem)[place][0] for place in sorted(left))
-    hints = dict.fromkeys(_HINTS[place] for place in sorted(left) if place in _HINTS)
-    return [f"not told, and left as believed: {names}", *hints]
+    asked = [
+        place for place in sorted(left) if place in _HINTS and (place, IDLE in left) != (PLOUGHING, True)
+    ]
+    notes = [f"not told, and left as believed: {names}", *dict.fromkeys(_HINTS[place] for place in asked)]
+    return notes + ([_together(fit, problem)] if IDLE in left else [])
+
+
+def _together(fit: MachineFit, problem: CycleProblem) -> str:
+    """Sentence on the power that idling and ploughing take, which is told without an air cut."""
+    at_contact = fit.model.at_contact
+    told, believed = at_contact(fit.values[0]), at_contact(fit.model.believed(problem.drive))
+    return f"idle_power and ploughing_force take {told:.0f} W together, {believed:.0f} W as believed"
 
 
 def _poorly(found: MachineEstimate, each: Sequence[Cycle]) -> list[str]:

@@ -28,6 +28,7 @@ from sdpgrind.plunge._identify.machine_model import (
 POSITIVE = (RATIO, AREA, ENERGY)
 """Places of values that are above 0."""
 TOLD = 0.3  # chosen: standard deviation, in scales, up to which a linear covariance holds
+AIR = 20  # chosen: powers of a wheel in the air from which on they tell the idle power
 _WIDEST = 50.0  # chosen: factor from the believed value within which a positive one is sought
 _AT_THE_END = 1.01  # chosen: factor of a bound within which a value counts as at it
 _LAGS = 2.0  # chosen: s; a greater lag of feed drive or power monitor makes a machine useless
@@ -60,6 +61,16 @@ class FittedPart:
     def powered(self) -> Any:
         """Rows with a power that the monitor surely showed in full."""
         return self.usable if self.expected is None else self.usable & (self.expected < self.top)
+
+    @property
+    def waiting(self) -> Any:
+        """Rows with a power before the first feed: the wheel, unloaded at the start, is in the air."""
+        return self.usable & (self.cycle.infeed <= 0.0)
+
+    @property
+    def latest(self) -> float:
+        """Greatest contact zero, mm: a wheel that waits in the air touches after the first feed."""
+        return 0.0 if self.waiting.sum() >= AIR else np.inf
 
     def channels(self) -> tuple[tuple[int, Floats, Any, Floats], ...]:
         """Column of the response, readings, their rows and the gaps before them, of size and power."""
@@ -127,11 +138,14 @@ class MachineFit:
         low[[PLOUGHING, IDLE, FEED_LAG, POWER_LAG]] = 0.0
         high[[FEED_LAG, POWER_LAG]] = _LAGS
         low[WEAR], high[WEAR] = _WEAR
-        each = [
+        if PLOUGHING not in self.free:  # then the idle power takes what is lacking of ploughing
+            low[IDLE] = -np.inf
+        least, most = (
             np.concatenate([ends[self.free], np.tile(ends[CONTACT:], len(self.parts))])
             for ends in (low, high)
-        ]
-        return each[0], each[1]
+        )
+        most[len(self.free) :: 2] = [each.latest for each in self.parts]
+        return least, most
 
     def at_the_end(self) -> list[int]:
         """Return the places of positive values that end at a bound: the readings ask for none or more."""
@@ -179,7 +193,8 @@ class MachineFit:
         reads, sds = self.parts[part], self.standard(part)
         base, moved = self.model.response(reads.line, values), []
         for place in (*self.free, CONTACT):
-            step = _STEP * self.scale[place]
+            # backward for the contact: a wheel that touches a little later leaves the readings in the air
+            step = _STEP * self.scale[place] * (-1.0 if place == CONTACT else 1.0)
             other = values.copy()
             other[place] += step
             moved.append((self.model.response(reads.line, other) - base) / step)

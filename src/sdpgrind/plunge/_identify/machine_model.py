@@ -88,6 +88,14 @@ class MachineModel:
             ]
         )  # fmt: skip
 
+    def at_contact(self, values: Floats) -> float:
+        """Return the power (W) of a wheel that rubs without cutting: idle power and that of ploughing."""
+        return float(values[IDLE] + self._ploughing * values[PLOUGHING])
+
+    def pressed(self, power: float, values: Floats) -> float:
+        """Return the deflection (mm) at which a wheel that does not cut takes a power (W)."""
+        return 0.0 if self.is_linear else float(power * values[RATIO] * self._compliance)
+
     def response(self, line: Timeline, values: Floats) -> Floats:
         """Return sizes (mm) and powers (W) at the readings, (n, 2)."""
         out = np.asarray(respond(self._with(values), float(values[POWER_LAG]), *line))

@@ -24,7 +24,6 @@ from sdpgrind.plunge._identify.machine_model import (
 from sdpgrind.plunge._identify.sharpness import NEAR, clipped_rows, greatest_power
 from sdpgrind.plunge._model.problem import CycleProblem
 
-AIR = 20  # chosen: powers before contact from which on they tell the idle power
 _SCALES = {WEAR: 0.1, FEED_LAG: 0.1, POWER_LAG: 0.1, CONTACT: 0.1, OFFSET: 0.1}  # chosen: 1, s, s, mm, mm
 _LEAST_PLOUGHING = 0.1  # chosen: N/mm; scale where none is believed
 _LEAST_IDLE = 0.05  # chosen: scale of the idle power over the greatest power
@@ -38,6 +37,7 @@ def started(each: Sequence[Cycle], problem: CycleProblem, power_max: float | Non
     believed = model.believed(problem.drive)
     first = _first_values(each, problem, believed)
     parts = [_readings(cycle, problem, power_max) for cycle in each]
+    first[:, CONTACT] = np.minimum(first[:, CONTACT], [part.latest for part in parts])
     fit = MachineFit(
         model, parts, first, _scales(each, believed), list(range(SHARED)), declared(each, problem)
     )
@@ -48,13 +48,13 @@ def started(each: Sequence[Cycle], problem: CycleProblem, power_max: float | Non
 
 
 def air(fit: MachineFit) -> Floats:
-    """Return the powers (W) read before contact."""
+    """Return the powers (W) read before contact or before the first feed."""
     found = []
     for each, values, response in zip(fit.parts, fit.values, fit.responses(), strict=True):
         shown = response[:, 1] - values[IDLE]
         touched = np.flatnonzero(shown > _TOUCHED * shown.max())
-        end = int(touched[0]) if touched.size else shown.size
-        found.append(each.cycle.grinding_power[:end][each.usable[:end]])
+        before = np.arange(shown.size) < (touched[0] if touched.size else shown.size)
+        found.append(each.cycle.grinding_power[each.usable & (before | each.waiting)])
     return np.concatenate(found)
 
 

@@ -1,5 +1,6 @@
 """Wear flat area from the power that remains after chips and ploughing: Dong (6)."""
 
+import dataclasses
 from typing import TypeAlias
 
 import numpy as np
@@ -28,8 +29,9 @@ def wear_flat_area(cycle: Cycle, problem: CycleProblem, power_max: float | None)
 
     With wear in the model: the area at the start of the part.
     """
-    clipped = clipped_rows(cycle, power_max)
-    top = greatest_power(cycle, power_max)
+    clipped, idle = clipped_rows(cycle, power_max), problem.drive.idle_power
+    top = greatest_power(cycle, power_max) - idle
+    cycle = dataclasses.replace(cycle, grinding_power=cycle.grinding_power - idle)
     model, usable = problem.model, np.isfinite(cycle.grinding_power) & ~clipped
     if not np.any(usable):
         count = int(clipped.sum())

@@ -24,7 +24,9 @@ class Drive(Described):
     command_quantum : float
         Step of the feed drive, mm; the remainder is kept. 0: none.
     idle_power : float
-        Power without contact, W.
+        Power without contact, as the monitor shows it, W. Taken as exact: one that is believed too high by a
+        share of the power at the end of the cycle hides damage as a gain that is as much too low, and
+        `Uncertainty.power_gain_sd` covers both.
 
     Raises
     ------

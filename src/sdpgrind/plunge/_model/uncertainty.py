@@ -29,7 +29,8 @@ class Uncertainty(Described):
     power_sd : float
         Noise of the power monitor, relative, unit 1.
     power_gain_sd : float
-        Gain of the power monitor, relative, unit 1.
+        Gain of the power monitor, relative, unit 1. It covers the idle power too: with its doubt over the
+        power at the end of the cycle, 5 W of 500 W as 0.01.
     wheel_wear_sd : float
         Radial wheel wear over radial stock, unit 1.
     threshold_scatter : float

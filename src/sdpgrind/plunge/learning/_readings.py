@@ -47,7 +47,8 @@ def _columns(part_log: Any) -> dict[str, Floats]:
 def _readings(columns: Mapping[str, Floats], controller: CycleController) -> Floats:
     used = (columns["balancing_command"] > 0) & (columns["power_saturated"] == 0)
     used &= np.isfinite(columns["size"]) & np.isfinite(columns["grinding_power"])
-    rate, power = columns["infeed_rate_planned"][used], columns["grinding_power"][used]
+    rate = columns["infeed_rate_planned"][used]
+    power = columns["grinding_power"][used] - controller.problem.drive.idle_power
     burn = np.maximum(controller.problem.model.burn_depth(rate, power), 0.0)
     return np.asarray(controller.problem.stock - columns["size"][used] - burn)
 
@@ -127,7 +128,8 @@ class _StageReadings:
         rate = _rate(columns["size"], columns["infeed_rate_planned"], controller.problem.sample_time)
         used = np.isfinite(columns["size"]) & np.isfinite(columns["grinding_power"]) & (rate > fast)
         self.rate = rate[used]
-        size, self.power, clipped = (columns[name][used] for name in _READ[:3])
+        size, power, clipped = (columns[name][used] for name in _READ[:3])
+        self.power = power - controller.problem.drive.idle_power
         self.model, self.left, self.size = model, controller.problem.stock - size, size
         damage = model.burn_depth(self.rate, self.power)
         foreseen = model.burn_depth(self.rate)
