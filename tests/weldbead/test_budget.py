@@ -8,6 +8,7 @@ import pytest
 import sdpgrind
 from sdpgrind import sdp, weldbead
 
+pytestmark = pytest.mark.filterwarnings("ignore:the expected penalty is known:UserWarning")  # of jumps
 P1 = weldbead.preset("P1").replace(durations=(6, 10), horizon=24.0)
 JUMPS = P1.replace(height_charge=sdp.Charge(under=sdp.Linear(2.0), over=sdp.Constant(2.0)))
 TABLES = ("value", "best", "move", "control", "entry", "gap")
@@ -20,9 +21,10 @@ def same_bits(one, other):
     )
 
 
-def largest_difference(policy, fine):
-    """Over heights between the nodes of both, at all stages."""
+def largest_difference(policy, fine, above=-1.0):
+    """Over heights between the nodes of both, above one, at all stages."""
     height = np.linspace(0.0, policy.problem.height_max, 4321)[:, None]
+    height = height[height[:, 0] > above]
     time = np.arange(0.0, policy.problem.horizon + 1, policy.problem.stage)
     return np.max(np.abs(policy.value(height, time) - fine.value(height, time)))
 
@@ -67,7 +69,7 @@ def test_the_last_grid_is_solved_again_to_the_bit(clock):
     assert policy._options == {"tolerance": None, "nodes": 401, "levels": policy.levels, "method": "cautious"}
     again = weldbead.plan(JUMPS, tolerance=None, nodes=policy.nodes, levels=policy.levels)
     assert same_bits(policy, again) and again.status == "given grid"
-    fine = weldbead.plan(JUMPS, tolerance=None, nodes=3201, levels=1604)
+    fine = weldbead.plan(JUMPS, tolerance=None, nodes=1601, levels=1604)
     assert largest_difference(policy, fine) <= policy.error < 5e-3
 
 
@@ -117,6 +119,38 @@ def test_a_charge_that_jumps_is_told_once(clock):
     assert len(jumps) == 1 and jumps[0].filename == __file__
     fine = weldbead.plan(problem, tolerance=None, nodes=3201)
     assert largest_difference(policy, fine) <= policy.error
+
+
+CONSTANT = P1.replace(height_charge=sdp.Charge(under=sdp.Constant(2.0), over=sdp.Linear(10.0)))
+LOGNORMAL = JUMPS.replace(scatter=weldbead.Scatter("C1", 0.15, law="lognormal"))
+
+
+@pytest.mark.parametrize("problem", [JUMPS, LOGNORMAL, CONSTANT], ids=["over", "log-normal", "under"])
+def test_neither_error_is_below_the_true_one(problem):
+    fine = weldbead.plan(problem, tolerance=None, nodes=1601)
+    for nodes in (101, 201):
+        policy = weldbead.plan(problem, tolerance=None, nodes=nodes)
+        assert largest_difference(policy, fine) <= policy.error
+        if problem is CONSTANT:  # passes end next to the jump from everywhere
+            assert policy.error_away is None
+        else:
+            away = largest_difference(policy, fine, above=2.0 / (nodes - 1))
+            assert away <= policy.error_away < 20 * away and policy.error_away < policy.error / 2
+
+
+def test_the_error_away_from_a_jump_is_told_and_kept(clock, tmp_path):
+    clock(0.1, 0.4)
+    with pytest.warns(
+        UserWarning, match=r"\(\S+ \$ away from its jump at 0 mm\), not to .* jumps, at 0 mm, is of"
+    ):
+        policy = weldbead.plan(JUMPS, time_limit=1.0)
+    fine = weldbead.plan(JUMPS, tolerance=None, nodes=1601)
+    away = largest_difference(policy, fine, above=2.0 / (policy.nodes - 1))
+    assert away <= policy.error_away <= policy.error
+    assert f"({policy.error_away:.1g} $ away from its jump at 0 mm)" in repr(policy)
+    policy.save(tmp_path / "p.nc")
+    assert sdpgrind.load(tmp_path / "p.nc").error_away == policy.error_away
+    assert weldbead.plan(P1, tolerance=1e-2).error_away is None
 
 
 def test_messages():

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._plan.jumps import away
 from sdpgrind.sdp._policy import look_up_kernels as _lookup
 from sdpgrind.sdp._policy.locate import Place
 from sdpgrind.sdp._policy.table import Solution
@@ -23,9 +24,9 @@ NARROW = 0.1  # chosen: largest sd of a move treated as deterministic, cells; wi
 POINTS = 1400  # chosen: tested points, in the most curved cells; fewer miss the largest error, more cost time
 
 
-def between_nodes(policy: Solution) -> float:
-    """Return the largest error found, $."""
-    row, mode, index = _points(policy)
+def between_nodes(policy: Solution, *, off_jumps: bool = False) -> float:
+    """Return the largest error found, $; `off_jumps`: more than a cell from where a charge jumps."""
+    row, mode, index = _points(policy, off_jumps)
     if not row.size:
         return 0.0
     points = tuple(policy.grid.coordinate(k, i) for k, i in enumerate(index))
@@ -36,10 +37,13 @@ def between_nodes(policy: Solution) -> float:
     )
 
 
-def _points(policy: Solution) -> tuple[Ints, Ints, Floats]:
+def _points(policy: Solution, off_jumps: bool) -> tuple[Ints, Ints, Floats]:
     """Slices (row, mode) and positions [axis, point] inside the most curved cells."""
     shape = policy.grid.shape
     bend = _bends(policy.table.value.reshape(*policy.table.value.shape[:2], *shape))
+    if off_jumps:
+        middle: Floats = np.indices(bend.shape[2:]).astype(float) + 0.5
+        bend *= away(policy.need_problem("the error between nodes"), policy.grid, middle, cells=0.5)
     wanted = min(bend.size, POINTS // len(PARTS) ** len(shape)) if shape else 0
     worst = (
         np.argpartition(bend.ravel(), bend.size - wanted)[bend.size - wanted :]
@@ -49,8 +53,11 @@ def _points(policy: Solution) -> tuple[Ints, Ints, Floats]:
     row, mode, *cell = np.unravel_index(np.sort(worst), bend.shape)
     part = np.array(list(product(PARTS, repeat=len(shape)))).T.reshape(len(shape), 1, -1)
     index = (np.array(cell).reshape(len(shape), -1, 1) + part).reshape(len(shape), -1)
-    count = part.shape[-1]
-    return np.repeat(row, count), np.repeat(mode, count), index
+    row, mode = np.repeat(row, part.shape[-1]), np.repeat(mode, part.shape[-1])
+    if off_jumps:
+        far = away(policy.need_problem("the error between nodes"), policy.grid, index)
+        row, mode, index = row[far], mode[far], index[:, far]
+    return row, mode, index
 
 
 def _bends(value: Floats) -> Floats:

@@ -11,7 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, logger, reporting, silent
 from sdpgrind.sdp._plan.budget import Budget
-from sdpgrind.sdp._plan.grid_error import changes_between, estimated, grid_error
+from sdpgrind.sdp._plan.grid_error import Changes, away_error, changes_between, estimated, grid_error
 from sdpgrind.sdp._plan.look_up_error import between_nodes
 from sdpgrind.sdp._policy.policy import Policy
 from sdpgrind.sdp._problem.coordinates import Levels, Stages
@@ -116,7 +116,8 @@ def plan(
         portions = Portions(progress)
         policy = _solve(problem, 1, executor, portions.next(3.0, float(estimate)), every_move=False)
         if estimate:
-            policy.error = estimated(policy, partial(_solve, executor=executor, tell=portions.next(1.0)))
+            solve = partial(_solve, executor=executor, tell=portions.next(1.0))
+            policy.error, policy.error_away = estimated(policy, solve)
     else:
         checks.positive("tolerance", tolerance, "$")
         budget = Budget.of(time_limit, memory_limit)
@@ -160,7 +161,7 @@ def _refined(
     before = _solve(problem, 1, executor, portions.next(1.0, _work_after(0, FIRST_GUESS, problem)))
     budget.solved()
     changes: list[float] = []
-    at_nodes: list[float] = []
+    found: list[Changes] = []
     hopeless = 0  # halvings in a row without promise; a single one may first resolve a kink
     for halvings in range(1, REFINEMENTS + 1):
         if before.table.search_error > tolerance / 4 or _stalls(changes):
@@ -168,9 +169,8 @@ def _refined(
         more = _halvings_to(tolerance, changes, halvings, problem, budget)
         tell = portions.next(1.0, _work_after(halvings, more, problem))
         policy = _solve(problem, 2**halvings, executor, tell)
-        every, shared = changes_between(before, policy)
-        changes.append(every)
-        at_nodes.append(shared)
+        found.append(changes_between(before, policy))
+        changes.append(found[-1].every)
         budget.solved()
         # The grid suffices, the search does not.
         short = grid_error(changes) <= tolerance / 2 < policy.table.search_error
@@ -182,16 +182,19 @@ def _refined(
         room = _halvings_left(problem, halvings, budget)
         logger.debug(
             "halving %d: largest change %.3g, search %.3g, error %.3g, wanted %.3g",
-            halvings, every, policy.table.search_error, error, tolerance,
+            halvings, changes[-1], policy.table.search_error, error, tolerance,
         )  # fmt: skip
         if halvings > 2:  # the first grids may be too coarse to judge by
             hopeless = hopeless + 1 if _within_reach(error, changes, room) > tolerance else 0
         status = _end(problem, halvings, room, throw and hopeless > 1, budget)
         if (halvings > 1 and error <= tolerance) or status:
             solve = partial(_solve, refine=2**halvings, executor=executor, tell=silent)
-            error = max(error, grid_error(at_nodes) + between_nodes(policy) + policy.table.search_error)
+            shared = grid_error([each.shared for each in found])
+            error = max(error, shared + between_nodes(policy) + policy.table.search_error)
+            off = away_error(policy, found)
             problem, policy, noise = _with_enough_noise(problem, policy, tolerance / 4, solve, budget)
             error += noise
+            policy.error_away = None if off is None else off + noise
         policy.error = error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             policy.status = "tolerance reached"
