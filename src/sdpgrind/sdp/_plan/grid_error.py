@@ -31,7 +31,7 @@ def grid_error(changes: list[float]) -> float:
     return max(changes[-1] / (min(3.0, max(1.25, rate)) - 1), changes[-2] / 12)
 
 
-class Changes(NamedTuple):
+class GridChanges(NamedTuple):
     """Largest changes between two grids, $: at all nodes of the finer, at those that both share, and the same
     without those within a cell of a charge that jumps.
     """
@@ -42,7 +42,7 @@ class Changes(NamedTuple):
     away_shared: float
 
 
-def changes_between(coarse: Policy, fine: Policy) -> Changes:
+def changes_between(coarse: Policy, fine: Policy) -> GridChanges:
     """Return the largest changes from a coarse grid to a fine one."""
     shape = fine.grid.shape
     row, mode, *node = (x.ravel() for x in np.indices((*fine.table.value.shape[:2], *shape)))
@@ -52,10 +52,10 @@ def changes_between(coarse: Policy, fine: Policy) -> Changes:
     every, shared = np.ones(row.size, bool), np.all(index % 1 == 0, axis=0)
     far = away(fine.need_problem("an error"), fine.grid, np.array(node).reshape(index.shape))
     places = (every, shared, far, far & shared)
-    return Changes(*(float(np.max(change, where=where, initial=0.0)) for where in places))
+    return GridChanges(*(float(np.max(change, where=where, initial=0.0)) for where in places))
 
 
-def away_error(policy: Policy, found: list[Changes]) -> float | None:
+def away_error(policy: Policy, found: list[GridChanges]) -> float | None:
     """Return the estimated error ($) of the last grid over a cell off all jumps; None: as everywhere."""
     problem = policy.need_problem("an error")
     if not jumps(problem) or spreads(problem):

@@ -22,13 +22,20 @@ from sdpgrind.sdp._transitions.shift import Shift
 PARTS = tuple(k / 8 for k in range(1, 8))  # chosen: tested positions in a cell; fewer miss its largest error
 NARROW = 0.1  # chosen: largest sd of a move treated as deterministic, cells; wider ones average the chord
 POINTS = 1400  # chosen: tested points, in the most curved cells; fewer miss the largest error, more cost time
+TOGETHER = (
+    256  # chosen: points tested at once; more take more memory than the solve, some 80 bytes a node each
+)
 
 
 def between_nodes(policy: Solution, *, off_jumps: bool = False) -> float:
     """Return the largest error found, $; `off_jumps`: more than a cell from where a charge jumps."""
     row, mode, index = _points(policy, off_jumps)
-    if not row.size:
-        return 0.0
+    some = [slice(k, k + TOGETHER) for k in range(0, row.size, TOGETHER)]
+    return max((_largest(policy, row[part], mode[part], index[:, part]) for part in some), default=0.0)
+
+
+def _largest(policy: Solution, row: Ints, mode: Ints, index: Floats) -> float:
+    """Largest error at some points, $."""
     points = tuple(policy.grid.coordinate(k, i) for k, i in enumerate(index))
     place = Place(row, np.zeros(row.size), mode, index, points, row.shape, np.zeros(row.size))
     cost = _cost(policy, place)

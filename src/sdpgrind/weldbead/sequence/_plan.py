@@ -103,7 +103,8 @@ def plan(
         for a tolerance that was given. `policy.nodes` and `policy.levels` with ``tolerance=None`` give the
         same tables to the bit.
     memory_limit : float, optional
-        Largest memory of the tables of a solve, predicted before it, bytes. Default: 2 GiB.
+        Largest memory of the tables of a solve, predicted before each, bytes; at least that of the first grid.
+        Default: 2 GiB.
 
     Returns
     -------
@@ -118,6 +119,8 @@ def plan(
 
     Raises
     ------
+    ValueError
+        When the first grid is beyond the memory limit (bytes).
     sdp.ToleranceError
         When a given tolerance ($) is out of reach.
 
