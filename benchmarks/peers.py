@@ -7,12 +7,13 @@ negative charges. Both sides use the same weights: those of the library's exact 
 
 import warnings
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 
-from sdpgrind import sdp, weldbead
+from sdpgrind import sdp
 from sdpgrind.sdp._problem.grid import Grid
 from sdpgrind.sdp._problem.stops import StopCharges
 from sdpgrind.sdp._solve.stages import late_stages
@@ -142,116 +143,62 @@ def fold(problem: sdp.Problem, rows: Rows) -> Folded:
     )
 
 
-class Stacked(NamedTuple):
-    """The same weights as dense arrays for numpy: [duration, level * node, node], and what is charged."""
-
-    weight: np.ndarray
-    charge: np.ndarray  # [stage, duration, level * node]
-    stop: np.ndarray  # [stage, node]
-    duration: np.ndarray  # in stages, rising
-
-
-def stack(problem: sdp.Problem, rows: Rows) -> Stacked:
-    """Put the weights into arrays, outside the time that is told."""
-    grid, step, late = Grid.of(problem), problem.step, problem.stages.late
-    n, stops = grid.size, StopCharges(problem, grid)
-    first, _ = late_stages(problem, stops.largest())
-    duration, levels = np.unique(rows.duration, return_counts=True)
-    if np.any(np.diff(rows.duration) < 0) or np.ptp(levels):
-        raise ValueError("durations must rise, each with as many levels")
-    shape = (n, duration.size, levels[0])
-    weight = rows.weight.toarray().reshape(*shape, n).transpose(1, 2, 0, 3).reshape(duration.size, -1, n)
-    charge = rows.charge.reshape(shape).transpose(1, 2, 0).reshape(duration.size, -1)
-    stage = np.arange(first, problem.stages.count + 1)
-    beyond = np.maximum(duration - stage[:, None], 0) * step  # late at the end of a pass
-    behind = np.maximum(-stage, 0) * step
-    lateness = np.zeros_like(beyond) if late is None else np.asarray(late(beyond))
-    cost = np.zeros(stage.size) if late is None else np.asarray(late(behind))
-    gone = 1.0 - weight.sum(axis=2)
-    stop = np.array([stops.at(k, c)[0, 0] for k, c in zip(stage.tolist(), cost.tolist(), strict=True)])
-    return Stacked(weight, charge + gone * lateness[:, :, None], stop, duration)
-
-
-def solve_numpy(ready: Stacked) -> tuple[np.ndarray, np.ndarray]:
-    """Values and actions by plain backward induction, the strongest simple rival."""
-    weight, charge, stop, duration = ready
-    value, action, node = stop.copy(), np.zeros(stop.shape, int), np.arange(stop.shape[1])
-    for stage in range(int(duration[0]), len(stop)):
-        count = int(np.searchsorted(duration, stage, side="right"))
-        ahead = value[stage - duration[:count], :, None]
-        cost = (charge[stage, :count] + (weight[:count] @ ahead)[..., 0]).reshape(-1, node.size)
-        best = cost.argmin(axis=0)
-        action[stage] = np.where(cost[best, node] < stop[stage], best + 1, 0)
-        value[stage] = np.minimum(stop[stage], cost[best, node])
-    return value, action
-
-
-def solve_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) -> tuple[np.ndarray, np.ndarray]:
-    """Values [stage, node] and actions by quantecon's backward induction.
-
-    The folded process ends within as many periods as there are stages; `tight` uses what we know besides,
-    that every pass takes at least three, and so spares quantecon two thirds of its work.
-    """
-    return assembled_quantecon(problem, rows, tight)()
-
-
 Solve = Callable[[], tuple[np.ndarray, np.ndarray]]
+"""Values, $, and actions, [stage, node], of a process that is ready to be solved."""
 
 
-def assembled_quantecon(problem: sdp.Problem, rows: Rows, tight: bool = True) -> Solve:
-    """The solver alone: the folded process is assembled here, outside what is called."""
+def quantecon(rows: Rows, folded: Folded) -> Solve:
+    """Backward induction by quantecon, its process assembled outside what is called.
+
+    Every pass takes some stages, so that fewer periods than stages are enough: this spares quantecon two
+    thirds of its work.
+    """
     from quantecon.markov import DiscreteDP, backward_induction
 
-    folded = fold(problem, rows)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # beta = 1 is what we want
         ddp = DiscreteDP(folded.reward, folded.transition, 1.0, folded.state, folded.action)
-    periods = folded.stages // int(rows.duration.min()) + 2 if tight else folded.stages
     shape = (folded.stages, folded.nodes)
 
     def solve() -> tuple[np.ndarray, np.ndarray]:
-        values, policies = backward_induction(ddp, periods)
+        values, policies = backward_induction(ddp, _periods(rows, folded))
         return -values[0][:-1].reshape(shape), policies[0][:-1].reshape(shape)
 
     return solve
 
 
-def solve_hiive(problem: sdp.Problem, rows: Rows) -> np.ndarray:
-    """Values [stage, node] by mdptoolbox-hiive's finite horizon; every action in every state, inadmissible
-    ones at a price.
+def hiive(rows: Rows, folded: Folded) -> Solve:
+    """Finite horizon by mdptoolbox-hiive, which wants every action in every state: inadmissible ones at a
+    price, assembled outside what is called.
     """
     from hiive.mdptoolbox.mdp import FiniteHorizon
 
-    folded = fold(problem, rows)
     size, actions = folded.stages * folded.nodes + 1, rows.actions + 1
     reward = np.full((size, actions), -1e6)
     reward[folded.state, folded.action] = folded.reward
-    matrices = []
-    for a in range(actions):
-        at = np.flatnonzero(folded.action == a)
-        choose = sparse.csr_matrix(
-            (np.ones(at.size), (folded.state[at], at)), shape=(size, folded.transition.shape[0])
-        )
-        move = choose @ folded.transition
-        missing = np.ones(size)
-        missing[folded.state[at]] = 0.0
-        matrices.append(
-            (
-                move
-                + sparse.csr_matrix((missing, (np.arange(size), np.full(size, size - 1))), shape=(size, size))
-            ).tocsr()
-        )
-    solver = FiniteHorizon(
-        matrices, reward, 1.0, folded.stages // int(rows.duration.min()) + 2, skip_check=True
+    matrices = [_of_action(folded, a, size) for a in range(actions)]
+    shape = (folded.stages, folded.nodes)
+    with redirect_stdout(None):  # it warns of a discount of 1, which is what we want
+        solver = FiniteHorizon(matrices, reward, 1.0, _periods(rows, folded), skip_check=True)
+
+    def solve() -> tuple[np.ndarray, np.ndarray]:
+        solver.run()
+        return -solver.V[:-1, 0].reshape(shape), solver.policy[:-1, 0].reshape(shape)
+
+    return solve
+
+
+def _of_action(folded: Folded, action: int, size: int) -> sparse.csr_matrix:
+    """Transitions of one action from every state; where it is inadmissible, to the end."""
+    at = np.flatnonzero(folded.action == action)
+    choose = sparse.csr_matrix(
+        (np.ones(at.size), (folded.state[at], at)), shape=(size, folded.transition.shape[0])
     )
-    solver.run()
-    return -solver.V[:-1, 0].reshape(folded.stages, folded.nodes)
+    missing = np.ones(size)
+    missing[folded.state[at]] = 0.0
+    ends = sparse.csr_matrix((missing, (np.arange(size), np.full(size, size - 1))), shape=(size, size))
+    return (choose @ folded.transition + ends).tocsr()
 
 
-def brown_grid(name: str, refine: int = 1, levels: int = 51) -> sdp.Problem:
-    """Preset `name` on Brown's grid (0.1 mm, 2 s), or finer by `refine` in both; plain levels of force, no
-    search.
-    """
-    problem = weldbead.preset(name)
-    problem = problem.replace(stage=problem.stage / refine)
-    return weldbead.sequence.sdp_problem(problem, nodes=20 * refine + 1, levels=levels, search=False)
+def _periods(rows: Rows, folded: Folded) -> int:
+    return folded.stages // int(rows.duration.min()) + 2

@@ -5,122 +5,22 @@ Beads by the hundred, controllers side by side: ``python benchmarks/tiers.py --o
 """
 
 import argparse
+import os
 import platform
+import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
-import peers
+import same_process
 import tiers
-from measure import in_turn, median, peak_memory
+from measure import median, peak_memory
 
 from sdpgrind import sdp, weldbead
 
 QUICK = "--quick" in sys.argv
-
-
-def plain(problem: sdp.Problem) -> sdp.Policy:
-    return sdp.plan(problem)
-
-
-def same_mdp() -> None:
-    print("\n## The same finite decision process (Brown's grid: 21 heights x 2 s, 51 forces, 8 durations)")
-    print(
-        "Ratios: from the same weights on (tables ready on our side, arrays assembled and solved on theirs);"
-        " in brackets our time from the laws on."
-    )
-    print(
-        "| | ours, from the laws | ours, from the weights | quantecon, shortest horizon | quantecon, horizon = stages"
-        " | ratios | hiive | max difference | policies differ beyond ties | memory ours / quantecon |"
-    )
-    print("|---|---|---|---|---|---|---|---|---|---|")
-    for name in ("P1", "P5"):
-        problem = peers.brown_grid(name)
-        rows = peers.rows_of(problem)
-        policy = sdp.plan(problem)
-        ours = median(lambda p=problem: plain(p), 51)
-        ready = median(_tables_ready(problem), 51)
-        theirs = median(lambda p=problem, r=rows: peers.solve_quantecon(p, r), 5)
-        long = median(lambda p=problem, r=rows: peers.solve_quantecon(p, r, tight=False), 3)
-        value, action = peers.solve_quantecon(problem, rows)
-        start = 1 if policy.countdown.has_base else 0
-        mine = policy.table.value[start:, 0]
-        other = (
-            median(lambda p=problem, r=rows: peers.solve_hiive(p, r), 1)
-            if name == "P1" and not QUICK
-            else float("nan")
-        )
-        memory = (
-            peak_memory(lambda p=problem: plain(p)),
-            peak_memory(lambda p=problem, r=rows: peers.solve_quantecon(p, r)),
-        )
-        print(
-            f"| {name} | {1e3 * ours:.2f} ms | {1e3 * ready:.2f} ms | {1e3 * theirs:.0f} ms | {1e3 * long:.0f} ms "
-            f"| {theirs / ready:.0f}x, {long / ready:.0f}x ({theirs / ours:.0f}x, {long / ours:.0f}x) | {other:.2f} s "
-            f"| {np.max(np.abs(mine - value)):.1e} $ | {_differ(policy, problem, action, start)} of {action.size} "
-            f"| {memory[0]:.1f} / {memory[1]:.0f} MB |"
-        )
-
-
-def strongest_simple() -> None:
-    print("\n## The same process, all sides from the same weights, which are ready on all sides; in turns")
-    print("| | ours | numpy, a dozen lines | quantecon's solver alone | times ours | max differences |")
-    print("|---|---|---|---|---|---|")
-    for name in ("P1", "P5"):
-        problem = peers.brown_grid(name)
-        rows, policy = peers.rows_of(problem), sdp.plan(problem)
-        ready, quantecon = peers.stack(problem, rows), peers.assembled_quantecon(problem, rows)
-        ours = _tables_ready(problem)
-        runs = {"ours": ours, "numpy": lambda r=ready: peers.solve_numpy(r), "quantecon": quantecon}
-        took = in_turn(runs, 11 if QUICK else 51)
-        mine = policy.table.value[1 if policy.countdown.has_base else 0 :, 0]
-        apart = [np.max(np.abs(runs[who]()[0] - mine)) for who in ("numpy", "quantecon")]
-        print(
-            f"| {name} | {1e3 * took['ours']:.2f} ms | {1e3 * took['numpy']:.2f} ms "
-            f"| {1e3 * took['quantecon']:.1f} ms "
-            f"| {took['numpy'] / took['ours']:.1f}x, {took['quantecon'] / took['ours']:.0f}x "
-            f"| {apart[0]:.1e} $, {apart[1]:.1e} $ |"
-        )
-
-
-def _tables_ready(problem: sdp.Problem) -> Callable[[], object]:
-    from sdpgrind.base.parallel import one_blas_thread
-    from sdpgrind.base.progress import silent
-    from sdpgrind.sdp._problem.grid import Grid
-    from sdpgrind.sdp._solve.bundles import Bundles
-    from sdpgrind.sdp._solve.stages import solve_stages
-
-    grid = Grid.of(problem)
-    bundles = Bundles(problem, grid)
-
-    def run() -> object:
-        with one_blas_thread():
-            return solve_stages(problem, grid, bundles, silent)
-
-    return run
-
-
-def _differ(policy: sdp.Policy, problem: sdp.Problem, action: np.ndarray, start: int) -> int:
-    """States where quantecon's action is another one than ours and not as good to 1e-9 $."""
-    rows = peers.rows_of(problem)
-    t, count = policy.table, policy.countdown
-    bad = 0
-    for stage, node in np.argwhere(np.ones(action.shape, bool)):
-        row = stage + start
-        a = int(action[stage, node])
-        if a == 0:
-            cost = float(np.ravel(problem.stops[0].charge(policy.grid.points[0][node]))[0])
-            cost += float(count.late(count.time(row)))
-        else:
-            pair = node * rows.actions + a - 1
-            arrival = row - int(rows.duration[a - 1])
-            gone = 1.0 - float(rows.weight[[pair]].sum())
-            level = float(count.late(count.time(arrival)))
-            cost = float((rows.weight[[pair]] @ t.value[arrival, 0])[0]) + rows.charge[pair] + gone * level
-        bad += cost > t.value[row, 0, node] + 1e-9
-    return bad
 
 
 def fine_grid() -> None:
@@ -258,7 +158,14 @@ def imports() -> None:
         print(f"import {module}: {np.median(took):.3f} s")
 
 
-BENCHMARKS = (same_mdp, strongest_simple, fine_grid, tolerances, look_ups, monte_carlo, scaling, imports)
+BENCHMARKS = (fine_grid, tolerances, look_ups, monte_carlo, scaling, imports)
+
+
+def machine() -> str:
+    """Words for the machine: processor and number of cores."""
+    told = Path("/proc/cpuinfo")
+    names = re.findall(r"model name\s*: (.*)", told.read_text()) if told.exists() else []
+    return f"{names[0] if names else platform.machine()}, {os.cpu_count()} cores"
 
 
 def main() -> None:
@@ -268,8 +175,8 @@ def main() -> None:
     )
     parser.add_argument("--only", default="", help="name of one benchmark")
     only = parser.parse_args().only
-    print(f"# Benchmarks, Python {platform.python_version()}, {platform.machine()}")
-    for run in (*BENCHMARKS, tiers.one_pass, tiers.feedback, tiers.real_time):
+    print(f"# Benchmarks, Python {platform.python_version()}, {machine()}")
+    for run in (same_process.same_process, *BENCHMARKS, tiers.one_pass, tiers.feedback, tiers.real_time):
         if only in ("", run.__name__):
             run()
 

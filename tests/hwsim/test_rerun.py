@@ -74,6 +74,20 @@ def test_the_page_of_a_command_is_made_again_to_the_bit(area, tmp_path, capsys):
     assert not list(again.glob("*.png"))  # the first had none
 
 
+def test_a_sheet_is_written_again(tmp_path, capsys, monkeypatch):
+    def write(policy, path):  # in less time than the table itself
+        path.write_bytes(policy.table.table.control.tobytes())
+
+    monkeypatch.setattr(weldbead.SequencePolicy, "operator_table", write)
+    page, sheet, again = tmp_path / "run" / "report.html", tmp_path / "report.html", tmp_path / "again"
+    options = [*COMMANDS["weldbead"], "--parts=1", "--no-pictures", f"--out={page.parent}"]
+    assert main(["weldbead", *options, f"--operator-table={sheet}"]) == 0
+    assert str(tmp_path) not in page.read_text(encoding="utf-8")
+    capsys.readouterr()
+    assert rerun(page, again, capsys)[0] == 0
+    assert (again / "operator-table.html").read_bytes() == sheet.read_bytes()
+
+
 def test_the_page_of_a_program_is_made_again_to_the_bit(ground, cycle, tmp_path, capsys):
     page = tmp_path / "job.html"
     ground.report(page, plan=cycle)

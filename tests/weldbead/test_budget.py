@@ -1,15 +1,21 @@
 """Limits of time and memory: which grid is the last, its error, and that it can be solved again to the bit."""
 
 import itertools
+import tracemalloc
 
 import numpy as np
 import pytest
 
 import sdpgrind
 from sdpgrind import sdp, weldbead
+from sdpgrind.sdp._plan.budget import Budget
 
+pytestmark = pytest.mark.filterwarnings("ignore:the expected penalty is known:UserWarning")  # of jumps
 P1 = weldbead.preset("P1").replace(durations=(6, 10), horizon=24.0)
 JUMPS = P1.replace(height_charge=sdp.Charge(under=sdp.Linear(2.0), over=sdp.Constant(2.0)))
+CONSTANT = P1.replace(height_charge=sdp.Charge(under=sdp.Constant(2.0), over=sdp.Linear(10.0)))
+LOGNORMAL = JUMPS.replace(scatter=weldbead.Scatter("C1", 0.15, law="lognormal"))
+LEVELS = 401
 TABLES = ("value", "best", "move", "control", "entry", "gap")
 
 
@@ -20,9 +26,10 @@ def same_bits(one, other):
     )
 
 
-def largest_difference(policy, fine):
-    """Over heights between the nodes of both, at all stages."""
+def largest_difference(policy, fine, above=-1.0):
+    """Over heights between the nodes of both, above one, at all stages."""
     height = np.linspace(0.0, policy.problem.height_max, 4321)[:, None]
+    height = height[height[:, 0] > above]
     time = np.arange(0.0, policy.problem.horizon + 1, policy.problem.stage)
     return np.max(np.abs(policy.value(height, time) - fine.value(height, time)))
 
@@ -67,7 +74,7 @@ def test_the_last_grid_is_solved_again_to_the_bit(clock):
     assert policy._options == {"tolerance": None, "nodes": 401, "levels": policy.levels, "method": "cautious"}
     again = weldbead.plan(JUMPS, tolerance=None, nodes=policy.nodes, levels=policy.levels)
     assert same_bits(policy, again) and again.status == "given grid"
-    fine = weldbead.plan(JUMPS, tolerance=None, nodes=3201, levels=1604)
+    fine = weldbead.plan(JUMPS, tolerance=None, nodes=1601, levels=1604)
     assert largest_difference(policy, fine) <= policy.error < 5e-3
 
 
@@ -77,7 +84,31 @@ def test_memory_is_predicted_before_it_is_taken():
     assert policy.status == "memory limit"
     # weight and charge of 401 levels of two moves, and as much for working on them
     assert 16 * policy.nodes * 2 * policy.levels < largest < 12 * 16 * policy.nodes * 2 * policy.levels
-    assert weldbead.plan(JUMPS, memory_limit=1.0).nodes == 201  # two grids are always solved
+
+
+def peak_bytes(solve):
+    tracemalloc.start()
+    found = solve()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return found, peak
+
+
+@pytest.mark.parametrize("problem", [P1, LOGNORMAL], ids=["P1", "log-normal"])
+def test_memory_is_held_from_the_first_grid_on(problem):
+    solved = weldbead.sequence.sdp_problem(problem, 101)
+    first, second = (Budget(memory_limit=1.0).bytes(solved, refine) for refine in (1, 2))
+    with pytest.raises(ValueError, match=r"^memory_limit must be >= \S+, which the first grid of 101 nodes"):
+        weldbead.plan(problem, memory_limit=0.99 * first)
+    fine = weldbead.plan(problem, tolerance=None, nodes=1601)
+    for limit, nodes in ((1.01 * first, 101), (0.99 * second, 101), (1.01 * second, 201)):
+        policy, peak = peak_bytes(lambda limit=limit: weldbead.plan(problem, memory_limit=limit))
+        assert (policy.nodes, policy.levels, policy.status) == (nodes, LEVELS, "memory limit")
+        assert peak <= limit
+        assert largest_difference(policy, fine) <= policy.error
+    with pytest.raises(sdp.ToleranceError, match=r"got 1e-05: try"):
+        weldbead.plan(problem, tolerance=1e-5, memory_limit=1.01 * first)
+    assert weldbead.plan(problem, tolerance=0.1, memory_limit=1.01 * first).status == "tolerance reached"
 
 
 def test_a_limit_is_no_error_unless_a_tolerance_was_asked_for(clock):
@@ -117,6 +148,34 @@ def test_a_charge_that_jumps_is_told_once(clock):
     assert len(jumps) == 1 and jumps[0].filename == __file__
     fine = weldbead.plan(problem, tolerance=None, nodes=3201)
     assert largest_difference(policy, fine) <= policy.error
+
+
+@pytest.mark.parametrize("problem", [JUMPS, LOGNORMAL, CONSTANT], ids=["over", "log-normal", "under"])
+def test_neither_error_is_below_the_true_one(problem):
+    fine = weldbead.plan(problem, tolerance=None, nodes=1601)
+    for nodes in (101, 201):
+        policy = weldbead.plan(problem, tolerance=None, nodes=nodes)
+        assert largest_difference(policy, fine) <= policy.error
+        if problem is CONSTANT:  # passes end next to the jump from everywhere
+            assert policy.error_away is None
+        else:
+            away = largest_difference(policy, fine, above=2.0 / (nodes - 1))
+            assert away <= policy.error_away < 20 * away and policy.error_away < policy.error / 2
+
+
+def test_the_error_away_from_a_jump_is_told_and_kept(clock, tmp_path):
+    clock(0.1, 0.4)
+    with pytest.warns(
+        UserWarning, match=r"\(\S+ \$ away from its jump at 0 mm\), not to .* jumps, at 0 mm, is of"
+    ):
+        policy = weldbead.plan(JUMPS, time_limit=1.0)
+    fine = weldbead.plan(JUMPS, tolerance=None, nodes=1601)
+    away = largest_difference(policy, fine, above=2.0 / (policy.nodes - 1))
+    assert away <= policy.error_away <= policy.error
+    assert f"({policy.error_away:.1g} $ away from its jump at 0 mm)" in repr(policy)
+    policy.save(tmp_path / "p.nc")
+    assert sdpgrind.load(tmp_path / "p.nc").error_away == policy.error_away
+    assert weldbead.plan(P1, tolerance=1e-2).error_away is None
 
 
 def test_messages():

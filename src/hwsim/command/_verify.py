@@ -111,7 +111,7 @@ def _refuse_used(folder: Path) -> None:
 
 
 def _arguments(area: AreaCommand, job: Mapping[str, Any], folder: Path) -> list[str]:
-    """Arguments of the command of a page, its own options alone; its file is written into the folder."""
+    """Arguments of the command of a page, its own options alone; its files are written into the folder."""
     command = job["command"]
     found = [area.name, f"--out={folder}", f"--parts={job['parts']}"]
     valued = ("--preset", "--rng", "--tolerance", *area.counts)
@@ -120,6 +120,9 @@ def _arguments(area: AreaCommand, job: Mapping[str, Any], folder: Path) -> list[
     found += [option for option in area.switches if given[option] and option != _SHOWN]
     if command.get("no_pictures"):
         found.append("--no-pictures")
+    for option in area.files:
+        if (name := command.get(_named(option))) is not None:  # the page itself may have this name
+            found.append(f"{option}={folder / (option.removeprefix('--') + Path(name).suffix)}")
     if command["toml"] is not None:
         file = folder / "problem.toml"
         file.write_text(command["toml"], encoding="utf-8", newline="")

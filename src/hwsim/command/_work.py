@@ -132,6 +132,7 @@ def _told(area: AreaCommand, arguments: argparse.Namespace) -> dict[str, Any]:
     """The command as plain values, the text of its file included."""
     file: Path | None = arguments.problem
     options = [_key(name) for name in (*area.switches, *area.counts)]
+    written = {_key(name): getattr(arguments, _key(name)) for name in area.files}
     return {
         "area": area.name,
         "toml": None if file is None else file.read_text(encoding="utf-8"),
@@ -142,6 +143,7 @@ def _told(area: AreaCommand, arguments: argparse.Namespace) -> dict[str, Any]:
         "tolerance": arguments.tolerance,
         "no_pictures": arguments.no_pictures,
         **{name: getattr(arguments, name) for name in options},
+        **{name: None if path is None else path.name for name, path in written.items()},
     }
 
 

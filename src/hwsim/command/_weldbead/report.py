@@ -35,7 +35,8 @@ def _head(title: str, policy: Any, start: tuple[float, float]) -> Iterator[str]:
     yield f"{title}: beads of {start[0]:.4g} mm, {start[1]:g} s to the deadline"
     problem = policy.problem
     durations = f"{problem.durations[0]:g} ... {problem.durations[-1]:g} s"
-    known = "" if policy.error is None else f"; expected penalty known to {policy.error:.0e} $"
+    error = "" if policy.error is None else f"{policy.error:.0e} ${policy.told_away}"
+    known = error and f"; expected penalty known to {error}"
     yield f"policy: passes of {durations}, up to {problem.force_max:g} N{known}"
 
 

@@ -18,6 +18,7 @@ LARGEST = 2.0 * 2**30  # chosen: bytes of tables without a given limit; more doe
 COPIES = (
     2.2  # measured: largest memory of a solve over its tables of shifts, 1.4 to 2.1 on the weld-bead presets
 )
+FIXED = 2e6  # measured: bytes of a solve beyond that on small grids, 0.5 to 1.7 MB on 101 and 201 nodes
 CHECK = 1.3  # measured: time of a grid with the check of its look-ups over that without, at most
 
 
@@ -58,7 +59,20 @@ class Budget:
     def bytes(self, problem: Problem, refine: int) -> float:
         """Return the bytes that the memory limit counts, of a grid with its cells cut in `refine`."""
         tables = table_bytes(problem, refine)
-        return tables if self.memory_limit is None else COPIES * tables + _sweep_bytes(problem, refine)
+        if self.memory_limit is None:
+            return tables
+        return COPIES * tables + _sweep_bytes(problem, refine) + FIXED
+
+    def fits(self, problem: Problem, refine: int) -> bool:
+        """Whether a grid with its cells cut in `refine` fits into the memory limit, if there is one."""
+        return self.memory_limit is None or self.bytes(problem, refine) <= self.memory_limit
+
+    def check(self, problem: Problem) -> None:
+        """Refuse a memory limit (bytes) that is below the first grid."""
+        if not self.fits(problem, 1):
+            least, nodes = self.bytes(problem, 1), _nodes(problem, 1)
+            rule = f">= {least:.3g}, which the first grid of {nodes:g} nodes is predicted to take"
+            raise checks.refuse("memory_limit", rule, self.memory_limit, "bytes")
 
     def solved(self) -> None:
         """Note that a grid is done."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sdpgrind.base.checks import Floats
+from sdpgrind.sdp._plan.jumps import away
 from sdpgrind.sdp._policy import look_up_kernels as _lookup
 from sdpgrind.sdp._policy.locate import Place
 from sdpgrind.sdp._policy.table import Solution
@@ -21,13 +22,20 @@ from sdpgrind.sdp._transitions.shift import Shift
 PARTS = tuple(k / 8 for k in range(1, 8))  # chosen: tested positions in a cell; fewer miss its largest error
 NARROW = 0.1  # chosen: largest sd of a move treated as deterministic, cells; wider ones average the chord
 POINTS = 1400  # chosen: tested points, in the most curved cells; fewer miss the largest error, more cost time
+TOGETHER = (
+    256  # chosen: points tested at once; more take more memory than the solve, some 80 bytes a node each
+)
 
 
-def between_nodes(policy: Solution) -> float:
-    """Return the largest error found, $."""
-    row, mode, index = _points(policy)
-    if not row.size:
-        return 0.0
+def between_nodes(policy: Solution, *, off_jumps: bool = False) -> float:
+    """Return the largest error found, $; `off_jumps`: more than a cell from where a charge jumps."""
+    row, mode, index = _points(policy, off_jumps)
+    some = [slice(k, k + TOGETHER) for k in range(0, row.size, TOGETHER)]
+    return max((_largest(policy, row[part], mode[part], index[:, part]) for part in some), default=0.0)
+
+
+def _largest(policy: Solution, row: Ints, mode: Ints, index: Floats) -> float:
+    """Largest error at some points, $."""
     points = tuple(policy.grid.coordinate(k, i) for k, i in enumerate(index))
     place = Place(row, np.zeros(row.size), mode, index, points, row.shape, np.zeros(row.size))
     cost = _cost(policy, place)
@@ -36,10 +44,13 @@ def between_nodes(policy: Solution) -> float:
     )
 
 
-def _points(policy: Solution) -> tuple[Ints, Ints, Floats]:
+def _points(policy: Solution, off_jumps: bool) -> tuple[Ints, Ints, Floats]:
     """Slices (row, mode) and positions [axis, point] inside the most curved cells."""
     shape = policy.grid.shape
     bend = _bends(policy.table.value.reshape(*policy.table.value.shape[:2], *shape))
+    if off_jumps:
+        middle: Floats = np.indices(bend.shape[2:]).astype(float) + 0.5
+        bend *= away(policy.need_problem("the error between nodes"), policy.grid, middle, cells=0.5)
     wanted = min(bend.size, POINTS // len(PARTS) ** len(shape)) if shape else 0
     worst = (
         np.argpartition(bend.ravel(), bend.size - wanted)[bend.size - wanted :]
@@ -49,8 +60,11 @@ def _points(policy: Solution) -> tuple[Ints, Ints, Floats]:
     row, mode, *cell = np.unravel_index(np.sort(worst), bend.shape)
     part = np.array(list(product(PARTS, repeat=len(shape)))).T.reshape(len(shape), 1, -1)
     index = (np.array(cell).reshape(len(shape), -1, 1) + part).reshape(len(shape), -1)
-    count = part.shape[-1]
-    return np.repeat(row, count), np.repeat(mode, count), index
+    row, mode = np.repeat(row, part.shape[-1]), np.repeat(mode, part.shape[-1])
+    if off_jumps:
+        far = away(policy.need_problem("the error between nodes"), policy.grid, index)
+        row, mode, index = row[far], mode[far], index[:, far]
+    return row, mode, index
 
 
 def _bends(value: Floats) -> Floats:

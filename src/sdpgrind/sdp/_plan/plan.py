@@ -11,7 +11,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, logger, reporting, silent
 from sdpgrind.sdp._plan.budget import Budget
-from sdpgrind.sdp._plan.grid_error import changes_between, estimated, grid_error
+from sdpgrind.sdp._plan.grid_error import GridChanges, away_error, changes_between, estimated, grid_error
 from sdpgrind.sdp._plan.look_up_error import between_nodes
 from sdpgrind.sdp._policy.policy import Policy
 from sdpgrind.sdp._problem.coordinates import Levels, Stages
@@ -79,7 +79,8 @@ def plan(
         are always solved. The policy's ``problem`` on the nodes of its ``grid``, solved alone, gives the same
         table to the bit.
     memory_limit : float, optional
-        Largest memory of a solve, predicted from the sizes of its tables, bytes. Default: tables of 2 GiB.
+        Largest memory of a solve, predicted from the sizes of its tables before each, bytes. Default: tables
+        of 2 GiB.
     estimate : bool
         Without a tolerance: estimate the error from a second solve, on half the nodes and control levels.
 
@@ -91,7 +92,8 @@ def plan(
     Raises
     ------
     ValueError
-        When a state allows no action, the process never ends, or a refused edge is passed.
+        When a state allows no action, the process never ends, a refused edge is passed, or the first grid
+        is beyond the memory limit.
     ToleranceError
         When the tolerance is unreachable; holds the best policy.
 
@@ -116,7 +118,8 @@ def plan(
         portions = Portions(progress)
         policy = _solve(problem, 1, executor, portions.next(3.0, float(estimate)), every_move=False)
         if estimate:
-            policy.error = estimated(policy, partial(_solve, executor=executor, tell=portions.next(1.0)))
+            solve = partial(_solve, executor=executor, tell=portions.next(1.0))
+            policy.error, policy.error_away = estimated(policy, solve)
     else:
         checks.positive("tolerance", tolerance, "$")
         budget = Budget.of(time_limit, memory_limit)
@@ -157,41 +160,47 @@ def _refined(
     throw: bool,
     budget: Budget,
 ) -> Policy:
+    budget.check(problem)
     before = _solve(problem, 1, executor, portions.next(1.0, _work_after(0, FIRST_GUESS, problem)))
     budget.solved()
+    if not budget.fits(problem, 2):
+        return _single(before, tolerance, executor, throw, budget)
     changes: list[float] = []
-    at_nodes: list[float] = []
+    found: list[GridChanges] = []
     hopeless = 0  # halvings in a row without promise; a single one may first resolve a kink
     for halvings in range(1, REFINEMENTS + 1):
         if before.table.search_error > tolerance / 4 or _stalls(changes):
-            problem = _with_finer_levels(problem)
+            problem = _with_finer_levels(problem, 2**halvings, budget)
         more = _halvings_to(tolerance, changes, halvings, problem, budget)
         tell = portions.next(1.0, _work_after(halvings, more, problem))
         policy = _solve(problem, 2**halvings, executor, tell)
-        every, shared = changes_between(before, policy)
-        changes.append(every)
-        at_nodes.append(shared)
+        found.append(changes_between(before, policy))
+        changes.append(found[-1].every)
         budget.solved()
         # The grid suffices, the search does not.
         short = grid_error(changes) <= tolerance / 2 < policy.table.search_error
-        if short and not budget.out_of_time(problem):
-            problem = _with_finer_levels(problem)
+        finer = _with_finer_levels(problem, 2**halvings, budget)
+        if short and finer is not problem and not budget.out_of_time(problem):
+            problem = finer
             policy = _solve(problem, 2**halvings, executor, portions.next(1.0, 1.0))
             budget.solved()
         error = grid_error(changes) + policy.table.search_error
         room = _halvings_left(problem, halvings, budget)
         logger.debug(
             "halving %d: largest change %.3g, search %.3g, error %.3g, wanted %.3g",
-            halvings, every, policy.table.search_error, error, tolerance,
+            halvings, changes[-1], policy.table.search_error, error, tolerance,
         )  # fmt: skip
         if halvings > 2:  # the first grids may be too coarse to judge by
             hopeless = hopeless + 1 if _within_reach(error, changes, room) > tolerance else 0
         status = _end(problem, halvings, room, throw and hopeless > 1, budget)
         if (halvings > 1 and error <= tolerance) or status:
             solve = partial(_solve, refine=2**halvings, executor=executor, tell=silent)
-            error = max(error, grid_error(at_nodes) + between_nodes(policy) + policy.table.search_error)
+            shared = grid_error([each.shared for each in found])
+            error = max(error, shared + between_nodes(policy) + policy.table.search_error)
+            off = away_error(policy, found)
             problem, policy, noise = _with_enough_noise(problem, policy, tolerance / 4, solve, budget)
             error += noise
+            policy.error_away = None if off is None else off + noise
         policy.error = error
         if (halvings > 1 and error <= tolerance) or not problem.axes:
             policy.status = "tolerance reached"
@@ -203,6 +212,18 @@ def _refined(
             return policy
         before = policy
     raise AssertionError("a hopeless tolerance is refused before")
+
+
+def _single(
+    policy: Policy, tolerance: float, executor: Executor | None, throw: bool, budget: Budget
+) -> Policy:
+    """The first grid, with an error from half of it, where memory allows no second one."""
+    solve = partial(_solve, executor=executor, tell=silent)
+    policy.error, policy.error_away = estimated(policy, solve)
+    policy.status = "tolerance reached" if policy.error <= tolerance else "memory limit"
+    if throw and policy.error > tolerance:
+        raise _out_of_reach(tolerance, policy, [policy.error], 0, budget)
+    return policy
 
 
 def _end(problem: Problem, halvings: int, room: int, hopeless: bool, budget: Budget) -> str:
@@ -251,7 +272,7 @@ def _out_of_reach(
 ) -> ToleranceError:
     assert policy.error is not None  # refined policies have one
     late = policy.status == "time limit"
-    reachable = 1.5 * policy.error / (1.0 if late else _rate(changes) ** room)
+    reachable = 1.5 * policy.error / (1.0 if late or not room else _rate(changes) ** room)
     return ToleranceError(
         f"tolerance must be reachable within {budget.told} ($); got {tolerance:g}: try"
         f" {reachable:.1g}, or throw=False for the best that can be reached",
@@ -267,7 +288,8 @@ def _halvings_left(problem: Problem, done: int, budget: Budget) -> int:
     return room
 
 
-def _with_finer_levels(problem: Problem) -> Problem:
+def _with_finer_levels(problem: Problem, refine: int, budget: Budget) -> Problem:
+    """Problem with twice the levels of searched controls; the same where memory does not allow them."""
     moves = []
     for move in problem.moves:
         finer = {
@@ -275,7 +297,8 @@ def _with_finer_levels(problem: Problem) -> Problem:
             for k, v in move.controls.items()
         }
         moves.append(replace(move, controls=finer))
-    return replace(problem, moves=moves)
+    twice = replace(problem, moves=moves)
+    return twice if budget.fits(twice, refine) else problem
 
 
 def _with_enough_noise(

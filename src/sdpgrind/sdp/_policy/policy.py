@@ -74,6 +74,9 @@ class Policy(Solution, Plan):
         Names, axes and stages as plain data.
     error : float or None
         Estimated error of the value-to-go ($), of grid and search; None: solved on a single grid.
+    error_away : float or None
+        Estimated error of the value-to-go ($) over one cell from where the over side of a charge jumps. None:
+        none does, or the under side does, which is felt everywhere.
     status : str
         Why no finer grid was solved: "given grid", "tolerance reached", "time limit", "memory limit", "finest
         grid", or "out of reach" where halving the cells does not help enough.
@@ -86,6 +89,7 @@ class Policy(Solution, Plan):
     ) -> None:
         super().__init__(problem, layout, table)
         self.error, self.status = error, "given grid"
+        self.error_away: float | None = None
 
     @classmethod
     def _unfilled(cls, problem: Problem) -> Self:
@@ -270,6 +274,7 @@ class Policy(Solution, Plan):
             "first": self.countdown.first,
             "search_error": t.search_error,
         }
+        off_jumps = {} if self.error_away is None else {"error_away": self.error_away}
         tables = {name: (dims, array.reshape(shape), note) for name, (array, note) in described.items()}
         return xr.Dataset(
             tables | self._kink_variables(),
@@ -278,7 +283,7 @@ class Policy(Solution, Plan):
                 "mode": ("mode", list(layout.modes)),
                 "stage": ("stage", times, {"units": layout.stage_unit, "long_name": layout.stage_name}),
             },
-            attrs | ({} if self.error is None else {"error": self.error, "status": self.status}),
+            attrs | ({} if self.error is None else {"error": self.error, "status": self.status} | off_jumps),
         )
 
     def _kink_variables(self) -> dict[str, Any]:
@@ -325,6 +330,8 @@ class Policy(Solution, Plan):
         found = None if error is None else float(error)
         policy = cls(problem, layout, table, found)
         policy.status = str(dataset.attrs.get("status", policy.status))
+        off_jumps = dataset.attrs.get("error_away")
+        policy.error_away = None if off_jumps is None else float(off_jumps)
         if "kink" in dataset:
             names = ("kink", "line_start", "line_cost", "line_control", "line_act", "line_entry")
             policy.kinks = Kinks(*(np.ascontiguousarray(dataset[name].values) for name in names))

@@ -103,7 +103,8 @@ def plan(
         for a tolerance that was given. `policy.nodes` and `policy.levels` with ``tolerance=None`` give the
         same tables to the bit.
     memory_limit : float, optional
-        Largest memory of the tables of a solve, predicted before it, bytes. Default: 2 GiB.
+        Largest memory of the tables of a solve, predicted before each, bytes; at least that of the first grid.
+        Default: 2 GiB.
 
     Returns
     -------
@@ -118,6 +119,8 @@ def plan(
 
     Raises
     ------
+    ValueError
+        When the first grid is beyond the memory limit (bytes).
     sdp.ToleranceError
         When a given tolerance ($) is out of reach.
 
@@ -164,16 +167,19 @@ def _plan_as_well_as_can_be(problem: SequenceProblem, progress: Progress, grids:
         policy = SequencePolicy(problem, best.policy)
     assert policy.error is not None  # refined policies have one
     if policy.error > wanted and (jump := _jump(problem) or (not limited and NARROW)):
-        warn(f"the expected penalty is known to {policy.error:.1g} $, not to {wanted:g} $: {jump}")
+        known = f"known to {policy.error:.1g} ${policy.told_away}, not to {wanted:g} $"
+        warn(f"the expected penalty is {known}: {jump}")
     return policy
 
 
 def _jump(problem: SequenceProblem) -> str:
-    """Words for a charge on what is left that jumps; "": it does not."""
-    under = problem.height_charge.under
-    if not isinstance(under, sdp.Constant) or under.zero:
-        return ""
-    return f"a charge that jumps, at {under.tolerance:g} mm, is of order 1: twice the nodes halve the error"
+    """Words for a height charge that jumps; "": it does not."""
+    charge = problem.height_charge
+    for side in (charge.under, charge.over):
+        if isinstance(side, sdp.Constant) and not side.zero and (side is charge.under or not side.tolerance):
+            place = f"a charge that jumps, at {side.tolerance:g} mm,"
+            return f"{place} is of order 1: twice the nodes halve the error"
+    return ""
 
 
 def default_tolerance(problem: SequenceProblem) -> float:

@@ -71,6 +71,16 @@ class SequencePolicy(Plan):
         return self.table.error
 
     @property
+    def error_away(self) -> float | None:
+        """Estimated error, $, over one cell from a jump of the over side's charge; None: that everywhere."""
+        return self.table.error_away
+
+    @property
+    def told_away(self) -> str:
+        """Words for `error_away`, $, behind those for `error`; "": there is none."""
+        return "" if self.error_away is None else f" ({self.error_away:.1g} $ away from its jump at 0 mm)"
+
+    @property
     def nodes(self) -> int:
         """Nodes of the height (mm)."""
         return self._cells + 1
@@ -573,7 +583,7 @@ class SequencePolicy(Plan):
         return self.table.grid.coordinates[0], np.arange(float(count + 1)) * self.problem.stage
 
     def _told(self) -> str:
-        error = "not estimated" if self.error is None else f"{self.error:.2g} $"
+        error = "not estimated" if self.error is None else f"{self.error:.2g} ${self.told_away}"
         return (
             f"{self._cells + 1} heights to {self._height_max:g} mm, {self.problem.horizon:g} s, error {error}"
         )

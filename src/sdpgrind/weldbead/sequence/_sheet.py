@@ -24,5 +24,5 @@ def first_passes(policy: Any) -> AmountTable:
             "value", [policy.value(float(height), left) for height in heights], "$", "expected penalty"
         ),
     )
-    known = "not known" if policy.error is None else f"{policy.error:.1g} $"
+    known = "not known" if policy.error is None else f"{policy.error:.1g} ${policy.told_away}"
     return AmountTable(f"First pass with {left:g} s left (error of the penalty {known})", columns)
