@@ -6,7 +6,6 @@ from math import ceil, inf, pi
 import numpy as np
 
 from centering.roundness._certainty import amplitude_sd, deviation_sd, leaks_of
-from centering.roundness._filters import PASSED
 from centering.roundness._harmonics import HarmonicFit, fit_harmonics, values_at
 from centering.roundness._runout import Runout
 from centering.roundness._samples import CONDITION_MAX, Samples
@@ -79,11 +78,11 @@ def _refuse_ill(asked: str, condition: float, limit: float, degree: int, part_an
         )
 
 
-def broad_form(samples: Samples, cut_off: float, most: int) -> Form:
-    """Form up to five cut-offs or `most`; across a gap up to as few harmonics as the cut-off requires."""
+def broad_form(samples: Samples, cut_off: float, needed: float, most: int) -> Form:
+    """Form up to `needed` upr or `most`; across a gap up to as few harmonics as the cut-off requires."""
     sure = min(supported(widest_gap(samples.part_angle)), most)
     if sure >= min(2 * cut_off, most):
-        return form_of(samples, max(min(PASSED * ceil(cut_off), sure), 1), "upr")
+        return form_of(samples, max(int(min(needed, sure)), 1), "upr")
     degrees = [min(ceil(share * cut_off), most) for share in _FEWER]
     return form_of(samples, max(_allowed(samples.part_angle, degrees), 1), "upr", _BRIDGED)
 
