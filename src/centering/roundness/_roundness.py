@@ -89,9 +89,24 @@ class Roundness(Described, ByValue):
         return lasting(np.sqrt(across * across + up * up) - (self.radius + self.tip_radius))
 
     @property
-    def value(self) -> float:
+    def ron_t(self) -> float:
         """Roundness RONt, mm: highest peak to deepest valley."""
         return self.ron_p + self.ron_v
+
+    @property
+    def value(self) -> float:
+        """Roundness RONt, mm, as `ron_t`."""
+        return self.ron_t
+
+    @property
+    def offset(self) -> float:
+        """Distance of the centre from the origin of the points, mm."""
+        return float(np.hypot(*self.center))
+
+    @property
+    def offset_angle(self) -> float:
+        """Direction of the centre from the origin of the points, rad, in (-pi, pi]."""
+        return float(np.arctan2(self.center[1], self.center[0]))
 
     @cached_property
     def ron_p(self) -> float:
