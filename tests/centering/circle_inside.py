@@ -26,8 +26,10 @@ from centering.monitoring._sequential import (
 from centering.monitoring._tracked import FEWEST, REFERENCE
 from centering.roundness._direction_kernels import _four_about, _ranked, gaps
 from centering.roundness._distance_kernels import _crossing, _parting, _standing, extremes
+from centering.roundness._ends_kernels import zone_widths
 from centering.roundness._filters import Filter, gaussian
 from centering.roundness._harmonics import fit_harmonics, values_at
+from centering.roundness._interval import Noise
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._polar import polar_axes, polar_scale
 from centering.roundness._proof_kernels import (
@@ -54,6 +56,7 @@ __all__ = [
     "Filter",
     "FrictionBelief",
     "Innovation",
+    "Noise",
     "_across",
     "_cell_bound",
     "_crossing",
@@ -104,4 +107,5 @@ __all__ = [
     "values_at",
     "widest_gap",
     "zone_reach",
+    "zone_widths",
 ]

@@ -163,7 +163,7 @@ def test_the_robust_filter_keeps_what_a_parabola_is_and_says_nothing_of_its_nois
     exact = ring(wavy(720, WAVES[:1])).filter("robust", upr=15)
     assert np.abs(exact.deviation - wavy(720, WAVES[:1])).max() < 0.02 * 1e-3
     noisy = ring(wavy(720) + 1e-5 * np.random.default_rng(1).normal(size=720)).filter("robust", upr=15)
-    assert noisy.noise_sd == np.inf and noisy.roundness().value_sd is None
+    assert noisy.noise_sd == np.inf and noisy.roundness().noise_sd.size == 0
     assert noisy.steps == ("robust Gaussian low-pass, 15 upr, by regression",)
 
 

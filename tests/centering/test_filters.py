@@ -9,6 +9,8 @@ from measured_rings import TIP, form, measured, phases, turn, vector
 
 from centering.roundness import Profile
 
+pytestmark = pytest.mark.filterwarnings("ignore:Roundness.value_:DeprecationWarning")
+
 
 def iso_weights(size, cut_off):
     """Weight function of ISO 16610-21 on an even turn, put on end over the turns: exp(-pi (x/(alpha

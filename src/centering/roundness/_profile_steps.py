@@ -9,7 +9,7 @@ import numpy as np
 from centering.roundness._certainty import averaged_sd
 from centering.roundness._circles import reference_circle
 from centering.roundness._filters import CUT_OFFS, Filter
-from centering.roundness._form import ENOUGH, Form, broad_form, form_of
+from centering.roundness._form import ENOUGH, Form, broad_form, form_of, has_residuals
 from centering.roundness._harmonics import HarmonicFit, even_harmonics, even_values, values_at
 from centering.roundness._origin import (
     Made,
@@ -33,7 +33,6 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
 _LEAST = 2  # derived: upr; 1 upr is the offset
-_LEFT = 0.25  # chosen: degrees of freedom over samples from which residuals are noise
 _NEARLY = 0.01  # chosen: steps; an outlier moves the centre, and with it the part angles, by less
 _BRIDGE = 2.0  # chosen: sd of the form in a gap, over that of a reading, above which a warning is given
 
@@ -124,8 +123,10 @@ def _points(profile: Measured, form: Form) -> int:
 
 def _samples(profile: Measured, degree: int) -> Samples:
     """The samples, with a known noise where many harmonics leave few degrees of freedom."""
-    few = profile.angle.size - 2 * degree - 1 < ENOUGH
-    return dataclasses.replace(profile._samples, noise_sd=profile.noise_sd) if few else profile._samples
+    size = profile.angle.size
+    if has_residuals(size - 2 * degree - 1, size):
+        return profile._samples
+    return dataclasses.replace(profile._samples, noise_sd=profile.noise_sd)
 
 
 def _thinned(sd: Floats, passed: Floats) -> Floats:
@@ -209,7 +210,7 @@ def noise_sd(profile: Measured) -> float:
     form = form_of(profile._samples, degree) if degree else None
     if form is None:
         return inf
-    return form.fit.noise_sd if form.fit.freedom > _LEFT * profile.angle.size else _floor(form.fit)
+    return form.fit.noise_sd if has_residuals(form.fit.freedom, profile.angle.size) else _floor(form.fit)
 
 
 def _floor(fit: HarmonicFit) -> float:
