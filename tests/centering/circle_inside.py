@@ -29,7 +29,7 @@ from centering.roundness._distance_kernels import _crossing, _parting, _standing
 from centering.roundness._ends_kernels import zone_widths
 from centering.roundness._filters import Filter, gaussian
 from centering.roundness._harmonics import fit_harmonics, values_at
-from centering.roundness._interval import Noise
+from centering.roundness._interval import DrawnNoise
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._polar import polar_axes, polar_scale
 from centering.roundness._proof_kernels import (
@@ -56,7 +56,7 @@ __all__ = [
     "Filter",
     "FrictionBelief",
     "Innovation",
-    "Noise",
+    "DrawnNoise",
     "_across",
     "_cell_bound",
     "_crossing",

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from circle_inside import Noise, zone_widths
+from circle_inside import DrawnNoise, zone_widths
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_rings import turn
@@ -60,7 +60,7 @@ def test_minimum_zones_of_many_forms_are_norms(seed):
 
 def test_noise_of_the_draws_is_that_of_the_profile():
     sd = np.concatenate([[0, 0], 1e-4 * np.exp2(-((np.arange(2, 200) / 50.0) ** 2))])
-    noise = Noise(sd, 4000)
+    noise = DrawnNoise(sd, 4000)
     assert noise.draws.std() == pytest.approx(noise.deviation_sd, rel=4 / np.sqrt(2 * 4000 * 60))
     shifts = range(0, noise.size // 2, 3)
     alike = [np.mean(noise.draws * np.roll(noise.draws, k, axis=1)) / noise.deviation_sd**2 for k in shifts]
@@ -71,7 +71,7 @@ def test_noise_of_the_draws_is_that_of_the_profile():
 def test_the_guaranteed_ends(found):
     """The upper one is 1.96 sd of the difference of two deviations above RONt."""
     form = found["LSC"]
-    ends, noise = form.interval(method="guaranteed"), Noise(form.noise_upr)
+    ends, noise = form.interval(method="guaranteed"), DrawnNoise(form.noise_upr)
     spread = noise.deviation_sd * np.sqrt(2 * (1 - noise.least_correlation))
     assert ends.high == pytest.approx(form.ron_t + norm.ppf(0.975) * spread, abs=1e-12)
     assert ends.value == form.ron_t and ends.method == "guaranteed"

@@ -1,9 +1,9 @@
 """An interval for RONt that holds the truth, from the noise of a profile and its form.
 
-RONt is a norm of the form: V(h + e) >= V(h) on average over noise e, and V(h + e) <= V(h) + V(e). Noise
-lifts it, by how much depends on how many places tie for the highest and the lowest. The guaranteed interval
-assumes nothing of the form. The calibrated one draws noise about the part of the form that stands out of it;
-its factors were found by simulation.
+RONt is a norm of the form: V(h + e) >= V(h) on average over noise e, and V(h + e) <= V(h) + V(e). How far
+noise lifts it depends on how many places tie for the highest and the lowest. The guaranteed interval assumes
+nothing of the form. The calibrated one draws noise about the part of the form that stands out of it; its
+factors were found by simulation.
 """
 
 from math import ceil, sqrt
@@ -20,10 +20,12 @@ PAIRS = 100  # chosen: draws of noise, each added and subtracted
 SEED = 12181  # chosen: any number; a fixed one makes the result repeatable
 _FADED = 0.013  # chosen: sd of a harmonic over the largest, below which it does not count; 2.5 cut-offs
 _FINE = 4  # chosen: points for each undulation that counts
-_CALIBRATED = 0.95
-_WIDER, _DEEPER = 1.15, 1.3  # calibrated: of the spread of the lift, upper and lower end, 95 %
-_CLIPPED = 1.5  # calibrated: sd of a deviation; heights nearer to the highest and the lowest tie with them
-_NOISY = 24.0  # calibrated: RONt over the sd of a deviation, below which the form is hardly told from noise
+_CALIBRATED = 0.95  # chosen: confidence for which the factors below were found
+_WIDER, _DEEPER = 1.15, 1.3  # measured: 13 forms; of the spread of the lift, upper and lower end, 95 %
+_CLIPPED = (
+    1.5  # measured: the same; sd of a deviation; heights nearer to the highest and the lowest tie with them
+)
+_NOISY = 24.0  # measured: the same; RONt over the sd of a deviation, below which the form is hardly told from noise
 
 
 def pairs_for(confidence: float) -> int:
@@ -31,7 +33,7 @@ def pairs_for(confidence: float) -> int:
     return PAIRS if confidence <= _CALIBRATED else ceil(20 / (1 - confidence))
 
 
-class Noise:
+class DrawnNoise:
     """Noise of a filtered profile on a coarse even turn: draws with their negatives, (2 PAIRS, size), mm."""
 
     def __init__(self, sd: Floats, pairs: int = PAIRS) -> None:
@@ -68,7 +70,7 @@ def widths(kind: str, forms: Floats, radius: float) -> Floats:
     return np.asarray(zone_widths(np.atleast_2d(forms), radius))
 
 
-def guaranteed(kind: str, value: float, noise: Noise, radius: float, tail: float) -> tuple[float, float]:
+def guaranteed(kind: str, value: float, noise: DrawnNoise, radius: float, tail: float) -> tuple[float, float]:
     """Ends that hold for every form with the chance 1 - 2 tail or more, mm."""
     lifted = float(np.quantile(widths(kind, noise.draws, radius), 1 - tail))
     spread = noise.deviation_sd * sqrt(2 * (1 - noise.least_correlation))
@@ -76,7 +78,7 @@ def guaranteed(kind: str, value: float, noise: Noise, radius: float, tail: float
 
 
 def calibrated(
-    kind: str, value: float, amplitude: Complex, noise: Noise, radius: float, tail: float
+    kind: str, value: float, amplitude: Complex, noise: DrawnNoise, radius: float, tail: float
 ) -> tuple[float, float, float]:
     """Both ends and the value without the lift of the noise, mm; `amplitude` of 2 upr on, filtered."""
     measured = amplitude[: noise.upr.size]
@@ -93,12 +95,12 @@ def calibrated(
     return max(float(lower), 0.0), float(upper), max(float(best), 0.0)
 
 
-def _lifts(kind: str, form: Floats, noise: Noise, radius: float) -> Floats:
+def _lifts(kind: str, form: Floats, noise: DrawnNoise, radius: float) -> Floats:
     """Increase of RONt of a form by each draw of noise, mm."""
     return widths(kind, form + noise.draws, radius) - widths(kind, form, radius)
 
 
-def _without_ripple(form: Floats, noise: Noise) -> Floats:
+def _without_ripple(form: Floats, noise: DrawnNoise) -> Floats:
     """The form with plateaus where its heights nearly tie, without 0 and 1 upr."""
     near = _CLIPPED * noise.deviation_sd
     low, high = form.min() + near, form.max() - near

@@ -23,7 +23,7 @@ class RoundnessInterval(Described):
     Examples
     --------
     >>> RoundnessInterval(0.0019, 0.0021, 0.002, 0.95, "calibrated")
-    RoundnessInterval(1.9 .. 2.1 µm, 95 %, calibrated)
+    RoundnessInterval(1.90 .. 2.10 µm, 95 %, calibrated)
     """
 
     low: float = quantity("mm", at_least=0)
