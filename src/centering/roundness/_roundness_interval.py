@@ -37,6 +37,6 @@ class RoundnessInterval(Described):
 
     @property
     def ends(self) -> str:
-        """Both ends in µm, to a hundredth of the width."""
+        """Both ends as text, µm (not mm), to a hundredth of the width."""
         places = max(0, 2 - ceil(log10(max(1e3 * (self.high - self.low), 1e-6))))
         return f"{1e3 * self.low:.{places}f} .. {1e3 * self.high:.{places}f}"
