@@ -22,10 +22,8 @@ _FADED = 0.013  # chosen: sd of a harmonic over the largest, below which it does
 _FINE = 4  # chosen: points for each undulation that counts
 _CALIBRATED = 0.95  # chosen: confidence for which the factors below were found
 _WIDER, _DEEPER = 1.15, 1.3  # measured: 13 forms; of the spread of the lift, upper and lower end, 95 %
-_CLIPPED = (
-    1.5  # measured: the same; sd of a deviation; heights nearer to the highest and the lowest tie with them
-)
-_NOISY = 24.0  # measured: the same; RONt over the sd of a deviation, below which the form is hardly told from noise
+_CLIPPED = 1.5  # measured: the same; sd of a deviation; heights nearer to highest and lowest tie
+_NOISY = 24.0  # measured: the same; RONt over the sd of a deviation; below, form is hardly told from noise
 
 
 def pairs_for(confidence: float) -> int:
