@@ -26,8 +26,10 @@ from centering.monitoring._sequential import (
 from centering.monitoring._tracked import FEWEST, REFERENCE
 from centering.roundness._direction_kernels import _four_about, _ranked, gaps
 from centering.roundness._distance_kernels import _crossing, _parting, _standing, extremes
-from centering.roundness._filters import filter_even, transmission
+from centering.roundness._ends_kernels import zone_widths
+from centering.roundness._filters import Filter, gaussian
 from centering.roundness._harmonics import fit_harmonics, values_at
+from centering.roundness._interval import DrawnNoise
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._polar import polar_axes, polar_scale
 from centering.roundness._proof_kernels import (
@@ -39,6 +41,7 @@ from centering.roundness._proof_kernels import (
     steepness,
     zone_reach,
 )
+from centering.roundness._robust_filter import robust_gaussian
 from centering.roundness._sampling import supported, turns_of, unwrapped_turns, widest_gap
 from centering.roundness._separation_rows import Basis, harmonic_rows
 from centering.setup._allowance import probability_text
@@ -50,6 +53,8 @@ __all__ = [
     "UNITS",
     "Basis",
     "Cusum",
+    "DrawnNoise",
+    "Filter",
     "FrictionBelief",
     "Innovation",
     "_across",
@@ -69,7 +74,6 @@ __all__ = [
     "ewma_run_length",
     "ewma_sd",
     "extremes",
-    "filter_even",
     "fit_harmonics",
     "fit_kernels",
     "fit_noise_kernels",
@@ -77,6 +81,7 @@ __all__ = [
     "formed",
     "from_part",
     "gaps",
+    "gaussian",
     "harmonic_rows",
     "into_part",
     "learned_widening",
@@ -88,13 +93,13 @@ __all__ = [
     "polar_scale",
     "predicted",
     "probability_text",
+    "robust_gaussian",
     "robust_kernels",
     "roughness",
     "slots",
     "steepness",
     "step_noise",
     "supported",
-    "transmission",
     "travel_of",
     "triples",
     "turns_of",
@@ -102,4 +107,5 @@ __all__ = [
     "values_at",
     "widest_gap",
     "zone_reach",
+    "zone_widths",
 ]

@@ -2,12 +2,14 @@ import warnings
 
 import numpy as np
 import pytest
-from circle_inside import filter_even, transmission
+from circle_inside import Filter, gaussian
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_rings import TIP, form, measured, phases, turn, vector
 
 from centering.roundness import Profile
+
+pytestmark = pytest.mark.filterwarnings("ignore:Roundness.value_:DeprecationWarning")
 
 
 def iso_weights(size, cut_off):
@@ -29,16 +31,16 @@ def convolved(values, weights):
 @pytest.mark.parametrize(("size", "cut_off"), [(600, 15), (513, 24.5), (1024, 50)])
 def test_fft_equals_the_direct_convolution(size, cut_off):
     values = np.random.default_rng(0).normal(size=size)
-    assert filter_even(values, cut_off) == pytest.approx(
+    assert Filter("gaussian", 1.0, cut_off).applied(values) == pytest.approx(
         convolved(values, iso_weights(size, cut_off)), abs=1e-13
     )
 
 
 @pytest.mark.parametrize("cut_off", [15, 50, 150, 500, 1500])
 def test_one_half_passes_at_the_cut_off(cut_off):
-    assert transmission(cut_off, cut_off) == 0.5
+    assert gaussian(cut_off, cut_off) == 0.5
     values = np.cos(cut_off * turn(1, 8 * cut_off) - 0.4)
-    assert filter_even(values, cut_off) == pytest.approx(values / 2, abs=1e-12)
+    assert Filter("gaussian", 1.0, cut_off).applied(values) == pytest.approx(values / 2, abs=1e-12)
 
 
 @pytest.mark.parametrize("offset", [0.0, 3.6, 25.0])
@@ -79,7 +81,7 @@ def test_two_filters_are_one(one, other):
     angle = turn(1, 400)
     profile = Profile(angle, measured(angle, offset=1.0, lobes=phases(2)), tip_radius=TIP)
     twice = profile.filter(upr=one).filter(upr=other)
-    both = transmission(np.arange(2, 60), (one**-2 + other**-2) ** -0.5)
+    both = gaussian(np.arange(2, 60), (one**-2 + other**-2) ** -0.5)
     assert twice.spectrum(59).amplitude[1:] == pytest.approx(
         profile.spectrum(59).amplitude[1:] * both, abs=1e-10
     )
@@ -214,8 +216,21 @@ def test_few_samples_for_each_undulation_are_warned_of():
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"upr": 46}, r"upr must be <= 45, half of the points of one turn \(upr\); got 46"),
-        ({"kind": "spline"}, "kind must be one of gaussian; got 'spline'"),
+        ({"upr": 45}, r"upr must be < 45, half of the points of one turn \(upr\); got 45.0"),
+        ({"kind": "Gauss"}, "kind must be one of gaussian, spline, 2rc, robust; got 'Gauss'"),
+        (
+            {"upr": (15, 5)},
+            r"upr must be a pair \(low, high\) with 1 <= low < high, one of them given \(upr\)",
+        ),
+        ({"upr": (None, None)}, "upr must be a pair"),
+        ({"upr": (1, 2, 3)}, r"upr must be a cut-off or a pair of them, as \(15, 150\) or \(15, None\)"),
+        ({"upr": "15-50"}, "upr must be one of 1-15, 1-50, 1-150, 1-500, 2-15, 15-150, 15-500; got '15-50'"),
+        ({"kind": "spline", "tension": 1.5, "upr": 5}, r"tension must be in \[0, 1\]; got 1.5"),
+        (
+            {"tension": 0.5, "upr": 5},
+            "tension must be left out of kind gaussian: it belongs to spline; got 0.5",
+        ),
+        ({"kind": "robust", "upr": (5, 15)}, "upr must be one cut-off for kind robust"),
         ({"upr": 0}, r"upr must be > 0 \(upr\); got 0.0"),
     ],
 )
@@ -226,9 +241,9 @@ def test_bad_filters(asked, said):
 
 
 def test_samples_that_do_not_allow_a_filter():
-    angle = turn(1, 90)
+    angle = turn(0.75, 120)
     with pytest.raises(
-        ValueError, match="reading must have at least 101 samples for a cut-off at 50 upr; got 90"
+        ValueError, match="reading must have at least 101 samples for a Gaussian low-pass, 50 upr; got 90"
     ):
         Profile(angle, measured(angle)).filter(upr=50)
     half = turn(0.5, 720)

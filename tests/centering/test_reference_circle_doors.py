@@ -10,6 +10,8 @@ from centering import Profile
 from centering.roundness import Roundness, reference_circle
 from sdpgrind.base import stored
 
+pytestmark = pytest.mark.filterwarnings("ignore:Roundness.value_:DeprecationWarning")
+
 mpl.use("Agg")
 TURN = np.radians(np.arange(0.0, 360.0, 5.0))
 ROUND = on_rays(TURN, 30.0 + 0.002 * np.cos(3 * TURN) + 0.001 * np.cos(2 * TURN + 1))

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 from centering.roundness import reference_circle
 
+pytestmark = pytest.mark.filterwarnings("ignore:Roundness.value_:DeprecationWarning")
+
 KINDS = ("LSC", "MCC", "MIC", "MZC")
 PLACES = st.tuples(st.floats(-1000, 1000), st.floats(-1000, 1000))
 ROUNDING = 1e-10  # mm, of profiles of 10 to 100 mm moved by up to 1 m

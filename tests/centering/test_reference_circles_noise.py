@@ -9,6 +9,8 @@ from circle_twins import on_rays
 from centering import Profile
 from centering.roundness import reference_circle
 
+pytestmark = pytest.mark.filterwarnings("ignore:Roundness.value_:DeprecationWarning")
+
 KINDS = ("LSC", "MCC", "MIC", "MZC")
 TURN = np.arange(360) * 2 * np.pi / 360
 NOISE = 1e-4  # mm

@@ -44,8 +44,8 @@ def reference_circle(
     tip_radius : float
         Radius of the tip, mm, subtracted from the radius; negative for an internal surface.
     noise_sd : float or array, (n,), optional
-        Standard deviation of one reading, or of each, mm, for `Roundness.value_sd` and
-        `Roundness.value_bias`.
+        Standard deviation of one reading, or of each, mm, for
+        `Roundness.interval`.
     noise_upr : array, (m,), optional
         Relative amplitudes of filtered noise at 0 to m - 1 upr. Default: independent noise of each point.
     filter : str
@@ -70,7 +70,7 @@ def reference_circle(
     >>> points = np.column_stack([radius * np.cos(angle) + 1.5, radius * np.sin(angle)])
     >>> found = reference_circle(points, "MCC", noise_sd=0.0001)
     >>> found
-    Roundness(MCC: RONt 4 ± 0.073 µm about (1.5, 0) mm, radius 30.002 mm; 3 contacts)
+    Roundness(MCC: RONt 4 µm about (1.5, 0) mm, radius 30.002 mm; 3 contacts)
     >>> print(found.certificate)
     no point lies outside, and three contacts stand about the centre: no smaller circle holds these alone
     """

@@ -6,7 +6,6 @@ from math import ceil, inf, pi
 import numpy as np
 
 from centering.roundness._certainty import amplitude_sd, deviation_sd, leaks_of
-from centering.roundness._filters import PASSED
 from centering.roundness._harmonics import HarmonicFit, fit_harmonics, values_at
 from centering.roundness._runout import Runout
 from centering.roundness._samples import CONDITION_MAX, Samples
@@ -15,6 +14,7 @@ from sdpgrind.base.checks import Complex, Floats
 from sdpgrind.base.parallel import one_blas_thread
 
 ENOUGH = 10  # chosen: degrees of freedom; fewer give no reliable noise
+LEFT = 0.25  # chosen: degrees of freedom over samples from which residuals are noise
 _ROUNDS = 10  # chosen: refits about a moved centre, at most
 _STILL = 1e-7  # chosen: move over radius that ends them; the error of the centre is its square
 _FIRST = 8  # chosen: harmonics of the first fit, which brings the centre near at low cost
@@ -40,13 +40,19 @@ class Form:
         return deviation_sd(self.fit, self.noise_sd, self.leaks, self.runout, passed, size)
 
 
+def has_residuals(freedom: int, size: int) -> bool:
+    """Whether residuals tell the noise better than the upper half of the harmonics does."""
+    return freedom >= max(ENOUGH, LEFT * size)
+
+
 def form_of(samples: Samples, degree: int, asked: str = "upr_max", limit: float = CONDITION_MAX) -> Form:
     """Harmonics 2..degree about the circle without harmonics 0 and 1; `asked`: argument named in errors."""
     with one_blas_thread():
         circle = _settled(samples, min(degree, _FIRST), samples.circle, 1)[2]
         fit, part_angle, circle = _settled(samples, degree, circle, _ROUNDS)
         _refuse_ill(asked, fit.condition, limit, degree, part_angle)
-        noise = fit.noise_sd if fit.freedom >= ENOUGH else samples.noise_sd or inf
+        sure = has_residuals(fit.freedom, part_angle.size) or samples.noise_sd is None
+        noise = fit.noise_sd if sure and fit.freedom >= ENOUGH else samples.noise_sd or inf
         leaks = leaks_of(fit, samples.runout, part_angle)
         sd = amplitude_sd(fit, noise, leaks, samples.runout)
     coef = fit.coef.copy()
@@ -79,11 +85,11 @@ def _refuse_ill(asked: str, condition: float, limit: float, degree: int, part_an
         )
 
 
-def broad_form(samples: Samples, cut_off: float, most: int) -> Form:
-    """Form up to five cut-offs or `most`; across a gap up to as few harmonics as the cut-off requires."""
+def broad_form(samples: Samples, cut_off: float, needed: float, most: int) -> Form:
+    """Form up to `needed` upr or `most`; across a gap up to as few harmonics as the cut-off requires."""
     sure = min(supported(widest_gap(samples.part_angle)), most)
     if sure >= min(2 * cut_off, most):
-        return form_of(samples, max(min(PASSED * ceil(cut_off), sure), 1), "upr")
+        return form_of(samples, max(int(min(needed, sure)), 1), "upr")
     degrees = [min(ceil(share * cut_off), most) for share in _FEWER]
     return form_of(samples, max(_allowed(samples.part_angle, degrees), 1), "upr", _BRIDGED)
 

@@ -17,6 +17,8 @@ from sdpgrind.base.stored import stored
 class Origin:
     """Steps (sentences), runout, filter, sd of harmonics from 0 on (mm), noise (mm), Nyquist limit (upr).
 
+    `low`: lower cut-off of a band or a high pass, upr; 1 where all pass.
+
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
     profiles, wherever they come from.
     """
@@ -27,6 +29,7 @@ class Origin:
     sd: tuple[float, ...] = ()
     noise_sd: float | None = None
     nyquist: float = 0.0
+    low: float = 1.0
     source: str = dataclasses.field(default="", compare=False)
 
 

@@ -13,10 +13,14 @@ from centering.roundness._harmonics import even_harmonics
 from centering.roundness._origin import MEASURED, Origin
 from centering.roundness._part_frame import circle_of, into_part, tip_centers
 from centering.roundness._sampling import rise, turns_of, unwrapped_turns, widest_gap
+from centering.roundness._slope import Slope
+from centering.roundness._slope_kernels import steepest_window
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.columns.source import Source
+
+_STEPS = 2  # derived: of the samples; a window below holds no more than its ends
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -90,6 +94,61 @@ class PartReadings(ByValue):
         """Half of the measured points of one turn, upr (unit 1): faster waves alias."""
         return self._origin.nyquist or self.points_per_turn / 2
 
+    def radial_runout(self, datum: tuple[float, float] | None = None) -> float:
+        """Return the circular radial run-out about a datum axis, mm: the range of the readings (ISO 1101).
+
+        With eccentricity e it lies between 2 e - RONt and 2 e + RONt. Unfiltered unless the profile is.
+
+        Parameters
+        ----------
+        datum : (float, float), optional
+            Datum axis relative to the spindle axis, mm. Default: the spindle axis.
+
+        Examples
+        --------
+        >>> from centering.roundness import Profile
+        >>> angle = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
+        >>> ring = Profile(angle, 30.0 + 0.005 * np.cos(angle) + 0.001 * np.cos(3 * angle))
+        >>> round(ring.radial_runout(), 4), round(ring.concentricity(), 4)
+        (0.012, 0.01)
+        """
+        if datum is None:
+            return float(np.ptp(self.reading))
+        return float(np.ptp(np.hypot(*(self.points - _axis("datum", datum)).T)))
+
+    def concentricity(self, datum: tuple[float, float] = (0.0, 0.0)) -> float:
+        """Return the concentricity of the part's circle to a datum axis, mm: twice its eccentricity.
+
+        The tolerance zone of ISO 1101 is a circle about the datum, whose diameter this is.
+
+        Parameters
+        ----------
+        datum : (float, float)
+            Datum axis relative to the spindle axis, mm.
+        """
+        return 2 * float(np.hypot(*(self.circle.value[1:] - _axis("datum", datum))))
+
+    def slope(self, window: float) -> Slope:
+        """Return the local slope dfTc: the greatest difference of the deviation in a window, mm.
+
+        Parameters
+        ----------
+        window : float
+            Width of the window in the part angle, rad, below pi; both of its ends count.
+
+        Raises
+        ------
+        ValueError
+            For a window of less than two steps of the samples, or of half a turn or more.
+        """
+        width, step = checks.positive("window", window, "rad"), 2 * np.pi / self.points_per_turn
+        if not _STEPS * step * (1 - 1e-6) <= width < np.pi:
+            raise checks.refuse("window", f"{_STEPS * step:.4g}, two steps, ... pi", width, "rad")
+        place = np.mod(self.part_angle, 2 * np.pi)
+        order = np.argsort(place, kind="stable")
+        value, angle, steepest = steepest_window(place[order], self.deviation[order], width)
+        return Slope(float(value), float(angle), float(steepest), width)
+
     def largest_radius(self, about: tuple[float, float] = (0.0, 0.0), *, upr: float | None = None) -> float:
         """Return the largest radius of the part about an axis, mm.
 
@@ -108,9 +167,7 @@ class PartReadings(ByValue):
         ValueError
             When the samples are too far apart to bound the form between them.
         """
-        axis = checks.finite_array("about", about, "mm")
-        if axis.shape != (2,):
-            raise ValueError(f"about must be (x, y) (mm); got {checks.shown(about)}")
+        axis = _axis("about", about)
         if upr is None and self._origin.filter:
             coef = even_harmonics(self.deviation)[: len(self._origin.sd)]
             return largest_between(coef, self.circle.value, self._tip, axis)
@@ -143,3 +200,11 @@ class PartReadings(ByValue):
                 "upr", f"< {np.pi / gap:.6g} for a gap of {np.degrees(gap):.4g} degrees", degree, "upr"
             )
         return rise(degree, gap)
+
+
+def _axis(name: str, about: object) -> Floats:
+    """An axis relative to the spindle axis, checked, mm."""
+    axis = checks.finite_array(name, about, "mm")  # type: ignore[arg-type]
+    if axis.shape != (2,):
+        raise ValueError(f"{name} must be (x, y) (mm); got {checks.shown(about)}")
+    return axis

@@ -4,12 +4,15 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from centering.roundness._roundness import Roundness
+import numpy as np
+
+from centering.roundness._roundness import NORMS, Roundness
+from centering.roundness._roundness_interval import RoundnessInterval
 from centering.roundness._spectrum import above_noise
 from sdpgrind.base import checks
 from sdpgrind.base.by_name import called
 from sdpgrind.base.quantities import another_unit
-from sdpgrind.base.sheets.amounts import Amounts, Interval
+from sdpgrind.base.sheets.amounts import Amounts
 from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Listing, Picture, Sentences
 from sdpgrind.base.units import UM
 
@@ -19,7 +22,6 @@ _NAMES = {f"{name} ({kind})": (name, kind) for kind in _CIRCLES for name in _FOR
 _NAMES |= {name: (name, "LSC") for name in _FORM}  # source: ISO 12181-2, LSC unless a drawing says another
 _LARGEST = 8  # undulations in a table; chosen: the others are below them
 _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
-_SURE = 2.0  # standard deviations; source: coverage factor of a 95 % interval
 
 
 def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[str, float] | None) -> str:
@@ -54,27 +56,34 @@ def _verdict(profile: Any, asked: str, limit: float) -> str:
     """Sentence on a limit; RONt has an interval, so it may be undecided."""
     name, kind = _NAMES[asked]
     form: Roundness = profile.roundness(kind)
-    value, sd = getattr(form, _FORM[name]), form.value_sd if name == "RONt" else None
-    half = 0.0 if sd is None else _SURE * sd
-    known = f" ± {UM * half:.2g}" if half else ""
-    found = "kept" if value + half <= limit else "exceeded" if value - half > limit else "not decided"
-    return f"{name} ({kind}) {UM * value:.4g}{known} µm, limit {UM * limit:.4g} µm: {found}"
+    value, told = getattr(form, _FORM[name]), f"limit {UM * limit:.4g} µm"
+    ends = _ends(form) if name == "RONt" else None
+    if ends is None:
+        return f"{name} ({kind}) {UM * value:.4g} µm, {told}: {'kept' if value <= limit else 'exceeded'}"
+    found = "kept" if ends.high <= limit else "exceeded" if ends.low > limit else "not decided"
+    return f"{name} ({kind}) {UM * value:.4g} µm ({ends.ends}, 95 % {ends.method}), {told}: {found}"
+
+
+def _ends(form: Roundness) -> RoundnessInterval | None:
+    """Interval of RONt; None where the noise is not known, or no method is."""
+    return form.interval() if form.noise_sd.size and form.kind in NORMS else None
 
 
 def _circles(profile: Any) -> AmountTable:
-    columns: dict[str, list[Any]] = {name: [] for name in ("circle", *_FORM)}
+    columns: dict[str, list[Any]] = {name: [] for name in ("circle", "RONt", "from", "to", *_FORM)}
     for kind in _CIRCLES:
         try:
             found = profile.roundness(kind)
         except ValueError:  # no such circle about this profile
             continue
-        sd = found.value_sd
+        ends = _ends(found)
         columns["circle"].append(kind)
-        columns["RONt"].append(found.value if sd is None else Interval(found.value, _SURE * sd))
-        for name, field in list(_FORM.items())[1:]:
+        for name, field in _FORM.items():
             columns[name].append(getattr(found, field))
+        columns["from"].append(np.nan if ends is None else ends.low)
+        columns["to"].append(np.nan if ends is None else ends.high)
     amounts = [Amounts.of(name, values, "mm" if name != "circle" else "") for name, values in columns.items()]
-    return AmountTable("Roundness about each reference circle (interval: noise of the readings)", amounts)
+    return AmountTable("Roundness about each reference circle (from, to: 95 % interval of RONt)", amounts)
 
 
 def _undulations(profile: Any) -> list[Block]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from centering.roundness._certainty import averaged_sd
 from centering.roundness._circles import reference_circle
-from centering.roundness._filters import CUT_OFFS, filter_even, transmission
-from centering.roundness._form import ENOUGH, broad_form, form_of
+from centering.roundness._filters import CUT_OFFS, Filter
+from centering.roundness._form import ENOUGH, Form, broad_form, form_of, has_residuals
 from centering.roundness._harmonics import HarmonicFit, even_harmonics, even_values, values_at
 from centering.roundness._origin import (
     Made,
@@ -21,17 +21,19 @@ from centering.roundness._origin import (
 )
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._profile_protocol import Measured
+from centering.roundness._robust_filter import robust_gaussian
 from centering.roundness._roundness import Roundness
 from centering.roundness._samples import Samples
-from centering.roundness._sampling import even_turn, highest_degree, supported, widest_gap
+from centering.roundness._sampling import even_turn, highest_degree, is_even, supported, widest_gap
 from centering.roundness._separation import separate
 from centering.roundness._separation_task import SeparationTask
 from centering.roundness._spectrum import Spectrum
+from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
 _LEAST = 2  # derived: upr; 1 upr is the offset
-_LEFT = 0.25  # chosen: degrees of freedom over samples from which residuals are noise
+_NEARLY = 0.01  # chosen: steps; an outlier moves the centre, and with it the part angles, by less
 _BRIDGE = 2.0  # chosen: sd of the form in a gap, over that of a reading, above which a warning is given
 
 
@@ -61,45 +63,70 @@ def without_runout(profile: Measured, task: SeparationTask) -> Made:
     return Made(angle, reading, abs(found.tip_radius), circle, origin, found.residual, profile.internal)
 
 
-def filtered_evenly(profile: Measured, cut_off: float) -> Made:
+def filtered_evenly(profile: Measured, asked: Filter) -> Made:
     """One turn on an even grid, filtered by FFT."""
-    deviation = filter_even(profile.deviation, cut_off)
-    passed = transmission(np.arange((profile.angle.size + 1) // 2), cut_off)
+    deviation = asked.applied(profile.deviation)
+    passed = asked.transmission(np.arange((profile.angle.size + 1) // 2), profile.angle.size)
     sd = _thinned(_even_sd(profile, passed.size), passed)
-    made = _even(
-        profile, profile.circle.value, deviation, sd, _named(cut_off), "by FFT", profile.deviation - deviation
-    )
+    left = profile.deviation - deviation
+    made = _even(profile, profile.circle.value, deviation, sd, asked, "by FFT", left)
     return dataclasses.replace(
         made, sd=averaged_sd(profile.deviation_sd, passed, sd_of_harmonics(sd[2:]), profile.noise_sd)
     )
 
 
-def filtered(profile: Measured, cut_off: float) -> Made:
+def filtered(profile: Measured, asked: Filter) -> Made:
     """Filtered harmonics by least squares, on an even grid of as many points as a turn had."""
-    most = _most(profile)
-    form = broad_form(_samples(profile, most), cut_off, most)
-    passed = transmission(np.arange(form.coef.size), cut_off)
+    form = _broad(profile, asked)
+    size = _points(profile, form)
+    passed = asked.transmission(np.arange(form.coef.size), size)
     coef = form.coef * passed
-    deviation = even_values(coef, max(round(profile.points_per_turn), 2 * coef.size + 1))
+    deviation = even_values(coef, size)
     with one_blas_thread():
         left = form.fit.residual + values_at(form.coef - coef, form.part_angle)
         each = form.deviation_sd(passed, deviation.size)
     gap = gap_sentence(each, form.part_angle)
     how = "; ".join(filter(None, (form_sentence(form), gap)))
     if gap and float(each.max()) > _BRIDGE * form.noise_sd:
-        warnings.warn(f"{_named(cut_off)}: {gap}", stacklevel=3)
-    made = _even(profile, form.circle, deviation, _thinned(form.sd, passed), _named(cut_off), how, left)
+        warnings.warn(f"{asked}: {gap}", stacklevel=3)
+    made = _even(profile, form.circle, deviation, _thinned(form.sd, passed), asked, how, left)
     return dataclasses.replace(made, sd=each)
 
 
-def _named(cut_off: float) -> str:
-    return f"Gaussian low-pass, {cut_off:g} upr"
+def filtered_robustly(profile: Measured, asked: Filter) -> Made:
+    """Robust low pass of one turn on an even grid; of other samples, of the form through them."""
+    if is_even(profile.part_angle, _NEARLY):
+        circle, values, how = profile.circle.value, profile.deviation, "by regression"
+        deviation = robust_gaussian(values, asked.high)
+        left = values - deviation
+    else:
+        form = _broad(profile, asked)
+        circle, how = form.circle, f"{form_sentence(form)}; by regression"
+        values = even_values(form.coef, _points(profile, form))
+        deviation = robust_gaussian(values, asked.high)
+        lost = even_harmonics(values - deviation)[: form.coef.size]
+        left = form.fit.residual + values_at(lost, form.part_angle)
+    unknown = np.full((deviation.size + 1) // 2, inf)  # no transmission: what noise is left is not known
+    return _even(profile, circle, deviation, unknown, asked, how, left)
+
+
+def _broad(profile: Measured, asked: Filter) -> Form:
+    """Form of uneven samples with all harmonics that the filter passes."""
+    most = _most(profile)
+    return broad_form(_samples(profile, most), asked.cut_off, asked.needed, most)
+
+
+def _points(profile: Measured, form: Form) -> int:
+    """Points of an even turn: as many as a turn had."""
+    return max(round(profile.points_per_turn), 2 * form.coef.size + 1)
 
 
 def _samples(profile: Measured, degree: int) -> Samples:
     """The samples, with a known noise where many harmonics leave few degrees of freedom."""
-    few = profile.angle.size - 2 * degree - 1 < ENOUGH
-    return dataclasses.replace(profile._samples, noise_sd=profile.noise_sd) if few else profile._samples
+    size = profile.angle.size
+    if has_residuals(size - 2 * degree - 1, size):
+        return profile._samples
+    return dataclasses.replace(profile._samples, noise_sd=profile.noise_sd)
 
 
 def _thinned(sd: Floats, passed: Floats) -> Floats:
@@ -109,15 +136,16 @@ def _thinned(sd: Floats, passed: Floats) -> Floats:
 
 
 def _even(
-    profile: Measured, circle: Floats, deviation: Floats, sd: Floats, name: str, how: str, left: Floats
+    profile: Measured, circle: Floats, deviation: Floats, sd: Floats, asked: Filter, how: str, left: Floats
 ) -> Made:
     """One turn on an even grid of the part angle with these deviations (mm)."""
     part_angle = even_turn(deviation.size)
     angle, reading = from_part(part_angle, circle[0] + profile._tip + deviation, profile._tip, circle[1:])
     origin = Origin(
-        steps=(*profile.steps, f"{name}, {how}"),
+        steps=(*profile.steps, f"{asked}, {how}"),
         runout=profile.runout,
-        filter=f"{profile._origin.filter}; {name}".lstrip("; "),
+        filter=f"{profile._origin.filter}; {asked}".lstrip("; "),
+        low=max(asked.low, profile._origin.low),
         sd=tuple(sd.tolist()),
         noise_sd=sd_of_harmonics(sd[2:]),
         nyquist=profile.nyquist,
@@ -182,7 +210,7 @@ def noise_sd(profile: Measured) -> float:
     form = form_of(profile._samples, degree) if degree else None
     if form is None:
         return inf
-    return form.fit.noise_sd if form.fit.freedom > _LEFT * profile.angle.size else _floor(form.fit)
+    return form.fit.noise_sd if has_residuals(form.fit.freedom, profile.angle.size) else _floor(form.fit)
 
 
 def _floor(fit: HarmonicFit) -> float:
@@ -206,10 +234,29 @@ def spectrum(profile: Measured, degree: int | None) -> Spectrum:
 
 
 def roundness(profile: Measured, kind: str) -> Roundness:
-    """Reference circle, with noise and its undulations."""
+    """Reference circle, with noise and its undulations; of a band without 1 upr the circle it lies about."""
     sd, upr, name = profile.deviation_sd, np.array(profile._origin.sd), profile._origin.filter
     noise = sd if np.all(np.isfinite(sd)) and np.any(sd > 0) else None
     upr = np.where(np.isfinite(upr), upr, 0.0)
+    if profile._origin.low > 1:
+        return _about_zero(profile, kind, noise, upr)
     return reference_circle(
         profile.points, kind, tip_radius=profile._tip, noise_sd=noise, noise_upr=upr, filter=name
     )
+
+
+def _about_zero(profile: Measured, kind: str, noise: Floats | None, upr: Floats) -> Roundness:
+    """Roundness of a band that holds no 1 upr: a circle of its own would add that again."""
+    if kind != "LSC":
+        rule = (
+            f"'LSC' after {profile._origin.filter}: another circle would add 1 upr again, which it took off"
+        )
+        raise checks.refuse("kind", rule, kind)
+    none = np.empty(0, dtype=int)
+    deviation = profile.deviation
+    return Roundness(
+        kind, profile.circle.value[1:], float(profile.circle.radius), none, none.astype(bool),
+        float(np.sqrt(np.mean(deviation**2))), profile.points, tip_radius=profile._tip,
+        noise_sd=np.empty(0) if noise is None else noise, noise_upr=upr, filter=profile._origin.filter,
+        certificate="the band holds no 1 upr: deviations are about its own zero, not about a fitted circle",
+    )  # fmt: skip

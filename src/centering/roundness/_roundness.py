@@ -6,12 +6,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from centering.roundness._harmonics import even_harmonics
+from centering.roundness._interval import DrawnNoise, calibrated, guaranteed, guaranteed_at, pairs_for
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
+from centering.roundness._roundness_interval import RoundnessInterval
 from centering.roundness._sensitivity import NoiseEffect, noise_effect
-from sdpgrind.base import units
+from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, array, custom, described
+from sdpgrind.base.warned import warn
 
 KINDS = {
     "LSC": "least squares circle",
@@ -19,6 +23,8 @@ KINDS = {
     "MIC": "maximum inscribed circle",
     "MZC": "minimum zone circles",
 }
+NORMS = ("LSC", "MZC")
+"""Circles about which RONt is a norm of the form."""
 
 
 @described("centering.roundness")
@@ -89,9 +95,24 @@ class Roundness(Described, ByValue):
         return lasting(np.sqrt(across * across + up * up) - (self.radius + self.tip_radius))
 
     @property
-    def value(self) -> float:
+    def ron_t(self) -> float:
         """Roundness RONt, mm: highest peak to deepest valley."""
         return self.ron_p + self.ron_v
+
+    @property
+    def value(self) -> float:
+        """Roundness RONt, mm, as `ron_t`."""
+        return self.ron_t
+
+    @property
+    def offset(self) -> float:
+        """Distance of the centre from the origin of the points, mm."""
+        return float(np.hypot(*self.center))
+
+    @property
+    def offset_angle(self) -> float:
+        """Direction of the centre from the origin of the points, rad, in (-pi, pi]."""
+        return float(np.arctan2(self.center[1], self.center[0]))
 
     @cached_property
     def ron_p(self) -> float:
@@ -108,25 +129,107 @@ class Roundness(Described, ByValue):
         """Root mean square deviation from the circle, RONq, mm."""
         return float(np.sqrt(np.mean(self.deviation**2)))
 
+    def interval(self, confidence: float = 0.95, method: str | None = None) -> RoundnessInterval:
+        """Return an interval for RONt that holds the true one, for all that noise does to it, mm.
+
+        How far noise lifts RONt depends on how many places of the form tie for the highest and the lowest.
+        The calibrated interval draws noise about the harmonics that stand out of it; in simulations
+        of 13 forms it held the truth in 90 to 100 of 100 copies at a confidence of 0.95, for which its
+        factors were found. The guaranteed one assumes nothing of the form and is twice as wide.
+
+        Parameters
+        ----------
+        confidence : float
+            Chance that such an interval holds the truth, 0.5 ... 0.999, unit 1.
+        method : {"calibrated", "guaranteed"}, optional
+            Method. Default: calibrated after a filter, else guaranteed.
+
+        Returns
+        -------
+        RoundnessInterval
+            Both ends and the value without the lift, mm.
+
+        Raises
+        ------
+        ValueError
+            For MCC and MIC, whose RONt is no norm, and after a robust filter, whose noise is not known: no
+            method is; where the noise of the readings is not known; for the calibrated method without a
+            filter.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from centering import Profile
+        >>> angle = np.linspace(0.0, 2 * np.pi, 1024, endpoint=False)
+        >>> form, noise = 0.001 * np.cos(3 * angle), 0.0003 * np.random.default_rng(0).normal(size=1024)
+        >>> found = Profile(angle, 30.0 + form + noise).filter("gaussian", upr=50).roundness("MZC")
+        >>> found.ron_t > 0.0021, found.interval().low < 0.002 < found.interval().high
+        (True, True)
+        >>> found.interval(method="guaranteed")
+        RoundnessInterval(1.62 .. 2.33 µm, 95 %, guaranteed)
+        """
+        share = checks.within("confidence", confidence, 0.5, 0.999)
+        if self.kind not in NORMS:
+            raise checks.refuse(
+                "kind", "LSC or MZC for an interval; no method is known for others", self.kind
+            )
+        if not self.noise_sd.size:
+            raise ValueError(
+                "an interval needs the noise of the readings: measure several turns, or give noise_sd (mm)"
+                " to reference_circle"
+            )
+        filtered = bool(np.any(self.noise_upr[2:]))
+        methods = ("calibrated", "guaranteed") if filtered else ("guaranteed",)
+        asked = methods[0] if method is None else checks.one_of("method", method, methods)
+        return self._interval(share, asked, 0.5 * (1 - share))
+
+    def _interval(self, confidence: float, method: str, tail: float) -> RoundnessInterval:
+        value, best = self.ron_t, self.ron_t
+        if not np.any(self.noise_sd):
+            low = high = value
+        elif not np.any(self.noise_upr[2:]):
+            low, high = guaranteed_at(self.kind, value, self.angle, self.noise_sd, self.radius, tail)
+        else:
+            noise = DrawnNoise(self.noise_upr, pairs_for(confidence))
+            if method == "guaranteed":
+                low, high = guaranteed(self.kind, value, noise, self.radius, tail)
+            else:
+                waves = 2 * even_harmonics(self.deviation)[2:]
+                low, high, best = calibrated(self.kind, value, waves, noise, self.radius, tail)
+        return RoundnessInterval(low, high, best, confidence, method)
+
+    @cached_property
+    def _usual(self) -> RoundnessInterval | None:
+        """The interval of 95 %; None where there is none."""
+        return self.interval() if self.noise_sd.size and self.kind in NORMS else None
+
+    def conforms(self, limit: float) -> str:
+        """Return the decision on a limit of RONt by the interval of 95 % (ISO 14253-1).
+
+        Parameters
+        ----------
+        limit : float
+            Limit, mm.
+
+        Returns
+        -------
+        str
+            "accepted" where the whole interval is within the limit, "rejected" where it is above, else "not
+            decided".
+        """
+        most, ends = checks.positive("limit", limit, "mm"), self.interval()
+        return "accepted" if ends.high <= most else "rejected" if ends.low > most else "not decided"
+
     @property
     def value_sd(self) -> float | None:
-        """Standard deviation of `value` by the noise of the readings, mm; None if that is unknown.
-
-        By simulation of 128 profiles with added noise from a fixed seed, each with its own circle, at the
-        first call. For round, oval, lobed and rough rings it is on average 0.8 to 1.3 times the result of a
-        Monte-Carlo study. Infinite where most of the profiles hold no inscribed circle.
-        """
+        """Deprecated: standard deviation of `value`, mm; `interval` says what it leaves out."""
+        warn("Roundness.value_sd is deprecated: interval() holds the truth", DeprecationWarning)
         return None if self._noise_effect is None else self._noise_effect.sd
 
     @property
     def value_bias(self) -> float | None:
-        """Increase of `value` by noise, about, mm, not subtracted from it; None if the noise is unknown.
-
-        Noise raises the highest of many points and lowers the lowest: n readings of a perfect circle with
-        noise of sd s have a `value` of about 2 s sqrt(2 ln n). The bias follows from the increase by the
-        added noise of `value_sd`, as if proportional to s: true without form; up to 1.4 times too large for
-        lobes, up to 2 s for rough profiles.
-        """
+        """Deprecated: increase of `value` by noise, about, mm; `interval` takes it off."""
+        warn("Roundness.value_bias is deprecated: interval() takes it off", DeprecationWarning)
         return None if self._noise_effect is None else self._noise_effect.bias
 
     @cached_property
@@ -191,7 +294,8 @@ class Roundness(Described, ByValue):
 
     def __repr__(self) -> str:
         x, y = (np.round(self.center, 9) + 0.0).tolist()
-        spread = "" if self.value_sd is None else f" ± {self.value_sd / units.um(1.0):.2g}"
+        usual = self._usual
+        spread = "" if usual is None else f" ({usual.ends}, 95 %)"
         contacts = f"; {self.contacts.size} contacts" if self.contacts.size else ""
         filtered = f"; {self.filter}" if self.filter else ""
         value = f"{self.value / units.um(1.0):.4g}{spread} µm"

@@ -68,10 +68,10 @@ def rise(upr: float, gap: float) -> float:
     return 1 / cos(half) if half < pi / 2 * (1 - 1e-12) else inf
 
 
-def is_even(part_angle: Floats) -> bool:
-    """Whether the samples are one turn on an even grid that starts at 0, in order."""
+def is_even(part_angle: Floats, within: float = _EVEN) -> bool:
+    """Whether the samples are one turn on an even grid that starts at 0, in order, within so many steps."""
     grid = even_turn(part_angle.size)
-    return bool(np.abs(part_angle - grid).max() <= _EVEN * grid[1])
+    return bool(np.abs(part_angle - grid).max() <= within * grid[1])
 
 
 def highest_degree(points: float) -> int:

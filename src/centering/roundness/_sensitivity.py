@@ -43,18 +43,18 @@ def noise_effect(kind: str, from_center: Floats, noise_sd: Floats, noise_upr: Fl
     distance = np.hypot(x, y)
     added = (
         sign * ADDED * noise_sd * noise / distance
-        for noise in _draws(np.arctan2(y, x), noise_upr)
+        for noise in draws(np.arctan2(y, x), noise_upr)
         for sign in (1.0, -1.0)
     )
-    values = np.array([_value(kind, x + change * x, y + change * y, tolerance) for change in added])
+    values = np.array([value_about(kind, x + change * x, y + change * y, tolerance) for change in added])
     held = values[np.isfinite(values)]
     if held.size < PAIRS:
         return NoiseEffect(np.inf, np.inf)
-    risen = np.mean(held) - _value(kind, x, y, tolerance)
+    risen = np.mean(held) - value_about(kind, x, y, tolerance)
     return NoiseEffect(float(np.std(held) / ADDED), float(RISEN * risen))
 
 
-def _draws(angle: Floats, upr: Floats) -> Iterator[Floats]:
+def draws(angle: Floats, upr: Floats) -> Iterator[Floats]:
     """Unit noise, independent at each point, or of undulations with these relative amplitudes."""
     if not np.any(upr[2:]):
         yield from _normals(angle.size)
@@ -80,7 +80,7 @@ def _normals(size: int) -> Iterator[Floats]:
     yield from (scale * rng.standard_normal(size) for _ in range(PAIRS))
 
 
-def _value(kind: str, x: Floats, y: Floats, tolerance: float) -> float:
+def value_about(kind: str, x: Floats, y: Floats, tolerance: float) -> float:
     """RONt about the circle found from the origin; NaN where no inscribed circle is held."""
     basis = np.zeros(4, dtype=np.int64)
     if kind == "LSC":

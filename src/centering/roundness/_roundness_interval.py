@@ -1,0 +1,42 @@
+"""An interval for RONt, with its method."""
+
+from math import ceil, log10
+
+from sdpgrind.base.quantities import Described, custom, described, quantity
+
+
+@described("centering.roundness_interval")
+class RoundnessInterval(Described):
+    """An interval for RONt, the result of `Roundness.interval`.
+
+    Parameters
+    ----------
+    low, high : float
+        Both ends, mm.
+    value : float
+        RONt without what the noise lifts it by, mm; of the guaranteed method the measured RONt.
+    confidence : float
+        Chance that such an interval holds the truth, unit 1.
+    method : {"calibrated", "guaranteed"}
+        Method.
+
+    Examples
+    --------
+    >>> RoundnessInterval(0.0019, 0.0021, 0.002, 0.95, "calibrated")
+    RoundnessInterval(1.90 .. 2.10 µm, 95 %, calibrated)
+    """
+
+    low: float = quantity("mm", at_least=0)
+    high: float = quantity("mm", at_least=0)
+    value: float = quantity("mm", at_least=0)
+    confidence: float = quantity("1", above=0, below=1)
+    method: str = custom()
+
+    def __repr__(self) -> str:
+        return f"RoundnessInterval({self.ends} µm, {100 * self.confidence:g} %, {self.method})"
+
+    @property
+    def ends(self) -> str:
+        """Both ends as text, µm (not mm), to a hundredth of the width."""
+        places = max(0, 2 - ceil(log10(max(1e3 * (self.high - self.low), 1e-6))))
+        return f"{1e3 * self.low:.{places}f} .. {1e3 * self.high:.{places}f}"

@@ -1,0 +1,144 @@
+"""Intervals of RONt: what norms promise, coverage of drawn forms, decisions, refusals."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from circle_inside import DrawnNoise, zone_widths
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from measured_rings import turn
+from scipy.stats import norm
+
+import sdpgrind
+from centering import Profile
+from centering.roundness import reference_circle
+
+_SPEC = importlib.util.spec_from_file_location(
+    "coverage_roundness", Path(__file__).parents[2] / "benchmarks" / "coverage_roundness.py"
+)
+coverage = importlib.util.module_from_spec(_SPEC)
+sys.modules["coverage_roundness"] = coverage
+_SPEC.loader.exec_module(coverage)
+
+ANGLE = turn(1, 720)
+
+
+def lobed(noise=3e-4, seed=0, height=1e-3):
+    drawn = noise * np.random.default_rng(seed).normal(size=ANGLE.size)
+    return Profile(ANGLE, 30.0 + height * np.cos(3 * ANGLE) + drawn)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return {kind: lobed().filter(upr=50).roundness(kind) for kind in ("LSC", "MZC", "MCC")}
+
+
+def waves(rng, size, most):
+    coef = np.zeros(size // 2 + 1, dtype=complex)
+    coef[2:most] = rng.normal(size=(most - 2, 2)) @ [1, 1j]
+    return np.fft.irfft(coef, size)
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 2**32 - 1))
+def test_minimum_zones_of_many_forms_are_norms(seed):
+    """The kernel of the draws against the exact circle, and what both methods rest on."""
+    rng = np.random.default_rng(seed)
+    one, other = 1e-3 * waves(rng, 128, 20), 1e-3 * waves(rng, 128, 20)
+    angle = turn(1, 128)
+    both = zone_widths(np.array([one, other, one + other, 2 * one]), 30.0)
+    for form, width in zip((one, other), both, strict=False):
+        points = (30.0 + form)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        assert width == pytest.approx(reference_circle(points, "MZC").value, abs=1e-9)
+    bend = 4e-6 / 30.0  # heights squared over the radius: what distances differ from a norm by
+    assert both[2] <= both[0] + both[1] + bend
+    assert both[3] == pytest.approx(2 * both[0], abs=bend)
+
+
+def test_noise_of_the_draws_is_that_of_the_profile():
+    sd = np.concatenate([[0, 0], 1e-4 * np.exp2(-((np.arange(2, 200) / 50.0) ** 2))])
+    noise = DrawnNoise(sd, 4000)
+    assert noise.draws.std() == pytest.approx(noise.deviation_sd, rel=4 / np.sqrt(2 * 4000 * 60))
+    shifts = range(0, noise.size // 2, 3)
+    alike = [np.mean(noise.draws * np.roll(noise.draws, k, axis=1)) / noise.deviation_sd**2 for k in shifts]
+    assert noise.least_correlation == pytest.approx(min(alike), abs=0.01)
+    assert -0.05 < noise.least_correlation < -0.03  # -0.041 of a Gaussian
+
+
+def test_the_guaranteed_ends(found):
+    """The upper one is 1.96 sd of the difference of two deviations above RONt."""
+    form = found["LSC"]
+    ends, noise = form.interval(method="guaranteed"), DrawnNoise(form.noise_upr)
+    spread = noise.deviation_sd * np.sqrt(2 * (1 - noise.least_correlation))
+    assert ends.high == pytest.approx(form.ron_t + norm.ppf(0.975) * spread, abs=1e-12)
+    assert ends.value == form.ron_t and ends.method == "guaranteed"
+    lifted = np.sort(np.ptp(noise.draws, axis=1))
+    assert lifted[193] <= form.ron_t - ends.low <= lifted[195]
+
+
+@pytest.mark.parametrize("circle", ["LSC", "MZC"])
+def test_both_hold_the_truth(circle):
+    """13 forms, a few copies each: of all 52 (MZC) or 78 (LSC) intervals 95 % but for chance."""
+    copies = {"LSC": 6, "MZC": 4}[circle]
+    rows = np.concatenate(list(coverage.covered(circle, 0.3, copies, points=512, seed=2).values()))
+    calibrated, guaranteed = rows[:, :2].mean(axis=0)
+    scatter = np.sqrt(0.95 * 0.05 / len(rows))
+    assert calibrated > 0.95 - 3 * scatter and guaranteed > 0.97 - 3 * scatter
+    assert rows[:, 2].mean() < 0.7 * rows[:, 3].mean()  # and the calibrated one is worth it
+
+
+def test_what_noise_lifts_is_taken_off(found):
+    for kind in ("LSC", "MZC"):
+        ends = found[kind].interval()
+        assert ends.low < 2e-3 < ends.high and abs(ends.value - 2e-3) < 0.5 * abs(found[kind].ron_t - 2e-3)
+        assert ends == found[kind].interval() and ends.method == "calibrated"
+
+
+def test_a_surer_interval_is_wider(found):
+    widths = [np.ptp([e.low, e.high]) for e in map(found["LSC"].interval, (0.8, 0.95, 0.99, 0.999))]
+    assert np.all(np.diff(widths) > 0)
+
+
+def test_without_a_filter_it_is_guaranteed():
+    raw = lobed().roundness("LSC")
+    assert raw.interval().method == "guaranteed" and raw.interval().low < 2e-3 < raw.interval().high
+    with pytest.raises(ValueError, match="method must be one of guaranteed; got 'calibrated'"):
+        raw.interval(method="calibrated")
+    still = reference_circle(raw.points, "MZC", noise_sd=0.0).interval()
+    assert still.low == still.high == pytest.approx(reference_circle(raw.points, "MZC").value)
+
+
+@pytest.mark.parametrize("kind", ["spline", "2rc"])
+def test_other_linear_filters(kind):
+    ends = lobed().filter(kind, upr=50).roundness().interval()
+    assert ends.method == "calibrated" and ends.low < 2e-3 < ends.high
+
+
+def test_decisions(found, tmp_path):
+    form = found["MZC"]
+    assert [form.conforms(limit) for limit in (1e-3, 2e-3, 3e-3)] == ["rejected", "not decided", "accepted"]
+    ends = form.interval()
+    assert f"RONt {1e3 * form.ron_t:.4g} ({ends.ends}, 95 %) µm" in repr(form)
+    profile = lobed().filter(upr=50)
+    profile.save(tmp_path / "ring.nc")
+    assert sdpgrind.load(tmp_path / "ring.nc").roundness("MZC").interval() == ends
+
+
+def test_what_has_no_interval(found):
+    with pytest.raises(ValueError, match=r"kind must be LSC or MZC for an interval; .* got 'MCC'"):
+        found["MCC"].interval()
+    assert "95 %" not in repr(found["MCC"])
+    with pytest.raises(
+        ValueError, match="an interval needs the noise of the readings: measure several turns"
+    ):
+        lobed().filter("robust", upr=15).roundness().interval()
+    with pytest.raises(ValueError, match=r"confidence must be in \[0.5, 0.999\]; got 95.0"):
+        found["LSC"].interval(95)
+    with pytest.raises(ValueError, match=r"limit must be > 0 \(mm\)"):
+        found["LSC"].conforms(0.0)
+    for name in ("value_sd", "value_bias"):
+        with pytest.warns(DeprecationWarning, match=f"Roundness.{name} is deprecated: interval"):
+            getattr(found["LSC"], name)
