@@ -81,6 +81,13 @@ print(smooth)
 smooth.plot()
 
 # %%
+# Drawings also ask for a spline, for the 2RC filter of old instruments, or for a band. A band without 1 upr has
+# no circle of its own: its RONt is the range of what has passed.
+for asked in ({"upr": 50}, {"kind": "spline", "upr": 50}, {"kind": "2rc", "upr": 50}, {"upr": (15, 50)}):
+    found = clean.filter(**asked)
+    print(f"{found.steps[-1].split(',')[0]:20} {1e3 * found.roundness().ron_t:.3f} µm")
+
+# %%
 # Four circles
 # ------------
 # Least squares, minimum circumscribed, maximum inscribed and minimum zone: ISO 12181 knows them all, and
@@ -98,11 +105,11 @@ print(zone.certificate)
 zone.plot()
 
 # %%
-# The zone is the smallest, always. How sure it is, and by how much noise has widened it: from simulated
-# profiles with as much noise again, each with its own circle, as noise makes other points contacts.
-print(
-    f"{1e3 * zone.value:.3f} µm +- {1e3 * zone.value_sd:.3f} µm, of which noise has added about {1e3 * zone.value_bias:.3f} µm"
-)
+# The zone is the smallest, always. Noise lifts RONt, the more the more places tie for the highest and the
+# lowest. The interval takes that off: from noise drawn about the form, or, wider, whatever the form is.
+print(zone.interval())
+print(zone.interval(method="guaranteed"))
+print(f"a limit of 1.5 µm: {zone.conforms(0.0015)}")
 
 # %%
 # A part with two lobes
