@@ -7,8 +7,9 @@ import pytest
 from stand_job import ALONE, BOTH, PROCESS
 
 import hwsim
-from sdpgrind import weldbead
+from sdpgrind import sdp, weldbead
 from sdpgrind.weldbead import BeadEstimator, CoefficientScatter, SequenceController
+from sdpgrind.weldbead.sequence._replan import next_pass
 
 READ = ("normal_force", "tangential_force", "grinding_power", "removal_rate", "cut_depth")
 
@@ -95,6 +96,49 @@ def test_an_estimator_of_other_beads_is_refused(policy):
         SequenceController(policy, estimator=other)
     noisy = SequenceController(policy, estimator=BeadEstimator(BOTH, force_noise=1.0))
     assert noisy.identity != SequenceController(policy).identity
+
+
+def learned(**noise):
+    """Belief after a pass that told of much friction."""
+    belief = BeadEstimator(BOTH, **noise)
+    belief.update(**dict(zip(READ, (50.0, 30.0, 800.0, 60.0, 0.3), strict=True)))
+    return belief
+
+
+def test_each_bead_begins_with_what_a_given_estimator_believes(policy):
+    given = learned()
+    one, believed = SequenceController(policy, estimator=given), given.believed
+    first = one.step(height=0.3, time_left=24.0)
+    assert first["normal_force"] == next_pass(believed, "cautious", 0.3, 24.0).action.normal_force
+    assert first["normal_force"] != policy.action(0.3, 24.0).normal_force
+    one.step(height=0.1, time_left=12.0, **dict(zip(READ, (50.0, 10.0, 800.0, 60.0, 0.3), strict=True)))
+    given.reset()  # the controller has a copy
+    assert one.report()["friction_ratio"] < believed.model.friction_ratio
+    one.reset()
+    assert one.problem == believed and one.step(height=0.3, time_left=24.0) == first
+    assert one.identity == SequenceController(policy, estimator=learned()).identity
+    assert one.identity != SequenceController(policy).identity
+    assert SequenceController(policy).identity == SequenceController(policy, estimator=given).identity
+
+
+def test_what_is_learned_serves_the_policy_that_is_followed(policy):
+    told = dict(zip(READ, (50.0, 30.0, 800.0, 60.0, 0.3), strict=True))
+    dear = BOTH.replace(height_charge=sdp.Charge(under=sdp.Linear(2.0), over=sdp.Linear(40.0)))
+    second = weldbead.plan(dear, tolerance=None, nodes=101, method="certain")
+    one = SequenceController(policy)
+    one.step(height=1.0, time_left=60.0)
+    one.step(height=0.8, time_left=52.0, **told)
+    one.follow(second)
+    assert one.identity == SequenceController(second).identity and one.job == dear.job
+    belief = learned()
+    belief.update(**told)
+    expected = next_pass(belief.believed.replace(height_charge=dear.height_charge), "certain", 0.6, 44.0)
+    assert one.step(height=0.6, time_left=44.0, **told)["normal_force"] == expected.action.normal_force
+    other = BOTH.replace(bead_scatter=CoefficientScatter(0.3, 0.15, 0.15))
+    with pytest.raises(
+        ValueError, match=r"policy\.problem\.bead_scatter must be that of the beads that are l"
+    ):
+        one.follow(weldbead.plan(other, tolerance=None, nodes=51))
 
 
 def test_the_stand_draws_beads_and_then_passes():

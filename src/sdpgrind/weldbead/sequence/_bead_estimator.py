@@ -191,8 +191,9 @@ class BeadEstimator:
 
     @property
     def identity(self) -> tuple[object, ...]:
-        """Noise of the gauges (mm, W, N): with that of the problem all that counts."""
-        return self._noise
+        """Noise of the gauges (mm, W, N), and the belief where passes have told of it."""
+        told = () if not self._passes else (self._belief, self._status == BROKEN)
+        return (*self._noise, *told)
 
     @property
     def status(self) -> str:

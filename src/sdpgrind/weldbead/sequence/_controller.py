@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
-from copy import deepcopy
+from copy import copy
 from math import isnan, nan
 from typing import Any
 
@@ -49,12 +49,13 @@ class SequenceController(Stateful):
     learn : bool
         Whether the bead is learned; False: the policy is followed as it is.
     estimator : BeadEstimator, optional
-        Belief in the coefficients, with the noise of the gauges. Default: of gauges without noise.
+        Belief with which each bead begins, with the noise of the gauges; a copy is kept as it is now. One
+        that has been updated is believed from the first pass on. Default: a fresh one, gauges without noise.
 
     Raises
     ------
     ValueError
-        For an estimator of another problem. From `step`: a bead higher (mm) or a deadline farther (s) than
+        For an estimator of other beads. From `step`: a bead higher (mm) or a deadline farther (s) than
         the policy's; no first reading.
 
     Examples
@@ -78,11 +79,10 @@ class SequenceController(Stateful):
     def __init__(
         self, policy: SequencePolicy, *, learn: bool = True, estimator: BeadEstimator | None = None
     ) -> None:
-        self.follow(policy)
-        self._planned = policy
         self._given: SequenceProblem | None = None
         self._believed: SequenceProblem | None = None
-        self._belief = _learner(policy, estimator) if learn else None
+        self._fresh = self._belief = _learner(policy, estimator) if learn else None
+        self.follow(policy)
         if self._belief is not None:
             self.reads = {**self.reads, **READINGS}
             self.reports = {**self.reports, **_BELIEVED}
@@ -94,14 +94,21 @@ class SequenceController(Stateful):
         Parameters
         ----------
         policy : SequencePolicy
-            From `plan`, with the same durations, s.
+            From `plan`, with the same durations, s; where beads are learned, for the same beads.
 
         Raises
         ------
-        TypeError
-            When it is no policy.
+        TypeError, ValueError
+            When it is no policy; when its beads are others than those that are learned.
         """
-        self._policy = checks.able("policy", policy, "a policy, as weldbead.plan gives it", "action")
+        checks.able("policy", policy, "a policy, as weldbead.plan gives it", "action")
+        if self._belief is not None:
+            _refuse_other_beads("policy", policy.problem, self._belief.problem)
+        self._policy = policy
+        if self._fresh is not None and self._fresh.passes:
+            self._given = self._learned(self._fresh)
+        if self._belief is not None and self._believed is not None:
+            self._believed = self._learned(self._belief)
 
     def believe(self, problem: SequenceProblem) -> None:
         """Plan each next pass anew for a problem (mm, s, N) with the policy's durations, until `reset`."""
@@ -120,20 +127,17 @@ class SequenceController(Stateful):
     @property
     def identity(self) -> tuple[Any, ...]:
         """Class, problem and tables of the policy: equal ones are the same controller."""
-        own = () if self._belief is None else self._belief.identity
-        return type(self).__name__, self._planned.problem, self._planned.dataset, *own
+        own = () if self._fresh is None else self._fresh.identity
+        return type(self).__name__, self._policy.problem, self._policy.dataset, *own
 
     @property
     def job(self) -> Mapping[str, object]:
         """Part and machine of the policy (mm, s, N); `hwsim` refuses to run it on others."""
-        return self._planned.problem.job
+        return self._policy.problem.job
 
     def reset(self) -> None:
         """Forget the last bead."""
-        if self._belief is not None:
-            self._belief.reset()
-            self._begun = False
-        self._believed = self._given
+        self._begun, self._belief, self._believed = False, copy(self._fresh), self._given
         self._expected_height = self._expected_time = nan
         self._last: dict[str, float] = {}  # the last pass, where a finish is charged
         self._report = dict.fromkeys(self.reports, nan)
@@ -177,16 +181,23 @@ class SequenceController(Stateful):
         """Take in the last pass."""
         if self._begun:
             belief.learn(**{name: readings[name] for name in READINGS if name in readings})
-            self._believed = _feasible(belief) or self._believed
+            self._believed = self._learned(belief) or self._believed
         self._begun = True
+
+    def _learned(self, belief: BeadEstimator) -> SequenceProblem | None:
+        """Problem of the next pass; None: as planned, or no force removes what is believed."""
+        with suppress(ValueError):
+            told = belief.believed
+            return self._policy.problem.replace(model=told.model, bead_scatter=told.bead_scatter)
+        return None
 
     def _next(self, height: float, time_left: float) -> NextPass:
         """Plan the next pass with what has been learned; look it up where nothing has, or nothing is left."""
         if self._believed is not None and height > 0:
-            return next_pass(self._believed, self._planned.method, height, time_left, **self._last)
+            return next_pass(self._believed, self._policy.method, height, time_left, **self._last)
         action = self._policy.action(height, time_left, **self._last)
         penalty = float(self._policy.value(height, time_left, **self._last))
-        return NextPass(action, penalty, self._policy.problem)
+        return NextPass(action, penalty)
 
     def _remember(self, height: float, time_left: float, duration: float) -> None:
         """Keep the state expected after the pass, for a missing reading."""
@@ -229,14 +240,6 @@ def knowing(policy: SequencePolicy, process: GrindingProcess) -> SequenceControl
     return found
 
 
-def _feasible(belief: BeadEstimator) -> SequenceProblem | None:
-    """Problem of the next pass; None where no force removes what is believed: the last one is kept."""
-    try:
-        return belief.believed
-    except ValueError:
-        return None
-
-
 def _learner(policy: SequencePolicy, estimator: BeadEstimator | None) -> BeadEstimator | None:
     """Estimator of a controller's own; refuse one whose beads are others than those of the plan."""
     problem = getattr(policy, "problem", None)
@@ -245,9 +248,14 @@ def _learner(policy: SequencePolicy, estimator: BeadEstimator | None) -> BeadEst
     if estimator is None:
         beads = getattr(problem, "bead_scatter", None)
         return None if beads is None else BeadEstimator(policy.problem)
-    learned = checks.kind("estimator", estimator, BeadEstimator).problem
-    for name in ("model", "scatter", "bead_scatter"):
-        told, planned = getattr(learned, name), getattr(problem, name)
-        if told != planned:
-            raise checks.refuse(f"estimator.problem.{name}", f"that of the policy, {planned!r}", told)
-    return deepcopy(estimator)
+    _refuse_other_beads("estimator", checks.kind("estimator", estimator, BeadEstimator).problem, problem)
+    return copy(estimator)
+
+
+def _refuse_other_beads(name: str, given: SequenceProblem, known: Any) -> None:
+    """Refuse the problem of an argument whose beads or passes are others than those that are known."""
+    for field in ("model", "scatter", "bead_scatter"):
+        told, wanted = getattr(given, field), getattr(known, field)
+        if told != wanted:
+            owner = "the policy" if name == "estimator" else "the beads that are learned"
+            raise checks.refuse(f"{name}.problem.{field}", f"that of {owner}, {wanted!r}", told)

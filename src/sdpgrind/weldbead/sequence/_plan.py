@@ -103,8 +103,8 @@ def plan(
         for a tolerance that was given. `policy.nodes` and `policy.levels` with ``tolerance=None`` give the
         same tables to the bit.
     memory_limit : float, optional
-        Largest memory of the tables of a solve, predicted before each, bytes; at least that of the first
-        grid. Default: 2 GiB.
+        Largest memory of the tables of a solve, predicted before each, bytes; one below that of the first
+        grid is refused. Default: 2 GiB.
 
     Returns
     -------

@@ -30,11 +30,10 @@ _STEADY = 5
 
 @dataclass(frozen=True)
 class NextPass:
-    """What to do at one height and time left: the action, its expected penalty ($), and the problem."""
+    """What to do at one height and time left: the action, and its expected penalty, $."""
 
     action: SequenceAction
     penalty: float
-    problem: SequenceProblem
 
 
 def next_pass(
@@ -47,13 +46,13 @@ def next_pass(
         levels = _levels(planned, count)
         if levels is None:
             stop = float(planned.height_charge(height))
-            return NextPass(SequenceAction(True, 0.0, nan, nan, inf, problem), stop, problem)
+            return NextPass(SequenceAction(True, 0.0, nan, nan, inf, problem), stop)
         if not levels.narrow:
             return _by_stages(problem, planned, levels, height, count)
     policy = _replanned(problem, planned, method, height, time_left)
     asked = {} if last_duration is None else {"last_duration": last_duration}
     penalty = float(policy.value(height, time_left, **asked))
-    return NextPass(policy.action(height, time_left, **asked), penalty, problem)
+    return NextPass(policy.action(height, time_left, **asked), penalty)
 
 
 @dataclass(frozen=True)
@@ -108,11 +107,11 @@ def _cheapest(
     """Stop, or the duration of least cost; the gap is that to the second of them, $."""
     first, second = np.sort(np.append(cost, stop))[:2]
     if stop <= first:
-        return NextPass(SequenceAction(True, 0.0, nan, nan, float(second - stop), problem), stop, problem)
+        return NextPass(SequenceAction(True, 0.0, nan, nan, float(second - stop), problem), stop)
     k = int(np.argmin(cost))
     duration, feed, at = (float(each[k]) for each in (levels.durations, levels.feed, force))
     action = SequenceAction(False, duration, feed, at, float(second - first), problem)
-    return NextPass(action, float(first), problem)
+    return NextPass(action, float(first))
 
 
 def _replanned(
