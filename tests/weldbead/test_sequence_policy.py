@@ -53,6 +53,21 @@ def test_fast_path_is_the_array_path(name, height, time):
         same_action(policy.action(height, time), policy.action(np.array([height]), time))
 
 
+def test_numbers_are_looked_up_without_the_table(monkeypatch):
+    policy = plain("P1")
+    states = [(0.731, 34.0), (1, 20), (0.0, 0.0), (2.0, 60.0), (0.2, 2.0)]
+    found = [(policy.value(*each), policy.action(*each).duration) for each in states]
+
+    def read(*_, **__):
+        raise AssertionError("the table was read")
+
+    for name in ("value", "locate", "act"):
+        monkeypatch.setattr(policy.table, name, read)
+    assert found == [(policy.value(*each), policy.action(*each).duration) for each in states]
+    with pytest.raises(AssertionError):
+        policy.value(np.array([0.731]), 34.0)
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_fast_path_at_every_node(name):
     # Node coordinates may round to either side of the node: the action must not care.

@@ -29,6 +29,7 @@ from sdpgrind.weldbead.sequence._sheet import first_passes
 from sdpgrind.weldbead.sequence._sheet_file import ending_of
 from sdpgrind.weldbead.sequence._simple_policy import SimplifiedPolicy
 from sdpgrind.weldbead.sequence._simplified import HEIGHTS, covered, followed
+from sdpgrind.weldbead.sequence._single_state import SingleStates
 
 _PROMISED = "sdpgrind.weldbead.sequence._promise:promised"  # by name: it runs controllers of policies
 _KNOWN = "sdpgrind.weldbead.sequence._known_beads:known_beads"
@@ -52,14 +53,11 @@ class SequencePolicy(Plan):
     def __init__(self, problem: SequenceProblem, table: sdp.Policy, method: str = "cautious") -> None:
         self.problem, self.table, self.method = problem, table, method
         self._promises: dict[Asked, Risk] = {}
-        axis = table.layout.axes[0]
-        self._modes, self._exact = table.layout.modes, isinstance(table, ExactTable)
-        self._per_height, self._cells = (axis.nodes - 1) / axis.high, axis.nodes - 1
-        self._height_max, self._per_stage = axis.high, 1.0 / table.layout.step
-        self._last, self._origin = table.layout.count + 2e-9, -table.countdown.first
-        self._values = memoryview(table.table.value)
-        self._feeds = [problem.feed_rate(move.duration * problem.stage) for move in table.layout.moves]
         self._durations = [move.duration * problem.stage for move in table.layout.moves]
+        self._feeds = [problem.feed_rate(each) for each in self._durations]
+        # where the closed form holds, no state lies between nodes
+        exact, moves = isinstance(table, ExactTable), (self._durations, self._feeds)
+        self._single = None if exact else SingleStates(problem, table, *moves)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle without the views on the tables."""
@@ -83,7 +81,7 @@ class SequencePolicy(Plan):
     @property
     def nodes(self) -> int:
         """Nodes of the height (mm)."""
-        return self._cells + 1
+        return int(self.table.layout.axes[0].nodes)
 
     @property
     def levels(self) -> int:
@@ -117,22 +115,10 @@ class SequencePolicy(Plan):
             Above the greatest height or the horizon of the plan, at a late time between stages of the table,
             or for a last duration that is none of the plan's.
         """
-        if self._quick(height, time_left, last_duration):
-            stage = time_left * self._per_stage + 1e-9
-            if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
-                cell = height * self._per_height
-                k = int(cell)
-                if k == self._cells:
-                    k -= 1
-                row = int(stage) + self._origin
-                part, low, high = cell - k, self._values[row, 0, k], self._values[row, 0, k + 1]
-                number = self._number(row, k)
-                if number == -1 or part == 0 or part == 1:
-                    return low + part * (high - low)
-                _, start, cost, *_ = self._kinks
-                if number >= 0:  # the action changes in this cell
-                    lines = range(start[number], start[number + 1])
-                    return min([cost[i, 0] + part * (cost[i, 1] - cost[i, 0]) for i in lines])
+        if last_duration is None and self._single is not None:
+            found = self._single.value(height, time_left)
+            if found is not None:
+                return found
         return self.table.value(**self._state(height, time_left, last_duration))
 
     def action(self, height: Any, time_left: Any, *, last_duration: Any = None) -> SequenceAction:
@@ -141,12 +127,10 @@ class SequencePolicy(Plan):
         Within one duration the force is interpolated between nodes. Where neighbouring nodes differ in their
         action, both are compared one step ahead; the answer is that of the side on which the state lies.
         """
-        if self._quick(height, time_left, last_duration):
-            stage = time_left * self._per_stage + 1e-9
-            if 0.0 <= height <= self._height_max and 0.0 <= stage <= self._last:
-                found = self._scalar_action(height * self._per_height, int(stage) + self._origin)
-                if found is not None:
-                    return found
+        if last_duration is None and self._single is not None:
+            found = self._single.action(height, time_left)
+            if found is not None:
+                return found
         place = self.table.locate(self._state(height, time_left, last_duration))
         best, _, force, gap = self.table.act(place)
         which, stop = np.maximum(best, 0), best < 0
@@ -155,69 +139,6 @@ class SequencePolicy(Plan):
         fields: list[Any] = [stop, duration, feed, np.where(stop, np.nan, force), gap]
         shaped = [x.reshape(place.shape) if place.shape else x.item() for x in fields]
         return SequenceAction(shaped[0], shaped[1], shaped[2], shaped[3], shaped[4], self.problem)
-
-    def _quick(self, *state: Any) -> bool:
-        """Whether a height (mm), a time left (s) and no last duration are looked up without `table`."""
-        height, time, last = state
-        return (
-            last is None
-            and not self._exact
-            and isinstance(height, float | int)
-            and isinstance(time, float | int)
-        )
-
-    @cached_property
-    def _kinks(self) -> tuple[Any, ...]:
-        """Lines for single states; -2 where a stop's charge is bent and the table must be read."""
-        kinks = self.table.kinks._replace(at=np.where(self.table.bent, np.int32(-2), self.table.kinks.at))
-        return tuple(memoryview(np.ascontiguousarray(x)) for x in kinks)
-
-    @cached_property
-    def _changed(self) -> memoryview:
-        return memoryview(self.table.changed | self.table.bent)
-
-    def _number(self, row: int, cell: int) -> int:
-        """Number of a cell of `_kinks`; -1: none, known without them, which take long after a new plan."""
-        return int(self._kinks[0][row, 0, cell]) if self._changed[row, 0, cell] else -1
-
-    @cached_property
-    def _nodes(self) -> tuple[Any, ...]:
-        t = self.table.table
-        return tuple(memoryview(np.ascontiguousarray(x)) for x in (t.best, t.control, t.gap))
-
-    def _scalar_action(self, cell: float, row: int) -> SequenceAction | None:
-        """Action at one state; None where the table must be read."""
-        best, force, gap = self._nodes
-        k = int(cell)
-        if k == self._cells:
-            k -= 1
-        part = cell - k
-        if part == 0 or part == 1:
-            k += int(part)
-            chosen, g, f = best[row, 0, k], gap[row, 0, k], force[row, 0, k]
-        else:
-            number, chosen = self._number(row, k), best[row, 0, k]
-            low, high = gap[row, 0, k], gap[row, 0, k + 1]
-            g = (1 - part) * low + part * high
-            if number == -2:
-                return None
-            if number < 0:
-                f = (1 - part) * force[row, 0, k] + part * force[row, 0, k + 1]
-            else:  # the action changes in this cell
-                _, start, cost, line_force, act, _ = self._kinks
-                least = other = np.inf
-                for i in range(start[number], start[number + 1]):
-                    height = cost[i, 0] + part * (cost[i, 1] - cost[i, 0])
-                    if height < least:
-                        other = other if act[i] == chosen else least
-                        least, line, chosen = height, i, act[i]
-                    elif height < other and act[i] != chosen:
-                        other = height
-                f = (1 - part) * line_force[line, 0] + part * line_force[line, 1]
-                g = other - least if other < np.inf else g
-        if chosen < 0:
-            return SequenceAction(True, 0.0, np.nan, np.nan, g, self.problem)
-        return SequenceAction(False, self._durations[chosen], self._feeds[chosen], f, g, self.problem)
 
     def gradient(self, height: Any, time_left: Any, *, last_duration: Any = None) -> Any:
         """Return the derivative of the expected penalty by height, $/mm; see `value` for the arguments."""
@@ -308,7 +229,7 @@ class SequencePolicy(Plan):
             truth = self.problem if model is None else self.problem.replace(model=model)
         planned = as_planned(self.problem, self.method)
         same = model is None and planned is self.problem
-        problem = self.table.problem if same else true_problem(planned, truth, self._cells + 1)
+        problem = self.table.problem if same else true_problem(planned, truth, self.nodes)
         start = self._state(height, time_left, last_duration)
         noise = {"height": checks.nonnegative("height_noise", height_noise, "mm")}
         found: sdp.Runs = self.table.simulate(
@@ -547,7 +468,7 @@ class SequencePolicy(Plan):
     def dataset(self) -> xr.Dataset:
         """Table with labels and units, and the problem as JSON."""
         attributes: dict[str, Any] = {} if self.problem.bead_scatter is None else {"method": self.method}
-        if self._exact:
+        if self._single is None:
             attributes["exact"] = 1
         elif self.levels != LEVELS:
             attributes["levels"] = self.levels
@@ -585,5 +506,6 @@ class SequencePolicy(Plan):
     def _told(self) -> str:
         error = "not estimated" if self.error is None else f"{self.error:.2g} ${self.told_away}"
         return (
-            f"{self._cells + 1} heights to {self._height_max:g} mm, {self.problem.horizon:g} s, error {error}"
+            f"{self.nodes} heights to {self.table.layout.axes[0].high:g} mm, {self.problem.horizon:g} s,"
+            f" error {error}"
         )
