@@ -45,7 +45,7 @@ def axis_course(course: "xr.Dataset", worn: float, *, straight: bool) -> AxisCou
     if straight:
         kept = np.concatenate([[True], np.diff(time) > 0.0])
         return AxisCourse(time[kept], fed[kept], 0.0)
-    return _smooth(time, fed, course.command_rate.values + worn * course.infeed_rate.values)
+    return _smooth(time, fed, course.command_rate.values)
 
 
 def _smooth(time: Floats, fed: Floats, rate: Floats) -> AxisCourse:

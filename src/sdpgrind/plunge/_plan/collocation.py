@@ -162,7 +162,8 @@ class CollocationProgram:
         share = [1.0 / self.job.intervals[k] for k in self.phase]
         step = casadi.vec(self._get("time")[self.phase.tolist()]) * casadi.DM(share)
         rate = [self._rate(name) for name in "12"]
-        slopes = {"y": [self._get("command") - v for v in rate], "left": [-v for v in rate]}
+        growth = 1.0 + model.wheel_wear
+        slopes = {"y": [self._get("command") - growth * v for v in rate], "left": [-v for v in rate]}
         if model.wear is not None:
             slopes["area"] = [model.wear.rate(v) for v in rate]
         stages = {name: self._stages(name, step, slope) for name, slope in slopes.items()}

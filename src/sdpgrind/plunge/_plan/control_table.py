@@ -70,16 +70,18 @@ def stages_of(
 ) -> ControlStages:
     """Cut a course into constant rates; finer where damage goes `deeper` (mm), or the part is not round."""
     for cuts in _CUTS:
-        each = _cut(course, switches, cuts)
+        each = _cut(course, switches, cuts, problem.model.wheel_wear)
         stages = _played(problem, each, safety)
         if stages.excess <= deeper and stages.roundness <= problem.roundness_max:
             break
     return stages
 
 
-def _cut(course: "xr.Dataset", switches: tuple[float, ...], cuts: int) -> tuple[ControlStage, ...]:
+def _cut(
+    course: "xr.Dataset", switches: tuple[float, ...], cuts: int, worn: float
+) -> tuple[ControlStage, ...]:
     time, command, stock = (course[name].values for name in ("time", "command_rate", "remaining"))
-    fed = stock[0] - stock + course.deflection.values
+    fed = (1.0 + worn) * (stock[0] - stock) + course.deflection.values
     found, begin = [], 0.0
     for end in switches:
         inside = (time > begin) & (time < end)

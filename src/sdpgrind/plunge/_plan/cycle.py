@@ -193,9 +193,8 @@ class CyclePlan(Plan):
         ``"ngc"``: RS274NGC, as LinuxCNC reads it: few blocks G1 with a feed in mm/min, and G4 where the axis
         rests. ``"csv"``: positions at the sample time.
 
-        The axis feeds the metal to be removed, the deflection, and the radius that the wheel loses; so with a
-        `grinding_ratio` the feed exceeds `command_rate_max` by the share of the wheel. Lag and dead time of
-        the drive are not made up for.
+        The axis feeds the metal to be removed, the deflection, and the radius that the wheel loses, within
+        `command_rate_max`. Lag and dead time of the drive are not made up for.
 
         Parameters
         ----------

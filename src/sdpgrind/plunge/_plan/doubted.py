@@ -4,8 +4,8 @@ The depth that damage exceeds with a chance of 1 - confidence takes the place of
 a gauge, the remaining stock is doubted as well: by the place of contact and by the deflection at the rate.
 """
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.polynomial import Chebyshev
@@ -28,6 +28,12 @@ class DoubtedLimits(EnvelopeLimits):
     """Limits of the rate whose depth of damage, mm, is a polynomial in the logarithm of the rate."""
 
     depth: Chebyshev
+
+    def of_both(self) -> Self:
+        """Limits of the radius that work and wheel lose together, without wear."""
+        growth = 1.0 + self.wear
+        depth = Chebyshev(growth * self.depth.coef, self.depth.domain + np.log(growth))
+        return replace(super().of_both(), depth=depth)
 
     def z(self, v: float) -> float:
         """Depth of damage, mm, that is exceeded with the chance allowed."""
@@ -65,19 +71,31 @@ def limits_of(problem: CycleProblem, safety: Safety, degree: int = DEGREE) -> En
     margin, confidence, gauge = safety
     model, most = problem.model, problem.command_rate_max
     if confidence is None:
-        return EnvelopeLimits(model.core, most, model.burn_rate, problem.final_rate, margin, problem.stock)
+        return EnvelopeLimits(
+            model.core,
+            most,
+            model.burn_rate,
+            problem.final_rate,
+            margin,
+            problem.stock,
+            wear=model.wheel_wear,
+        )
     chance, slowest = problem.burn_chance, problem.safe_rate(0.0, confidence)
     spread = _StockSpread(problem, float(ndtri(confidence)), gauge)
     shift = margin + float(spread(slowest))
     if slowest >= most:
-        return EnvelopeLimits(model.core, most, np.inf, problem.final_rate, shift, problem.stock)
+        return EnvelopeLimits(
+            model.core, most, np.inf, problem.final_rate, shift, problem.stock, wear=model.wheel_wear
+        )
 
     def depth(x: Floats) -> Floats:
         v = np.exp(x)
         return np.asarray(chance.quantile(v, confidence) + spread(v) - spread(slowest))
 
     found = Chebyshev.interpolate(depth, degree, domain=[np.log(slowest), np.log(most)])
-    return DoubtedLimits(model.core, most, slowest, problem.final_rate, shift, problem.stock, found)
+    return DoubtedLimits(
+        model.core, most, slowest, problem.final_rate, shift, problem.stock, found, wear=model.wheel_wear
+    )
 
 
 @dataclass(frozen=True)

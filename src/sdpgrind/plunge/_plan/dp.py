@@ -57,7 +57,7 @@ class StageModel:
         self, problem: CycleProblem, margin: float, stages: int, doubted: DoubtedLimits | None = None
     ) -> None:
         self.rate_max, self.left = problem.command_rate_max, stock_nodes(problem, margin, stages)
-        self.drop = np.diff(self.left)
+        self.drop, self.growth = np.diff(self.left), 1.0 + problem.model.wheel_wear
         ends = self._wheel(problem, self.left)
         middle = self._wheel(problem, self.left[1:] - 0.5 * self.drop)
         self.cores = [PlungeCore(*(float(x) for x in fields)) for fields in zip(*middle, strict=True)]
@@ -67,7 +67,8 @@ class StageModel:
             limit = np.array([doubted.rate_at(float(r)) for r in self.left])
         limit[0] = min(limit[0], problem.final_rate)
         y = _kernels.beyond.py_func(limit, ends)
-        self.most = np.minimum.accumulate(y - self.left) + self.left  # the wheel does not move back
+        lost = self.growth * self.left  # of work and wheel
+        self.most = np.minimum.accumulate(y - lost) + lost  # the wheel does not move back
 
     @staticmethod
     def _wheel(problem: CycleProblem, left: Floats) -> Any:
@@ -86,16 +87,16 @@ class StageModel:
     def reach(self, stage: int, y: Floats) -> tuple[Floats, Floats]:
         """Least and greatest deflection (mm) after a stage: no command, and full rate or the limit."""
         drop, core, most = self.drop[stage - 1], self.cores[stage - 1], self.most[stage - 1]
-        least = np.clip(y - drop, 0.0, most)
+        least = np.clip(y - self.growth * drop, 0.0, most)
         return least, np.maximum(least, np.minimum(self._full(y, _rates(y, core), drop, core, most), most))
 
     def _full(self, y: Floats, v: Floats, drop: float, core: PlungeCore, most: float) -> Floats:
-        """Deflection at full rate, at most `most`: Newton on (y' - y + drop) mean rate = u drop."""
+        """Deflection at full rate, at most `most`: Newton on (y' - y + lost) mean rate = u drop."""
         w = np.full(y.shape, _rates(np.array([most]), core)[0] ** core.p)
         for _ in range(NEWTON):
             rate = w ** (1 / core.p)
             after = core.K1 * rate + core.K2 * w
-            mean, given = mean_rate(v, rate, core), after - y + drop
+            mean, given = mean_rate(v, rate, core), after - y + self.growth * drop
             off = given * mean - self.rate_max * drop
             rise = after - y
             with np.errstate(divide="ignore", invalid="ignore"):
@@ -173,7 +174,7 @@ def solve(
         least, greatest = model.reach(left, y)
         after = greatest - share * (greatest - least)
         durations[k] = model.time(left, y, after)[0]
-        commands[k] = (after[0] - y[0] + model.drop[left - 1]) / durations[k]
+        commands[k] = (after[0] - y[0] + model.growth * model.drop[left - 1]) / durations[k]
         y = after
     commands = np.clip(commands, 0.0, problem.command_rate_max)  # rounding
     return StageSolution(commands, durations, float(policy.value(fill=0.0, left=float(stages))))

@@ -6,12 +6,17 @@ roundness bound y at each r by Y(r). The greatest bound with a slope of at most 
 Y(s) + r - s, can itself be followed, so no other course is faster anywhere. From the start the infeed runs at
 full rate until it meets Y~.
 
+Where the wheel loses a radius of gamma times the stock, work and wheel lose (1 + gamma) r together, at a
+rate of (1 + gamma) v: in these two the equations are those of a wheel that keeps its size, with other
+coefficients.
+
 Pieces of Y~ from the end of the cycle: lines of slope 1 (no command: spark-out), the curve on which damage
 equals the stock less the margin, and levels of constant rate.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from scipy.optimize import brentq
@@ -35,7 +40,10 @@ class EnvelopePiece:
 
 @dataclass(frozen=True)
 class EnvelopeLimits:
-    """Limits of the rate: command, burning (inf: none), end of the cycle (mm/s); margin and stock (mm)."""
+    """Limits of the rate: command, burning (inf: none), end of the cycle (mm/s); margin and stock (mm).
+
+    `wear` is the radius that the wheel loses over that of the work.
+    """
 
     core: PlungeCore
     rate_max: float
@@ -43,6 +51,17 @@ class EnvelopeLimits:
     final_rate: float
     margin: float
     stock: float
+    wear: float = field(default=0.0, kw_only=True)
+
+    def of_both(self) -> Self:
+        """Limits of the radius that work and wheel lose together, without wear."""
+        c, g = self.core, 1.0 + self.wear
+        core = c._replace(
+            K1=c.K1 / g, K2=c.K2 / g**c.p, reach=c.reach * g**0.75,
+            heat0=c.heat0 * g**0.25, heat1=c.heat1 * g**-0.75, heat2=c.heat2 * g ** (0.25 - c.p),
+        )  # fmt: skip
+        grown = {name: g * getattr(self, name) for name in ("burn_rate", "final_rate", "margin", "stock")}
+        return replace(self, core=core, wear=0.0, **grown)
 
     def y(self, v: float) -> float:
         """Deflection beyond ploughing, mm."""

@@ -35,6 +35,7 @@ class ExactCourse(NamedTuple):
 
 def fastest(limits: EnvelopeLimits, points: int = 40) -> tuple[float, tuple[float, ...], ExactCourse]:
     """Least time (s), end times of its pieces, and its course, by Gauss's rule with `points` nodes."""
+    growth, limits = 1.0 + limits.wear, limits.of_both()
     envelope, rule = Envelope(limits), leggauss(points)
     meet, left = _meeting(limits, envelope)
     touch = limits.core.K0 / limits.rate_max
@@ -52,7 +53,9 @@ def fastest(limits: EnvelopeLimits, points: int = 40) -> tuple[float, tuple[floa
         parts.append(part)
     wait = [np.array([x]) for x in (0.0, limits.stock, 0.0, 0.0, limits.rate_max, WAIT)]
     columns = [np.concatenate(column) for column in zip(wait, *parts, strict=True)]
-    return now, tuple(ends), ExactCourse(*columns)
+    course = ExactCourse(*columns)
+    of_work = course._replace(remaining=course.remaining / growth, rate=course.rate / growth)
+    return now, tuple(ends), of_work
 
 
 def _start(limits: EnvelopeLimits, lag: Floats) -> tuple[Floats, Floats, Floats]:

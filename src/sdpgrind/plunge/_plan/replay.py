@@ -82,7 +82,7 @@ def _laws(problem: CycleProblem, rotation: Floats, rate: Floats) -> tuple[Floats
     core, wear = core_at(problem.model, rotation), problem.model.wear
     laws = np.ascontiguousarray(np.broadcast_arrays(core.K1, core.K2, core.p, rate)[:3]).T.copy()
     growth = (0.0, 0.0, 1.0) if wear is None else (wear.growth, wear.exponent, wear.reference_rate)
-    return laws, np.array([problem.model.wear_flat_area, *growth])
+    return laws, np.array([problem.model.wear_flat_area, *growth, problem.model.wheel_wear])
 
 
 def _replayed(

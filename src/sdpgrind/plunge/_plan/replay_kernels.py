@@ -15,9 +15,12 @@ def _speed(y, area, law, wear):
 
 @compiled(inline="always")
 def _slopes(y, area, command, law, wear):
-    """Slopes of deflection, stock, area; wear: reference area, growth (1/mm), exponent, reference rate."""
+    """Slopes of deflection, stock, area.
+
+    Wear: reference area, growth (1/mm), exponent, reference rate, radius of the wheel over that of the work.
+    """
     v = _speed(y, area, law, wear)
-    return command - v, -v, wear[1] * (v / wear[3]) ** wear[2] * v
+    return command - (1.0 + wear[4]) * v, -v, wear[1] * (v / wear[3]) ** wear[2] * v
 
 
 @compiled(inline="always")
