@@ -1,16 +1,17 @@
 """Cylinders, median line, total run-out: published figures, linear programs over all points, duality."""
 
-import itertools
+from functools import cache
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import least_squares, linprog, nnls
+from scipy.optimize import least_squares, linprog
 
 from centering.roundness import Cylinder, Profile, Sections, reference_circle
 from centering.roundness import _cylinder_surface as surfaces
 from centering.roundness import _cylinder_zone as zones
+from centering.roundness._median_line import least_squares_tube, smallest_tube
 from sdpgrind import units
 from sdpgrind.base.stored import decode, encode
 
@@ -24,6 +25,7 @@ def read_about_spindle(angle, x, y, radius):
     return x * np.cos(angle) + y * np.sin(angle) + np.sqrt(radius**2 - across**2)
 
 
+@cache
 def printed():
     """The part of the specification."""
     angle, profiles = np.arange(120) * 2 * np.pi / 120, []
@@ -33,6 +35,12 @@ def printed():
         place = 5 * UM + 1e-4 * z + 4 * UM * x * (1 - x), 2 * UM + 5e-5 * z
         profiles.append(Profile(angle, read_about_spindle(angle, *place, 20 + UM * (1.2 * x + waves))))
     return Sections(profiles, HEIGHTS)
+
+
+@cache
+def found_of(kind):
+    """Cylinder of the part of the specification."""
+    return printed().cylinder(kind)
 
 
 def part(seed, sections=7, size=360):
@@ -197,10 +205,10 @@ def test_no_random_start_ends_lower(seed):
 @given(st.integers(0, 2**32 - 1))
 def test_bound_holds_within_reach(seed):
     """Of any axis within reach, to the second order that the certificate allows."""
-    rng, sections = np.random.default_rng(seed), printed()
-    surface = surfaces.Surface.of(sections.points)
+    rng = np.random.default_rng(seed)
+    surface = surfaces.Surface.of(printed().points)
     for kind, sides in zones.SIDES.items():
-        found = sections.cylinder(kind)
+        found = found_of(kind)
         low, high = (
             rng.uniform(0, found.reach) * np.array([np.cos(a), np.sin(a)]) for a in rng.uniform(0, 7, 2)
         )
@@ -246,27 +254,26 @@ def straight(centers):
     return Sections(rings, centers[:, 2])
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(3, 12))
-def test_thinnest_tube_by_duality(seed, size):
-    """Weights on the farthest centres whose weighted least-squares line has the same radius: none is less."""
-    rng = np.random.default_rng(seed)
-    centers = np.column_stack([rng.normal(size=(size, 2)) * 5 * UM, np.sort(rng.uniform(0, 80, size))])
-    found = straight(centers).straightness()
-    start = surfaces.Surface.of(centers)
-    # the line is that of the weights which the touching centres of the found tube carry: here by a cone
-    # programme of weights, alternating (Lawson), from the found radius on
-    rows = np.column_stack([np.ones(size), start.z / start.half])
-    assert found <= straight(centers).straightness("ls") + 1e-15
-    weights = np.full(size, 1 / size)
-    best = 0.0
-    for _ in range(3000):
-        root = np.sqrt(weights)[:, None]
-        line = np.linalg.lstsq(rows * root, centers[:, :2] * root, rcond=None)[0]
-        left = np.hypot(*(centers[:, :2] - rows @ line).T)
-        best = max(best, np.sqrt(weights @ left**2))
-        weights = weights * left / (weights @ left)
-    assert 2 * best <= found * (1 + 1e-8)
-    assert found <= 2 * best * (1 + 1e-3)
+@pytest.mark.parametrize("size", [3, 4, 5, 7, 12])
+def test_thinnest_tube_by_linear_programs(size):
+    """Each program, of distances in some directions only, is a lower bound; the true tube closes the gap."""
+    rng = np.random.default_rng(size)
+    centers = np.column_stack([rng.normal(size=(size, 2)) * 5, np.linspace(0, 2, size)])
+    rows = np.kron(np.eye(2), np.column_stack([np.ones(size), centers[:, 2] - 1.0]))
+    turn = np.tile(np.arange(8) * np.pi / 4, (size, 1))
+    for _ in range(80):
+        one, other = np.cos(turn)[..., None], np.sin(turn)[..., None]
+        seen = (one * rows[:size, None] + other * rows[size:, None]).reshape(-1, 4)
+        height = (one[..., 0] * centers[:, :1] + other[..., 0] * centers[:, 1:2]).ravel()
+        found = linprog(
+            [0, 0, 0, 0, 1], np.c_[-seen, -np.ones(len(seen))], -height, bounds=[(None, None)] * 5
+        )
+        left = centers[:, :2].T.ravel() - rows @ found.x[:4]
+        turn = np.column_stack([turn, np.arctan2(left[size:], left[:size])])
+    scaled = centers * [UM, UM, 40.0]  # tilted by some um over 80 mm
+    assert np.hypot(left[:size], left[size:]).max() == pytest.approx(found.fun, rel=1e-6)
+    assert smallest_tube(scaled) == pytest.approx(2 * UM * found.fun, rel=2e-6)
+    assert smallest_tube(scaled) <= least_squares_tube(scaled)
 
 
 def test_a_bow_of_three_sections():
@@ -317,10 +324,10 @@ def test_sections_are_read_in_any_order():
 def test_bad_tables():
     data = table(printed())
     told = {"height": "z", "angle": "angle", "deviation": "dev", "radius": 20.0}
-    with pytest.raises(ValueError, match="480 heights in 480 rows: Sections.from_points takes readings"):
+    with pytest.raises(ValueError, match=r"480 heights in 480 rows: Sections\.from_points takes readings"):
         Sections.read(data | {"z (mm)": np.linspace(0, 30, 480)}, **told)
     half = {name: values[np.r_[0:60, 120:480]] for name, values in data.items()}
-    with pytest.raises(ValueError, match="height 0 mm: angles must go round the ring; got 0.49 of a turn"):
+    with pytest.raises(ValueError, match=r"height 0 mm: angles must go round the ring; got 0\.49 of a turn"):
         Sections.read(half, **told)
     assert len(Sections.read(half, **told, plausible=False).profiles) == 4
     with pytest.raises(ValueError, match=r"shaft.x3p holds one section"):
@@ -403,10 +410,12 @@ def test_bad_scans():
 
 
 def test_an_inscribed_cylinder_that_nothing_holds():
-    """The upper half of the turn at one end, the lower half at the other: it leaves by tilting."""
-    angle, side = np.linspace(0, 2 * np.pi, 400, endpoint=False), np.repeat([0.0, 10.0], 200)
-    scan = Sections.from_points(angle, side, 20.0 + UM * np.cos(3 * angle))
-    with pytest.raises(ValueError, match="readings must hold the cylinder from all sides|must go around"):
+    """Arcs of 150 deg, on one side at one end and on the other side at the other: it leaves by tilting."""
+    arc = np.radians(np.linspace(15, 165, 200))
+    scan = Sections.from_points(
+        np.append(arc, arc + np.pi), np.repeat([0.0, 100.0], 200), 20.0 + UM * np.cos(3 * np.tile(arc, 2))
+    )
+    with pytest.raises(ValueError, match="readings must hold the cylinder from all sides"):
         scan.cylinder("MIC")
 
 
