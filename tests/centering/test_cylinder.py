@@ -126,7 +126,7 @@ def test_distances_and_slopes(seed, tilt):
     rng = np.random.default_rng(seed)
     points = np.column_stack([rng.normal(size=(30, 2)) * 20, rng.uniform(-30, 50, 30)])
     axis = np.concatenate([rng.normal(size=2), rng.normal(size=2) * tilt])
-    surface = surfaces.Surface.of(points)
+    surface = surfaces.CylinderPoints.of(points)
     place = surface.place_of(axis)
     np.testing.assert_allclose(surface.axis_of(place), axis, rtol=0, atol=1e-13)
     distance, slope = surfaces.slopes(surface, place)
@@ -194,7 +194,7 @@ def test_extreme_cylinders_against_the_program_of_all_points(seed, kind):
 @pytest.mark.parametrize("seed", range(4))
 def test_no_random_start_ends_lower(seed):
     rng, sections = np.random.default_rng(seed), part(seed + 20, size=180)
-    found, surface = sections.cylinder("MZC"), surfaces.Surface.of(sections.points)
+    found, surface = sections.cylinder("MZC"), surfaces.CylinderPoints.of(sections.points)
     fit = surface.place_of(sections.cylinder().axis)
     for _ in range(5):
         start = fit + np.concatenate([3 * UM * rng.normal(size=2), 1e-4 * surface.half * rng.normal(size=2)])
@@ -206,7 +206,7 @@ def test_no_random_start_ends_lower(seed):
 def test_bound_holds_within_reach(seed):
     """Of any axis within reach, to the second order that the certificate allows."""
     rng = np.random.default_rng(seed)
-    surface = surfaces.Surface.of(printed().points)
+    surface = surfaces.CylinderPoints.of(printed().points)
     for kind, sides in zones.SIDES.items():
         found = found_of(kind)
         low, high = (

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from centering.roundness._cylinder_ls import taper
-from centering.roundness._cylinder_surface import Surface, axis_distances
+from centering.roundness._cylinder_surface import CylinderPoints, axis_distances
 from sdpgrind.base import checks, pictures, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Bools, Floats
@@ -102,7 +102,7 @@ class Cylinder(Described, ByValue):
     @cached_property
     def taper(self) -> float:
         """Slope of the radius over the height, unit 1: of the least-squares cone about nearly this axis."""
-        surface = Surface.of(self.points)
+        surface = CylinderPoints.of(self.points)
         return taper(surface, surface.place_of(self.axis))
 
     def at(self, height: float) -> tuple[float, float]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from centering.roundness._cylinder import CYLINDERS, Cylinder
 from centering.roundness._cylinder_ls import least_squares
-from centering.roundness._cylinder_surface import Surface, distances
+from centering.roundness._cylinder_surface import CylinderPoints, distances
 from centering.roundness._cylinder_zone import CURVED, SIDES, zone
 from centering.roundness._exchange import LET_PASS
 from centering.roundness._sampling import widest_gap
@@ -15,7 +15,7 @@ from sdpgrind.base.checks import Floats
 def reference_cylinder(points: Floats, kind: str, tip_radius: float) -> Cylinder:
     """Cylinder of a kind about points (n, 3), mm, of a tip's centre; the tip is negative in a bore."""
     checks.one_of("kind", kind, CYLINDERS)
-    surface = Surface.of(points)
+    surface = CylinderPoints.of(points)
     place, radius = least_squares(surface)
     _refuse_arc(surface, place)
     if kind == "LSC":
@@ -24,7 +24,7 @@ def reference_cylinder(points: Floats, kind: str, tip_radius: float) -> Cylinder
 
 
 def _least_squares(
-    surface: Surface, place: Floats, radius: float, points: Floats, tip_radius: float
+    surface: CylinderPoints, place: Floats, radius: float, points: Floats, tip_radius: float
 ) -> Cylinder:
     rms = float(np.sqrt(np.mean((distances(surface, place) - radius) ** 2)))
     return Cylinder(
@@ -33,7 +33,9 @@ def _least_squares(
     )  # fmt: skip
 
 
-def _extreme(surface: Surface, start: Floats, kind: str, points: Floats, tip_radius: float) -> Cylinder:
+def _extreme(
+    surface: CylinderPoints, start: Floats, kind: str, points: Floats, tip_radius: float
+) -> Cylinder:
     """Minimum zone, circumscribed or inscribed cylinder from the least-squares place on."""
     found, sides = zone(surface, start, kind), SIDES[kind]
     distance = distances(surface, found.place)
@@ -52,7 +54,7 @@ def _extreme(surface: Surface, start: Floats, kind: str, points: Floats, tip_rad
     )  # fmt: skip
 
 
-def _refuse_arc(surface: Surface, place: Floats) -> None:
+def _refuse_arc(surface: CylinderPoints, place: Floats) -> None:
     """Refuse points on less than half a turn about the axis."""
     shift = place[:2, np.newaxis] + place[2:, np.newaxis] * (surface.z / surface.half)
     gap = widest_gap(np.arctan2(surface.y - shift[1], surface.x - shift[0]))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from centering.roundness._cylinder_surface import Surface, distances, slopes
+from centering.roundness._cylinder_surface import CylinderPoints, distances, slopes
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
@@ -13,7 +13,7 @@ _WEAK = 1e-4
 axis by more than 10 mm over the height."""
 
 
-def least_squares(surface: Surface) -> tuple[Floats, float]:
+def least_squares(surface: CylinderPoints) -> tuple[Floats, float]:
     """Place of the axis and radius (mm): Gauss-Newton from the algebraic fit."""
     with one_blas_thread():
         place = _algebraic(surface)
@@ -28,7 +28,7 @@ def least_squares(surface: Surface) -> tuple[Floats, float]:
     return place, float(np.mean(distances(surface, place)))
 
 
-def taper(surface: Surface, place: Floats) -> float:
+def taper(surface: CylinderPoints, place: Floats) -> float:
     """Slope of the radius over the height, unit 1: that of the least-squares cone near a place."""
     distance, slope = slopes(surface, place)
     rows = np.column_stack([slope, np.ones(distance.size), surface.z])
@@ -36,7 +36,7 @@ def taper(surface: Surface, place: Floats) -> float:
         return float(np.linalg.lstsq(rows, distance - distance.mean(), rcond=None)[0][5])
 
 
-def _algebraic(surface: Surface) -> Floats:
+def _algebraic(surface: CylinderPoints) -> Floats:
     """First place: squares of distances are linear in axis, tilt and a square of the height."""
     x, y, z = surface.x, surface.y, surface.z / surface.half
     rows = np.column_stack([x, y, x * z, y * z, np.ones(x.size), z, z * z])

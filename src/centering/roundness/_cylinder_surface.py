@@ -7,7 +7,7 @@ import numpy as np
 from sdpgrind.base.checks import Floats
 
 
-class Surface(NamedTuple):
+class CylinderPoints(NamedTuple):
     """Points of a cylinder, (n,), mm: x, y, and z from the middle height, with that and half of the length.
 
     A `place` of an axis is its displacement at the middle height, (x, y), and by its tilt at the upper end,
@@ -21,8 +21,8 @@ class Surface(NamedTuple):
     half: float
 
     @classmethod
-    def of(cls, points: Floats) -> "Surface":
-        """Surface of points, (n, 3), mm."""
+    def of(cls, points: Floats) -> "CylinderPoints":
+        """Take points, (n, 3), mm."""
         x, y, z = points.T
         middle, half = float(z.max() + z.min()) / 2, float(np.ptp(z)) / 2
         return cls(x, y, z - middle, middle, half)
@@ -40,17 +40,17 @@ class Surface(NamedTuple):
 def axis_distances(points: Floats, axis: Floats) -> Floats:
     """Distances of points, (n, 3), from an axis (x, y, u, v), mm."""
     x, y, z = points.T
-    surface = Surface(x, y, z, 0.0, 1.0)
+    surface = CylinderPoints(x, y, z, 0.0, 1.0)
     return distances(surface, surface.place_of(axis))
 
 
-def distances(surface: Surface, place: Floats) -> Floats:
+def distances(surface: CylinderPoints, place: Floats) -> Floats:
     """Distances of the points from the axis at a place, mm."""
     across, up, along, _ = perpendiculars(surface, place)
     return np.asarray(np.hypot(np.hypot(across, up), along))
 
 
-def slopes(surface: Surface, place: Floats) -> tuple[Floats, Floats]:
+def slopes(surface: CylinderPoints, place: Floats) -> tuple[Floats, Floats]:
     """Distances (mm), and their derivatives over the place, (n, 4), unit 1."""
     across, up, along, foot = perpendiculars(surface, place)
     distance = np.hypot(np.hypot(across, up), along)
@@ -58,7 +58,7 @@ def slopes(surface: Surface, place: Floats) -> tuple[Floats, Floats]:
     return distance, np.column_stack([level, level * (foot / surface.half)[:, np.newaxis]])
 
 
-def perpendiculars(surface: Surface, place: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def perpendiculars(surface: CylinderPoints, place: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Perpendicular from the axis to each point, (x, y, z), and the height of its foot, mm.
 
     With a = (x, y) of the point about the axis at its own height and t = (u, v), the foot lies s/D higher,

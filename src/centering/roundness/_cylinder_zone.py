@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import linprog
 
-from centering.roundness._cylinder_surface import Surface, distances, slopes
+from centering.roundness._cylinder_surface import CylinderPoints, distances, slopes
 from sdpgrind.base.checks import Bools, Floats
 
 Indices = npt.NDArray[np.int64]
@@ -60,7 +60,7 @@ class _Found(NamedTuple):
 SIDES = {"MZC": _Sides(True, True), "MCC": _Sides(True, False), "MIC": _Sides(False, True)}
 
 
-def zone(surface: Surface, place: Floats, kind: str) -> Zone:
+def zone(surface: CylinderPoints, place: Floats, kind: str) -> Zone:
     """Cylinder of a kind from the least-squares place on."""
     sides, distance = SIDES[kind], distances(surface, place)
     radius = float(distance.mean())
@@ -104,7 +104,7 @@ def _descended(working: "_Working", place: Floats, radius: float) -> Floats:
 class _Working:
     """Points of a linear program, kept from step to step."""
 
-    def __init__(self, surface: Surface, sides: _Sides, unit: float) -> None:
+    def __init__(self, surface: CylinderPoints, sides: _Sides, unit: float) -> None:
         self.surface, self.sides, self.unit = surface, sides, unit
         self.high = self.low = np.empty(0, dtype=np.int64)
         self._bands = _bands(surface.z)

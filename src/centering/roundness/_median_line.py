@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.optimize import minimize
 
-from centering.roundness._cylinder_surface import Surface, perpendiculars
+from centering.roundness._cylinder_surface import CylinderPoints, perpendiculars
 from sdpgrind.base.checks import Floats
 
 _STRAIGHT = 1e-15  # chosen: distance over the length that is rounding of a straight line
@@ -13,7 +13,7 @@ _STEPS = 200  # chosen: of the quadratic programs, at most; some 10 are usual
 
 def least_squares_tube(centers: Floats) -> float:
     """Twice the largest distance of centres, (m, 3), from their least-squares line, mm."""
-    surface = Surface.of(centers)
+    surface = CylinderPoints.of(centers)
     return 2 * float(np.sqrt(_squares(surface, _line(surface))[0].max()))
 
 
@@ -23,7 +23,7 @@ def smallest_tube(centers: Floats) -> float:
     Squares of distances from an axis are convex in its place, but for a share of the squared tilt: the
     largest is made small by sequential quadratic programs, in units of the least-squares tube.
     """
-    surface = Surface.of(centers)
+    surface = CylinderPoints.of(centers)
     start = _line(surface)
     unit = float(np.sqrt(_squares(surface, start)[0].max()))
     if unit <= _STRAIGHT * (surface.half + np.abs(centers).max()):
@@ -48,14 +48,14 @@ def smallest_tube(centers: Floats) -> float:
     return 2 * float(np.sqrt(min(_squares(surface, start + unit * found.x[:4])[0].max(), unit**2)))
 
 
-def _line(surface: Surface) -> Floats:
+def _line(surface: CylinderPoints) -> Floats:
     """Place of the least-squares line."""
     rows = np.column_stack([np.ones(surface.z.size), surface.z / surface.half])
     found = np.linalg.lstsq(rows, np.column_stack([surface.x, surface.y]), rcond=None)[0]
     return np.asarray(found.ravel())
 
 
-def _squares(surface: Surface, place: Floats) -> tuple[Floats, Floats]:
+def _squares(surface: CylinderPoints, place: Floats) -> tuple[Floats, Floats]:
     """Squared distances (mm^2) and their derivatives over the place, (m, 4), mm."""
     across, up, along, foot = perpendiculars(surface, place)
     level = -2 * np.column_stack([across, up])

@@ -14,7 +14,7 @@ from sdpgrind.base.checks import Floats
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Scan(ByValue):
+class PathScan(ByValue):
     """Angle (rad), height and reading (mm) of points of one part, tip radius (mm) and flag of a bore."""
 
     angle: Floats
@@ -36,7 +36,7 @@ class Scan(ByValue):
 
 def scan_of(
     angle: npt.ArrayLike, height: npt.ArrayLike, reading: npt.ArrayLike, tip_radius: float, internal: bool
-) -> Scan:
+) -> PathScan:
     """Return readings along any path, checked."""
     turned, read = readings(angle, reading)
     level = checks.finite_array("height", height, "mm")
@@ -44,7 +44,7 @@ def scan_of(
         raise ValueError(f"height must be one for each of {read.size} readings (mm); got {level.shape}")
     refuse_one_height("height", level)
     tip, bore = checks.nonnegative("tip_radius", tip_radius, "mm"), checks.kind("internal", internal, bool)
-    return Scan(lasting(turned), lasting(level), lasting(read), tip, bore)
+    return PathScan(lasting(turned), lasting(level), lasting(read), tip, bore)
 
 
 def refuse_one_height(name: str, height: Floats) -> None:

@@ -16,7 +16,7 @@ from centering.roundness._cylinder_surface import axis_distances
 from centering.roundness._median_line import least_squares_tube, smallest_tube
 from centering.roundness._profile import Profile, profile_read
 from centering.roundness._read import samples
-from centering.roundness._scan import Scan, refuse_one_height, scan_of
+from centering.roundness._scan import PathScan, refuse_one_height, scan_of
 from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.brief import counted
@@ -66,7 +66,7 @@ class Sections(ByValue, Plan):
     kind = "centering.sections"
     profiles: tuple[Profile, ...]
     heights: Floats
-    _scan: Scan | None = dataclasses.field(default=None, init=False)
+    _scan: PathScan | None = dataclasses.field(default=None, init=False)
 
     def __post_init__(self) -> None:
         profiles = tuple(checks.kind("profiles", each, Profile) for each in self.profiles)
@@ -287,11 +287,10 @@ class Sections(ByValue, Plan):
         )
 
     def _told(self) -> str:
-        found = self.cylinder("LSC")
         count = counted(len(self.profiles), "section") if self.profiles else "no sections"
         return (
-            f"{count} over {np.ptp(self.points[:, 2]):.6g} mm, {len(self.points)} points, radius"
-            f" {found.radius:.7g} mm; LSC: CYLt {found.cyl_t / units.um(1.0):.4g} µm"
+            f"{count} over {np.ptp(self.points[:, 2]):.6g} mm, {len(self.points)} points;"
+            f" total run-out {self.total_runout() / units.um(1.0):.4g} µm about the spindle"
         )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from centering.roundness._profile import Profile
-from centering.roundness._scan import Scan
+from centering.roundness._scan import PathScan
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.checks import Floats
 
@@ -50,17 +50,17 @@ def profiles_of(data: xr.Dataset) -> list[Profile]:
     return found
 
 
-def of_scan(scan: Scan) -> xr.Dataset:
+def of_scan(scan: PathScan) -> xr.Dataset:
     """Readings along any path."""
     columns = {name: ("sample", getattr(scan, name), _label(name)) for name in _LABELS}
     attrs = {"tip_radius": scan.tip_radius, "tip_radius_unit": "mm", "internal": int(scan.internal)}
     return xr.Dataset(columns, attrs=attrs)
 
 
-def scan_from(data: xr.Dataset) -> Scan:
+def scan_from(data: xr.Dataset) -> PathScan:
     """Readings of a file."""
     angle, height, reading = (lasting(data[name].values) for name in _LABELS)
-    return Scan(angle, height, reading, float(data.attrs["tip_radius"]), bool(data.attrs["internal"]))
+    return PathScan(angle, height, reading, float(data.attrs["tip_radius"]), bool(data.attrs["internal"]))
 
 
 def _held(part: xr.Dataset, name: str, dim: str) -> Floats:
