@@ -15,7 +15,7 @@ from centering.roundness._filters import filter_of, warn_if_sparse
 from centering.roundness._origin import Made
 from centering.roundness._part_readings import PartReadings
 from centering.roundness._profile_sheet import report as sheet_of_profile
-from centering.roundness._read import samples
+from centering.roundness._read import Turned, samples
 from centering.roundness._robust_filter import LEAST
 from centering.roundness._roundness import Roundness
 from centering.roundness._runout import Runout
@@ -138,10 +138,7 @@ class Profile(PartReadings, Plan):
         0.05
         """
         found = samples(data, angle, reading, deviation, radius, tip_radius, group, missing, plausible)
-        profile = cls(found.angle, found.reading, tip_radius=tip_radius, internal=internal)
-        origin = dataclasses.replace(profile._origin, source=found.source.to_json())
-        object.__setattr__(profile, "_origin", origin)
-        return profile
+        return profile_read(found, tip_radius, internal)
 
     @property
     def steps(self) -> tuple[str, ...]:
@@ -410,6 +407,14 @@ class Profile(PartReadings, Plan):
             f"{self.angle.size} points on {counted(self.turns, 'turn')}, radius {circle.radius:.7g} mm"
             f" at offset {circle.offset:.4g} mm, {height}; {done}"
         )
+
+
+def profile_read(found: Turned, tip_radius: float, internal: bool) -> Profile:
+    """The profile of what was read, with its origin."""
+    profile = Profile(found.angle, found.reading, tip_radius=tip_radius, internal=internal)
+    origin = dataclasses.replace(profile._origin, source=found.source.to_json())
+    object.__setattr__(profile, "_origin", origin)
+    return profile
 
 
 def _profile(made: Made) -> Profile:

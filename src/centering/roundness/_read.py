@@ -21,6 +21,8 @@ from sdpgrind.base.columns.taken import Rules
 from sdpgrind.base.units import m
 
 _ARC_LENGTH = ".x3p"
+_LEAST = 4  # derived: readings of a section that determine its circle, as of a profile
+_OTHER_ANGLE = "angle in another unit, or factor 2?"
 _TIP = Meant("mm", 1e-3, 50.0)  # chosen: from a stylus to the roller of a follower
 
 
@@ -30,13 +32,35 @@ class Turned(NamedTuple):
     angle: Floats
     reading: Floats
     source: Source
+    height: Floats | None = None  # mm, of each point; None: one section
 
     def known(self) -> "Turned":
         """Return the points with an angle and a reading; the others are counted."""
-        kept = np.isfinite(self.angle) & np.isfinite(self.reading)
+        height = np.zeros(self.angle.size) if self.height is None else self.height
+        kept = np.isfinite(self.angle) & np.isfinite(self.reading) & np.isfinite(height)
         left_out = self.source.rows_left_out + int(np.sum(~kept))
         source = dataclasses.replace(self.source, rows_left_out=left_out)
-        return Turned(self.angle[kept], self.reading[kept], source)
+        return Turned(
+            self.angle[kept], self.reading[kept], source, None if self.height is None else height[kept]
+        )
+
+    def sections(self, plausible: bool) -> list[tuple[float, "Turned"]]:
+        """Return the points of each height (mm), from the lowest on."""
+        assert self.height is not None
+        heights, of_point, counts = np.unique(self.height, return_inverse=True, return_counts=True)
+        file = self.source.files[0].name
+        if counts.min(initial=_LEAST) < _LEAST:
+            raise ValueError(
+                f"{file}: height must be the same for all readings of a section; got {heights.size} heights"
+                f" in {self.height.size} rows: Sections.from_points takes readings along a helix or a line"
+            )
+        found = []
+        for k, height in enumerate(heights.tolist()):
+            angle, reading = self.angle[of_point == k], self.reading[of_point == k]
+            if plausible:
+                refuse_part_of_a_turn(angle, f"{file}, height {height:g} mm", _OTHER_ANGLE)
+            found.append((height, Turned(angle, reading, self.source)))
+        return found
 
 
 def samples(
@@ -49,8 +73,12 @@ def samples(
     group: str | None,
     missing: Sequence[str],
     plausible: bool,
+    height: Any = None,
 ) -> Turned:
-    """Return angles (rad) and readings (mm) of a file or a table, without those that are missing."""
+    """Return angles (rad) and readings (mm) of a file or a table, without those that are missing.
+
+    With a column of heights (mm) they are of several sections.
+    """
     rules = Rules(period=1.0, group=group, missing=missing, plausible=plausible)
     nominal = None if radius is None else checks.positive("radius", radius, "mm")
     tip = checks.nonnegative("tip_radius", tip_radius, "mm")
@@ -58,6 +86,10 @@ def samples(
         refuse_other_length("radius", nominal or 0.0, quantity_of("reading"))
         refuse_other_length("tip_radius", tip, _TIP)
     if isinstance(data, str | os.PathLike) and Path(data).suffix.lower() == _ARC_LENGTH:
+        if height is not None:
+            raise ValueError(
+                f"data must be a table with a column of heights; {Path(data).name} holds one section"
+            )
         ring = _of_arc(data, angle, reading, deviation, nominal, rules).known()
         if plausible and nominal is not None:
             refuse_part_of_a_turn(
@@ -65,11 +97,10 @@ def samples(
             )
             refuse_unlike_turns(ring.angle, ring.reading, nominal, Path(data).name)
         return ring
-    asked = _asked(angle, reading, deviation, nominal)
+    asked = _asked(angle, reading, deviation, nominal) | ({} if height is None else {"height": height})
     ring = _of_columns(read(data, asked, rules=rules), nominal).known()
-    if plausible:
-        told = "angle in another unit, or factor 2?"
-        refuse_part_of_a_turn(ring.angle, ring.source.files[0].name, told)
+    if plausible and height is None:
+        refuse_part_of_a_turn(ring.angle, ring.source.files[0].name, _OTHER_ANGLE)
     return ring
 
 
@@ -96,7 +127,7 @@ def _of_columns(found: Recorded, nominal: float | None) -> Turned:
     more = () if nominal is None else (f"reading = {nominal:g} mm + deviation",)
     source = dataclasses.replace(origin, columns=notes, commands_at="", gaps=(), notes=(*origin.notes, *more))
     readings = columns["reading"] if nominal is None else columns["deviation"] + nominal
-    return Turned(columns["angle"], readings, source)
+    return Turned(columns["angle"], readings, source, columns.get("height"))
 
 
 def _of_arc(

@@ -1,0 +1,316 @@
+"""Sections of a part over its height: cylinder, median line, total run-out, coaxiality."""
+
+import dataclasses
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from centering.roundness import _sections_record as record
+from centering.roundness._cylinder import Cylinder
+from centering.roundness._cylinder_find import reference_cylinder
+from centering.roundness._cylinder_surface import axis_distances
+from centering.roundness._median_line import least_squares_tube, smallest_tube
+from centering.roundness._profile import Profile, profile_read
+from centering.roundness._read import samples
+from centering.roundness._scan import PathScan, refuse_one_height, scan_of
+from sdpgrind.base import checks, units
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.brief import counted
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.plans import Plan
+
+_SECTIONS = 3  # source: section 5 of the specification; two show no bend of the median line
+_TUBES = {"MZC": smallest_tube, "ls": least_squares_tube}
+
+Datum = tuple[float, float] | Cylinder | None
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Sections(ByValue, Plan):
+    """Profiles of one part at several heights; immutable.
+
+    The tester's column is taken as straight and parallel to the spindle: its errors enter as tilt and bend.
+
+    Parameters
+    ----------
+    profiles : sequence of Profile
+        At least three, all with one tip radius and from one side, angles from one mark of the part.
+    heights : array_like, shape (m,)
+        Height of each section along the spindle axis, mm.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For fewer than three sections, one height for all, another number of heights; for sections of
+        different tips, or of a bore and a shaft.
+
+    Examples
+    --------
+    >>> angle = np.linspace(0.0, 2 * np.pi, 120, endpoint=False)
+    >>> heights = np.array([0.0, 10.0, 20.0])
+    >>> leans = [Profile(angle, 25.0 + (0.002 + 1e-4 * z) * np.cos(angle)) for z in heights]
+    >>> shaft = Sections(leans, heights)
+    >>> round(shaft.total_runout(), 6), round(shaft.coaxiality(), 6)  # mm
+    (0.008, 0.008)
+    >>> datum = shaft.cylinder("MZC")
+    >>> round(shaft.total_runout(datum), 6), round(shaft.straightness(), 6)
+    (0.0, 0.0)
+    >>> shaft.profiles[2].concentricity(datum.at(20.0)) < 1e-6
+    True
+    """
+
+    kind = "centering.sections"
+    profiles: tuple[Profile, ...]
+    heights: Floats
+    _scan: PathScan | None = dataclasses.field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        profiles = tuple(checks.kind("profiles", each, Profile) for each in self.profiles)
+        heights = checks.finite_array("heights", self.heights, "mm")
+        if len(profiles) < _SECTIONS:
+            raise ValueError(f"profiles must be at least {_SECTIONS} sections; got {len(profiles)}")
+        if heights.shape != (len(profiles),):
+            raise ValueError(
+                f"heights must be one for each of {len(profiles)} profiles (mm); got {heights.shape}"
+            )
+        refuse_one_height("heights", heights)
+        _refuse_other_tips(profiles)
+        object.__setattr__(self, "profiles", profiles)
+        object.__setattr__(self, "heights", lasting(heights))
+
+    @classmethod
+    def from_points(
+        cls,
+        angle: npt.ArrayLike,
+        height: npt.ArrayLike,
+        reading: npt.ArrayLike,
+        *,
+        tip_radius: float = 0.0,
+        internal: bool = False,
+    ) -> "Sections":
+        """Return readings along a helix, lines or any path; they have a cylinder, but no median line.
+
+        Parameters
+        ----------
+        angle, height, reading : array_like, shape (n,)
+            Spindle angle, rad, height, mm, and radial position of the probe's contact, mm, > 0.
+        tip_radius, internal
+            As of a profile (mm).
+
+        Raises
+        ------
+        ValueError
+            For unequal lengths, values that are not finite, readings <= 0, or one height for all.
+
+        Examples
+        --------
+        >>> angle = np.linspace(0.0, 20 * np.pi, 3600)
+        >>> helix = Sections.from_points(angle, angle, 25.0 + 1e-3 * np.cos(3 * angle))
+        >>> round(helix.cylinder("MZC").cyl_t, 6)  # mm
+        0.002
+        """
+        made = cls.__new__(cls)
+        scan = scan_of(angle, height, reading, tip_radius, internal)
+        for name, value in {"profiles": (), "heights": lasting([]), "_scan": scan}.items():
+            object.__setattr__(made, name, value)
+        return made
+
+    @classmethod
+    def read(
+        cls,
+        data: Any,
+        *,
+        height: Any,
+        angle: Any = None,
+        reading: Any = None,
+        deviation: Any = None,
+        radius: float | None = None,
+        tip_radius: float = 0.0,
+        internal: bool = False,
+        group: str | None = None,
+        missing: Sequence[str] = (),
+        plausible: bool = True,
+    ) -> "Sections":
+        """Read sections from one table; rows of one height are one section.
+
+        Parameters
+        ----------
+        data : path, pandas.DataFrame, xarray.Dataset, mapping of arrays
+            As of `Profile.read`, but X3P.
+        height : str or tuple
+            Header of the height, ``("z", "mm")``.
+        angle, reading, deviation, radius, tip_radius, internal, group, missing, plausible
+            As of `Profile.read` (rad, mm).
+
+        Returns
+        -------
+        Sections
+            The sections, from the lowest on; the `source` of each profile tells what was read.
+
+        Raises
+        ------
+        ValueError
+            As of `Profile.read`; for a height that holds fewer than 4 readings.
+
+        Examples
+        --------
+        >>> turn = np.arange(0.0, 360.0, 2.0)
+        >>> table = {"z (mm)": np.repeat([0.0, 5.0, 10.0], 180), "angle (deg)": np.tile(turn, 3)}
+        >>> table["dev (um)"] = np.tile(2 * np.cos(np.radians(3 * turn)), 3)
+        >>> shaft = Sections.read(table, height="z", angle="angle", deviation="dev", radius=25.0)
+        >>> round(shaft.cylinder("MZC").cyl_t, 6)  # mm
+        0.004
+        """
+        found = samples(
+            data, angle, reading, deviation, radius, tip_radius, group, missing, plausible, height
+        )
+        sections = found.sections(plausible)
+        profiles = [profile_read(each, tip_radius, internal) for _, each in sections]
+        return cls(tuple(profiles), np.array([level for level, _ in sections]))
+
+    @cached_property
+    def points(self) -> Floats:
+        """Centres of the tip about the spindle axis, and heights, (n, 3), mm."""
+        if self._scan is not None:
+            return lasting(self._scan.points)
+        pairs = zip(self.profiles, self.heights, strict=True)
+        return lasting(np.vstack([np.insert(profile.points, 2, z, axis=1) for profile, z in pairs]))
+
+    @cached_property
+    def centers(self) -> Floats:
+        """Centres of the sections' circles and their heights, (m, 3), mm: the median line."""
+        circles = np.array([profile.circle.value[1:] for profile in self.profiles]).reshape(-1, 2)
+        return lasting(np.column_stack([circles, self.heights]))
+
+    @property
+    def _tip(self) -> float:
+        """Distance of the tip's centre beyond the surface, mm; negative in a bore."""
+        return self.profiles[0]._tip if self._scan is None else self._scan.tip
+
+    def cylinder(self, kind: str = "LSC") -> Cylinder:
+        """Return a reference cylinder on true distances, with cylindricity and taper (ISO 12180).
+
+        Minimum zone, circumscribed and inscribed cylinders are found from the least-squares one by
+        successive linear programs. The problem is not convex: the certificate is a local one.
+
+        Parameters
+        ----------
+        kind : {"LSC", "MCC", "MIC", "MZC"}
+            Least squares, minimum circumscribed, maximum inscribed or minimum zone cylinders.
+
+        Returns
+        -------
+        Cylinder
+            Axis and radius (mm), deviations, contacts and certificate.
+
+        Raises
+        ------
+        ValueError
+            When the readings cover less than half a turn, lie along too few lines, or hold no inscribed
+            cylinder.
+        """
+        return reference_cylinder(self.points, kind, self._tip)
+
+    def straightness(self, method: str = "MZC") -> float:
+        """Return the straightness of the median line, mm: diameter of a tube about the sections' centres.
+
+        Parameters
+        ----------
+        method : {"MZC", "ls"}
+            The thinnest tube, or that about the least-squares line.
+
+        Raises
+        ------
+        ValueError
+            For readings without sections.
+        """
+        self._need_sections("straightness")
+        return _TUBES[checks.one_of("method", method, _TUBES)](self.centers)
+
+    def total_runout(self, datum: Datum = None) -> float:
+        """Return the total radial run-out about a datum axis, mm: the range of all readings (ISO 1101).
+
+        Parameters
+        ----------
+        datum : (float, float) or Cylinder, optional
+            Datum axis: parallel to the spindle axis, relative to it, mm, or the axis of a cylinder. Default:
+            the spindle axis.
+        """
+        return float(np.ptp(axis_distances(self.points, _axis_of(datum))))
+
+    def coaxiality(self, datum: Datum = None) -> float:
+        """Return the coaxiality to a datum axis, mm: twice the largest eccentricity of a section.
+
+        The tolerance zone of ISO 1101 is a cylinder about the datum, whose diameter this is.
+
+        Parameters
+        ----------
+        datum : (float, float) or Cylinder, optional
+            As of `total_runout` (mm).
+
+        Raises
+        ------
+        ValueError
+            For readings without sections.
+        """
+        self._need_sections("coaxiality")
+        return 2 * float(axis_distances(self.centers, _axis_of(datum)).max())
+
+    def _need_sections(self, name: str) -> None:
+        if not self.profiles:
+            count = counted(len(self.points), "reading")
+            raise ValueError(
+                f"{name} must be asked of profiles at heights, whose centres it compares; got {count} of no"
+                " section"
+            )
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Samples as labelled arrays: angles in rad, lengths in mm; a number tells the section of each."""
+        return (
+            record.of_sections(self.profiles, self.heights)
+            if self._scan is None
+            else record.of_scan(self._scan)
+        )
+
+    @classmethod
+    def restored(cls, dataset: xr.Dataset) -> "Sections":
+        if "section" in dataset.dims:
+            return cls(tuple(record.profiles_of(dataset)), dataset["height"].values)
+        scan = record.scan_from(dataset)
+        return cls.from_points(
+            scan.angle, scan.height, scan.reading, tip_radius=scan.tip_radius, internal=scan.internal
+        )
+
+    def _told(self) -> str:
+        count = counted(len(self.profiles), "section") if self.profiles else "no sections"
+        return (
+            f"{count} over {np.ptp(self.points[:, 2]):.6g} mm, {len(self.points)} points;"
+            f" total run-out {self.total_runout() / units.um(1.0):.4g} µm about the spindle"
+        )
+
+
+def _refuse_other_tips(profiles: tuple[Profile, ...]) -> None:
+    """Refuse sections of different tips, or of a bore and a shaft."""
+    first = profiles[0]
+    for k, each in enumerate(profiles):
+        for name in ("tip_radius", "internal"):
+            one, other = getattr(first, name), getattr(each, name)
+            if one != other:
+                raise ValueError(
+                    f"profiles must have one {name}; got {one} of profiles[0] and {other} of profiles[{k}]"
+                )
+
+
+def _axis_of(datum: Datum) -> Floats:
+    """Axis (x, y, u, v) of a datum, checked."""
+    if isinstance(datum, Cylinder):
+        return datum.axis
+    place = checks.finite_array("datum", (0.0, 0.0) if datum is None else datum, "mm")
+    if place.shape != (2,):
+        raise ValueError(f"datum must be (x, y) (mm) or a Cylinder; got {checks.shown(datum)}")
+    return np.append(place, [0.0, 0.0])
