@@ -17,7 +17,8 @@ from sdpgrind.base.stored import stored
 class Origin:
     """Steps (sentences), runout, filter, sd of harmonics from 0 on (mm), noise (mm), Nyquist limit (upr).
 
-    `low`: lower cut-off of a band or a high pass, upr; 1 where all pass.
+    `low`: lower cut-off of a band or a high pass, upr; 1 where all pass. `spindle_sd`: sd of the harmonics of
+    a spindle's error that was taken off, from 0 on, mm.
 
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
     profiles, wherever they come from.
@@ -30,6 +31,7 @@ class Origin:
     noise_sd: float | None = None
     nyquist: float = 0.0
     low: float = 1.0
+    spindle_sd: tuple[float, ...] = ()
     source: str = dataclasses.field(default="", compare=False)
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 
 from centering.roundness import _profile_record as profile_record
 from centering.roundness import _profile_steps as steps_of
+from centering.roundness._correction import corrected
 from centering.roundness._filters import filter_of, warn_if_sparse
 from centering.roundness._origin import Made
 from centering.roundness._part_readings import PartReadings
@@ -23,6 +24,7 @@ from centering.roundness._samples import Samples
 from centering.roundness._sampling import checked_degree, is_even
 from centering.roundness._separation_task import task_of
 from centering.roundness._spectrum import Spectrum
+from centering.roundness._spindle_error import SpindleError
 from sdpgrind.base import pictures
 from sdpgrind.base.arrays import lasting
 from sdpgrind.base.brief import counted
@@ -161,10 +163,8 @@ class Profile(PartReadings, Plan):
 
         Over several turns: about all harmonics that the samples determine. Over one turn: from the median of
         their upper half, insensitive to a few lobes. A gap, or form above Nyquist's limit, makes it an upper
-        bound. Filtered: that of the filtered noise.
+        bound. Filtered: that of the filtered noise. After `correct` that of the spindle's error is in it.
         """
-        if self._origin.noise_sd is not None:
-            return self._origin.noise_sd
         return steps_of.noise_sd(self)
 
     @property
@@ -227,6 +227,29 @@ class Profile(PartReadings, Plan):
             )
         task = task_of(self._samples, ratio=ratio, upr_max=upr_max, refine=refine, near_integer=near_integer)
         return _profile(steps_of.without_runout(self, task))
+
+    def correct(self, spindle: SpindleError) -> "Profile":
+        """Take the error of the tester's spindle off each reading; before a filter.
+
+        The error belongs to the spindle angle of the setup in which it was found, and to the probe's side.
+        Its standard deviation is added to the noise.
+
+        Parameters
+        ----------
+        spindle : SpindleError
+            Error of the spindle, mm, of a `Separation`.
+
+        Returns
+        -------
+        Profile
+            The same samples without the error.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For a profile that was filtered, separated or corrected before.
+        """
+        return _profile(corrected(self, spindle))
 
     def filter(
         self,

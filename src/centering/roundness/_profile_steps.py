@@ -2,7 +2,7 @@
 
 import dataclasses
 import warnings
-from math import inf, log, sqrt
+from math import hypot, inf, log, sqrt
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def filtered_evenly(profile: Measured, asked: Filter) -> Made:
     """One turn on an even grid, filtered by FFT."""
     deviation = asked.applied(profile.deviation)
     passed = asked.transmission(np.arange((profile.angle.size + 1) // 2), profile.angle.size)
-    sd = _thinned(_even_sd(profile, passed.size), passed)
+    sd = _thinned(harmonic_sd(profile, passed.size), passed)
     left = profile.deviation - deviation
     made = _even(profile, profile.circle.value, deviation, sd, asked, "by FFT", left)
     return dataclasses.replace(
@@ -85,12 +85,14 @@ def filtered(profile: Measured, asked: Filter) -> Made:
     with one_blas_thread():
         left = form.fit.residual + values_at(form.coef - coef, form.part_angle)
         each = form.deviation_sd(passed, deviation.size)
+    known = _with_spindle(profile, np.zeros(passed.size)) * passed
     gap = gap_sentence(each, form.part_angle)
     how = "; ".join(filter(None, (form_sentence(form), gap)))
     if gap and float(each.max()) > _BRIDGE * form.noise_sd:
         warnings.warn(f"{asked}: {gap}", stacklevel=3)
-    made = _even(profile, form.circle, deviation, _thinned(form.sd, passed), asked, how, left)
-    return dataclasses.replace(made, sd=each)
+    sd = _thinned(_with_spindle(profile, form.sd), passed)
+    made = _even(profile, form.circle, deviation, sd, asked, how, left)
+    return dataclasses.replace(made, sd=np.hypot(each, sd_of_harmonics(known[2:])))
 
 
 def filtered_robustly(profile: Measured, asked: Filter) -> Made:
@@ -126,7 +128,7 @@ def _samples(profile: Measured, degree: int) -> Samples:
     size = profile.angle.size
     if has_residuals(size - 2 * degree - 1, size):
         return profile._samples
-    return dataclasses.replace(profile._samples, noise_sd=profile.noise_sd)
+    return dataclasses.replace(profile._samples, noise_sd=_reading_noise(profile))
 
 
 def _thinned(sd: Floats, passed: Floats) -> Floats:
@@ -162,13 +164,24 @@ def _even(
     )
 
 
-def _even_sd(profile: Measured, count: int) -> Floats:
+def harmonic_sd(profile: Measured, count: int) -> Floats:
     """Standard deviation of amplitudes 0..count-1 of an even turn, mm: recorded, or from its noise."""
     if profile._origin.sd:
         return np.pad(np.array(profile._origin.sd), (0, count))[:count]
-    sd = np.full(count, profile.noise_sd * sqrt(2 / profile.angle.size))
+    sd = np.full(count, _reading_noise(profile) * sqrt(2 / profile.angle.size))
     sd[0] /= sqrt(2)
-    return sd
+    return _with_spindle(profile, sd)
+
+
+def _with_spindle(profile: Measured, sd: Floats) -> Floats:
+    """Standard deviations of harmonics, with those of a spindle's error that was taken off."""
+    return np.asarray(np.hypot(sd, np.pad(np.array(profile._origin.spindle_sd), (0, sd.size))[: sd.size]))
+
+
+def _reading_noise(profile: Measured) -> float:
+    """Noise of one deviation without the uncertainty of a spindle's error, mm."""
+    spindle = sd_of_harmonics(np.array(profile._origin.spindle_sd))
+    return sqrt(max(profile.noise_sd**2 - spindle**2, 0.0)) if spindle else profile.noise_sd
 
 
 def _most(profile: Measured) -> int:
@@ -205,6 +218,15 @@ def _default_degree(profile: Measured) -> int:
 
 
 def noise_sd(profile: Measured) -> float:
+    """Noise of one deviation, mm: known or found, with the uncertainty of a spindle's error taken off."""
+    known = profile._origin.noise_sd
+    return hypot(
+        _found_noise(profile) if known is None else known,
+        sd_of_harmonics(np.array(profile._origin.spindle_sd)),
+    )
+
+
+def _found_noise(profile: Measured) -> float:
     """Noise beyond all determined harmonics, mm; over one turn, noise in most of their upper half."""
     degree = _sure(profile)
     form = form_of(profile._samples, degree) if degree else None
@@ -222,13 +244,13 @@ def _floor(fit: HarmonicFit) -> float:
 
 def spectrum(profile: Measured, degree: int | None) -> Spectrum:
     """Amplitudes and phases of a profile."""
-    if profile._origin.filter:
+    if profile._origin.sd:
         coef = even_harmonics(profile.deviation)[: (degree or len(profile._origin.sd) - 1) + 1]
-        sd = _even_sd(profile, coef.size)
+        sd = harmonic_sd(profile, coef.size)
     else:
         wanted = degree or _default_degree(profile)
         form = form_of(_samples(profile, wanted), wanted)
-        coef, sd = form.coef, form.sd
+        coef, sd = form.coef, _with_spindle(profile, form.sd)
     upr = np.arange(1.0, coef.size)
     return Spectrum(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)
 

@@ -24,7 +24,7 @@ _ROUNDING = 1e-12  # chosen: residual over the radius without any noise
 
 
 @dataclasses.dataclass(frozen=True)
-class Separation:
+class RollerFit:
     """Circle (radius, x, y; mm) with covariance, tip radius, runout, residual of each reading."""
 
     circle: Floats
@@ -57,7 +57,7 @@ class _Fit:
         ]
 
 
-def separate(task: SeparationTask) -> Separation:
+def separate(task: SeparationTask) -> RollerFit:
     """Separate form and runout."""
     samples = task.samples
     nominal = task.ratio or float(samples.circle[0]) / abs(samples.tip_radius)
@@ -103,7 +103,7 @@ def _still(before: SeparationState, after: SeparationState) -> bool:
 
 def _separation(
     task: SeparationTask, state: SeparationState, fit: _Fit, part_angle: Floats, basis: Basis, further: Floats
-) -> Separation:
+) -> RollerFit:
     """Circle, runout and slip of a settled fit."""
     first, size = len(basis.rows), len(further)
     of_circle, of_runout = fit.covariance(slice(0, 3), slice(first, first + size))
@@ -121,7 +121,7 @@ def _separation(
     if runout.amplitude > SEEN * runout.amplitude_sd:
         slip, probability = _slip(state, part_angle, np.vstack([basis.rows, further]), fit)
         runout = runout.replace(slip=slip, slip_probability=probability)
-    return Separation(state.circle, of_circle, state.tip_radius, runout, fit.residual)
+    return RollerFit(state.circle, of_circle, state.tip_radius, runout, fit.residual)
 
 
 def _slip(state: SeparationState, part_angle: Floats, rows: Floats, fit: _Fit) -> tuple[float, float]:

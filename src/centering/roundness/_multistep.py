@@ -1,0 +1,91 @@
+"""Separation of part and spindle by readings of the part at several turns (multistep)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from centering.roundness._error_separation import Separation, separation_of
+from centering.roundness._profile import Profile
+from centering.roundness._separable import amplitudes, highest, passed_noise, refuse_unlike
+from centering.roundness._setups import Setups, Split, split
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Complex, Floats
+
+_LEAST = 3  # derived: steps that leave residuals, from which the noise is known
+_SAME = 1e-6  # chosen: rad; steps nearer than an index plate is true are one
+_AGAINST = 0.5  # chosen: residuals over those of steps against the turn; noise alone leaves equal ones
+
+
+def multistep(profiles: Sequence[Profile], angles: npt.ArrayLike) -> Separation:
+    """Separate part and spindle by readings of the part, turned against the spindle from step to step.
+
+    At step k the profile is p(theta - a_k) + s(theta), after the part's eccentricity is taken off by the
+    exact model. Each harmonic is solved by least squares; one that the steps do not tell apart (singular
+    value below 0.3) is left out of both, listed as `lost`, and its amplitude is in the standard deviations.
+    The noise is that of the residuals, taken as white. 1 upr is never separated.
+
+    Parameters
+    ----------
+    profiles : sequence of Profile
+        At least 3 profiles of one part: even turns of one number of points, alike in tip and filter.
+    angles : array_like, shape (m,)
+        Turn of the part on the spindle at each step, in the sense in which the profile's angle counts, rad;
+        see `step_angles`.
+
+    Returns
+    -------
+    Separation
+        Part and spindle, mm, the part at turn 0.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For fewer than 3 steps, repeated angles or more than one turn of them, profiles that are no even turn
+        of one number of points; for angles that count against the turn.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from centering.roundness import Profile, multistep
+    >>> angle, steps = np.linspace(0.0, 2 * np.pi, 360, endpoint=False), np.arange(4) * np.pi / 2
+    >>> read = [30.0 + 3e-4 * np.cos(3 * (angle - step)) + 1e-4 * np.cos(5 * angle) for step in steps]
+    >>> found = multistep([Profile(angle, each) for each in read], steps)
+    >>> found.lost[:3].tolist(), round(found.spindle.range, 6), round(found.part.roundness().ron_t, 6)
+    ([4, 8, 12], 0.0002, 0.0006)
+    """
+    turns = _turns(profiles, angles)
+    refuse_unlike({f"profiles[{k}]": each for k, each in enumerate(profiles)})
+    upr = np.arange(2.0, highest(profiles) + 1)
+    setups = Setups(turns, np.ones(turns.size))
+    read, passed = amplitudes(profiles, upr), passed_noise(profiles, upr)
+    found = split(read, setups, upr)
+    _refuse_against(read, found, setups, upr)
+    return separation_of(profiles, setups, upr, found, found.noise(passed), f"{turns.size} steps")
+
+
+def _turns(profiles: Sequence[Profile], angles: npt.ArrayLike) -> Floats:
+    """Angles of the steps, checked against the number of profiles."""
+    if (count := len(profiles)) < _LEAST:
+        raise ValueError(f"profiles must be at least {_LEAST}, one for each step; got {count}")
+    turns = checks.finite_array("angles", angles, "rad")
+    if turns.shape != (count,):
+        raise ValueError(f"angles must be one for each of {count} profiles (rad); got shape {turns.shape}")
+    if np.ptp(turns) > 2 * np.pi:
+        hint = "within one turn; units.deg(...) for degrees"
+        raise checks.refuse("angles", f"in rad, {hint}", float(np.ptp(turns)))
+    places = np.sort(np.mod(turns, 2 * np.pi))
+    if np.diff(places, append=places[0] + 2 * np.pi).min() < _SAME:
+        raise checks.refuse("angles", "different from each other in the turn", turns.tolist(), "rad")
+    return turns
+
+
+def _refuse_against(read: Complex, found: Split, setups: Setups, upr: Floats) -> None:
+    """Refuse steps whose residuals fall by half or more if the part was turned the other way."""
+    other = split(read, Setups(-setups.turns, setups.senses), upr)
+    mine, its = (float(np.linalg.norm(each.left)) for each in (found, other))
+    if its < _AGAINST * mine:
+        raise ValueError(
+            "angles must count in the sense of the profile's angle (rad): with the opposite sign the"
+            f" residuals fall from {mine:.3g} to {its:.3g} mm; got {checks.shown(setups.turns.tolist())}"
+        )
