@@ -1,8 +1,8 @@
 """Minimum-zone, circumscribed and inscribed cylinders: successive linear programs on true distances.
 
 With the axis at a place, a program on linearised distances moves it within a box; true distances decide
-whether the step is taken, and how large the next box is; where they bend too much, a curved step is tried. A program begins with few points and takes on
-those that it violates, until there are none.
+whether the step is taken, and how large the next box is. Where they bend too much, a curved step is tried.
+A program begins with few points and takes on those that it violates, until there are none.
 """
 
 from typing import NamedTuple
