@@ -27,7 +27,7 @@ def read_about_spindle(angle, x, y, radius):
 
 @cache
 def printed():
-    """The part of the specification."""
+    """Part with published figures."""
     angle, profiles = np.arange(120) * 2 * np.pi / 120, []
     for z in HEIGHTS:
         x = z / 30
@@ -39,7 +39,7 @@ def printed():
 
 @cache
 def found_of(kind):
-    """Cylinder of the part of the specification."""
+    """Cylinder of the published part."""
     return printed().cylinder(kind)
 
 
@@ -93,7 +93,7 @@ def program(points, axis, sides, box):
 # ------------------------------------------------------------------------------------ published figures
 
 
-def test_cylinders_of_the_specification():
+def test_published_cylinders():
     sections = printed()
     fit = sections.cylinder()
     assert fit.cyl_t == pytest.approx(4.454508 * UM, abs=1e-6 * UM)
@@ -101,7 +101,7 @@ def test_cylinders_of_the_specification():
     np.testing.assert_allclose(fit.axis, [5.44466e-3, 2.00006e-3, 9.99868e-5, 5.00004e-5], rtol=0, atol=1e-8)
 
 
-def test_run_outs_of_the_specification():
+def test_published_run_outs():
     sections = printed()
     runouts = [profile.radial_runout() / UM for profile in sections.profiles]
     np.testing.assert_allclose(runouts, [12.580938, 16.583974, 18.855227, 19.454266], rtol=0, atol=1e-6)
@@ -200,6 +200,20 @@ def test_no_random_start_ends_lower(seed):
         start = fit + np.concatenate([3 * UM * rng.normal(size=2), 1e-4 * surface.half * rng.normal(size=2)])
         place = zones.zone(surface, start, "MZC").place
         assert np.ptp(surfaces.distances(surface, place)) == pytest.approx(found.cyl_t, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("kind", ["MZC", "MCC", "MIC"])
+def test_one_section_holds_the_cylinder(seed, kind):
+    """Its contacts leave the tilt free to first order: curved distances decide."""
+    rng, angle = np.random.default_rng(seed), np.arange(180) * np.pi / 90
+    form = np.array([0.3, 0.3, 3.0, 0.3, 0.3])[:, np.newaxis] * UM
+    waves = sum(rng.normal(size=(5, 1)) / n * np.cos(n * angle - rng.uniform(0, 6)) for n in range(2, 12))
+    rough = form * (waves + 0.1 * rng.normal(size=(5, 180)))
+    sections = Sections([Profile(angle, 25.0 + each) for each in rough], np.arange(5) * 10.0)
+    found = sections.cylinder(kind)
+    width = zones.SIDES[kind].width(from_axis(sections.points, found.axis))
+    assert abs(width) == pytest.approx(found.bound, abs=2e-9)
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from sdpgrind.base.checks import Floats
 
@@ -26,6 +27,10 @@ class CylinderPoints(NamedTuple):
         x, y, z = points.T
         middle, half = float(z.max() + z.min()) / 2, float(np.ptp(z)) / 2
         return cls(x, y, z - middle, middle, half)
+
+    def only(self, kept: npt.NDArray[np.int64]) -> "CylinderPoints":
+        """Some of the points."""
+        return self._replace(x=self.x[kept], y=self.y[kept], z=self.z[kept])
 
     def axis_of(self, place: Floats) -> Floats:
         """Axis (x, y, u, v) through (x, y, 0) along (u, v, 1) of a place."""

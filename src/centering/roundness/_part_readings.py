@@ -102,7 +102,8 @@ class PartReadings(ByValue):
         Parameters
         ----------
         datum : (float, float), optional
-            Datum axis relative to the spindle axis, mm. Default: the spindle axis.
+            Datum axis relative to the spindle axis, mm; `Cylinder.at` gives that of a cylinder. Default: the
+            spindle axis.
 
         Examples
         --------

@@ -23,7 +23,7 @@ from sdpgrind.base.brief import counted
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.plans import Plan
 
-_SECTIONS = 3  # source: section 5 of the specification; two show no bend of the median line
+_SECTIONS = 3  # derived: two show no bend of the median line
 _TUBES = {"MZC": smallest_tube, "ls": least_squares_tube}
 
 Datum = tuple[float, float] | Cylinder | None
