@@ -44,6 +44,7 @@ from centering.roundness._proof_kernels import (
 from centering.roundness._robust_filter import robust_gaussian
 from centering.roundness._sampling import supported, turns_of, unwrapped_turns, widest_gap
 from centering.roundness._separation_rows import Basis, harmonic_rows
+from centering.roundness._setups import Setups, split
 from centering.setup._allowance import probability_text
 
 __all__ = [
@@ -57,6 +58,7 @@ __all__ = [
     "Filter",
     "FrictionBelief",
     "Innovation",
+    "Setups",
     "_across",
     "_cell_bound",
     "_crossing",
@@ -97,6 +99,7 @@ __all__ = [
     "robust_kernels",
     "roughness",
     "slots",
+    "split",
     "steepness",
     "step_noise",
     "supported",

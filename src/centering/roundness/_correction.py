@@ -22,7 +22,9 @@ def corrected(profile: Measured, spindle: SpindleError) -> Made:
     sd = np.zeros(int(spindle.harmonics.upr.max(initial=1.0)) + 1)
     sd[spindle.harmonics.upr.astype(int)] = spindle.harmonics.sd
     steps = (*profile.steps, f"{told} ± {UM * spindle.noise_sd:.2g} µm (sd){lost}")
-    origin = dataclasses.replace(profile._origin, steps=steps, spindle_sd=tuple(sd.tolist()))
+    origin = dataclasses.replace(
+        profile._origin, steps=steps, noise_sd=profile.noise_sd, spindle_sd=tuple(sd.tolist())
+    )
     circle = circle_of(profile.angle, reading, profile._tip)
     return Made(profile.angle, reading, profile.tip_radius, circle, origin, None, profile.internal)
 
