@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from plunge_inside import BurnChance
 
 import sdpgrind
 from sdpgrind import plunge
-from sdpgrind.plunge._model.chance import BurnChance
 
 KNOWN = plunge.preset("simulation").replace(sharpness_sd=0.0)
 CORE, MOST = KNOWN.model.core, KNOWN.command_rate_max

@@ -4,12 +4,9 @@ import itertools
 import re
 
 import pytest
+from plunge_inside import DeflectionLaw, Safety, burn_depth, core_at, rate, stages_of
 
 from sdpgrind import plunge
-from sdpgrind.plunge._model.dynamics import burn_depth, core_at
-from sdpgrind.plunge._model.kernels import DeflectionLaw, rate
-from sdpgrind.plunge._plan.control_table import stages_of
-from sdpgrind.plunge._plan.doubted import Safety
 
 SIMULATION = plunge.preset("simulation")
 PLANS = {

@@ -5,12 +5,12 @@ import warnings
 
 import numpy as np
 import pytest
+from plunge_inside import DeflectionLaw, rate
 from scipy.integrate import solve_ivp
 
 import hwsim
 from sdpgrind import plunge
 from sdpgrind.plunge import kernels
-from sdpgrind.plunge._model.kernels import DeflectionLaw, rate
 
 PROBLEM = plunge.preset("simulation")
 # of the project's derivation: effects; size (mm), wheel loss (mm) and power (W) after 2, 8 and 14 s

@@ -17,7 +17,7 @@ from sdpgrind.finishing.torque._load_torque import driven_angle, identify_load_t
 
 _UNITS = {"motor_angle": "rad", "current": "A"}
 _FITTED = 3  # derived: angle, speed and load torque
-_FACTOR = 3.0  # source: tolerance of the specification; friction is in the motion, too
+_FACTOR = 3.0  # chosen: friction, which the motion holds too, makes less; the least wrong unit makes 57
 _LEAST = 8  # chosen: readings for four values and an estimate of their noise
 _SURE = 3.0  # chosen: standard errors; 1 of 400 right files is named by chance
 

@@ -94,9 +94,7 @@ def margins(
 
 def quantile(confidence: float) -> float:
     """Return the standard normal quantile z of a confidence in [0.5, 1)."""
-    if not 0.5 <= checks.number("confidence", confidence) < 1:
-        raise checks.refuse("confidence", "in [0.5, 1)", confidence)
-    return float(ndtri(confidence))
+    return float(ndtri(checks.confidence("confidence", confidence)))
 
 
 def by_response(name: str, given: Any, area: Area) -> dict[str, float]:

@@ -12,9 +12,12 @@ from sdpgrind.base.doubts.words import amount, significant
 from sdpgrind.weldbead.sequence._problem import SequenceProblem
 
 _READ = ("removal_rate", "cut_depth", "feed_rate", "grinding_power", "tangential_force", "normal_force")
-_PRODUCT, _POWER = 0.3, 0.5  # source: tolerances of the specification for removal rate and power
+# chosen: relative; a bead that is narrower, and a power with its idle part, make less, kgf for N makes 9.8
+_PRODUCT, _POWER = 0.3, 0.5
 _GAIN = 0.9  # chosen: share of the standard deviation below which more passes are worth a sentence
-_MORE = 2  # source: "two more forces" of the specification
+_MORE = (
+    2  # chosen: passes at each end of the range; more narrow the interval little, by the root of their number
+)
 
 
 def of_power(problem: SequenceProblem, table: Any) -> list[str]:
