@@ -195,7 +195,8 @@ def test_reversal():
     assert found.spindle.harmonics.upr[0] == 2
 
 
-FINE = (*PART, (17, 0.05, 0.1), (41, 0.03, 2.0))
+FINE = (*PART, *((n, 0.02, 0.7 * n**2) for n in range(16, 50, 3)))
+"""A part with fine form, which tells its angle."""
 
 
 def test_a_second_profile_set_by_hand_is_aligned():
@@ -212,6 +213,16 @@ def test_a_smooth_part_is_not_aligned():
     assert reverse(*pair(noise=1e-5)).turns.tolist() == [0.0, 0.0]
 
 
+def test_waves_of_the_motor_do_not_align():
+    """48 upr of the spindle above the fine form of the part would fit at 48 angles, none of them 0."""
+    angle = turn(1, 720)
+    motor = wave(((48, 0.05, 1.0),), angle)
+    first, second = pair()
+    found = reverse(Profile(angle, first.reading + motor), Profile(angle, second.reading - motor))
+    assert found.turns.tolist() == [0.0, 0.0]
+    assert found.spindle.harmonics.amplitude[48 - 2] == um(0.05)
+
+
 def test_noise_of_a_reversal():
     found = reverse(*pair(noise=1e-5))
     error = found.part.deviation - wave(PART, turn(1, 720))
@@ -225,7 +236,7 @@ def test_noise_of_a_reversal():
         (pair(sense=1, offsets=((0.005, 0.3), (0.005, 0.3))), "less 1 upr in its sum .* the probe moved?"),
         (
             pair(part=FINE, late=np.pi, sense=1),
-            r"its form above 15 upr fits (-?180) degrees on: was the probe",
+            "its form above 15 upr fits 180 degrees away: was the probe",
         ),
         ((pair()[0], Profile(turn(1, 360), 30 + 0 * turn(1, 360))), "second must be one even turn, as many"),
         ((pair()[0], Profile(np.sort(turn(1, 720) ** 2 / 7), np.full(720, 30.0))), "not evenly"),
@@ -278,6 +289,27 @@ def test_a_lost_harmonic_is_not_taken_for_white_noise():
         form = profile.filter(upr=50)
         assert form.noise_sd == pytest.approx(half * 2 ** -((8 / 50) ** 2), rel=1e-3)
         assert form.spectrum().sd[7] == pytest.approx(form.noise_sd, rel=1e-6)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.02])
+def test_a_correction_of_several_turns(offset):
+    """What may be the spindle's at 8 upr is the same at each turn: it is not averaged."""
+    turns = np.arange(4) * np.pi / 2
+    spindle = multistep(steps_of(turns), turns).spindle
+    angle, other = turn(3, 360), ((3, 0.2, 0.5), (4, 0.1, 0.1))
+    read = np.tile(readings(lambda a: wave(other, a), offset=offset, size=360), 3) + wave(SPINDLE, angle)
+    form = Profile(angle, read + 1e-6 * np.random.default_rng(0).normal(size=angle.size)).correct(spindle)
+    found = form.filter(upr=50)
+    np.testing.assert_allclose(found.deviation, wave(other, found.part_angle), atol=units.um(0.003))  # 5 sd
+    assert found.noise_sd == pytest.approx(units.um(0.2) / np.sqrt(3) * 2 ** -((8 / 50) ** 2), rel=1e-3)
+    assert found.deviation_sd.min() == pytest.approx(found.noise_sd, rel=1e-3)
+    assert form.spectrum(20).sd[7] == pytest.approx(units.um(0.2) / np.sqrt(3), rel=1e-3)
+
+
+def test_robust_profiles_have_unknown_noise():
+    found = multistep([each.filter("robust", upr=50) for each in steps_of(UNEVEN)], UNEVEN)
+    assert found.part.noise_sd == np.inf and np.all(np.isinf(found.spindle.harmonics.sd))
+    assert np.ptp(found.part.deviation) == pytest.approx(units.um(1.568), rel=0.01)  # as unfiltered
 
 
 def test_a_correction_comes_once_and_before_a_filter():

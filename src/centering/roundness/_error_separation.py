@@ -67,12 +67,12 @@ class Separation(ByValue, Plan):
 
     @property
     def upr(self) -> Floats:
-        """Harmonics, (n,), upr, from 2 on."""
+        """Harmonics, (n,), undulations per turn, from 2 on, unit 1."""
         return self.spindle.harmonics.upr
 
     @property
     def lost(self) -> npt.NDArray[np.int64]:
-        """Harmonics that the setups do not tell apart, upr: left out of part and spindle."""
+        """Harmonics that the setups do not tell apart, left out of part and spindle, upr (unit 1)."""
         return self.spindle.lost
 
     @property

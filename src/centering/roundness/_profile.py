@@ -248,6 +248,16 @@ class Profile(PartReadings, Plan):
         ------
         ValueError, TypeError
             For a profile that was filtered, separated or corrected before.
+
+        Examples
+        --------
+        >>> from centering.roundness import reverse
+        >>> angle = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
+        >>> part, spindle = 3e-4 * np.cos(3 * angle), 1e-4 * np.cos(2 * angle)
+        >>> found = reverse(Profile(angle, 30.0 + part + spindle), Profile(angle, 30.0 + part - spindle))
+        >>> later = Profile(angle, 40.0 + 2e-4 * np.cos(5 * angle) + spindle)
+        >>> round(later.roundness().ron_t, 6), round(later.correct(found.spindle).roundness().ron_t, 6)
+        (0.000582, 0.0004)
         """
         return _profile(corrected(self, spindle))
 

@@ -16,7 +16,7 @@ _FINE = 15  # chosen: upr; a spindle repeats little above it, so that what two p
 _SHARE = 0.01  # chosen: fine form over the whole form from which it aligns; less may be the model's rounding
 _ALIKE = 0.5  # chosen: correlation of the fine forms of one part; noise alone has 0.2
 _NEAR = 0.05  # chosen: rad; error of half a turn made by hand at a mark
-_NEARLY = 0.9  # chosen: correlation over the highest; waves of one length fit at many angles
+_NEARLY = 0.9  # chosen: correlation over the highest of another angle that would fit as well
 _GRID = 16  # chosen: points for each wave of the highest harmonic; Newton's steps begin at its top
 _NEWTON = 4  # derived: steps from a sixteenth of a wave to rounding
 _SAME = 0.25  # chosen: difference of two eccentricities over the larger; two centrings agree so in 1 of 20
@@ -85,26 +85,28 @@ def _refuse_same_side(first: Profile, second: Profile) -> None:
 
 
 def misplacement(read: Complex, upr: Floats) -> float:
-    """Angle by which the fine form of the second profile lies behind that of the first, rad; 0 without one.
+    """Angle by which the fine form of the second profile lies behind that of the first, rad.
 
-    Raises where it fits much better elsewhere in the turn.
+    0 where there is too little of it, or waves of one length, which fit at many angles: they may be the
+    spindle's. Raises where it fits elsewhere in the turn.
     """
     fine = upr > _FINE
     shared = np.where(fine, read[0] * read[1].conj(), 0.0)
     sizes = np.linalg.norm(read[:, fine], axis=1)
-    size = next_fast_len(_GRID * int(upr[-1]))
-    alike = np.fft.fft(np.concatenate([np.zeros(2), shared]), size).real  # of the second, turned back
+    alike = np.fft.fft(np.append([0.0, 0.0], shared), next_fast_len(_GRID * int(upr[-1]))).real
     if sizes.min() < _SHARE * np.linalg.norm(read) or alike.max() < _ALIKE * sizes.prod():
         return 0.0
-    turn = np.remainder(2 * pi * np.arange(size) / size + pi, 2 * pi) - pi
-    near = np.where(np.abs(turn) < _NEAR, alike, -np.inf)
-    if near.max() < _NEARLY * alike.max():
-        best = np.degrees(turn[alike.argmax()])
+    tops = (alike > np.roll(alike, 1)) & (alike >= np.roll(alike, -1)) & (alike > _NEARLY * alike.max())
+    if np.count_nonzero(tops) > 1:
+        return 0.0
+    turn = _refined(2 * pi * float(alike.argmax()) / alike.size, shared, upr)
+    turn = float(np.remainder(turn + pi, 2 * pi)) - pi
+    if abs(turn) > _NEAR:
         raise ValueError(
             "second must show the part at the spindle angles of first; its form above"
-            f" {_FINE} upr fits {best:.4g} degrees on: was the probe moved?"
+            f" {_FINE} upr fits {abs(np.degrees(turn)):.4g} degrees away: was the probe moved?"
         )
-    return _refined(float(turn[near.argmax()]), shared, upr)
+    return turn
 
 
 def _refined(turn: float, shared: Complex, upr: Floats) -> float:

@@ -67,4 +67,6 @@ def passed_noise(profiles: Sequence[Profile], upr: Floats) -> Floats:
 
 def _share(profile: Profile, degree: int) -> Floats:
     sd = np.array(profile._origin.sd[2 : degree + 1] or np.ones(degree - 1))
-    return np.asarray(sd / sd.max() if np.all(np.isfinite(sd)) and sd.max() > 0 else np.ones_like(sd))
+    if not np.all(np.isfinite(sd)):
+        return np.full_like(sd, np.inf)  # of a robust filter
+    return np.asarray(sd / sd.max() if sd.max() > 0 else np.ones_like(sd))

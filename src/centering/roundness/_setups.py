@@ -68,7 +68,7 @@ class Split:
         What is lost may be the part's or the spindle's, anything from nothing to all of it.
         """
         shared = np.hypot(self.joint / _RECTANGULAR, noise / sqrt(setups.turns.size))
-        return np.where(self.lost, shared, noise * setups.growth(upr))
+        return np.where(self.lost, shared, noise * np.where(self.lost, 1.0, setups.growth(upr)))
 
 
 def split(read: Complex, setups: Setups, upr: Floats) -> Split:
