@@ -4,12 +4,14 @@ import re
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import linalg, stats
 from stand_job import BEADS, BOTH, PROCESS
 
 import hwsim
 from sdpgrind import weldbead
 from sdpgrind.weldbead._identify.components import BeadReadings, Reml, Tied, _anova, components
+from sdpgrind.weldbead._identify.scatter_of_beads import _energies
+from sdpgrind.weldbead._identify.widening import widening
 
 TRUE = np.sqrt(np.log1p(0.15**2))
 
@@ -48,7 +50,7 @@ def test_likelihood_of_balanced_data_is_the_analysis_of_variance():
     """Restricted likelihood equals it where the scatter between beads is not 0; its formula by hand."""
     rng = np.random.default_rng(1)
     y = TRUE * rng.standard_normal((30, 1)) + TRUE * rng.standard_normal((30, 5))
-    one, other = _anova(y), Reml(one_way(y)).components
+    one, other = _anova(y), Reml(one_way(y)).components()
     within, between = y.var(axis=1, ddof=1).mean(), 5 * y.mean(axis=1).var(ddof=1)
     assert one.passes[0] == pytest.approx(np.sqrt(within), rel=1e-12)
     assert one.beads[0] == pytest.approx(np.sqrt((between - within) / 5), rel=1e-12)
@@ -147,7 +149,7 @@ def test_a_component_of_zero_is_an_estimate():
     y += -y.mean(axis=1, keepdims=True)  # all means alike
     none = _anova(y)
     assert none.beads[0] == 0.0 and none.beads_interval[0][0] == 0.0
-    assert Reml(one_way(y)).components.beads[0] < 1e-6
+    assert Reml(one_way(y)).components().beads[0] < 1e-6
 
 
 @pytest.mark.parametrize("tie", [Tied(), Tied(beads=False), Tied(False, False)])
@@ -164,6 +166,40 @@ def test_the_gradient_of_the_deviance_is_its_difference_quotient(tie):
     gradient, step = reml.deviance(at)[1], 1e-5
     sides = [[reml.deviance(at + sign * step * one)[0] for sign in (1, -1)] for one in np.eye(at.size)]
     assert gradient == pytest.approx([(up - down) / (2 * step) for up, down in sides], rel=1e-6, abs=1e-6)
+
+
+def test_forms_of_the_score_are_those_of_the_whole_matrix():
+    """One matrix of all readings, P = V^-1 - V^-1 X (X'V^-1 X)^-1 X'V^-1, and dV by blocks."""
+    rng = np.random.default_rng(17)
+    loads = [-np.column_stack([np.ones(size), rng.uniform(0.2, 0.9, size)]) for size in (4, 2, 3)]
+    beads = [BeadReadings(rng.standard_normal(each.shape[0]), each, each, each**2, np.full(each.shape[0], 0.1))
+             for each in loads]  # fmt: skip
+    reml = Reml(beads)
+    passes, between = reml.best[0]
+    own = np.diag(np.concatenate([np.sum(each**2, axis=1) for each in loads]))
+    shared, x = linalg.block_diag(*[each @ each.T for each in loads]), np.concatenate(loads)
+    inverse = np.linalg.inv(passes * own + between * shared + 0.1 * np.eye(9))
+    p = inverse - inverse @ x @ np.linalg.inv(x.T @ inverse @ x) @ x.T @ inverse
+    y = rng.standard_normal((5, 9))
+    expected = [[row @ p @ change @ p @ row for change in (own, shared)] for row in y]
+    assert reml.squares(np.split(y, [4, 6], axis=1)) == pytest.approx(np.array(expected), rel=1e-9)
+
+
+def test_intervals_of_energies_are_wider_where_readings_are_less_normal():
+    """No idle power: chi-square as it is. Light passes, whose power is half idle, widen most."""
+
+    def factors(forces, idle_power=114.0):
+        model = PROCESS.replace(idle_power=idle_power)
+        data = drawn(20, 4, seed=18, forces=forces)
+        data = {name: values[data["removal_rate"] > 0] for name, values in data.items()}
+        parts = data["part"]
+        beads = [{name: values[parts == part] for name, values in data.items()} for part in range(20)]
+        readings = _energies(beads, model, 0.0)
+        return widening(Reml(readings), beads, readings)
+
+    assert np.all(factors([25.0, 50.0], idle_power=0.0) == 1.0)
+    heavy, light = factors([45.0, 50.0]), factors([20.0, 22.0])
+    assert 1.0 <= heavy[0] < 1.3 < light[0]
 
 
 def test_four_components_are_told_apart_only_where_passes_tell_them():

@@ -4,7 +4,7 @@ Balanced data with one mean: analysis of variance, the interval between passes b
 beads by Williams (1962) and Tukey (1951). Any other: restricted likelihood (REML), intervals by its profile.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -48,16 +48,22 @@ class Tied(NamedTuple):
     beads: bool = True
 
 
-def components(beads: Sequence[BeadReadings], tie: Tied = Tied()) -> Components:  # noqa: B008
-    """Estimate both standard deviations from readings of several beads; of one, those between passes."""
-    if len(beads) == 1:
-        return Reml(beads, tie, told=False).components
+def components(
+    beads: Sequence[BeadReadings],
+    tied: Tied = Tied(),  # noqa: B008
+    widening: Callable[["Reml"], Floats] | None = None,
+) -> Components:
+    """Estimate both standard deviations from readings of several beads; of one, those between passes.
+
+    `widening` gives for each variance the factor on the quantile of chi-square of an interval by likelihood.
+    """
     sizes = {bead.y.size for bead in beads}
     one_mean = beads[0].fixed.shape[1] == 1 and all(np.all(bead.loads == 1.0) for bead in beads)
     quiet = not any(np.any(bead.noise) for bead in beads)
-    if len(sizes) == 1 and sizes != {1} and one_mean and quiet:
+    if len(beads) > 1 and len(sizes) == 1 and sizes != {1} and one_mean and quiet:
         return _anova(np.array([bead.y * bead.fixed[:, 0] for bead in beads]))
-    return Reml(beads, tie).components
+    reml = Reml(beads, tied, told=len(beads) > 1)
+    return reml.components(None if widening is None else widening(reml))
 
 
 def _anova(y: Floats) -> Components:
@@ -90,7 +96,7 @@ class Reml:
     """
 
     def __init__(self, beads: Sequence[BeadReadings], tie: Tied = Tied(), *, told: bool = True) -> None:  # noqa: B008
-        sizes = sorted({bead.y.size for bead in beads})
+        self._beads, sizes = tuple(beads), sorted({bead.y.size for bead in beads})
         groups = [[bead for bead in beads if bead.y.size == size] for size in sizes]
         self._groups = [
             BeadReadings(*(np.array(each) for each in zip(*group, strict=True))) for group in groups
@@ -102,6 +108,14 @@ class Reml:
         self._count = 1 + int(self._of_beads[-1] if told else self._of_passes[-1])
         self._least = np.where(np.arange(self._count) <= self._of_passes[-1], _LEAST**2, 0.0)
 
+    def _covariance(self, variances: Floats, loads: Floats, own: Floats, noise: Floats) -> Floats:
+        """Covariance of the readings of a bead, or of several of one size."""
+        diagonal = own @ variances[self._of_passes] + noise
+        covariance: Floats = diagonal[..., None, :] * np.eye(noise.shape[-1])
+        if self._told:
+            covariance += (loads * variances[self._of_beads]) @ loads.swapaxes(-1, -2)
+        return covariance
+
     def _weighed(self, variances: Floats) -> tuple[float, list[Floats], Floats, Floats]:
         """Log det of the covariance, its inverse by group, X'V^-1 X and X'V^-1 y over all beads."""
         width = self._groups[0].fixed.shape[-1]
@@ -109,10 +123,7 @@ class Reml:
         normal: Floats = np.zeros((width, width))
         right: Floats = np.zeros(width)
         for y, fixed, loads, own, noise in self._groups:
-            diagonal = own @ variances[self._of_passes] + noise
-            covariance = diagonal[:, None, :] * np.eye(y.shape[1])
-            if self._told:
-                covariance += (loads * variances[self._of_beads]) @ loads.swapaxes(1, 2)
+            covariance = self._covariance(variances, loads, own, noise)
             logs += float(np.sum(np.linalg.slogdet(covariance)[1]))
             inverses.append(np.asarray(np.linalg.inv(covariance), dtype=float))
             solved = inverses[-1] @ fixed
@@ -163,11 +174,11 @@ class Reml:
         variances[free] = found.x * _USUAL
         return variances, float(found.fun)
 
-    @property
-    def components(self) -> Components:
+    def components(self, factors: Floats | None = None) -> Components:
         """Standard deviations of greatest likelihood with the intervals of their profiles."""
         sds = np.sqrt(self.best[0])
-        ends = [self._ends(number) for number in range(self._count)]
+        levels = float(stats.chi2.ppf(CONFIDENCE, 1)) * (np.ones(self._count) if factors is None else factors)
+        ends = [self._ends(number, float(level)) for number, level in enumerate(levels)]
         passes, beads = self._of_passes.tolist(), self._of_beads.tolist()
         return Components(
             tuple(float(sds[k]) for k in passes),
@@ -177,16 +188,41 @@ class Reml:
             self.means,
         )
 
+    def squares(self, samples: Sequence[Floats]) -> Floats:
+        """Forms y'P dV P y of the likeliest variances, (m, variances), of m samples (m, n) of each bead."""
+        variances = self.best[0]
+        inverses = [
+            np.linalg.inv(self._covariance(variances, each.loads, each.own, each.noise))
+            for each in self._beads
+        ]
+        normal = self._weighed(variances)[2]
+        right = [y @ (inv @ each.fixed) for y, inv, each in zip(samples, inverses, self._beads, strict=True)]
+        means = np.sum(right, axis=0) @ np.linalg.inv(normal)
+        found = np.zeros((means.shape[0], self._count))
+        for y, inverse, each in zip(samples, inverses, self._beads, strict=True):
+            pulled = (y - means @ each.fixed.T) @ inverse
+            np.add.at(found.T, self._of_passes, (pulled**2 @ each.own).T)
+            if self._told:
+                np.add.at(found.T, self._of_beads, ((pulled @ each.loads) ** 2).T)
+        return found
+
+    @property
+    def spread(self) -> tuple[Floats, Floats]:
+        """Standard deviations of the q deviations of a pass, and of a bead."""
+        sds = np.sqrt(self.best[0])
+        beads = sds[self._of_beads] if self._told else np.zeros(self._of_beads.size)
+        return sds[self._of_passes], beads
+
     @property
     def means(self) -> Floats:
         """Fixed effects of greatest likelihood."""
         _, _, normal, right = self._weighed(self.best[0])
         return np.asarray(np.linalg.solve(normal, right), dtype=float)
 
-    def _ends(self, number: int) -> Ends:
-        """Where the profile of the deviance is above its least value by the quantile of chi-square."""
+    def _ends(self, number: int, rise: float) -> Ends:
+        """Where the profile of the deviance is above its least value by `rise`."""
         variances, value = self.best
-        level = value + float(stats.chi2.ppf(CONFIDENCE, 1))
+        level = value + rise
         free = np.arange(self._count) != number
 
         def above(sd: float) -> float:

@@ -7,6 +7,7 @@ of K2 from that of K1, which is taken to be the same unless both are asked for.
 
 import dataclasses
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 from sdpgrind.weldbead._identify.components import BeadReadings, Components, Ends, Reml, Tied, components
+from sdpgrind.weldbead._identify.widening import widening
 from sdpgrind.weldbead.sequence._belief_update import MOST_IDLE
 from sdpgrind.weldbead.sequence._coefficient_scatter import ASSUMED, COEFFICIENTS, CoefficientScatter
 from sdpgrind.weldbead.sequence._process import GrindingProcess
@@ -91,7 +93,8 @@ def estimate_components(
         raise ValueError("data must have at least two passes of one bead; got one of each")
     friction = components([_friction(bead) for bead in beads])
     readings = _energies(beads, model, depth_noise)
-    energy = components(readings) if tie else components(readings, Tied(False, len(beads) < _ENOUGH))
+    widened = partial(widening, beads=beads, readings=readings)
+    energy = components(readings, Tied() if tie else Tied(False, len(beads) < _ENOUGH), widened)
     vague = () if tie else tuple(_vague(energy, len(beads)))
     if vague:
         energy = _tied_where(vague, energy, readings)
