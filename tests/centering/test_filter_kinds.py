@@ -182,3 +182,31 @@ def test_uneven_samples_are_filtered_as_even_ones(kind, most):
 def test_few_points_for_the_robust_filter():
     with pytest.raises(ValueError, match="at least 64 samples for a robust Gaussian low-pass, 5 upr; got 63"):
         ring(wavy(63, WAVES[:1])).filter("robust", upr=5)
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "spline", "2rc"])
+@pytest.mark.parametrize("size", [360, 361])
+def test_a_noisy_turn_keeps_its_points(kind, size):
+    noisy = wavy(size, WAVES[:2]) + 1e-4 * np.random.default_rng(0).normal(size=size)
+    assert ring(noisy).filter(kind, upr=50).angle.size == size
+    assert ring(noisy).filter(kind, upr=(15, 50)).angle.size == size
+
+
+def test_a_high_pass_across_a_gap_is_refused():
+    """The fast form that it is made to show is not told from noise there."""
+    angle = turn(1, 720)
+    angle = angle[(angle < 1.0) | (angle > 1.08)]
+    profile = Profile(angle, 30.0 + 1e-3 * np.cos(3 * angle) + 2e-4 * np.cos(100 * angle))
+    with pytest.raises(
+        ValueError, match=r"upr must be a band with a higher cut-off: a gap of 5 degrees leaves"
+    ):
+        profile.filter(upr=(15, None))
+
+
+def test_what_follows_a_robust_filter_has_no_noise_either():
+    profile = ring(wavy(720) + 1e-5 * np.random.default_rng(1).normal(size=720)).filter("robust", upr=50)
+    assert np.all(profile.filter(upr=15).deviation_sd == np.inf)
+    told = profile.report()
+    assert "Largest undulations (the noise of the deviations is not known)" in told and "from [" not in told
+    with pytest.raises(ValueError, match=r"limits\['RONt \(MZC\)'\]: kind must be 'LSC' after"):
+        ring(wavy(720)).filter(upr=(15, 50)).report(limits={"RONt (MZC)": 0.01})

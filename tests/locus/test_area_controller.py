@@ -151,7 +151,7 @@ def test_readings_that_are_missing_count_for_nothing():
         (
             lambda: locus.AreaController(area(), confidence=99.0),
             ValueError,
-            r"confidence must be in \[0.5, 1\); got 99.0",
+            r"confidence must be in \[0.5, 1\), such as 0.999; got 99.0",
         ),
         (
             lambda: locus.AreaController(area(), lag={"infeed": 1.0}, period=0.5),

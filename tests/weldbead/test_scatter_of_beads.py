@@ -216,6 +216,14 @@ def test_four_components_are_told_apart_only_where_passes_tell_them():
     assert BOTH.updated(told).bead_scatter == told.bead_scatter
 
 
+def test_of_few_beads_nothing_is_untied():
+    """Two beads tell no scatter between them: the mean idle power must not rest on one that is made up."""
+    data = drawn(2, 8, seed=4)
+    apart, tied = found(data, tie=False, conservative=True), found(data)
+    assert apart.process.idle_power == pytest.approx(tied.process.idle_power, rel=0.1)
+    assert "upper limits of the 95 % intervals of the scatter from pass to pass" in apart.message
+
+
 def test_four_components_of_a_linear_law_are_recovered():
     """80 beads of 6 passes, drawn as the likelihood assumes: within three standard errors of the truth."""
     rng, true = np.random.default_rng(14), ((0.1, 0.2), (0.16, 0.12))

@@ -46,6 +46,8 @@ def deviation_sd(
 
 def averaged_sd(sd: Floats, passed: Floats, noise_sd: float, before: float) -> Floats:
     """Standard deviation of a form that is filtered again: smoothed, at the level of its harmonics."""
+    if not np.isfinite(noise_sd):
+        return np.full(sd.size, np.inf)
     coef = even_harmonics(sd)
     smooth = np.maximum(even_values(coef * np.pad(passed, (0, coef.size))[: coef.size], sd.size), 0.0)
     return np.asarray(smooth * (noise_sd / before if before > 0 else 1.0))

@@ -6,7 +6,9 @@ nothing of the form. The calibrated one draws noise about the part of the form t
 factors were found by simulation.
 """
 
+from collections.abc import Iterator
 from math import ceil, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import norm
@@ -17,6 +19,7 @@ from centering.roundness._sensitivity import draws, value_about
 from sdpgrind.base.checks import Complex, Floats
 
 PAIRS = 100  # chosen: draws of noise, each added and subtracted
+_PIECE = 250  # chosen: pairs drawn at once, a limit on memory
 SEED = 12181  # chosen: any number; a fixed one makes the result repeatable
 _FADED = 0.013  # chosen: sd of a harmonic over the largest, below which it does not count; 2.5 cut-offs
 _FINE = 4  # chosen: points for each undulation that counts
@@ -31,18 +34,35 @@ def pairs_for(confidence: float) -> int:
     return PAIRS if confidence <= _CALIBRATED else ceil(20 / (1 - confidence))
 
 
+class PointNoise(NamedTuple):
+    """Noise of all points or of each (sd mm), relative amplitudes by upr if filtered, pairs of draws."""
+
+    sd: Floats
+    upr: Floats
+    pairs: int
+
+
 class DrawnNoise:
-    """Noise of a filtered profile on a coarse even turn: draws with their negatives, (2 PAIRS, size), mm."""
+    """Noise of a filtered profile on a coarse even turn, from the sd of its amplitudes from 0 upr on, mm."""
 
     def __init__(self, sd: Floats, pairs: int = PAIRS) -> None:
         counted = np.flatnonzero(sd > _FADED * sd[2:].max())
         self.most = int(counted.max())
-        self.upr = np.arange(2, self.most + 1)
         self.sd = sd[2 : self.most + 1]
+        self.pairs = pairs
         self.size = 1 << int(np.ceil(np.log2(_FINE * self.most)))
-        parts = np.random.default_rng(SEED).standard_normal((pairs, self.upr.size, 2))
-        drawn = self.values(self.sd * (parts[..., 0] - 1j * parts[..., 1]))
-        self.draws = np.concatenate([drawn, -drawn])
+
+    def draws(self) -> Iterator[Floats]:
+        """Pieces of the draws (b, size), mm, each draw with its negative; the same at each call."""
+        rng = np.random.default_rng(SEED)
+        for first in range(0, self.pairs, _PIECE):
+            parts = rng.standard_normal((min(_PIECE, self.pairs - first), self.sd.size, 2))
+            drawn = self.values(self.sd * (parts[..., 0] - 1j * parts[..., 1]))
+            yield np.concatenate([drawn, -drawn])
+
+    def widths(self, kind: str, form: Floats | float, radius: float) -> Floats:
+        """RONt of a form with each draw of noise, mm."""
+        return np.concatenate([widths(kind, form + drawn, radius) for drawn in self.draws()])
 
     def values(self, amplitude: Floats | Complex) -> Floats:
         """Forms on the turn of complex amplitudes of 2 upr on, mm."""
@@ -70,7 +90,7 @@ def widths(kind: str, forms: Floats, radius: float) -> Floats:
 
 def guaranteed(kind: str, value: float, noise: DrawnNoise, radius: float, tail: float) -> tuple[float, float]:
     """Ends that hold for every form with the chance 1 - 2 tail or more, mm."""
-    lifted = float(np.quantile(widths(kind, noise.draws, radius), 1 - tail))
+    lifted = float(np.quantile(noise.widths(kind, 0.0, radius), 1 - tail))
     spread = noise.deviation_sd * sqrt(2 * (1 - noise.least_correlation))
     return max(value - lifted, 0.0), value + float(norm.isf(tail)) * spread
 
@@ -79,7 +99,7 @@ def calibrated(
     kind: str, value: float, amplitude: Complex, noise: DrawnNoise, radius: float, tail: float
 ) -> tuple[float, float, float]:
     """Both ends and the value without the lift of the noise, mm; `amplitude` of 2 upr on, filtered."""
-    measured = amplitude[: noise.upr.size]
+    measured = amplitude[: noise.sd.size]
     seen = np.abs(measured) ** 2 > 2 * noise.sd**2 * np.log(noise.most - 1)
     form = noise.values(np.where(seen, measured, 0.0))
     low, middle, high = np.quantile(_lifts(kind, form, noise, radius), (tail, 0.5, 1 - tail))
@@ -95,7 +115,7 @@ def calibrated(
 
 def _lifts(kind: str, form: Floats, noise: DrawnNoise, radius: float) -> Floats:
     """Increase of RONt of a form by each draw of noise, mm."""
-    return widths(kind, form + noise.draws, radius) - widths(kind, form, radius)
+    return noise.widths(kind, form, radius) - widths(kind, form, radius)
 
 
 def _without_ripple(form: Floats, noise: DrawnNoise) -> Floats:
@@ -108,14 +128,14 @@ def _without_ripple(form: Floats, noise: DrawnNoise) -> Floats:
 
 
 def guaranteed_at(
-    kind: str, value: float, angle: Floats, sd: Floats, radius: float, tail: float
+    kind: str, value: float, angle: Floats, noise: PointNoise, radius: float, tail: float
 ) -> tuple[float, float]:
-    """Guaranteed ends without a filter: points anyhow on the turn, noise (sd mm) of all or of each, mm."""
+    """Guaranteed ends of points anyhow on the turn, mm."""
     cosine, sine = np.cos(angle), np.sin(angle)
     lifted = []
-    for noise in draws(angle, np.empty(0)):
+    for unit in draws(angle, noise.upr, noise.pairs):
         for sign in (1.0, -1.0):
-            x, y = ((radius + sign * sd * noise) * each for each in (cosine, sine))
+            x, y = ((radius + sign * noise.sd * unit) * each for each in (cosine, sine))
             lifted.append(value_about(kind, x, y, rounding(x, y)))
-    spread = sqrt(2) * float(sd.max())
+    spread = sqrt(2) * float(noise.sd.max())
     return max(value - float(np.quantile(lifted, 1 - tail)), 0.0), value + float(norm.isf(tail)) * spread

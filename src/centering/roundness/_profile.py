@@ -276,8 +276,9 @@ class Profile(PartReadings, Plan):
         outliers lose their weight by Tukey's rule.
 
         A turn on an even grid is filtered by FFT. Other samples (several turns, gaps, an offset ring) give
-        harmonics by least squares, for a Gaussian up to five cut-offs, across a gap two to one; several turns
-        are averaged. The eccentricity is removed exactly before.
+        harmonics by least squares, for a Gaussian up to five cut-offs, for other filters all that the samples
+        tell (seconds for some thousands), across a gap two to one; several turns are averaged. The
+        eccentricity is removed exactly before.
 
         Parameters
         ----------

@@ -55,7 +55,10 @@ def _limit(name: str, given: float) -> float:
 def _verdict(profile: Any, asked: str, limit: float) -> str:
     """Sentence on a limit; RONt has an interval, so it may be undecided."""
     name, kind = _NAMES[asked]
-    form: Roundness = profile.roundness(kind)
+    try:
+        form: Roundness = profile.roundness(kind)
+    except ValueError as error:
+        raise ValueError(f"limits[{asked!r}]: {error}") from None
     value, told = getattr(form, _FORM[name]), f"limit {UM * limit:.4g} µm"
     ends = _ends(form) if name == "RONt" else None
     if ends is None:
@@ -80,19 +83,23 @@ def _circles(profile: Any) -> AmountTable:
         columns["circle"].append(kind)
         for name, field in _FORM.items():
             columns[name].append(getattr(found, field))
-        columns["from"].append(np.nan if ends is None else ends.low)
-        columns["to"].append(np.nan if ends is None else ends.high)
+        for name, end in (("from", "low"), ("to", "high")):
+            columns[name].append(np.nan if ends is None else getattr(ends, end))
+    if np.all(np.isnan(columns["from"])):
+        del columns["from"], columns["to"]
     amounts = [Amounts.of(name, values, "mm" if name != "circle" else "") for name, values in columns.items()]
     return AmountTable("Roundness about each reference circle (from, to: 95 % interval of RONt)", amounts)
 
 
 def _undulations(profile: Any) -> list[Block]:
-    """The largest undulations above the noise, falling."""
-    largest = above_noise(profile.spectrum(), _LARGEST)
+    """The largest undulations above the noise, falling; all of them where the noise is not known."""
+    spectrum, known = profile.spectrum(), np.isfinite(profile.noise_sd)
+    largest = above_noise(spectrum, _LARGEST) if known else spectrum.largest(_LARGEST)
     if not largest:
         return [Sentences(["No undulation is above the noise of the readings."])]
     columns = (
         Amounts.of("upr", [int(upr) for upr, _ in largest], heading="undulations per revolution"),
         Amounts.of("amplitude", [amplitude for _, amplitude in largest], "mm"),
     )
-    return [AmountTable("Largest undulations above the noise of the readings", columns)]
+    noise = "above the noise of the readings" if known else "(the noise of the deviations is not known)"
+    return [AmountTable(f"Largest undulations {noise}", columns)]

@@ -33,6 +33,7 @@ from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
 _LEAST = 2  # derived: upr; 1 upr is the offset
+_NEARLY_ALL = 0.9  # chosen: of the harmonics of a turn, which a high pass is made to show
 _NEARLY = 0.01  # chosen: steps; an outlier moves the centre, and with it the part angles, by less
 _BRIDGE = 2.0  # chosen: sd of the form in a gap, over that of a reading, above which a warning is given
 
@@ -114,13 +115,17 @@ def filtered_robustly(profile: Measured, asked: Filter) -> Made:
 
 def _broad(profile: Measured, asked: Filter) -> Form:
     """Form of uneven samples with all harmonics that the filter passes."""
-    most = _most(profile)
+    most, sure = _most(profile), supported(widest_gap(profile.part_angle))
+    if asked.high == inf and sure < _NEARLY_ALL * most:
+        gap = np.degrees(widest_gap(profile.part_angle))
+        told = f"a gap of {gap:.3g} degrees leaves {sure} of {most} upr sure"
+        raise checks.refuse("upr", f"a band with a higher cut-off: {told}", (asked.low, None), "upr")
     return broad_form(_samples(profile, most), asked.cut_off, asked.needed, most)
 
 
 def _points(profile: Measured, form: Form) -> int:
     """Points of an even turn: as many as a turn had."""
-    return max(round(profile.points_per_turn), 2 * form.coef.size + 1)
+    return max(round(profile.points_per_turn), 2 * form.coef.size - 1)
 
 
 def _samples(profile: Measured, degree: int) -> Samples:

@@ -7,7 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from centering.roundness._harmonics import even_harmonics
-from centering.roundness._interval import DrawnNoise, calibrated, guaranteed, guaranteed_at, pairs_for
+from centering.roundness._interval import (
+    DrawnNoise,
+    PointNoise,
+    calibrated,
+    guaranteed,
+    guaranteed_at,
+    pairs_for,
+)
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
 from centering.roundness._roundness_interval import RoundnessInterval
 from centering.roundness._sensitivity import NoiseEffect, noise_effect
@@ -25,6 +32,8 @@ KINDS = {
 }
 NORMS = ("LSC", "MZC")
 """Circles about which RONt is a norm of the form."""
+_ALIKE = 2.0  # chosen: largest sd of a deviation over the median, as where a step mentions a gap
+_UNEVEN = 0.2  # chosen: of a step; the centre of the circle moves angles about it by far less
 
 
 @described("centering.roundness")
@@ -142,7 +151,7 @@ class Roundness(Described, ByValue):
         confidence : float
             Chance that such an interval holds the truth, 0.5 ... 0.999, unit 1.
         method : {"calibrated", "guaranteed"}, optional
-            Method. Default: calibrated after a filter, else guaranteed.
+            Method. Default: calibrated after a filter, else guaranteed, as where a gap was bridged.
 
         Returns
         -------
@@ -175,28 +184,38 @@ class Roundness(Described, ByValue):
             )
         if not self.noise_sd.size:
             raise ValueError(
-                "an interval needs the noise of the readings: measure several turns, or give noise_sd (mm)"
-                " to reference_circle"
+                "an interval needs the noise of the deviations: measure several turns, or give noise_sd (mm)"
+                " to reference_circle; after a robust filter it is not known"
             )
-        filtered = bool(np.any(self.noise_upr[2:]))
-        methods = ("calibrated", "guaranteed") if filtered else ("guaranteed",)
+        methods = ("calibrated", "guaranteed") if self._even_noise else ("guaranteed",)
         asked = methods[0] if method is None else checks.one_of("method", method, methods)
         return self._interval(share, asked, 0.5 * (1 - share))
 
     def _interval(self, confidence: float, method: str, tail: float) -> RoundnessInterval:
-        value, best = self.ron_t, self.ron_t
+        value, best, pairs = self.ron_t, self.ron_t, pairs_for(confidence)
         if not np.any(self.noise_sd):
             low = high = value
-        elif not np.any(self.noise_upr[2:]):
-            low, high = guaranteed_at(self.kind, value, self.angle, self.noise_sd, self.radius, tail)
+        elif not self._even_noise:
+            noise = PointNoise(self.noise_sd, self.noise_upr, pairs)
+            low, high = guaranteed_at(self.kind, value, self.angle, noise, self.radius, tail)
         else:
-            noise = DrawnNoise(self.noise_upr, pairs_for(confidence))
+            size = np.sqrt(np.mean(self.noise_sd**2) / np.sum(self.noise_upr[2:] ** 2))
+            drawn = DrawnNoise(size * self.noise_upr, pairs)
             if method == "guaranteed":
-                low, high = guaranteed(self.kind, value, noise, self.radius, tail)
+                low, high = guaranteed(self.kind, value, drawn, self.radius, tail)
             else:
                 waves = 2 * even_harmonics(self.deviation)[2:]
-                low, high, best = calibrated(self.kind, value, waves, noise, self.radius, tail)
+                low, high, best = calibrated(self.kind, value, waves, drawn, self.radius, tail)
         return RoundnessInterval(low, high, best, confidence, method)
+
+    @property
+    def _even_noise(self) -> bool:
+        """Whether filtered noise is as large everywhere on an even turn in order: no gap was bridged."""
+        alike = float(self.noise_sd.max()) <= _ALIKE * float(np.median(self.noise_sd))
+        if not (alike and np.any(self.noise_upr[2:])):
+            return False
+        step = np.diff(np.unwrap(self.angle, period=2 * np.pi)) * len(self.points) / (2 * np.pi)
+        return bool(np.all(np.abs(step - 1) < _UNEVEN))
 
     @cached_property
     def _usual(self) -> RoundnessInterval | None:

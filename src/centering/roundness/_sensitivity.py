@@ -54,30 +54,30 @@ def noise_effect(kind: str, from_center: Floats, noise_sd: Floats, noise_upr: Fl
     return NoiseEffect(float(np.std(held) / ADDED), float(RISEN * risen))
 
 
-def draws(angle: Floats, upr: Floats) -> Iterator[Floats]:
+def draws(angle: Floats, upr: Floats, pairs: int = PAIRS) -> Iterator[Floats]:
     """Unit noise, independent at each point, or of undulations with these relative amplitudes."""
     if not np.any(upr[2:]):
-        yield from _normals(angle.size)
+        yield from _normals(angle.size, pairs)
         return
     size = _FINE * upr.size
     passed = np.where(np.arange(upr.size) < 2, 0.0, upr)  # the circle takes the first two
     share = passed / np.sqrt(np.sum(upr[2:] ** 2))
     place = np.mod(angle / (2 * np.pi), 1.0) * size
     low = np.minimum(place.astype(int), size - 1)
-    for cosine, sine in (np.split(normals, 2) for normals in _normals(2 * upr.size)):
+    for cosine, sine in (np.split(normals, 2) for normals in _normals(2 * upr.size, pairs)):
         noise = np.fft.irfft(share * (cosine - 1j * sine) * (size / 2), size)
         yield noise[low] + (place - low) * (noise[(low + 1) % size] - noise[low])
 
 
-def _normals(size: int) -> Iterator[Floats]:
+def _normals(size: int, pairs: int) -> Iterator[Floats]:
     """Normal numbers, scaled to a mean square of 1 at each place, which reduces the scatter of the result."""
     square = np.zeros(size)
     rng = np.random.default_rng(SEED)
-    for _ in range(PAIRS):
+    for _ in range(pairs):
         square += rng.standard_normal(size) ** 2
     rng = np.random.default_rng(SEED)
-    scale = np.sqrt(PAIRS / square)
-    yield from (scale * rng.standard_normal(size) for _ in range(PAIRS))
+    scale = np.sqrt(pairs / square)
+    yield from (scale * rng.standard_normal(size) for _ in range(pairs))
 
 
 def value_about(kind: str, x: Floats, y: Floats, tolerance: float) -> float:

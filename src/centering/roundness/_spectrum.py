@@ -134,7 +134,7 @@ class Spectrum(Described, ByValue):
 
 def above_noise(spectrum: Spectrum, count: int) -> list[tuple[float, float]]:
     """Return the largest undulations (upr, mm) that are above the greatest amplitude of noise, falling."""
-    sd = dict(zip(spectrum.upr.tolist(), np.nan_to_num(spectrum.sd).tolist(), strict=True))
+    sd = dict(zip(spectrum.upr.tolist(), spectrum.sd.tolist(), strict=True))
     above = np.sqrt(2 * np.log(max(spectrum.upr.size, 1) / _CHANCE))  # of the greatest Rayleigh amplitude
     return [(upr, size) for upr, size in spectrum.largest(count) if size > above * sd[upr]]
 

@@ -32,8 +32,7 @@ class DoubtedLimits(EnvelopeLimits):
     def of_both(self) -> Self:
         """Limits of the radius that work and wheel lose together, without wear."""
         growth = 1.0 + self.wear
-        coef = growth * np.asarray(self.depth.coef, dtype=float)
-        depth = Chebyshev(coef, self.depth.domain + np.log(growth))
+        depth = Chebyshev(np.multiply(growth, self.depth.coef), self.depth.domain + np.log(growth))
         return replace(super().of_both(), depth=depth)
 
     def z(self, v: float) -> float:

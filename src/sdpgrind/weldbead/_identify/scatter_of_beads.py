@@ -111,7 +111,8 @@ def _vague(energy: Components, beads: int) -> Iterator[str]:
 
 def _tied_where(vague: tuple[str, ...], apart: Components, readings: list[BeadReadings]) -> Components:
     """Fit K1 and K2 alike on a level of which a component is not identified; intervals are those apart."""
-    tie = Tied(*(any(name.endswith(level) for name in vague) for level in ("passes", "beads")))
+    passes, beads = (any(name.endswith(level) for name in vague) for level in ("passes", "beads"))
+    tie = Tied(passes, beads or len(readings) < _ENOUGH)  # of few beads no scatter is told at all
     return components(readings, tie)._replace(
         passes_interval=apart.passes_interval, beads_interval=apart.beads_interval
     )
@@ -216,7 +217,8 @@ def _told(
     if vague:
         yield f"not identified: {', '.join(vague)}; K1 and K2 are taken to scatter alike there"
     if conservative:
-        yield "the plan is told the upper limits of the 95 % intervals"
+        which = "" if len(beads) >= _ENOUGH else " of the scatter from pass to pass"
+        yield f"the plan is told the upper limits of the 95 % intervals{which}"
     if len(beads) < _ENOUGH:
         yield f"scatter between beads assumed: fewer than {_ENOUGH} beads do not tell it"
 
