@@ -149,7 +149,7 @@ def _all_covariances(fit: MachineFit, left: list[int]) -> Floats:
     fitted_places += range(len(fit.free), fit.count, 2)
     covariance = np.diag(np.full(SHARED + count, np.inf))
     covariance[np.ix_(told, told)] = _covariance(fit)[np.ix_(fitted_places, fitted_places)]
-    if IDLE in left:  # derived: ploughing takes 0 to all of it, evenly
+    if IDLE in left and PLOUGHING not in fit.free:  # derived: ploughing takes 0 to all of it, evenly
         power = fit.model.at_contact(fit.values[0])
         covariance[SHARED:, SHARED:] += fit.model.pressed(power, fit.values[0]) ** 2 / 3.0
     return covariance
