@@ -160,3 +160,9 @@ def test_every_part_shows_time_and_flags_and_no_copy_of_a_column():
     columns = {each.name: each.values for each in outcomes(log, 3)}
     assert columns["time"] == (12.0, 12.0, 12.0) and columns["burned"] == (1.0, 1.0, 1.0)
     assert "roundness" in columns and "copy" not in columns and "constant" not in columns
+
+
+def test_a_column_of_parts_is_not_dropped_where_columns_are_brought_to_common_instants():
+    table = {"t [s]": TIME, "X [um]": 10.0 * TIME, "Teil-Nr.": ["W-1042"]}
+    with pytest.raises(ValueError, match=r"part must be left out where columns have lengths .* 'Teil-Nr\.'$"):
+        read(table, resample=0.1)
