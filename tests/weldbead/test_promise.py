@@ -51,7 +51,7 @@ def test_learning_pays_and_knowing_would_pay_more(policy, promise):
 def test_beads_that_are_alike_promise_what_the_recursion_does():
     """No scatter of beads: nothing to learn or to know, and the table's own risk."""
     alike = BOTH.replace(bead_scatter=CoefficientScatter(0.0, 0.0, 0.0))
-    found = weldbead.plan(alike, tolerance=None, nodes=201).risk(*STATE, error=0.03, rng=3)
+    found = weldbead.plan(alike, tolerance=None, nodes=201).risk(*STATE, rng=3)
     exact = weldbead.plan(ALONE, tolerance=None, nodes=201).risk(*STATE)
     for name in ("mean", "overground", "passes", "finished", "height"):
         error = 2 * found.error[name] + exact.error[name]
