@@ -5,6 +5,7 @@ from functools import cached_property
 from math import copysign, cos, inf
 
 import numpy as np
+import numpy.typing as npt
 
 from centering.circle._fit.arguments import readings
 from centering.circle._fit.estimate import CircleEstimate
@@ -203,9 +204,9 @@ class PartReadings(ByValue):
         return rise(degree, gap)
 
 
-def _axis(name: str, about: object) -> Floats:
+def _axis(name: str, about: npt.ArrayLike) -> Floats:
     """An axis relative to the spindle axis, checked, mm."""
-    axis = checks.finite_array(name, about, "mm")  # type: ignore[arg-type]
+    axis = checks.finite_array(name, about, "mm")
     if axis.shape != (2,):
         raise ValueError(f"{name} must be (x, y) (mm); got {checks.shown(about)}")
     return axis

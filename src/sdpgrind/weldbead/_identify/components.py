@@ -48,9 +48,12 @@ class Tied(NamedTuple):
     beads: bool = True
 
 
+ALIKE = Tied()
+
+
 def components(
     beads: Sequence[BeadReadings],
-    tied: Tied = Tied(),  # noqa: B008
+    tied: Tied = ALIKE,
     widening: Callable[["Reml"], Floats] | None = None,
 ) -> Components:
     """Estimate both standard deviations from readings of several beads; of one, those between passes.
@@ -95,7 +98,7 @@ class Reml:
     each deviation. Of a single bead (`told` is False) they are those of a pass alone.
     """
 
-    def __init__(self, beads: Sequence[BeadReadings], tie: Tied = Tied(), *, told: bool = True) -> None:  # noqa: B008
+    def __init__(self, beads: Sequence[BeadReadings], tie: Tied = ALIKE, *, told: bool = True) -> None:
         self._beads, sizes = tuple(beads), sorted({bead.y.size for bead in beads})
         groups = [[bead for bead in beads if bead.y.size == size] for size in sizes]
         self._groups = [

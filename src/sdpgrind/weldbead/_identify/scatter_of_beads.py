@@ -16,7 +16,15 @@ from sdpgrind import identify as idf
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
-from sdpgrind.weldbead._identify.components import BeadReadings, Components, Ends, Reml, Tied, components
+from sdpgrind.weldbead._identify.components import (
+    ALIKE,
+    BeadReadings,
+    Components,
+    Ends,
+    Reml,
+    Tied,
+    components,
+)
 from sdpgrind.weldbead._identify.widening import widening
 from sdpgrind.weldbead.sequence._belief_update import MOST_IDLE
 from sdpgrind.weldbead.sequence._coefficient_scatter import ASSUMED, COEFFICIENTS, CoefficientScatter
@@ -94,7 +102,7 @@ def estimate_components(
     friction = components([_friction(bead) for bead in beads])
     readings = _energies(beads, model, depth_noise)
     widened = partial(widening, beads=beads, readings=readings)
-    energy = components(readings, Tied() if tie else Tied(False, len(beads) < _ENOUGH), widened)
+    energy = components(readings, ALIKE if tie else Tied(False, len(beads) < _ENOUGH), widened)
     vague = () if tie else tuple(_vague(energy, len(beads)))
     if vague:
         energy = _tied_where(vague, energy, readings)
