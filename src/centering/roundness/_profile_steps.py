@@ -109,8 +109,17 @@ def filtered_robustly(profile: Measured, asked: Filter) -> Made:
         deviation = robust_gaussian(values, asked.high)
         lost = even_harmonics(values - deviation)[: form.coef.size]
         left = form.fit.residual + values_at(lost, form.part_angle)
+    circle, deviation = _about_itself(circle, deviation)  # outliers moved the circle, too
     unknown = np.full((deviation.size + 1) // 2, inf)  # no transmission: what noise is left is not known
     return _even(profile, circle, deviation, unknown, asked, how, left)
+
+
+def _about_itself(circle: Floats, deviation: Floats) -> tuple[Floats, Floats]:
+    """Circle moved by 0 and 1 upr of a form on an even turn, and the form without them, mm."""
+    coef = even_harmonics(deviation)
+    moved = np.array([coef[0].real, 2 * coef[1].real, -2 * coef[1].imag])
+    coef[:2] = 0.0
+    return circle + moved, even_values(coef, deviation.size)
 
 
 def _broad(profile: Measured, asked: Filter) -> Form:
