@@ -214,11 +214,11 @@ def profiles() -> None:
     turned = centering.Profile(angle, reading, tip_radius=3.75)
     beta, radii = turned.part_angle, turned.deviation
     runs = {
-        "ours, remove_runout, ratio refined": lambda: turned.remove_runout(upr_max=50),
+        "ours, remove_roller_error, ratio refined": lambda: turned.remove_roller_error(upr_max=50),
         "scipy lstsq, ratio known": lambda: peers.harmonics_by_scipy(beta, radii, RADIUS / 3.75, 50),
     }
     print("\n1440 readings of four turns, 50 harmonics")
-    told(in_turn(runs, 5), "ours, remove_runout, ratio refined", 1e-3, "ms")
+    told(in_turn(runs, 5), "ours, remove_roller_error, ratio refined", 1e-3, "ms")
 
 
 PARTS = {"updates": updates, "fits": fits, "circles": circles, "profiles": profiles}

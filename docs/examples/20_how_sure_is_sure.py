@@ -68,7 +68,7 @@ ax.legend(frameon=False)
 # (``harmonics=``), and a short arc is enough again.
 lobes, offset = 0.003, 0.5
 turn = units.deg(np.arange(0.0, 360.0))
-spectrum = centering.roundness.Spectrum([3], [lobes], [1.0])
+spectrum = centering.roundness.Harmonics([3], [lobes], [1.0])
 
 
 def read(turned):

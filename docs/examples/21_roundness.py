@@ -51,15 +51,15 @@ print(f"a cosine would leave {1e3 * centering.circle.limacon_wave(61.94, 3.6):.0
 # tone is not a line of the spectrum, and a notch in the spectrum of one turn would smear it over the part's
 # own lines. One least-squares fit over all turns tells both apart, and finds the roller's true radius on the
 # way.
-clean = profile.remove_runout()
-print(clean.runout)
+clean = profile.remove_roller_error()
+print(clean.roller_error)
 one_turn = centering.Profile(scan.angle[:360], scan.reading[:360], tip_radius=3.75)
 figure, axes = plt.subplots(2, 1, figsize=(7, 5), layout="constrained", sharex=True)
-one_turn.spectrum(upr_max=60).plot(axes[0])
-clean.spectrum(upr_max=60).plot(axes[1])
+one_turn.harmonics(upr_max=60).plot(axes[0])
+clean.harmonics(upr_max=60).plot(axes[1])
 axes[0].set(title="one turn, as measured", xlabel="")
 axes[1].set(title="four turns, without the roller; grey: noise")
-found = clean.spectrum(upr_max=60)
+found = clean.harmonics(upr_max=60)
 for upr, amplitude in found.largest(5):
     print(f"{upr:3.0f} upr: {1e3 * amplitude:.3f} µm, truly {LINES.get(int(upr), 0.0):.3f} µm")
 
@@ -67,7 +67,7 @@ for upr, amplitude in found.largest(5):
 # With an integer ratio the roller stands at the same place of the part in each turn. Nothing can tell them
 # apart then, and nothing is made up:
 try:
-    profile.remove_runout(ratio=17.0)
+    profile.remove_roller_error(ratio=17.0)
 except ValueError as error:
     print(error)
 

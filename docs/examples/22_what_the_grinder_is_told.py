@@ -22,7 +22,7 @@ from sdpgrind import units
 lobes = {2: (0.004, 0.3), 3: (0.002, 1.0), 43: (0.0003, 0.0)}
 ring = hwsim.Ring(62.05, offset=0.002, offset_angle=1.0, lobes=lobes)
 scan = hwsim.Probe(ring, samples_per_turn=400).scan(turns=4, rng=0)
-profile = centering.Profile(scan.angle, scan.reading, tip_radius=3.75).remove_runout()
+profile = centering.Profile(scan.angle, scan.reading, tip_radius=3.75).remove_roller_error()
 stock = centering.setup.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
 job = {"finish_radius": 61.9, "gap": 0.010, "approach_rate": units.mm_per_min(1.56)}
 change = centering.plan_changeover(profile, stock, **job)
@@ -65,7 +65,7 @@ ax.legend(frameon=False)
 # Undulations that the part brings along shake the grinder at their number times the rotation of the work.
 # Where that is a resonance, or in step with the wheel, they are ground in instead of off. A little faster or
 # slower is enough.
-spectrum = profile.spectrum(upr_max=60)
+spectrum = profile.harmonics(upr_max=60)
 speeds = {"wheel_rotation": units.rpm(4210), "work_rotation": units.rpm(300)}
 check = centering.setup.chatter_check(
     spectrum, **speeds, resonances={"tailstock": units.hz(218), "wheel head": units.hz(95)}

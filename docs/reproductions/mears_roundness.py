@@ -146,9 +146,9 @@ scan = hwsim.Probe(hwsim.Ring(61.94, 3.6, 0.5, lobes=lobes), samples_per_turn=36
     turns=4, rng=0
 )
 measured = centering.Profile(scan.angle, scan.reading, tip_radius=3.75)
-clean = measured.remove_runout()
-row("roller of 1.5 µm: found [µm]", "-", 1.5, 1e3 * clean.runout.amplitude, 0.01)
-found_lines = dict(clean.spectrum(upr_max=60).largest(60))
+clean = measured.remove_roller_error()
+row("roller of 1.5 µm: found [µm]", "-", 1.5, 1e3 * clean.roller_error.amplitude, 0.01)
+found_lines = dict(clean.harmonics(upr_max=60).largest(60))
 worst = max(abs(1e3 * found_lines[float(upr)] - height) for upr, height in TABLE_6_5.items())
 row("every line of Table 6.5 to 15 nm", "-", "yes", "yes" if worst <= 0.015 else f"{worst:.3f} µm")
 phase = np.outer(scan.angle, np.append(np.arange(1, 51), 61.94 / 3.75))
@@ -162,8 +162,8 @@ for wheel, count, correct in ((16.517, 1, 122), (16.517, 2, 1.45), (16.05, 1, 80
     noise = 1e-5 * np.random.default_rng(0).normal(size=turning.size)
     told = (
         centering.Profile(turning, 61.94 + noise, tip_radius=3.75)
-        .remove_runout(ratio=wheel, refine=False)
-        .runout
+        .remove_roller_error(ratio=wheel, refine=False)
+        .roller_error
     )
     row(
         f"ratio {wheel}, {count} turn{'s' * (count > 1)}: condition",

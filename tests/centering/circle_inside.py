@@ -28,7 +28,7 @@ from centering.roundness._direction_kernels import _four_about, _ranked, gaps
 from centering.roundness._distance_kernels import _crossing, _parting, _standing, extremes
 from centering.roundness._ends_kernels import zone_widths
 from centering.roundness._filters import Filter, gaussian
-from centering.roundness._harmonics import fit_harmonics, values_at
+from centering.roundness._harmonic_fit import fit_harmonics, values_at
 from centering.roundness._interval import DrawnNoise
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._polar import polar_axes, polar_scale
@@ -42,8 +42,8 @@ from centering.roundness._proof_kernels import (
     zone_reach,
 )
 from centering.roundness._robust_filter import robust_gaussian
+from centering.roundness._roller_rows import Basis, harmonic_rows
 from centering.roundness._sampling import supported, turns_of, unwrapped_turns, widest_gap
-from centering.roundness._separation_rows import Basis, harmonic_rows
 from centering.roundness._setups import Setups, split
 from centering.setup._allowance import probability_text
 

@@ -45,7 +45,7 @@ def test_radius_centre_and_roundness_are_exact(bore):
     assert circle.center == pytest.approx([offset * np.cos(WAY), offset * np.sin(WAY)], abs=1e-5 + uneven)
     # samples lie beside the lobes
     assert profile.roundness("MIC").radius == pytest.approx(RADIUS - 0.002, abs=2e-6)
-    assert profile.spectrum(20).largest(1)[0] == pytest.approx((3.0, 0.002), abs=1e-6)
+    assert profile.harmonics(20).largest(1)[0] == pytest.approx((3.0, 0.002), abs=1e-6)
     slant = (
         0.002 * (offset / (RADIUS - TIP)) ** 2 / 2
     )  # along the probe's line form is larger by 1/cos of its angle with the normal
@@ -70,7 +70,7 @@ def test_extreme_radii_about_the_spindle(bore):
 def test_read_as_a_part_a_bore_is_wrong():
     """What the switch is for: a false 2 upr of d^2 rho/(2 (R^2 - rho^2))."""
     (upr, amplitude), (_, lobes) = (
-        Profile(TURN, bore_reading(TURN, 3.6), tip_radius=TIP).spectrum(6).largest(2)
+        Profile(TURN, bore_reading(TURN, 3.6), tip_radius=TIP).harmonics(6).largest(2)
     )
     assert (upr, amplitude) == pytest.approx(
         (2.0, 3.6**2 * TIP / (2 * (RADIUS**2 - TIP**2))), rel=(3.6 / RADIUS) ** 2
@@ -88,8 +88,8 @@ def test_steps_and_files_keep_it_a_bore(kept, tmp_path):
         readings = np.tile(bore_reading(TURN, 1.0, tip=tip), 4)
         first = Profile(angle, readings, tip_radius=tip, internal=True)
         tone = 1.5e-3 * np.cos(RADIUS / rolled * first.part_angle - 1.0)
-        found = Profile(angle, readings + tone, tip_radius=tip, internal=True).remove_runout()
-        assert found.runout.amplitude == pytest.approx(
+        found = Profile(angle, readings + tone, tip_radius=tip, internal=True).remove_roller_error()
+        assert found.roller_error.amplitude == pytest.approx(
             1.5e-3, rel=0.01
         ) and found.tip_radius == pytest.approx(rolled, abs=2e-3)
     elif kept == "filter":

@@ -229,7 +229,7 @@ def test_words_and_picture():
         (
             {"form": [1.0]},
             TypeError,
-            r"spectrum must have arrays upr and amplitude, as Profile.spectrum gives; got \[1.0\]",
+            r"spectrum must have arrays upr and amplitude, as Profile.harmonics gives; got \[1.0\]",
         ),
         (
             {"form": SimpleNamespace(upr=[1, 2], amplitude=[1.0])},

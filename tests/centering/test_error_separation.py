@@ -8,7 +8,7 @@ from circle_inside import Setups, split
 from measured_rings import turn
 
 import sdpgrind
-from centering.roundness import Profile, Separation, Spectrum, SpindleError, multistep, reverse, step_angles
+from centering.roundness import Harmonics, Profile, Separation, SpindleError, multistep, reverse, step_angles
 from sdpgrind import units
 
 PART = ((2, 0.4, 0.2), (3, 0.3, 1.0), (8, 0.2, 0.4))
@@ -112,7 +112,7 @@ def test_dense_least_squares_of_all_readings():
         part + columns(angle)[:, half // 2 :][:, : upr.size] @ solved[first + half // 2 :][: upr.size]
         for part, first in zip(expected, (0, half), strict=True)
     ]
-    spectrum, spindle = found.part.spectrum(top), found.spindle.harmonics
+    spectrum, spindle = found.part.harmonics(top), found.spindle.harmonics
     assert not found.lost.size
     np.testing.assert_allclose(spectrum.deviation(angle), expected[0], atol=1e-9)  # 1e-6 um; RADIUS is finite
     got = sum(spindle.amplitude[k] * np.cos((k + 2) * angle - spindle.phase[k]) for k in range(upr.size))
@@ -274,8 +274,8 @@ def test_a_correction_takes_the_spindle_off():
     assert np.std(error) == pytest.approx(after.noise_sd, rel=0.1)  # 720 readings; noise of the upper half
     assert after.noise_sd == pytest.approx(np.hypot(before.noise_sd, found.spindle.noise_sd), rel=1e-12)
     assert after.steps[-1].startswith("error of the spindle taken off, 0.3") and "lost 36" in after.steps[-1]
-    spectrum = after.spectrum(20)
-    assert spectrum.sd[7] > before.spectrum(20).sd[7]
+    spectrum = after.harmonics(20)
+    assert spectrum.sd[7] > before.harmonics(20).sd[7]
 
 
 def test_a_lost_harmonic_is_not_taken_for_white_noise():
@@ -288,7 +288,7 @@ def test_a_lost_harmonic_is_not_taken_for_white_noise():
     for profile in (found.part, read.correct(found.spindle)):
         form = profile.filter(upr=50)
         assert form.noise_sd == pytest.approx(half * 2 ** -((8 / 50) ** 2), rel=1e-3)
-        assert form.spectrum().sd[7] == pytest.approx(form.noise_sd, rel=1e-6)
+        assert form.harmonics().sd[7] == pytest.approx(form.noise_sd, rel=1e-6)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.02])
@@ -303,7 +303,7 @@ def test_a_correction_of_several_turns(offset):
     np.testing.assert_allclose(found.deviation, wave(other, found.part_angle), atol=units.um(0.003))  # 5 sd
     assert found.noise_sd == pytest.approx(units.um(0.2) / np.sqrt(3) * 2 ** -((8 / 50) ** 2), rel=1e-3)
     assert found.deviation_sd.min() == pytest.approx(found.noise_sd, rel=1e-3)
-    assert form.spectrum(20).sd[7] == pytest.approx(units.um(0.2) / np.sqrt(3), rel=1e-3)
+    assert form.harmonics(20).sd[7] == pytest.approx(units.um(0.2) / np.sqrt(3), rel=1e-3)
 
 
 def test_robust_profiles_have_unknown_noise():
@@ -313,7 +313,7 @@ def test_robust_profiles_have_unknown_noise():
 
 
 def test_a_correction_comes_once_and_before_a_filter():
-    spindle = SpindleError(Spectrum([2], [1e-4], [0.0]))
+    spindle = SpindleError(Harmonics([2], [1e-4], [0.0]))
     (read,) = steps_of([0.0])
     with pytest.raises(ValueError, match="correct must come before a filter or a separation; got Gaussian"):
         read.filter(upr=50).correct(spindle)
@@ -324,7 +324,7 @@ def test_a_correction_comes_once_and_before_a_filter():
     with pytest.raises(TypeError, match="spindle must be a SpindleError"):
         read.correct(spindle.harmonics)
     with pytest.raises(ValueError, match=r"harmonics must be from 2 upr on; got 1\.0"):
-        SpindleError(Spectrum([1, 2], [1e-4, 1e-4], [0.0, 0.0]))
+        SpindleError(Harmonics([1, 2], [1e-4, 1e-4], [0.0, 0.0]))
 
 
 def test_filtered_profiles_are_separated_as_unfiltered_ones():

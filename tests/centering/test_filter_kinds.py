@@ -142,7 +142,7 @@ def test_dust_leaves_neither_radius_nor_centre():
     dust = np.where(np.arange(720) == 200, units.um(50.0), 0.0)
     clean, dusty = (ring(wavy(720, WAVES[:3]) + each).filter("robust", upr=50) for each in (0.0, dust))
     assert np.abs(dusty.circle.value - clean.circle.value).max() < units.um(0.14 / 20)
-    assert dusty.spectrum(10).amplitude[0] < units.um(1e-4)
+    assert dusty.harmonics(10).amplitude[0] < units.um(1e-4)
     assert dusty.deviation == pytest.approx(dusty.roundness("LSC").deviation, abs=units.um(1e-4))
 
 

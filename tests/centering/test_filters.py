@@ -49,7 +49,7 @@ def test_lines_of_an_offset_ring(offset):
     clean = Profile(angle, measured(angle, offset=offset, lobes=lobes), tip_radius=TIP).filter(
         "gaussian", upr=50
     )
-    found = clean.spectrum(60)
+    found = clean.harmonics(60)
     for upr in range(2, 61):
         amplitude, phase = lobes.get(upr, (0.0, 0.0))
         assert abs(vector(found, upr) - 0.5 ** ((upr / 50) ** 2) * amplitude * np.exp(1j * phase)) < 1e-10
@@ -82,8 +82,8 @@ def test_two_filters_are_one(one, other):
     profile = Profile(angle, measured(angle, offset=1.0, lobes=phases(2)), tip_radius=TIP)
     twice = profile.filter(upr=one).filter(upr=other)
     both = gaussian(np.arange(2, 60), (one**-2 + other**-2) ** -0.5)
-    assert twice.spectrum(59).amplitude[1:] == pytest.approx(
-        profile.spectrum(59).amplitude[1:] * both, abs=1e-10
+    assert twice.harmonics(59).amplitude[1:] == pytest.approx(
+        profile.harmonics(59).amplitude[1:] * both, abs=1e-10
     )
     assert twice.steps[1].endswith("by FFT")
 
@@ -114,7 +114,7 @@ def test_samples_as_they_lie(lost):
         angle = rng.permutation(np.concatenate([angle, angle[:50], angle[:50]]))
     lobes = {2: (1e-3, 0.2), 7: (2e-3, 1.0), 30: (1e-3, -1.0)}
     found = (
-        Profile(angle, measured(angle, offset=3.6, lobes=lobes), tip_radius=TIP).filter(upr=30).spectrum(40)
+        Profile(angle, measured(angle, offset=3.6, lobes=lobes), tip_radius=TIP).filter(upr=30).harmonics(40)
     )
     for upr in (2, 7, 30):
         amplitude, phase = lobes[upr]
@@ -127,7 +127,7 @@ def test_a_gap_takes_fewer_harmonics():
     angle = angle[(angle < 1.0) | (angle > 1.12)]
     lobes = {2: (1e-3, 0.2), 7: (2e-3, 1.0), 45: (1e-3, -1.0)}
     clean = Profile(angle, measured(angle, offset=1.0, lobes=lobes), tip_radius=TIP).filter(upr=50)
-    found = clean.spectrum(50)
+    found = clean.harmonics(50)
     for upr, (amplitude, phase) in lobes.items():
         assert abs(vector(found, upr) - 0.5 ** ((upr / 50) ** 2) * amplitude * np.exp(1j * phase)) < 1e-9
     assert "50 harmonics by least squares of 706 samples" in clean.steps[0]

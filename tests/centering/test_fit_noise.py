@@ -18,7 +18,7 @@ from centering.circle import (
     fit_circle,
     residual_checks,
 )
-from centering.roundness import Spectrum
+from centering.roundness import Harmonics
 from sdpgrind.base.compiling.compiled import opened
 
 RADIUS, OFFSET, PHI, SIGMA = 61.94, 3.6, 0.7, 0.01
@@ -292,7 +292,7 @@ def test_known_form_is_told_alike_everywhere():
     angle, reading = lobed(120, {3: 0.05})
     for known in (
         {3: (0.05, 1.0)},
-        Spectrum([3.0], [0.05], [1.0]),
+        Harmonics([3.0], [0.05], [1.0]),
         {3: (0.05, 1.0), 7.5: (0.0, 0.0), 1: (0.0, 0.0)},
     ):
         found = identify((angle, reading), harmonics=known)

@@ -18,7 +18,7 @@ BEFORE = measured(turn(4, 360), offset=3.6, lobes=phases(0), runout=(1.5e-3, RAD
 def profiles():
     """As measured, without runout, filtered."""
     first = Profile(turn(4, 360), BEFORE, tip_radius=TIP)
-    second = first.remove_runout()
+    second = first.remove_roller_error()
     return first, second, second.filter("gaussian", upr=50)
 
 
@@ -114,7 +114,7 @@ def test_turns_of_what_steps_have_made(profiles):
     with pytest.raises(
         ValueError, match=r"upr_max must leave the samples a condition .* 180 upr .*: 170 upr are sure"
     ):
-        second.spectrum(180)  # not that it must be <= 180
+        second.harmonics(180)  # not that it must be <= 180
     assert third.turns == pytest.approx(1.0, abs=1e-12)
     assert third.points_per_turn == pytest.approx(360, abs=1e-9)
 
@@ -128,9 +128,9 @@ def test_unsorted_and_repeated_angles_are_legal():
 
 def test_the_snippet(tmp_path, profiles):
     profile, _, _ = profiles
-    clean = profile.remove_runout().filter("gaussian", upr=50)
+    clean = profile.remove_roller_error().filter("gaussian", upr=50)
     assert 0 < clean.roundness("MZC").value < 1.2e-3
-    assert clean.spectrum(upr_max=60).upr[-1] == 60
+    assert clean.harmonics(upr_max=60).upr[-1] == 60
     clean.plot()
     clean.save(tmp_path / "ring.nc")
     assert Profile.from_file(tmp_path / "ring.nc") == clean
@@ -180,7 +180,7 @@ def test_fast_form_is_no_noise(upr, turns):
 def test_very_many_points():
     angle = turn(1, 20_000)
     profile = Profile(angle, measured(angle, offset=1.0, lobes={3: (1e-3, 0.2)}, noise=1e-5), tip_radius=TIP)
-    found = profile.spectrum()
+    found = profile.harmonics()
     assert found.upr[-1] == 1500  # the highest cut-off of the standard, where nothing else is asked for
     assert found.nyquist == pytest.approx(10_000)
     assert found.amplitude[2] == pytest.approx(1e-3, abs=4e-7)
@@ -190,7 +190,7 @@ def test_very_many_points():
 def test_residuals_are_what_the_last_step_leaves(profiles):
     first, second, third = profiles
     assert first.residuals == pytest.approx(first.reading - first.circle.reading(first.angle), abs=1e-13)
-    freedom = second.angle.size - 2 * second.runout.upr_max - 4
+    freedom = second.angle.size - 2 * second.roller_error.upr_max - 4
     assert np.linalg.norm(second.residuals) / np.sqrt(freedom) == pytest.approx(
         1e-4, rel=4 / np.sqrt(2 * freedom)
     )
@@ -201,7 +201,7 @@ def test_residuals_are_what_the_last_step_leaves(profiles):
 def test_the_largest_radius_of_a_filtered_profile_is_that_between_samples_too(profiles, about):
     *_, clean = profiles
     fine = turn(1, 200_000)
-    spectrum = clean.spectrum()
+    spectrum = clean.harmonics()
     x, y = (clean.circle.radius + clean.tip_radius + spectrum.deviation(fine)) * np.array(
         [np.cos(fine), np.sin(fine)]
     )
@@ -262,10 +262,14 @@ def test_saved_and_read_at_every_step(tmp_path, profiles):
         back = Profile.from_file(tmp_path / f"{k}.nc")
         assert back == profile
         assert hash(back) == hash(profile)
-        assert (back.steps, back.runout, back.circle) == (profile.steps, profile.runout, profile.circle)
+        assert (back.steps, back.roller_error, back.circle) == (
+            profile.steps,
+            profile.roller_error,
+            profile.circle,
+        )
         assert np.array_equal(back.residuals, profile.residuals)
         assert records.read(tmp_path / f"{k}.nc").attrs["kind"] == "centering.profile"
-        assert back.spectrum(40) == profile.spectrum(40)
+        assert back.harmonics(40) == profile.harmonics(40)
     first, second, third = profiles
     assert first != second != third
     assert first != 1

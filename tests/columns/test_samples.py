@@ -94,7 +94,7 @@ def test_rings(name, call, offset, height, third):
     """Numbers of the specification, in its last digit."""
     profile = centering.Profile.read(SAMPLES / name, **call)
     assert (profile.circle.offset, profile.circle.offset_angle) == pytest.approx(offset, abs=1e-4, rel=1e-4)
-    ((upr, amplitude),) = profile.spectrum(upr_max=60).largest(1)
+    ((upr, amplitude),) = profile.harmonics(upr_max=60).largest(1)
     assert upr == 3 and 1e3 * amplitude == pytest.approx(third, abs=1.1e-3)
     assert 1e3 * np.ptp(profile.deviation) == pytest.approx(height, abs=1.1e-3)
 

@@ -176,9 +176,9 @@ estimator.reset(keep_radius=True)                  # after a push
 
 circle = centering.identify((angle, reading), "circle", tip_radius=3.75, loss="huber")    # the same Estimate, from a batch
 profile = centering.Profile(angle, reading, tip_radius=3.75)
-clean = profile.remove_runout().filter("gaussian", upr=50)
+clean = profile.remove_roller_error().filter("gaussian", upr=50)
 clean.roundness("MZC")                             # LSC, MCC, MIC, MZC: value, centre, contacts, certificate
-clean.spectrum(upr_max=60); clean.plot(); clean.save("ring.nc")
+clean.harmonics(upr_max=60); clean.plot(); clean.save("ring.nc")
 stock = centering.setup.Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004, sigmas=3.0)
 centering.plan_changeover(profile, stock, finish_radius=61.9, gap=0.010, approach_rate=units.mm_per_min(1.56))   # position, time saved, probability of contact
 """

@@ -1,14 +1,14 @@
 from ._circles import reference_circle as reference_circle
 from ._cylinder import Cylinder as Cylinder
-from ._error_separation import Separation as Separation
+from ._harmonics import Harmonics as Harmonics
 from ._multistep import multistep as multistep
 from ._profile import Profile as Profile
 from ._reversal import reverse as reverse
+from ._roller import RollerError as RollerError
 from ._roundness import Roundness as Roundness
 from ._roundness_interval import RoundnessInterval as RoundnessInterval
-from ._runout import Runout as Runout
 from ._sections import Sections as Sections
+from ._separation import Separation as Separation
 from ._slope import Slope as Slope
-from ._spectrum import Spectrum as Spectrum
 from ._spindle_error import SpindleError as SpindleError
 from ._step_angles import step_angles as step_angles

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from centering.roundness._harmonics import (
+from centering.roundness._harmonic_fit import (
     HarmonicFit,
     even_harmonics,
     even_values,
@@ -10,21 +10,21 @@ from centering.roundness._harmonics import (
     value_spread,
     values_at,
 )
-from centering.roundness._runout import Runout
+from centering.roundness._roller import RollerError
 from centering.roundness._sampling import even_turn
 from sdpgrind.base.checks import Complex, Floats
 
 _PLACES = 16  # chosen: places for each wave of the highest passed harmonic; the sd varies little between
 
 
-def leaks_of(fit: HarmonicFit, runout: Runout | None, part_angle: Floats) -> Complex:
+def leaks_of(fit: HarmonicFit, runout: RollerError | None, part_angle: Floats) -> Complex:
     """Derivatives of the harmonics by each value of a removed runout, (3, n + 1); (0, n + 1) without one."""
     columns = runout.derivatives(part_angle).T if runout is not None else np.zeros((0, part_angle.size))
     leaks = [fit_harmonics(part_angle, column, fit.coef.size - 1).coef for column in columns]
     return np.array(leaks, dtype=complex).reshape(len(columns), fit.coef.size)
 
 
-def amplitude_sd(fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runout | None) -> Floats:
+def amplitude_sd(fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: RollerError | None) -> Floats:
     """Standard deviation of the amplitudes, mm, in the direction of their phases."""
     along = 2 * (leaks * np.exp(-1j * np.angle(fit.coef))).real
     along[:, 0] /= 2
@@ -32,7 +32,7 @@ def amplitude_sd(fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runo
 
 
 def deviation_sd(
-    fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: Runout | None, passed: Floats, size: int
+    fit: HarmonicFit, noise_sd: float, leaks: Complex, runout: RollerError | None, passed: Floats, size: int
 ) -> Floats:
     """Standard deviation of the form on an even turn, mm, with the transmission of each harmonic."""
     passed = np.where(np.arange(passed.size) < 2, 0.0, passed)
@@ -53,7 +53,7 @@ def averaged_sd(sd: Floats, passed: Floats, noise_sd: float, before: float) -> F
     return np.asarray(smooth * (noise_sd / before if before > 0 else 1.0))
 
 
-def _spread(along: Floats, runout: Runout | None) -> Floats:
+def _spread(along: Floats, runout: RollerError | None) -> Floats:
     """Standard deviation by the covariance of a runout; infinite where that is unknown."""
     if runout is None:
         return np.zeros(along.shape[1])

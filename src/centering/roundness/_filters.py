@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from centering.roundness._harmonics import even_harmonics, even_values
+from centering.roundness._harmonic_fit import even_harmonics, even_values
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 

@@ -6,8 +6,8 @@ from math import ceil, inf, pi
 import numpy as np
 
 from centering.roundness._certainty import amplitude_sd, deviation_sd, leaks_of
-from centering.roundness._harmonics import HarmonicFit, fit_harmonics, values_at
-from centering.roundness._runout import Runout
+from centering.roundness._harmonic_fit import HarmonicFit, fit_harmonics, values_at
+from centering.roundness._roller import RollerError
 from centering.roundness._samples import CONDITION_MAX, Samples
 from centering.roundness._sampling import even_turn, supported, widest_gap
 from sdpgrind.base.checks import Complex, Floats
@@ -33,7 +33,7 @@ class Form:
     part_angle: Floats
     fit: HarmonicFit
     leaks: Complex
-    runout: Runout | None
+    runout: RollerError | None
 
     def deviation_sd(self, passed: Floats, size: int) -> Floats:
         """Standard deviation of the form on an even turn, mm, with the transmission of each harmonic."""

@@ -1,209 +1,149 @@
-"""Harmonics of values at any angles by least squares: Toeplitz normal equations, conjugate gradients.
+"""Harmonics of a part's form: amplitude and phase of undulations per revolution, with their uncertainty."""
 
-With the basis exp(i k angle), k = -n..n, the normal matrix T[j, k] = sum exp(i (k - j) angle) depends on k -
-j alone: a product with it is a product of two functions of the angle, by two real FFTs. On an even grid T is
-a multiple of the identity and a single step is exact.
-"""
-
-import dataclasses
-from collections.abc import Iterator
-from functools import cached_property
-from math import inf, isqrt, sqrt
+from math import sqrt
+from typing import Any
 
 import numpy as np
-from scipy.fft import next_fast_len
-from scipy.linalg import eigvalsh_tridiagonal
+import numpy.typing as npt
 
-from sdpgrind.base.checks import Complex, Floats
-
-_STEPS = 2000  # chosen: conjugate-gradient steps, many more than any accepted condition needs
-_RESIDUAL = 1e-14  # chosen: relative residual that ends them, above rounding
-_PIECE = 512  # chosen: samples of a piece that fits the cache
-_BLOCK = 1 << 18  # chosen: numbers transformed at once, a limit on memory
-_FLAT = 1e-11  # chosen: eigenvalue of T over the number of samples that is rounding
+from centering.roundness._harmonic_fit import values_at
+from centering.roundness._roller import SEEN
+from sdpgrind.base import checks, pictures
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.quantities import Described, array, described, quantity
 
 
-def sums(angle: Floats, values: Floats, degree: int) -> tuple[Complex, Complex]:
-    """Sums of exp(-i k angle) for k = 0..2 degree, and of values times that for k = 0..degree."""
-    fine = isqrt(2 * degree) + 1
-    density = np.zeros((2 * degree // fine + 1, fine), dtype=complex)
-    target = np.zeros((degree // fine + 1, fine), dtype=complex)
-    for piece, low, high in _pieces(angle, fine, len(density)):
-        density += high @ low.T
-        target += (high[: len(target)] * values[piece]) @ low.T
-    return density.ravel()[: 2 * degree + 1], target.ravel()[: degree + 1]
+@described("centering.spectrum")
+class Harmonics(Described, ByValue):
+    """Amplitude and phase of each undulation: ``deviation = sum amplitude cos(upr part_angle - phase)``.
 
+    Parameters
+    ----------
+    upr, amplitude, phase : array, shape (n,)
+        Undulations per revolution, unit 1, half their height from valley to peak, mm, and phase in the angle
+        about the part's centre, rad.
+    sd : array, shape (n,), optional
+        Standard deviation of the amplitudes, mm; infinite where samples are as few as harmonics. Default: 0.
+    nyquist : float, optional
+        Half of the points of one turn, upr: the limit of the harmonics. Default: the highest `upr`.
 
-def values_at(coef: Complex, angle: Floats) -> Floats:
-    """Real values of sum coef[k] exp(i k angle) over k = -n..n, given for k >= 0."""
-    fine = isqrt(coef.size) + 1
-    padded = np.zeros(((coef.size - 1) // fine + 1, fine), dtype=complex)
-    padded.flat[: coef.size] = np.concatenate([coef[:1], 2 * coef[1:]]).conj()
-    values = np.empty(angle.size)
-    for piece, low, high in _pieces(angle, fine, len(padded)):
-        values[piece] = np.sum(high * (padded @ low), axis=0).real
-    return values
+    Raises
+    ------
+    ValueError
+        When the lengths differ, an amplitude is negative or an undulation is not above 0.
 
-
-def _pieces(angle: Floats, fine: int, coarse: int) -> Iterator[tuple[slice, Complex, Complex]]:
-    """Fine powers 0..fine-1 and coarse powers of exp(-i k angle), in pieces that fit the cache."""
-    for first in range(0, angle.size, _PIECE):
-        piece = slice(first, first + _PIECE)
-        turned = angle[piece]
-        yield piece, powers(np.exp(-1j * turned), fine), powers(np.exp(-1j * fine * turned), coarse)
-
-
-def powers(base: Complex, count: int) -> Complex:
-    """Powers 0..count-1 of numbers on the unit circle, (count, n), by repeated products."""
-    powers = np.empty((count, base.size), dtype=complex)
-    powers[0] = 1.0
-    for k in range(1, count):
-        np.multiply(powers[k - 1], base, out=powers[k])
-    return powers
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class HarmonicFit:
-    """Coefficients 0..n of exp(i k angle), condition, residuals, the sums that make T, T^-1 on cos n."""
-
-    coef: Complex
-    condition: float
-    residual: Floats
-    density: Complex
-    cosine: Complex
-
-    @property
-    def freedom(self) -> int:
-        """Number of values minus coefficients."""
-        return int(self.residual.size - 2 * self.coef.size + 1)
-
-    @property
-    def noise_sd(self) -> float:
-        """Standard deviation of one value, from the residuals; infinite without degrees of freedom."""
-        return float(np.linalg.norm(self.residual) / sqrt(self.freedom)) if self.freedom > 0 else inf
-
-    @cached_property
-    def amplitude_spread(self) -> Floats:
-        """Standard deviation of the mean (k = 0) and of amplitude k along its phase, for unit noise."""
-        variance, pseudo = _inverse(self.density, self.cosine)
-        towards = np.exp(-2j * np.angle(self.coef))
-        spread = 2 * (variance + (pseudo * towards).real)
-        spread[0] = variance[0]
-        return np.asarray(np.sqrt(np.maximum(spread, 0.0)))
-
-
-def fit_harmonics(angle: Floats, values: Floats, degree: int) -> HarmonicFit:
-    """Least squares of harmonics 0..degree; infinite condition where the angles do not separate them."""
-    density, target = sums(angle, values, degree)
-    coef, condition = _solved(density, target)
-    cosine, worst = _solved(density, _edge(degree))  # the highest harmonic has the worst condition
-    return HarmonicFit(coef, max(condition, worst), values - values_at(coef, angle), density, cosine)
-
-
-def _edge(degree: int) -> Complex:
-    """Highest harmonic alone, a cosine; times i, a sine."""
-    edge = np.zeros(degree + 1, dtype=complex)
-    edge[-1] = 1.0
-    return edge
-
-
-def even_harmonics(values: Floats) -> Complex:
-    """Coefficients 0..n/2 of exp(i k angle) on an even grid that starts at 0."""
-    return np.asarray(np.fft.rfft(values) / values.size)
-
-
-def even_values(coef: Complex, size: int) -> Floats:
-    """Values on an even grid of `size` points: `values_at` by FFT; needs size > 2 (coef.size - 1)."""
-    return np.asarray(np.fft.irfft(coef * size, size))
-
-
-def _solved(density: Complex, target: Complex) -> tuple[Complex, float]:
-    """Solve T c = target by conjugate gradients; return c and the root of T's condition from the steps."""
-    field = _field(density)
-    coef, left = np.zeros_like(target), target.copy()
-    towards, square = left, _inner(left, left)
-    goal = _RESIDUAL**2 * square
-    steps: list[tuple[float, float]] = []
-    while square > goal and len(steps) < _STEPS:
-        pushed = _product(field, towards)
-        curvature = _inner(towards, pushed)
-        if curvature <= _FLAT * density[0].real * _inner(towards, towards):
-            return coef, inf
-        length = square / curvature
-        coef, left = coef + length * towards, left - length * pushed
-        before, square = square, _inner(left, left)
-        steps.append((length, square / before))
-        towards = left + (square / before) * towards
-    return coef, _condition(steps) if square <= goal else inf
-
-
-def _field(density: Complex) -> Floats:
-    """The sums as a function of the angle, on a grid fine enough for products with harmonics of the fit."""
-    size = next_fast_len(2 * density.size, real=True)
-    return even_values(density, size)
-
-
-def _product(field: Floats, coef: Complex) -> Complex:
-    """T times coefficients, as a product of two functions of the angle."""
-    return np.asarray(even_harmonics(field * even_values(coef, field.size))[: coef.size])
-
-
-def _inner(one: Complex, other: Complex) -> float:
-    """Inner product over k = -n..n, given for k >= 0."""
-    return float(2 * np.vdot(one, other).real - (one[0].conjugate() * other[0]).real)
-
-
-def _condition(steps: list[tuple[float, float]]) -> float:
-    """Root of T's condition from the steps, by the outer eigenvalues of their Lanczos matrix."""
-    if not steps:
-        return 1.0
-    length, ratio = np.array(steps).T
-    main = 1 / length
-    main[1:] += ratio[:-1] / length[:-1]
-    eigenvalues = eigvalsh_tridiagonal(main, np.sqrt(ratio[:-1]) / length[:-1])
-    return sqrt(eigenvalues[-1] / eigenvalues[0]) if eigenvalues[0] > 0 else inf
-
-
-def _inverse(density: Complex, cosine: Complex) -> tuple[Floats, Complex]:
-    """Elements (k, k) and (k, -k) of T^-1, k = 0..n."""
-    n = density.size // 2
-    first, mirrored = _generators(density, cosine)
-    diagonal = np.cumsum(np.abs(first) ** 2 - np.abs(mirrored) ** 2)[n:]
-    crossed = [_lagged(first, n, k) - _lagged(mirrored, n, k) for k in range(n + 1)]
-    return np.asarray(diagonal), np.array(crossed)
-
-
-def _generators(density: Complex, cosine: Complex) -> tuple[Complex, Complex]:
-    """First columns of triangular Toeplitz matrices L and M with T^-1 = L L' - M M' (Gohberg and Semencul).
-
-    They are the first column of T^-1 (k = -n..n, from T^-1 on a cosine, given, and on a sine) over the root
-    of its first element, and that column reversed.
+    Examples
+    --------
+    >>> form = Harmonics([2, 3], [0.155e-3, 0.206e-3], [0.0, 1.0])
+    >>> float(round(form.rms * 1e3, 4)), float(round(form.bound * 1e3, 3))
+    (0.1823, 0.722)
+    >>> form
+    Harmonics(3 upr 0.206 µm, 2 upr 0.155 µm; rms 0.182 µm)
     """
-    n = density.size // 2
-    sine = 1j * _solved(density, 1j * _edge(n))[0]
-    first = np.asarray(np.concatenate([(cosine - sine).conj()[:0:-1], cosine + sine]) / 2, dtype=complex)
-    mirrored = np.zeros_like(first)
-    mirrored[1:] = first[:0:-1].conj()
-    size = sqrt(first[0].real)
-    return np.asarray(first / size), np.asarray(mirrored / size)
+
+    upr: Floats = array("1")
+    amplitude: Floats = array("mm")
+    phase: Floats = array("rad")
+    sd: Floats = array("mm", finite=False, default_factory=lambda: np.zeros(0))
+    nyquist: float = quantity("upr", at_least=0, default=0.0)
+
+    def _check(self) -> None:
+        if not self.sd.size:
+            object.__setattr__(self, "sd", lasting(np.zeros_like(self.upr)))
+        for name in ("upr", "amplitude", "phase", "sd"):
+            if (shape := getattr(self, name).shape) != (self.upr.size,):
+                raise ValueError(
+                    f"{name} must be one-dimensional with {self.upr.size} entries; got shape {shape}"
+                )
+        if np.any(self.upr <= 0):
+            raise self._refused("upr", "> 0", float(self.upr.min()))
+        if np.any(self.amplitude < 0):
+            raise self._refused("amplitude", ">= 0", float(self.amplitude.min()))
+        object.__setattr__(self, "nyquist", self.nyquist or float(self.upr.max(initial=0.0)))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the form, mm."""
+        return sqrt(float(self.amplitude @ self.amplitude) / 2)
+
+    @property
+    def bound(self) -> float:
+        """Greatest height from valley to peak of these amplitudes with any phases, mm."""
+        return 2 * float(self.amplitude.sum())
+
+    def deviation(self, part_angle: npt.ArrayLike) -> Floats:
+        """Return the form, mm, of the shape of `part_angle`.
+
+        Parameters
+        ----------
+        part_angle : array_like
+            Angle about the part's centre, rad.
+        """
+        angle = checks.finite_array("part_angle", part_angle, "rad")
+        whole = self.upr.astype(int)
+        if not np.array_equal(whole, self.upr):
+            waves = np.cos(np.multiply.outer(angle, self.upr) - self.phase) @ self.amplitude
+            return np.asarray(waves)
+        coef = np.zeros(int(whole.max(initial=0)) + 1, dtype=complex)
+        np.add.at(coef, whole, self.amplitude / 2 * np.exp(-1j * self.phase))
+        return values_at(coef, angle.ravel()).reshape(angle.shape)
+
+    def largest(self, count: int = 10) -> list[tuple[float, float]]:
+        """Return the largest undulations, falling: pairs of upr and amplitude in mm, as in Mears, Table 6.5.
+
+        Parameters
+        ----------
+        count : int
+            Largest number of pairs.
+        """
+        order = np.argsort(-self.amplitude, kind="stable")[: checks.count("count", count)]
+        return [(float(self.upr[k]), float(self.amplitude[k])) for k in order]
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the amplitudes (µm) over upr, into the axes `ax` or a new figure; return the figure.
+
+        The largest above the noise are named. The grey range is the amplitude that noise alone exceeds in one
+        of 20 undulations.
+
+        Parameters
+        ----------
+        ax : matplotlib axes, optional
+            Axes to draw into.
+        """
+        if ax is None:
+            ax = pictures.axes_of(7, 3.5)
+        sd = np.where(np.isfinite(self.sd), self.sd, 0.0)
+        ax.fill_between(self.upr, 0, 1e3 * SEEN * sd, color="0.82", lw=0, step="mid")
+        ax.vlines(self.upr, 0, 1e3 * self.amplitude, color="#2a6f97", lw=1.4)
+        for upr, amplitude in above_noise(self, _NAMED):
+            ax.annotate(f"{upr:g}", (upr, 1e3 * amplitude), (0, 2), **_NUMBER)
+        ax.set(
+            xlabel="undulations per revolution [upr]",
+            ylabel="amplitude [µm]",
+            xlim=(0, self.upr.max(initial=1) + 1),
+        )
+        ax.margins(y=0.12)
+        ax.set_ylim(0, None)
+        return ax.figure
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{upr:g} upr {1e3 * amplitude:.3g} µm" for upr, amplitude in self.largest(_NAMED))
+        return f"Harmonics({shown}; rms {1e3 * self.rms:.3g} µm)"
 
 
-def value_spread(fit: HarmonicFit, passed: Floats, angle: Floats) -> Floats:
-    """Standard deviation of the transmitted sum of the fit's harmonics at any angles, for unit noise."""
-    first, mirrored = _generators(fit.density, fit.cosine)
-    share = np.concatenate([passed[:0:-1], passed])
-    size = next_fast_len(2 * share.size)
-    left, right = np.fft.fft(first, size).conj(), np.fft.fft(mirrored, size).conj()
-    variance = np.empty(angle.size)
-    step = max(_BLOCK // size, 1)
-    for begin in range(0, angle.size, step):
-        piece = slice(begin, begin + step)
-        waves = np.fft.fft(share * np.exp(-1j * np.outer(angle[piece], np.arange(share.size))), size)
-        gained, lost = (np.fft.ifft(waves * side)[:, : share.size] for side in (left, right))
-        variance[piece] = np.sum(np.abs(gained) ** 2, axis=1) - np.sum(np.abs(lost) ** 2, axis=1)
-    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+def above_noise(spectrum: Harmonics, count: int) -> list[tuple[float, float]]:
+    """Return the largest undulations (upr, mm) that are above the greatest amplitude of noise, falling."""
+    sd = dict(zip(spectrum.upr.tolist(), spectrum.sd.tolist(), strict=True))
+    above = np.sqrt(2 * np.log(max(spectrum.upr.size, 1) / _CHANCE))  # of the greatest Rayleigh amplitude
+    return [(upr, size) for upr, size in spectrum.largest(count) if size > above * sd[upr]]
 
 
-def _lagged(column: Complex, n: int, k: int) -> complex:
-    """Product of a column with itself, shifted by 2 k."""
-    return complex(np.vdot(column[: n - k + 1], column[2 * k : n + k + 1]))
+_CHANCE = 0.05  # chosen: share of profiles in which noise alone is named
+_NAMED = 5  # chosen: labelled waves; more would overlap
+_NUMBER: dict[str, Any] = {
+    "textcoords": "offset points",
+    "ha": "center",
+    "fontsize": 8,
+    "bbox": {"facecolor": "w", "edgecolor": "none", "alpha": 0.8, "pad": 0.3},
+}

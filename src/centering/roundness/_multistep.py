@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from centering.roundness._error_separation import Separation, separation_of
 from centering.roundness._profile import Profile
 from centering.roundness._separable import amplitudes, highest, passed_noise, refuse_unlike
+from centering.roundness._separation import Separation, separation_of
 from centering.roundness._setups import Setups, Split, split
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Complex, Floats

@@ -6,7 +6,7 @@ import numpy as np
 
 from centering.circle._fit.estimate import CircleEstimate
 from centering.roundness._form import Form
-from centering.roundness._runout import Runout
+from centering.roundness._roller import RollerError
 from centering.roundness._sampling import widest_gap
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.stored import stored
@@ -25,7 +25,7 @@ class Origin:
     """
 
     steps: tuple[str, ...] = ()
-    runout: Runout | None = None
+    runout: RollerError | None = None
     filter: str = ""
     sd: tuple[float, ...] = ()
     noise_sd: float | None = None
@@ -54,7 +54,7 @@ class Made:
     sd: Floats | None = None
 
 
-def runout_sentence(runout: Runout) -> str:
+def runout_sentence(runout: RollerError) -> str:
     """Sentence on a runout."""
     amplitude = f"{1e3 * runout.amplitude:.4g} ± {1e3 * runout.amplitude_sd:.2g} µm"
     size = f"roller runout of {amplitude} at {runout.ratio:.6g} upr"

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from centering.circle._fit.arguments import readings
 from centering.circle._fit.estimate import CircleEstimate
 from centering.roundness._form import largest_between
-from centering.roundness._harmonics import even_harmonics
+from centering.roundness._harmonic_fit import even_harmonics
 from centering.roundness._origin import MEASURED, Origin
 from centering.roundness._part_frame import circle_of, into_part, tip_centers
 from centering.roundness._sampling import rise, turns_of, unwrapped_turns, widest_gap

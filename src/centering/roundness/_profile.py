@@ -1,4 +1,4 @@
-"""A measured profile of a ring and its steps: removed runout, filters, spectrum, reference circles, file."""
+"""A measured profile of a ring and its steps: removed errors, filters, harmonics, reference circles, file."""
 
 import dataclasses
 import os
@@ -13,17 +13,18 @@ from centering.roundness import _profile_record as profile_record
 from centering.roundness import _profile_steps as steps_of
 from centering.roundness._correction import corrected
 from centering.roundness._filters import filter_of, warn_if_sparse
+from centering.roundness._former_names import FormerNames
+from centering.roundness._harmonics import Harmonics
 from centering.roundness._origin import Made
 from centering.roundness._part_readings import PartReadings
 from centering.roundness._profile_sheet import report as sheet_of_profile
 from centering.roundness._read import Turned, samples
 from centering.roundness._robust_filter import LEAST
+from centering.roundness._roller import RollerError
+from centering.roundness._roller_task import task_of
 from centering.roundness._roundness import Roundness
-from centering.roundness._runout import Runout
 from centering.roundness._samples import Samples
 from centering.roundness._sampling import checked_degree, is_even
-from centering.roundness._separation_task import task_of
-from centering.roundness._spectrum import Spectrum
 from centering.roundness._spindle_error import SpindleError
 from sdpgrind.base import pictures
 from sdpgrind.base.arrays import lasting
@@ -33,7 +34,7 @@ from sdpgrind.base.plans import Plan
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Profile(PartReadings, Plan):
+class Profile(FormerNames, PartReadings, Plan):
     """Readings of a ring over the spindle angle; immutable.
 
     Exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle axis (in a
@@ -69,8 +70,8 @@ class Profile(PartReadings, Plan):
     >>> angle = np.arange(4 * 360) * 2 * np.pi / 360
     >>> tip_center = 65.69 + 2e-4 * np.cos(3 * angle) + 1.5e-3 * np.cos(61.94 / 3.75 * angle - 1.0)  # centred
     >>> profile = Profile(angle, tip_center - 3.75, tip_radius=3.75)
-    >>> clean = profile.remove_runout().filter("gaussian", upr=50)
-    >>> clean.spectrum(upr_max=60).largest(1)[0][0], round(clean.runout.amplitude, 6)
+    >>> clean = profile.remove_roller_error().filter("gaussian", upr=50)
+    >>> clean.harmonics(upr_max=60).largest(1)[0][0], round(clean.roller_error.amplitude, 6)
     (3.0, 0.0015)
     """
 
@@ -148,8 +149,8 @@ class Profile(PartReadings, Plan):
         return self._origin.steps
 
     @property
-    def runout(self) -> Runout | None:
-        """Runout of the roller (mm, rad), removed if `seen`; None before `remove_runout`."""
+    def roller_error(self) -> RollerError | None:
+        """Error of the roller (mm, rad), removed if `seen`; None before `remove_roller_error`."""
         return self._origin.runout
 
     @cached_property
@@ -175,10 +176,10 @@ class Profile(PartReadings, Plan):
     @property
     def _samples(self) -> Samples:
         return Samples(
-            self.angle, self.reading, self._tip, self.circle.value, self.runout, self._origin.noise_sd
+            self.angle, self.reading, self._tip, self.circle.value, self.roller_error, self._origin.noise_sd
         )
 
-    def remove_runout(
+    def remove_roller_error(
         self,
         ratio: float | None = None,
         *,
@@ -212,7 +213,7 @@ class Profile(PartReadings, Plan):
         Returns
         -------
         Profile
-            The same samples without runout; `runout` holds it, and whether the roller slipped.
+            The same samples without it; `roller_error` holds it, and whether the roller slipped.
 
         Raises
         ------
@@ -222,9 +223,8 @@ class Profile(PartReadings, Plan):
             (the message says how many more do); for a filtered profile.
         """
         if self._origin.filter:
-            raise ValueError(
-                f"remove_runout must come before a filter, which keeps no turns; got {self._origin.filter}"
-            )
+            rule = "remove_roller_error must come before a filter, which keeps no turns"
+            raise ValueError(f"{rule}; got {self._origin.filter}")
         task = task_of(self._samples, ratio=ratio, upr_max=upr_max, refine=refine, near_integer=near_integer)
         return _profile(steps_of.without_runout(self, task))
 
@@ -328,7 +328,7 @@ class Profile(PartReadings, Plan):
         how = steps_of.filtered_evenly if is_even(self.part_angle) else steps_of.filtered
         return _profile(how(self, asked))
 
-    def spectrum(self, upr_max: int | None = None) -> Spectrum:
+    def harmonics(self, upr_max: int | None = None) -> Harmonics:
         """Return amplitude and phase of undulations about the centre (no 1 upr): least squares, all turns.
 
         The offset, of 1 upr, is in `circle`.
@@ -340,7 +340,7 @@ class Profile(PartReadings, Plan):
 
         Returns
         -------
-        Spectrum
+        Harmonics
             Amplitudes and their sd in mm, phases in the part angle in rad.
 
         Raises
@@ -361,7 +361,7 @@ class Profile(PartReadings, Plan):
             raise ValueError(
                 f"reading must have at least {2 * degree + 1} samples for {degree} upr; got {self.angle.size}"
             )
-        return steps_of.spectrum(self, degree)
+        return steps_of.harmonics(self, degree)
 
     def roundness(self, kind: str = "LSC") -> Roundness:
         """Return a reference circle of the profile and the roundness about it, ISO 12181-1.
@@ -384,7 +384,7 @@ class Profile(PartReadings, Plan):
         return steps_of.roundness(self, kind)
 
     def plot(self) -> Any:
-        """Draw the profile magnified about its circle (µm) and its spectrum (µm); return the figure."""
+        """Draw the profile magnified about its circle (µm) and its harmonics (µm); return the figure."""
         return pictures.drawn("centering.roundness._profile_picture:plot", self)
 
     def report(

@@ -54,7 +54,7 @@ def _draw_spectrum(axis: Any, profile: "Profile") -> None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the title holds the warning
-            found = profile.spectrum()
+            found = profile.harmonics()
             found.plot(axis)
             axis.set_xlim(
                 0,
@@ -65,7 +65,7 @@ def _draw_spectrum(axis: Any, profile: "Profile") -> None:
         axis.set_axis_off()
         limit = limit.replace("0 upr", "no upr").partition(":")[0]
     axis.set_title(limit, fontsize=8)
-    lost = profile.runout
+    lost = profile.roller_error
     if lost is not None and lost.seen:
         axis.axvline(lost.ratio, color=pictures.LIMIT, linewidth=0.8, linestyle=":")
         removed = f"roller runout removed: {1e3 * lost.amplitude:.3g} µm at {lost.ratio:.4g} upr"

@@ -4,7 +4,7 @@ from typing import Protocol
 
 from centering.circle._fit.estimate import CircleEstimate
 from centering.roundness._origin import Origin
-from centering.roundness._runout import Runout
+from centering.roundness._roller import RollerError
 from centering.roundness._samples import Samples
 from sdpgrind.base.checks import Floats
 
@@ -25,7 +25,7 @@ class Measured(Protocol):
     @property
     def steps(self) -> tuple[str, ...]: ...
     @property
-    def runout(self) -> Runout | None: ...
+    def roller_error(self) -> RollerError | None: ...
     @property
     def part_angle(self) -> Floats: ...
     @property

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from centering.roundness._harmonics import above_noise
 from centering.roundness._roundness import NORMS, Roundness
 from centering.roundness._roundness_interval import RoundnessInterval
-from centering.roundness._spectrum import above_noise
 from sdpgrind.base import checks
 from sdpgrind.base.by_name import called
 from sdpgrind.base.quantities import another_unit
@@ -93,7 +93,7 @@ def _circles(profile: Any) -> AmountTable:
 
 def _undulations(profile: Any) -> list[Block]:
     """The largest undulations above the noise, falling; all of them where the noise is not known."""
-    spectrum, known = profile.spectrum(), np.isfinite(profile.noise_sd)
+    spectrum, known = profile.harmonics(), np.isfinite(profile.noise_sd)
     largest = above_noise(spectrum, _LARGEST) if known else spectrum.largest(_LARGEST)
     if not largest:
         return [Sentences(["No undulation is above the noise of the readings."])]

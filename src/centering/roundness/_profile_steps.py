@@ -10,7 +10,8 @@ from centering.roundness._certainty import averaged_sd
 from centering.roundness._circles import reference_circle
 from centering.roundness._filters import CUT_OFFS, Filter
 from centering.roundness._form import ENOUGH, Form, broad_form, form_of, has_residuals
-from centering.roundness._harmonics import HarmonicFit, even_harmonics, even_values, values_at
+from centering.roundness._harmonic_fit import HarmonicFit, even_harmonics, even_values, values_at
+from centering.roundness._harmonics import Harmonics
 from centering.roundness._origin import (
     Made,
     Origin,
@@ -22,12 +23,11 @@ from centering.roundness._origin import (
 from centering.roundness._part_frame import from_part, into_part
 from centering.roundness._profile_protocol import Measured
 from centering.roundness._robust_filter import robust_gaussian
+from centering.roundness._roller_fit import separate
+from centering.roundness._roller_task import SeparationTask
 from centering.roundness._roundness import Roundness
 from centering.roundness._samples import Samples
 from centering.roundness._sampling import even_turn, highest_degree, is_even, supported, widest_gap
-from centering.roundness._separation import separate
-from centering.roundness._separation_task import SeparationTask
-from centering.roundness._spectrum import Spectrum
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
@@ -159,7 +159,7 @@ def _even(
     angle, reading = from_part(part_angle, circle[0] + profile._tip + deviation, profile._tip, circle[1:])
     origin = Origin(
         steps=(*profile.steps, f"{asked}, {how}"),
-        runout=profile.runout,
+        runout=profile.roller_error,
         filter=f"{profile._origin.filter}; {asked}".lstrip("; "),
         low=max(asked.low, profile._origin.low),
         sd=tuple(sd.tolist()),
@@ -256,7 +256,7 @@ def _floor(fit: HarmonicFit) -> float:
     return sqrt(float(np.median(power)) / (2 * log(2))) if 2 * power.size >= ENOUGH else inf
 
 
-def spectrum(profile: Measured, degree: int | None) -> Spectrum:
+def harmonics(profile: Measured, degree: int | None) -> Harmonics:
     """Amplitudes and phases of a profile."""
     if profile._origin.sd:
         coef = even_harmonics(profile.deviation)[: (degree or len(profile._origin.sd) - 1) + 1]
@@ -266,7 +266,7 @@ def spectrum(profile: Measured, degree: int | None) -> Spectrum:
         form = form_of(_samples(profile, wanted), wanted)
         coef, sd = form.coef, _with_spindle(profile, form.sd)
     upr = np.arange(1.0, coef.size)
-    return Spectrum(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)
+    return Harmonics(upr, 2 * np.abs(coef[1:]), -np.angle(coef[1:]), sd[1:], profile.nyquist)
 
 
 def roundness(profile: Measured, kind: str) -> Roundness:

@@ -5,10 +5,10 @@ from math import pi
 import numpy as np
 from scipy.fft import next_fast_len
 
-from centering.roundness._error_separation import Separation, separation_of
 from centering.roundness._profile import Profile
 from centering.roundness._profile_steps import harmonic_sd
 from centering.roundness._separable import amplitudes, highest, refuse_unlike
+from centering.roundness._separation import Separation, separation_of
 from centering.roundness._setups import Setups, split
 from sdpgrind.base.checks import Complex, Floats
 

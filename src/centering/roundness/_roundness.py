@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from centering.roundness._harmonics import even_harmonics
+from centering.roundness._harmonic_fit import even_harmonics
 from centering.roundness._interval import (
     DrawnNoise,
     PointNoise,

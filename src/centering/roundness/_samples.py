@@ -4,7 +4,7 @@ import dataclasses
 from functools import cached_property
 
 from centering.roundness._part_frame import into_part
-from centering.roundness._runout import Runout
+from centering.roundness._roller import RollerError
 from centering.roundness._sampling import turns_of
 from sdpgrind.base.checks import Floats
 
@@ -19,7 +19,7 @@ class Samples:
     reading: Floats
     tip_radius: float
     circle: Floats
-    runout: Runout | None
+    runout: RollerError | None
     noise_sd: float | None
 
     @cached_property

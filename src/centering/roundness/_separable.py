@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from centering.roundness._form import form_of
-from centering.roundness._harmonics import even_harmonics
+from centering.roundness._harmonic_fit import even_harmonics
 from centering.roundness._profile import Profile
 from centering.roundness._sampling import is_even
 from sdpgrind.base import checks

@@ -1,164 +1,171 @@
-"""Separation of the part's form from the roller's runout, by one least-squares fit with the centre.
-
-Rows are 1, cosines and sines of the harmonics in the part angle, those of the runout, and its derivative by
-the ratio. Part angles depend on the fitted centre and tip radius: each Gauss-Newton step updates them.
-"""
+"""A part's form and a spindle's error, separated: the result of a reversal or of several steps."""
 
 import dataclasses
-from math import copysign, inf, sqrt
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-from scipy.special import fdtrc
+import numpy.typing as npt
+import xarray as xr
 
-from centering.roundness._runout import Runout
-from centering.roundness._separation_rows import Basis, condition
-from centering.roundness._separation_start import REACH, SEEN, SeparationState, start
-from centering.roundness._separation_task import SeparationTask, refuse_integer
-from sdpgrind.base.checks import Floats
-
-_STEPS = 20  # chosen: Gauss-Newton steps, at most
-_STILL = 1e-9  # chosen: relative move of circle and ratio that ends them
-_PIECES = 4  # chosen: pieces of a turn in which the roller's phase is compared
-_KEPT = 0.01  # chosen: least share of a phase's variance left by the fit to show slip
-_ROUNDING = 1e-12  # chosen: residual over the radius without any noise
-
-
-@dataclasses.dataclass(frozen=True)
-class RollerFit:
-    """Circle (radius, x, y; mm) with covariance, tip radius, runout, residual of each reading."""
-
-    circle: Floats
-    covariance: Floats
-    tip_radius: float
-    runout: Runout
-    residual: Floats
+from centering.roundness._harmonic_fit import even_values
+from centering.roundness._harmonics import Harmonics
+from centering.roundness._origin import Made, Origin, sd_of_harmonics
+from centering.roundness._profile import Profile, _profile
+from centering.roundness._sampling import even_turn
+from centering.roundness._setups import Setups, Split
+from centering.roundness._spindle_error import SpindleError, told_lost
+from sdpgrind.base import pictures, stored
+from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.checks import Complex, Floats
+from sdpgrind.base.plans import Plan
+from sdpgrind.base.units import UM
 
 
-@dataclasses.dataclass(frozen=True)
-class _Fit:
-    """Linear fit: solution by rows, normal matrix, residual."""
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Separation(ByValue, Plan):
+    """Form of a part and error of the spindle, the result of `reverse` or `multistep`; immutable.
 
-    solution: Floats
-    gram: Floats
-    residual: Floats
+    Parameters
+    ----------
+    part : Profile
+        The part, centred, at the angle of the first setup less its turn: one even turn, with the harmonics'
+        standard deviations by noise and by what is lost.
+    spindle : SpindleError
+        Error of the spindle over its angle, mm.
+    turns : array, shape (m,)
+        Turn of the part in each setup, rad.
+    senses : array, shape (m,)
+        1 where the probe was on its usual side, -1 on the other; unit 1.
+    noise_sd : array, shape (n,)
+        Standard deviation of the amplitude of each harmonic of one profile by noise, mm.
+    joint : array, shape (n,)
+        Amplitude of part and spindle together where a harmonic is lost, mm; else 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from centering.roundness import Profile, multistep, step_angles
+    >>> angle, steps = np.linspace(0.0, 2 * np.pi, 720, endpoint=False), step_angles(7)
+    >>> spindle = 1e-4 * np.cos(2 * angle - 1.9)
+    >>> read = [30.0 + 4e-4 * np.cos(2 * (angle - step) - 0.2) + spindle for step in steps]
+    >>> found = multistep([Profile(angle, each) for each in read], steps)
+    >>> round(found.part.roundness().ron_t, 6), round(found.spindle.range, 6)  # mm
+    (0.0008, 0.0002)
+    >>> found.lost[:2].tolist()
+    [36, 72]
+    """
+
+    kind = "centering.separation"
+    part: Profile
+    spindle: SpindleError
+    turns: Floats
+    senses: Floats
+    noise_sd: Floats
+    joint: Floats
 
     @property
-    def noise_sd(self) -> float:
-        """Standard deviation of one value; infinite without degrees of freedom."""
-        freedom = self.residual.size - self.solution.size
-        return float(np.linalg.norm(self.residual)) / sqrt(freedom) if freedom > 0 else inf
+    def upr(self) -> Floats:
+        """Harmonics, (n,), undulations per turn, from 2 on, unit 1."""
+        return self.spindle.harmonics.upr
 
-    def covariance(self, *values: slice) -> list[Floats]:
-        """Covariances of some values; infinite without degrees of freedom."""
-        spread = np.linalg.inv(self.gram)
-        parts = [np.asarray(spread[some, some], dtype=float) for some in values]
-        return [
-            self.noise_sd**2 * part if self.noise_sd < inf else np.full(part.shape, inf) for part in parts
-        ]
+    @property
+    def lost(self) -> npt.NDArray[np.int64]:
+        """Harmonics that the setups do not tell apart, left out of part and spindle, upr (unit 1)."""
+        return self.spindle.lost
 
+    @property
+    def singular(self) -> Floats:
+        """Smallest singular value of each harmonic, (n,), unit 1; below 0.3 it is lost."""
+        return self._setups.singular(self.upr)
 
-def separate(task: SeparationTask) -> RollerFit:
-    """Separate form and runout."""
-    samples = task.samples
-    nominal = task.ratio or float(samples.circle[0]) / abs(samples.tip_radius)
-    state, refine = start(task, nominal)
-    for _ in range(_STEPS):
-        part_angle, deviation = samples.about(state.circle, state.tip_radius)
-        basis, further = Basis.of(part_angle, task.upr_max), state.runout_rows(part_angle, refine)
-        fit = _fitted(basis, further, deviation)
-        before, state = state, _moved(task, state, fit, nominal, refine)
-        if _still(before, state):
-            break
-    _refuse_edge(state.ratio, nominal, task.origin)
-    refuse_integer(state.ratio, f", found near {nominal:.6g}{task.origin}", task.near_integer)
-    return _separation(task, state, fit, part_angle, basis, further)
+    @property
+    def covariance(self) -> Complex:
+        """Covariance of the complex amplitudes of part and spindle for each harmonic, (n, 2, 2), mm^2.
 
+        Half of the mean of d conj(d)': its diagonal holds the variances of both amplitudes along their
+        phases. A lost harmonic is shared out anyhow, between nothing and its joint amplitude.
+        """
+        share = self._setups.common(self.upr) / self.turns.size
+        found = np.ones((self.upr.size, 2, 2), dtype=complex)
+        found[:, 0, 1], found[:, 1, 0] = -share.conj(), -share
+        return np.asarray(found * (self.spindle.harmonics.sd**2)[:, np.newaxis, np.newaxis])
 
-def _fitted(basis: Basis, further: Floats, target: Floats) -> _Fit:
-    """Least squares by the normal equations; accepted conditions leave ten digits."""
-    gram, first = basis.bordered(further), len(basis.rows)
-    solution = np.asarray(
-        np.linalg.solve(gram, np.concatenate([basis.rows @ target, further @ target])), dtype=float
-    )
-    return _Fit(solution, gram, target - solution[:first] @ basis.rows - solution[first:] @ further)
+    @cached_property
+    def _setups(self) -> Setups:
+        return Setups(self.turns, self.senses)
 
+    def plot(self) -> Any:
+        """Draw part and spindle magnified (µm), and the singular values over upr; return the figure."""
+        return pictures.drawn("centering.roundness._separation_picture:plot", self)
 
-def _moved(
-    task: SeparationTask, state: SeparationState, fit: _Fit, nominal: float, refine: bool
-) -> SeparationState:
-    """State after a step; the tip's radius follows the ratio unless that is given."""
-    first = 2 * task.upr_max + 1
-    circle, ratio, rho = state.circle + fit.solution[:3], state.ratio, state.tip_radius
-    if refine:
-        ratio = float(np.clip(ratio + fit.solution[-1], nominal * (1 - REACH), nominal * (1 + REACH)))
-        rho = rho if task.ratio else copysign(float(circle[0]) / ratio, rho)
-    return SeparationState(circle, rho, ratio, fit.solution[first : first + 2])
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Part and spindle as labelled arrays: angles in rad, lengths in mm, harmonics in upr."""
+        spindle = self.spindle.deviation(self.part.angle)
+        of_part = self.part.dataset
+        more = {
+            "spindle_error": ("sample", spindle, _label("mm", "error of the spindle at its angle")),
+            "turn": ("setup", self.turns, _label("rad", "turn of the part")),
+            "sense": ("setup", self.senses, _label("1", "side of the probe")),
+            "singular": ("harmonic", self.singular, _label("1", "smallest singular value")),
+            "noise_sd": ("harmonic", self.noise_sd, _label("mm", "sd of an amplitude by noise")),
+            "joint": ("harmonic", self.joint, _label("mm", "joint amplitude of a lost harmonic")),
+        }
+        whole = of_part.assign(more).assign_coords(upr=("harmonic", self.upr, _label("upr", "undulations")))
+        return whole.assign_attrs(spindle=stored.encode(self.spindle))
 
+    @classmethod
+    def restored(cls, dataset: xr.Dataset) -> "Separation":
+        kept = {
+            field: lasting(dataset[name].values)
+            for field, name in (("turns", "turn"), ("senses", "sense"), ("noise_sd",) * 2, ("joint",) * 2)
+        }
+        return cls(Profile.restored(dataset), stored.decode(dataset.attrs["spindle"]), **kept)
 
-def _still(before: SeparationState, after: SeparationState) -> bool:
-    """Whether a step has moved nothing."""
-    moved = np.abs(after.circle - before.circle).max() / after.circle[0]
-    return bool(max(moved, abs(after.ratio / before.ratio - 1)) < _STILL)
-
-
-def _separation(
-    task: SeparationTask, state: SeparationState, fit: _Fit, part_angle: Floats, basis: Basis, further: Floats
-) -> RollerFit:
-    """Circle, runout and slip of a settled fit."""
-    first, size = len(basis.rows), len(further)
-    of_circle, of_runout = fit.covariance(slice(0, 3), slice(first, first + size))
-    covariance = np.zeros((3, 3))
-    covariance[:size, :size] = of_runout
-    runout = Runout(
-        np.array([*state.tone, state.ratio]),
-        covariance,
-        tip_radius=float(state.circle[0]) / state.ratio,
-        condition=condition(fit.gram[: first + 2, : first + 2]),
-        turns=task.samples.turns,
-        upr_max=task.upr_max,
-        noise_sd=fit.noise_sd,
-    )
-    if runout.amplitude > SEEN * runout.amplitude_sd:
-        slip, probability = _slip(state, part_angle, np.vstack([basis.rows, further]), fit)
-        runout = runout.replace(slip=slip, slip_probability=probability)
-    return RollerFit(state.circle, of_circle, state.tip_radius, runout, fit.residual)
-
-
-def _slip(state: SeparationState, part_angle: Floats, rows: Floats, fit: _Fit) -> tuple[float, float]:
-    """Spread of the roller's phase over pieces of a turn, as length along the part, mm, and its probability.
-
-    The covariance of the phases excludes the part absorbed by the fit, nearly all for pieces that were read
-    once.
-    """
-    waves = np.exp(-1j * state.ratio * part_angle) / complex(state.tone[0], -state.tone[1])
-    piece = ((part_angle - part_angle.min()) * (_PIECES / (2 * np.pi))).astype(int)
-    size = np.bincount(piece)
-    whole = np.flatnonzero(size >= size.max() / 2)
-    mean = 2 * waves.imag * (piece == whole[:, np.newaxis]) / size[whole, np.newaxis]
-    phase, taken = mean @ fit.residual, mean @ rows.T
-    own = np.sum(mean**2, axis=1)
-    left = (np.diag(own) - taken @ np.linalg.solve(fit.gram, taken.T)) / np.sqrt(np.outer(own, own))
-    share, directions = np.linalg.eigh(left)
-    kept = share > _KEPT
-    squares = float(np.sum((directions.T @ (phase / np.sqrt(own)))[kept] ** 2 / share[kept]))
-    noise, count = max(fit.noise_sd, _ROUNDING * float(state.circle[0])), int(np.sum(kept))
-    freedom = fit.residual.size - fit.solution.size - count
-    chance = (
-        float(fdtrc(count, freedom, _ratio(squares, noise**2, count, fit))) if count and freedom > 0 else 1.0
-    )
-    return float(np.ptp(phase)) * float(state.circle[0]) / state.ratio, chance
-
-
-def _ratio(squares: float, variance: float, count: int, fit: _Fit) -> float:
-    """Fisher's ratio: mean square of the phases over that of the residual without them."""
-    whole = variance * (fit.residual.size - fit.solution.size)
-    others = max(whole - squares, 1e-12 * whole) / (fit.residual.size - fit.solution.size - count)
-    return squares / count / others
-
-
-def _refuse_edge(ratio: float, nominal: float, origin: str) -> None:
-    if abs(ratio / nominal - 1) > REACH * (1 - 1e-6):
-        raise ValueError(
-            f"ratio must be within {100 * REACH:g} % of that of the roller; got {nominal:.6g}{origin},"
-            f" and the runout is strongest at the edge, {ratio:.6g}: another tip_radius, or give the ratio"
+    def _told(self) -> str:
+        together = f" of up to {UM * float(self.joint.max()):.2g} µm" if self.lost.size else ""
+        return (
+            f"{self.turns.size} setups: part {UM * float(np.ptp(self.part.deviation)):.4g} µm, spindle"
+            f" {UM * self.spindle.range:.4g} µm from peak to valley; {told_lost(self.lost)}{together}"
         )
+
+
+def separation_of(
+    profiles: Sequence[Profile], setups: Setups, upr: Floats, found: Split, noise: Floats, how: str
+) -> Separation:
+    """The separation of harmonics that were found; `how` begins the sentence on the step."""
+    sd, lost = found.sd(setups, upr, noise), upr[found.lost].astype(int)
+    shape = Harmonics(upr, np.abs(found.spindle), -np.angle(found.spindle), sd, profiles[0].nyquist)
+    told = f"spindle taken off by {how}, {told_lost(lost)}"
+    return Separation(
+        part=_profile(_part(profiles, found.part, sd, told)),
+        spindle=SpindleError(shape, lost),
+        turns=lasting(setups.turns),
+        senses=lasting(setups.senses),
+        noise_sd=lasting(noise),
+        joint=lasting(found.joint),
+    )
+
+
+def _part(profiles: Sequence[Profile], amplitude: Complex, sd: Floats, told: str) -> Made:
+    """The part on an even turn about the axis, of the mean radius."""
+    first = profiles[0]
+    radius = float(np.mean([each.circle.radius for each in profiles]))
+    deviation = even_values(np.concatenate([np.zeros(2), amplitude / 2]), first.angle.size)
+    origin = Origin(
+        steps=(*first.steps, told),
+        filter=first._origin.filter,
+        low=first._origin.low,
+        sd=(0.0, 0.0, *sd.tolist()),
+        noise_sd=sd_of_harmonics(sd),
+        nyquist=first.nyquist,
+    )
+    circle = first.circle.replace(value=np.array([radius, 0.0, 0.0]))
+    angle = even_turn(first.angle.size)
+    return Made(angle, radius + deviation, first.tip_radius, circle, origin, None, first.internal)
+
+
+def _label(unit: str, name: str) -> dict[str, str]:
+    return {"units": unit, "long_name": name}

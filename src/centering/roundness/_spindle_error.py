@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from centering.roundness._harmonics import Harmonics, above_noise
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
-from centering.roundness._spectrum import Spectrum, above_noise
 from sdpgrind.base import pictures
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
@@ -26,7 +26,7 @@ class SpindleError(Described, ByValue):
 
     Parameters
     ----------
-    harmonics : Spectrum
+    harmonics : Harmonics
         Amplitudes, mm, and phases, rad, from 2 upr on, with their standard deviation: 1 upr looks like an
         eccentric part and is never separated.
     lost : array of int
@@ -41,8 +41,8 @@ class SpindleError(Described, ByValue):
     Examples
     --------
     >>> import numpy as np
-    >>> from centering.roundness import Profile, Spectrum, SpindleError
-    >>> spindle = SpindleError(Spectrum([2, 5], [1e-4, 6e-5], [1.9, 0.3]))
+    >>> from centering.roundness import Profile, Harmonics, SpindleError
+    >>> spindle = SpindleError(Harmonics([2, 5], [1e-4, 6e-5], [1.9, 0.3]))
     >>> spindle
     SpindleError(0.309 µm from peak to valley, sd 0 µm; 2 upr 0.1 µm, 5 upr 0.06 µm)
     >>> angle = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
@@ -51,7 +51,7 @@ class SpindleError(Described, ByValue):
     0.0
     """
 
-    harmonics: Spectrum = part(Spectrum)
+    harmonics: Harmonics = part(Harmonics)
     lost: npt.NDArray[np.int64] = array("", np.int64, finite=False, default_factory=lambda: np.empty(0, int))
 
     def _check(self) -> None:

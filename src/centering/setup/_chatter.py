@@ -68,7 +68,7 @@ class ChatterCheck:
     speeds : (float, float)
         Checked range of the work's rotation, rad/s.
     upr, amplitude : array, shape (n,)
-        Spectrum: unit 1, and mm.
+        Harmonics: unit 1, and mm.
     counted : array of bool, shape (n,)
         Undulations large enough to count.
     """
@@ -160,7 +160,7 @@ def chatter_check(
 
     Parameters
     ----------
-    spectrum : Spectrum
+    spectrum : Harmonics
         Spectrum of the part: any object with arrays ``upr`` (unit 1) and ``amplitude`` (mm); with ``sd``
         (mm), amplitudes that noise exceeds once in 1000 do not count.
     wheel_rotation, work_rotation : float
@@ -225,7 +225,7 @@ def _undulations(spectrum: Any, least: float) -> tuple[Floats, Floats, checks.Bo
     """Undulations, their amplitudes, and a mask of those that count."""
     if not all(hasattr(spectrum, name) for name in ("upr", "amplitude")):
         raise TypeError(
-            "spectrum must have arrays upr and amplitude, as Profile.spectrum gives;"
+            "spectrum must have arrays upr and amplitude, as Profile.harmonics gives;"
             f" got {checks.shown(spectrum)}"
         )
     upr = checks.finite_array("upr", spectrum.upr, "1")

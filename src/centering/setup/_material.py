@@ -8,11 +8,11 @@ import numpy as np
 from scipy.special import ndtri
 
 from centering.roundness._form import ENOUGH, Form, extreme_between, form_of
-from centering.roundness._harmonics import even_harmonics, values_at
+from centering.roundness._harmonic_fit import even_harmonics, values_at
 from centering.roundness._part_frame import into_part
 from centering.roundness._profile import Profile
+from centering.roundness._roller_rows import harmonic_rows
 from centering.roundness._sampling import supported, widest_gap
-from centering.roundness._separation_rows import harmonic_rows
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.parallel import one_blas_thread
 
@@ -63,7 +63,7 @@ def _degree(profile: Profile, upr: float) -> int:
     least = max(ceil(upr), 1)
     if sure <= least:
         return least
-    spectrum = profile.spectrum(sure)
+    spectrum = profile.harmonics(sure)
     seen = spectrum.upr[spectrum.amplitude > spectrum.sd * sqrt(2 * log(sure / _CHANCE)) + _STILL]
     return int(max(seen.max(initial=1.0), least))
 
@@ -74,10 +74,10 @@ def _spread(profile: Profile, form: Form, place: float) -> float:
     rows = harmonic_rows(form.part_angle, degree)
     weights = np.linalg.solve(rows @ rows.T, harmonic_rows(np.array([place]), degree)[:, 0]) @ rows
     noise = form.noise_sd * sqrt(_repeat_factor(profile, form)) * float(np.linalg.norm(weights))
-    if profile.runout is None:
+    if profile.roller_error is None:
         return noise
-    along = weights @ profile.runout.derivatives(form.part_angle)
-    return hypot(noise, sqrt(max(float(along @ profile.runout.covariance @ along), 0.0)))
+    along = weights @ profile.roller_error.derivatives(form.part_angle)
+    return hypot(noise, sqrt(max(float(along @ profile.roller_error.covariance @ along), 0.0)))
 
 
 def _repeat_factor(profile: Profile, form: Form) -> float:

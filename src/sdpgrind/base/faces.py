@@ -1,8 +1,9 @@
 """Public names of packages, declared in ``__init__.pyi`` and imported at their first use."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any
 
 import lazy_loader
@@ -11,18 +12,24 @@ from sdpgrind.base.warned import warn
 
 
 def attach(
-    package: str, file: str | os.PathLike[str], former: Sequence[str] = ()
+    package: str,
+    file: str | os.PathLike[str],
+    former: Sequence[str] = (),
+    renamed: Mapping[str, str] = MappingProxyType({}),
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return ``__getattr__``, ``__dir__``, ``__all__`` of a package from the ``__init__.pyi`` by its `file`.
 
-    `former`: sub-packages whose names were in the package in version 0.1; they still work there, with a
-    warning.
+    `former`: sub-packages whose names were in the package in version 0.1; `renamed`: new names of old ones.
+    Both still work there, with a warning.
     """
     imported, names, every = lazy_loader.attach_stub(package, os.fspath(file))
 
     def attribute(name: str) -> Any:
         if name in every:
             return imported(name)
+        if name in renamed:
+            warn(f"{package}.{name} is now {package}.{renamed[name]}", DeprecationWarning)
+            return imported(renamed[name])
         for home in () if name.startswith("_") else former:
             if name in (found := import_module(f"{package}.{home}")).__all__:
                 warn(f"{package}.{name} is now {package}.{home}.{name}", DeprecationWarning)

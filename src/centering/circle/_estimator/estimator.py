@@ -67,7 +67,7 @@ class GeometryEstimator:
     form : mapping of int to float, optional
         Amplitude (mm) that the part may have at undulations per revolution; a bound on the error joins the
         band.
-    harmonics : Spectrum, optional
+    harmonics : Harmonics, optional
         Known form (upr, amplitude in mm, phase in rad of the part's own angle), subtracted from the readings.
     joint : bool
         Whether the band holds for both coordinates of the centre at once, with sqrt(2 F) for t.

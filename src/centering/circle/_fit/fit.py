@@ -60,7 +60,7 @@ def fit_circle(
         Least standard deviation of one reading assumed in the covariance, mm, > 0. Default: that of the
         residuals or, where many readings share few values, of the probe's steps (step/sqrt(12)). Give it
         where the steps hide the noise completely.
-    harmonics : Spectrum or mapping, optional
+    harmonics : Harmonics or mapping, optional
         Known form added to the radius: an object with arrays upr, amplitude (mm) and phase (rad), or a
         mapping upr -> (amplitude, phase); amplitude cos(upr beta - phase) at the polar angle beta about the
         part's centre. Whole upr >= 2.

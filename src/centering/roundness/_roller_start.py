@@ -6,11 +6,11 @@ from math import ceil, sqrt
 import numpy as np
 from scipy.linalg import cho_solve
 
-from centering.roundness._runout import Runout
+from centering.roundness._roller import RollerError
+from centering.roundness._roller_rows import Basis, condition, harmonic_rows
+from centering.roundness._roller_task import SeparationTask
 from centering.roundness._samples import CONDITION_MAX
 from centering.roundness._sampling import widest_gap
-from centering.roundness._separation_rows import Basis, condition, harmonic_rows
-from centering.roundness._separation_task import SeparationTask
 from sdpgrind.base.checks import Floats
 
 REACH = 5e-3  # chosen: relative range of a refined ratio; beyond it the tip radius is wrong
@@ -36,7 +36,7 @@ class SeparationState:
 
     def runout_rows(self, part_angle: Floats, refine: bool) -> Floats:
         """Two rows of the runout and, for a refined ratio, the derivative by it."""
-        rows = Runout(np.array([*self.tone, self.ratio]), np.zeros((3, 3))).derivatives(part_angle).T
+        rows = RollerError(np.array([*self.tone, self.ratio]), np.zeros((3, 3))).derivatives(part_angle).T
         return rows if refine else rows[:2]
 
 

@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured_rings import LOBES, TABLE, TIP, form, measured, phases, turn, vector
 
-from centering.roundness import Profile, Spectrum
+from centering import roundness
+from centering.roundness import Harmonics, Profile
 from sdpgrind.base.stored import decode, encode
 
 
@@ -62,7 +63,7 @@ def test_values_at_is_the_sum_of_the_waves():
 def test_lines_of_a_ring_at_any_offset(offset):
     lobes = phases(0)
     angle = turn(1, 720)
-    found = Profile(angle, measured(angle, offset=offset, lobes=lobes), tip_radius=TIP).spectrum(60)
+    found = Profile(angle, measured(angle, offset=offset, lobes=lobes), tip_radius=TIP).harmonics(60)
     for upr in range(1, 61):
         amplitude, phase = lobes.get(upr, (0.0, 0.0))
         assert abs(vector(found, upr) - amplitude * np.exp(1j * phase)) < 1e-11
@@ -81,7 +82,7 @@ def test_a_turned_part_has_turned_phases(by, direction):
     turned = {upr: (a, p + upr * by) for upr, (a, p) in lobes.items()}
     found = Profile(
         angle, measured(angle, offset=2.0, direction=direction, lobes=turned), tip_radius=TIP
-    ).spectrum(20)
+    ).harmonics(20)
     for upr, (amplitude, phase) in lobes.items():
         assert abs(vector(found, upr) - amplitude * np.exp(1j * (phase + upr * by))) < 1e-10
 
@@ -90,7 +91,7 @@ def test_sd_is_the_scatter():
     angle, lobes = np.delete(turn(1, 180), slice(30, 36)), {3: (1e-3, 0.5), 8: (1e-3, 1.0)}
     clean = measured(angle, offset=3.6, lobes=lobes)
     rng = np.random.default_rng(5)
-    found = [Profile(angle, clean + 1e-4 * rng.normal(size=angle.size)).spectrum(20) for _ in range(300)]
+    found = [Profile(angle, clean + 1e-4 * rng.normal(size=angle.size)).harmonics(20) for _ in range(300)]
     amplitudes = np.array([spectrum.amplitude for spectrum in found])
     ratio = amplitudes.std(axis=0)[[2, 7]] / np.mean([spectrum.sd for spectrum in found], axis=0)[[2, 7]]
     assert ratio == pytest.approx(1.0, abs=4 / np.sqrt(2 * 300))
@@ -98,22 +99,22 @@ def test_sd_is_the_scatter():
 
 def test_sd_of_a_full_even_turn():
     angle = turn(4, 360)
-    found = Profile(angle, measured(angle, lobes={3: (1e-3, 0.5)}, noise=1e-4), tip_radius=TIP).spectrum(50)
+    found = Profile(angle, measured(angle, lobes={3: (1e-3, 0.5)}, noise=1e-4), tip_radius=TIP).harmonics(50)
     assert found.sd[1:] == pytest.approx(1e-4 * np.sqrt(2 / angle.size), rel=0.1)
 
 
 def test_sd_where_hardly_anything_is_left():
     angle = turn(1, 360)
     profile = Profile(angle, measured(angle, lobes={3: (1e-3, 0.5)}, noise=1e-4))
-    found = profile.spectrum()
+    found = profile.harmonics()
     # what is left of one turn tells no noise: that of fewer harmonics is taken
     assert found.upr[-1] in (178, 179)
     assert found.sd[2] == pytest.approx(1e-4 * np.sqrt(2 / 360), rel=0.25)
-    assert Profile(turn(1, 5), measured(turn(1, 5))).spectrum(2).sd[1] == np.inf
+    assert Profile(turn(1, 5), measured(turn(1, 5))).harmonics(2).sd[1] == np.inf
 
 
 def test_table_6_5():
-    lines = Spectrum(list(TABLE), [1e-3 * a for a in TABLE.values()], np.zeros(len(TABLE)))
+    lines = Harmonics(list(TABLE), [1e-3 * a for a in TABLE.values()], np.zeros(len(TABLE)))
     assert lines.rms == pytest.approx(0.2548e-3, abs=1e-7)
     assert lines.bound == pytest.approx(1.646e-3, abs=1e-12)
     rng, place = np.random.default_rng(6), turn(1, 1024)
@@ -134,33 +135,33 @@ def test_what_one_turn_without_the_joint_fit_would_show():
         tone = 1.5e-3 * np.cos(16.517 * angle - phase)
         worst = np.maximum(worst, 2 * np.abs(np.fft.rfft(tone))[:180] / 360)
     assert 1e3 * worst[[2, 3, 16]] == pytest.approx([0.059, 0.060, 0.94], abs=0.005)
-    seen = Profile(angle, measured(angle, runout=(1.5e-3, 16.517, 0.0))).spectrum(50)
+    seen = Profile(angle, measured(angle, runout=(1.5e-3, 16.517, 0.0))).harmonics(50)
     assert seen.amplitude[15] > 0.9e-3
 
 
 def test_deviation_of_waves_that_do_not_close():
-    lines = Spectrum([2.5, 3], [1e-3, 2e-3], [0.1, 0.2])
+    lines = Harmonics([2.5, 3], [1e-3, 2e-3], [0.1, 0.2])
     place = np.linspace(0, 9, 12).reshape(3, 4)
     slow = 1e-3 * np.cos(2.5 * place - 0.1) + 2e-3 * np.cos(3 * place - 0.2)
     assert lines.deviation(place) == pytest.approx(slow, abs=1e-16)
-    whole = Spectrum([2, 3], [1, 2], [0.1, 0.2]).deviation(place)
+    whole = Harmonics([2, 3], [1, 2], [0.1, 0.2]).deviation(place)
     assert whole == pytest.approx(form(place, {2: (1, 0.1), 3: (2, 0.2)}), abs=1e-13)
-    assert Spectrum([3, 3], [1, 1], [0, 0]).deviation(0.0) == pytest.approx(2.0)
+    assert Harmonics([3, 3], [1, 1], [0, 0]).deviation(0.0) == pytest.approx(2.0)
 
 
 def test_a_spectrum_is_frozen_and_equal_by_value():
-    lines = Spectrum([2, 3], [1e-3, 2e-3], [0.1, 0.2], [1e-6, 1e-6], 180)
+    lines = Harmonics([2, 3], [1e-3, 2e-3], [0.1, 0.2], [1e-6, 1e-6], 180)
     assert lines == decode(encode(lines))
     assert hash(lines) == hash(decode(encode(lines)))
     assert lines != lines.replace(nyquist=90.0)
     assert lines != "lines"
     with pytest.raises(ValueError, match="read-only"):
         lines.amplitude[0] = 1.0
-    assert Spectrum([2, 7], [1, 1], [0, 0]).nyquist == 7
+    assert Harmonics([2, 7], [1, 1], [0, 0]).nyquist == 7
 
 
 def test_a_picture_names_the_largest():
-    figure = Spectrum(
+    figure = Harmonics(
         np.arange(1, 61), [LOBES.get(n, 0.0) for n in range(1, 61)], np.zeros(60), np.full(60, 1e-5)
     ).plot()
     assert {text.get_text() for text in figure.axes[0].texts} == {"43", "3", "2", "6", "44"}
@@ -177,24 +178,24 @@ def test_a_picture_names_the_largest():
 )
 def test_bad_lines(fields, said):
     with pytest.raises(ValueError, match=said):
-        Spectrum(*fields)
+        Harmonics(*fields)
 
 
 def test_what_samples_cannot_tell():
     angle = turn(1, 100)
     profile = Profile(angle, measured(angle))
     with pytest.raises(ValueError, match=r"upr_max must be <= 50, half of the points of one turn.*; got 51"):
-        profile.spectrum(51)
+        profile.harmonics(51)
     with pytest.raises(ValueError, match="reading must have at least 101 samples for 50 upr; got 100"):
-        profile.spectrum(50)
+        profile.harmonics(50)
     with pytest.raises(ValueError, match="upr_max must be >= 1; got 0"):
-        profile.spectrum(0)
+        profile.harmonics(0)
     half = Profile(angle[:70], measured(angle[:70]))
     with pytest.raises(
         ValueError,
         match=r"upr_max must leave the samples a condition <= 1000; got .* with a gap of 112 degrees",
     ):
-        half.spectrum(20)
+        half.harmonics(20)
 
 
 @pytest.mark.parametrize("arc", [200, 270])
@@ -205,7 +206,7 @@ def test_an_arc_has_no_spectrum(arc):
         ValueError,
         match=r"angle must leave no gap above 90 degrees for a spectrum, .* 2 upr are sure; got \d+",
     ):
-        profile.spectrum()
+        profile.harmonics()
     figure = profile.plot()
     assert not figure.axes[1].axison
     assert "upr sure" in figure.axes[1].get_title()
@@ -217,10 +218,30 @@ def test_a_gap_in_a_spectrum_is_warned_of():
     with pytest.warns(
         UserWarning, match=r"a gap of 61.\d degrees leaves 2 upr sure: faster form is taken for noise"
     ):
-        found = profile.spectrum()
+        found = profile.harmonics()
     assert found.upr.tolist() == [1, 2]
-    assert profile.spectrum(2) == found  # asked for, it is given without a word
+    assert profile.harmonics(2) == found  # asked for, it is given without a word
     assert "leaves 2 upr sure" in profile.plot().axes[1].get_title()
     whole = turn(1, 360)
     for offset in (0.0, 3.6, 20.0):
         assert Profile(whole, measured(whole, offset=offset), tip_radius=TIP).plot().axes[1].get_title() == ""
+
+
+@pytest.mark.parametrize(("old", "new"), [("Runout", "RollerError"), ("Spectrum", "Harmonics")])
+def test_former_names_of_the_room_warn(old, new):
+    with pytest.warns(
+        DeprecationWarning, match=f"centering.roundness.{old} is now centering.roundness.{new}"
+    ):
+        assert getattr(roundness, old) is getattr(roundness, new)
+
+
+def test_former_names_of_a_profile_warn():
+    profile = Profile(turn(3, 90), measured(turn(3, 90)), tip_radius=TIP)
+    with pytest.warns(DeprecationWarning, match="Profile.spectrum is now Profile.harmonics"):
+        assert profile.spectrum(20) == profile.harmonics(20)
+    with pytest.warns(DeprecationWarning, match="Profile.runout is now Profile.roller_error"):
+        assert profile.runout is None
+    with pytest.warns(DeprecationWarning, match="Profile.remove_runout is now"):
+        assert profile.remove_runout() == profile.remove_roller_error()
+    with pytest.raises(AttributeError, match="'Profile' object has no attribute 'nonsense'"):
+        profile.nonsense  # noqa: B018

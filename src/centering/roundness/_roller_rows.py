@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from centering.roundness._harmonics import powers
+from centering.roundness._harmonic_fit import powers
 from sdpgrind.base.checks import Complex, Floats
 
 

@@ -15,7 +15,7 @@ SEEN = 2.448  # derived: sqrt(2 ln 20), standard deviations that 5 % of Rayleigh
 
 
 @described("centering.runout")
-class Runout(Described, ByValue):
+class RollerError(Described, ByValue):
     """Runout of the roller over part angle: ``cosine cos(ratio part_angle) + sine sin(ratio part_angle)``.
 
     A roller of radius rho on a part of radius R turns R/rho times as fast, Mears (6.19): its phase follows
@@ -46,7 +46,7 @@ class Runout(Described, ByValue):
 
     Examples
     --------
-    >>> runout = Runout([1.2e-3, 0.9e-3, 16.517], np.diag([1e-11, 1e-11, 1e-8]), tip_radius=3.7501)
+    >>> runout = RollerError([1.2e-3, 0.9e-3, 16.517], np.diag([1e-11, 1e-11, 1e-8]), tip_radius=3.7501)
     >>> round(runout.amplitude, 6), round(runout.phase, 4), round(runout.tip_radius_sd, 6)
     (0.0015, 0.6435, 2.3e-05)
     """
@@ -139,7 +139,7 @@ class Runout(Described, ByValue):
     def __repr__(self) -> str:
         slipped = f", SLIPPED by {self.slip:.2g} mm" if self.slipped else ""
         return (
-            f"Runout({1e3 * self.amplitude:.4g} ± {1e3 * self.amplitude_sd:.2g} µm"
+            f"RollerError({1e3 * self.amplitude:.4g} ± {1e3 * self.amplitude_sd:.2g} µm"
             f" at {self.ratio:.7g} ± {self.ratio_sd:.2g} upr,"
             f" tip radius {self.tip_radius:.6g} ± {self.tip_radius_sd:.2g} mm;"
             f" condition {self.condition:.3g}{slipped})"

@@ -8,7 +8,7 @@ from measured_rings import LOBES, RADIUS, TIP, measured, phases, turn, vector
 from scipy.stats import kstest
 
 import hwsim
-from centering.roundness import Profile, Runout
+from centering.roundness import Profile, RollerError
 from sdpgrind.base.stored import decode, encode
 
 TONE = 1.5e-3  # mm
@@ -35,11 +35,11 @@ def test_harmonics_and_runout_of_four_turns(offset):
     profile, errors = scan(offset=offset, noise=0.0), []
     for seed in range(6):
         noise = 1e-4 * np.random.default_rng(seed).normal(size=profile.angle.size)
-        clean = Profile(profile.angle, profile.reading + noise, tip_radius=TIP).remove_runout()
+        clean = Profile(profile.angle, profile.reading + noise, tip_radius=TIP).remove_roller_error()
         errors.extend(
-            np.abs(clean.spectrum(50).amplitude[1:] - [LOBES.get(upr, 0.0) for upr in range(2, 51)])
+            np.abs(clean.harmonics(50).amplitude[1:] - [LOBES.get(upr, 0.0) for upr in range(2, 51)])
         )
-        errors.append(abs(clean.runout.amplitude - TONE))
+        errors.append(abs(clean.roller_error.amplitude - TONE))
     assert np.quantile(errors, 0.997) < 15e-6
     assert np.sqrt(np.mean(np.square(errors))) < 1.1 * np.sqrt(2) * 1e-4 * np.sqrt(
         2 / 1440
@@ -51,27 +51,27 @@ def test_fast_form_is_no_noise(lobe):
     angle = turn(4, 360)
     reading = measured(angle, offset=3.6, lobes=phases(0) | lobe, runout=(TONE, RATIO, 0.6), noise=1e-4)
     profile = Profile(angle, reading, tip_radius=TIP)
-    clean = profile.remove_runout()
-    assert clean.runout.upr_max == 170  # an offset ring has its points unevenly
+    clean = profile.remove_roller_error()
+    assert clean.roller_error.upr_max == 170  # an offset ring has its points unevenly
     assert clean.noise_sd == pytest.approx(1e-4, rel=0.07)
-    assert clean.runout.amplitude_sd == pytest.approx(1e-4 * np.sqrt(2 / 1440), rel=0.1)
-    assert profile.remove_runout(upr_max=50).noise_sd > 6e-4
+    assert clean.roller_error.amplitude_sd == pytest.approx(1e-4 * np.sqrt(2 / 1440), rel=0.1)
+    assert profile.remove_roller_error(upr_max=50).noise_sd > 6e-4
 
 
 @pytest.mark.parametrize(
     ("offset", "tip"), [(0.0, 3.75), (3.6, 3.75), (3.6, 3.765), (-3.6, 3.735), (30.0, 3.75)]
 )
 def test_without_noise_all_is_exact(offset, tip):
-    clean = scan(offset=offset, tip=tip, noise=0.0).remove_runout()
-    found = clean.spectrum(60)
+    clean = scan(offset=offset, tip=tip, noise=0.0).remove_roller_error()
+    found = clean.harmonics(60)
     for upr in range(2, 61):
         amplitude, angle = phases(0).get(upr, (0.0, 0.0))
         assert abs(vector(found, upr) - amplitude * np.exp(1j * angle)) < 1e-10
-    assert clean.runout.amplitude == pytest.approx(TONE, abs=1e-10)
-    assert clean.runout.phase == pytest.approx(0.6, abs=1e-7)
-    assert clean.tip_radius == clean.runout.tip_radius == pytest.approx(tip, abs=1e-9)
+    assert clean.roller_error.amplitude == pytest.approx(TONE, abs=1e-10)
+    assert clean.roller_error.phase == pytest.approx(0.6, abs=1e-7)
+    assert clean.tip_radius == clean.roller_error.tip_radius == pytest.approx(tip, abs=1e-9)
     assert (clean.circle.radius, clean.circle.offset) == pytest.approx((RADIUS, abs(offset)), abs=1e-9)
-    assert not clean.runout.slipped
+    assert not clean.roller_error.slipped
     assert np.abs(clean.residuals).max() < 1e-10
 
 
@@ -81,7 +81,7 @@ def test_without_noise_all_is_exact(offset, tip):
 def test_conditions(ratio, turns, told):
     angle = turn(turns, 360)
     profile = Profile(angle, measured(angle, runout=(TONE, ratio, 0.0)), tip_radius=TIP)
-    found = profile.remove_runout(ratio, refine=False, upr_max=50).runout
+    found = profile.remove_roller_error(ratio, refine=False, upr_max=50).roller_error
     assert found.condition == pytest.approx(told, rel=0.01)
     waves = [wave(k * angle) for k in range(1, 51) for wave in (np.cos, np.sin)]
     columns = np.column_stack([np.ones_like(angle), *waves, np.cos(ratio * angle), np.sin(ratio * angle)])
@@ -91,7 +91,7 @@ def test_conditions(ratio, turns, told):
 
 def test_the_fit_equals_dense_least_squares():
     profile = scan(2, offset=3.6)
-    clean = profile.remove_runout(RATIO, refine=False, upr_max=60)
+    clean = profile.remove_roller_error(RATIO, refine=False, upr_max=60)
     center = clean.circle.value[1:]
     x, y = (profile.points - center).T
     angle, deviation = np.unwrap(np.arctan2(y, x)), np.hypot(x, y) - TIP - clean.circle.radius
@@ -100,21 +100,21 @@ def test_the_fit_equals_dense_least_squares():
     solution, left, _, _ = np.linalg.lstsq(columns, deviation, rcond=None)
     covariance = left[0] / (angle.size - 123) * np.linalg.inv(columns.T @ columns)
     assert np.abs(solution[:3]).max() < 1e-9  # the centre and the radius are those that leave nothing of it
-    assert clean.runout.value[:2] == pytest.approx(solution[-2:], abs=1e-11)
-    assert clean.runout.covariance[:2, :2] == pytest.approx(covariance[-2:, -2:], rel=1e-5)
+    assert clean.roller_error.value[:2] == pytest.approx(solution[-2:], abs=1e-11)
+    assert clean.roller_error.covariance[:2, :2] == pytest.approx(covariance[-2:, -2:], rel=1e-5)
     assert clean.circle.covariance == pytest.approx(covariance[:3, :3], rel=1e-4, abs=1e-16)
     assert clean.noise_sd == pytest.approx(np.sqrt(left[0] / (angle.size - 123)), rel=1e-6)
-    assert clean.spectrum(60).amplitude[1:] == pytest.approx(
+    assert clean.harmonics(60).amplitude[1:] == pytest.approx(
         np.hypot(solution[3:-2:2], solution[4:-2:2]), abs=1e-10
     )
 
 
 def test_it_is_as_sure_as_it_says():
-    found = [scan(2, points=180, seed=seed).remove_runout(upr_max=50) for seed in range(80)]
+    found = [scan(2, points=180, seed=seed).remove_roller_error(upr_max=50) for seed in range(80)]
     errors = {
-        "amplitude": [(p.runout.amplitude - TONE) / p.runout.amplitude_sd for p in found],
-        "phase": [(p.runout.phase - 0.6) / p.runout.phase_sd for p in found],
-        "tip_radius": [(p.runout.tip_radius - TIP) / p.runout.tip_radius_sd for p in found],
+        "amplitude": [(p.roller_error.amplitude - TONE) / p.roller_error.amplitude_sd for p in found],
+        "phase": [(p.roller_error.phase - 0.6) / p.roller_error.phase_sd for p in found],
+        "tip_radius": [(p.roller_error.tip_radius - TIP) / p.roller_error.tip_radius_sd for p in found],
         "center_x": [
             (p.circle.center_x - 3.6 * np.cos(0.7)) / np.sqrt(p.circle.covariance[1, 1]) for p in found
         ],
@@ -122,14 +122,16 @@ def test_it_is_as_sure_as_it_says():
     for name, values in errors.items():
         assert kstest(values, "norm").pvalue > 1e-3, name
     assert np.mean([p.noise_sd for p in found]) == pytest.approx(1e-4, rel=0.02)
-    assert sum(p.runout.slipped for p in found) <= 1
+    assert sum(p.roller_error.slipped for p in found) <= 1
 
 
 def test_harmonics_of_one_turn_say_how_little_they_know():
     """One turn: condition 122. What is not known of the runout is not known of the harmonics beside it."""
     errors, told = [], []
     for seed in range(60):
-        spectrum = scan(1, offset=0.0, seed=seed, noise=2e-5).remove_runout(RATIO, refine=False).spectrum(50)
+        spectrum = (
+            scan(1, offset=0.0, seed=seed, noise=2e-5).remove_roller_error(RATIO, refine=False).harmonics(50)
+        )
         lobes = {upr: phases(seed).get(upr, (0.0, 0.0)) for upr in (3, 16, 17)}
         errors.append([abs(vector(spectrum, upr) - a * np.exp(1j * p)) for upr, (a, p) in lobes.items()])
         told.append([spectrum.sd[upr - 1] for upr in lobes])
@@ -141,10 +143,10 @@ def test_harmonics_of_one_turn_say_how_little_they_know():
 
 @pytest.mark.parametrize(("turns", "told"), [(1.0, False), (1.02, False), (1.5, True), (3.0, True)])
 def test_a_ratio_that_the_turns_do_not_tell_is_kept(turns, told):
-    clean = scan(turns).remove_runout()
-    assert (clean.runout.ratio_sd > 0) is told
+    clean = scan(turns).remove_roller_error()
+    assert (clean.roller_error.ratio_sd > 0) is told
     assert (clean.tip_radius != TIP) is told
-    assert abs(clean.runout.amplitude - TONE) < 4 * clean.runout.amplitude_sd
+    assert abs(clean.roller_error.amplitude - TONE) < 4 * clean.roller_error.amplitude_sd
 
 
 def test_why_the_angle_about_the_part():
@@ -167,12 +169,14 @@ def test_a_roller_that_slips(slid):
     reading = measured(
         angle, offset=1.0, lobes=phases(0), runout=(TONE, RATIO, 0.6), slip=(4 * np.pi, slid), noise=3e-5
     )
-    clean = Profile(angle, reading, tip_radius=TIP).remove_runout()
-    assert clean.runout.slipped
-    assert 0.2 * slid < clean.runout.slip < slid  # part of it is taken for another ratio
+    clean = Profile(angle, reading, tip_radius=TIP).remove_roller_error()
+    assert clean.roller_error.slipped
+    assert 0.2 * slid < clean.roller_error.slip < slid  # part of it is taken for another ratio
     assert "the roller slipped" in clean.steps[0]
-    assert "SLIPPED" in repr(clean.runout)
-    assert Profile(angle, reading, tip_radius=TIP).remove_runout(RATIO, refine=False).runout.slipped
+    assert "SLIPPED" in repr(clean.roller_error)
+    assert (
+        Profile(angle, reading, tip_radius=TIP).remove_roller_error(RATIO, refine=False).roller_error.slipped
+    )
 
 
 @pytest.mark.parametrize(
@@ -184,7 +188,7 @@ def test_without_slip_its_probability_is_uniform(turns, points, offset, told):
     clean = measured(angle, offset=offset, lobes=phases(0), runout=(TONE, RATIO, 0.6))
     noise = [1e-4 * np.random.default_rng(seed).normal(size=angle.size) for seed in range(100)]
     found = [
-        Profile(angle, clean + each, tip_radius=TIP).remove_runout(**told).runout.slip_probability
+        Profile(angle, clean + each, tip_radius=TIP).remove_roller_error(**told).roller_error.slip_probability
         for each in noise
     ]
     assert kstest(found, "uniform").pvalue > 1e-3
@@ -193,7 +197,7 @@ def test_without_slip_its_probability_is_uniform(turns, points, offset, told):
 
 def test_one_turn_tells_no_slip():
     """What is read once the harmonics take for form."""
-    assert scan(1.0).remove_runout(RATIO, refine=False).runout.slip_probability == 1.0
+    assert scan(1.0).remove_roller_error(RATIO, refine=False).roller_error.slip_probability == 1.0
 
 
 def test_an_offset_ring_needs_the_tip_radius():
@@ -203,17 +207,17 @@ def test_an_offset_ring_needs_the_tip_radius():
     with pytest.raises(
         ValueError, match=r"tip_radius must be > 0 \(mm\) for a ring that is 3.6 mm off the spindle, .* 0.002"
     ):
-        Profile(angle, reading).remove_runout(RATIO)
-    assert not Profile(angle, reading, tip_radius=TIP).remove_runout(RATIO).runout.slipped
+        Profile(angle, reading).remove_roller_error(RATIO)
+    assert not Profile(angle, reading, tip_radius=TIP).remove_roller_error(RATIO).roller_error.slipped
 
 
 def test_a_round_roller_loses_nothing():
     profile = scan(amplitude=0.0)
-    clean = profile.remove_runout()
-    assert clean.runout.ratio == pytest.approx(profile.circle.radius / TIP)
+    clean = profile.remove_roller_error()
+    assert clean.roller_error.ratio == pytest.approx(profile.circle.radius / TIP)
     assert clean.tip_radius == TIP
-    assert clean.runout.amplitude < 4 * clean.runout.amplitude_sd
-    assert clean.spectrum(50).amplitude == pytest.approx(
+    assert clean.roller_error.amplitude < 4 * clean.roller_error.amplitude_sd
+    assert clean.harmonics(50).amplitude == pytest.approx(
         [LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=15e-6
     )
 
@@ -227,18 +231,18 @@ def test_a_ring_felt_by_a_round_tip():
         probe_quantum=0.0, slide_quantum=0.0, noise_sd=0.0, runout=TONE, runout_phase=0.6
     )
     read = hwsim.Probe(ring, tip_radius=TIP, samples_per_turn=400, errors=quiet).scan(turns=4.0, rng=0)
-    clean = Profile(read.angle, read.reading, tip_radius=TIP).remove_runout()
-    found = clean.spectrum(60)
+    clean = Profile(read.angle, read.reading, tip_radius=TIP).remove_roller_error()
+    found = clean.harmonics(60)
     for upr in range(2, 61):
         amplitude, angle = phases(0).get(upr, (0.0, 0.0))
         assert abs(vector(found, upr) - amplitude * np.exp(1j * angle)) < 1e-7
-    assert clean.runout.amplitude == pytest.approx(TONE, rel=2e-3)
+    assert clean.roller_error.amplitude == pytest.approx(TONE, rel=2e-3)
     assert clean.tip_radius == pytest.approx(TIP, abs=1e-5)
 
 
 def test_the_samples_stay():
     profile = scan(noise=0.0)
-    clean = profile.remove_runout()
+    clean = profile.remove_roller_error()
     assert clean.angle == pytest.approx(profile.angle, abs=1e-5)
     assert clean.turns == pytest.approx(4.0, abs=1e-4)
     plain = measured(profile.angle, offset=3.6, lobes=phases(0))
@@ -251,10 +255,10 @@ def test_an_oval_roller_is_taken_off_in_two():
     angle = turn(4, 360)
     second = 4e-4 * np.cos(2 * RATIO * angle - 1.0)
     reading = measured(angle, lobes=phases(0), runout=(TONE, RATIO, 0.6)) + second
-    clean = Profile(angle, reading, tip_radius=TIP).remove_runout().remove_runout(2 * RATIO)
-    assert clean.runout.amplitude == pytest.approx(4e-4, rel=1e-3)
+    clean = Profile(angle, reading, tip_radius=TIP).remove_roller_error().remove_roller_error(2 * RATIO)
+    assert clean.roller_error.amplitude == pytest.approx(4e-4, rel=1e-3)
     assert len(clean.steps) == 2
-    assert clean.spectrum(50).amplitude == pytest.approx(
+    assert clean.harmonics(50).amplitude == pytest.approx(
         [LOBES.get(upr, 0.0) for upr in range(1, 51)], abs=1e-6
     )
 
@@ -266,19 +270,19 @@ def test_a_second_wave_near_a_whole_number_keeps_its_ratio():
     clean = measured(angle, lobes=phases(0), runout=(TONE, RATIO, 0.6)) + second
     for seed in range(2):
         reading = clean + 1e-4 * np.random.default_rng(seed).normal(size=angle.size)
-        once = Profile(angle, reading, tip_radius=TIP).remove_runout()
-        twice = once.remove_runout(2 * once.runout.ratio)
-        assert twice.runout.ratio == 2 * once.runout.ratio
-        assert twice.runout.amplitude == pytest.approx(4e-4, abs=5 * 1.6e-5)
-        assert twice.runout.amplitude_sd < 2e-5
-        assert abs(twice.spectrum(50).amplitude[32]) < 8e-5
+        once = Profile(angle, reading, tip_radius=TIP).remove_roller_error()
+        twice = once.remove_roller_error(2 * once.roller_error.ratio)
+        assert twice.roller_error.ratio == 2 * once.roller_error.ratio
+        assert twice.roller_error.amplitude == pytest.approx(4e-4, abs=5 * 1.6e-5)
+        assert twice.roller_error.amplitude_sd < 2e-5
+        assert abs(twice.harmonics(50).amplitude[32]) < 8e-5
 
 
 @pytest.mark.parametrize("ratio", [0.01, 7.3, None])
 def test_a_runout_that_is_not_seen_is_left(ratio):
     profile = scan(amplitude=0.0, offset=0.0, seed=1)
-    clean = profile.remove_runout(ratio)
-    assert not clean.runout.seen
+    clean = profile.remove_roller_error(ratio)
+    assert not clean.roller_error.seen
     assert np.array_equal(clean.reading, profile.reading) and clean.circle == profile.circle
     assert "is not told from noise: the readings are left as they are" in clean.steps[0]
     assert clean.noise_sd == pytest.approx(1e-4, rel=0.06)
@@ -289,34 +293,34 @@ def test_an_encoder_that_starts_again():
     profile = scan()
     wrapped = Profile(np.mod(profile.angle, 2 * np.pi), profile.reading, tip_radius=TIP)
     assert wrapped.turns == pytest.approx(4.0)
-    assert wrapped.remove_runout().runout.amplitude == pytest.approx(
-        profile.remove_runout().runout.amplitude, rel=1e-9
+    assert wrapped.remove_roller_error().roller_error.amplitude == pytest.approx(
+        profile.remove_roller_error().roller_error.amplitude, rel=1e-9
     )
     backwards = Profile(-profile.angle, profile.reading, tip_radius=TIP)
-    assert backwards.remove_runout().runout.amplitude == pytest.approx(
-        profile.remove_runout().runout.amplitude, rel=1e-6
+    assert backwards.remove_roller_error().roller_error.amplitude == pytest.approx(
+        profile.remove_roller_error().roller_error.amplitude, rel=1e-6
     )
 
 
 def test_as_many_harmonics_as_samples_allow():
-    assert scan(points=72).remove_runout().runout.upr_max == 35
+    assert scan(points=72).remove_roller_error().roller_error.upr_max == 35
     wide = Profile(
         turn(3, 360), measured(turn(3, 360), tip=1.1, runout=(TONE, RADIUS / 1.1, 0.0)), tip_radius=1.1
     )
-    assert wide.remove_runout().runout.upr_max == 179
+    assert wide.remove_roller_error().roller_error.upr_max == 179
     once = Profile(
         turn(1, 360), measured(turn(1, 360), tip=1.1, runout=(TONE, RADIUS / 1.1, 0.0)), tip_radius=1.1
     )
-    assert once.remove_runout(refine=False).runout.upr_max == 67
-    assert wide.remove_runout().runout.amplitude == pytest.approx(TONE, abs=1e-9)
+    assert once.remove_roller_error(refine=False).roller_error.upr_max == 67
+    assert wide.remove_roller_error().roller_error.amplitude == pytest.approx(TONE, abs=1e-9)
 
 
 def test_a_ratio_without_a_tip_radius():
     angle = turn(4, 360)
     profile = Profile(angle, measured(angle, tip=0.0, runout=(TONE, 9.31, 0.2), lobes=phases(1)))
-    clean = profile.remove_runout(9.3)
-    assert clean.runout.ratio == pytest.approx(9.31, abs=1e-8)
-    assert clean.runout.amplitude == pytest.approx(TONE, abs=1e-9)
+    clean = profile.remove_roller_error(9.3)
+    assert clean.roller_error.ratio == pytest.approx(9.31, abs=1e-8)
+    assert clean.roller_error.amplitude == pytest.approx(TONE, abs=1e-9)
     assert clean.tip_radius == 0.0
 
 
@@ -326,10 +330,12 @@ def test_more_turns_as_advised_do():
     with pytest.raises(
         ValueError, match=r"angle must cover enough turns .* 16.03 upr .*with 1 turns; about 0.5 turns more"
     ):
-        profile.remove_runout(16.03, refine=False)
+        profile.remove_roller_error(16.03, refine=False)
     longer = turn(1.5, 360)
     profile = Profile(longer, measured(longer, runout=(TONE, 16.03, 0.0)), tip_radius=TIP)
-    assert profile.remove_runout(16.03, refine=False).runout.amplitude == pytest.approx(TONE, rel=1e-6)
+    assert profile.remove_roller_error(16.03, refine=False).roller_error.amplitude == pytest.approx(
+        TONE, rel=1e-6
+    )
 
 
 def test_a_bare_part_of_the_turn():
@@ -339,7 +345,7 @@ def test_a_bare_part_of_the_turn():
         ValueError,
         match=r"a gap of 8[67].* degrees or the offset leaves part of the turn bare: upr_max must be lower",
     ):
-        Profile(angle, measured(angle), tip_radius=TIP).remove_runout()
+        Profile(angle, measured(angle), tip_radius=TIP).remove_roller_error()
 
 
 @pytest.mark.parametrize(
@@ -361,16 +367,16 @@ def test_a_bare_part_of_the_turn():
 def test_what_is_refused(tip, asked, said):
     angle = turn(1, 90)
     with pytest.raises(ValueError, match=said):
-        Profile(angle, measured(angle, tip=tip), tip_radius=tip).remove_runout(**asked)
+        Profile(angle, measured(angle, tip=tip), tip_radius=tip).remove_roller_error(**asked)
 
 
 def test_a_ratio_near_a_whole_number_where_that_is_told():
     angle = turn(30, 120)
     profile = Profile(angle, measured(angle, runout=(TONE, 16.01, 0.3)), tip_radius=TIP)
-    found = profile.remove_runout(16.01, near_integer=True, upr_max=30).runout
+    found = profile.remove_roller_error(16.01, near_integer=True, upr_max=30).roller_error
     assert found.amplitude == pytest.approx(TONE, rel=1e-6)
     with pytest.raises(ValueError, match=r"from a whole number; got 16.01, found near 16.03: runout"):
-        profile.remove_runout(16.03)
+        profile.remove_roller_error(16.03)
 
 
 def test_another_roller_than_told():
@@ -378,16 +384,18 @@ def test_another_roller_than_told():
         ValueError,
         match=r"got 16.5173 \(61.94 mm over a tip_radius of 3.75 mm\), and the runout is strongest at the edge",
     ):
-        scan(tip=3.72).remove_runout()
+        scan(tip=3.72).remove_roller_error()
 
 
 def test_a_filtered_profile_has_no_turns():
-    with pytest.raises(ValueError, match="remove_runout must come before a filter, which keeps no turns"):
-        scan().filter(upr=50).remove_runout()
+    with pytest.raises(
+        ValueError, match="remove_roller_error must come before a filter, which keeps no turns"
+    ):
+        scan().filter(upr=50).remove_roller_error()
 
 
 def test_a_runout_is_frozen_and_equal_by_value():
-    runout = scan().remove_runout().runout
+    runout = scan().remove_roller_error().roller_error
     assert decode(encode(runout)) == runout
     assert hash(decode(encode(runout))) == hash(runout)
     assert runout != runout.replace(slip=1.0)
@@ -399,11 +407,11 @@ def test_a_runout_is_frozen_and_equal_by_value():
     step = np.array([1e-8, 1e-8, 1e-6])
     for k in range(3):
         ahead, behind = (
-            Runout(runout.value + s * step * (np.arange(3) == k), runout.covariance).deviation(place)
+            RollerError(runout.value + s * step * (np.arange(3) == k), runout.covariance).deviation(place)
             for s in (1, -1)
         )
         assert runout.derivatives(place)[:, k] == pytest.approx((ahead - behind) / (2 * step[k]), abs=1e-8)
-    none = Runout(np.array([0.0, 0.0, 16.5]), np.diag([1e-12, 1e-12, 0.0]))
+    none = RollerError(np.array([0.0, 0.0, 16.5]), np.diag([1e-12, 1e-12, 0.0]))
     assert none.phase_sd == np.inf
 
 

@@ -11,7 +11,7 @@ from sdpgrind.base import pictures
 from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
-    from centering.roundness._error_separation import Separation
+    from centering.roundness._separation import Separation
 
 _SHOWN = 100  # chosen: upr; beyond, singular values repeat
 
