@@ -524,7 +524,7 @@ REFUSED = [
         "profile must be a TipProfile, how the tip moved; got None",
     ),
     (lambda: NEW.update(3), TypeError, "trace must be a PushTrace; got 3"),
-    (lambda: identify_friction([], PROBLEM), ValueError, "data must be at least one push; got []"),
+    (lambda: identify_friction([], PROBLEM), ValueError, "data must be at least one push; got none"),
     (
         lambda: identify([], "friction"),
         TypeError,

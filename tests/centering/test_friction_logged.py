@@ -10,6 +10,7 @@ import hwsim
 from centering import preset
 from centering.cycle import PrintedController
 from centering.friction import identify_friction
+from centering.push import Part
 from sdpgrind.identify import Status
 
 
@@ -32,7 +33,7 @@ def test_friction_of_each_part_is_found():
         true = np.array([log.outcome.true_mu_static[part], log.outcome.true_mu_kinetic[part]])
         stated.append(found.sd / found.value)
         sure.append((found.value - true) / found.sd)
-    assert np.all(np.array(stated) < (0.065, 0.045))
+    assert np.all(np.array(stated) < (0.07, 0.055))
     assert np.all(np.median(np.abs(sure), axis=0) < 1.64)
     assert np.mean(np.abs(sure) < 2.0) >= 0.8
 
@@ -64,5 +65,28 @@ def test_refused():
     with pytest.raises(ValueError, match="part must say which part"):
         identify_friction(log, problem)
     still = {name: np.zeros(5) for name in UNITS} | {"time": np.arange(5.0)}
-    with pytest.raises(ValueError, match="data must be at least one push"):
+    with pytest.raises(ValueError, match=r"data must be at least one push of 0.2 mm or more; got none"):
         identify_friction(still, problem)
+
+
+@pytest.mark.parametrize(("depth", "blurred"), [(0.25, True), (1.1, False)])
+def test_a_push_between_two_samples_is_blurred(depth, blurred):
+    """Of 7 and 31 ms at 35 mm/s: how the tip moved in the first no reconstruction tells to 5 % of its force.
+
+    Taken as samples show them, such pushes of rings of 7 kg gave 95 % intervals of mu_kinetic that held 62 %.
+    """
+    problem = preset("printed").replace(part=Part(7.0, 85.0))
+    time = np.arange(0.0, 0.2, 0.01)
+    slide = np.maximum(86.5 - 35.0 * np.maximum(time - 0.02, 0.0), 86.0 - depth)
+    rows = {
+        "time": time,
+        "angle": 0.1 * time,
+        "slide": slide,
+        "peak_force": np.where(slide < 86.0, 50.0, 0.0),
+        "spindle_speed": np.full(time.size, 0.1),
+        "pushing": np.where((time > 0.015) & (time < 0.1), 1.0, 0.0),
+        "offset_planned": np.where(time < 0.15, 1.0, 1.0 - depth),
+        "offset_angle_planned": np.zeros(time.size),
+    }
+    (push,) = logged_pushes(rows, problem)
+    assert (push["blur"][0] > 0.05 * 50.0) == blurred

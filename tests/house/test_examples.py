@@ -1,5 +1,5 @@
 """Every example runs by itself, without a warning, and says something: ``pytest -m gallery``, some three minutes.
-The pages are built from what they say; .ci/run does both.
+Building the pages executes them, too, and keeps what they say; .ci/run leaves that out.
 """
 
 import runpy

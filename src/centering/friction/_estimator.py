@@ -150,9 +150,21 @@ class FrictionEstimator:
             Without a profile or any reading, or for a reading below 0 by more than 5 standard deviations,
             infinite, or above the range of the sensor, 446 N.
         """
+        self._learn(trace, profile, peak_force, free_slide, final_position)
+
+    def _learn(
+        self,
+        trace: PushTrace | None = None,
+        profile: TipProfile | None = None,
+        peak_force: float | None = None,
+        free_slide: float | None = None,
+        final_position: float | None = None,
+        blur: Floats | float = 0.0,
+    ) -> None:
+        """Learn from a push; `blur` adds to the standard deviations of its readings (N, mm, mm)."""
         path, read = _readings(self._sd, trace, profile, peak_force, free_slide, final_position)
         farthest = float(path.position(np.cumsum(path.duration)).max())
-        noise_sd = np.hypot(self._sd, [0.0, 0.0, self._way_error * farthest])
+        noise_sd = np.hypot(np.hypot(self._sd, [0.0, 0.0, self._way_error * farthest]), blur)
         likely, off = likelihood(
             self._belief, self._problem.model, path, read, noise_sd, (self._error, farthest)
         )
@@ -211,6 +223,7 @@ _ADVICE = {
 }
 
 
+_SEEN = " of 0.2 mm or more"
 _LOGGED = {"model_error": 0.05, "way_error": 0.03}
 
 
@@ -226,7 +239,7 @@ def identify_friction(
         ``free_slide`` (mm), ``final_position`` (mm), see `FrictionEstimator.update`. Or the log of a
         centering cycle, its table "control", or the arrays of it: the motion of the tip then follows from the
         readings of the slide, the way of the part from the reported centres. Samples of 10 ms determine the
-        friction of a heavy part; for one of 5 kg they say little.
+        friction of a heavy part; for one of 7 kg they say little, and the message says so.
     problem : CenteringProblem
         Expected friction and its scatter.
     part : int, optional
@@ -261,9 +274,9 @@ def identify_friction(
         if isinstance(push, PushTrace):
             estimator.update(push)
         else:
-            estimator.update(**checks.kind("each push", push, dict, ", or a PushTrace"))
+            estimator._learn(**checks.kind("each push", push, dict, ", or a PushTrace"))
     if not estimator.pushes + estimator.refused:
-        raise checks.refuse("data", "at least one push", [])
+        raise ValueError(f"data must be at least one push{_SEEN if logged else ''}; got none")
     estimate = estimator.estimate
     if throw and estimate.status is Status.IMPOSSIBLE:
         raise ValueError(estimate.message)

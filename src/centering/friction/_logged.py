@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from centering._problem.model import PushModel
 from centering._problem.problem import CenteringProblem
+from centering.push._contact.trace import PushTrace
 from centering.push._plan.touch import profile_of
 from centering.push._profile.profile import TipProfile
 from centering.push.turning._shooting import landing, ring_state
-from centering.push.turning._table_profile import turning_profile
+from centering.push.turning._table_profile import TableProfile, turning_profile
 from centering.push.turning._table_trace import simulate_table_push
 from sdpgrind import identify as idf
 from sdpgrind.base.checks import Floats
@@ -29,13 +31,17 @@ UNITS = {
 
 _LEAST = 0.2  # mm, chosen: samples of a shorter push say too little about friction
 _AFTER = 3  # chosen: samples after the profile that still belong to the push
+_READ = ("peak_force", "free_slide", "final_position")
 _TURN = 0.05  # rad, chosen: turn of the table per step of the search for first touch
 _SHORTEST = 1e-6  # s, chosen: a shorter first segment is rounding
 _ERROR = 1e-6  # mm, chosen: integration error of a step in the plane, below the errors of readings
 
 
 def logged_pushes(log: Any, problem: CenteringProblem, part: int | None = None) -> list[dict[str, Any]]:
-    """Return profile (`TableProfile`), peak force (N) and way (mm) of each push of a part of 0.2 mm or more.
+    """Return profile (`TableProfile`), peak force (N), way (mm) and blur of each push of 0.2 mm or more.
+
+    `blur`: what samples leave open of peak force (N), free slide and way (mm): the difference of predictions
+    by a smooth motion of the tip and by one at constant speed from sample to sample.
 
     `log` holds the table "control" of a run with the columns of `UNITS`; `part` is needed for a log of
     several. Radius and model of the problem give the contact with the rim and the bend of the way.
@@ -61,9 +67,9 @@ def _pushes(rows: Series, problem: CenteringProblem) -> Iterator[dict[str, Any]]
         if end > first + 2 and np.isfinite(before):
             push = _push(rows, slice(first, end + 1), before, problem)
             if push is not None and not abs(after - before) < _LEAST:
-                profile, share = push
+                share = push.pop("share")
                 peak = float(np.nanmax(rows["peak_force"][first + 1 : end + 1]))
-                yield {"profile": profile, "peak_force": peak, "final_position": abs(after - before) * share}
+                yield push | {"peak_force": peak, "final_position": abs(after - before) * share}
 
 
 def _center(rows: Series, k: int) -> complex:
@@ -72,22 +78,33 @@ def _center(rows: Series, k: int) -> complex:
     return complex(d * cos(phi), d * sin(phi)) if np.isfinite(d + phi) else complex(nan, nan)
 
 
-def _push(
-    rows: Series, kept: slice, before: complex, problem: CenteringProblem
-) -> tuple[TipProfile, float] | None:
-    """Tip from first touch on, along the contact normal, and way over distance; None: no contact."""
+def _push(rows: Series, kept: slice, before: complex, problem: CenteringProblem) -> dict[str, Any] | None:
+    """Tip from first touch on, along the contact normal; way over distance; blur. None: no contact."""
     model, w = problem.model, float(rows["spindle_speed"][kept.start])
-    path = _smooth(rows.time[kept] - rows.time[kept.start], -rows["slide"][kept])
+    samples = rows.time[kept] - rows.time[kept.start], -rows["slide"][kept]
     angle = rows["angle"][kept.start] - float(np.angle(before))
+    met = _met(_smooth(*samples), angle, w, before, model)
+    straight = _met(_straight(*samples), angle, w, before, model)
+    if met is None or straight is None:
+        return None
+    (profile, turned, line, shown), (*_, other) = met, straight
+    state = ring_state(abs(before), turned, model.part.radius, w)
+    rest = landing(model, w, profile.segments, state, _ERROR)
+    direct = abs(rest - abs(before) * np.exp(1j * turned))
+    blur = np.abs([getattr(shown, name) - getattr(other, name) for name in _READ])
+    return {"profile": line, "share": shown.final_position / direct if direct > 0.0 else 1.0, "blur": blur}
+
+
+def _met(
+    path: TipProfile, angle: float, w: float, before: complex, model: PushModel
+) -> tuple[TipProfile, float, TableProfile, PushTrace] | None:
+    """Tip from first touch on, angle then, tip along the contact normal, push; None: no contact."""
     touched = _touch(path, angle, w, abs(before), model.part.radius)
     if touched is None:
         return None
     profile, turned = profile_of(_from(path.segments, touched), 0.0), angle + w * touched
-    state = ring_state(abs(before), turned, model.part.radius, w)
-    rest = landing(model, w, profile.segments, state, _ERROR)
-    direct = abs(rest - abs(before) * np.exp(1j * turned))
     line = turning_profile(profile, model, offset=abs(before), touch_angle=-turned, spindle_speed=w)
-    return line, simulate_table_push(model, line).final_position / direct if direct > 0.0 else 1.0
+    return profile, turned, line, simulate_table_push(model, line)
 
 
 def _smooth(time: Floats, position: Floats) -> TipProfile:
@@ -99,6 +116,12 @@ def _smooth(time: Floats, position: Floats) -> TipProfile:
     ends = np.column_stack((middle, speed[1:])).ravel()
     half = np.repeat(0.5 * step, 2)
     return TipProfile(half, starts, (ends - starts) / half, start=float(position[0]))
+
+
+def _straight(time: Floats, position: Floats) -> TipProfile:
+    """Motion through samples at constant speed between neighbours."""
+    step = np.diff(time)
+    return TipProfile(step, np.diff(position) / step, np.zeros(step.size), start=float(position[0]))
 
 
 def _touch(path: TipProfile, angle: float, w: float, offset: float, radius: float) -> float | None:
