@@ -20,6 +20,8 @@ class Origin:
     `low`: lower cut-off of a band or a high pass, upr; 1 where all pass. `spindle_sd`: sd of the harmonics of
     a spindle's error that was taken off, from 0 on, mm.
 
+    `radius_known`: False where deviations count from the tester's own circle and the radius was assumed.
+
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
     profiles, wherever they come from.
     """
@@ -32,6 +34,7 @@ class Origin:
     nyquist: float = 0.0
     low: float = 1.0
     spindle_sd: tuple[float, ...] = ()
+    radius_known: bool = True
     source: str = dataclasses.field(default="", compare=False)
 
 

@@ -3,6 +3,7 @@
 import dataclasses
 from functools import cached_property
 from math import copysign, cos, inf
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,7 @@ from centering.roundness._part_frame import circle_of, into_part, tip_centers
 from centering.roundness._sampling import rise, turns_of, unwrapped_turns, widest_gap
 from centering.roundness._slope import Slope
 from centering.roundness._slope_kernels import steepest_window
+from centering.roundness._turn import NOT_GIVEN, placed, refuse_deviations, without_closing
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
@@ -28,8 +30,8 @@ _STEPS = 2  # derived: of the samples; a window below holds no more than its end
 class PartReadings(ByValue):
     """A profile before any step; `Profile` describes the fields (mm, rad)."""
 
-    angle: Floats
-    reading: Floats
+    angle: Floats = dataclasses.field(default_factory=lambda: NOT_GIVEN)
+    reading: Floats = dataclasses.field(default_factory=lambda: NOT_GIVEN)
     _: dataclasses.KW_ONLY
     tip_radius: float = 0.0
     internal: bool = False
@@ -37,17 +39,29 @@ class PartReadings(ByValue):
     _origin: Origin = dataclasses.field(default=MEASURED, init=False)
 
     def __post_init__(self) -> None:
-        angle, reading = readings(self.angle, self.reading)
-        object.__setattr__(self, "angle", lasting(unwrapped_turns(angle)))
-        object.__setattr__(self, "reading", lasting(reading))
+        angle, reading = readings(*placed(self.angle, self.reading))
+        refuse_deviations(reading)
+        turn = without_closing(unwrapped_turns(angle), reading)
+        object.__setattr__(self, "angle", lasting(turn.angle))
+        object.__setattr__(self, "reading", lasting(turn.reading))
+        self._note(steps=turn.told)
         object.__setattr__(self, "tip_radius", checks.nonnegative("tip_radius", self.tip_radius, "mm"))
         checks.kind("internal", self.internal, bool)
         object.__setattr__(self, "circle", circle_of(self.angle, self.reading, self._tip))
+
+    def _note(self, **changes: Any) -> None:
+        """Change the origin of a profile that was just made."""
+        object.__setattr__(self, "_origin", dataclasses.replace(self._origin, **changes))
 
     @property
     def source(self) -> Source | None:
         """Origin of a profile that was read: file, units, factors, rows left out; None: of arrays."""
         return Source.from_json(self._origin.source) if self._origin.source else None
+
+    @property
+    def radius(self) -> float | None:
+        """Radius of the part's circle, mm; None: not known, as deviations were given without it."""
+        return self.circle.radius if self._origin.radius_known else None
 
     @property
     def _tip(self) -> float:
@@ -67,13 +81,17 @@ class PartReadings(ByValue):
 
     @property
     def radii(self) -> Floats:
-        """Distance of the surface from the part's centre, (n,), mm: that of the tip -/+ its radius."""
+        """Distance of the surface from the part's centre, (n,), mm: that of the tip -/+ its radius.
+
+        Raises ValueError where the radius is not known.
+        """
+        self._need_radius("radii")
         return self._part_frame[1]
 
     @cached_property
     def deviation(self) -> Floats:
         """Deviation from the part's circle, (n,), mm; positive outside."""
-        return lasting(self.radii - self.circle.radius)
+        return lasting(self._part_frame[1] - self.circle.radius)
 
     @cached_property
     def points(self) -> Floats:
@@ -167,8 +185,9 @@ class PartReadings(ByValue):
         Raises
         ------
         ValueError
-            When the samples are too far apart to bound the form between them.
+            When the samples are too far apart to bound the form between them; where the radius is not known.
         """
+        self._need_radius("largest_radius")
         axis = _axis("about", about)
         if upr is None and self._origin.filter:
             coef = even_harmonics(self.deviation)[: len(self._origin.sd)]
@@ -179,6 +198,13 @@ class PartReadings(ByValue):
         eccentricity = float(np.hypot(*(self.circle.value[1:] - axis)))
         higher = (self.rise_between_samples(upr) - 1) * float(np.ptp(self.deviation)) / 2
         return largest + higher + eccentricity * (1 - cos(min(widest_gap(self.part_angle) / 2, np.pi)))
+
+    def _need_radius(self, name: str) -> None:
+        if not self._origin.radius_known:
+            raise ValueError(
+                f"{name} needs the radius (mm), which deviations from the tester's own circle do not tell:"
+                " give Profile.from_deviation its radius; got None"
+            )
 
     def rise_between_samples(self, upr: float) -> float:
         """Return the height of a form between samples over its largest sampled one, unit 1: sec(upr gap/2).

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from centering.roundness import _profile_record as profile_record
@@ -17,7 +18,8 @@ from centering.roundness._read import Turned, samples
 from centering.roundness._roundness import Roundness
 from centering.roundness._sampling import checked_degree
 from centering.roundness._stepped_readings import SteppedReadings
-from sdpgrind.base import pictures
+from centering.roundness._turn import NOT_GIVEN, UNKNOWN_RADIUS, nominal_radius, told_radius
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.brief import counted
 from sdpgrind.base.plans import Plan
 
@@ -29,7 +31,8 @@ class Profile(FormerNames, SteppedReadings, Plan):
     Exact at any offset of the ring: the tip's centre lies at reading + tip_radius from the spindle axis (in a
     bore at reading - tip_radius); part angle and deviation refer to the part's own centre. Angles may repeat,
     lie in any order, leave gaps and span several turns; those of an encoder that restarts at each turn are
-    unwrapped.
+    unwrapped. Readings alone are one even turn that begins at 0, whose last point is not the first again. Of
+    one turn with angles a last reading at the place of the first, within a quarter of a step, is dropped.
 
     Parameters
     ----------
@@ -50,9 +53,10 @@ class Profile(FormerNames, SteppedReadings, Plan):
     Raises
     ------
     ValueError, TypeError
-        For unequal lengths, values that are not finite, readings <= 0, fewer than 4 different angles, angles
-        that suggest degrees, a tip radius < 0 or too large for the bore; when the readings determine no
-        circle about the spindle axis.
+        For unequal lengths, values that are not finite, readings <= 0, readings of both signs, which are
+        deviations, fewer than 4 different angles, angles that suggest degrees, a tip radius < 0 or too large
+        for the bore; for a last reading at the place of the first that differs from it by more than 10
+        standard deviations of a reading; when the readings determine no circle about the spindle axis.
 
     Examples
     --------
@@ -67,6 +71,64 @@ class Profile(FormerNames, SteppedReadings, Plan):
     kind = "centering.profile"
 
     @classmethod
+    def from_deviation(
+        cls,
+        deviation: npt.ArrayLike,
+        *,
+        radius: float | None,
+        angle: npt.ArrayLike | None = None,
+        centred: bool = False,
+        tip_radius: float = 0.0,
+        internal: bool = False,
+    ) -> "Profile":
+        """Return the profile of deviations from a radius, as a form tester writes them.
+
+        The radius places the curvature: another one changes RONt about an offset circle by some offset^2 /
+        (2 radius).
+
+        Parameters
+        ----------
+        deviation : array_like, shape (n,)
+            Deviation from the radius, mm, positive outward.
+        radius : float or None
+            Nominal radius, mm. None: not known, allowed with `centred`; `radius` of the profile is None then,
+            and what needs it is refused.
+        angle : array_like, shape (n,), optional
+            Spindle angle, rad. Default: an even turn that begins at 0.
+        centred : bool
+            Whether deviations are from the tester's own circle.
+        tip_radius, internal
+            As of a profile (mm).
+
+        Returns
+        -------
+        Profile
+            The profile about the spindle axis.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As of a profile; without a radius unless `centred`; for deviations of more than 10 % of the radius
+            from peak to valley; for a tip radius without a radius.
+
+        Examples
+        --------
+        >>> turn = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
+        >>> ring = Profile.from_deviation(0.001 * np.cos(3 * turn), radius=None, centred=True)
+        >>> ring.radius, round(ring.roundness("MZC").ron_t, 6)  # mm
+        (None, 0.002)
+        """
+        height = checks.finite_array("deviation", deviation, "mm")
+        reading = nominal_radius(height, radius, centred) + height
+        if radius is None and tip_radius:
+            raise checks.refuse("tip_radius", "0 where the radius is not known", tip_radius, "mm")
+        places = NOT_GIVEN if angle is None else angle
+        profile = cls(places, reading, tip_radius=tip_radius, internal=internal)  # type: ignore[arg-type]
+        if radius is None:
+            profile._note(steps=(*profile.steps, UNKNOWN_RADIUS), radius_known=False)
+        return profile
+
+    @classmethod
     def read(
         cls,
         data: Any,
@@ -75,8 +137,10 @@ class Profile(FormerNames, SteppedReadings, Plan):
         reading: Any = None,
         deviation: Any = None,
         radius: float | None = None,
+        centred: bool = False,
         tip_radius: float = 0.0,
         internal: bool = False,
+        section: tuple[str, Any] | None = None,
         group: str | None = None,
         missing: Sequence[str] = (),
         plausible: bool = True,
@@ -90,13 +154,20 @@ class Profile(FormerNames, SteppedReadings, Plan):
             and z the deviation.
         angle : str or tuple, optional
             Header of the spindle angle, ``("angle", "deg")``; it may start again at each turn. Not for X3P.
+            Default: the rows are one even turn that begins at 0, if the file has no column of angles.
         reading, deviation : str or tuple, optional
             Header of the radial position, or of what it deviates from `radius`: ``("dev", "um")``. Of the two
             one is given. Default for X3P: deviation z.
         radius : float, optional
             Nominal radius of deviations, mm.
+        centred : bool
+            Whether deviations are from the tester's own circle, so that the radius may be left out; not for
+            X3P.
         tip_radius, internal
             As of a profile (mm).
+        section : tuple, optional
+            Header of the sections in a file of several, and the one to read, ``("section", 3)``. Default: the
+            file holds one.
         group : str, optional
             Group of a TDMS or HDF5 file. Default: all that hold the columns.
         missing : sequence of str
@@ -127,7 +198,10 @@ class Profile(FormerNames, SteppedReadings, Plan):
         >>> round(Profile.read(table, angle="angle", deviation="dev", radius=40.0).circle.offset, 4)  # mm
         0.05
         """
-        found = samples(data, angle, reading, deviation, radius, tip_radius, group, missing, plausible)
+        found = samples(
+            data, angle, reading, deviation, radius, tip_radius, group, missing, plausible,
+            section=section, centred=centred,
+        )  # fmt: skip
         return profile_read(found, tip_radius, internal)
 
     def harmonics(self, upr_max: int | None = None) -> Harmonics:
@@ -240,7 +314,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
         circle, done = self.circle, "; ".join(self.steps) or "as measured"
         height = f"{1e3 * float(np.ptp(self.deviation)):.4g} µm from peak to valley"
         return (
-            f"{self.angle.size} points on {counted(self.turns, 'turn')}, radius {circle.radius:.7g} mm"
+            f"{self.angle.size} points on {counted(self.turns, 'turn')}, {told_radius(self.radius, 7)}"
             f" at offset {circle.offset:.4g} mm, {height}; {done}"
         )
 
@@ -248,6 +322,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
 def profile_read(found: Turned, tip_radius: float, internal: bool) -> Profile:
     """The profile of what was read, with its origin."""
     profile = Profile(found.angle, found.reading, tip_radius=tip_radius, internal=internal)
-    origin = dataclasses.replace(profile._origin, source=found.source.to_json())
-    object.__setattr__(profile, "_origin", origin)
+    profile._note(source=found.source.to_json())
+    if not found.radius_known:
+        profile._note(steps=(*profile.steps, UNKNOWN_RADIUS), radius_known=False)
     return profile

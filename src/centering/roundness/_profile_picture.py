@@ -7,6 +7,7 @@ import numpy as np
 
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
 from centering.roundness._profile_steps import limits
+from centering.roundness._turn import told_radius
 from sdpgrind.base import pictures
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def plot(profile: "Profile") -> Any:
     circle = profile.circle
     height = f"{_height(profile)}, {profile._origin.filter or 'not filtered'}"
     figure.suptitle(
-        f"{height}; radius {circle.radius:.6g} mm, {circle.offset:.3g} mm off the spindle", fontsize=10
+        f"{height}; {told_radius(profile.radius, 6)}, {circle.offset:.3g} mm off the spindle", fontsize=10
     )
     return figure
 

@@ -125,6 +125,7 @@ class Sections(ByValue, Plan):
         data: Any,
         *,
         height: Any,
+        section: str | None = None,
         angle: Any = None,
         reading: Any = None,
         deviation: Any = None,
@@ -135,7 +136,7 @@ class Sections(ByValue, Plan):
         missing: Sequence[str] = (),
         plausible: bool = True,
     ) -> "Sections":
-        """Read sections from one table; rows of one height are one section.
+        """Read sections from one table; rows of one height, or of one name, are one section.
 
         Parameters
         ----------
@@ -143,6 +144,9 @@ class Sections(ByValue, Plan):
             As of `Profile.read`, but X3P.
         height : str or tuple
             Header of the height, ``("z", "mm")``.
+        section : str, optional
+            Header of the number or name of the section of each row, whose height is the mean of its rows.
+            Default: rows of one height are one section.
         angle, reading, deviation, radius, tip_radius, internal, group, missing, plausible
             As of `Profile.read` (rad, mm).
 
@@ -154,7 +158,8 @@ class Sections(ByValue, Plan):
         Raises
         ------
         ValueError
-            As of `Profile.read`; for a height that holds fewer than 4 readings.
+            As of `Profile.read`; for a section of fewer than 4 readings, or one whose heights scatter by more
+            than half of the distance to the next.
 
         Examples
         --------
@@ -166,8 +171,9 @@ class Sections(ByValue, Plan):
         0.004
         """
         found = samples(
-            data, angle, reading, deviation, radius, tip_radius, group, missing, plausible, height
-        )
+            data, angle, reading, deviation, radius, tip_radius, group, missing, plausible,
+            height=height, section=section,
+        )  # fmt: skip
         sections = found.sections(plausible)
         profiles = [profile_read(each, tip_radius, internal) for _, each in sections]
         return cls(tuple(profiles), np.array([level for level, _ in sections]))

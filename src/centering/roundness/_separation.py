@@ -161,6 +161,7 @@ def _part(profiles: Sequence[Profile], amplitude: Complex, sd: Floats, told: str
         sd=(0.0, 0.0, *sd.tolist()),
         noise_sd=sd_of_harmonics(sd),
         nyquist=first.nyquist,
+        radius_known=all(each._origin.radius_known for each in profiles),
     )
     circle = first.circle.replace(value=np.array([radius, 0.0, 0.0]))
     angle = even_turn(first.angle.size)

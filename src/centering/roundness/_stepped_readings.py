@@ -122,13 +122,15 @@ class SteppedReadings(PartReadings):
         Raises
         ------
         ValueError
-            Without tip radius and ratio, or for an offset ring without tip radius; for a ratio near a whole
-            number; for more harmonics than samples allow; when the turns do not separate runout from form
-            (the message says how many more do); for a filtered profile.
+            Without tip radius and ratio, or the part's radius and ratio; for an offset ring without tip
+            radius; for a ratio near a whole number; for more harmonics than samples allow; when the turns do
+            not separate runout from form (the message says how many more do); for a filtered profile.
         """
         if self._origin.filter:
             rule = "remove_roller_error must come before a filter, which keeps no turns"
             raise ValueError(f"{rule}; got {self._origin.filter}")
+        if ratio is None:
+            self._need_radius("ratio, the radius over tip_radius,")
         task = task_of(self._samples, ratio=ratio, upr_max=upr_max, refine=refine, near_integer=near_integer)
         return self._made(steps_of.without_runout(self, task))
 
