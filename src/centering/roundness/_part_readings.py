@@ -98,6 +98,34 @@ class PartReadings(ByValue):
         """Centres of the tip about the spindle axis, (n, 2), mm."""
         return lasting(tip_centers(self.angle, self.reading, self._tip))
 
+    @property
+    def removed(self) -> Floats:
+        """Readings that were taken out, (m, 2): part angle, rad, and height above the form, mm."""
+        return np.column_stack([self._taken_out[0], self._removed[2]])
+
+    @cached_property
+    def _taken_out(self) -> tuple[Floats, Floats]:
+        """Part angle (rad) and deviation (mm) of readings that were taken out."""
+        angle, reading, _ = self._removed
+        part_angle, distance = into_part(angle, reading, self._tip, self.circle.value[1:])
+        return part_angle, distance - self._tip - self.circle.radius
+
+    @property
+    def _removed(self) -> Floats:
+        """Spindle angles (rad), readings and heights (mm) of what was taken out, (3, m)."""
+        return np.array(self._origin.removed, dtype=float).reshape(-1, 3).T
+
+    @property
+    def _removed_points(self) -> Floats:
+        """Centres of the tip where readings were taken out, (m, 2), mm."""
+        angle, reading, _ = self._removed
+        return tip_centers(angle, reading, self._tip)
+
+    @property
+    def _seen_gap(self) -> float:
+        """Widest angle without a reading, those included that were taken out, rad."""
+        return widest_gap(np.append(self.part_angle, self._taken_out[0]))
+
     @cached_property
     def turns(self) -> float:
         """Turns covered by the angles, including the last step, unit 1."""
@@ -173,7 +201,7 @@ class PartReadings(ByValue):
         """Return the largest radius of the part about an axis, mm.
 
         For a filtered profile the largest between samples too, from its harmonics; else the largest sample,
-        plus the possible rise between samples if `upr` is given.
+        plus the possible rise between samples if `upr` is given. Asperities that were taken out count.
 
         Parameters
         ----------
@@ -189,15 +217,17 @@ class PartReadings(ByValue):
         """
         self._need_radius("largest_radius")
         axis = _axis("about", about)
+        taken_out = float(np.hypot(*(self._removed_points - axis).T).max(initial=-inf)) - self._tip
         if upr is None and self._origin.filter:
             coef = even_harmonics(self.deviation)[: len(self._origin.sd)]
-            return largest_between(coef, self.circle.value, self._tip, axis)
-        largest = float(np.hypot(*(self.points - axis).T).max()) - self._tip
+            return max(largest_between(coef, self.circle.value, self._tip, axis), taken_out)
+        largest = max(float(np.hypot(*(self.points - axis).T).max()) - self._tip, taken_out)
         if upr is None:
             return largest
         eccentricity = float(np.hypot(*(self.circle.value[1:] - axis)))
-        higher = (self.rise_between_samples(upr) - 1) * float(np.ptp(self.deviation)) / 2
-        return largest + higher + eccentricity * (1 - cos(min(widest_gap(self.part_angle) / 2, np.pi)))
+        height = float(np.ptp(np.append(self.deviation, self._taken_out[1])))
+        higher = (self.rise_between_samples(upr) - 1) * height / 2
+        return largest + higher + eccentricity * (1 - cos(min(self._seen_gap / 2, np.pi)))
 
     def _need_radius(self, name: str) -> None:
         if not self._origin.radius_known:
@@ -222,7 +252,7 @@ class PartReadings(ByValue):
         ValueError
             When the samples are too far apart: a wave of this degree is unbounded between them.
         """
-        degree, gap = checks.nonnegative("upr", upr, "upr"), widest_gap(self.part_angle)
+        degree, gap = checks.nonnegative("upr", upr, "upr"), self._seen_gap
         if rise(degree, gap) == inf:
             raise checks.refuse(
                 "upr", f"< {np.pi / gap:.6g} for a gap of {np.degrees(gap):.4g} degrees", degree, "upr"

@@ -133,7 +133,7 @@ def _broad(profile: Measured, asked: Filter) -> Form:
 
 def _points(profile: Measured, form: Form) -> int:
     """Points of an even turn: as many as a turn had."""
-    return max(round(profile.points_per_turn), 2 * form.coef.size - 1)
+    return max(round(2 * profile.nyquist), 2 * form.coef.size - 1)
 
 
 def _samples(profile: Measured, degree: int) -> Samples:

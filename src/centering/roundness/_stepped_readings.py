@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 
 from centering.roundness import _profile_steps as steps_of
+from centering.roundness._asperities import asked_for, without_asperities
 from centering.roundness._correction import corrected
 from centering.roundness._filters import filter_of, warn_if_sparse
 from centering.roundness._origin import Made
@@ -133,6 +134,50 @@ class SteppedReadings(PartReadings):
             self._need_radius("ratio, the radius over tip_radius,")
         task = task_of(self._samples, ratio=ratio, upr_max=upr_max, refine=refine, near_integer=near_integer)
         return self._made(steps_of.without_runout(self, task))
+
+    def remove_asperities(
+        self, sigmas: float = 6.0, *, width: float | None = None, both: bool = False
+    ) -> Self:
+        """Take out readings that stand out of the form, as those of dust and burrs; before a filter.
+
+        The form is that of the robust filter at 150 upr, or a twentieth of the points of a turn if that is
+        less; the standard deviation follows from the median of the residuals. An asperity ends where they
+        fall below twice that.
+        Nothing is put in its place: harmonics are fitted to the other readings. `removed` keeps what was
+        taken out, and the contact with a grinder still counts it.
+
+        Parameters
+        ----------
+        sigmas : float
+            Least height of an asperity above the form, standard deviations, unit 1, > 2.
+        width : float, optional
+            Greatest width of an asperity in the part angle, rad; a wider one is form and stays. Default: any.
+        both : bool
+            Whether pits are taken out, too.
+
+        Returns
+        -------
+        Profile
+            The samples that are left, with `removed`; `steps` say how many.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For more than 2 % of the readings, which are form; for fewer than 64 samples; for a profile that
+            was filtered or separated.
+
+        Examples
+        --------
+        >>> from centering.roundness import Profile
+        >>> angle, noise = np.linspace(0.0, 2 * np.pi, 720, endpoint=False), np.random.default_rng(0)
+        >>> form = 1e-3 * np.cos(3 * angle) + 1e-4 * noise.normal(size=720)
+        >>> form[200] += 0.05  # dust
+        >>> clean = Profile(30.0 + form).remove_asperities()
+        >>> clean.removed.shape, round(1e3 * clean.filter(upr=50).roundness().ron_t, 1)
+        ((1, 2), 2.1)
+        """
+        asked = asked_for(sigmas, both, width)
+        return self._made(without_asperities(self, asked))
 
     def correct(self, spindle: SpindleError) -> Self:
         """Take the error of the tester's spindle off each reading; before a filter.
