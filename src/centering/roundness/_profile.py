@@ -2,11 +2,10 @@
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from centering.roundness import _profile_record as profile_record
@@ -14,12 +13,11 @@ from centering.roundness import _profile_steps as steps_of
 from centering.roundness._former_names import FormerNames
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._profile_sheet import report as sheet_of_profile
-from centering.roundness._read import Turned, samples
 from centering.roundness._roundness import Roundness
 from centering.roundness._sampling import checked_degree
 from centering.roundness._stepped_readings import SteppedReadings
-from centering.roundness._turn import NOT_GIVEN, UNKNOWN_RADIUS, nominal_radius, told_radius
-from sdpgrind.base import checks, pictures
+from centering.roundness._turn import told_radius
+from sdpgrind.base import pictures
 from sdpgrind.base.brief import counted
 from sdpgrind.base.plans import Plan
 
@@ -70,141 +68,13 @@ class Profile(FormerNames, SteppedReadings, Plan):
 
     kind = "centering.profile"
 
-    @classmethod
-    def from_deviation(
-        cls,
-        deviation: npt.ArrayLike,
+    def harmonics(
+        self,
+        upr_max: int | None = None,
         *,
-        radius: float | None,
-        angle: npt.ArrayLike | None = None,
-        centred: bool = False,
-        tip_radius: float = 0.0,
-        internal: bool = False,
-    ) -> "Profile":
-        """Return the profile of deviations from a radius, as a form tester writes them.
-
-        The radius places the curvature: another one changes RONt about an offset circle by some offset^2 /
-        (2 radius).
-
-        Parameters
-        ----------
-        deviation : array_like, shape (n,)
-            Deviation from the radius, mm, positive outward.
-        radius : float or None
-            Nominal radius, mm. None: not known, allowed with `centred`; `radius` of the profile is None then,
-            and what needs it is refused.
-        angle : array_like, shape (n,), optional
-            Spindle angle, rad. Default: an even turn that begins at 0.
-        centred : bool
-            Whether deviations are from the tester's own circle.
-        tip_radius, internal
-            As of a profile (mm).
-
-        Returns
-        -------
-        Profile
-            The profile about the spindle axis.
-
-        Raises
-        ------
-        ValueError, TypeError
-            As of a profile; without a radius unless `centred`; for deviations of more than 10 % of the radius
-            from peak to valley; for a tip radius without a radius.
-
-        Examples
-        --------
-        >>> turn = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
-        >>> ring = Profile.from_deviation(0.001 * np.cos(3 * turn), radius=None, centred=True)
-        >>> ring.radius, round(ring.roundness("MZC").ron_t, 6)  # mm
-        (None, 0.002)
-        """
-        height = checks.finite_array("deviation", deviation, "mm")
-        reading = nominal_radius(height, radius, centred) + height
-        if radius is None and tip_radius:
-            raise checks.refuse("tip_radius", "0 where the radius is not known", tip_radius, "mm")
-        places = NOT_GIVEN if angle is None else angle
-        profile = cls(places, reading, tip_radius=tip_radius, internal=internal)  # type: ignore[arg-type]
-        if radius is None:
-            profile._note(steps=(*profile.steps, UNKNOWN_RADIUS), radius_known=False)
-        return profile
-
-    @classmethod
-    def read(
-        cls,
-        data: Any,
-        *,
-        angle: Any = None,
-        reading: Any = None,
-        deviation: Any = None,
-        radius: float | None = None,
-        centred: bool = False,
-        tip_radius: float = 0.0,
-        internal: bool = False,
-        section: tuple[str, Any] | None = None,
-        group: str | None = None,
-        missing: Sequence[str] = (),
-        plausible: bool = True,
-    ) -> "Profile":
-        """Read a file of a form tester, or a table; units stand in the call or in the file.
-
-        Parameters
-        ----------
-        data : path, pandas.DataFrame, xarray.Dataset, mapping of arrays
-            Text (.csv, .txt, .dat, .lvm, .asc), .tdms, .h5, .hdf5 or .x3p. In X3P x is the length of arc
-            and z the deviation.
-        angle : str or tuple, optional
-            Header of the spindle angle, ``("angle", "deg")``; it may start again at each turn. Not for X3P.
-            Default: the rows are one even turn that begins at 0, if the file has no column of angles.
-        reading, deviation : str or tuple, optional
-            Header of the radial position, or of what it deviates from `radius`: ``("dev", "um")``. Of the two
-            one is given. Default for X3P: deviation z.
-        radius : float, optional
-            Nominal radius of deviations, mm.
-        centred : bool
-            Whether deviations are from the tester's own circle, so that the radius may be left out; not for
-            X3P.
-        tip_radius, internal
-            As of a profile (mm).
-        section : tuple, optional
-            Header of the sections in a file of several, and the one to read, ``("section", 3)``. Default: the
-            file holds one.
-        group : str, optional
-            Group of a TDMS or HDF5 file. Default: all that hold the columns.
-        missing : sequence of str
-            Further words for no reading. Points without one are left out.
-        plausible : bool
-            Whether units, radius and tip radius are held against what a gauge can mean, angles must leave no
-            more than a quarter of the ring without a reading, and turns of X3P must be alike. False takes an
-            arc.
-
-        Returns
-        -------
-        Profile
-            The profile; its `source` tells what was read.
-
-        Raises
-        ------
-        ValueError
-            For a missing or wrong unit, header or number (in one sentence with file, header and value);
-            without the radius of deviations; for a radius outside 1 ... 3000 mm or a tip radius outside
-            0.001 ... 50 mm.
-        ImportError
-            Without the library of the format (extra ``io``).
-
-        Examples
-        --------
-        >>> angle = np.arange(0.0, 360.0, 2.0)
-        >>> table = {"angle (deg)": angle, "dev (um)": 50 * np.cos(np.radians(angle))}
-        >>> round(Profile.read(table, angle="angle", deviation="dev", radius=40.0).circle.offset, 4)  # mm
-        0.05
-        """
-        found = samples(
-            data, angle, reading, deviation, radius, tip_radius, group, missing, plausible,
-            section=section, centred=centred,
-        )  # fmt: skip
-        return profile_read(found, tip_radius, internal)
-
-    def harmonics(self, upr_max: int | None = None) -> Harmonics:
+        limits: Mapping[int | tuple[int, int], float] | None = None,
+        as_range: bool = False,
+    ) -> Harmonics:
         """Return amplitude and phase of undulations about the centre (no 1 upr): least squares, all turns.
 
         The offset, of 1 upr, is in `circle`.
@@ -213,6 +83,11 @@ class Profile(FormerNames, SteppedReadings, Plan):
         ----------
         upr_max : int, optional
             Highest harmonic, upr. Default: all that the samples determine or a filter has passed.
+        limits : mapping, optional
+            Largest amplitudes, mm, of bands and harmonics, ``{(2, 15): units.um(0.5), 42: units.um(0.05)}``;
+            `exceeds` of the result tells which are above them. Of a profile before its filter.
+        as_range : bool
+            Whether limits and tables are of the height from valley to peak, twice the amplitude.
 
         Returns
         -------
@@ -224,20 +99,32 @@ class Profile(FormerNames, SteppedReadings, Plan):
         ValueError
             For more than half of the points of a turn, fewer than 2 upr_max + 1 samples, or gaps that leave
             the harmonics undetermined (a condition above 1000); by default also where not even 2 upr are
-            determined.
+            determined; for a limit of a harmonic that was not measured, and for limits after a filter.
 
         Warns
         -----
         UserWarning
             Where, by default, a gap leaves less than half of the harmonics that the points of a turn would
             determine.
+
+        Examples
+        --------
+        >>> turn = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
+        >>> ring = Profile(40.0 + 4e-4 * np.cos(3 * turn) + 8e-5 * np.cos(42 * turn))
+        >>> found = ring.harmonics(upr_max=60, limits={(2, 15): 0.0005, 42: 5e-5})
+        >>> [(row.upr, round(row.size, 6), row.limit) for row in found.exceeds]  # upr, mm
+        [(42, 8e-05, 5e-05)]
         """
+        if limits is not None and self._origin.filter:
+            rule = "limits must be of a profile before its filter, which lowers harmonics"
+            raise ValueError(f"{rule}; got {self._origin.filter}")
         degree = None if upr_max is None else checked_degree("upr_max", upr_max, 2 * self.nyquist)
         if degree is not None and self.angle.size < 2 * degree + 1:
             raise ValueError(
                 f"reading must have at least {2 * degree + 1} samples for {degree} upr; got {self.angle.size}"
             )
-        return steps_of.harmonics(self, degree)
+        found = steps_of.harmonics(self, degree)
+        return found.replace(limits={} if limits is None else limits, as_range=as_range)
 
     def roundness(self, kind: str = "LSC") -> Roundness:
         """Return a reference circle of the profile and the roundness about it, ISO 12181-1.
@@ -317,12 +204,3 @@ class Profile(FormerNames, SteppedReadings, Plan):
             f"{self.angle.size} points on {counted(self.turns, 'turn')}, {told_radius(self.radius, 7)}"
             f" at offset {circle.offset:.4g} mm, {height}; {done}"
         )
-
-
-def profile_read(found: Turned, tip_radius: float, internal: bool) -> Profile:
-    """The profile of what was read, with its origin."""
-    profile = Profile(found.angle, found.reading, tip_radius=tip_radius, internal=internal)
-    profile._note(source=found.source.to_json())
-    if not found.radius_known:
-        profile._note(steps=(*profile.steps, UNKNOWN_RADIUS), radius_known=False)
-    return profile

@@ -14,7 +14,7 @@ from centering.roundness._cylinder import Cylinder
 from centering.roundness._cylinder_find import reference_cylinder
 from centering.roundness._cylinder_surface import axis_distances
 from centering.roundness._median_line import least_squares_tube, smallest_tube
-from centering.roundness._profile import Profile, profile_read
+from centering.roundness._profile import Profile
 from centering.roundness._read import samples
 from centering.roundness._scan import PathScan, refuse_one_height, scan_of
 from sdpgrind.base import checks, units
@@ -175,7 +175,7 @@ class Sections(ByValue, Plan):
             height=height, section=section,
         )  # fmt: skip
         sections = found.sections(plausible)
-        profiles = [profile_read(each, tip_radius, internal) for _, each in sections]
+        profiles = [Profile._of_turn(each, tip_radius, internal) for _, each in sections]
         return cls(tuple(profiles), np.array([level for level, _ in sections]))
 
     @cached_property

@@ -10,8 +10,8 @@ from centering.roundness import _profile_steps as steps_of
 from centering.roundness._asperities import asked_for, without_asperities
 from centering.roundness._correction import corrected
 from centering.roundness._filters import filter_of, warn_if_sparse
+from centering.roundness._given_readings import GivenReadings
 from centering.roundness._origin import Made
-from centering.roundness._part_readings import PartReadings
 from centering.roundness._robust_filter import LEAST
 from centering.roundness._roller import RollerError
 from centering.roundness._roller_task import task_of
@@ -23,7 +23,7 @@ from sdpgrind.base.checks import Floats
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class SteppedReadings(PartReadings):
+class SteppedReadings(GivenReadings):
     """Readings with their steps; each step gives another profile of the same ring."""
 
     _left: Floats | None = dataclasses.field(default=None, init=False, compare=False)
