@@ -10,6 +10,8 @@ import xarray as xr
 
 from centering.roundness import _profile_record as profile_record
 from centering.roundness import _profile_steps as steps_of
+from centering.roundness._comparison import compared
+from centering.roundness._form_change import FormChange
 from centering.roundness._former_names import FormerNames
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._profile_sheet import report as sheet_of_profile
@@ -17,9 +19,11 @@ from centering.roundness._roundness import Roundness
 from centering.roundness._sampling import checked_degree
 from centering.roundness._stepped_readings import SteppedReadings
 from centering.roundness._turn import told_radius
-from sdpgrind.base import pictures
+from sdpgrind.base import checks, pictures
 from sdpgrind.base.brief import counted
 from sdpgrind.base.plans import Plan
+
+_USUAL = 50  # source: ISO 12181-2, a usual cut-off, upr
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -145,6 +149,54 @@ class Profile(FormerNames, SteppedReadings, Plan):
             When the samples cover less than half a turn, or nothing fixes the circle.
         """
         return steps_of.roundness(self, kind)
+
+    def compare(
+        self,
+        before: "Profile",
+        *,
+        upr: float | tuple[float | None, float | None] | str | None = None,
+        rotation: float | None = None,
+    ) -> FormChange:
+        """Compare the part with the measurement before grinding: removed form, RONt, chance that it fell.
+
+        Parameters
+        ----------
+        before : Profile
+            The same part before, mm; filtered as this profile, or both not.
+        upr : float, tuple or str, optional
+            Cut-off or band of the Gaussian filter for both, upr (unit 1), as of `filter`. Default: 50; none
+            for profiles that are filtered.
+        rotation : float, optional
+            Turn of the part on the spindle since `before`, rad; 0 for an indexed part. Default: that of the
+            highest correlation of the forms.
+
+        Returns
+        -------
+        FormChange
+            Harmonics of both, removed form, RONt of both with intervals, probability that RONt fell.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For profiles of different filters, of a bore and a shaft, and where a filter of one is refused.
+
+        Warns
+        -----
+        UserWarning
+            Where the forms do not tell the rotation: several fit alike, or none does well.
+        """
+        checks.kind("before", before, Profile)
+        mine, its = self._origin.filter, before._origin.filter
+        if mine != its:
+            raise checks.refuse(
+                "before", f"filtered as this profile, {mine or 'not at all'}", its or "no filter"
+            )
+        if mine and upr is not None:
+            raise ValueError(f"upr must be left out where both profiles are filtered, {mine}; got {upr!r}")
+        if mine:
+            return compared(before, self, rotation)
+        cut_off = _USUAL if upr is None else upr
+        return compared(before.filter(upr=cut_off), self.filter(upr=cut_off), rotation)
 
     def plot(self) -> Any:
         """Draw the profile magnified about its circle (µm) and its harmonics (µm); return the figure."""
