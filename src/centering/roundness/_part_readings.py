@@ -6,10 +6,10 @@ from math import copysign, cos, inf
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from centering.circle._fit.arguments import readings
 from centering.circle._fit.estimate import CircleEstimate
+from centering.roundness._datum import Datum, axis_of, axis_there
 from centering.roundness._form import largest_between
 from centering.roundness._harmonic_fit import even_harmonics
 from centering.roundness._origin import MEASURED, Origin
@@ -141,16 +141,25 @@ class PartReadings(ByValue):
         """Half of the measured points of one turn, upr (unit 1): faster waves alias."""
         return self._origin.nyquist or self.points_per_turn / 2
 
-    def radial_runout(self, datum: tuple[float, float] | None = None) -> float:
+    def radial_runout(
+        self, datum: Datum = None, *, heights: float | tuple[float, float, float] | None = None
+    ) -> float:
         """Return the circular radial run-out about a datum axis, mm: the range of the readings (ISO 1101).
 
         With eccentricity e it lies between 2 e - RONt and 2 e + RONt. Unfiltered unless the profile is.
 
         Parameters
         ----------
-        datum : (float, float), optional
-            Datum axis relative to the spindle axis, mm; `Cylinder.at` gives that of a cylinder. Default: the
-            spindle axis.
+        datum : (float, float), Cylinder or (Profile, Profile), optional
+            Datum axis: parallel to the spindle axis, relative to it, mm, the axis of a cylinder, or the line
+            through the centres of two sections. Default: the spindle axis.
+        heights : float or (float, float, float), optional
+            Height of this section for a cylinder, mm; of this section and the two of the datum for sections.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For a datum of another kind, or without the heights that it needs; for two sections of one height.
 
         Examples
         --------
@@ -159,10 +168,14 @@ class PartReadings(ByValue):
         >>> ring = Profile(angle, 30.0 + 0.005 * np.cos(angle) + 0.001 * np.cos(3 * angle))
         >>> round(ring.radial_runout(), 4), round(ring.concentricity(), 4)
         (0.012, 0.01)
+        >>> bearings = ring, Profile(angle, 30.0 + 0.001 * np.cos(2 * angle))
+        >>> round(ring.radial_runout(bearings, heights=(10.0, 0.0, 20.0)), 4)  # half off that line
+        0.007
         """
         if datum is None:
             return float(np.ptp(self.reading))
-        return float(np.ptp(np.hypot(*(self.points - _axis("datum", datum)).T)))
+        axis = axis_there("datum", datum, heights)
+        return float(np.ptp(np.hypot(*(self.points - axis).T)))
 
     def concentricity(self, datum: tuple[float, float] = (0.0, 0.0)) -> float:
         """Return the concentricity of the part's circle to a datum axis, mm: twice its eccentricity.
@@ -174,7 +187,7 @@ class PartReadings(ByValue):
         datum : (float, float)
             Datum axis relative to the spindle axis, mm.
         """
-        return 2 * float(np.hypot(*(self.circle.value[1:] - _axis("datum", datum))))
+        return 2 * float(np.hypot(*(self.circle.value[1:] - axis_of("datum", datum))))
 
     def slope(self, window: float) -> Slope:
         """Return the local slope dfTc: the greatest difference of the deviation in a window, mm.
@@ -216,7 +229,7 @@ class PartReadings(ByValue):
             When the samples are too far apart to bound the form between them; where the radius is not known.
         """
         self._need_radius("largest_radius")
-        axis = _axis("about", about)
+        axis = axis_of("about", about)
         taken_out = float(np.hypot(*(self._removed_points - axis).T).max(initial=-inf)) - self._tip
         if upr is None and self._origin.filter:
             coef = even_harmonics(self.deviation)[: len(self._origin.sd)]
@@ -258,11 +271,3 @@ class PartReadings(ByValue):
                 "upr", f"< {np.pi / gap:.6g} for a gap of {np.degrees(gap):.4g} degrees", degree, "upr"
             )
         return rise(degree, gap)
-
-
-def _axis(name: str, about: npt.ArrayLike) -> Floats:
-    """An axis relative to the spindle axis, checked, mm."""
-    axis = checks.finite_array(name, about, "mm")
-    if axis.shape != (2,):
-        raise ValueError(f"{name} must be (x, y) (mm); got {checks.shown(about)}")
-    return axis

@@ -13,6 +13,7 @@ from centering.roundness import _sections_record as record
 from centering.roundness._cylinder import Cylinder
 from centering.roundness._cylinder_find import reference_cylinder
 from centering.roundness._cylinder_surface import axis_distances
+from centering.roundness._datum import axis_of
 from centering.roundness._median_line import least_squares_tube, smallest_tube
 from centering.roundness._profile import Profile
 from centering.roundness._read import samples
@@ -26,7 +27,7 @@ from sdpgrind.base.plans import Plan
 _SECTIONS = 3  # derived: two show no bend of the median line
 _TUBES = {"MZC": smallest_tube, "ls": least_squares_tube}
 
-Datum = tuple[float, float] | Cylinder | None
+Datum = tuple[float, float] | Cylinder | tuple[Profile, Profile] | None
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -242,11 +243,11 @@ class Sections(ByValue, Plan):
 
         Parameters
         ----------
-        datum : (float, float) or Cylinder, optional
-            Datum axis: parallel to the spindle axis, relative to it, mm, or the axis of a cylinder. Default:
-            the spindle axis.
+        datum : (float, float), Cylinder or (Profile, Profile), optional
+            Datum axis: parallel to the spindle axis, relative to it, mm, the axis of a cylinder, or the line
+            through the centres of two of the `profiles`. Default: the spindle axis.
         """
-        return float(np.ptp(axis_distances(self.points, _axis_of(datum))))
+        return float(np.ptp(axis_distances(self.points, self._axis_of(datum))))
 
     def coaxiality(self, datum: Datum = None) -> float:
         """Return the coaxiality to a datum axis, mm: twice the largest eccentricity of a section.
@@ -255,7 +256,7 @@ class Sections(ByValue, Plan):
 
         Parameters
         ----------
-        datum : (float, float) or Cylinder, optional
+        datum : (float, float), Cylinder or (Profile, Profile), optional
             As of `total_runout` (mm).
 
         Raises
@@ -264,7 +265,29 @@ class Sections(ByValue, Plan):
             For readings without sections.
         """
         self._need_sections("coaxiality")
-        return 2 * float(axis_distances(self.centers, _axis_of(datum)).max())
+        return 2 * float(axis_distances(self.centers, self._axis_of(datum)).max())
+
+    def _axis_of(self, datum: Datum) -> Floats:
+        """Axis (x, y, u, v) of a datum, checked."""
+        if isinstance(datum, Cylinder):
+            return datum.axis
+        if isinstance(datum, tuple) and any(isinstance(each, Profile) for each in datum):
+            (first, low), (second, high) = (self._middle(each) for each in datum)
+            if low == high:
+                raise ValueError("datum must be two sections of different heights (mm); got one twice")
+            slope = (second - first) / (high - low)
+            return np.concatenate([first - low * slope, slope])
+        if datum is not None and np.shape(datum) != (2,):
+            given = checks.shown(datum)
+            raise ValueError(f"datum must be (x, y) (mm), a Cylinder, or two of the profiles; got {given}")
+        return np.append(axis_of("datum", (0.0, 0.0) if datum is None else datum), [0.0, 0.0])
+
+    def _middle(self, section: Any) -> tuple[Floats, float]:
+        """Centre and height of one of the sections, mm."""
+        for k, each in enumerate(self.profiles):
+            if each is section:
+                return self.centers[k, :2], float(self.heights[k])
+        raise ValueError(f"datum must be two of the profiles of these sections; got {checks.shown(section)}")
 
     def _need_sections(self, name: str) -> None:
         if not self.profiles:
@@ -310,13 +333,3 @@ def _refuse_other_tips(profiles: tuple[Profile, ...]) -> None:
                 raise ValueError(
                     f"profiles must have one {name}; got {one} of profiles[0] and {other} of profiles[{k}]"
                 )
-
-
-def _axis_of(datum: Datum) -> Floats:
-    """Axis (x, y, u, v) of a datum, checked."""
-    if isinstance(datum, Cylinder):
-        return datum.axis
-    place = checks.finite_array("datum", (0.0, 0.0) if datum is None else datum, "mm")
-    if place.shape != (2,):
-        raise ValueError(f"datum must be (x, y) (mm) or a Cylinder; got {checks.shown(datum)}")
-    return np.append(place, [0.0, 0.0])
