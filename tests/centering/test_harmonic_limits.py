@@ -85,6 +85,7 @@ def test_limits_are_drawn():
         ({1: 1e-4}, r"limits must be of a harmonic from 2 upr on, or of a band \(low, high\); got 1"),
         ({(15, 2): 1e-4}, r"or of a band \(low, high\); got \(15, 2\)"),
         ({2.5: 1e-4}, r"limits must be of a harmonic from 2 upr on"),
+        ({3: 0.5}, r"limits\[3\] must be in mm, some 0.0005; units.um\(...\) for micrometres; got 0.5"),
         ({3: 0.0}, r"limits\[3\] must be > 0 \(mm\)"),
     ],
 )
@@ -100,3 +101,14 @@ def test_no_limits_after_a_filter():
         ring().filter(upr=50).harmonics(limits={3: 1e-3})
     with pytest.raises(TypeError, match=r"limits must be a mapping as \{\(2, 15\): units\.um\(0\.5\)"):
         ring().harmonics(60, limits=[0.5])
+
+
+def test_the_page_holds_harmonics_against_limits():
+    """3 and 42 upr with an sd of 1e-4 mm sqrt(2/1024), 4.4 nm: 8.7 nm for 95 %."""
+    told = ring(1e-4).report(limits={"RONt": 0.003, (2, 15): 2e-4, 3: 5e-4, 42: 8.1e-5})
+    assert "RONt (LSC) " in told and "limit 3 µm: kept" in told
+    assert (
+        "2 to 15 upr: largest amplitude at 3 upr 0.4" in told and "limit 0.2 µm, 2 above it: exceeded" in told
+    )
+    assert "3 upr: amplitude 0.4" in told and "µm (95 %), limit 0.5 µm: kept" in told
+    assert "42 upr: amplitude 0.0" in told and "limit 0.081 µm: not decided" in told

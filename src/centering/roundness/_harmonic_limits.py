@@ -7,10 +7,12 @@ import numpy as np
 
 from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
+from sdpgrind.base.quantities import another_unit
 
 Limits = tuple[tuple[int, int, float], ...]
 """Lowest and highest harmonic of each limit, upr, and the limit, mm."""
 _LOWEST = 2  # derived: upr; 1 upr is the offset
+_USUAL, _TYPICAL = (1e-7, 0.2), 5e-4  # mm; chosen: limits of a harmonic, from a gauge's ball to a forged ring
 
 
 class Exceeded(NamedTuple):
@@ -39,10 +41,16 @@ def limits_of(name: str, given: Any) -> Limits:
     if not isinstance(given, Mapping):
         form = "a mapping as {(2, 15): units.um(0.5), 42: units.um(0.05)} (mm)"
         raise TypeError(f"{name} must be {form}; got {checks.shown(given)}")
-    found = [
-        (*_band(name, key), checks.positive(f"{name}[{key!r}]", most, "mm")) for key, most in given.items()
-    ]
+    found = [(*_band(name, key), _limit(f"{name}[{key!r}]", most)) for key, most in given.items()]
     return tuple(sorted(found))
+
+
+def _limit(name: str, given: Any) -> float:
+    """A limit in mm; one in micrometres is refused."""
+    limit = checks.positive(name, given, "mm")
+    if not _USUAL[0] <= limit <= _USUAL[1]:
+        raise ValueError(another_unit(name, limit, "mm", _USUAL, _TYPICAL))
+    return limit
 
 
 def _band(name: str, key: Any) -> tuple[int, int]:

@@ -206,7 +206,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
         self,
         path: str | os.PathLike[str] | None = None,
         *,
-        limits: Mapping[str, float] | None = None,
+        limits: Mapping[str | int | tuple[int, int], float] | None = None,
     ) -> str:
         """Write one HTML page: limits, four reference circles, undulations, pictures, source, digest.
 
@@ -214,9 +214,10 @@ class Profile(FormerNames, SteppedReadings, Plan):
         ----------
         path : str or path, optional
             HTML file in an existing folder. None: only the text is returned.
-        limits : mapping of str to float, optional
+        limits : mapping, optional
             Limits of "RONt", "RONp", "RONv", "RONq" about the least-squares circle, mm, or about another as
-            "RONt (MZC)"; a RONt whose 95 % interval holds its limit is not decided.
+            "RONt (MZC)"; of an unfiltered profile also of amplitudes of harmonics, by upr, as of
+            `harmonics`. What has its limit within its 95 % interval is not decided.
 
         Returns
         -------
