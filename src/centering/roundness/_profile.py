@@ -184,6 +184,15 @@ class Profile(FormerNames, SteppedReadings, Plan):
         -----
         UserWarning
             Where the forms do not tell the rotation: several fit alike, or none does well.
+
+        Examples
+        --------
+        >>> turn = np.linspace(0.0, 2 * np.pi, 360, endpoint=False)
+        >>> before = Profile(30.0 + 2e-3 * np.cos(2 * turn) + 1e-3 * np.cos(3 * turn))
+        >>> after = Profile(29.9 + 5e-4 * np.cos(2 * (turn - 0.3)) + 5e-4 * np.cos(3 * (turn - 0.3)))
+        >>> change = after.compare(before)
+        >>> round(change.rotation, 6), change.ratio.round(3).tolist()
+        (0.3, [0.25, 0.5])
         """
         checks.kind("before", before, Profile)
         mine, its = self._origin.filter, before._origin.filter
