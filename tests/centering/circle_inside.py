@@ -24,6 +24,7 @@ from centering.monitoring._sequential import (
     learned_widening,
 )
 from centering.monitoring._tracked import FEWEST, REFERENCE
+from centering.roundness._comparison import chance_below
 from centering.roundness._direction_kernels import _four_about, _ranked, gaps
 from centering.roundness._distance_kernels import _crossing, _parting, _standing, extremes
 from centering.roundness._ends_kernels import zone_widths
@@ -69,6 +70,7 @@ __all__ = [
     "_ranked",
     "_standing",
     "ball",
+    "chance_below",
     "cusum_detection",
     "cusum_limit",
     "cusum_run_length",

@@ -395,7 +395,9 @@ def test_bad_sections():
         sections.cylinder("mzc")
     with pytest.raises(ValueError, match="method must be one of MZC, ls; got 'LSC'"):
         sections.straightness("LSC")
-    with pytest.raises(ValueError, match=r"datum must be \(x, y\) \(mm\) or a Cylinder; got \(0.0,\)"):
+    with pytest.raises(
+        ValueError, match=r"datum must be \(x, y\) \(mm\), a Cylinder, or two of .*; got \(0.0,\)"
+    ):
         sections.total_runout((0.0,))
 
 

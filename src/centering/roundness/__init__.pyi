@@ -1,5 +1,6 @@
 from ._circles import reference_circle as reference_circle
 from ._cylinder import Cylinder as Cylinder
+from ._form_change import FormChange as FormChange
 from ._harmonics import Harmonics as Harmonics
 from ._multistep import multistep as multistep
 from ._profile import Profile as Profile

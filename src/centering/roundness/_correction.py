@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from centering.roundness._origin import Made
+from centering.roundness._origin import Made, refuse_late
 from centering.roundness._part_frame import circle_of
 from centering.roundness._profile_protocol import Measured
 from centering.roundness._spindle_error import SpindleError, told_lost
@@ -31,9 +31,7 @@ def corrected(profile: Measured, spindle: SpindleError) -> Made:
 
 def _refuse_late(profile: Measured) -> None:
     """Refuse a profile that has lost its readings, or the spindle's error."""
+    refuse_late(profile, "correct")
     origin = profile._origin
-    if origin.filter or origin.sd:
-        done = origin.filter or origin.steps[-1]
-        raise ValueError(f"correct must come before a filter or a separation; got {done}")
     if origin.spindle_sd:
         raise ValueError(f"correct must be applied once; got {origin.steps[-1]}")

@@ -5,13 +5,22 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from centering.roundness._harmonic_fit import values_at
+from centering.roundness._harmonic_limits import (
+    Exceeded,
+    Limits,
+    exceeded,
+    least_limits,
+    limits_of,
+    refuse_unmeasured,
+)
 from centering.roundness._roller import SEEN
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.quantities import Described, array, described, quantity
+from sdpgrind.base.quantities import Described, array, custom, described, flag, quantity
 
 
 @described("centering.spectrum")
@@ -27,11 +36,16 @@ class Harmonics(Described, ByValue):
         Standard deviation of the amplitudes, mm; infinite where samples are as few as harmonics. Default: 0.
     nyquist : float, optional
         Half of the points of one turn, upr: the limit of the harmonics. Default: the highest `upr`.
+    limits : mapping, optional
+        Largest amplitudes, mm: of a band of harmonics as ``{(2, 15): 0.0005}``, or of one, ``{42: 5e-5}``.
+    as_range : bool
+        Whether `limits` and tables are of the height from valley to peak, twice the amplitude.
 
     Raises
     ------
     ValueError
-        When the lengths differ, an amplitude is negative or an undulation is not above 0.
+        When the lengths differ, an amplitude is negative or an undulation is not above 0; for a limit of a
+        harmonic that was not measured.
 
     Examples
     --------
@@ -40,6 +54,8 @@ class Harmonics(Described, ByValue):
     (0.1823, 0.722)
     >>> form
     Harmonics(3 upr 0.206 µm, 2 upr 0.155 µm; rms 0.182 µm)
+    >>> [(row.upr, row.limit) for row in form.replace(limits={(2, 3): 0.2e-3}).exceeds]
+    [(3, 0.0002)]
     """
 
     upr: Floats = array("1")
@@ -47,6 +63,8 @@ class Harmonics(Described, ByValue):
     phase: Floats = array("rad")
     sd: Floats = array("mm", finite=False, default_factory=lambda: np.zeros(0))
     nyquist: float = quantity("upr", at_least=0, default=0.0)
+    limits: Limits = custom(limits_of, unit="mm", default=())
+    as_range: bool = flag(default=False)
 
     def _check(self) -> None:
         if not self.sd.size:
@@ -61,6 +79,47 @@ class Harmonics(Described, ByValue):
         if np.any(self.amplitude < 0):
             raise self._refused("amplitude", ">= 0", float(self.amplitude.min()))
         object.__setattr__(self, "nyquist", self.nyquist or float(self.upr.max(initial=0.0)))
+        refuse_unmeasured(self.limits, self.upr)
+
+    @property
+    def crest(self) -> Floats:
+        """Direction of the first crest of each undulation in the part angle, (n,), rad, in [0, 2 pi/upr)."""
+        step = 2 * np.pi / self.upr
+        return np.asarray(np.mod(np.mod(self.phase, 2 * np.pi) / self.upr, step))
+
+    @property
+    def exceeds(self) -> tuple[Exceeded, ...]:
+        """Harmonics above their limits, in mm, with how far they are above them in standard deviations."""
+        sizes = self._scale * self.amplitude, self._scale * self.sd
+        return exceeded(self.limits, self.upr, *sizes)
+
+    @property
+    def _scale(self) -> float:
+        return 2.0 if self.as_range else 1.0
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a table of undulations: amplitude (or range), sd and limit in mm, phase and crest in rad.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each of `upr`; with `limits` a column of the least limit of each, NaN without one.
+
+        Examples
+        --------
+        >>> table = Harmonics([2, 3], [0.155e-3, 0.206e-3], [0.0, 1.5]).to_dataframe()
+        >>> list(table.columns), float(table.loc[3, "crest"])
+        (['amplitude', 'phase', 'crest', 'sd'], 0.5)
+        """
+        columns = {
+            "range" if self.as_range else "amplitude": self._scale * self.amplitude,
+            "phase": self.phase,
+            "crest": self.crest,
+            "sd": self._scale * self.sd,
+        }
+        if self.limits:
+            columns["limit"] = least_limits(self.limits, self.upr)
+        return pd.DataFrame(columns, index=pd.Index(self.upr, name="upr"))
 
     @property
     def rms(self) -> float:
@@ -104,7 +163,7 @@ class Harmonics(Described, ByValue):
         """Draw the amplitudes (µm) over upr, into the axes `ax` or a new figure; return the figure.
 
         The largest above the noise are named. The grey range is the amplitude that noise alone exceeds in one
-        of 20 undulations.
+        of 20 undulations. Limits are red lines.
 
         Parameters
         ----------
@@ -118,6 +177,9 @@ class Harmonics(Described, ByValue):
         ax.vlines(self.upr, 0, 1e3 * self.amplitude, color="#2a6f97", lw=1.4)
         for upr, amplitude in above_noise(self, _NAMED):
             ax.annotate(f"{upr:g}", (upr, 1e3 * amplitude), (0, 2), **_NUMBER)
+        for low, high, most in self.limits:
+            ends = (low - 0.4, high + 0.4)
+            ax.hlines(1e3 * most / self._scale, *ends, color=pictures.LIMIT, lw=1.2)
         ax.set(
             xlabel="undulations per revolution [upr]",
             ylabel="amplitude [µm]",
@@ -129,7 +191,8 @@ class Harmonics(Described, ByValue):
 
     def __repr__(self) -> str:
         shown = ", ".join(f"{upr:g} upr {1e3 * amplitude:.3g} µm" for upr, amplitude in self.largest(_NAMED))
-        return f"Harmonics({shown}; rms {1e3 * self.rms:.3g} µm)"
+        above = f"; {len(self.exceeds)} above their limits" if self.exceeds else ""
+        return f"Harmonics({shown}; rms {1e3 * self.rms:.3g} µm{above})"
 
 
 def above_noise(spectrum: Harmonics, count: int) -> list[tuple[float, float]]:

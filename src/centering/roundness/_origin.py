@@ -1,6 +1,7 @@
 """The origin of a profile: the steps that made it and their results, kept in files."""
 
 import dataclasses
+from typing import Protocol
 
 import numpy as np
 
@@ -20,6 +21,10 @@ class Origin:
     `low`: lower cut-off of a band or a high pass, upr; 1 where all pass. `spindle_sd`: sd of the harmonics of
     a spindle's error that was taken off, from 0 on, mm.
 
+    `radius_known`: False where deviations count from the tester's own circle and the radius was assumed.
+
+    `removed`: spindle angle (rad), reading and height above the form (mm) of asperities that were taken out.
+
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
     profiles, wherever they come from.
     """
@@ -32,10 +37,28 @@ class Origin:
     nyquist: float = 0.0
     low: float = 1.0
     spindle_sd: tuple[float, ...] = ()
+    radius_known: bool = True
+    removed: tuple[tuple[float, ...], ...] = ()
     source: str = dataclasses.field(default="", compare=False)
 
 
 MEASURED = Origin()
+
+
+class Kept(Protocol):
+    """What has an origin."""
+
+    @property
+    def _origin(self) -> Origin: ...
+
+
+def refuse_late(profile: Kept, name: str) -> None:
+    """Refuse a step of this name for a profile that has lost its readings."""
+    origin = profile._origin
+    if origin.filter or origin.sd:
+        done = origin.filter or origin.steps[-1]
+        raise ValueError(f"{name} must come before a filter or a separation; got {done}")
+
 
 _UNEVEN = 2.0  # chosen: sd in a gap over the median sd from which a step mentions the gap
 

@@ -7,12 +7,16 @@ import numpy as np
 
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
 from centering.roundness._profile_steps import limits
+from centering.roundness._turn import told_radius
 from sdpgrind.base import pictures
+from sdpgrind.base.brief import counted
+from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
     from centering.roundness._profile import Profile
 
 
+_MARK: dict[str, Any] = {"color": pictures.LIMIT, "markersize": 5, "clip_on": False}
 _LEAST = 0.005  # chosen: amplitude over the largest that is still visible; it ends the axis
 
 
@@ -26,7 +30,7 @@ def plot(profile: "Profile") -> Any:
     circle = profile.circle
     height = f"{_height(profile)}, {profile._origin.filter or 'not filtered'}"
     figure.suptitle(
-        f"{height}; radius {circle.radius:.6g} mm, {circle.offset:.3g} mm off the spindle", fontsize=10
+        f"{height}; {told_radius(profile.radius, 6)}, {circle.offset:.3g} mm off the spindle", fontsize=10
     )
     return figure
 
@@ -46,6 +50,18 @@ def _draw_form(axis: Any, profile: "Profile") -> None:
     polar_axes(scale, deviation, axis)
     draw_circle(axis, scale, color=pictures.LIMIT, linewidth=0.9, linestyle="--")
     draw_profile(axis, scale, profile.part_angle, deviation, color="#1d3557")
+    _draw_removed(axis, profile)
+
+
+def _draw_removed(axis: Any, profile: "Profile") -> None:
+    """Mark the asperities that were taken out at the rim, where the greatest of them would be far outside."""
+    removed = profile.removed
+    if len(removed):
+        told = (
+            f"{counted(len(removed), 'reading')} taken out, up to {UM * np.abs(removed[:, 1]).max():.3g} µm"
+        )
+        axis.plot(removed[:, 0], np.full(len(removed), axis.get_rmax()), "v", **_MARK, label=told)
+        pictures.legend(axis, loc="lower left", bbox_to_anchor=(-0.25, -0.12))
 
 
 def _draw_spectrum(axis: Any, profile: "Profile") -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from centering.roundness._harmonic_verdicts import harmonic_verdicts
 from centering.roundness._harmonics import above_noise
 from centering.roundness._roundness import NORMS, Roundness
 from centering.roundness._roundness_interval import RoundnessInterval
@@ -24,13 +25,16 @@ _LARGEST = 8  # undulations in a table; chosen: the others are below them
 _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 
 
-def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[str, float] | None) -> str:
-    """Write the page of a profile, or return its text."""
-    given = {name: _limit(name, each) for name, each in (limits or {}).items()}
+def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[Any, float] | None) -> str:
+    """Write the page of a profile, or return its text; limits of parameters by name, of harmonics by upr."""
+    asked = limits or {}
+    given = {name: _limit(name, each) for name, each in asked.items() if isinstance(name, str)}
+    waves = {upr: each for upr, each in asked.items() if not isinstance(upr, str)}
     form = profile.roundness("LSC")
     more: list[Block] = [_circles(profile), *_undulations(profile), Picture("LSC", form.plot)]
     verdicts = [_verdict(profile, name, limit) for name, limit in given.items()]
-    more.insert(0, Sentences([*verdicts, _passed(profile)], strong=bool(given)))
+    verdicts += harmonic_verdicts(profile, waves)
+    more.insert(0, Sentences([*verdicts, _passed(profile)], strong=bool(asked)))
     if (source := profile.source) is not None:
         more += [Heading("Source of the data"), Listing(str(source))]
     return str(called("sdpgrind.base.sheets.record_page:report", profile, path, tuple(more)))

@@ -14,7 +14,6 @@ from centering.roundness._harmonic_fit import HarmonicFit, even_harmonics, even_
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._origin import (
     Made,
-    Origin,
     form_sentence,
     gap_sentence,
     runout_sentence,
@@ -134,7 +133,7 @@ def _broad(profile: Measured, asked: Filter) -> Form:
 
 def _points(profile: Measured, form: Form) -> int:
     """Points of an even turn: as many as a turn had."""
-    return max(round(profile.points_per_turn), 2 * form.coef.size - 1)
+    return max(round(2 * profile.nyquist), 2 * form.coef.size - 1)
 
 
 def _samples(profile: Measured, degree: int) -> Samples:
@@ -157,15 +156,15 @@ def _even(
     """One turn on an even grid of the part angle with these deviations (mm)."""
     part_angle = even_turn(deviation.size)
     angle, reading = from_part(part_angle, circle[0] + profile._tip + deviation, profile._tip, circle[1:])
-    origin = Origin(
+    origin = dataclasses.replace(
+        profile._origin,
         steps=(*profile.steps, f"{asked}, {how}"),
-        runout=profile.roller_error,
         filter=f"{profile._origin.filter}; {asked}".lstrip("; "),
         low=max(asked.low, profile._origin.low),
         sd=tuple(sd.tolist()),
         noise_sd=sd_of_harmonics(sd[2:]),
         nyquist=profile.nyquist,
-        source=profile._origin.source,
+        spindle_sd=(),  # in sd
     )
     return Made(
         angle,

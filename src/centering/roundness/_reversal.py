@@ -1,10 +1,8 @@
 """Separation of part and spindle by reversal (Donaldson 1972)."""
 
-from math import pi
-
 import numpy as np
-from scipy.fft import next_fast_len
 
+from centering.roundness._alignment import best_turn, likeness, tops
 from centering.roundness._profile import Profile
 from centering.roundness._profile_steps import harmonic_sd
 from centering.roundness._separable import amplitudes, highest, refuse_unlike
@@ -16,9 +14,6 @@ _FINE = 15  # chosen: upr; a spindle repeats little above it, so that what two p
 _SHARE = 0.01  # chosen: fine form over the whole form from which it aligns; less may be the model's rounding
 _ALIKE = 0.5  # chosen: correlation of the fine forms of one part; noise alone has 0.2
 _NEAR = 0.05  # chosen: rad; error of half a turn made by hand at a mark
-_NEARLY = 0.9  # chosen: correlation over the highest of another angle that would fit as well
-_GRID = 16  # chosen: points for each wave of the highest harmonic; Newton's steps begin at its top
-_NEWTON = 4  # derived: steps from a sixteenth of a wave to rounding
 _SAME = 0.25  # chosen: difference of two eccentricities over the larger; two centrings agree so in 1 of 20
 _ECCENTRIC = 0.1  # chosen: eccentricity over the height of the form from which it shows
 
@@ -93,25 +88,15 @@ def misplacement(read: Complex, upr: Floats) -> float:
     fine = upr > _FINE
     shared = np.where(fine, read[0] * read[1].conj(), 0.0)
     sizes = np.linalg.norm(read[:, fine], axis=1)
-    alike = np.fft.fft(np.append([0.0, 0.0], shared), next_fast_len(_GRID * int(upr[-1]))).real
+    alike = likeness(shared, upr)
     if sizes.min() < _SHARE * np.linalg.norm(read) or alike.max() < _ALIKE * sizes.prod():
         return 0.0
-    tops = (alike > np.roll(alike, 1)) & (alike >= np.roll(alike, -1)) & (alike > _NEARLY * alike.max())
-    if np.count_nonzero(tops) > 1:
+    if tops(alike) > 1:
         return 0.0
-    turn = _refined(2 * pi * float(alike.argmax()) / alike.size, shared, upr)
-    turn = float(np.remainder(turn + pi, 2 * pi)) - pi
+    turn = best_turn(alike, shared, upr)
     if abs(turn) > _NEAR:
         raise ValueError(
             "second must show the part at the spindle angles of first; its form above"
             f" {_FINE} upr fits {abs(np.degrees(turn)):.4g} degrees away: was the probe moved?"
         )
-    return turn
-
-
-def _refined(turn: float, shared: Complex, upr: Floats) -> float:
-    """Angle of the highest correlation near one, by Newton's method, rad."""
-    for _ in range(_NEWTON):
-        waves = shared * np.exp(-1j * upr * turn)
-        turn += float(np.sum(upr * waves.imag) / np.sum(upr**2 * waves.real))
     return turn

@@ -13,8 +13,9 @@ from centering.roundness import _sections_record as record
 from centering.roundness._cylinder import Cylinder
 from centering.roundness._cylinder_find import reference_cylinder
 from centering.roundness._cylinder_surface import axis_distances
+from centering.roundness._datum import axis_of
 from centering.roundness._median_line import least_squares_tube, smallest_tube
-from centering.roundness._profile import Profile, profile_read
+from centering.roundness._profile import Profile
 from centering.roundness._read import samples
 from centering.roundness._scan import PathScan, refuse_one_height, scan_of
 from sdpgrind.base import checks, units
@@ -26,7 +27,7 @@ from sdpgrind.base.plans import Plan
 _SECTIONS = 3  # derived: two show no bend of the median line
 _TUBES = {"MZC": smallest_tube, "ls": least_squares_tube}
 
-Datum = tuple[float, float] | Cylinder | None
+Datum = tuple[float, float] | Cylinder | tuple[Profile, Profile] | None
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -125,6 +126,7 @@ class Sections(ByValue, Plan):
         data: Any,
         *,
         height: Any,
+        section: str | None = None,
         angle: Any = None,
         reading: Any = None,
         deviation: Any = None,
@@ -135,7 +137,7 @@ class Sections(ByValue, Plan):
         missing: Sequence[str] = (),
         plausible: bool = True,
     ) -> "Sections":
-        """Read sections from one table; rows of one height are one section.
+        """Read sections from one table; rows of one height, or of one name, are one section.
 
         Parameters
         ----------
@@ -143,6 +145,9 @@ class Sections(ByValue, Plan):
             As of `Profile.read`, but X3P.
         height : str or tuple
             Header of the height, ``("z", "mm")``.
+        section : str, optional
+            Header of the number or name of the section of each row, whose height is the mean of its rows.
+            Default: rows of one height are one section.
         angle, reading, deviation, radius, tip_radius, internal, group, missing, plausible
             As of `Profile.read` (rad, mm).
 
@@ -154,7 +159,8 @@ class Sections(ByValue, Plan):
         Raises
         ------
         ValueError
-            As of `Profile.read`; for a height that holds fewer than 4 readings.
+            As of `Profile.read`; for a section of fewer than 4 readings, or one whose heights scatter by more
+            than half of the distance to the next.
 
         Examples
         --------
@@ -166,10 +172,11 @@ class Sections(ByValue, Plan):
         0.004
         """
         found = samples(
-            data, angle, reading, deviation, radius, tip_radius, group, missing, plausible, height
-        )
+            data, angle, reading, deviation, radius, tip_radius, group, missing, plausible,
+            height=height, section=section,
+        )  # fmt: skip
         sections = found.sections(plausible)
-        profiles = [profile_read(each, tip_radius, internal) for _, each in sections]
+        profiles = [Profile._of_turn(each, tip_radius, internal) for _, each in sections]
         return cls(tuple(profiles), np.array([level for level, _ in sections]))
 
     @cached_property
@@ -236,11 +243,11 @@ class Sections(ByValue, Plan):
 
         Parameters
         ----------
-        datum : (float, float) or Cylinder, optional
-            Datum axis: parallel to the spindle axis, relative to it, mm, or the axis of a cylinder. Default:
-            the spindle axis.
+        datum : (float, float), Cylinder or (Profile, Profile), optional
+            Datum axis: parallel to the spindle axis, relative to it, mm, the axis of a cylinder, or the line
+            through the centres of two of the `profiles`. Default: the spindle axis.
         """
-        return float(np.ptp(axis_distances(self.points, _axis_of(datum))))
+        return float(np.ptp(axis_distances(self.points, self._axis_of(datum))))
 
     def coaxiality(self, datum: Datum = None) -> float:
         """Return the coaxiality to a datum axis, mm: twice the largest eccentricity of a section.
@@ -249,7 +256,7 @@ class Sections(ByValue, Plan):
 
         Parameters
         ----------
-        datum : (float, float) or Cylinder, optional
+        datum : (float, float), Cylinder or (Profile, Profile), optional
             As of `total_runout` (mm).
 
         Raises
@@ -258,7 +265,29 @@ class Sections(ByValue, Plan):
             For readings without sections.
         """
         self._need_sections("coaxiality")
-        return 2 * float(axis_distances(self.centers, _axis_of(datum)).max())
+        return 2 * float(axis_distances(self.centers, self._axis_of(datum)).max())
+
+    def _axis_of(self, datum: Datum) -> Floats:
+        """Axis (x, y, u, v) of a datum, checked."""
+        if isinstance(datum, Cylinder):
+            return datum.axis
+        if isinstance(datum, tuple) and any(isinstance(each, Profile) for each in datum):
+            (first, low), (second, high) = (self._middle(each) for each in datum)
+            if low == high:
+                raise ValueError("datum must be two sections of different heights (mm); got one twice")
+            slope = (second - first) / (high - low)
+            return np.concatenate([first - low * slope, slope])
+        if datum is not None and np.shape(datum) != (2,):
+            given = checks.shown(datum)
+            raise ValueError(f"datum must be (x, y) (mm), a Cylinder, or two of the profiles; got {given}")
+        return np.append(axis_of("datum", (0.0, 0.0) if datum is None else datum), [0.0, 0.0])
+
+    def _middle(self, section: Any) -> tuple[Floats, float]:
+        """Centre and height of one of the sections, mm."""
+        for k, each in enumerate(self.profiles):
+            if each is section:
+                return self.centers[k, :2], float(self.heights[k])
+        raise ValueError(f"datum must be two of the profiles of these sections; got {checks.shown(section)}")
 
     def _need_sections(self, name: str) -> None:
         if not self.profiles:
@@ -304,13 +333,3 @@ def _refuse_other_tips(profiles: tuple[Profile, ...]) -> None:
                 raise ValueError(
                     f"profiles must have one {name}; got {one} of profiles[0] and {other} of profiles[{k}]"
                 )
-
-
-def _axis_of(datum: Datum) -> Floats:
-    """Axis (x, y, u, v) of a datum, checked."""
-    if isinstance(datum, Cylinder):
-        return datum.axis
-    place = checks.finite_array("datum", (0.0, 0.0) if datum is None else datum, "mm")
-    if place.shape != (2,):
-        raise ValueError(f"datum must be (x, y) (mm) or a Cylinder; got {checks.shown(datum)}")
-    return np.append(place, [0.0, 0.0])

@@ -12,7 +12,7 @@ import xarray as xr
 from centering.roundness._harmonic_fit import even_values
 from centering.roundness._harmonics import Harmonics
 from centering.roundness._origin import Made, Origin, sd_of_harmonics
-from centering.roundness._profile import Profile, _profile
+from centering.roundness._profile import Profile
 from centering.roundness._sampling import even_turn
 from centering.roundness._setups import Setups, Split
 from centering.roundness._spindle_error import SpindleError, told_lost
@@ -140,7 +140,7 @@ def separation_of(
     shape = Harmonics(upr, np.abs(found.spindle), -np.angle(found.spindle), sd, profiles[0].nyquist)
     told = f"spindle taken off by {how}, {told_lost(lost)}"
     return Separation(
-        part=_profile(_part(profiles, found.part, sd, told)),
+        part=Profile._made(_part(profiles, found.part, sd, told)),
         spindle=SpindleError(shape, lost),
         turns=lasting(setups.turns),
         senses=lasting(setups.senses),
@@ -161,6 +161,7 @@ def _part(profiles: Sequence[Profile], amplitude: Complex, sd: Floats, told: str
         sd=(0.0, 0.0, *sd.tolist()),
         noise_sd=sd_of_harmonics(sd),
         nyquist=first.nyquist,
+        radius_known=all(each._origin.radius_known for each in profiles),
     )
     circle = first.circle.replace(value=np.array([radius, 0.0, 0.0]))
     angle = even_turn(first.angle.size)

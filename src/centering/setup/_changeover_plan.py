@@ -86,6 +86,7 @@ def plan_changeover(
     Changeover(rapid feed to 62.0661 mm, 75.88 µm beyond the population's 62.1420 mm: 2.92 s of air saved)
     """
     checks.kind("profile", profile, Profile, " (see centering.Profile)")
+    profile._need_radius("profile")
     centred = None if eccentricity is None else _eccentricity(eccentricity)
     found = _found(profile, centred, checks.nonnegative("upr", upr, "upr"))
     radius_sd = _radius_sd(profile, found.sd, centred is not None) if radius_sd is None else radius_sd

@@ -32,9 +32,19 @@ class Material(NamedTuple):
 
 
 def most_material(profile: Profile, axis: tuple[float, float], upr: float) -> Material:
-    """Extreme of the fitted form, or of the samples beyond it where they reach farther."""
+    """Extreme of the form, of samples beyond it, or of asperities that were taken out."""
     profile.rise_between_samples(upr)  # raises where samples do not bound the form
-    outward, noise = -1 if profile.internal else 1, profile.noise_sd
+    outward = -1 if profile.internal else 1
+    found = _of_samples(profile, axis, upr, outward)
+    removed = outward * (np.hypot(*(profile._removed_points - np.array(axis)).T) - profile._tip)
+    if not np.any(removed > outward * found.radius):
+        return found
+    return found._replace(radius=outward * (float(removed.max()) + _higher(profile, axis, upr)))
+
+
+def _of_samples(profile: Profile, axis: tuple[float, float], upr: float, outward: int) -> Material:
+    """Extreme of the fitted form, or of the samples beyond it where they reach farther."""
+    noise = profile.noise_sd
     if profile._origin.filter:
         return _filtered(profile, axis, outward)
     with one_blas_thread():
@@ -112,8 +122,12 @@ def _beyond_form(
     reach: Floats = outward * distance[outward * left > out * noise + _STILL]
     if not reach.size:
         return Material(-outward * inf, noise)
-    higher = profile.largest_radius(axis, upr=upr) - float(distance.max())
-    return Material(outward * (float(reach.max()) + higher), noise)
+    return Material(outward * (float(reach.max()) + _higher(profile, axis, upr)), noise)
+
+
+def _higher(profile: Profile, axis: tuple[float, float], upr: float) -> float:
+    """Rise that is possible between samples, mm."""
+    return max(profile.largest_radius(axis, upr=upr) - profile.largest_radius(axis), 0.0)
 
 
 def _rounding(profile: Profile) -> float:

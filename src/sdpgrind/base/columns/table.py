@@ -71,7 +71,7 @@ _UNITS = {
     "$": "value height_charge lateness_charge finish_charge",
     "": "wear_flat_area step mu_static mu_kinetic power_saturated pushing refreshed phase balancing retract"
     " finished feed_override start stop dullness dressing_state",
-    TEXT: "pattern",
+    TEXT: "pattern section",
 }
 _CLOSE = 0.7  # chosen: likeness of a name that is suggested; "groesse" is less like "roughness_ra"
 KNOWN = _RANGES | {name: Meant(unit) for unit, names in _UNITS.items() for name in names.split()}

@@ -1,0 +1,97 @@
+"""Limits of harmonics: bands and single ones, and which harmonics are above them."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sdpgrind.base import checks
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.quantities import another_unit
+
+Limits = tuple[tuple[int, int, float], ...]
+"""Lowest and highest harmonic of each limit, upr, and the limit, mm."""
+_LOWEST = 2  # derived: upr; 1 upr is the offset
+_USUAL, _TYPICAL = (1e-7, 0.2), 5e-4  # mm; chosen: limits of a harmonic, from a gauge's ball to a forged ring
+
+
+class Exceeded(NamedTuple):
+    """A harmonic above its limit.
+
+    Attributes
+    ----------
+    upr : int
+        Undulations per revolution, unit 1.
+    size, limit : float
+        Amplitude, or height from valley to peak, and its limit, mm.
+    z : float
+        Excess over the standard deviation of the size, unit 1; 0 where that is not known.
+    """
+
+    upr: int
+    size: float
+    limit: float
+    z: float
+
+
+def limits_of(name: str, given: Any) -> Limits:
+    """Return limits from a mapping of bands or harmonics to lengths (mm), checked, from the lowest on."""
+    if isinstance(given, tuple):  # as a file holds them
+        return tuple((int(low), int(high), float(most)) for low, high, most in given)
+    if not isinstance(given, Mapping):
+        form = "a mapping as {(2, 15): units.um(0.5), 42: units.um(0.05)} (mm)"
+        raise TypeError(f"{name} must be {form}; got {checks.shown(given)}")
+    found = [(*_band(name, key), _limit(f"{name}[{key!r}]", most)) for key, most in given.items()]
+    return tuple(sorted(found))
+
+
+def _limit(name: str, given: Any) -> float:
+    """A limit in mm; one in micrometres is refused."""
+    limit = checks.positive(name, given, "mm")
+    if not _USUAL[0] <= limit <= _USUAL[1]:
+        raise ValueError(another_unit(name, limit, "mm", _USUAL, _TYPICAL))
+    return limit
+
+
+def _band(name: str, key: Any) -> tuple[int, int]:
+    """Lowest and highest harmonic of a key."""
+    pair = key if isinstance(key, tuple) else (key, key)
+    whole = all(isinstance(each, int | np.integer) and not isinstance(each, bool) for each in pair)
+    if len(pair) != 2 or not whole or not _LOWEST <= pair[0] <= pair[1]:
+        raise ValueError(
+            f"{name} must be of a harmonic from {_LOWEST} upr on, or of a band (low, high); got {key!r}"
+        )
+    return int(pair[0]), int(pair[1])
+
+
+def refuse_unmeasured(limits: Limits, upr: Floats) -> None:
+    """Refuse a limit of harmonics that are not among those measured."""
+    for low, high, _ in limits:
+        wanted = np.arange(low, high + 1)
+        missing = wanted[~np.isin(wanted, upr)]
+        if missing.size:
+            held = f"those up to {upr.max():g} upr" if upr.size else "none"
+            raise ValueError(
+                f"limits must be of harmonics that were measured, {held}; got one of {missing[0]} upr:"
+                f" give upr_max={high}, of more points if need be"
+            )
+
+
+def exceeded(limits: Limits, upr: Floats, size: Floats, sd: Floats) -> tuple[Exceeded, ...]:
+    """Return each harmonic above a limit, by limit and harmonic (size, sd in mm)."""
+    found = []
+    for low, high, most in limits:
+        for k in np.flatnonzero((upr >= low) & (upr <= high) & (size > most)):
+            excess = float(size[k]) - most
+            z = excess / float(sd[k]) if sd[k] > 0 else np.inf
+            found.append(Exceeded(int(upr[k]), float(size[k]), most, z))
+    return tuple(found)
+
+
+def least_limits(limits: Limits, upr: Floats) -> Floats:
+    """Return the least limit of each harmonic, mm; NaN without one."""
+    least = np.full(upr.size, np.inf)
+    for low, high, most in limits:
+        within = (upr >= low) & (upr <= high)
+        least[within] = np.minimum(least[within], most)
+    return np.where(np.isfinite(least), least, np.nan)

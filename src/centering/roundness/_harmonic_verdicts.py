@@ -1,0 +1,33 @@
+"""Sentences of a page on harmonics and their limits."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from centering.roundness._harmonics import Harmonics
+from sdpgrind.base.units import UM
+
+_SURE = 1.96  # derived: standard deviations to both ends of a 95 % interval of a normal amplitude
+
+
+def harmonic_verdicts(profile: Any, limits: Mapping[Any, float]) -> list[str]:
+    """Return whether the harmonics of a profile keep their limits (mm), a sentence for each limit."""
+    if not limits:
+        return []
+    highest = max(max(key) if isinstance(key, tuple) else key for key in limits)
+    found = profile.harmonics(highest, limits=limits)
+    return [_verdict(found, *limit) for limit in found.limits]
+
+
+def _verdict(found: Harmonics, low: int, high: int, most: float) -> str:
+    """Sentence on the harmonic of a band that is nearest to the limit or farthest above it."""
+    within = np.flatnonzero((found.upr >= low) & (found.upr <= high))
+    worst = within[np.argmax(found.amplitude[within])]
+    size, sd = float(found.amplitude[worst]), _SURE * float(found.sd[worst])
+    above = sum(low <= row.upr <= high and row.limit == most for row in found.exceeds)
+    others = f", {above} above it" if above > 1 else ""
+    band = f"{low} to {high} upr: largest amplitude at {found.upr[worst]:g} upr"
+    name = band if high > low else f"{low} upr: amplitude"
+    kept = "kept" if size + sd <= most else "exceeded" if size - sd > most else "not decided"
+    return f"{name} {UM * size:.4g} ± {UM * sd:.2g} µm (95 %), limit {UM * most:.4g} µm{others}: {kept}"

@@ -1,0 +1,132 @@
+"""Asperities: dust found and kept apart, good readings left, the contact with the grinder, files, refusals."""
+
+import numpy as np
+import pytest
+from circle_inside import robust_gaussian
+from measured_rings import turn
+
+import sdpgrind
+from centering.roundness import Profile
+from centering.setup import Stock, plan_changeover
+from sdpgrind import units
+
+DUST = ((1.0, 0.003, 0.05), (6.281, 0.004, 0.01), (4.0, 0.002, 0.003))
+"""Places (rad), widths (sd, rad) and heights (mm); the second lies across the end of the turn."""
+
+
+def readings(angle, offset=0.0, dust=DUST, internal=False, noise=1e-4, rng=0):
+    """Exact readings of a part off the axis, mm, centres along one line; dust stands on the material's free side."""
+    form = 1e-3 * np.cos(2 * angle - 0.3) + 4e-4 * np.cos(7 * angle - 1.1) + 1.5e-4 * np.cos(33 * angle - 2)
+    form += noise * np.random.default_rng(rng).normal(size=angle.size)
+    for place, width, height in dust:
+        apart = np.mod(angle - place + np.pi, 2 * np.pi) - np.pi
+        form += (-1 if internal else 1) * height * np.exp(-0.5 * (apart / width) ** 2)
+    return offset * np.cos(angle - 0.5) + np.sqrt((30 + form) ** 2 - (offset * np.sin(angle - 0.5)) ** 2)
+
+
+def um(profile):
+    return profile.filter(upr=50).roundness().ron_t / units.um(1.0)
+
+
+@pytest.mark.parametrize(
+    ("turns", "points", "offset", "internal"),
+    [(1, 1024, 0, False), (1, 1024, 0.5, False), (3, 1024, 0, False), (1, 2048, 0.3, True)],
+)
+def test_dust_is_taken_out_and_nothing_else(turns, points, offset, internal):
+    """RONt as without dust within 0.02 um: 8 of 1024 readings fewer, noise of 0.027 um in each deviation."""
+    angle = turn(turns, points)
+    dusty, clean = (
+        Profile(angle, readings(angle, offset, dust, internal), internal=internal) for dust in (DUST, ())
+    )
+    found = dusty.remove_asperities()
+    assert um(dusty) > um(clean) + 1 and um(found) == pytest.approx(um(clean), abs=0.02)
+    assert f"of {3 * turns} asperities more than 6 sd" in found.steps[-1]
+    near = [
+        min(abs(np.angle(np.exp(1j * (place - each)))) for place, _, _ in DUST) for each, _ in found.removed
+    ]
+    assert max(near) < 0.03 and found.removed[:, 1].max() == pytest.approx(0.05, rel=0.06)
+    assert found.angle.size + len(found.removed) == angle.size
+    assert found.filter(upr=50).angle.size == points and found.nyquist == points / 2
+
+
+def test_good_readings_stay():
+    """Twenty turns of noise lose none: the chance of a normal reading above 6 sd is 1e-9."""
+    for rng in range(20):
+        profile = Profile(readings(turn(1, 512), dust=(), rng=rng))
+        found = profile.remove_asperities(both=True)
+        assert found.steps[-1].startswith("no asperity more than 6 sd (0.") and not len(found.removed)
+        assert np.array_equal(found.reading, profile.reading) and found.circle == profile.circle
+
+
+def test_by_straight_loops():
+    """Grown on the closed turn from each reading above six sd to the last one above two."""
+    profile = Profile(readings(turn(1, 720)))
+    found = profile.remove_asperities()
+    tall = {round(angle, 9) for angle, _, _ in found._origin.removed}
+    from_form = profile.deviation - robust_gaussian(profile.deviation, 36)
+    sd, out = 1.4826 * np.median(np.abs(from_form)), set()
+    for k in np.flatnonzero(from_form > 6 * sd):
+        for way in (1, -1):
+            j = k
+            while abs(from_form[j]) >= 2 * sd:
+                out.add(j)
+                j = (j + way) % 720
+    assert {round(profile.angle[j], 9) for j in out} == tall
+
+
+def test_pits_and_width():
+    angle = turn(1, 2048)
+    profile = Profile(2 * 30 - readings(angle))
+    assert not len(profile.remove_asperities().removed)
+    pits = profile.remove_asperities(both=True)
+    assert pits.removed[:, 1].min() == pytest.approx(-0.05, rel=0.06) and "up to -" in pits.steps[-1]
+    # the tall one is 0.003 rad (sd) wide at its foot of 2 sd, that is +- 0.0095 rad
+    narrow = profile.remove_asperities(both=True, width=0.017)
+    assert 0 < len(narrow.removed) < len(pits.removed) and narrow.removed[:, 1].min() > -0.02
+
+
+def test_saved_drawn_and_reported(tmp_path):
+    profile = Profile(readings(turn(1, 1024))).remove_asperities()
+    filtered = profile.filter(upr=50)
+    filtered.save(tmp_path / "ring.nc")
+    again = sdpgrind.load(tmp_path / "ring.nc")
+    assert again == filtered and np.array_equal(again.removed, filtered.removed)
+    assert filtered.removed == pytest.approx(profile.removed, abs=1e-6)
+    with pytest.warns(UserWarning, match="leaves .* upr sure"):
+        assert "8 readings of 3 asperities more than 6 sd" in profile.report()
+    named = [text.get_text() for text in filtered.plot().axes[0].get_legend().get_texts()]
+    assert named == ["8 readings taken out, up to 49.9 µm"]
+
+
+@pytest.mark.parametrize("internal", [False, True])
+def test_the_grinder_meets_what_was_taken_out(internal):
+    """The largest radius, in a bore the smallest, is that with the dust."""
+    angle = turn(4, 360)
+    profile = Profile(
+        angle, readings(angle, internal=internal, dust=((np.radians(58), 0.006, 0.05),)), internal=internal
+    )
+    found = profile.remove_asperities()
+    stock = Stock(mean=0.15, sd=0.02, roundness=0.010, roundness_sd=0.004)
+    machine = {"finish_radius": 30.15 if internal else 29.85, "gap": 0.01, "approach_rate": 0.026}
+    before, after = (plan_changeover(each, stock, **machine).largest_radius for each in (profile, found))
+    assert abs(after - 30) > 0.045 and after == pytest.approx(before, abs=1e-3)
+    if not internal:
+        assert found.largest_radius() == profile.largest_radius() > 30.045
+        assert found.filter(upr=50).largest_radius() == pytest.approx(profile.largest_radius(), abs=1e-5)
+
+
+def test_what_is_refused():
+    profile, rough = Profile(readings(turn(1, 1024))), readings(turn(1, 1024), dust=())
+    rough[100:150] += 0.005 * (-1.0) ** np.arange(50)
+    with pytest.raises(
+        ValueError, match=r"at most 2 % of its points in asperities; got 4\.9 % .*that is form"
+    ):
+        Profile(rough).remove_asperities()
+    with pytest.raises(
+        ValueError, match=r"remove_asperities must come before a filter .* got Gaussian low-pass"
+    ):
+        profile.filter(upr=50).remove_asperities()
+    with pytest.raises(ValueError, match="at least 64 samples for remove_asperities; got 60"):
+        Profile(readings(turn(1, 60))).remove_asperities()
+    with pytest.raises(ValueError, match=r"sigmas must be > 2, where an asperity ends; got 1\.0"):
+        profile.remove_asperities(1.0)

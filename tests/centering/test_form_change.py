@@ -1,0 +1,127 @@
+"""Before and after grinding: rotation, removed form, chance that RONt fell by two ways, files, refusals."""
+
+import numpy as np
+import pytest
+from circle_inside import chance_below
+from measured_rings import form, turn
+
+from centering.roundness import FormChange, Profile, RoundnessInterval
+from sdpgrind import units
+
+BEFORE = {2: (2e-3, 0.3), 3: (1e-3, 1.1), 7: (4e-4, 2.0), 12: (3e-4, 0.0)}
+KEPT = {2: 0.15, 3: 0.6, 7: 0.875, 12: 1 / 3}
+ANGLE = turn(1, 1024)
+
+
+def ring(lobes, by=0.0, noise=0.0, rng=0, offset=0.0, radius=30.0):
+    """A part that was turned by an angle, rad, and lies off the axis, mm."""
+    high = radius + form(ANGLE - by, lobes)
+    read = offset * np.cos(ANGLE - 0.5) + np.sqrt(high**2 - (offset * np.sin(ANGLE - 0.5)) ** 2)
+    return Profile(read + noise * np.random.default_rng(rng).normal(size=ANGLE.size))
+
+
+def ground(lobes=BEFORE):
+    return {upr: (KEPT[upr] * size, phase) for upr, (size, phase) in lobes.items()}
+
+
+@pytest.mark.parametrize("by", [0.0, 1.234, -3.0, np.pi])
+def test_the_form_that_was_removed(by):
+    """What is left has the phases of before: 15 to 87.5 % of each wave, of another radius."""
+    change = ring(ground(), by, radius=29.9).compare(ring(BEFORE))
+    assert np.angle(np.exp(1j * (change.rotation - by))) == pytest.approx(0.0, abs=1e-9)
+    table = change.to_dataframe()
+    passed = np.exp2(-((table.index.to_numpy() / 50) ** 2))
+    for upr, (size, phase) in BEFORE.items():
+        row = table.loc[upr]
+        assert row["ratio"] == pytest.approx(KEPT[upr], abs=1e-6)
+        assert row["removed"] == pytest.approx(size * (1 - KEPT[upr]) * passed[upr - 2], abs=1e-9)
+        assert np.angle(np.exp(1j * (change.removed.phase[upr - 2] - phase))) == pytest.approx(0, abs=1e-6)
+    both = {upr: (BEFORE[upr][0], ground()[upr][0]) for upr in BEFORE}
+    norms = np.sqrt(sum(np.array(pair) ** 2 * passed[upr - 2] ** 2 for upr, pair in both.items()))
+    cross = sum(b * a * passed[upr - 2] ** 2 for upr, (b, a) in both.items())
+    assert change.correlation == pytest.approx(cross / norms.prod(), abs=1e-6)
+    assert change.ron_t_before == pytest.approx(ring(BEFORE).filter(upr=50).roundness().ron_t, abs=1e-12)
+
+
+def test_rotation_by_brute_force():
+    """The highest correlation of noisy forms on a grid of 1e-5 rad."""
+    before, after = ring(BEFORE, noise=2e-4, rng=1), ring(ground(), 0.7, noise=2e-4, rng=2, offset=0.1)
+    found = after.compare(before, upr=15).rotation
+    one, other = (each.filter(upr=15).harmonics() for each in (before, after))
+    size = min(one.upr.size, other.upr.size)
+    at = np.arange(0.6, 0.8, 1e-5)
+    shared = (one.amplitude[:size] * other.amplitude[:size])[:, None]
+    phases = (one.phase[:size] - other.phase[:size])[:, None] + np.outer(one.upr[:size], at)
+    best = at[np.argmax(np.sum(shared * np.cos(phases), axis=0))]
+    assert found == pytest.approx(best, abs=2e-5)
+
+
+def test_a_rotation_that_is_given():
+    change = ring(ground(), 0.3).compare(ring(BEFORE), rotation=0.3)
+    assert change.rotation == 0.3 and np.nanmax(np.abs(change.ratio[[0, 1, 5]] - [0.15, 0.6, 0.875])) < 1e-6
+    with pytest.warns(UserWarning, match="hardly tell how the part was turned .*: 3 rotations fit alike"):
+        ring({3: (1e-3, 0.3)}).compare(ring({3: (2e-3, 0.1)}))
+    with pytest.warns(UserWarning, match=r"hardly tell .*: the best correlation is 0\.\d+"):
+        ring({5: (1e-3, 0.3), 2: (2e-4, 0.0), 3: (2e-4, 0.0)}).compare(
+            ring({4: (2e-3, 0.1), 2: (3e-4, 0.0), 3: (3e-4, 0.0)})
+        )
+    with pytest.raises(TypeError, match=r"rotation must be a number \(rad\)"):
+        ring(ground()).compare(ring(BEFORE), rotation="0")
+
+
+def drawn(ends, size, rng):
+    """RONt drawn as it is taken: half of the draws on each side of the value, mm."""
+    score = rng.normal(size=size)
+    return ends.value + score * np.where(score < 0, ends.value - ends.low, ends.high - ends.value) / 1.959964
+
+
+@pytest.mark.parametrize("pair", [((1.9, 2.1, 2.0), (1.95, 2.3, 2.05)), ((0.0, 0.4, 0.3), (0.2, 0.5, 0.25))])
+def test_the_chance_by_monte_carlo(pair):
+    """A million draws: standard deviation of at most 5e-4."""
+    one, other = (RoundnessInterval(*units.um(np.array(ends)), 0.95, "calibrated") for ends in pair)
+    rng = np.random.default_rng(0)
+    below = np.mean(drawn(one, 1_000_000, rng) < drawn(other, 1_000_000, rng))
+    assert chance_below(one, other) == pytest.approx(below, abs=2e-3)
+    assert chance_below(one, other) + chance_below(other, one) == pytest.approx(1.0, abs=1e-3)
+    sure = RoundnessInterval(*[units.um(2.0)] * 3, 0.95, "calibrated")
+    assert chance_below(sure, sure) == 0.5
+    assert chance_below(sure, RoundnessInterval(3e-3, 3e-3, 3e-3, 0.95, "calibrated")) == 1.0
+
+
+def test_without_noise_known_there_is_no_chance(tmp_path):
+    pair = [each.filter("robust", upr=50) for each in (ring(ground(), noise=1e-5), ring(BEFORE, noise=1e-5))]
+    change = pair[0].compare(pair[1])
+    assert change.probability is None and "probability" not in repr(change)
+    change.save(tmp_path / "change.nc")
+    assert FormChange.from_file(tmp_path / "change.nc") == change
+
+
+def test_saved_drawn_and_reported(tmp_path):
+    change = ring(ground(), 0.4, noise=5e-5, rng=1).compare(ring(BEFORE, noise=5e-5))
+    change.save(tmp_path / "change.nc")
+    again = FormChange.from_file(tmp_path / "change.nc")
+    assert again == change and again.probability == change.probability > 0.999
+    told = change.report()
+    assert "fell with probability 1; turned by 22.8" in told and "after/before" in told
+    rows = told[told.index("Largest undulations") : told.index("Figures")].splitlines()[2:-1]
+    assert [int(row.split()[0]) for row in rows] == [2, 3, 7, 12]
+    change.report(tmp_path / "grinding.html")
+    assert (tmp_path / "grinding.html").read_text().count("<svg") == 1
+    before, after = (each.get_label() for each in change.plot().axes[1].collections)
+    assert (before, after) == ("before", "after")
+
+
+def test_profiles_that_are_refused():
+    before, after = ring(BEFORE), ring(ground())
+    with pytest.raises(
+        ValueError, match="before must be filtered as this profile, not at all; got 'Gaussian"
+    ):
+        after.compare(before.filter(upr=50))
+    with pytest.raises(ValueError, match="upr must be left out where both profiles are filtered"):
+        after.filter(upr=50).compare(before.filter(upr=50), upr=15)
+    with pytest.raises(TypeError, match="before must be a Profile"):
+        after.compare(before.harmonics())
+    bore = Profile(ANGLE, before.reading, internal=True)
+    with pytest.raises(ValueError, match="before must be of one side, internal=False; got True"):
+        after.compare(bore)
+    assert after.filter("spline", upr=50).compare(before.filter("spline", upr=50)).filter.startswith("spline")
