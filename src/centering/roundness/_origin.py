@@ -1,6 +1,7 @@
 """The origin of a profile: the steps that made it and their results, kept in files."""
 
 import dataclasses
+from math import inf
 
 import numpy as np
 
@@ -17,8 +18,10 @@ from sdpgrind.base.stored import stored
 class Origin:
     """Steps (sentences), runout, filter, sd of harmonics from 0 on (mm), noise (mm), Nyquist limit (upr).
 
-    `low`: lower cut-off of a band or a high pass, upr; 1 where all pass. `spindle_sd`: sd of the harmonics of
-    a spindle's error that was taken off, from 0 on, mm.
+    `low`, `high`: lower cut-off of a band or a high pass, upr; 1 where all pass; the least higher cut-off;
+    inf. `spindle_sd`: sd of the harmonics of a spindle's error that was taken off, from 0 on, mm;
+    `separated`: that share of `sd` after a filter or a separation; `lost`: harmonics that were not told
+    apart, upr.
 
     ``source`` is the JSON of the `Source` of a profile that was read, else empty; equal readings make equal
     profiles, wherever they come from.
@@ -32,6 +35,9 @@ class Origin:
     nyquist: float = 0.0
     low: float = 1.0
     spindle_sd: tuple[float, ...] = ()
+    high: float = inf
+    separated: tuple[float, ...] = ()
+    lost: tuple[int, ...] = ()
     source: str = dataclasses.field(default="", compare=False)
 
 

@@ -15,6 +15,7 @@ from centering.roundness._interval import (
     guaranteed_at,
     pairs_for,
 )
+from centering.roundness._origin import MEASURED, Origin
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
 from centering.roundness._roundness_interval import RoundnessInterval
 from centering.roundness._sensitivity import NoiseEffect, noise_effect
@@ -22,6 +23,7 @@ from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, array, custom, described
+from sdpgrind.base.results import Result
 from sdpgrind.base.warned import warn
 
 KINDS = {
@@ -37,7 +39,7 @@ _UNEVEN = 0.2  # chosen: of a step; the centre of the circle moves angles about 
 
 
 @described("centering.roundness")
-class Roundness(Described, ByValue):
+class Roundness(Described, ByValue, Result):
     """Reference circle with the roundness about it, the result of `reference_circle`.
 
     Parameters
@@ -68,6 +70,8 @@ class Roundness(Described, ByValue):
         Filter of the points.
     certificate : str
         Sentence on the proof.
+    origin : Origin
+        Steps of the profile, its source, and standard deviations of its harmonics (mm) by upr (unit 1).
 
     Examples
     --------
@@ -96,6 +100,7 @@ class Roundness(Described, ByValue):
     noise_upr: Floats = array("", finite=False, default_factory=lambda: np.empty(0))
     filter: str = custom(default="")
     certificate: str = custom(default="")
+    origin: Origin = custom(default=MEASURED)
 
     @cached_property
     def deviation(self) -> Floats:

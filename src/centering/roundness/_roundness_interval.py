@@ -3,10 +3,11 @@
 from math import ceil, log10
 
 from sdpgrind.base.quantities import Described, custom, described, quantity
+from sdpgrind.base.results import Result
 
 
 @described("centering.roundness_interval")
-class RoundnessInterval(Described):
+class RoundnessInterval(Described, Result):
     """An interval for RONt, the result of `Roundness.interval`.
 
     Parameters

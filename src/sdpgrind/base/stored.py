@@ -30,6 +30,11 @@ def stored(name: str) -> Callable[[type[Stored]], type[Stored]]:
     return register
 
 
+def name_of(cls: type) -> str:
+    """Return the name under which a class is registered."""
+    return _names[cls]
+
+
 def encode(value: Any) -> str:
     """Return JSON of registered dataclasses of numbers, strings, None, arrays and tuples."""
     return json.dumps(value, default=_as_json)
