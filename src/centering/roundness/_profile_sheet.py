@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from centering.roundness._circle_noise import NORMS
 from centering.roundness._harmonics import above_noise
-from centering.roundness._roundness import NORMS, Roundness
+from centering.roundness._roundness import Roundness
 from centering.roundness._roundness_interval import RoundnessInterval
 from sdpgrind.base import checks
 from sdpgrind.base.by_name import called

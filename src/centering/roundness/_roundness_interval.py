@@ -41,3 +41,8 @@ class RoundnessInterval(Described, Result):
         """Both ends as text, µm (not mm), to a hundredth of the width."""
         places = max(0, 2 - ceil(log10(max(1e3 * (self.high - self.low), 1e-6))))
         return f"{1e3 * self.low:.{places}f} .. {1e3 * self.high:.{places}f}"
+
+
+def decided(ends: RoundnessInterval, limit: float) -> str:
+    """Decision on a limit (mm) by an interval (ISO 14253-1)."""
+    return "accepted" if ends.high <= limit else "rejected" if ends.low > limit else "not decided"

@@ -60,11 +60,11 @@ def _from_json(fields: dict[str, Any]) -> Any:
     name = fields.pop("stored", None)
     if name is None:
         return fields
-    return _class_of(name)(**{key: _tuples(value) for key, value in fields.items()})
+    return class_of(name)(**{key: _tuples(value) for key, value in fields.items()})
 
 
-def _class_of(name: str) -> type:
-    """Class of a stored name; the modules of its area are imported until one registers it."""
+def class_of(name: str) -> Any:
+    """Return the class of a stored name; the modules of its area are imported until one registers it."""
     area = name.partition(".")[0]
     for module in () if name in _classes else _modules(_HOMES.get(area, f"sdpgrind.{area}")):
         import_module(module)
