@@ -148,10 +148,6 @@ def test_what_a_separation_leaves_stands_in_a_row_of_its_own():
     assert contributions(budget)["noise"] == pytest.approx(contributions(clean)["noise"], rel=0.1)
 
 
-@pytest.mark.filterwarnings("ignore:.* points a turn are:UserWarning")
-@pytest.mark.parametrize(
-    ("points", "last"), [(300, "peaks between the points"), (720, "column straightness")]
-)
 def test_a_lost_harmonic_is_drawn_from_a_rectangle():
     sd = np.zeros(60)
     sd[2:50], sd[12] = 1e-6, 1e-4
