@@ -25,7 +25,7 @@ from sdpgrind.base.text_table import aligned
 from sdpgrind.base.units import UM
 
 _DIM = "source"
-_HEADS = ("source", "law", "half width", "sensitivity", "contribution [µm]")
+HEADS = ("source", "law", "half width", "sensitivity", "contribution [µm]")
 _COLUMNS = {"half_width": "in unit", "sensitivity": "mm per unit", "contribution": "mm"}
 
 
@@ -192,17 +192,18 @@ class Budget(Described, ByValue, Result):
         circle = stored.class_of("centering.roundness").restored(dataset.drop_dims(_DIM))
         return cls(circle, stored.decode(dataset.attrs["instrument"]), float(dataset.attrs["height"]))
 
-    def _cells(self) -> list[tuple[str, ...]]:
-        """Cells of the table below `_HEADS`."""
+    @property
+    def cells(self) -> list[tuple[str, ...]]:
+        """Texts of the table: source, law, half width and sensitivity with units, contribution in µm."""
         return [(row.source, row.law, *_shown(row), f"{UM * row.contribution:.3g}") for row in self.rows]
 
     def __str__(self) -> str:
         sizes = f"Monte Carlo {UM * self.sd:.3g} µm, linear law {UM * self.linear_sd:.3g} µm"
         found = f"RONt ({self.roundness.kind}) {self.interval().ends} µm, 95 %"
-        return "\n".join([*aligned([_HEADS, *self._cells()], "<<>"), f"standard uncertainty: {sizes}", found])
+        return "\n".join([*aligned([HEADS, *self.cells], "<<>"), f"standard uncertainty: {sizes}", found])
 
     def _repr_html_(self) -> str:
-        return notebook.table(repr(self), _HEADS, self._cells())
+        return notebook.table(repr(self), HEADS, self.cells)
 
     def __repr__(self) -> str:
         spindle = f"; spindle ± {UM * most:.3g} µm at most" if (most := self.spindle_bound) else ""

@@ -1,5 +1,7 @@
 """A reference circle, the roundness about it, and its certificate."""
 
+import os
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +17,7 @@ from centering.roundness._roundness_interval import RoundnessInterval, decided
 from centering.roundness._sensitivity import NoiseEffect, noise_effect
 from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, array, custom, described
 from sdpgrind.base.results import Result
@@ -242,6 +245,52 @@ class Roundness(Described, ByValue, Result):
         gain           0.020
         """
         return budget_of(self, instrument, height)
+
+    def report(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        limits: Mapping[str, float] | None = None,
+        instrument: Instrument | None = None,
+        height: float | None = None,
+    ) -> str:
+        """Write one HTML page to sign: decisions, parameters, circle, corrections, budget, source, digests.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            HTML file in an existing folder. None: only the text is returned.
+        limits : mapping of str to float, optional
+            Limits of "RONt", "RONp", "RONv", "RONq" about this circle, mm.
+        instrument : Instrument, optional
+            Errors of the tester, for the budget. None: the interval is that of noise and form.
+        height : float, optional
+            Height of the section above the table, mm, as of `budget`.
+
+        Returns
+        -------
+        str
+            The path of the file, or the text of the page.
+
+        Raises
+        ------
+        ValueError
+            For a limit of another name, not > 0, or above 0.5 mm; with an instrument as `budget`.
+        ImportError
+            With a path, without the extra ``report``.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from centering.roundness import Profile
+        >>> angle = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+        >>> noise = 2e-5 * np.random.default_rng(0).normal(size=720)
+        >>> form = Profile(angle, 30.0 + 0.001 * np.cos(3 * angle) + noise).filter(upr=50).roundness("MZC")
+        >>> print(form.report(limits={"RONt": 0.0025}).splitlines()[3])
+        RONt (MZC) 2.008 µm as measured; 1.984 .. 2.012 µm at 95 %, limit 2.5 µm: accepted (ISO 14253-1)
+        """
+        budget = None if instrument is None else self.budget(instrument, height=height)
+        return str(called("centering.roundness._sheet:report", self, path, limits, budget))
 
     @property
     def value_sd(self) -> float | None:
