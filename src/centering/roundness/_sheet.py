@@ -149,9 +149,10 @@ def _harmonics(circle: Roundness) -> Iterator[Block]:
     """The largest undulations and their picture, where the filtered turn is even."""
     if not (circle.noise_sd.size and is_even_noise(circle)):
         return
-    upr = np.arange(2, even_noise(circle, 0).most + 1)  # those that the filter leaves
+    upr = np.arange(2, even_noise(circle, 0).most + 1)  # that the filter leaves
     waves = waves_of(circle)[upr - 2]
-    found = Harmonics(upr, np.abs(waves), -np.angle(waves), amplitude_sd(circle)[upr])
+    sd = amplitude_sd(circle)[upr]
+    found = Harmonics(upr.astype(float), np.abs(waves), -np.angle(waves), sd)
     largest = above_noise(found, _LARGEST)
     yield Heading("Undulations")
     yield AmountTable(
