@@ -1,15 +1,27 @@
-"""Coverage of the intervals of RONt, form by form: ``python benchmarks/coverage_roundness.py [--copies N]``."""
+"""Coverage of the intervals of RONt, form by form, and beside its bars.
+
+``python benchmarks/coverage_roundness.py [--copies N] [--circles LSC MZC] [--noises 0.1 0.3]``. 1000 copies of
+13 forms take 3 CPU minutes a noise about the least squares circle, three times as long in the minimum zone.
+"""
 
 import argparse
 
 import numpy as np
 
 from centering import Profile
-from centering.roundness import RoundnessInterval
+from centering.roundness import RoundnessInterval, reference_circle
 from sdpgrind import units
 
 RANGE, RADIUS = units.um(2.0), 30.0  # mm: RONt of each form without noise, before the filter
-NOISES = (0.1, 0.3, 0.5)  # um: standard deviation of a reading
+NOISES = (0.05, 0.1, 0.3, 0.5)  # um: standard deviation of a reading
+EIGHT = 8  # forms of the bars; the others have plateaus, or one dent on a circle
+MEAN, WORST, OTHERS, SURE = (94.0, 99.0), 90.0, 88.0, 95.0  # bars: coverage, %
+OFF, OFF_OTHERS = 0.2, 0.45  # bars: median error over the mean width of the interval
+WIDTHS = {  # um; source: the prototype's greatest mean width of the eight, before its lower end was lowered
+    ("LSC", 0.1): 0.15, ("LSC", 0.3): 0.43, ("LSC", 0.5): 0.66,
+    ("MZC", 0.1): 0.14, ("MZC", 0.3): 0.35, ("MZC", 0.5): 0.53,
+}  # fmt: skip
+WIDER = 1.3  # bar: greatest mean width over that
 
 
 def forms(points: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
@@ -42,11 +54,16 @@ def forms(points: int, rng: np.random.Generator) -> dict[str, np.ndarray]:
     }
 
 
-def scaled(form: np.ndarray) -> np.ndarray:
-    """The form without 0 and 1 upr, `RANGE` high."""
+def centred(form: np.ndarray) -> np.ndarray:
+    """The form without 0 and 1 upr."""
     waves = np.fft.rfft(form)
     waves[:2] = 0.0
-    form = np.fft.irfft(waves, form.size)
+    return np.fft.irfft(waves, form.size)
+
+
+def scaled(form: np.ndarray) -> np.ndarray:
+    """The form without 0 and 1 upr, `RANGE` high."""
+    form = centred(form)
     return RANGE * form / np.ptp(form)
 
 
@@ -57,16 +74,28 @@ def found(form: np.ndarray, circle: str, kind: str, upr: float, methods: tuple[s
     return [result.ron_t, *(result.interval(method=method) for method in methods)]
 
 
+def exactly(form: np.ndarray, circle: str, upr: float) -> float:
+    """RONt of a form without noise after a Gaussian, mm."""
+    angle, waves = np.arange(form.size) * 2 * np.pi / form.size, np.fft.rfft(form)
+    passed = np.exp2(-((np.arange(waves.size) / upr) ** 2))
+    radius = RADIUS + np.fft.irfft(waves * passed, form.size)
+    return reference_circle(np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]), circle).ron_t
+
+
 def covered(
     circle: str, noise: float, copies: int, points: int = 1024, kind: str = "gaussian", seed: int = 0
 ):
-    """Rows of form, coverage of both methods (1), width and median error (um), in units of the bars."""
+    """Rows by form: coverage of both methods (1), both widths and the error of the value (um).
+
+    The noise has no 1 upr either: the circle takes it off, and without it the turn stays even, which a filter
+    by FFT needs. RONt changes by less than 1e-6 um, the time by a factor of six.
+    """
     rows: dict[str, list] = {}
     for rng in np.random.default_rng(seed).spawn(copies):
         for name, form in forms(points, rng).items():
             exact = scaled(form)
-            noisy = exact + units.um(noise) * rng.standard_normal(points)
-            (true,) = found(exact, circle, kind, 50, ())
+            noisy = exact + centred(units.um(noise) * rng.standard_normal(points))
+            true = exactly(exact, circle, 50) if kind == "gaussian" else found(exact, circle, kind, 50, ())[0]
             _, usual, sure = found(noisy, circle, kind, 50, ("calibrated", "guaranteed"))
             rows.setdefault(name, []).append(_row(true, usual, sure))
     return {name: np.array(each) for name, each in rows.items()}
@@ -77,28 +106,63 @@ def _row(true: float, usual: RoundnessInterval, sure: RoundnessInterval) -> tupl
     return *holds, 1e3 * (usual.high - usual.low), 1e3 * (sure.high - sure.low), 1e3 * (usual.value - true)
 
 
+def summary(circle: str, noise: float, rows: dict[str, np.ndarray]) -> list[str]:
+    """Sentences on the bars of one noise."""
+    held = {name: 100 * each[:, :2].mean(axis=0) for name, each in rows.items()}
+    width = {name: each[:, 2].mean() for name, each in rows.items()}
+    off = {name: abs(np.median(each[:, 4])) / width[name] for name, each in rows.items()}
+    eight, others = list(rows)[:EIGHT], list(rows)[EIGHT:]
+    mean = np.mean([held[name][0] for name in eight])
+    bars = [
+        ("mean of eight %", mean, f"{MEAN[0]:g} to {MEAN[1]:g}", MEAN[0] <= mean <= MEAN[1]),
+        _least("worst of eight %", {name: held[name][0] for name in eight}, WORST),
+        _least("worst of the others %", {name: held[name][0] for name in others}, OTHERS),
+        _least("worst guaranteed %", {name: each[1] for name, each in held.items()}, SURE),
+        _most("median error of eight over width", {name: off[name] for name in eight}, OFF),
+        _most("median error of the others over width", {name: off[name] for name in others}, OFF_OTHERS),
+    ]
+    if (circle, noise) in WIDTHS:
+        most = WIDER * WIDTHS[circle, noise]
+        bars.append(_most("width of eight, um", {name: width[name] for name in eight}, most))
+    return [
+        f"{circle}, {noise} um: {name} {found:.4g} (bar {bar}): {'kept' if ok else 'MISSED'}"
+        for name, found, bar, ok in bars
+    ]
+
+
+def _least(name: str, values: dict[str, float], bar: float) -> tuple:
+    worst = min(values, key=values.__getitem__)
+    return f"{name} ({worst})", values[worst], f">= {bar:.3g}", values[worst] >= bar
+
+
+def _most(name: str, values: dict[str, float], bar: float) -> tuple:
+    worst = max(values, key=values.__getitem__)
+    return f"{name} ({worst})", values[worst], f"<= {bar:.3g}", values[worst] <= bar
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--copies", type=int, default=1000)
     parser.add_argument("--points", type=int, default=1024)
     parser.add_argument("--kind", default="gaussian")
     parser.add_argument("--circles", nargs="+", default=["LSC", "MZC"])
+    parser.add_argument("--noises", nargs="+", type=float, default=NOISES)
     given = parser.parse_args()
     print(f"{given.kind} of 50 upr, {given.points} points, {given.copies} copies")
     print(
-        "| circle | noise um | form | calibrated % | guaranteed % | width um | guaranteed | median error um |"
+        "| circle | noise um | form | calibrated % | guaranteed % | width um | guaranteed | median off um |"
     )
     print("|---|---|---|---|---|---|---|---|")
     for circle in given.circles:
-        for noise in NOISES:
-            for name, rows in covered(circle, noise, given.copies, given.points, given.kind).items():
-                held, sure, width, wide = rows[:, :4].mean(axis=0)
-                off = np.median(rows[:, 4])
+        for noise in given.noises:
+            rows = covered(circle, noise, given.copies, given.points, given.kind)
+            for name, each in rows.items():
+                held, sure, width, wide = each[:, :4].mean(axis=0)
                 print(
                     f"| {circle} | {noise} | {name} | {100 * held:.1f} | {100 * sure:.1f} | {width:.3f}"
-                    f" | {wide:.3f} | {off:+.3f} |",
-                    flush=True,
+                    f" | {wide:.3f} | {np.median(each[:, 4]):+.3f} |"
                 )
+            print("\n".join(summary(circle, noise, rows)), flush=True)
 
 
 if __name__ == "__main__":

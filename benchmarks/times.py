@@ -18,7 +18,11 @@ from hwsim.command._times import TIMES, Times
 from sdpgrind.base.compiling import warm
 
 FACTOR, SMALL = 2.0, 2.0  # a time (s) may be off by the factor or by so many seconds
-WHOLE = {"demo": "rest", "finishing --study": "plan", "centering --source": "plan"}  # no parts: all in one
+RING = "tests/data/samples/ring_degrees.csv --angle angle --deviation deviation --radius 40"
+JOBS = {"demo": [], "roundness": RING.split()}  # else an example file
+WHOLE = {  # no parts: all in one
+    "demo": "rest", "roundness": "rest", "finishing --study": "plan", "centering --source": "plan",
+}  # fmt: skip
 PARTS = {"weldbead": 4, "finishing": 3}  # parts of the longer run, else 10
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
@@ -31,7 +35,7 @@ ONE_THREAD = {
 def cpu(command: str, cache: str, *options: object) -> float:
     """CPU time of one command, s."""
     name, *switches = command.split()
-    job = [] if name == "demo" else [f"examples/{name}.toml"]
+    job = JOBS.get(name, [f"examples/{name}.toml"])
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     said(cache, "-m", "hwsim", name, *job, *switches, *options)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -51,7 +55,8 @@ def measured(command: str) -> Times:
     with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryDirectory() as folder:
         out = Path(folder)
         if command in WHOLE:
-            cold, later = (cpu(command, cache, "--out", out / name) for name in ("cold", "later"))
+            kept = "--report" if command == "roundness" else "--out"
+            cold, later = (cpu(command, cache, kept, out / name) for name in ("cold", "later"))
             none = TIMES[command]._replace(plan=0.0, part=0.0, rest=0.0, compiling=cold - later)
             return none._replace(**{WHOLE[command]: later})
         cold = cpu(command, cache, "--parts", 1, "--out", out / "cold")

@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 from hwsim.command._demo.command import add_demo
+from hwsim.command._roundness.command import add_roundness
 from hwsim.command._verify import add_verify
 from hwsim.command._warm import add_warm
 from hwsim.command._work import add_to
@@ -28,8 +29,8 @@ REFUSED, INTERRUPTED = 2, 130  # exit status; source: argparse, and 128 + SIGINT
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status.
 
-    0: done; 1: every part was broken off, or a page was changed or comes out otherwise; 2: wrong input, with
-    one line of text; 130: interrupted.
+    0: done; 1: every part was broken off, a limit is not known to be kept, or a page was changed or comes out
+    otherwise; 2: wrong input, with one line of text; 130: interrupted.
 
     Parameters
     ----------
@@ -101,6 +102,7 @@ def _parser() -> argparse.ArgumentParser:
         add_to(areas, area)
     named = {area.name: area for area in known}
     add_demo(areas)
+    add_roundness(areas)
     add_warm(areas, named, parser.parse_args)
     add_verify(areas, named, parser.parse_args)
     return parser

@@ -1,7 +1,10 @@
+from ._budget import Budget as Budget
+from ._budget_rows import BudgetRow as BudgetRow
 from ._circles import reference_circle as reference_circle
 from ._cylinder import Cylinder as Cylinder
 from ._form_change import FormChange as FormChange
 from ._harmonics import Harmonics as Harmonics
+from ._instrument import Instrument as Instrument
 from ._multistep import multistep as multistep
 from ._profile import Profile as Profile
 from ._reversal import reverse as reverse

@@ -23,7 +23,11 @@ def corrected(profile: Measured, spindle: SpindleError) -> Made:
     sd[spindle.harmonics.upr.astype(int)] = spindle.harmonics.sd
     steps = (*profile.steps, f"{told} ± {UM * spindle.noise_sd:.2g} µm (sd){lost}")
     origin = dataclasses.replace(
-        profile._origin, steps=steps, noise_sd=profile.noise_sd, spindle_sd=tuple(sd.tolist())
+        profile._origin,
+        steps=steps,
+        noise_sd=profile.noise_sd,
+        spindle_sd=tuple(sd.tolist()),
+        lost=tuple(spindle.lost.tolist()),
     )
     circle = circle_of(profile.angle, reading, profile._tip)
     return Made(profile.angle, reading, profile.tip_radius, circle, origin, None, profile.internal)

@@ -12,6 +12,7 @@ from sdpgrind.base import checks, pictures, units
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, array, custom, described
+from sdpgrind.base.results import Result
 
 CYLINDERS = {
     "LSC": "least squares cylinder",
@@ -22,7 +23,7 @@ CYLINDERS = {
 
 
 @described("centering.cylinder")
-class Cylinder(Described, ByValue):
+class Cylinder(Described, ByValue, Result):
     """Reference cylinder with the cylindricity about it (ISO 12180), the result of `Sections.cylinder`.
 
     Parameters

@@ -21,10 +21,11 @@ from sdpgrind.base import checks, pictures
 from sdpgrind.base.arrays import ByValue, lasting
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, custom, described, flag, quantity
+from sdpgrind.base.results import Result
 
 
 @described("centering.spectrum")
-class Harmonics(Described, ByValue):
+class Harmonics(Described, ByValue, Result):
     """Amplitude and phase of each undulation: ``deviation = sum amplitude cos(upr part_angle - phase)``.
 
     Parameters

@@ -1,6 +1,7 @@
 """The origin of a profile: the steps that made it and their results, kept in files."""
 
 import dataclasses
+from math import inf
 from typing import Protocol
 
 import numpy as np
@@ -18,8 +19,10 @@ from sdpgrind.base.stored import stored
 class Origin:
     """Steps (sentences), runout, filter, sd of harmonics from 0 on (mm), noise (mm), Nyquist limit (upr).
 
-    `low`: lower cut-off of a band or a high pass, upr; 1 where all pass. `spindle_sd`: sd of the harmonics of
-    a spindle's error that was taken off, from 0 on, mm.
+    `low`, `high`: lower cut-off of a band or a high pass, upr; 1 where all pass; the least higher cut-off;
+    inf. `spindle_sd`: sd of the harmonics of a spindle's error that was taken off, from 0 on, mm;
+    `separated`: that share of `sd` after a filter or a separation; `lost`: harmonics that were not told
+    apart, upr.
 
     `radius_known`: False where deviations count from the tester's own circle and the radius was assumed.
 
@@ -39,6 +42,9 @@ class Origin:
     spindle_sd: tuple[float, ...] = ()
     radius_known: bool = True
     removed: tuple[tuple[float, ...], ...] = ()
+    high: float = inf
+    separated: tuple[float, ...] = ()
+    lost: tuple[int, ...] = ()
     source: str = dataclasses.field(default="", compare=False)
 
 

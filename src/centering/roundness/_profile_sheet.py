@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from centering.roundness._circle_noise import NORMS
 from centering.roundness._harmonic_verdicts import harmonic_verdicts
 from centering.roundness._harmonics import above_noise
-from centering.roundness._roundness import NORMS, Roundness
+from centering.roundness._roundness import Roundness
 from centering.roundness._roundness_interval import RoundnessInterval
 from sdpgrind.base import checks
 from sdpgrind.base.by_name import called
@@ -18,9 +19,9 @@ from sdpgrind.base.sheets.blocks import AmountTable, Block, Heading, Listing, Pi
 from sdpgrind.base.units import UM
 
 _CIRCLES = ("LSC", "MZC", "MCC", "MIC")
-_FORM = {"RONt": "value", "RONp": "ron_p", "RONv": "ron_v", "RONq": "ron_q"}  # source: ISO 12181-1
-_NAMES = {f"{name} ({kind})": (name, kind) for kind in _CIRCLES for name in _FORM}
-_NAMES |= {name: (name, "LSC") for name in _FORM}  # source: ISO 12181-2, LSC unless a drawing says another
+FORM = {"RONt": "value", "RONp": "ron_p", "RONv": "ron_v", "RONq": "ron_q"}  # source: ISO 12181-1
+_NAMES = {f"{name} ({kind})": (name, kind) for kind in _CIRCLES for name in FORM}
+_NAMES |= {name: (name, "LSC") for name in FORM}  # source: ISO 12181-2, LSC unless a drawing says another
 _LARGEST = 8  # undulations in a table; chosen: the others are below them
 _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a gauge's ball to a forged ring
 
@@ -28,7 +29,7 @@ _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a
 def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[Any, float] | None) -> str:
     """Write the page of a profile, or return its text; limits of parameters by name, of harmonics by upr."""
     asked = limits or {}
-    given = {name: _limit(name, each) for name, each in asked.items() if isinstance(name, str)}
+    given = {name: limit_of(name, each, _NAMES) for name, each in asked.items() if isinstance(name, str)}
     waves = {upr: each for upr, each in asked.items() if not isinstance(upr, str)}
     form = profile.roundness("LSC")
     more: list[Block] = [_circles(profile), *_undulations(profile), Picture("LSC", form.plot)]
@@ -47,9 +48,9 @@ def _passed(profile: Any) -> str:
     return "not filtered: all undulations; profile.filter(upr=50).report(...) where a drawing says 1 to 50"
 
 
-def _limit(name: str, given: float) -> float:
+def limit_of(name: str, given: float, names: Mapping[str, Any]) -> float:
     """Limit in mm; an unknown name, and one in micrometres, is refused."""
-    checks.one_of("limits", name, _NAMES)
+    checks.one_of("limits", name, names)
     limit = checks.positive(f"limits[{name!r}]", given, "mm")
     if not _USUAL[0] <= limit <= _USUAL[1]:
         raise ValueError(another_unit(f"limits[{name!r}]", limit, "mm", _USUAL, _TYPICAL))
@@ -63,7 +64,7 @@ def _verdict(profile: Any, asked: str, limit: float) -> str:
         form: Roundness = profile.roundness(kind)
     except ValueError as error:
         raise ValueError(f"limits[{asked!r}]: {error}") from None
-    value, told = getattr(form, _FORM[name]), f"limit {UM * limit:.4g} µm"
+    value, told = getattr(form, FORM[name]), f"limit {UM * limit:.4g} µm"
     ends = _ends(form) if name == "RONt" else None
     if ends is None:
         return f"{name} ({kind}) {UM * value:.4g} µm, {told}: {'kept' if value <= limit else 'exceeded'}"
@@ -77,7 +78,7 @@ def _ends(form: Roundness) -> RoundnessInterval | None:
 
 
 def _circles(profile: Any) -> AmountTable:
-    columns: dict[str, list[Any]] = {name: [] for name in ("circle", "RONt", "from", "to", *_FORM)}
+    columns: dict[str, list[Any]] = {name: [] for name in ("circle", "RONt", "from", "to", *FORM)}
     for kind in _CIRCLES:
         try:
             found = profile.roundness(kind)
@@ -85,7 +86,7 @@ def _circles(profile: Any) -> AmountTable:
             continue
         ends = _ends(found)
         columns["circle"].append(kind)
-        for name, field in _FORM.items():
+        for name, field in FORM.items():
             columns[name].append(getattr(found, field))
         for name, end in (("from", "low"), ("to", "high")):
             columns[name].append(np.nan if ends is None else getattr(ends, end))

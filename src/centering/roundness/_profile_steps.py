@@ -161,6 +161,9 @@ def _even(
         steps=(*profile.steps, f"{asked}, {how}"),
         filter=f"{profile._origin.filter}; {asked}".lstrip("; "),
         low=max(asked.low, profile._origin.low),
+        high=min(asked.high, profile._origin.high),
+        separated=_separated(profile, asked, deviation.size),
+        lost=profile._origin.lost,
         sd=tuple(sd.tolist()),
         noise_sd=sd_of_harmonics(sd[2:]),
         nyquist=profile.nyquist,
@@ -189,6 +192,12 @@ def harmonic_sd(profile: Measured, count: int) -> Floats:
 def _with_spindle(profile: Measured, sd: Floats) -> Floats:
     """Standard deviations of harmonics, with those of a spindle's error that was taken off."""
     return np.asarray(np.hypot(sd, np.pad(np.array(profile._origin.spindle_sd), (0, sd.size))[: sd.size]))
+
+
+def _separated(profile: Measured, asked: Filter, size: int) -> tuple[float, ...]:
+    """Standard deviations of harmonics by a separation, filtered on so many points, mm."""
+    sd = np.array(profile._origin.separated or profile._origin.spindle_sd)
+    return tuple((sd * asked.transmission(np.arange(sd.size), size)).tolist())
 
 
 def _reading_noise(profile: Measured) -> float:
@@ -277,7 +286,7 @@ def roundness(profile: Measured, kind: str) -> Roundness:
         return _about_zero(profile, kind, noise, upr)
     return reference_circle(
         profile.points, kind, tip_radius=profile._tip, noise_sd=noise, noise_upr=upr, filter=name
-    )
+    ).replace(origin=profile._origin)
 
 
 def _about_zero(profile: Measured, kind: str, noise: Floats | None, upr: Floats) -> Roundness:
@@ -293,5 +302,6 @@ def _about_zero(profile: Measured, kind: str, noise: Floats | None, upr: Floats)
         kind, profile.circle.value[1:], float(profile.circle.radius), none, none.astype(bool),
         float(np.sqrt(np.mean(deviation**2))), profile.points, tip_radius=profile._tip,
         noise_sd=np.empty(0) if noise is None else noise, noise_upr=upr, filter=profile._origin.filter,
+        origin=profile._origin,
         certificate="the band holds no 1 upr: deviations are about its own zero, not about a fitted circle",
     )  # fmt: skip

@@ -9,13 +9,14 @@ from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, custom, described
+from sdpgrind.base.results import Result
 
 SURE = 1e-3  # chosen: probability of a false slip
 SEEN = 2.448  # derived: sqrt(2 ln 20), standard deviations that 5 % of Rayleigh amplitudes of noise exceed
 
 
 @described("centering.runout")
-class RollerError(Described, ByValue):
+class RollerError(Described, ByValue, Result):
     """Runout of the roller over part angle: ``cosine cos(ratio part_angle) + sine sin(ratio part_angle)``.
 
     A roller of radius rho on a part of radius R turns R/rho times as fast, Mears (6.19): its phase follows

@@ -1,27 +1,26 @@
 """A reference circle, the roundness about it, and its certificate."""
 
+import os
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from centering.roundness._harmonic_fit import even_harmonics
-from centering.roundness._interval import (
-    DrawnNoise,
-    PointNoise,
-    calibrated,
-    guaranteed,
-    guaranteed_at,
-    pairs_for,
-)
+from centering.roundness._budget import Budget, budget_of
+from centering.roundness._circle_noise import NORMS, interval_of, is_even_noise
+from centering.roundness._instrument import Instrument
+from centering.roundness._origin import MEASURED, Origin
 from centering.roundness._polar import draw_circle, draw_profile, polar_axes, polar_scale
-from centering.roundness._roundness_interval import RoundnessInterval
+from centering.roundness._roundness_interval import RoundnessInterval, decided
 from centering.roundness._sensitivity import NoiseEffect, noise_effect
 from sdpgrind.base import checks, units
 from sdpgrind.base.arrays import ByValue, lasting
+from sdpgrind.base.by_name import called
 from sdpgrind.base.checks import Bools, Floats
 from sdpgrind.base.quantities import Described, array, custom, described
+from sdpgrind.base.results import Result
 from sdpgrind.base.warned import warn
 
 KINDS = {
@@ -30,14 +29,10 @@ KINDS = {
     "MIC": "maximum inscribed circle",
     "MZC": "minimum zone circles",
 }
-NORMS = ("LSC", "MZC")
-"""Circles about which RONt is a norm of the form."""
-_ALIKE = 2.0  # chosen: largest sd of a deviation over the median, as where a step mentions a gap
-_UNEVEN = 0.2  # chosen: of a step; the centre of the circle moves angles about it by far less
 
 
 @described("centering.roundness")
-class Roundness(Described, ByValue):
+class Roundness(Described, ByValue, Result):
     """Reference circle with the roundness about it, the result of `reference_circle`.
 
     Parameters
@@ -68,6 +63,8 @@ class Roundness(Described, ByValue):
         Filter of the points.
     certificate : str
         Sentence on the proof.
+    origin : Origin
+        Steps of the profile, its source, and standard deviations of its harmonics (mm) by upr (unit 1).
 
     Examples
     --------
@@ -96,6 +93,7 @@ class Roundness(Described, ByValue):
     noise_upr: Floats = array("", finite=False, default_factory=lambda: np.empty(0))
     filter: str = custom(default="")
     certificate: str = custom(default="")
+    origin: Origin = custom(default=MEASURED)
 
     @cached_property
     def deviation(self) -> Floats:
@@ -187,35 +185,9 @@ class Roundness(Described, ByValue):
                 "an interval needs the noise of the deviations: measure several turns, or give noise_sd (mm)"
                 " to reference_circle; after a robust filter it is not known"
             )
-        methods = ("calibrated", "guaranteed") if self._even_noise else ("guaranteed",)
+        methods = ("calibrated", "guaranteed") if is_even_noise(self) else ("guaranteed",)
         asked = methods[0] if method is None else checks.one_of("method", method, methods)
-        return self._interval(share, asked, 0.5 * (1 - share))
-
-    def _interval(self, confidence: float, method: str, tail: float) -> RoundnessInterval:
-        value, best, pairs = self.ron_t, self.ron_t, pairs_for(confidence)
-        if not np.any(self.noise_sd):
-            low = high = value
-        elif not self._even_noise:
-            noise = PointNoise(self.noise_sd, self.noise_upr, pairs)
-            low, high = guaranteed_at(self.kind, value, self.angle, noise, self.radius, tail)
-        else:
-            size = np.sqrt(np.mean(self.noise_sd**2) / np.sum(self.noise_upr[2:] ** 2))
-            drawn = DrawnNoise(size * self.noise_upr, pairs)
-            if method == "guaranteed":
-                low, high = guaranteed(self.kind, value, drawn, self.radius, tail)
-            else:
-                waves = 2 * even_harmonics(self.deviation)[2:]
-                low, high, best = calibrated(self.kind, value, waves, drawn, self.radius, tail)
-        return RoundnessInterval(low, high, best, confidence, method)
-
-    @property
-    def _even_noise(self) -> bool:
-        """Whether filtered noise is as large everywhere on an even turn in order: no gap was bridged."""
-        alike = float(self.noise_sd.max()) <= _ALIKE * float(np.median(self.noise_sd))
-        if not (alike and np.any(self.noise_upr[2:])):
-            return False
-        step = np.diff(np.unwrap(self.angle, period=2 * np.pi)) * len(self.points) / (2 * np.pi)
-        return bool(np.all(np.abs(step - 1) < _UNEVEN))
+        return interval_of(self, share, asked)
 
     @cached_property
     def _usual(self) -> RoundnessInterval | None:
@@ -236,8 +208,89 @@ class Roundness(Described, ByValue):
             "accepted" where the whole interval is within the limit, "rejected" where it is above, else "not
             decided".
         """
-        most, ends = checks.positive("limit", limit, "mm"), self.interval()
-        return "accepted" if ends.high <= most else "rejected" if ends.low > most else "not decided"
+        return decided(self.interval(), checks.positive("limit", limit, "mm"))
+
+    def budget(self, instrument: Instrument, *, height: float | None = None) -> Budget:
+        """Return the uncertainty budget of RONt by noise, form and tester.
+
+        Parameters
+        ----------
+        instrument : Instrument
+            Errors of the tester.
+        height : float, optional
+            Height of the section above the table, mm, which a spindle whose error grows with it needs.
+
+        Returns
+        -------
+        Budget
+            Table of the sources, total, interval and decision.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For MCC and MIC, and after a robust filter, for which no bound is known; without noise in the
+            profile and of the instrument; without a height that is needed.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from centering.roundness import Instrument, Profile
+        >>> angle = np.linspace(0.0, 2 * np.pi, 1024, endpoint=False)
+        >>> form, noise = 0.001 * np.cos(3 * angle), 0.0001 * np.random.default_rng(0).normal(size=1024)
+        >>> found = Profile(angle, 30.0 + form + noise).filter("gaussian", upr=50).roundness()
+        >>> for row in found.budget(Instrument(spindle_error=5e-5, gain_sd=0.01)).rows[:3]:
+        ...     print(f"{row.source:14} {1e3 * row.contribution:.3f}")  # µm
+        noise          0.037
+        spindle error  0.020
+        gain           0.020
+        """
+        return budget_of(self, instrument, height)
+
+    def report(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        limits: Mapping[str, float] | None = None,
+        instrument: Instrument | None = None,
+        height: float | None = None,
+    ) -> str:
+        """Write one HTML page to sign: decisions, parameters, circle, corrections, budget, source, digests.
+
+        Parameters
+        ----------
+        path : str or path, optional
+            HTML file in an existing folder. None: only the text is returned.
+        limits : mapping of str to float, optional
+            Limits of "RONt", "RONp", "RONv", "RONq" about this circle, mm.
+        instrument : Instrument, optional
+            Errors of the tester, for the budget. None: the interval is that of noise and form.
+        height : float, optional
+            Height of the section above the table, mm, as of `budget`.
+
+        Returns
+        -------
+        str
+            The path of the file, or the text of the page.
+
+        Raises
+        ------
+        ValueError
+            For a limit of another name, not > 0, or above 0.5 mm; with an instrument as `budget`.
+        ImportError
+            With a path, without the extra ``report``.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from centering.roundness import Profile
+        >>> angle = np.linspace(0.0, 2 * np.pi, 720, endpoint=False)
+        >>> noise = 2e-5 * np.random.default_rng(0).normal(size=720)
+        >>> form = Profile(angle, 30.0 + 0.001 * np.cos(3 * angle) + noise).filter(upr=50).roundness("MZC")
+        >>> print(form.report(limits={"RONt": 0.0025}).splitlines()[3])
+        RONt (MZC) 2.008 µm as measured; 1.984 .. 2.012 µm at 95 %, limit 2.5 µm: accepted (ISO 14253-1)
+        """
+        budget = None if instrument is None else self.budget(instrument, height=height)
+        return str(called("centering.roundness._sheet:report", self, path, limits, budget))
 
     @property
     def value_sd(self) -> float | None:

@@ -3,10 +3,11 @@
 from math import ceil, log10
 
 from sdpgrind.base.quantities import Described, custom, described, quantity
+from sdpgrind.base.results import Result
 
 
 @described("centering.roundness_interval")
-class RoundnessInterval(Described):
+class RoundnessInterval(Described, Result):
     """An interval for RONt, the result of `Roundness.interval`.
 
     Parameters
@@ -40,3 +41,8 @@ class RoundnessInterval(Described):
         """Both ends as text, µm (not mm), to a hundredth of the width."""
         places = max(0, 2 - ceil(log10(max(1e3 * (self.high - self.low), 1e-6))))
         return f"{1e3 * self.low:.{places}f} .. {1e3 * self.high:.{places}f}"
+
+
+def decided(ends: RoundnessInterval, limit: float) -> str:
+    """Decision on a limit (mm) by an interval (ISO 14253-1)."""
+    return "accepted" if ends.high <= limit else "rejected" if ends.low > limit else "not decided"

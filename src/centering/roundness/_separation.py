@@ -140,7 +140,7 @@ def separation_of(
     shape = Harmonics(upr, np.abs(found.spindle), -np.angle(found.spindle), sd, profiles[0].nyquist)
     told = f"spindle taken off by {how}, {told_lost(lost)}"
     return Separation(
-        part=Profile._made(_part(profiles, found.part, sd, told)),
+        part=Profile._made(_part(profiles, found.part, sd, lost, told)),
         spindle=SpindleError(shape, lost),
         turns=lasting(setups.turns),
         senses=lasting(setups.senses),
@@ -149,7 +149,9 @@ def separation_of(
     )
 
 
-def _part(profiles: Sequence[Profile], amplitude: Complex, sd: Floats, told: str) -> Made:
+def _part(
+    profiles: Sequence[Profile], amplitude: Complex, sd: Floats, lost: npt.NDArray[np.int64], told: str
+) -> Made:
     """The part on an even turn about the axis, of the mean radius."""
     first = profiles[0]
     radius = float(np.mean([each.circle.radius for each in profiles]))
@@ -162,6 +164,9 @@ def _part(profiles: Sequence[Profile], amplitude: Complex, sd: Floats, told: str
         noise_sd=sd_of_harmonics(sd),
         nyquist=first.nyquist,
         radius_known=all(each._origin.radius_known for each in profiles),
+        high=first._origin.high,
+        separated=(0.0, 0.0, *sd.tolist()),
+        lost=tuple(lost.tolist()),
     )
     circle = first.circle.replace(value=np.array([radius, 0.0, 0.0]))
     angle = even_turn(first.angle.size)

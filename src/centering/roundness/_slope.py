@@ -1,10 +1,11 @@
 """The steepest place of a profile: the greatest rise within a window."""
 
 from sdpgrind.base.quantities import Described, described, quantity
+from sdpgrind.base.results import Result
 
 
 @described("centering.slope")
-class Slope(Described):
+class Slope(Described, Result):
     """Local slope dfTc of a profile, the result of `Profile.slope`.
 
     Makers differ in what they call so: ``value`` counts all points of a window, ``steepest`` its two ends.

@@ -12,6 +12,7 @@ from sdpgrind.base import pictures
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, array, described, part
+from sdpgrind.base.results import Result
 from sdpgrind.base.units import UM
 
 _PLACES = 16  # chosen: points for each wave of the highest harmonic; a peak between them is 0.5 % higher
@@ -19,7 +20,7 @@ _NAMED = 3  # chosen: harmonics named one by one; more fill a line
 
 
 @described("centering.spindle_error")
-class SpindleError(Described, ByValue):
+class SpindleError(Described, ByValue, Result):
     """Error of the spindle towards the probe, over the spindle angle, the same at each turn.
 
     Part of a `Separation`; `Profile.correct` takes it off later measurements.

@@ -24,14 +24,16 @@ _DTYPE = "stored_dtype"
 _NETCDF3 = {"int8", "int16", "int32", "float32", "float64"}
 
 
-class Record(ABC):
+class Saved(ABC):
     """Base of objects that are saved in a file.
 
-    `sdpgrind.load` finds the class by its kind, an entry point of ``sdpgrind.records``.
+    `sdpgrind.load` finds the class by the kind of the file, an entry point of ``sdpgrind.records``.
     """
 
-    kind: ClassVar[str]
-    """Name of the kind in files."""
+    @classmethod
+    @abstractmethod
+    def _file_kind(cls) -> str:
+        """Name of the kind in files."""
 
     @abstractmethod
     def _written(self) -> "xr.Dataset":
@@ -50,7 +52,7 @@ class Record(ABC):
         path : str or path
             File in an existing folder.
         """
-        write(self._written(), path, self.kind)
+        write(self._written(), path, self._file_kind())
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str]) -> Self:
@@ -62,6 +64,17 @@ class Record(ABC):
             The file.
         """
         return cls.restored(read(path))
+
+
+class Record(Saved):
+    """Base of plans, logs and others that tell their kind."""
+
+    kind: ClassVar[str]
+    """Name of the kind in files."""
+
+    @classmethod
+    def _file_kind(cls) -> str:
+        return cls.kind
 
 
 @contextlib.contextmanager

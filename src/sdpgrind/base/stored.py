@@ -30,6 +30,11 @@ def stored(name: str) -> Callable[[type[Stored]], type[Stored]]:
     return register
 
 
+def name_of(cls: type) -> str:
+    """Return the name under which a class is registered."""
+    return _names[cls]
+
+
 def encode(value: Any) -> str:
     """Return JSON of registered dataclasses of numbers, strings, None, arrays and tuples."""
     return json.dumps(value, default=_as_json)
@@ -55,11 +60,11 @@ def _from_json(fields: dict[str, Any]) -> Any:
     name = fields.pop("stored", None)
     if name is None:
         return fields
-    return _class_of(name)(**{key: _tuples(value) for key, value in fields.items()})
+    return class_of(name)(**{key: _tuples(value) for key, value in fields.items()})
 
 
-def _class_of(name: str) -> type:
-    """Class of a stored name; the modules of its area are imported until one registers it."""
+def class_of(name: str) -> Any:
+    """Return the class of a stored name; the modules of its area are imported until one registers it."""
     area = name.partition(".")[0]
     for module in () if name in _classes else _modules(_HOMES.get(area, f"sdpgrind.{area}")):
         import_module(module)

@@ -23,7 +23,7 @@ CHECK = 1.3  # measured: time of a grid with the check of its look-ups over that
 
 
 @dataclass
-class Budget:
+class Resources:
     """Limits of a refinement (s, bytes; None: no limit), and the times of its grids, s."""
 
     time_limit: float | None = None
@@ -32,7 +32,7 @@ class Budget:
     _times: list[float] = field(default_factory=list)
 
     @classmethod
-    def of(cls, time_limit: float | None, memory_limit: float | None) -> "Budget":
+    def of(cls, time_limit: float | None, memory_limit: float | None) -> "Resources":
         """Check the limits; the time begins now."""
         if time_limit is not None:
             checks.positive("time_limit", time_limit, "s")

@@ -10,7 +10,7 @@ import numpy as np
 from sdpgrind.base import checks
 from sdpgrind.base.parallel import one_blas_thread
 from sdpgrind.base.progress import Portions, Progress, ProgressOption, logger, reporting, silent
-from sdpgrind.sdp._plan.budget import Budget
+from sdpgrind.sdp._plan.budget import Resources
 from sdpgrind.sdp._plan.grid_error import GridChanges, away_error, changes_between, estimated, grid_error
 from sdpgrind.sdp._plan.look_up_error import between_nodes
 from sdpgrind.sdp._policy.policy import Policy
@@ -122,7 +122,7 @@ def plan(
             policy.error, policy.error_away = estimated(policy, solve)
     else:
         checks.positive("tolerance", tolerance, "$")
-        budget = Budget.of(time_limit, memory_limit)
+        budget = Resources.of(time_limit, memory_limit)
         policy = _refined(problem, tolerance, executor, Portions(progress), throw, budget)
     progress(1.0, "planned")
     return policy
@@ -158,7 +158,7 @@ def _refined(
     executor: Executor | None,
     portions: Portions,
     throw: bool,
-    budget: Budget,
+    budget: Resources,
 ) -> Policy:
     budget.check(problem)
     before = _solve(problem, 1, executor, portions.next(1.0, _work_after(0, FIRST_GUESS, problem)))
@@ -215,7 +215,7 @@ def _refined(
 
 
 def _single(
-    policy: Policy, tolerance: float, executor: Executor | None, throw: bool, budget: Budget
+    policy: Policy, tolerance: float, executor: Executor | None, throw: bool, budget: Resources
 ) -> Policy:
     """The first grid, with an error from half of it, where memory allows no second one."""
     solve = partial(_solve, executor=executor, tell=silent)
@@ -226,7 +226,7 @@ def _single(
     return policy
 
 
-def _end(problem: Problem, halvings: int, room: int, hopeless: bool, budget: Budget) -> str:
+def _end(problem: Problem, halvings: int, room: int, hopeless: bool, budget: Resources) -> str:
     """Why no further grid is solved; "": one is."""
     if halvings == REFINEMENTS:
         return "finest grid"
@@ -244,7 +244,7 @@ def _work_after(halvings: int, more: int, problem: Problem) -> float:
 
 
 def _halvings_to(
-    tolerance: float, changes: list[float], halvings: int, problem: Problem, budget: Budget
+    tolerance: float, changes: list[float], halvings: int, problem: Problem, budget: Resources
 ) -> int:
     """Number of halvings expected after the next solve; the error falls to a quarter with each."""
     if not changes:
@@ -268,7 +268,7 @@ def _within_reach(error: float, changes: list[float], room: int) -> float:
 
 
 def _out_of_reach(
-    tolerance: float, policy: Policy, changes: list[float], room: int, budget: Budget
+    tolerance: float, policy: Policy, changes: list[float], room: int, budget: Resources
 ) -> ToleranceError:
     assert policy.error is not None  # refined policies have one
     late = policy.status == "time limit"
@@ -280,7 +280,7 @@ def _out_of_reach(
     )
 
 
-def _halvings_left(problem: Problem, done: int, budget: Budget) -> int:
+def _halvings_left(problem: Problem, done: int, budget: Resources) -> int:
     """Number of further halvings that memory allows."""
     room = 0
     while done + room < REFINEMENTS and budget.bytes(problem, 2 ** (done + room + 1)) <= budget.largest:
@@ -288,7 +288,7 @@ def _halvings_left(problem: Problem, done: int, budget: Budget) -> int:
     return room
 
 
-def _with_finer_levels(problem: Problem, refine: int, budget: Budget) -> Problem:
+def _with_finer_levels(problem: Problem, refine: int, budget: Resources) -> Problem:
     """Problem with twice the levels of searched controls; the same where memory does not allow them."""
     moves = []
     for move in problem.moves:
@@ -302,7 +302,7 @@ def _with_finer_levels(problem: Problem, refine: int, budget: Budget) -> Problem
 
 
 def _with_enough_noise(
-    problem: Problem, policy: Policy, tolerance: float, solve: Callable[[Problem], Policy], budget: Budget
+    problem: Problem, policy: Policy, tolerance: float, solve: Callable[[Problem], Policy], budget: Resources
 ) -> tuple[Problem, Policy, float]:
     """Double the quadrature points of sampled noise until the value settles; return its last change, $.
 

@@ -1,0 +1,200 @@
+"""Sheet of a roundness, to sign: decisions, parameters, how it was measured, budget, pictures, origin."""
+
+import os
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from centering.roundness._budget import HEADS, Budget
+from centering.roundness._circle_noise import NORMS, amplitude_sd, even_noise, is_even_noise, waves_of
+from centering.roundness._harmonics import Harmonics, above_noise
+from centering.roundness._profile_sheet import FORM, limit_of
+from centering.roundness._roundness import KINDS, Roundness
+from centering.roundness._roundness_interval import RoundnessInterval, decided
+from centering.roundness._spindle_error import told_lost
+from sdpgrind.base.columns.source import Source
+from sdpgrind.base.sheets import page
+from sdpgrind.base.sheets.amounts import Amounts
+from sdpgrind.base.sheets.blocks import AmountTable, Block, Embedded, Heading, Listing, Picture, Sentences
+from sdpgrind.base.sheets.origin import versions, versions_table
+from sdpgrind.base.sheets.record_page import SIGNATURE, arrays_digest
+from sdpgrind.base.units import UM
+
+_LARGEST = 8  # undulations in a table; chosen: as on the page of a profile
+_METHODS = {
+    "calibrated": "noise drawn about the harmonics that stand out of it, factors by simulation",
+    "guaranteed": "holds for every form, without an assumption on it",
+}
+_UNKNOWN = "no interval: the noise of the deviations is not known"
+
+
+def report(
+    circle: Roundness,
+    path: str | os.PathLike[str] | None,
+    limits: Mapping[str, float] | None,
+    budget: Budget | None,
+) -> str:
+    """Write the sheet of a circle, with a budget if there is one, or return its text."""
+    given = {name: limit_of(name, each, FORM) for name, each in (limits or {}).items()}
+    source = Source.from_json(circle.origin.source) if circle.origin.source else None
+    return page.report(_title(source), _blocks(circle, given, budget, source), path)
+
+
+def _title(source: Source | None) -> str:
+    names = [] if source is None else [note.name for note in source.files if note.sha256]
+    return f"Roundness: {', '.join(names)}" if names else "Roundness"
+
+
+def _blocks(
+    circle: Roundness, limits: Mapping[str, float], budget: Budget | None, source: Source | None
+) -> Iterator[Block]:
+    ends = _ends(circle, budget)
+    yield Sentences(_verdicts(circle, limits, ends) or [_measured(circle, ends)], strong=True)
+    yield _parameters(circle, ends)
+    yield Sentences([_interval_sentence(circle, ends, budget)])
+    yield Picture(f"Profile about the {KINDS[circle.kind]} ({circle.kind})", circle.plot)
+    yield Heading("How it was measured")
+    yield _circle_table(circle)
+    yield Sentences([circle.certificate, *_corrections(circle)])
+    yield from _harmonics(circle)
+    if budget is not None:
+        yield from _budget_blocks(budget)
+    yield Heading("Origin")
+    yield Listing(str(source) if source else "not read from a file: arrays of a program")
+    yield from _origin(circle)
+    yield SIGNATURE
+
+
+def _ends(circle: Roundness, budget: Budget | None) -> RoundnessInterval | None:
+    """Interval of RONt by all that is known; None where no method is."""
+    if budget is not None:
+        return budget.interval()
+    return circle.interval() if circle.noise_sd.size and circle.kind in NORMS else None
+
+
+def _measured(circle: Roundness, ends: RoundnessInterval | None) -> str:
+    interval = "" if ends is None else f"; {ends.ends} µm at 95 %"
+    return f"RONt ({circle.kind}) {UM * circle.ron_t:.4g} µm as measured{interval}"
+
+
+def _verdicts(circle: Roundness, limits: Mapping[str, float], ends: RoundnessInterval | None) -> list[str]:
+    """Sentence on each limit; only RONt has an interval."""
+    found = []
+    for name, limit in limits.items():
+        value = getattr(circle, FORM[name])
+        if name == "RONt" and ends is not None:
+            told = (
+                f"{_measured(circle, ends)}, limit {UM * limit:.4g} µm: {decided(ends, limit)} (ISO 14253-1)"
+            )
+        else:
+            kept = "kept" if value <= limit else "exceeded"
+            told = (
+                f"{name} ({circle.kind}) {UM * value:.4g} µm, limit {UM * limit:.4g} µm: {kept}, no interval"
+            )
+        found.append(told)
+    return found
+
+
+def _parameters(circle: Roundness, ends: RoundnessInterval | None) -> AmountTable:
+    rows = [(name, f"{UM * getattr(circle, field):.4g}") for name, field in FORM.items()]
+    if ends is not None:
+        places = len(ends.ends.split()[0].partition(".")[2])
+        rows.append(("RONt without the lift by noise", f"{UM * ends.value:.{places}f}"))
+        rows.append(("95 % interval of RONt", ends.ends))
+    return AmountTable(
+        "Parameters (ISO 12181-1)", [Amounts.of(name, [value]) for name, value in rows], ("parameter", "µm")
+    )
+
+
+def _interval_sentence(circle: Roundness, ends: RoundnessInterval | None, budget: Budget | None) -> str:
+    """How the interval was found."""
+    if ends is None:
+        known = f"no interval: no method is known about the {KINDS[circle.kind]}"
+        return _UNKNOWN if circle.kind in NORMS else known
+    of_what = (
+        "noise, form and tester"
+        if budget is not None
+        else "noise and form; the tester's errors are not in it"
+    )
+    return f"95 % interval by {of_what}. Method {ends.method}: {_METHODS[ends.method]}."
+
+
+def _circle_table(circle: Roundness) -> AmountTable:
+    angle = np.degrees(circle.offset_angle)
+    contacts = ", ".join(f"{each:.1f}" for each in np.degrees(circle.contact_angles)) or "none"
+    noise = f"{UM * np.sqrt(np.mean(circle.noise_sd**2)):.3g}" if circle.noise_sd.size else "not known"
+    rows = [
+        Amounts.of("circle", [f"{circle.kind}, {KINDS[circle.kind]}"]),
+        Amounts.of("radius", [f"{circle.radius:.8g}"], heading="radius [mm]"),
+        Amounts.of("offset", [f"{UM * circle.offset:.4g}"], heading="centre from the spindle's axis [µm]"),
+        Amounts.of("direction", [f"{angle:.1f}"], heading="direction of the centre [degrees]"),
+        Amounts.of("contacts", [contacts], heading="contacts [degrees]"),
+        Amounts.of("filter", [circle.filter or "none: all undulations"]),
+        Amounts.of("points", [len(circle.points)]),
+        Amounts.of("tip", [f"{abs(circle.tip_radius):g}"], heading="radius of the tip [mm]"),
+        Amounts.of("noise", [noise], heading="standard deviation of a deviation by noise [µm]"),
+    ]
+    return AmountTable("Circle, filter and points", rows, ("what", "is"))
+
+
+def _corrections(circle: Roundness) -> list[str]:
+    """Steps of the profile, and what a separation has lost."""
+    lost = told_lost(np.array(circle.origin.lost, dtype=int))
+    separated = circle.origin.separated or circle.origin.spindle_sd
+    spindle = f"spindle's error separated, {lost}" if separated else "spindle's error not separated"
+    return [*(f"step: {step}" for step in circle.origin.steps), f"corrections: {spindle}"]
+
+
+def _harmonics(circle: Roundness) -> Iterator[Block]:
+    """The largest undulations and their picture, where the filtered turn is even."""
+    if not (circle.noise_sd.size and is_even_noise(circle)):
+        return
+    upr = np.arange(2, even_noise(circle, 0).most + 1)  # that the filter leaves
+    waves = waves_of(circle)[upr - 2]
+    sd = amplitude_sd(circle)[upr]
+    found = Harmonics(upr.astype(float), np.abs(waves), -np.angle(waves), sd)
+    largest = above_noise(found, _LARGEST)
+    yield Heading("Undulations")
+    yield AmountTable(
+        "Largest amplitudes above the noise (half of the height from valley to peak)",
+        [
+            Amounts.of("upr", [int(upr) for upr, _ in largest], heading="undulations per revolution"),
+            Amounts.of("amplitude", [size for _, size in largest], "mm"),
+        ],
+    )
+    yield Picture("Amplitudes; grey: what noise alone exceeds in one of 20", found.plot)
+
+
+def _budget_blocks(budget: Budget) -> Iterator[Block]:
+    """Table of the sources, totals of both laws, worst case of the spindle."""
+    yield Heading("Uncertainty budget (GUM)")
+    columns = zip(*budget.cells, strict=True)
+    yield AmountTable(
+        "Contributions to the standard uncertainty of RONt; half width of a normal law: that of 95 %",
+        [Amounts.of(head, column) for head, column in zip(HEADS, columns, strict=True)],
+    )
+    yield Sentences(
+        [
+            f"standard uncertainty: {UM * budget.sd:.3g} µm by Monte Carlo (Supplement 1),"
+            f" {UM * budget.linear_sd:.3g} µm by the linear law",
+            *_worst(budget),
+        ]
+    )
+
+
+def _worst(budget: Budget) -> list[str]:
+    """Sentence on the worst case of a spindle whose error was not taken off."""
+    if not (most := budget.spindle_bound):
+        return []
+    worst = budget.worst_case().ends
+    return [
+        f"the spindle changes RONt by {UM * most:.3g} µm at most, up or down: {worst} µm in the worst case"
+    ]
+
+
+def _origin(circle: Roundness) -> Iterator[Block]:
+    """Versions, digest of the points, and both for a program."""
+    digest = arrays_digest(circle._written())
+    yield versions_table()
+    yield Sentences([f"sha256 of the arrays: {digest}"])
+    yield Embedded("plan", {"kind": circle._file_kind(), "arrays": digest, "options": None, **versions()})

@@ -1,0 +1,83 @@
+"""Sheets of roundness: whole and sealed, with circle, filter, corrections and method on each of them."""
+
+import html5lib
+import numpy as np
+import pytest
+from measured_rings import turn
+
+from centering.roundness import Harmonics, Instrument, Profile, SpindleError
+from sdpgrind import units
+from sdpgrind.base.sheets import seal
+
+ANGLE = turn(1, 720)
+SPINDLE = SpindleError(Harmonics([2, 5], [1e-4, 6e-5], [1.9, 0.3], [1e-6, 1e-6]), np.array([36]))
+TESTER = Instrument(spindle_error=units.um(0.05), gain_sd=0.01)
+
+
+@pytest.fixture(scope="module")
+def ring(tmp_path_factory):
+    form = np.cos(3 * ANGLE) + 0.1 * np.random.default_rng(0).normal(size=ANGLE.size)  # um
+    path = tmp_path_factory.mktemp("sheets") / "ring.csv"
+    rows = [f"{angle:.2f},{each:.4f}" for angle, each in zip(np.degrees(ANGLE), form, strict=True)]
+    path.write_text("\n".join(["phi (deg),dev (um)", *rows]))
+    return Profile.read(path, angle="phi", deviation="dev", radius=30.0)
+
+
+@pytest.mark.parametrize("kind", ["LSC", "MZC", "MCC", "MIC"])
+def test_every_sheet_says_circle_filter_corrections_and_method(kind, ring):
+    told = ring.correct(SPINDLE).filter(upr=50).roundness(kind).report()
+    assert f"{kind}, " in told and "Gaussian low-pass, 50 upr" in told and "points" in told
+    assert "step: error of the spindle taken off" in told and "spindle's error separated, lost 36 upr" in told
+    method = "Method calibrated: noise drawn" if kind in ("LSC", "MZC") else "no method is known about the m"
+    assert method in told and "ring.csv: " in told and "sha256 " in told and "library" in told
+    raw = ring.roundness(kind).report()
+    assert "none: all undulations" in raw and "corrections: spindle's error not separated" in raw
+
+
+def test_a_page_is_valid_sealed_and_has_a_place_to_sign(ring, tmp_path):
+    circle = ring.filter(upr=50).roundness("MZC")
+    limits = {"RONt": units.um(2.5), "RONq": units.um(0.5)}
+    path = circle.report(tmp_path / "ring.html", limits=limits, instrument=TESTER)
+    text = (tmp_path / "ring.html").read_text("utf-8")
+    html5lib.HTMLParser(strict=True).parse(text)
+    assert path == str(tmp_path / "ring.html") and not seal.changes(text)
+    assert text.count("<svg") == 2 and ": left out, " not in text and len(text) < 1_500_000
+    for word in ("Roundness: ring.csv", "Uncertainty budget", "Supplement 1", "signature", "date", "name"):
+        assert word in text
+    assert seal.changes(text.replace("2.5 µm: accepted", "2.6 µm: accepted"))
+
+
+def test_decisions_are_those_of_the_interval(ring):
+    circle = ring.filter(upr=50).roundness()
+    budget = circle.budget(TESTER)
+    ends = budget.interval()
+    for limit in (ends.high * 1.01, ends.value, ends.low * 0.99):
+        told = budget.report(limits={"RONt": limit})
+        assert f"{ends.ends} µm at 95 %, limit {1e3 * limit:.4g} µm: {budget.conforms(limit)} (ISO" in told
+        assert told == circle.report(limits={"RONt": limit}, instrument=TESTER)
+    told = circle.report(limits={"RONq": 1e-4})
+    assert f"RONq (LSC) {1e3 * circle.ron_q:.4g} µm, limit 0.1 µm: exceeded, no interval" in told
+
+
+def test_the_worst_case_of_a_spindle_stands_beside(ring):
+    circle = ring.filter(upr=50).roundness()
+    worst = circle.budget(TESTER).worst_case().ends
+    assert f"by 0.05 µm at most, up or down: {worst} µm" in circle.report(instrument=TESTER)
+    corrected = ring.correct(SPINDLE).filter(upr=50).roundness()
+    assert "at most, up or down" not in corrected.report(instrument=TESTER)
+    assert "as noise; of lost harmonics rectangular" in corrected.report(instrument=TESTER)
+
+
+def test_without_noise_there_is_no_interval_and_it_says_so(ring):
+    told = ring.filter("robust", upr=50).roundness().report(limits={"RONt": units.um(2.5)})
+    assert "limit 2.5 µm: kept, no interval" in told and "the noise of the deviations is not known" in told
+
+
+def test_refusals(ring):
+    circle = ring.filter(upr=50).roundness("MIC")
+    with pytest.raises(ValueError, match="limits must be one of RONt"):
+        circle.report(limits={"RONz": 0.001})
+    with pytest.raises(ValueError, match=r"limits\['RONt'\] must be in mm, some 0.003; units.um"):
+        circle.report(limits={"RONt": 2.5})
+    with pytest.raises(ValueError, match="kind must be LSC or MZC for a budget"):
+        circle.report(instrument=TESTER)
