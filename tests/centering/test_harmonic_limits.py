@@ -94,11 +94,14 @@ def test_limits_that_are_refused(limits, said):
         ring().harmonics(60, limits=limits)
 
 
-def test_no_limits_after_a_filter():
-    with pytest.raises(
-        ValueError, match="limits must be of a profile before its filter, which lowers harmonics"
-    ):
-        ring().filter(upr=50).harmonics(limits={3: 1e-3})
+def test_limits_after_a_filter_warn():
+    """The Gaussian leaves exp2(-(42/50)^2) = 0.613 of 42 upr, below a limit that the part exceeds."""
+    with pytest.warns(UserWarning, match="after a Gaussian low-pass, 50 upr, which lowers harmonics"):
+        found = ring().filter(upr=50).harmonics(limits={42: 6e-5})
+    assert not found.exceeds and ring().harmonics(60, limits={42: 6e-5}).exceeds
+
+
+def test_limits_that_are_no_mapping():
     with pytest.raises(TypeError, match=r"limits must be a mapping as \{\(2, 15\): units\.um\(0\.5\)"):
         ring().harmonics(60, limits=[0.5])
 

@@ -23,6 +23,21 @@ def ring(tmp_path_factory):
     return Profile.read(path, angle="phi", deviation="dev", radius=30.0)
 
 
+def test_asperities_and_limits_of_harmonics_are_on_the_sheet(ring):
+    """3 upr of 1 um, of which the filter passes exp2(-(3/50)^2) = 0.9975."""
+    dusty = Profile(ring.angle, ring.reading + np.where(np.arange(ANGLE.size) == 200, 0.05, 0.0))
+    circle = dusty.remove_asperities().filter(upr=50).roundness("MZC")
+    told = circle.report(limits={"RONt": units.um(2.5), (2, 15): units.um(1.2), 3: units.um(0.9)})
+    assert "step: 1 reading of 1 asperity more than 6 sd" in told
+    assert (
+        "2 to 15 upr: largest amplitude at 3 upr 0.9" in told
+        and "limit 1.2 µm: kept (after the filter)" in told
+    )
+    assert "3 upr: amplitude 0.9" in told and "limit 0.9 µm: exceeded (after the filter)" in told
+    with pytest.raises(ValueError, match=r"limits\[3\]: harmonics are told of a filtered even turn alone"):
+        ring.roundness().report(limits={3: units.um(0.9)})
+
+
 @pytest.mark.parametrize("kind", ["LSC", "MZC", "MCC", "MIC"])
 def test_every_sheet_says_circle_filter_corrections_and_method(kind, ring):
     told = ring.correct(SPINDLE).filter(upr=50).roundness(kind).report()

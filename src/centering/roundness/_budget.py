@@ -4,7 +4,7 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import sqrt
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import xarray as xr
@@ -141,7 +141,7 @@ class Budget(Described, ByValue, Result):
         return decided(self.interval(), checks.positive("limit", limit, "mm"))
 
     def report(
-        self, path: str | os.PathLike[str] | None = None, *, limits: Mapping[str, float] | None = None
+        self, path: str | os.PathLike[str] | None = None, *, limits: Mapping[Any, float] | None = None
     ) -> str:
         """Write the sheet of `Roundness.report`, with this budget.
 
@@ -149,8 +149,8 @@ class Budget(Described, ByValue, Result):
         ----------
         path : str or path, optional
             HTML file in an existing folder. None: only the text is returned.
-        limits : mapping of str to float, optional
-            Limits of "RONt", "RONp", "RONv", "RONq", mm.
+        limits : mapping, optional
+            Limits as of `Roundness.report`, mm.
 
         Returns
         -------

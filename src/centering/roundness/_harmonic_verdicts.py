@@ -11,13 +11,25 @@ from sdpgrind.base.units import UM
 _SURE = 1.96  # derived: standard deviations to both ends of a 95 % interval of a normal amplitude
 
 
-def harmonic_verdicts(profile: Any, limits: Mapping[Any, float]) -> list[str]:
-    """Return whether the harmonics of a profile keep their limits (mm), a sentence for each limit."""
+def split_limits(limits: Mapping[Any, float] | None) -> tuple[dict[str, float], dict[Any, float]]:
+    """Limits of parameters by name, and those of harmonics."""
+    given = dict(limits or {})
+    waves = {upr: given.pop(upr) for upr in list(given) if not isinstance(upr, str)}
+    return given, waves
+
+
+def measured_for(profile: Any, limits: Mapping[Any, float]) -> Harmonics | None:
+    """Harmonics of a profile up to the highest of the limits (mm), with these; None without limits."""
     if not limits:
-        return []
-    highest = max(max(key) if isinstance(key, tuple) else key for key in limits)
-    found = profile.harmonics(highest, limits=limits)
-    return [_verdict(found, *limit) for limit in found.limits]
+        return None
+    return profile.harmonics(
+        max(max(key) if isinstance(key, tuple) else key for key in limits), limits=limits
+    )
+
+
+def harmonic_verdicts(found: Harmonics | None) -> list[str]:
+    """Return whether harmonics keep their limits (mm), a sentence for each limit."""
+    return [] if found is None else [_verdict(found, *limit) for limit in found.limits]
 
 
 def _verdict(found: Harmonics, low: int, high: int, most: float) -> str:

@@ -22,6 +22,7 @@ from centering.roundness._turn import told_radius
 from sdpgrind.base import checks, pictures
 from sdpgrind.base.brief import counted
 from sdpgrind.base.plans import Plan
+from sdpgrind.base.warned import warn
 
 _USUAL = 50  # source: ISO 12181-2, a usual cut-off, upr
 
@@ -89,7 +90,7 @@ class Profile(FormerNames, SteppedReadings, Plan):
             Highest harmonic, upr. Default: all that the samples determine or a filter has passed.
         limits : mapping, optional
             Largest amplitudes, mm, of bands and harmonics, ``{(2, 15): units.um(0.5), 42: units.um(0.05)}``;
-            `exceeds` of the result tells which are above them. Of a profile before its filter.
+            `exceeds` of the result tells which are above them.
         as_range : bool
             Whether limits and tables are of the height from valley to peak, twice the amplitude.
 
@@ -103,13 +104,13 @@ class Profile(FormerNames, SteppedReadings, Plan):
         ValueError
             For more than half of the points of a turn, fewer than 2 upr_max + 1 samples, or gaps that leave
             the harmonics undetermined (a condition above 1000); by default also where not even 2 upr are
-            determined; for a limit of a harmonic that was not measured, and for limits after a filter.
+            determined; for a limit of a harmonic that was not measured.
 
         Warns
         -----
         UserWarning
             Where, by default, a gap leaves less than half of the harmonics that the points of a turn would
-            determine.
+            determine; for limits after a filter.
 
         Examples
         --------
@@ -120,8 +121,8 @@ class Profile(FormerNames, SteppedReadings, Plan):
         [(42, 8e-05, 5e-05)]
         """
         if limits is not None and self._origin.filter:
-            rule = "limits must be of a profile before its filter, which lowers harmonics"
-            raise ValueError(f"{rule}; got {self._origin.filter}")
+            told = f"limits are held against the form after a {self._origin.filter}, which lowers harmonics"
+            warn(f"{told}: those of the profile before it are the part's")
         degree = None if upr_max is None else checked_degree("upr_max", upr_max, 2 * self.nyquist)
         if degree is not None and self.angle.size < 2 * degree + 1:
             raise ValueError(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from centering.roundness._circle_noise import NORMS
-from centering.roundness._harmonic_verdicts import harmonic_verdicts
+from centering.roundness._harmonic_verdicts import harmonic_verdicts, measured_for, split_limits
 from centering.roundness._harmonics import above_noise
 from centering.roundness._roundness import Roundness
 from centering.roundness._roundness_interval import RoundnessInterval
@@ -28,14 +28,13 @@ _USUAL, _TYPICAL = (1e-6, 0.5), 0.003  # mm; chosen: limits of roundness, from a
 
 def report(profile: Any, path: str | os.PathLike[str] | None, limits: Mapping[Any, float] | None) -> str:
     """Write the page of a profile, or return its text; limits of parameters by name, of harmonics by upr."""
-    asked = limits or {}
-    given = {name: limit_of(name, each, _NAMES) for name, each in asked.items() if isinstance(name, str)}
-    waves = {upr: each for upr, each in asked.items() if not isinstance(upr, str)}
+    named, waves = split_limits(limits)
+    given = {name: limit_of(name, each, _NAMES) for name, each in named.items()}
     form = profile.roundness("LSC")
     more: list[Block] = [_circles(profile), *_undulations(profile), Picture("LSC", form.plot)]
     verdicts = [_verdict(profile, name, limit) for name, limit in given.items()]
-    verdicts += harmonic_verdicts(profile, waves)
-    more.insert(0, Sentences([*verdicts, _passed(profile)], strong=bool(asked)))
+    verdicts += harmonic_verdicts(measured_for(profile, waves))
+    more.insert(0, Sentences([*verdicts, _passed(profile)], strong=bool(limits)))
     if (source := profile.source) is not None:
         more += [Heading("Source of the data"), Listing(str(source))]
     return str(called("sdpgrind.base.sheets.record_page:report", profile, path, tuple(more)))

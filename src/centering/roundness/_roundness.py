@@ -250,7 +250,7 @@ class Roundness(Described, ByValue, Result):
         self,
         path: str | os.PathLike[str] | None = None,
         *,
-        limits: Mapping[str, float] | None = None,
+        limits: Mapping[Any, float] | None = None,
         instrument: Instrument | None = None,
         height: float | None = None,
     ) -> str:
@@ -260,8 +260,9 @@ class Roundness(Described, ByValue, Result):
         ----------
         path : str or path, optional
             HTML file in an existing folder. None: only the text is returned.
-        limits : mapping of str to float, optional
-            Limits of "RONt", "RONp", "RONv", "RONq" about this circle, mm.
+        limits : mapping, optional
+            Limits of "RONt", "RONp", "RONv", "RONq" about this circle, mm, and of harmonics after the
+            filter, as of `Profile.harmonics`.
         instrument : Instrument, optional
             Errors of the tester, for the budget. None: the interval is that of noise and form.
         height : float, optional
@@ -371,5 +372,6 @@ class Roundness(Described, ByValue, Result):
         contacts = f"; {self.contacts.size} contacts" if self.contacts.size else ""
         filtered = f"; {self.filter}" if self.filter else ""
         value = f"{self.value / units.um(1.0):.4g}{spread} µm"
-        place = f"about ({x:.6g}, {y:.6g}) mm, radius {self.radius:.8g} mm"
+        radius = f"{self.radius:.8g} mm" if self.origin.radius_known else "not known"
+        place = f"about ({x:.6g}, {y:.6g}) mm, radius {radius}"
         return f"Roundness({self.kind}: RONt {value} {place}{contacts}{filtered})"

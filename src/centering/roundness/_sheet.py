@@ -2,11 +2,13 @@
 
 import os
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from centering.roundness._budget import HEADS, Budget
 from centering.roundness._circle_noise import NORMS, amplitude_sd, even_noise, is_even_noise, waves_of
+from centering.roundness._harmonic_verdicts import harmonic_verdicts, split_limits
 from centering.roundness._harmonics import Harmonics, above_noise
 from centering.roundness._profile_sheet import FORM, limit_of
 from centering.roundness._roundness import KINDS, Roundness
@@ -31,13 +33,15 @@ _UNKNOWN = "no interval: the noise of the deviations is not known"
 def report(
     circle: Roundness,
     path: str | os.PathLike[str] | None,
-    limits: Mapping[str, float] | None,
+    limits: Mapping[Any, float] | None,
     budget: Budget | None,
 ) -> str:
     """Write the sheet of a circle, with a budget if there is one, or return its text."""
-    given = {name: limit_of(name, each, FORM) for name, each in (limits or {}).items()}
+    named, waves = split_limits(limits)
+    given = {name: limit_of(name, each, FORM) for name, each in named.items()}
+    found = _harmonics(circle, waves)
     source = Source.from_json(circle.origin.source) if circle.origin.source else None
-    return page.report(_title(source), _blocks(circle, given, budget, source), path)
+    return page.report(_title(source), _blocks(circle, given, budget, source, found), path)
 
 
 def _title(source: Source | None) -> str:
@@ -46,17 +50,24 @@ def _title(source: Source | None) -> str:
 
 
 def _blocks(
-    circle: Roundness, limits: Mapping[str, float], budget: Budget | None, source: Source | None
+    circle: Roundness,
+    limits: Mapping[str, float],
+    budget: Budget | None,
+    source: Source | None,
+    found: Harmonics | None,
 ) -> Iterator[Block]:
     ends = _ends(circle, budget)
-    yield Sentences(_verdicts(circle, limits, ends) or [_measured(circle, ends)], strong=True)
+    after = " (after the filter)" if circle.filter else ""
+    waves = [f"{told}{after}" for told in harmonic_verdicts(found)]
+    verdicts = [*_verdicts(circle, limits, ends), *waves]
+    yield Sentences(verdicts or [_measured(circle, ends)], strong=True)
     yield _parameters(circle, ends)
     yield Sentences([_interval_sentence(circle, ends, budget)])
     yield Picture(f"Profile about the {KINDS[circle.kind]} ({circle.kind})", circle.plot)
     yield Heading("How it was measured")
     yield _circle_table(circle)
     yield Sentences([circle.certificate, *_corrections(circle)])
-    yield from _harmonics(circle)
+    yield from _undulations(found)
     if budget is not None:
         yield from _budget_blocks(budget)
     yield Heading("Origin")
@@ -122,10 +133,11 @@ def _interval_sentence(circle: Roundness, ends: RoundnessInterval | None, budget
 def _circle_table(circle: Roundness) -> AmountTable:
     angle = np.degrees(circle.offset_angle)
     contacts = ", ".join(f"{each:.1f}" for each in np.degrees(circle.contact_angles)) or "none"
+    radius = f"{circle.radius:.8g}" if circle.origin.radius_known else "not known"
     noise = f"{UM * np.sqrt(np.mean(circle.noise_sd**2)):.3g}" if circle.noise_sd.size else "not known"
     rows = [
         Amounts.of("circle", [f"{circle.kind}, {KINDS[circle.kind]}"]),
-        Amounts.of("radius", [f"{circle.radius:.8g}"], heading="radius [mm]"),
+        Amounts.of("radius", [radius], heading="radius [mm]"),
         Amounts.of("offset", [f"{UM * circle.offset:.4g}"], heading="centre from the spindle's axis [µm]"),
         Amounts.of("direction", [f"{angle:.1f}"], heading="direction of the centre [degrees]"),
         Amounts.of("contacts", [contacts], heading="contacts [degrees]"),
@@ -145,14 +157,24 @@ def _corrections(circle: Roundness) -> list[str]:
     return [*(f"step: {step}" for step in circle.origin.steps), f"corrections: {spindle}"]
 
 
-def _harmonics(circle: Roundness) -> Iterator[Block]:
-    """The largest undulations and their picture, where the filtered turn is even."""
+def _harmonics(circle: Roundness, limits: Mapping[Any, float]) -> Harmonics | None:
+    """Harmonics that the filter leaves, held against limits (mm), where the filtered turn is even."""
     if not (circle.noise_sd.size and is_even_noise(circle)):
-        return
+        if limits:
+            raise ValueError(
+                f"limits[{next(iter(limits))!r}]: harmonics are told of a filtered even turn alone"
+            )
+        return None
     upr = np.arange(2, even_noise(circle, 0).most + 1)  # that the filter leaves
     waves = waves_of(circle)[upr - 2]
     sd = amplitude_sd(circle)[upr]
-    found = Harmonics(upr.astype(float), np.abs(waves), -np.angle(waves), sd)
+    return Harmonics(upr.astype(float), np.abs(waves), -np.angle(waves), sd, limits=limits)
+
+
+def _undulations(found: Harmonics | None) -> Iterator[Block]:
+    """The largest undulations and their picture."""
+    if found is None:
+        return
     largest = above_noise(found, _LARGEST)
     yield Heading("Undulations")
     yield AmountTable(

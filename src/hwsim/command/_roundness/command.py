@@ -35,6 +35,9 @@ def add_roundness(subparsers: Any) -> None:
     parser.add_argument("--radius", metavar="R", help="nominal radius of deviations")
     parser.add_argument("--tip-radius", metavar="R", default="0", help="radius of the probe's tip (0)")
     parser.add_argument("--internal", action="store_true", help="a bore, read from within")
+    parser.add_argument(
+        "--remove-asperities", action="store_true", help="take dust and burrs out, and say so"
+    )
     parser.add_argument("--filter", choices=_FILTERS, default="gaussian", help="filter (gaussian)")
     parser.add_argument("--upr", default="50", help="cut-off, or a band as 15-150 (50)")
     parser.add_argument("--circle", choices=_CIRCLES, default="LSC", help="reference circle (LSC)")
@@ -52,6 +55,7 @@ def work(arguments: argparse.Namespace) -> int:
     announce(f"about {times.rest:.0f} s{first}")
     lengths = {name: _length(name, getattr(arguments, name)) for name in _LENGTHS}
     profile = _profile(arguments, lengths)
+    profile = profile.remove_asperities() if arguments.remove_asperities else profile
     circle = _filtered(profile, arguments).roundness(arguments.circle)
     instrument = None if arguments.instrument is None else _instrument(arguments.instrument)
     budget = None if instrument is None else circle.budget(instrument, height=lengths["height"])
@@ -122,6 +126,7 @@ def _instrument(path: Path) -> Any:
 def _lines(profile: Any, circle: Any, budget: Any, limit: float | None, found: str | None) -> Iterator[str]:
     """A fact a line."""
     yield f"file    {profile.source.files[0].name}: {len(profile.angle)} points"
+    yield from (f"step    {step}" for step in profile.steps)
     yield f"filter  {circle.filter or 'none: all undulations'}"
     yield f"circle  {circle!r}"
     if budget is not None:
