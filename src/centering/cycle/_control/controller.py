@@ -13,9 +13,11 @@ from centering.cycle._control.next_push import ChosenPush, NextPush, PushStrateg
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.settings import CycleSettings
 from centering.cycle._control.states import CycleState
+from centering.cycle._strategy.table_limit import TableLimit
 from sdpgrind.base import checks
 
 _EARLIEST, _FREEZE = 2.7, 5.0  # chosen: samples before a push: it is sent; the slide is stopped
+_AHEAD = 3.0  # derived: samples until a push that is sent; the acceleration stays meanwhile
 _MISSED = 2.0  # chosen: samples after which the machine has not begun a push: it will not
 _STOPPED = 0.5  # mm/s, chosen: commanded speed of a slide that counts as waiting
 _SEEMS = 2.0  # chosen: tolerances within which a part looks as if it were centred
@@ -56,6 +58,7 @@ class CenteringController(CycleBase):
     >>> hwsim.run(hwsim.CenteringMachine(problem), controller).outcome  # doctest: +SKIP
     """
 
+    commands: ClassVar[Mapping[str, str]] = {**CycleBase.commands, "spindle_acceleration": "rad/s^2"}
     reports: ClassVar[Mapping[str, str]] = {
         "state": "",
         "offset": "mm",
@@ -153,10 +156,12 @@ class CenteringController(CycleBase):
         return self._end(CycleState.FRICTION) if self._learner.hopeless else self._prepare()
 
     def _stand_off(self, offset: float) -> Command:
-        """Waiting place of the tip: outside the furthest rim, within the reach of the probe."""
-        furthest = self._view.radius + offset + self._room()
+        """Waiting place of the tip: outside the furthest rim and that seen now, within the probe's reach."""
+        room = self._room()
+        furthest = self._view.radius + offset + room
         if isfinite(self._reading):
-            furthest = min(furthest, self._reading + 0.9 * self.settings.probe_reach)
+            reach = self._reading + 0.9 * self.settings.probe_reach
+            furthest = min(max(furthest, self._reading + room), reach)
         if 0.0 <= self._tip - furthest <= _NEARER * self.settings.margin and abs(self._velocity) < _STOPPED:
             return self._stand_still()
         return self._stand_at(furthest + 0.5 * _NEARER * self.settings.margin)
@@ -171,6 +176,21 @@ class CenteringController(CycleBase):
     def _speed_for(self, offset: float) -> float:
         """Table speed of the strategy at an offset, rad/s."""
         return self._choose(offset).spindle_speed
+
+    def _turn_at(self, speed: float) -> Command:
+        """Command the table speed (rad/s), and an acceleration at which friction still holds the ring."""
+        command, table = super()._turn_at(speed), self._table
+        ahead = min(table.speed + _AHEAD * self.period * table.acceleration, max(speed, table.speed))
+        rate = TableLimit(self.problem, self._learner.least).acceleration(self._furthest(), ahead)
+        if table.speed == speed or rate == table.acceleration:
+            return command
+        table.acceleration = rate
+        return command | {"spindle_acceleration": rate}
+
+    def _furthest(self) -> float:
+        """Greatest plausible offset, mm."""
+        view = self._view
+        return view.offset + min(view.band, self.problem.offset_max) if view.known else self._expected
 
     def _choose(self, offset: float) -> ChosenPush:
         """Choice of the strategy at an offset."""

@@ -5,6 +5,7 @@ from math import cos, hypot, inf, pi, sin
 
 from centering.cycle._control.next_push import ChosenPush, PushStrategy
 from centering.cycle._control.part_view import PartView
+from centering.cycle._strategy.table_limit import least_friction
 from sdpgrind.base.frozen import Frozen
 
 # chosen: excess travel from turning, relative and in mm, above which a push is no evidence of friction
@@ -130,6 +131,11 @@ class PartLearner:
     def bias(self) -> float:
         """Mean deviation of pushes to the left of their aim, rad."""
         return self._direction.value
+
+    @property
+    def least(self) -> float:
+        """Factor of friction that the part exceeds with 99.9 %."""
+        return least_friction(self._strategy.problem)
 
     @property
     def strange(self) -> bool:

@@ -28,6 +28,7 @@ class Followed(Protocol):
     finish: float
 
     def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice: ...
+    def start_time(self, offset: float) -> float: ...
     def spindle_speed(self, offset: float) -> float: ...
     def profile(self, choice: PushChoice) -> TipProfile: ...
     def update_belief(
@@ -82,10 +83,8 @@ class _Parts:
 
     def _start_time(self, offset: float) -> float:
         """Time from rest to the first touch, s: run-up, measurement, any part of a turn."""
-        acceleration = self.strategy.problem.limits.spindle_acceleration_max
-        speed = self.strategy.spindle_speed(offset)
-        mean = self.strategy.timing.start_time(speed, acceleration)
-        return mean + float(self.random.uniform(-np.pi, np.pi)) / speed
+        shift = float(self.random.uniform(-np.pi, np.pi)) / self.strategy.spindle_speed(offset)
+        return self.strategy.start_time(offset) + shift
 
     def _push(self) -> None:
         """One push of all waiting parts."""

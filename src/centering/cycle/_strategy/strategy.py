@@ -15,6 +15,7 @@ from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.draw_kernels import table_speed
 from centering.cycle._strategy.lookup_kernels import choose, value_at
 from centering.cycle._strategy.outcomes import FRICTION_SCALES, OutcomeTable
+from centering.cycle._strategy.table_limit import TableLimit, least_friction
 from centering.cycle._strategy.timing import CycleTiming
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks, pictures
@@ -162,10 +163,12 @@ class Strategy(Plan):
 
     def cycle_time(self, offset: float) -> float:
         """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s."""
-        speed = self.spindle_speed(offset)
-        return self.timing.start_time(speed, self.problem.limits.spindle_acceleration_max) + self.value(
-            offset=offset
-        )
+        return self.start_time(offset) + self.value(offset=offset)
+
+    def start_time(self, offset: float) -> float:
+        """Return the mean time from rest to the first touch at an `offset` (mm), s."""
+        limit = TableLimit(self.problem, least_friction(self.problem))
+        return self.timing.start_time(offset, self.spindle_speed(offset), limit)
 
     def spindle_speed(self, offset: float) -> float:
         """Return the table speed at an `offset` (mm), rad/s."""
