@@ -74,10 +74,12 @@ axis.legend(frameon=False)
 # ----------------
 # The friction of a ring persists. A ring that went too far goes too far again, unless the strategy carries
 # what it has seen: a mean, and how many pushes' worth of evidence there is.
-friction, evidence = 1.0, 0.0
+friction, evidence, weights = 1.0, 0.0, None
 for travelled in (1.03, 0.99, 1.0):
     push = strategy.push(offset=1.0, friction=friction, evidence=evidence)
-    friction, evidence = strategy.update_belief(friction, evidence, push, travelled * push.aim)
+    friction, evidence, weights = strategy.update_belief(
+        friction, evidence, push, travelled * push.aim, weights=weights
+    )
     print(
         f"went {100 * travelled:.0f} % of its aim: friction {friction:.3f} of the model's, evidence of {evidence:.2f} pushes"
     )

@@ -12,7 +12,8 @@ from centering.cycle._control.table_motion import TableMotion
 from centering.cycle._source.planner import PrintedPlanner
 from centering.cycle._strategy.as_sdp import FRACTIONS, WORTH, KindOfPush, Size, draws
 from centering.cycle._strategy.belief import FrictionScaleBelief
-from centering.cycle._strategy.belief_kernels import posterior
+from centering.cycle._strategy.belief_kernels import learned
+from centering.cycle._strategy.density import lower_end, moments, prior, widened
 from centering.cycle._strategy.draw_kernels import push_once, waiting_time
 from centering.cycle._strategy.outcome_kernels import FINE
 from centering.cycle._strategy.outcomes import FRICTION_SCALES
@@ -72,10 +73,13 @@ __all__ = [
     "forward",
     "landing",
     "launch",
+    "learned",
+    "lower_end",
+    "moments",
     "optimal",
-    "posterior",
     "prepared",
     "preview",
+    "prior",
     "profile_of",
     "push_once",
     "remaining",
@@ -86,4 +90,5 @@ __all__ = [
     "table_speeds",
     "touch_back",
     "waiting_time",
+    "widened",
 ]

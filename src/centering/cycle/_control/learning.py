@@ -5,7 +5,10 @@ from math import cos, hypot, inf, pi, sin
 
 from centering.cycle._control.next_push import ChosenPush, PushStrategy
 from centering.cycle._control.part_view import PartView
+from centering.cycle._strategy.belief import Belief
+from centering.cycle._strategy.density import lower_end, widened
 from centering.cycle._strategy.table_limit import least_friction
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
 # chosen: excess travel from turning, relative and in mm, above which a push is no evidence of friction
@@ -122,7 +125,8 @@ class PartLearner:
     def reset(self) -> None:
         """Forget the part."""
         self._direction.reset()
-        self.friction, self.evidence = 1.0, 0.0
+        self._belief = Belief(1.0, 0.0)
+        self.least = least_friction(self._strategy.problem)  # factor that the part exceeds with 99.9 %
         self._last: _Pushed | None = None
         # Offset (mm) that is to be halved, and pushes since the last that did so.
         self._nearest, self._idle = inf, 0
@@ -133,14 +137,22 @@ class PartLearner:
         return self._direction.value
 
     @property
-    def least(self) -> float:
-        """Factor of friction that the part exceeds with 99.9 %."""
-        return least_friction(self._strategy.problem)
+    def friction(self) -> float:
+        """Mean of the believed friction scale."""
+        return self._belief.friction
+
+    @property
+    def evidence(self) -> float:
+        """Evidence of the belief, in pushes."""
+        return self._belief.evidence
 
     @property
     def strange(self) -> bool:
         """Whether friction is outside the range of the strategy."""
-        return abs(self.friction - 1.0) > _STRANGE * self._strategy.problem.scatter.friction_part_sd
+        problem = self._strategy.problem
+        low, high = problem.friction_range
+        beyond = _STRANGE * problem.scatter.friction_part_sd
+        return not low * (1.0 - beyond) <= self.friction <= high * (1.0 + beyond)
 
     @property
     def hopeless(self) -> bool:
@@ -170,14 +182,30 @@ class PartLearner:
         # Else turning hides what friction did.
         if last.choice.aim <= _LONG and abs(last.beyond) <= max(_TOLD * last.choice.aim, _HIDDEN):
             told = max(travel.distance - last.beyond, 0.0)
-            belief = self._strategy.update_belief(self.friction, self.evidence, last.choice, told)
-            self.friction, self.evidence = belief[0], min(belief[1], _MEMORY)
+            self._learn(last.choice, told)
         self._count(view.offset)
         if travel.along > _TELLING:
             spread = hypot(
                 self._strategy.problem.scatter.direction_sd, hypot(last.sd, view.sd) / travel.along
             )
             self._direction.see(travel.across / travel.along, spread)
+
+    def _learn(self, choice: ChosenPush, travelled: float) -> None:
+        """Update the belief by a travel (mm) on a table at rest; forget what is old."""
+        known = {} if self._belief.weights is None else {"weights": self._belief.weights}
+        told = self._strategy.update_belief(self.friction, self.evidence, choice, travelled, **known)
+        friction, evidence, weights = Belief(*told)
+        if weights is not None:
+            self.least = self._least_after(evidence, weights)
+            weights = widened(weights, min(1.0, _MEMORY / max(evidence, _MEMORY)))
+        self._belief = Belief(friction, min(evidence, _MEMORY), weights)
+
+    def _least_after(self, evidence: float, weights: Floats) -> float:
+        """Factor of friction that the part exceeds with 99.9 %: the problem's until a push has told."""
+        problem = self._strategy.problem
+        if evidence <= 0.0:
+            return least_friction(problem)
+        return lower_end(weights, problem.scatter.friction_push_sd)
 
     def _count(self, offset: float) -> None:
         """Count pushes at friction outside the range that did not halve the offset (mm)."""

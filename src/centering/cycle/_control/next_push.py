@@ -6,6 +6,7 @@ from typing import Any, Protocol
 from centering._problem.problem import CenteringProblem
 from centering.cycle._control.launch import Approach, SentPush, launch, preview
 from centering.cycle._control.table_motion import TableMotion
+from centering.cycle._strategy.belief import Belief
 from centering.cycle._strategy.outcomes import PushKind
 
 _TURN = 2.0 * pi
@@ -42,8 +43,8 @@ class PushStrategy(Protocol):
     def offset_max(self) -> float: ...
     def push(self, *, offset: float, friction: float, evidence: float) -> ChosenPush: ...
     def update_belief(
-        self, friction: float, evidence: float, commanded: Any, travelled: float
-    ) -> tuple[float, float]: ...
+        self, friction: float, evidence: float, commanded: Any, travelled: float, **known: Any
+    ) -> tuple[float, float] | Belief: ...
 
 
 class NextPush:

@@ -1,14 +1,13 @@
-"""Bayes' rule for the friction scale of a part, on a grid over part and push."""
+"""Bayes' rule for the friction scale of a part, on the scales of the tables and a grid over the push."""
 
 import numpy as np
 
 from centering.cycle._strategy.outcome_kernels import _scale_at, travel_at
 from sdpgrind.base.compiling.compiled import compiled
 
-_PARTS, _PUSHES = 41, 17  # chosen: nodes of the friction scale of the part and of the push
-_REACH = 4.0  # chosen: half width of both grids, in standard deviations
+_PUSHES = 17  # chosen: nodes of the friction scale of the push
+_REACH = 4.0  # chosen: half width of their grid, in standard deviations
 _FAR = 50.0  # chosen: squared standard deviations beyond which a travel contradicts every friction
-_STRANGERS = 1e-3  # chosen: share of parts with any friction, uniform in its logarithm over the table
 
 
 @compiled
@@ -31,40 +30,13 @@ def _likelihood(table, grid, stroke, part, push_sd, noise, travelled):
 
 
 @compiled
-def posterior(table, grid, stroke, prior, push_sd, noise, travelled):
-    """Mean and sd of a part's friction scale after a push; `prior`: both before; `noise`, `travelled` in mm.
-
-    Where another friction explains the travel better, weighted by the rarity of such parts, the prior was
-    wrong: mean and sd are those of such a part. Also returned: whether that is so.
-    """
-    friction, sd = prior
-    scales, weights = np.empty(_PARTS), np.empty(_PARTS)
-    for i in range(_PARTS):
-        z = -_REACH + 2.0 * _REACH * i / (_PARTS - 1)
-        scales[i], weights[i] = friction + sd * z, np.exp(-0.5 * z * z)
-    belief = _moments(table, grid, stroke, scales, weights / weights.sum(), push_sd, noise, travelled)
-    nodes = table.shape[1]
-    scales, weights = np.empty(nodes), np.empty(nodes)
-    for i in range(nodes):
-        scales[i] = _scale_at(grid, i)
-        weights[i] = (_scale_at(grid, i + 0.5) - _scale_at(grid, i - 0.5)) / scales[i]
-    stranger = _moments(table, grid, stroke, scales, weights / weights.sum(), push_sd, noise, travelled)
-    wrong = _STRANGERS * stranger[0] > (1.0 - _STRANGERS) * belief[0]
-    found = stranger if wrong else belief
-    return found[1], found[2], wrong
-
-
-@compiled
-def _moments(table, grid, stroke, scales, weights, push_sd, noise, travelled):
-    """Likelihood of a travel under weighted friction scales, and posterior mean and sd of the scale."""
-    total, first, second, about = 0.0, 0.0, 0.0, scales[scales.size // 2]
-    for i in range(scales.size):
-        weight, off = (
-            weights[i] * _likelihood(table, grid, stroke, scales[i], push_sd, noise, travelled),
-            scales[i] - about,
-        )
-        total += weight
-        first += weight * off
-        second += weight * off * off
-    mean = first / total
-    return total, about + mean, np.sqrt(max(second / total - mean * mean, 0.0))
+def learned(table, grid, stroke, weights, push_sd, noise, travelled):
+    """Weights of a part's friction scales, nodes of the table, after a push; `noise`, `travelled` in mm."""
+    after, total = np.empty(weights.size), 0.0
+    for i in range(weights.size):
+        scale = _scale_at(grid, i)
+        after[i] = weights[i] * _likelihood(table, grid, stroke, scale, push_sd, noise, travelled)
+        total += after[i]
+    for i in range(weights.size):
+        after[i] /= total
+    return after

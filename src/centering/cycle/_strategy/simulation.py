@@ -32,7 +32,13 @@ class Followed(Protocol):
     def spindle_speed(self, offset: float) -> float: ...
     def profile(self, choice: PushChoice) -> TipProfile: ...
     def update_belief(
-        self, friction: float, evidence: float, commanded: PushChoice, travelled: float
+        self,
+        friction: float,
+        evidence: float,
+        commanded: PushChoice,
+        travelled: float,
+        *,
+        weights: Floats | None = None,
     ) -> Belief: ...
 
 
@@ -62,11 +68,8 @@ class _Parts:
         self.scatter, count = strategy.problem.scatter, start.size
         self.scale = 1.0 + self.scatter.friction_part_sd * random.standard_normal(count)
         self.offset = start.copy()
-        self.friction, self.evidence, self.waiting = (
-            np.ones(count),
-            np.zeros(count),
-            np.ones(count, dtype=bool),
-        )
+        self.beliefs = [Belief(1.0, 0.0)] * count
+        self.waiting = np.ones(count, dtype=bool)
         self.pushes = np.zeros(count, dtype=np.int64)
         self.measured = np.abs(self.offset + self.scatter.measuring_sd * random.standard_normal(count))
         self.time = np.array([self._start_time(float(d)) for d in self.measured])
@@ -91,8 +94,12 @@ class _Parts:
         unit = self.random.standard_normal((4, self.offset.size))
         at = np.flatnonzero(self.waiting)
         choices = [
-            self.strategy.push(offset=float(d), friction=float(m), evidence=float(n))
-            for d, m, n in zip(self.measured[at], self.friction[at], self.evidence[at], strict=True)
+            self.strategy.push(
+                offset=float(self.measured[k]),
+                friction=self.beliefs[k].friction,
+                evidence=self.beliefs[k].evidence,
+            )
+            for k in at
         ]
         travel = self._travel(at, choices, unit)
         for k, choice, x in zip(at, choices, travel, strict=True):
@@ -118,8 +125,8 @@ class _Parts:
         seen = float(
             np.sqrt(before**2 + self.measured[k] ** 2 - 2.0 * before * self.measured[k] * np.cos(phase))
         )
-        belief = strategy.update_belief(float(self.friction[k]), float(self.evidence[k]), choice, seen)
-        self.friction[k], self.evidence[k] = belief
+        friction, evidence, weights = self.beliefs[k]
+        self.beliefs[k] = strategy.update_belief(friction, evidence, choice, seen, weights=weights)
         self.pushes[k] += 1
         self.waiting[k] = self.measured[k] > strategy.finish
         busy = pushing_time(strategy.profile(choice)) + strategy.timing.busy_time

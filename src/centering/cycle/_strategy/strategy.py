@@ -10,11 +10,12 @@ import xarray as xr
 from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.as_sdp import WORTH, finish_offset, friction_axis, offset_axis, packed_axes
 from centering.cycle._strategy.belief import Belief, FrictionScaleBelief
-from centering.cycle._strategy.belief_kernels import posterior
+from centering.cycle._strategy.belief_kernels import learned
 from centering.cycle._strategy.choice import PushChoice
+from centering.cycle._strategy.density import moments, prior
 from centering.cycle._strategy.draw_kernels import table_speed
 from centering.cycle._strategy.lookup_kernels import choose, value_at
-from centering.cycle._strategy.outcomes import FRICTION_SCALES, OutcomeTable
+from centering.cycle._strategy.outcomes import OutcomeTable
 from centering.cycle._strategy.table_limit import TableLimit, least_friction
 from centering.cycle._strategy.timing import CycleTiming
 from centering.push._profile.profile import TipProfile
@@ -180,11 +181,18 @@ class Strategy(Plan):
         return kind.profile(self.problem.model, choice.stroke, self.problem.limits.acceleration_max)
 
     def update_belief(
-        self, friction: float, evidence: float, commanded: PushChoice, travelled: float
+        self,
+        friction: float,
+        evidence: float,
+        commanded: PushChoice,
+        travelled: float,
+        *,
+        weights: Floats | None = None,
     ) -> Belief:
         """Return the belief after a push by Bayes' rule; the push scatters about the friction of the part.
 
-        A travel that only an improbable friction explains restarts the belief at that friction.
+        Before the first push the friction of a part is that told, with its scatter, or, with a weight of a
+        tenth, that of any factor of the problem's range.
 
         Parameters
         ----------
@@ -196,21 +204,22 @@ class Strategy(Plan):
             Commanded push.
         travelled : float
             Travel of the part, mm: distance of two measured places.
+        weights : array, (R,), optional
+            Weights of the friction scales before, unit 1, from this method. None: those of friction and
+            evidence.
 
         Returns
         -------
         Belief
-            Mean and evidence; an uninformative push adds little, a contradicting one reduces the evidence.
+            Mean, evidence and weights; an uninformative push adds little, a contradicting one reduces the
+            evidence.
         """
-        prior = friction, self.belief.sd(evidence)
+        before = prior(self.problem, friction, evidence) if weights is None else weights
         table, grid = self.outcomes.travel[commanded.kind], self.outcomes.grid
-        mean, sd, wrong = posterior(
-            table, grid, commanded.stroke, prior, self.belief.push_sd, self._noise, travelled
-        )
-        told = self.belief.evidence(sd)
-        return Belief(
-            min(max(mean, FRICTION_SCALES[0]), FRICTION_SCALES[-1]), told if wrong else max(evidence, told)
-        )
+        push_sd = self.belief.push_sd
+        after = learned(table, grid, commanded.stroke, before, push_sd, self._noise, travelled)
+        mean, sd = moments(after)
+        return Belief(mean, self.belief.evidence(sd), after)
 
     @cached_property
     def _noise(self) -> float:

@@ -44,8 +44,8 @@ class CenteringMachine(Described):
     `centering.TipProfile`), which begins at ``profile_angle`` (rad), inside a tick, or at once where the
     angle is missing or passed. A new profile replaces a waiting one (no rows: cancels it) and is dropped
     while another one runs. A slide at another speed joins the profile at ``acceleration_max``; the difference
-    in position stays. ``spindle_speed`` (rad/s) is reached at ``spindle_acceleration`` (rad/s^2), at first and
-    at most that of the limits. ``retract`` ends the part, given up unless ``finished`` is commanded;
+    in position stays. ``spindle_speed`` (rad/s) is reached at ``spindle_acceleration`` (rad/s^2), at first
+    and at most that of the limits. ``retract`` ends the part, given up unless ``finished`` is commanded;
     ``finished`` alone ends it, too.
 
     Between ticks slide and spindle move in closed form, and the ring by the laws of contact and friction on
