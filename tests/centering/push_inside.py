@@ -5,9 +5,10 @@ from centering.cycle._control import next_push as cycle_next
 from centering.cycle._control.following import braking_speed
 from centering.cycle._control.form import RingFilter
 from centering.cycle._control.form_kernels import LAST, SIZE, _write_row
-from centering.cycle._control.launch import Approach, followed, launch, preview, run_up
+from centering.cycle._control.launch import Approach, felt_model, followed, launch, preview, run_up
 from centering.cycle._control.learning import LearnedBias, RingTravel
 from centering.cycle._control.part_view import PartView
+from centering.cycle._control.push_evidence import FeltPush
 from centering.cycle._control.table_motion import TableMotion
 from centering.cycle._source.planner import PrintedPlanner
 from centering.cycle._strategy.as_sdp import FRACTIONS, WORTH, KindOfPush, Size, draws
@@ -46,6 +47,7 @@ __all__ = [
     "STARTS",
     "WORTH",
     "Approach",
+    "FeltPush",
     "FrictionScaleBelief",
     "KindOfPush",
     "LearnedBias",
@@ -68,6 +70,7 @@ __all__ = [
     "braking_speed",
     "cycle_next",
     "draws",
+    "felt_model",
     "fingerprint",
     "followed",
     "forward",

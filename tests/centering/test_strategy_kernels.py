@@ -138,11 +138,16 @@ def normal(mean, sd):
     return weights / weights.sum()
 
 
+def after(before, stroke, noise, travelled):
+    """Mean and sd after a push of the made-up table."""
+    expected, seen = TABLE.travels(0, stroke)[None], np.array([travelled])
+    return moments(learned(expected, TABLE.grid, before, 0.04, np.array([noise]), seen))
+
+
 @pytest.mark.parametrize("travelled", [0.035, 0.045, 0.05, 0.06])
 def test_bayes_rule_against_a_fine_grid(travelled):
     stroke, noise = 0.08, 0.004
-    after = learned(TABLE.travel[0], TABLE.grid, stroke, normal(1.02, 0.08), 0.04, noise, travelled)
-    mean, sd = moments(after)
+    mean, sd = after(normal(1.02, 0.08), stroke, noise, travelled)
 
     travels = np.array([TABLE.expected(0, stroke, float(r)) for r in np.linspace(0.2, 1.9, 1701)])
 
@@ -161,13 +166,31 @@ def test_a_travel_far_outside_what_is_told_is_believed(scale):
     """
     before = prior(preset("printed"), 1.0, 0.0)
     travelled = TABLE.expected(0, 0.08, scale)
-    mean, sd = moments(learned(TABLE.travel[0], TABLE.grid, 0.08, before, 0.04, 5e-4, travelled))
+    mean, sd = after(before, 0.08, 5e-4, travelled)
     own = np.hypot(0.04 * scale, 5e-4 / 0.038)
     assert abs(mean - scale) < own
     assert sd == pytest.approx(own, rel=0.4)  # the nodes are as far apart as that
 
 
 def test_a_travel_that_says_nothing_changes_nothing():
-    before, flat = normal(1.1, 0.05), np.full((10, 62), 0.5)
-    after = learned(flat, TABLE.grid, 1.2, before, 0.04, 0.001, 0.5)
-    np.testing.assert_allclose(after, before, rtol=1e-12)
+    before, flat = normal(1.1, 0.05), np.full((1, 62), 0.5)
+    known = learned(flat, TABLE.grid, before, 0.04, np.array([0.001]), np.array([0.5]))
+    np.testing.assert_allclose(known, before, rtol=1e-12)
+
+
+def test_two_values_share_the_friction_of_their_push():
+    """Two exact ones of a push that scatters by 4 % say no more of the part than one."""
+    before, exact = normal(1.0, 0.08), np.array([1e-4, 1e-4])
+    row, seen = 1.0 * FRICTION_SCALES, np.array([1.05, 1.05])
+    both = learned(np.stack([row, row]), TABLE.grid, before, 0.04, exact, seen)
+    one = learned(row[None], TABLE.grid, before, 0.04, exact[:1], seen[:1])
+    for mean, sd in (moments(both), moments(one)):
+        assert mean == pytest.approx(1.04, abs=2e-3)  # 0.05 times 0.8: variances of 64 and 16
+        assert sd == pytest.approx(0.04 * np.sqrt(0.8), rel=0.05)
+
+
+@settings(deadline=None)
+@given(st.floats(1e-3, 40.0))
+def test_travels_at_the_scales_of_the_table(stroke):
+    expected = [TABLE.expected(0, stroke, float(scale)) for scale in FRICTION_SCALES]
+    np.testing.assert_allclose(TABLE.travels(0, stroke), expected, rtol=1e-9, atol=1e-12)

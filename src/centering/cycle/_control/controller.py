@@ -83,7 +83,7 @@ class CenteringController(CycleBase):
         chosen = settings or CycleSettings()
         problem = strategy.problem
         self._view = PartView(problem.model.part.radius, chosen, problem.scatter.measuring_sd)
-        self._learner = PartLearner(strategy)
+        self._learner = PartLearner(strategy, chosen.following_lag)
         self._coming = NextPush(strategy, chosen.following_lag)
         super().__init__(strategy.problem, settings, gains)
 
@@ -249,7 +249,8 @@ class CenteringController(CycleBase):
             raise RuntimeError("a push began that was not planned")
         self._state = CycleState.PUSH
         self._pushes += 1
-        self._learner.pushed(self._view, choice, push.beyond)
+        self._learner.pushed(self._view, choice, push, self._coming.start)
+        self._feel()
         self._pushed_aim = choice.aim
         speed = max(self._table.set_point, 1e-6)
         thrown = (
@@ -261,8 +262,16 @@ class CenteringController(CycleBase):
         self._view.moved()
         return {}
 
+    def _feel(self) -> None:
+        """Record the force of the push; the table turns at the speed at which the push began."""
+        if isfinite(self._force):
+            gone = (self._table.angle - self._coming.trigger) / max(self._table.speed, 1e-6)
+            self._learner.feel(gone, self._force)
+
     def _pushing(self, runs: bool) -> Command:
         """Wait until the part rests; readings count from then on, even during the retreat."""
+        if runs:
+            self._feel()
         if self._table.angle < self._rest_angle:
             return {} if runs else self._stand_off(self._left())
         if isfinite(self._reading):

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 from math import cos, hypot, inf, pi, sin
 
+from centering.cycle._control.launch import Approach, SentPush
 from centering.cycle._control.next_push import ChosenPush, PushStrategy
 from centering.cycle._control.part_view import PartView
+from centering.cycle._control.push_evidence import FeltPush
 from centering.cycle._strategy.belief import Belief
-from centering.cycle._strategy.density import lower_end, widened
+from centering.cycle._strategy.density import lower_end, prior, widened
 from centering.cycle._strategy.table_limit import least_friction
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
@@ -99,14 +101,21 @@ class LearnedBias:
 
 @dataclass(frozen=True)
 class _Pushed(Frozen):
-    """Executed push: centre and sd before (mm), direction on the table (rad), excess of turning (mm)."""
+    """Executed push: centre and sd before (mm), direction on the table (rad), its command and start."""
 
     x: float
     y: float
     sd: float
     choice: ChosenPush
     towards: float
-    beyond: float
+    push: SentPush
+    start: Approach
+
+    @property
+    def turned(self) -> bool:
+        """Whether turning changed the travel so much that it is not that on a table at rest."""
+        beyond = abs(self.push.beyond)
+        return self.choice.aim > _LONG or beyond > max(_TOLD * self.choice.aim, _HIDDEN)
 
 
 class PartLearner:
@@ -116,10 +125,13 @@ class PartLearner:
     ----------
     strategy : Strategy
         Strategy with its problem and rule of belief.
+    lag : float
+        Delay of the loaded slide, s. With a lag a push that the table changes is no evidence of friction.
     """
 
-    def __init__(self, strategy: PushStrategy) -> None:
-        self._strategy, self._direction = strategy, LearnedBias(_DIRECTION_BIAS)
+    def __init__(self, strategy: PushStrategy, lag: float = 0.0) -> None:
+        self._strategy, self._direction, self._lag = strategy, LearnedBias(_DIRECTION_BIAS), lag
+        self._prior = prior(strategy.problem, 1.0, 0.0)
         self.reset()
 
     def reset(self) -> None:
@@ -128,6 +140,8 @@ class PartLearner:
         self._belief = Belief(1.0, 0.0)
         self.least = least_friction(self._strategy.problem)  # factor that the part exceeds with 99.9 %
         self._last: _Pushed | None = None
+        self._times: list[float] = []  # of the samples of its forces, from its start, s
+        self._forces: list[float] = []  # N
         # Offset (mm) that is to be halved, and pushes since the last that did so.
         self._nearest, self._idle = inf, 0
 
@@ -159,7 +173,7 @@ class PartLearner:
         """Whether friction is outside the range and pushes no longer reduce the offset."""
         return self.strange and self._idle >= _IDLE
 
-    def pushed(self, view: PartView, choice: ChosenPush, beyond: float) -> None:
+    def pushed(self, view: PartView, choice: ChosenPush, push: SentPush, start: Approach) -> None:
         """Record the place of a part that is being pushed.
 
         Parameters
@@ -168,10 +182,19 @@ class PartLearner:
             Current estimate of the part.
         choice : PushChoice
             The push.
-        beyond : float
-            Expected excess travel over that on a table at rest, mm.
+        push : SentPush
+            Its command.
+        start : Approach
+            Its start.
         """
-        self._last = _Pushed(view.x, view.y, view.sd, choice, view.offset_angle + pi - self.bias, beyond)
+        towards = view.offset_angle + pi - self.bias
+        self._last = _Pushed(view.x, view.y, view.sd, choice, towards, push, start)
+        self._times, self._forces = [], []
+
+    def feel(self, time: float, force: float) -> None:
+        """Record a force (N) of the push, at a time (s) from its start."""
+        self._times.append(time)
+        self._forces.append(force)
 
     def see(self, view: PartView) -> None:
         """Evaluate the last push, once; `view` knows the new place (mm)."""
@@ -179,10 +202,7 @@ class PartLearner:
         if last is None:
             return
         travel = RingTravel.between((last.x, last.y), (view.x, view.y), towards=last.towards)
-        # Else turning hides what friction did.
-        if last.choice.aim <= _LONG and abs(last.beyond) <= max(_TOLD * last.choice.aim, _HIDDEN):
-            told = max(travel.distance - last.beyond, 0.0)
-            self._learn(last.choice, told)
+        self._learn(last, travel.distance, hypot(last.sd, view.sd))
         self._count(view.offset)
         if travel.along > _TELLING:
             spread = hypot(
@@ -190,15 +210,28 @@ class PartLearner:
             )
             self._direction.see(travel.across / travel.along, spread)
 
-    def _learn(self, choice: ChosenPush, travelled: float) -> None:
-        """Update the belief by a travel (mm) on a table at rest; forget what is old."""
-        known = {} if self._belief.weights is None else {"weights": self._belief.weights}
-        told = self._strategy.update_belief(self.friction, self.evidence, choice, travelled, **known)
-        friction, evidence, weights = Belief(*told)
+    def _learn(self, last: _Pushed, travelled: float, sd: float) -> None:
+        """Update the belief by the last push and its travel, with its sd (mm); forget what is old."""
+        before = self._prior if self._belief.weights is None else self._belief.weights
+        shown = None
+        if last.turned or self.evidence == 0.0:
+            if self._lag > 0.0:  # the rows make up for a lag that the simulated tip does not have
+                return
+            shown = self._felt(last).evidence(before, travelled, sd)
+        told = max(travelled - last.push.beyond, 0.0)
+        friction, evidence, weights = Belief(
+            *self._strategy.update_belief(
+                self.friction, self.evidence, last.choice, told, weights=before, shown=shown
+            )
+        )
         if weights is not None:
             self.least = self._least_after(evidence, weights)
             weights = widened(weights, min(1.0, _MEMORY / max(evidence, _MEMORY)))
         self._belief = Belief(friction, min(evidence, _MEMORY), weights)
+
+    def _felt(self, last: _Pushed) -> FeltPush:
+        """Return the last push with the forces of its samples."""
+        return FeltPush(last.push, last.start, self._strategy.problem.model, self._times, self._forces)
 
     def _least_after(self, evidence: float, weights: Floats) -> float:
         """Factor of friction that the part exceeds with 99.9 %: the problem's until a push has told."""

@@ -27,6 +27,22 @@ class Belief(NamedTuple):
     weights: Floats | None = None
 
 
+class PushEvidence(NamedTuple):
+    """What a push shows of friction.
+
+    Attributes
+    ----------
+    expected : array, (K, R)
+        Values expected at the friction scales of the tables: travel, mm; sum of forces, N.
+    noise, seen : array, (K,)
+        Standard deviations of the observed values, and these.
+    """
+
+    expected: Floats
+    noise: Floats
+    seen: Floats
+
+
 @described("centering.belief")
 class FrictionScaleBelief(Described):
     """Belief about the friction scale of a part: its friction over that of the model, for both coefficients.

@@ -9,7 +9,7 @@ import xarray as xr
 
 from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.as_sdp import WORTH, finish_offset, friction_axis, offset_axis, packed_axes
-from centering.cycle._strategy.belief import Belief, FrictionScaleBelief
+from centering.cycle._strategy.belief import Belief, FrictionScaleBelief, PushEvidence
 from centering.cycle._strategy.belief_kernels import learned
 from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.density import moments, prior
@@ -188,6 +188,7 @@ class Strategy(Plan):
         travelled: float,
         *,
         weights: Floats | None = None,
+        shown: PushEvidence | None = None,
     ) -> Belief:
         """Return the belief after a push by Bayes' rule; the push scatters about the friction of the part.
 
@@ -207,6 +208,8 @@ class Strategy(Plan):
         weights : array, (R,), optional
             Weights of the friction scales before, unit 1, from this method. None: those of friction and
             evidence.
+        shown : PushEvidence, optional
+            What the push shows of friction (mm, N). None: its travel, on a table at rest.
 
         Returns
         -------
@@ -215,9 +218,12 @@ class Strategy(Plan):
             evidence.
         """
         before = prior(self.problem, friction, evidence) if weights is None else weights
-        table, grid = self.outcomes.travel[commanded.kind], self.outcomes.grid
-        push_sd = self.belief.push_sd
-        after = learned(table, grid, commanded.stroke, before, push_sd, self._noise, travelled)
+        if shown is None:
+            expected = self.outcomes.travels(commanded.kind, commanded.stroke)
+            shown = PushEvidence(expected[None], np.array([self._noise]), np.array([travelled]))
+        after = learned(
+            shown.expected, self.outcomes.grid, before, self.belief.push_sd, shown.noise, shown.seen
+        )
         mean, sd = moments(after)
         return Belief(mean, self.belief.evidence(sd), after)
 
