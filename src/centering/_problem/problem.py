@@ -154,7 +154,7 @@ _DOUBT = (0.8, 1.25)  # chosen: a friction looked up in a table is seldom furthe
 _ESTIMATED = ("mu_static", "mu_kinetic", "viscous_coefficient", "contact_stiffness", "contact_damping")
 
 
-def _friction_range(name: str, value: Any) -> tuple[float, float]:
+def checked_range(name: str, value: Any) -> tuple[float, float]:
     """Lowest and highest factor of friction, 1 between them."""
     if not isinstance(value, tuple | list) or len(value) != 2:
         raise TypeError(f"{name} must be a pair (lowest, highest factor); got {checks.shown(value)}")
@@ -212,7 +212,7 @@ class CenteringProblem(Described):
     tolerance: float = quantity("mm", above=0, usual=(2e-5, 10.0), typical=0.0025, default=0.0025)
     offset_max: float = quantity("mm", above=0, usual=(0.001, 1000.0), typical=10, default=10.0)
     pushes_max: int = count(default=60)
-    friction_range: tuple[float, float] = custom(_friction_range, "1", default=_DOUBT)
+    friction_range: tuple[float, float] = custom(checked_range, "1", default=_DOUBT)
     _inside: ClassVar[tuple[str, ...]] = ("model", "limits", "scatter")
 
     def _check(self) -> None:

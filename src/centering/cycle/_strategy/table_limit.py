@@ -79,15 +79,19 @@ class TableLimit(Frozen):
         left = np.sqrt(np.maximum(most**2 - (speed**2 * offset) ** 2, (_SLOWEST * most) ** 2))
         return np.asarray(np.minimum(self.problem.limits.spindle_acceleration_max, left / away))
 
-    def turning_time(self, angle: float, offset: float, speed: float) -> float:
-        """Return the time (s) in which a table at rest turns by an angle (rad) on its way to a speed (rad/s).
+    def run_up(self, offset: float, speed: float) -> tuple[Floats, Floats, Floats]:
+        """Return speeds (rad/s) of the fastest run-up from rest to a speed, times (s) and angles (rad).
 
         The acceleration is the greatest at the offset (mm) all along.
         """
-        edges = np.linspace(0.0, speed, _SPEEDS + 1)
-        middle, step = 0.5 * (edges[1:] + edges[:-1]), speed / _SPEEDS
+        speeds = np.linspace(0.0, speed, _SPEEDS + 1)
+        middle, step = 0.5 * (speeds[1:] + speeds[:-1]), speed / _SPEEDS
         taken = step / self.accelerations(offset, middle)
-        time, turned = np.append(0.0, np.cumsum(taken)), np.append(0.0, np.cumsum(taken * middle))
+        return speeds, np.append(0.0, np.cumsum(taken)), np.append(0.0, np.cumsum(taken * middle))
+
+    def turning_time(self, angle: float, offset: float, speed: float) -> float:
+        """Return the time (s) in which a table at rest turns by an angle (rad), in a `run_up` and after."""
+        _, time, turned = self.run_up(offset, speed)
         if angle > turned[-1]:
             return float(time[-1] + (angle - turned[-1]) / speed)
         return float(np.interp(np.sqrt(angle), np.sqrt(turned), time))
