@@ -1,6 +1,7 @@
 """What tests of pushes and cycles use of the inside: kernels, searches, constants."""
 
 from centering._problem.model import GRAVITY
+from centering.cycle._control import controller as cycle_controller
 from centering.cycle._control import next_push as cycle_next
 from centering.cycle._control.following import braking_speed
 from centering.cycle._control.form import RingFilter
@@ -68,6 +69,7 @@ __all__ = [
     "at",
     "back",
     "braking_speed",
+    "cycle_controller",
     "cycle_next",
     "draws",
     "felt_model",

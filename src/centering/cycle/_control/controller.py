@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from math import hypot, isfinite
 from typing import ClassVar
 
+import numpy as np
+
 from centering._problem.model import GRAVITY
 from centering.cycle._control.base import Command, CycleBase
 from centering.cycle._control.following import FollowingGains
@@ -12,11 +14,17 @@ from centering.cycle._control.learning import PartLearner
 from centering.cycle._control.next_push import ChosenPush, NextPush, PushStrategy
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.settings import CycleSettings
+from centering.cycle._control.slip_watch import SlipWatch
 from centering.cycle._control.states import CycleState
 from centering.cycle._strategy.table_limit import TableLimit
 from sdpgrind.base import checks
 
 _EARLIEST, _FREEZE = 2.7, 5.0  # chosen: samples before a push: it is sent; the slide is stopped
+_THROWS = 1  # chosen: throws after which a part begins again
+_SLOWER = 0.5  # chosen: acceleration of the table after a throw over that before
+_BACK = 0.8  # chosen: share of the probe's reach at which the slide waits for a thrown part
+_REST = 0.1  # s, chosen: in which a part comes to rest on a table that stands
+_NO_PUSH = np.zeros((0, 3))  # takes a waiting push back
 _AHEAD = 3.0  # derived: samples until a push that is sent; the acceleration stays meanwhile
 _MISSED = 2.0  # chosen: samples after which the machine has not begun a push: it will not
 _STOPPED = 0.5  # mm/s, chosen: commanded speed of a slide that counts as waiting
@@ -84,6 +92,7 @@ class CenteringController(CycleBase):
         problem = strategy.problem
         self._view = PartView(problem.model.part.radius, chosen, problem.scatter.measuring_sd)
         self._learner = PartLearner(strategy, chosen.following_lag)
+        self._watch = SlipWatch()
         self._coming = NextPush(strategy, chosen.following_lag)
         super().__init__(strategy.problem, settings, gains)
 
@@ -94,9 +103,14 @@ class CenteringController(CycleBase):
         self._coming.forget()
         self._expected = self.problem.offset_max  # offset, mm, while there is no estimate
         self._pushed_aim = 0.0  # of the last push, mm
+        self._watch.reset()
+        self._again = 0.0  # time from which on a thrown part is measured again, s
+        self._throws = 0  # how often the table has thrown the part
         self._rest_angle = 0.0  # of the table, from which on the part is at rest again
 
     def _next(self, pushing: bool) -> Command:
+        if self._state is CycleState.REFOLLOW:
+            return self._stopping()
         if self._state is CycleState.PUSH:
             return self._pushing(pushing)
         if self._state is CycleState.WAIT and pushing:
@@ -127,17 +141,69 @@ class CenteringController(CycleBase):
 
     def _measuring(self) -> Command:
         """Store the reading, decide, and hold the slide at its waiting place."""
+        view = self._view
         if isfinite(self._reading):
-            self._view.take(self._table.angle, self._reading)
+            if self._leaves():
+                return self._thrown()
+            view.take(self._table.angle, self._reading)
             if self._state is CycleState.APPROACH:
                 self._state = CycleState.COLLECT
-        view = self._view
         if self._state is CycleState.WAIT:
             return {}
+        if not isfinite(self._reading) and view.samples:  # nobody knows where the part is
+            return self._stand_off(self._expected) | self._turn_at(self._table.speed)
         if view.known:
             self._expected = view.offset
             return self._decide()
         return self._stand_off(self._expected) | self._turn_at(self._speed_for(self._expected))
+
+    def _leaves(self) -> bool:
+        """Whether the part leaves its place while the table gains speed."""
+        view, table = self._view, self._table
+        if not view.known or table.speed >= table.set_point:
+            self._watch.reset()
+            return False
+        return self._watch.leaves(*view.missed(table.angle, self._reading))
+
+    def _thrown(self) -> Command:
+        """Stop the table, back the slide; believe in the friction that this showed."""
+        limit, table = TableLimit(self.problem, self._learner.least), self._table
+        self._throws += 1
+        self._learner.thrown(limit.shown(self._view.offset, table.speed, table.acceleration))
+        if self._throws > _THROWS:
+            return self._end(CycleState.THROWN)
+        self._coming.forget()
+        self._view.reset()
+        self._watch.reset()
+        self._state, self._expected = CycleState.REFOLLOW, self.problem.offset_max
+        return {"profile": _NO_PUSH} | self._stopping()
+
+    def _stopping(self) -> Command:
+        """Keep the slide back, the part within reach of the probe, until table and part rest; begin again."""
+        table = self._table
+        back = self._stand_still()
+        if isfinite(self._reading):
+            back = self._stand_at(self._reading + _BACK * self.settings.probe_reach)
+        if table.speed > 0.0:
+            self._again = table.time + _REST
+            return back | self._turn_at(0.0)
+        if isfinite(self._reading) and table.time >= self._again:
+            self._follower.reset()
+            self._state = CycleState.APPROACH
+        return back
+
+    def _trouble(self, force: float, pushing: bool) -> CycleState | None:
+        """Error that ends the cycle; a part that was thrown and is not found has been thrown."""
+        trouble = super()._trouble(force, pushing)
+        return CycleState.THROWN if trouble is CycleState.LOST and self._throws else trouble
+
+    def _end(self, state: CycleState) -> Command:
+        """End the cycle; under a part that is not where it was, the table stops."""
+        command = super()._end(state)
+        if state in (CycleState.THROWN, CycleState.LOST):
+            most = self.problem.limits.spindle_acceleration_max
+            self._last = command = command | {"spindle_speed": 0.0, "spindle_acceleration": most}
+        return command
 
     def _decide(self) -> Command:
         """Finish, continue to measure, or prepare the next push."""
@@ -178,10 +244,12 @@ class CenteringController(CycleBase):
         return self._choose(offset).spindle_speed
 
     def _turn_at(self, speed: float) -> Command:
-        """Command the table speed (rad/s), and an acceleration at which friction still holds the ring."""
-        command, table = super()._turn_at(speed), self._table
+        """Command a table speed (rad/s) and an acceleration at which friction still holds the ring."""
+        limit, table, furthest = TableLimit(self.problem, self._learner.least), self._table, self._furthest()
+        speed = min(speed, limit.speed(max(furthest, self.problem.tolerance)))
+        command = super()._turn_at(speed)
         ahead = min(table.speed + _AHEAD * self.period * table.acceleration, max(speed, table.speed))
-        rate = TableLimit(self.problem, self._learner.least).acceleration(self._furthest(), ahead)
+        rate = _SLOWER**self._throws * limit.acceleration(furthest, ahead)
         if table.speed == speed or rate == table.acceleration:
             return command
         table.acceleration = rate

@@ -3,12 +3,15 @@
 from dataclasses import dataclass
 from math import cos, hypot, inf, pi, sin
 
+import numpy as np
+
 from centering.cycle._control.launch import Approach, SentPush
 from centering.cycle._control.next_push import ChosenPush, PushStrategy
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.push_evidence import FeltPush
 from centering.cycle._strategy.belief import Belief
 from centering.cycle._strategy.density import lower_end, prior, widened
+from centering.cycle._strategy.outcomes import FRICTION_SCALES
 from centering.cycle._strategy.table_limit import least_friction
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
@@ -190,6 +193,15 @@ class PartLearner:
         towards = view.offset_angle + pi - self.bias
         self._last = _Pushed(view.x, view.y, view.sd, choice, towards, push, start)
         self._times, self._forces = [], []
+
+    def thrown(self, friction: float) -> None:
+        """Believe that the part has at most a factor of friction, which did not hold it on the table."""
+        below = np.where(friction >= FRICTION_SCALES, self._prior, 0.0)
+        if below.any():
+            mean = float(below @ FRICTION_SCALES / below.sum())
+            self._belief = Belief(mean, 0.0, below / below.sum())
+        self.least = min(self.least, friction)
+        self._last = None
 
     def feel(self, time: float, force: float) -> None:
         """Record a force (N) of the push, at a time (s) from its start."""

@@ -79,6 +79,15 @@ class TableLimit(Frozen):
         left = np.sqrt(np.maximum(most**2 - (speed**2 * offset) ** 2, (_SLOWEST * most) ** 2))
         return np.asarray(np.minimum(self.problem.limits.spindle_acceleration_max, left / away))
 
+    def shown(self, offset: float, speed: float, acceleration: float) -> float:
+        """Return the factor of friction that a thrown ring showed: it has at most that one.
+
+        The ring lay at an offset (mm) on a table with a speed (rad/s) and an acceleration (rad/s^2).
+        """
+        pull = offset * sqrt(speed**4 + acceleration**2)
+        asked = sqrt(pull**2 + (acceleration * self.problem.model.part.radius) ** 2) / _SHARE
+        return asked / (self.problem.model.mu_static * GRAVITY)
+
     def run_up(self, offset: float, speed: float) -> tuple[Floats, Floats, Floats]:
         """Return speeds (rad/s) of the fastest run-up from rest to a speed, times (s) and angles (rad).
 
