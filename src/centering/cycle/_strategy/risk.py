@@ -1,6 +1,6 @@
 """What a strategy risks where friction is not what it was told: times, pushes, parts thrown, by factor."""
 
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 import xarray as xr
@@ -9,29 +9,35 @@ from centering._problem.model import GRAVITY
 from centering._problem.problem import checked_range
 from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.limit_curve import needed
-from centering.cycle._strategy.simulation import Parts
+from centering.cycle._strategy.outcomes import OutcomeTable
+from centering.cycle._strategy.simulation import Followed, Parts
 from centering.cycle._strategy.table_limit import TableLimit, least_friction
 from sdpgrind.base import checks
 from sdpgrind.base.arrays import ByValue
 from sdpgrind.base.checks import Floats
-from sdpgrind.base.quantities import Described, array, described
+from sdpgrind.base.quantities import Described, array, described, units_of
 from sdpgrind.base.records import Record
 from sdpgrind.base.rng import Seed, generator
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from centering.cycle._strategy.strategy import Strategy
 
 _NEAREST = 0.1  # chosen: least offset of a part over the greatest, as of a simulated machine
 _MANY = 0.95  # derived: the quantile that is told
 _COLUMNS = {
-    "time": ("s", "mean time of a part"),
-    "time_95": ("s", "time that 95 % of the parts keep"),
-    "pushes": ("1", "mean number of pushes"),
-    "thrown": ("1", "share of the parts that the table throws"),
-    "unfinished": ("1", "share of the parts that are not centred"),
+    "time": "mean time of a part",
+    "time_95": "time that 95 % of the parts keep",
+    "pushes": "mean number of pushes",
+    "thrown": "share of the parts that the table throws",
+    "unfinished": "share of the parts that are not centred",
 }
+
+
+class Doubted(Followed, Protocol):
+    """Interface of a strategy for its risk; see `Strategy`."""
+
+    outcomes: OutcomeTable
 
 
 @described("centering.risk")
@@ -75,18 +81,17 @@ class RiskTable(Record, ByValue, Described):
 
     @property
     def worst(self) -> int:
-        """Row of the factor with the longest mean time."""
+        """Row of the factor with the longest mean time, s."""
         return int(np.argmax(self.time))
 
     @property
     def dataset(self) -> xr.Dataset:
         """Columns by the factor of friction, with units."""
-        columns = {
-            name: ("factor", getattr(self, name), {"units": unit, "long_name": words})
-            for name, (unit, words) in _COLUMNS.items()
-        }
-        label = {"units": "1", "long_name": "true mean friction over that of the model"}
-        return xr.Dataset(columns, {"factor": ("factor", self.factor, label)})
+        units = units_of(type(self))
+        labels = {name: {"units": units[name], "long_name": words} for name, words in _COLUMNS.items()}
+        columns = {name: ("factor", getattr(self, name), label) for name, label in labels.items()}
+        factor = {"units": units["factor"], "long_name": "true mean friction over that of the model"}
+        return xr.Dataset(columns, {"factor": ("factor", self.factor, factor)})
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return times (s), pushes and shares (unit 1) as a table, a row for each factor."""
@@ -108,7 +113,7 @@ class RiskTable(Record, ByValue, Described):
         )
 
 
-def robust(strategy: "Strategy", friction_range: Any, runs: int, rng: Seed) -> RiskTable:
+def robust(strategy: Doubted, friction_range: Any, runs: int, rng: Seed) -> RiskTable:
     """Follow a strategy at five factors of friction; see `Strategy.robust`."""
     low, high = checked_range("friction_range", friction_range)
     checks.count("runs", runs)
@@ -120,7 +125,7 @@ def robust(strategy: "Strategy", friction_range: Any, runs: int, rng: Seed) -> R
     return RiskTable(factors, *np.array(rows).T)
 
 
-def _row(strategy: "Strategy", factor: float, runs: int, random: np.random.Generator) -> tuple[float, ...]:
+def _row(strategy: Doubted, factor: float, runs: int, random: np.random.Generator) -> tuple[float, ...]:
     """Columns of a factor."""
     most = strategy.problem.offset_max
     start = most * (_NEAREST + (1.0 - _NEAREST) * (np.arange(runs) + random.uniform(size=runs)) / runs)
@@ -139,9 +144,7 @@ def _row(strategy: "Strategy", factor: float, runs: int, random: np.random.Gener
 class _LookedUp(Parts):
     """Parts of another friction by the tables of the plan; the first push falls into the run-up."""
 
-    def __init__(
-        self, strategy: "Strategy", start: Floats, random: np.random.Generator, factor: float
-    ) -> None:
+    def __init__(self, strategy: Doubted, start: Floats, random: np.random.Generator, factor: float) -> None:
         self._table = strategy.outcomes
         super().__init__(strategy, start, random, factor)
         angles = strategy.timing.first_arc + random.uniform(0.0, 2.0 * np.pi, start.size)
@@ -174,7 +177,7 @@ class _LookedUp(Parts):
         return float(busy + max(speed - before, 0.0) / most + (left - ramp) / speed)
 
 
-def _run_up(strategy: "Strategy", offset: float, angle: float) -> tuple[float, float, float]:
+def _run_up(strategy: Doubted, offset: float, angle: float) -> tuple[float, float, float]:
     """Time (s) and speed (rad/s) of a table that has turned by an angle, and the mu g that held the ring."""
     limit = TableLimit(strategy.problem, least_friction(strategy.problem))
     goal = strategy.spindle_speed(offset)
