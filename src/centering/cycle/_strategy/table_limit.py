@@ -46,7 +46,7 @@ class TableLimit(Frozen):
     >>> from centering import preset
     >>> limit = TableLimit(preset("printed"), 0.45)  # mu g = 883 mm/s^2
     >>> [round(limit.speed(offset), 2) for offset in (2.0, 10.0)]  # rad/s
-    [10.47, 8.4]
+    [10.47, 6.0]
     >>> [round(limit.acceleration(10.0, speed), 2) for speed in (0.0, 8.0)]  # rad/s^2
     [8.82, 5.23]
     """
