@@ -22,6 +22,8 @@ from sdpgrind import units
 
 BARS: list[tuple[str, str, str, bool]] = []
 MASSES = {0.8: 61.95, 5.0: 85.0, 18.9: 89.5}  # kg: mm
+DOUBTED = {12.0: 85.0, 18.9: 89.5}  # kg: mm
+SLOWEST = {0.6: 3.1, 1.0: 2.6, 1.4: 3.3}  # factor of friction: bar of the mean time of 18.9 kg, s
 PRINTED = centering.preset("printed")
 warnings.filterwarnings("ignore", message=".*stick and slip.*")
 
@@ -230,7 +232,65 @@ def _bars(mass: float, found: Any) -> None:
     least(f"{mass:g} kg: time of the source's controller over ours", source / ours, 3.0, "")
 
 
-PARTS = {"pushes": pushes, "plans": plans, "strategies": strategies, "steps": steps, "cycles": cycles}
+def doubts(parts: int) -> None:
+    print(f"\n## Friction that is not what was told: planned for 0.6 to 1.4 of it, {parts} parts each")
+    print(
+        "| kg | friction | thrown | collisions | unfinished | time, mean [s] | 95 % [s] | pushes | promised [s] |"
+    )
+    print("|---" * 9 + "|")
+    with ProcessPoolExecutor(os.cpu_count()) as executor:
+        for mass, radius in DOUBTED.items():
+            problem = PRINTED.replace(mass=mass, radius=radius, friction_range=(0.6, 1.4))
+            strategy = centering.plan(problem, executor=executor)
+            risk = strategy.robust()
+            for row, factor in enumerate(risk.factor):
+                out = _doubted(problem, strategy, float(factor), parts, executor)
+                print(_doubt_row(mass, factor, out, risk.time[row]))
+                _doubt_bars(mass, float(factor), out, risk, row)
+
+
+def _doubted(
+    problem: centering.CenteringProblem,
+    strategy: centering.Strategy,
+    factor: float,
+    parts: int,
+    executor: ProcessPoolExecutor,
+) -> Any:
+    """Outcome of parts whose mean friction is a factor of that told."""
+    told = problem.model
+    truth = told.replace(mu_static=factor * told.mu_static, mu_kinetic=factor * told.mu_kinetic)
+    machine = hwsim.CenteringMachine(problem, truth=truth)
+    controller = centering.CenteringController(strategy)
+    return hwsim.run(machine, controller, parts=parts, rng=3, executor=executor).outcome
+
+
+def _doubt_row(mass: float, factor: float, out: Any, promised: float) -> str:
+    counts = [int(out.slipped.sum()), int(out.collisions.sum()), int((out.finished == 0).sum())]
+    times = [float(out.time.mean()), float(out.time.quantile(0.95)), float(out.pushes.mean()), promised]
+    cells = [f"{mass:g}", f"{factor:g}", *map(str, counts), *(f"{value:.2f}" for value in times)]
+    return f"| {' | '.join(cells)} |"
+
+
+def _doubt_bars(mass: float, factor: float, out: Any, risk: centering.cycle.RiskTable, row: int) -> None:
+    where, mean = f"{mass:g} kg, friction x {factor:g}", float(out.time.mean())
+    thrown = float(out.slipped.mean())
+    most(f"{where}: thrown", 100 * thrown, 100 / 300, "%")
+    most(f"{where}: collisions", float(out.collisions.sum()), 0.0, "")
+    most(f"{where}: unfinished", float((out.finished == 0).sum()), 0.0, "")
+    if mass == 18.9 and factor in SLOWEST:
+        most(f"{where}: mean time", mean, SLOWEST[factor], "s")
+    most(f"{where}: promised time off by", 100 * abs(risk.time[row] / mean - 1), 15.0, "%")
+    most(f"{where}: promised share thrown off by", 100 * abs(risk.thrown[row] - thrown), 1.0, "%")
+
+
+PARTS = {
+    "pushes": pushes,
+    "plans": plans,
+    "strategies": strategies,
+    "steps": steps,
+    "cycles": cycles,
+    "doubts": doubts,
+}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
@@ -239,7 +299,7 @@ if __name__ == "__main__":
     arguments = parser.parse_args()
     for key, part_of in PARTS.items():
         if arguments.only in (None, key):
-            part_of(*([arguments.parts] if key == "cycles" else []))
+            part_of(*([arguments.parts] if key in ("cycles", "doubts") else []))
     print("\n## Bars\n| what | here | bar | holds |\n|---|---|---|---|")
     for what, here, bar_text, holds in BARS:
         print(f"| {what} | {here} | {bar_text} | {'yes' if holds else 'NO'} |")

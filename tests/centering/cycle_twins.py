@@ -24,6 +24,7 @@ class PlainStrategy:
         self.finish = 0.8 * problem.tolerance
         self.offset_max = 1.5 * problem.offset_max
         self.told: list[tuple[float, float]] = []
+        self.shown: list[object] = []
 
     def spindle_speed(self, offset: float) -> float:
         return min(self.problem.limits.spindle_speed_max, 60.0 / offset)
@@ -33,7 +34,8 @@ class PlainStrategy:
         return Plain(offset, offset, speed, "gentle", True, self.spindle_speed(offset))
 
     def update_belief(
-        self, friction: float, evidence: float, commanded: Plain, travelled: float
+        self, friction: float, evidence: float, commanded: Plain, travelled: float, **known: object
     ) -> tuple[float, float]:
+        self.shown.append(known["shown"])
         self.told.append((commanded.aim, travelled))
         return friction, evidence + 1.0

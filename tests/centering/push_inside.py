@@ -1,18 +1,21 @@
 """What tests of pushes and cycles use of the inside: kernels, searches, constants."""
 
 from centering._problem.model import GRAVITY
+from centering.cycle._control import controller as cycle_controller
 from centering.cycle._control import next_push as cycle_next
 from centering.cycle._control.following import braking_speed
 from centering.cycle._control.form import RingFilter
 from centering.cycle._control.form_kernels import LAST, SIZE, _write_row
-from centering.cycle._control.launch import Approach, followed, launch, preview, run_up
+from centering.cycle._control.launch import Approach, felt_model, followed, launch, preview, run_up
 from centering.cycle._control.learning import LearnedBias, RingTravel
 from centering.cycle._control.part_view import PartView
+from centering.cycle._control.push_evidence import FeltPush
 from centering.cycle._control.table_motion import TableMotion
 from centering.cycle._source.planner import PrintedPlanner
 from centering.cycle._strategy.as_sdp import FRACTIONS, WORTH, KindOfPush, Size, draws
 from centering.cycle._strategy.belief import FrictionScaleBelief
-from centering.cycle._strategy.belief_kernels import posterior
+from centering.cycle._strategy.belief_kernels import learned
+from centering.cycle._strategy.density import lower_end, moments, prior, widened
 from centering.cycle._strategy.draw_kernels import push_once, waiting_time
 from centering.cycle._strategy.outcome_kernels import FINE
 from centering.cycle._strategy.outcomes import FRICTION_SCALES
@@ -45,6 +48,7 @@ __all__ = [
     "STARTS",
     "WORTH",
     "Approach",
+    "FeltPush",
     "FrictionScaleBelief",
     "KindOfPush",
     "LearnedBias",
@@ -65,17 +69,22 @@ __all__ = [
     "at",
     "back",
     "braking_speed",
+    "cycle_controller",
     "cycle_next",
     "draws",
+    "felt_model",
     "fingerprint",
     "followed",
     "forward",
     "landing",
     "launch",
+    "learned",
+    "lower_end",
+    "moments",
     "optimal",
-    "posterior",
     "prepared",
     "preview",
+    "prior",
     "profile_of",
     "push_once",
     "remaining",
@@ -86,4 +95,5 @@ __all__ = [
     "table_speeds",
     "touch_back",
     "waiting_time",
+    "widened",
 ]

@@ -205,10 +205,10 @@ def test_a_push_that_the_machine_does_not_begin_is_no_push():
     assert outcome["finished"] == 1.0 and outcome["time"] < 4.0
 
 
-def told_and_done(offset):
+def told_and_done(offset, **settings):
     """A strategy that was told of the pushes of a part from an offset (mm), and what became of the part."""
     strategy = PlainStrategy(PROBLEM)
-    controller = CenteringController(strategy)
+    controller = CenteringController(strategy, settings=CycleSettings(**settings))
     machine = MACHINE.replace(start_offset=offset).start(np.random.default_rng(4))
     reading = machine.step({}, 0)
     while not machine.done:
@@ -224,9 +224,20 @@ def test_what_a_push_did_is_told_to_the_strategy():
     assert told == pytest.approx(moved[: told.size], abs=2e-3)
 
 
-def test_a_long_push_teaches_no_friction():
-    strategy, outcome = told_and_done(5.0)
-    assert all(aim <= 1.0 for aim, _ in strategy.told) and len(strategy.told) < outcome["pushes"]
+def test_a_long_push_is_told_by_force_and_travel():
+    """As the turning table changes how far it goes; a short one later goes as on a table at rest."""
+    strategy, _ = told_and_done(5.0)
+    assert strategy.told[0][0] > 1.0
+    travel, force = strategy.shown[0].seen
+    assert travel == pytest.approx(strategy.told[0][1], rel=0.02) and force > 5.0
+    scales = strategy.shown[0].expected
+    assert np.all(np.abs(scales[0] / travel - 1.0) < 0.5) and np.all(np.diff(scales[1]) >= -0.1 * force)
+
+
+def test_with_a_lagging_slide_long_pushes_teach_no_friction():
+    strategy, outcome = told_and_done(5.0, following_lag=2e-4)
+    assert outcome["pushes"] >= 2
+    assert all(aim <= 1.0 for aim, _ in strategy.told)
 
 
 @pytest.mark.parametrize(
@@ -288,7 +299,7 @@ def test_a_part_of_strange_friction_that_comes_no_nearer_is_given_up_early(frict
                 ._replace(stroke=0.01 * offset, aim=0.01 * offset)
             )
 
-        def update_belief(self, friction, evidence, commanded, travelled):
+        def update_belief(self, friction, evidence, commanded, travelled, **known):
             return believed, evidence
 
     believed, problem = friction, PROBLEM.replace(pushes_max=16)

@@ -170,7 +170,7 @@ def test_the_example_is_read():
 def test_all_that_a_file_may_say(tmp_path):
     path = tmp_path / "job.toml"
     path.write_text(
-        'preset = "identified"\nspindle_speed = "30 rpm"\npushes_max = 9\n[limits]\nsafety = "0.3 mm"\n[scatter]\nstop_sd = 0\n'
+        'preset = "identified"\nspindle_speed = "30 rpm"\npushes_max = 9\nfriction_range = [0.7, 1.2]\n[limits]\nsafety = "0.3 mm"\n[scatter]\nstop_sd = 0\n'
         '[controller]\nmargin = "0.4 mm"\n[machine]\nstart_offset = 2\ntip_radius = 5\nscheduler = false\n'
         "gain_scheduling = false\n"
         '[machine.scatter]\nmeasuring_sd = "1 um"\n[machine.errors]\nrunout = "1 um"\n'
@@ -178,7 +178,10 @@ def test_all_that_a_file_may_say(tmp_path):
     made = read(path)
     known = centering.preset("identified")
     assert made.problem == known.replace(
-        pushes_max=9, limits=known.limits.replace(safety=0.3), scatter=known.scatter.replace(stop_sd=0.0)
+        pushes_max=9,
+        limits=known.limits.replace(safety=0.3),
+        scatter=known.scatter.replace(stop_sd=0.0),
+        friction_range=(0.7, 1.2),
     )
     assert (
         made.spindle_speed == pytest.approx(units.rpm(30))
@@ -203,6 +206,8 @@ def test_all_that_a_file_may_say(tmp_path):
         ('spindle_speed = "3000 rpm"', ", from '3000 rpm'"),
         ("tolerence = 1", "tolerence is not a key; is tolerance meant?"),
         ('tolerance = "2 kg"', "tolerance"),
+        ("friction_range = [1.1, 1.2]", "friction_range[0] must be in (0, 1]"),
+        ("friction_range = 0.8", "friction_range must be a list of numbers"),
         ("[part]\nmass = -1", "[part] mass must be > 0 (kg); got -1"),
         ("[model]\nmu_static = 0.1", "[model] mu_static must be >= mu_kinetic = 0.15; got 0.1"),
         ("[limits]\nspindle_speed_max = 0", "[limits] spindle_speed_max must be > 0 (rad/s); got 0"),

@@ -323,6 +323,14 @@ def test_a_ring_as_far_out_as_parts_may_be_is_taken():
     ("command", "message"),
     [
         ({"velocity": nan}, r"velocity must be finite \(mm/s\); got nan"),
+        (
+            {"spindle_acceleration": 0.0},
+            r"spindle_acceleration must be > 0 \(rad/s\^2\); got 0\.0",
+        ),
+        (
+            {"spindle_acceleration": 11.0},
+            r"spindle_acceleration must be <= spindle_acceleration_max = 10 \(rad/s\^2\); got 11\.0",
+        ),
         ({"spindle_speed": -1.0}, r"spindle_speed must be >= 0 \(rad/s\); got -1\.0"),
         (
             {"spindle_speed": 20.0},
@@ -352,3 +360,21 @@ def test_a_ring_as_far_out_as_parts_may_be_is_taken():
 def test_bad_commands_are_refused(command, message):
     with pytest.raises(ValueError, match=message):
         started(exact()).step(command, 10)
+
+
+def test_the_table_gains_speed_at_the_commanded_acceleration():
+    part = exact(ring=at(1.0)).start(np.random.default_rng(0))
+    assert part.step({"spindle_speed": 5.0, "spindle_acceleration": 4.0}, 100)["spindle_speed"] == 0.4
+    assert part.step({}, 100)["spindle_speed"] == pytest.approx(0.8, rel=1e-12)
+    assert part.step({"spindle_acceleration": 10.0}, 100)["spindle_speed"] == pytest.approx(1.8, rel=1e-12)
+    held = part._cell[slots.HELD]
+    part.step({"spindle_acceleration": 2.0}, 10)
+    assert part._cell[slots.HELD] > held  # less of the friction is needed for the spin
+
+
+def test_a_scheduled_table_learns_of_another_acceleration():
+    part = exact(ring=at(1.0), scheduler=source_tasks()).start(np.random.default_rng(0))
+    part.step({"spindle_speed": 4.0, "spindle_acceleration": 2.0}, 1000)
+    assert part.spindle()[1] == pytest.approx(2.0, abs=0.01)  # the command takes about half a millisecond
+    part.step({"spindle_acceleration": 8.0}, 200)
+    assert part.spindle()[1] == pytest.approx(3.6, abs=0.02)

@@ -8,7 +8,7 @@ from centering._problem.model import PushModel
 from sdpgrind import units
 from sdpgrind.base import checks
 from sdpgrind.base.doubts.record import Doubts, asked
-from sdpgrind.base.quantities import Described, count, described, part, quantity, valued
+from sdpgrind.base.quantities import Described, count, custom, described, part, quantity, valued
 from sdpgrind.identify import Estimate, Status
 
 _RAPID = 5000.0 / 60.0  # mm/s; source: Mears (2006), 5000 mm/min, the greatest commanded speed of his slide
@@ -150,7 +150,20 @@ _MACHINE = (
     "spindle_speed_max",
     "spindle_acceleration_max",
 )
+_DOUBT = (0.8, 1.25)  # chosen: a friction looked up in a table is seldom further off
 _ESTIMATED = ("mu_static", "mu_kinetic", "viscous_coefficient", "contact_stiffness", "contact_damping")
+
+
+def checked_range(name: str, value: Any) -> tuple[float, float]:
+    """Lowest and highest factor of friction, 1 between them."""
+    if not isinstance(value, tuple | list) or len(value) != 2:
+        raise TypeError(f"{name} must be a pair (lowest, highest factor); got {checks.shown(value)}")
+    low, high = (checks.number(f"{name}[{k}]", factor) for k, factor in enumerate(value))
+    if not 0.0 < low <= 1.0:
+        raise checks.refuse(f"{name}[0]", "in (0, 1]: true friction over that of the model", low)
+    if not high >= 1.0:
+        raise checks.refuse(f"{name}[1]", ">= 1: true friction over that of the model", high)
+    return low, high
 
 
 @described("centering.problem")
@@ -172,9 +185,14 @@ class CenteringProblem(Described):
         Greatest offset of a part before its first push, mm; smaller than its radius.
     pushes_max : int
         Number of pushes after which a part is given up.
+    friction_range : tuple of float
+        Lowest and highest factor of the true mean friction over that of the model, for both coefficients,
+        unit 1; 1 is between them. Parts scatter about it. The table is kept slow enough for the lowest.
 
     Raises
     ------
+    TypeError
+        When friction_range is no pair.
     ValueError
         When a value is out of range or in another unit.
 
@@ -194,6 +212,7 @@ class CenteringProblem(Described):
     tolerance: float = quantity("mm", above=0, usual=(2e-5, 10.0), typical=0.0025, default=0.0025)
     offset_max: float = quantity("mm", above=0, usual=(0.001, 1000.0), typical=10, default=10.0)
     pushes_max: int = count(default=60)
+    friction_range: tuple[float, float] = custom(checked_range, "1", default=_DOUBT)
     _inside: ClassVar[tuple[str, ...]] = ("model", "limits", "scatter")
 
     def _check(self) -> None:

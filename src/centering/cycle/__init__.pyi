@@ -10,10 +10,12 @@ from ._source.controller import PrintedController as PrintedController
 from ._source.correction import StrokeCorrection as StrokeCorrection
 from ._source.correction import travelled as travelled
 from ._strategy.belief import Belief as Belief
+from ._strategy.belief import PushEvidence as PushEvidence
 from ._strategy.choice import PushChoice as PushChoice
 from ._strategy.outcomes import OutcomeTable as OutcomeTable
 from ._strategy.outcomes import PushKind as PushKind
 from ._strategy.plan import plan as plan
+from ._strategy.risk import RiskTable as RiskTable
 from ._strategy.runs import CenteringRuns as CenteringRuns
 from ._strategy.strategy import Strategy as Strategy
 from ._strategy.timing import CycleTiming as CycleTiming

@@ -69,6 +69,7 @@ class CycleBase(ABC):
         self._state = CycleState.APPROACH
         self._pushes = 0
         self._reading = float("nan")
+        self._force = 0.0
         self._seen = 0.0  # time of the last reading
         self._tip = float("nan")  # pusher tip from the axis
         self._velocity = 0.0  # of the slide, as commanded
@@ -117,6 +118,7 @@ class CycleBase(ABC):
         """
         if self._state.over:
             return self._last
+        self._force = force
         self._sense(time, angle, slide, probe, spindle_speed)
         trouble = self._trouble(force, pushing > 0.5)
         return self._next(pushing > 0.5) if trouble is None else self._end(trouble)

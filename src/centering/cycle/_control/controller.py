@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from math import hypot, isfinite
 from typing import ClassVar
 
+import numpy as np
+
 from centering._problem.model import GRAVITY
 from centering.cycle._control.base import Command, CycleBase
 from centering.cycle._control.following import FollowingGains
@@ -12,10 +14,18 @@ from centering.cycle._control.learning import PartLearner
 from centering.cycle._control.next_push import ChosenPush, NextPush, PushStrategy
 from centering.cycle._control.part_view import PartView
 from centering.cycle._control.settings import CycleSettings
+from centering.cycle._control.slip_watch import SlipWatch
 from centering.cycle._control.states import CycleState
+from centering.cycle._strategy.table_limit import TableLimit
 from sdpgrind.base import checks
 
 _EARLIEST, _FREEZE = 2.7, 5.0  # chosen: samples before a push: it is sent; the slide is stopped
+_THROWS = 1  # chosen: throws after which a part begins again
+_SLOWER = 0.5  # chosen: acceleration of the table after a throw over that before
+_BACK = 0.8  # chosen: share of the probe's reach at which the slide waits for a thrown part
+_REST = 0.1  # s, chosen: in which a part comes to rest on a table that stands
+_NO_PUSH = np.zeros((0, 3))  # takes a waiting push back
+_AHEAD = 3.0  # derived: samples until a push that is sent; the acceleration stays meanwhile
 _MISSED = 2.0  # chosen: samples after which the machine has not begun a push: it will not
 _STOPPED = 0.5  # mm/s, chosen: commanded speed of a slide that counts as waiting
 _SEEMS = 2.0  # chosen: tolerances within which a part looks as if it were centred
@@ -56,6 +66,7 @@ class CenteringController(CycleBase):
     >>> hwsim.run(hwsim.CenteringMachine(problem), controller).outcome  # doctest: +SKIP
     """
 
+    commands: ClassVar[Mapping[str, str]] = {**CycleBase.commands, "spindle_acceleration": "rad/s^2"}
     reports: ClassVar[Mapping[str, str]] = {
         "state": "",
         "offset": "mm",
@@ -80,7 +91,8 @@ class CenteringController(CycleBase):
         chosen = settings or CycleSettings()
         problem = strategy.problem
         self._view = PartView(problem.model.part.radius, chosen, problem.scatter.measuring_sd)
-        self._learner = PartLearner(strategy)
+        self._learner = PartLearner(strategy, chosen.following_lag)
+        self._watch = SlipWatch()
         self._coming = NextPush(strategy, chosen.following_lag)
         super().__init__(strategy.problem, settings, gains)
 
@@ -91,9 +103,14 @@ class CenteringController(CycleBase):
         self._coming.forget()
         self._expected = self.problem.offset_max  # offset, mm, while there is no estimate
         self._pushed_aim = 0.0  # of the last push, mm
+        self._watch.reset()
+        self._again = 0.0  # time from which on a thrown part is measured again, s
+        self._throws = 0  # how often the table has thrown the part
         self._rest_angle = 0.0  # of the table, from which on the part is at rest again
 
     def _next(self, pushing: bool) -> Command:
+        if self._state is CycleState.REFOLLOW:
+            return self._stopping()
         if self._state is CycleState.PUSH:
             return self._pushing(pushing)
         if self._state is CycleState.WAIT and pushing:
@@ -124,17 +141,69 @@ class CenteringController(CycleBase):
 
     def _measuring(self) -> Command:
         """Store the reading, decide, and hold the slide at its waiting place."""
+        view = self._view
         if isfinite(self._reading):
-            self._view.take(self._table.angle, self._reading)
+            if self._leaves():
+                return self._thrown()
+            view.take(self._table.angle, self._reading)
             if self._state is CycleState.APPROACH:
                 self._state = CycleState.COLLECT
-        view = self._view
         if self._state is CycleState.WAIT:
             return {}
+        if not isfinite(self._reading) and view.samples:  # nobody knows where the part is
+            return self._stand_off(self._expected) | self._turn_at(self._table.speed)
         if view.known:
             self._expected = view.offset
             return self._decide()
         return self._stand_off(self._expected) | self._turn_at(self._speed_for(self._expected))
+
+    def _leaves(self) -> bool:
+        """Whether the part leaves its place while the table gains speed."""
+        view, table = self._view, self._table
+        if not view.known or table.speed >= table.set_point:
+            self._watch.reset()
+            return False
+        return self._watch.leaves(*view.missed(table.angle, self._reading))
+
+    def _thrown(self) -> Command:
+        """Stop the table, back the slide; believe in the friction that this showed."""
+        limit, table = TableLimit(self.problem, self._learner.least), self._table
+        self._throws += 1
+        self._learner.thrown(limit.shown(self._view.offset, table.speed, table.acceleration))
+        if self._throws > _THROWS:
+            return self._end(CycleState.THROWN)
+        self._coming.forget()
+        self._view.reset()
+        self._watch.reset()
+        self._state, self._expected = CycleState.REFOLLOW, self.problem.offset_max
+        return {"profile": _NO_PUSH} | self._stopping()
+
+    def _stopping(self) -> Command:
+        """Keep the slide back, the part within reach of the probe, until table and part rest; begin again."""
+        table = self._table
+        back = self._stand_still()
+        if isfinite(self._reading):
+            back = self._stand_at(self._reading + _BACK * self.settings.probe_reach)
+        if table.speed > 0.0:
+            self._again = table.time + _REST
+            return back | self._turn_at(0.0)
+        if isfinite(self._reading) and table.time >= self._again:
+            self._follower.reset()
+            self._state = CycleState.APPROACH
+        return back
+
+    def _trouble(self, force: float, pushing: bool) -> CycleState | None:
+        """Error that ends the cycle; a part that was thrown and is not found has been thrown."""
+        trouble = super()._trouble(force, pushing)
+        return CycleState.THROWN if trouble is CycleState.LOST and self._throws else trouble
+
+    def _end(self, state: CycleState) -> Command:
+        """End the cycle; under a part that is not where it was, the table stops."""
+        command = super()._end(state)
+        if state in (CycleState.THROWN, CycleState.LOST):
+            most = self.problem.limits.spindle_acceleration_max
+            self._last = command = command | {"spindle_speed": 0.0, "spindle_acceleration": most}
+        return command
 
     def _decide(self) -> Command:
         """Finish, continue to measure, or prepare the next push."""
@@ -153,10 +222,12 @@ class CenteringController(CycleBase):
         return self._end(CycleState.FRICTION) if self._learner.hopeless else self._prepare()
 
     def _stand_off(self, offset: float) -> Command:
-        """Waiting place of the tip: outside the furthest rim, within the reach of the probe."""
-        furthest = self._view.radius + offset + self._room()
+        """Waiting place of the tip: outside the furthest rim and that seen now, within the probe's reach."""
+        room = self._room()
+        furthest = self._view.radius + offset + room
         if isfinite(self._reading):
-            furthest = min(furthest, self._reading + 0.9 * self.settings.probe_reach)
+            reach = self._reading + 0.9 * self.settings.probe_reach
+            furthest = min(max(furthest, self._reading + room), reach)
         if 0.0 <= self._tip - furthest <= _NEARER * self.settings.margin and abs(self._velocity) < _STOPPED:
             return self._stand_still()
         return self._stand_at(furthest + 0.5 * _NEARER * self.settings.margin)
@@ -171,6 +242,23 @@ class CenteringController(CycleBase):
     def _speed_for(self, offset: float) -> float:
         """Table speed of the strategy at an offset, rad/s."""
         return self._choose(offset).spindle_speed
+
+    def _turn_at(self, speed: float) -> Command:
+        """Command a table speed (rad/s) and an acceleration at which friction still holds the ring."""
+        limit, table, furthest = TableLimit(self.problem, self._learner.least), self._table, self._furthest()
+        speed = min(speed, limit.speed(max(furthest, self.problem.tolerance)))
+        command = super()._turn_at(speed)
+        ahead = min(table.speed + _AHEAD * self.period * table.acceleration, max(speed, table.speed))
+        rate = _SLOWER**self._throws * limit.acceleration(furthest, ahead)
+        if table.speed == speed or rate == table.acceleration:
+            return command
+        table.acceleration = rate
+        return command | {"spindle_acceleration": rate}
+
+    def _furthest(self) -> float:
+        """Greatest plausible offset, mm."""
+        view = self._view
+        return view.offset + min(view.band, self.problem.offset_max) if view.known else self._expected
 
     def _choose(self, offset: float) -> ChosenPush:
         """Choice of the strategy at an offset."""
@@ -229,7 +317,8 @@ class CenteringController(CycleBase):
             raise RuntimeError("a push began that was not planned")
         self._state = CycleState.PUSH
         self._pushes += 1
-        self._learner.pushed(self._view, choice, push.beyond)
+        self._learner.pushed(self._view, choice, push, self._coming.start)
+        self._feel()
         self._pushed_aim = choice.aim
         speed = max(self._table.set_point, 1e-6)
         thrown = (
@@ -241,8 +330,16 @@ class CenteringController(CycleBase):
         self._view.moved()
         return {}
 
+    def _feel(self) -> None:
+        """Record the force of the push; the table turns at the speed at which the push began."""
+        if isfinite(self._force):
+            gone = (self._table.angle - self._coming.trigger) / max(self._table.speed, 1e-6)
+            self._learner.feel(gone, self._force)
+
     def _pushing(self, runs: bool) -> Command:
         """Wait until the part rests; readings count from then on, even during the retreat."""
+        if runs:
+            self._feel()
         if self._table.angle < self._rest_angle:
             return {} if runs else self._stand_off(self._left())
         if isfinite(self._reading):

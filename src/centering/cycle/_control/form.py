@@ -104,10 +104,10 @@ class RingFilter:
         if near is not None:
             self._value[:2] = near
         self._looked = self._count
-        noise = self._noise_sd
+        noise = self.noise_sd
         covariance, inflation = self._solved(noise)
-        if not 1.0 / _CHANGED < self._noise_sd / noise < _CHANGED:
-            covariance, inflation = self._solved(self._noise_sd)
+        if not 1.0 / _CHANGED < self.noise_sd / noise < _CHANGED:
+            covariance, inflation = self._solved(self.noise_sd)
         self._form = max(
             self._least_form, sqrt(float(np.mean(self._value[3:] ** 2 + np.diag(covariance)[3:])))
         )
@@ -122,7 +122,7 @@ class RingFilter:
         return np.diag([0.0] * 3 + [1.0 / self._form**2] * (SIZE - 3))
 
     @property
-    def _noise_sd(self) -> float:
+    def noise_sd(self) -> float:
         """Current standard deviation of a reading, mm."""
         return sqrt((self._squares + self._own[0]) / (self._freedom + self._own[1]))
 

@@ -261,7 +261,9 @@ def _lead(rows: Floats, start: Approach, model: PushModel, guess: float) -> tupl
     return before[0] if abs(across) > _CLOSE * start.offset else lead, along
 
 
-def followed(rows: Floats, start: Approach, model: PushModel, lead: float) -> tuple[float, float]:
+def followed(
+    rows: Floats, start: Approach, model: PushModel, lead: float, error: float = _ERROR
+) -> tuple[float, float]:
     """Return the centre after a push, along and across the old offset, mm.
 
     Parameters
@@ -274,9 +276,11 @@ def followed(rows: Floats, start: Approach, model: PushModel, lead: float) -> tu
         Model of the part.
     lead : float
         Angle of the offset before the push line at the start, rad.
+    error : float
+        Integration error of a step, mm.
     """
     radius, speed = model.part.radius, start.spindle_speed
     state = ring_state(start.offset, -lead, radius, speed)
     state[TIP] = radius + start.offset + start.room
-    left = landing(model, speed, rows, state, _ERROR) * exp(1j * lead)
+    left = landing(model, speed, rows, state, error) * exp(1j * lead)
     return left.real, left.imag

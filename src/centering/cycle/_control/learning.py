@@ -3,8 +3,17 @@
 from dataclasses import dataclass
 from math import cos, hypot, inf, pi, sin
 
+import numpy as np
+
+from centering.cycle._control.launch import Approach, SentPush
 from centering.cycle._control.next_push import ChosenPush, PushStrategy
 from centering.cycle._control.part_view import PartView
+from centering.cycle._control.push_evidence import FeltPush
+from centering.cycle._strategy.belief import Belief
+from centering.cycle._strategy.density import lower_end, prior, widened
+from centering.cycle._strategy.outcomes import FRICTION_SCALES
+from centering.cycle._strategy.table_limit import least_friction
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.frozen import Frozen
 
 # chosen: excess travel from turning, relative and in mm, above which a push is no evidence of friction
@@ -95,14 +104,21 @@ class LearnedBias:
 
 @dataclass(frozen=True)
 class _Pushed(Frozen):
-    """Executed push: centre and sd before (mm), direction on the table (rad), excess of turning (mm)."""
+    """Executed push: centre and sd before (mm), direction on the table (rad), its command and start."""
 
     x: float
     y: float
     sd: float
     choice: ChosenPush
     towards: float
-    beyond: float
+    push: SentPush
+    start: Approach
+
+    @property
+    def turned(self) -> bool:
+        """Whether turning changed the travel so much that it is not that on a table at rest."""
+        beyond = abs(self.push.beyond)
+        return self.choice.aim > _LONG or beyond > max(_TOLD * self.choice.aim, _HIDDEN)
 
 
 class PartLearner:
@@ -112,17 +128,23 @@ class PartLearner:
     ----------
     strategy : Strategy
         Strategy with its problem and rule of belief.
+    lag : float
+        Delay of the loaded slide, s. With a lag a push that the table changes is no evidence of friction.
     """
 
-    def __init__(self, strategy: PushStrategy) -> None:
-        self._strategy, self._direction = strategy, LearnedBias(_DIRECTION_BIAS)
+    def __init__(self, strategy: PushStrategy, lag: float = 0.0) -> None:
+        self._strategy, self._direction, self._lag = strategy, LearnedBias(_DIRECTION_BIAS), lag
+        self._prior = prior(strategy.problem, 1.0, 0.0)
         self.reset()
 
     def reset(self) -> None:
         """Forget the part."""
         self._direction.reset()
-        self.friction, self.evidence = 1.0, 0.0
+        self._belief = Belief(1.0, 0.0)
+        self.least = least_friction(self._strategy.problem)  # factor that the part exceeds with 99.9 %
         self._last: _Pushed | None = None
+        self._times: list[float] = []  # of the samples of its forces, from its start, s
+        self._forces: list[float] = []  # N
         # Offset (mm) that is to be halved, and pushes since the last that did so.
         self._nearest, self._idle = inf, 0
 
@@ -132,16 +154,29 @@ class PartLearner:
         return self._direction.value
 
     @property
+    def friction(self) -> float:
+        """Mean of the believed friction scale."""
+        return self._belief.friction
+
+    @property
+    def evidence(self) -> float:
+        """Evidence of the belief, in pushes."""
+        return self._belief.evidence
+
+    @property
     def strange(self) -> bool:
         """Whether friction is outside the range of the strategy."""
-        return abs(self.friction - 1.0) > _STRANGE * self._strategy.problem.scatter.friction_part_sd
+        problem = self._strategy.problem
+        low, high = problem.friction_range
+        beyond = _STRANGE * problem.scatter.friction_part_sd
+        return not low * (1.0 - beyond) <= self.friction <= high * (1.0 + beyond)
 
     @property
     def hopeless(self) -> bool:
         """Whether friction is outside the range and pushes no longer reduce the offset."""
         return self.strange and self._idle >= _IDLE
 
-    def pushed(self, view: PartView, choice: ChosenPush, beyond: float) -> None:
+    def pushed(self, view: PartView, choice: ChosenPush, push: SentPush, start: Approach) -> None:
         """Record the place of a part that is being pushed.
 
         Parameters
@@ -150,10 +185,28 @@ class PartLearner:
             Current estimate of the part.
         choice : PushChoice
             The push.
-        beyond : float
-            Expected excess travel over that on a table at rest, mm.
+        push : SentPush
+            Its command.
+        start : Approach
+            Its start.
         """
-        self._last = _Pushed(view.x, view.y, view.sd, choice, view.offset_angle + pi - self.bias, beyond)
+        towards = view.offset_angle + pi - self.bias
+        self._last = _Pushed(view.x, view.y, view.sd, choice, towards, push, start)
+        self._times, self._forces = [], []
+
+    def thrown(self, friction: float) -> None:
+        """Believe that the part has at most a factor of friction, which did not hold it on the table."""
+        below = np.where(friction >= FRICTION_SCALES, self._prior, 0.0)
+        if below.any():
+            mean = float(below @ FRICTION_SCALES / below.sum())
+            self._belief = Belief(mean, 0.0, below / below.sum())
+        self.least = min(self.least, friction)
+        self._last = None
+
+    def feel(self, time: float, force: float) -> None:
+        """Record a force (N) of the push, at a time (s) from its start."""
+        self._times.append(time)
+        self._forces.append(force)
 
     def see(self, view: PartView) -> None:
         """Evaluate the last push, once; `view` knows the new place (mm)."""
@@ -161,17 +214,43 @@ class PartLearner:
         if last is None:
             return
         travel = RingTravel.between((last.x, last.y), (view.x, view.y), towards=last.towards)
-        # Else turning hides what friction did.
-        if last.choice.aim <= _LONG and abs(last.beyond) <= max(_TOLD * last.choice.aim, _HIDDEN):
-            told = max(travel.distance - last.beyond, 0.0)
-            belief = self._strategy.update_belief(self.friction, self.evidence, last.choice, told)
-            self.friction, self.evidence = belief[0], min(belief[1], _MEMORY)
+        self._learn(last, travel.distance, hypot(last.sd, view.sd))
         self._count(view.offset)
         if travel.along > _TELLING:
             spread = hypot(
                 self._strategy.problem.scatter.direction_sd, hypot(last.sd, view.sd) / travel.along
             )
             self._direction.see(travel.across / travel.along, spread)
+
+    def _learn(self, last: _Pushed, travelled: float, sd: float) -> None:
+        """Update the belief by the last push and its travel, with its sd (mm); forget what is old."""
+        before = self._prior if self._belief.weights is None else self._belief.weights
+        shown = None
+        if last.turned or self.evidence == 0.0:
+            if self._lag > 0.0:  # the rows make up for a lag that the simulated tip does not have
+                return
+            shown = self._felt(last).evidence(before, travelled, sd)
+        told = max(travelled - last.push.beyond, 0.0)
+        friction, evidence, weights = Belief(
+            *self._strategy.update_belief(
+                self.friction, self.evidence, last.choice, told, weights=before, shown=shown
+            )
+        )
+        if weights is not None:
+            self.least = self._least_after(evidence, weights)
+            weights = widened(weights, min(1.0, _MEMORY / max(evidence, _MEMORY)))
+        self._belief = Belief(friction, min(evidence, _MEMORY), weights)
+
+    def _felt(self, last: _Pushed) -> FeltPush:
+        """Return the last push with the forces of its samples."""
+        return FeltPush(last.push, last.start, self._strategy.problem.model, self._times, self._forces)
+
+    def _least_after(self, evidence: float, weights: Floats) -> float:
+        """Factor of friction that the part exceeds with 99.9 %: the problem's until a push has told."""
+        problem = self._strategy.problem
+        if evidence <= 0.0:
+            return least_friction(problem)
+        return lower_end(weights, problem.scatter.friction_push_sd)
 
     def _count(self, offset: float) -> None:
         """Count pushes at friction outside the range that did not halve the offset (mm)."""

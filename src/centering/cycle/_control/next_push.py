@@ -6,6 +6,7 @@ from typing import Any, Protocol
 from centering._problem.problem import CenteringProblem
 from centering.cycle._control.launch import Approach, SentPush, launch, preview
 from centering.cycle._control.table_motion import TableMotion
+from centering.cycle._strategy.belief import Belief
 from centering.cycle._strategy.outcomes import PushKind
 
 _TURN = 2.0 * pi
@@ -42,8 +43,8 @@ class PushStrategy(Protocol):
     def offset_max(self) -> float: ...
     def push(self, *, offset: float, friction: float, evidence: float) -> ChosenPush: ...
     def update_belief(
-        self, friction: float, evidence: float, commanded: Any, travelled: float
-    ) -> tuple[float, float]: ...
+        self, friction: float, evidence: float, commanded: Any, travelled: float, **known: Any
+    ) -> tuple[float, float] | Belief: ...
 
 
 class NextPush:
@@ -67,7 +68,7 @@ class NextPush:
         self.choice: ChosenPush | None = None
         self.launch: SentPush | None = None
         self.trigger = nan
-        self._planned, self._exact = Approach(0.0, 0.0, 0.0), False
+        self.start, self._exact = Approach(0.0, 0.0, 0.0), False
         self._asked = (nan, nan, nan)
         self._answer: ChosenPush | None = None
 
@@ -102,19 +103,19 @@ class NextPush:
             Motion of the table, for the time left.
         """
         near = isfinite(self.trigger) and table.time_to(self.trigger) < _SOON
-        if near and (not self._exact or _stale(self._planned, start, _STALE)):
+        if near and (not self._exact or _stale(self.start, start, _STALE)):
             self.finish_plan(choice, start, friction)
-        elif self.launch is None or _stale(self._planned, start, _ROUGH):
+        elif self.launch is None or _stale(self.start, start, _ROUGH):
             self.launch = preview(
                 _kind(choice), choice.stroke, start, self._problem.model, self._problem.limits, friction
             )
-            self._planned, self._exact = start, False
+            self.start, self._exact = start, False
 
     def finish_plan(self, choice: ChosenPush, start: Approach, friction: float) -> SentPush:
         """Plan a push exactly and return it; parameters as for `plan` (mm, rad/s)."""
         model, limits = self._problem.model, self._problem.limits
         self.launch = launch(_kind(choice), choice.stroke, start, model, limits, self._lag, friction)
-        self._planned, self._exact = start, True
+        self.start, self._exact = start, True
         return self.launch
 
     def set_trigger(self, direction: float, table: TableMotion) -> None:

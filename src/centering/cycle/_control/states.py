@@ -39,6 +39,9 @@ class CycleState(IntEnum):
     FRICTION = 12
     """Abandoned: friction outside the range of the strategy, and pushes that do not reduce the offset."""
 
+    THROWN = 13
+    """Abandoned: the table threw the part, a second time or out of reach of the probe."""
+
     @property
     def failed(self) -> bool:
         """Whether the cycle ended without a centred part."""

@@ -9,7 +9,7 @@ class TableMotion:
     Parameters
     ----------
     acceleration : float
-        Acceleration, rad/s^2.
+        Acceleration at first, rad/s^2; `acceleration` may be set to another.
 
     Examples
     --------
@@ -21,11 +21,12 @@ class TableMotion:
     """
 
     def __init__(self, acceleration: float) -> None:
-        self._acceleration = acceleration
+        self._most = acceleration
         self.reset()
 
     def reset(self) -> None:
-        """Stand still."""
+        """Stand still, with the initial acceleration."""
+        self.acceleration = self._most
         self.time = self.angle = self.speed = self.set_point = 0.0
 
     def see(self, time: float, angle: float, speed: float) -> None:
@@ -50,10 +51,10 @@ class TableMotion:
         if way <= 0.0:
             return 0.0
         change = self.set_point - self.speed
-        ramp_time = abs(change) / self._acceleration
+        ramp_time = abs(change) / self.acceleration
         ramp_way = 0.5 * (self.speed + self.set_point) * ramp_time
         if way <= ramp_way:
-            slope = self._acceleration if change > 0 else -self._acceleration
+            slope = self.acceleration if change > 0 else -self.acceleration
             return 2.0 * way / (self.speed + sqrt(max(self.speed * self.speed + 2.0 * slope * way, 0.0)))
         return ramp_time + (way - ramp_way) / self.set_point if self.set_point > 0 else float("inf")
 
@@ -67,5 +68,5 @@ class TableMotion:
         """
         way = max(angle - self.angle, 0.0)
         if self.set_point >= self.speed:
-            return min(sqrt(self.speed * self.speed + 2.0 * self._acceleration * way), self.set_point)
-        return max(sqrt(max(self.speed * self.speed - 2.0 * self._acceleration * way, 0.0)), self.set_point)
+            return min(sqrt(self.speed * self.speed + 2.0 * self.acceleration * way), self.set_point)
+        return max(sqrt(max(self.speed * self.speed - 2.0 * self.acceleration * way, 0.0)), self.set_point)

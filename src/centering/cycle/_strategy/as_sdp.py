@@ -74,11 +74,27 @@ def offset_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
 
 
 def friction_axis(problem: CenteringProblem, nodes: int) -> sdp.Axis:
-    """Axis of the believed friction scale."""
-    reach = max(_SIGMAS * problem.scatter.friction_part_sd, 0.01)
-    return sdp.Axis(
-        "friction", max(0.6, 1 - reach), min(1.4, 1 + reach), nodes, "", below="hold", above="hold"
-    )
+    """Axis of the believed friction scale; its ends serve beyond it."""
+    low, high = _ends(problem)
+    return sdp.Axis("friction", low, high, nodes, "", below="hold", above="hold")
+
+
+def _ends(problem: CenteringProblem) -> tuple[float, float]:
+    """Ends of the friction axis: of the scatter from part to part, or a deviation within the range."""
+    low, high, reach = *problem.friction_range, _reach(problem)
+    own = problem.scatter.friction_part_sd
+    return min(max(0.6, 1 - reach), low + own), max(min(1.4, 1 + reach), high - own)
+
+
+def _reach(problem: CenteringProblem) -> float:
+    return max(_SIGMAS * problem.scatter.friction_part_sd, 0.01)
+
+
+def resolved(problem: CenteringProblem, size: Size) -> Size:
+    """Return a size with as many more nodes of friction as the range is wider than the scatter."""
+    low, high = _ends(problem)
+    wider = (high - low) / (2.0 * _reach(problem))
+    return size._replace(frictions=max(size.frictions, round((size.frictions - 1) * wider) + 1))
 
 
 def packed_axes(offset: sdp.Axis, friction: sdp.Axis) -> tuple[float, float, int, float, float, int]:

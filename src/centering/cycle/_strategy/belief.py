@@ -4,6 +4,7 @@ from math import sqrt
 from typing import NamedTuple
 
 from centering._problem.problem import PushScatter
+from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, quantity
 
 
@@ -15,11 +16,31 @@ class Belief(NamedTuple):
     friction : float
         Mean of the friction scale, unit 1.
     evidence : float
-        Equivalent number of fully informative pushes, which determines the standard deviation.
+        Equivalent number of fully informative pushes, which determines the standard deviation; 0 where it is
+        wider than the scatter from part to part.
+    weights : array, (R,), optional
+        Weights of the friction scales of the tables, unit 1: the belief with its whole form.
     """
 
     friction: float
     evidence: float
+    weights: Floats | None = None
+
+
+class PushEvidence(NamedTuple):
+    """What a push shows of friction.
+
+    Attributes
+    ----------
+    expected : array, (K, R)
+        Values expected at the friction scales of the tables: travel, mm; sum of forces, N.
+    noise, seen : array, (K,)
+        Standard deviations of the observed values, and these.
+    """
+
+    expected: Floats
+    noise: Floats
+    seen: Floats
 
 
 @described("centering.belief")

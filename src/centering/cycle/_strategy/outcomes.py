@@ -162,6 +162,14 @@ class OutcomeTable(ByValue, Described):
         """Return the travel (mm) of a kind of push with a stroke (mm) at a friction scale."""
         return float(travel_at(self.travel[kind], self.grid, stroke, friction))
 
+    def travels(self, kind: int, stroke: float) -> Floats:
+        """Return the travels (mm) of a kind of push with a stroke (mm) at the friction scales, (R,)."""
+        first, step = self.grid[:2]
+        at = min(max((np.log(max(stroke, 1e-300)) - first) / step, 0.0), self.travel.shape[1] - 1.0)
+        low = min(int(at), self.travel.shape[1] - 2)
+        table = self.travel[kind]
+        return np.asarray((1.0 - at + low) * table[low] + (at - low) * table[low + 1])
+
     def stroke_for(self, kind: int, travel: float, friction: float) -> float:
         """Return the stroke (mm) of a kind (index) with mean `travel` (mm) at a friction scale; inf: none."""
         return float(stroke_for(self.mean_travel[kind], self.grid, int(self.last[kind]), friction, travel))

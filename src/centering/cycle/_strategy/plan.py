@@ -14,6 +14,7 @@ from centering.cycle._strategy.as_sdp import (
     finish_offset,
     moves,
     offset_axis,
+    resolved,
 )
 from centering.cycle._strategy.outcomes import PushKind, default_kinds, simulated
 from centering.cycle._strategy.strategy import Strategy
@@ -94,7 +95,7 @@ def prepared(
     tell: Progress,
 ) -> StrategyGround:
     """Simulate the kinds of push and fix the table speeds."""
-    axis = offset_axis(problem, size.offsets)
+    size, axis = resolved(problem, size), offset_axis(problem, size.offsets)
     outcomes = simulated(
         problem.model,
         kinds,

@@ -5,10 +5,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from centering._problem.problem import CenteringProblem
-from centering.cycle._strategy.belief import Belief
+from centering.cycle._strategy.belief import Belief, PushEvidence
 from centering.cycle._strategy.choice import PushChoice
 from centering.cycle._strategy.draw_kernels import push_once, waiting_time
-from centering.cycle._strategy.outcomes import pushing_time, scaled
+from centering.cycle._strategy.outcomes import FRICTION_SCALES, pushing_time, scaled
 from centering.cycle._strategy.runs import CenteringRuns
 from centering.cycle._strategy.timing import CycleTiming
 from centering.push._contact.reaction import simulate_pushes
@@ -17,6 +17,8 @@ from sdpgrind.base import checks
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.rng import Seed, generator
 
+_LONG = 1.0  # mm, chosen: the turning table changes the travel of a longer push, as in `CenteringController`
+_FORCE_SHOWS = 0.07  # derived: 5 % of the sum of forces, which grows by 0.75 of it per unit of friction
 _LEAST_SHARE = 0.1  # chosen: of the greatest offset: where parts begin unless told
 
 
@@ -28,10 +30,18 @@ class Followed(Protocol):
     finish: float
 
     def push(self, *, offset: float, friction: float = 1.0, evidence: float = 0) -> PushChoice: ...
+    def start_time(self, offset: float) -> float: ...
     def spindle_speed(self, offset: float) -> float: ...
     def profile(self, choice: PushChoice) -> TipProfile: ...
     def update_belief(
-        self, friction: float, evidence: float, commanded: PushChoice, travelled: float
+        self,
+        friction: float,
+        evidence: float,
+        commanded: PushChoice,
+        travelled: float,
+        *,
+        weights: Floats | None = None,
+        shown: PushEvidence | None = None,
     ) -> Belief: ...
 
 
@@ -50,25 +60,30 @@ def simulate(strategy: Followed, parts: int, rng: Seed, start: Any) -> Centering
         raise checks.refuse(
             "start", f"in (0, {offset_max:g}]", float(begun[(begun <= 0.0) | (begun > offset_max)][0]), "mm"
         )
-    return _Parts(strategy, begun, random).run()
+    return Parts(strategy, begun, random).run()
 
 
-class _Parts:
-    """Parts simulated side by side; each draws equally often at every push, so none depends on another."""
+class Parts:
+    """Parts simulated side by side; each draws equally often at every push, so none depends on another.
 
-    def __init__(self, strategy: Followed, start: Floats, random: np.random.Generator) -> None:
+    `factor`: true mean friction over that of the model.
+    """
+
+    def __init__(
+        self, strategy: Followed, start: Floats, random: np.random.Generator, factor: float = 1.0
+    ) -> None:
         self.strategy, self.random, self.start = strategy, random, start
         self.scatter, count = strategy.problem.scatter, start.size
-        self.scale = 1.0 + self.scatter.friction_part_sd * random.standard_normal(count)
+        self.scale = factor * (1.0 + self.scatter.friction_part_sd * random.standard_normal(count))
         self.offset = start.copy()
-        self.friction, self.evidence, self.waiting = (
-            np.ones(count),
-            np.zeros(count),
-            np.ones(count, dtype=bool),
-        )
+        self.beliefs = [Belief(1.0, 0.0)] * count
+        self.waiting = np.ones(count, dtype=bool)
         self.pushes = np.zeros(count, dtype=np.int64)
         self.measured = np.abs(self.offset + self.scatter.measuring_sd * random.standard_normal(count))
         self.time = np.array([self._start_time(float(d)) for d in self.measured])
+        self.speed = np.array(
+            [strategy.spindle_speed(float(d)) for d in self.measured]
+        )  # of the table, rad/s
 
     def run(self) -> CenteringRuns:
         """Push until all parts are measured as centred or abandoned."""
@@ -82,18 +97,20 @@ class _Parts:
 
     def _start_time(self, offset: float) -> float:
         """Time from rest to the first touch, s: run-up, measurement, any part of a turn."""
-        acceleration = self.strategy.problem.limits.spindle_acceleration_max
-        speed = self.strategy.spindle_speed(offset)
-        mean = self.strategy.timing.start_time(speed, acceleration)
-        return mean + float(self.random.uniform(-np.pi, np.pi)) / speed
+        shift = float(self.random.uniform(-np.pi, np.pi)) / self.strategy.spindle_speed(offset)
+        return self.strategy.start_time(offset) + shift
 
     def _push(self) -> None:
         """One push of all waiting parts."""
-        unit = self.random.standard_normal((4, self.offset.size))
+        unit = self.random.standard_normal((5, self.offset.size))
         at = np.flatnonzero(self.waiting)
         choices = [
-            self.strategy.push(offset=float(d), friction=float(m), evidence=float(n))
-            for d, m, n in zip(self.measured[at], self.friction[at], self.evidence[at], strict=True)
+            self.strategy.push(
+                offset=float(self.measured[k]),
+                friction=self.beliefs[k].friction,
+                evidence=self.beliefs[k].evidence,
+            )
+            for k in at
         ]
         travel = self._travel(at, choices, unit)
         for k, choice, x in zip(at, choices, travel, strict=True):
@@ -102,7 +119,7 @@ class _Parts:
     def _travel(self, at: Any, choices: list[PushChoice], unit: Floats) -> Floats:
         """Travel of the parts, mm: the tip meets the part where it is, stops as commanded, plus scatter."""
         place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
-        scale = np.maximum(0.2, self.scale[at] * (1.0 + self.scatter.friction_push_sd * unit[0, at]))
+        scale = np.array([self._friction(int(k), unit[:, k]) for k in at])
         model = self.strategy.problem.model
         profiles = [
             self.strategy.profile(choice._replace(stroke=max(choice.stroke + p, 1e-6)))
@@ -110,24 +127,40 @@ class _Parts:
         ]
         return np.asarray(simulate_pushes(np.array([scaled(model, float(r)) for r in scale]), profiles)[:, 0])
 
+    def _friction(self, k: int, unit: Floats) -> float:
+        """Friction scale of a push of part k."""
+        return max(0.2, float(self.scale[k] * (1.0 + self.scatter.friction_push_sd * unit[0])))
+
+    def _learn(self, k: int, choice: PushChoice, seen: float, unit: Floats) -> None:
+        """Update the belief about part k: by the travel seen (mm); at first and of long pushes by force."""
+        friction, evidence, weights = self.beliefs[k]
+        shown = None
+        if evidence == 0.0 or choice.aim > _LONG:
+            felt = self._friction(k, unit) + _FORCE_SHOWS * unit[4]
+            shown = PushEvidence(FRICTION_SCALES[None], np.array([_FORCE_SHOWS]), np.array([felt]))
+        self.beliefs[k] = self.strategy.update_belief(
+            friction, evidence, choice, seen, weights=weights, shown=shown
+        )
+
     def _move(self, k: int, choice: PushChoice, travel: float, unit: Floats) -> None:
         """Record a push of part k: place, measurement, duration, friction belief."""
-        strategy, limits = self.strategy, self.strategy.problem.limits
+        strategy = self.strategy
         self.offset[k], phase = push_once(self.offset[k], travel, self.scatter.direction_sd * unit[2])
         before = self.measured[k]
         self.measured[k] = abs(self.offset[k] + self.scatter.measuring_sd * unit[3])
         seen = float(
             np.sqrt(before**2 + self.measured[k] ** 2 - 2.0 * before * self.measured[k] * np.cos(phase))
         )
-        belief = strategy.update_belief(float(self.friction[k]), float(self.evidence[k]), choice, seen)
-        self.friction[k], self.evidence[k] = belief
+        self._learn(k, choice, seen, unit)
         self.pushes[k] += 1
         self.waiting[k] = self.measured[k] > strategy.finish
         busy = pushing_time(strategy.profile(choice)) + strategy.timing.busy_time
         speed, arc = strategy.spindle_speed(float(self.measured[k])), strategy.timing.measuring_arc
-        if self.waiting[k]:
-            self.time[k] += waiting_time(
-                phase, busy, speed, arc, choice.spindle_speed, limits.spindle_acceleration_max
-            )
-        else:
-            self.time[k] += busy + arc / speed
+        waits = self._turning(phase, busy, arc, float(self.speed[k]), speed)
+        self.time[k] += waits if self.waiting[k] else busy + arc / speed
+        self.speed[k] = speed
+
+    def _turning(self, phase: float, busy: float, arc: float, before: float, speed: float) -> float:
+        """Time to the next touch, s, of a table that goes from one speed to another (rad/s)."""
+        acceleration = self.strategy.problem.limits.spindle_acceleration_max
+        return float(waiting_time(phase, busy, speed, arc, before, acceleration))

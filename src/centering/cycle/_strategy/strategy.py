@@ -9,12 +9,14 @@ import xarray as xr
 
 from centering._problem.problem import CenteringProblem
 from centering.cycle._strategy.as_sdp import WORTH, finish_offset, friction_axis, offset_axis, packed_axes
-from centering.cycle._strategy.belief import Belief, FrictionScaleBelief
-from centering.cycle._strategy.belief_kernels import posterior
+from centering.cycle._strategy.belief import Belief, FrictionScaleBelief, PushEvidence
+from centering.cycle._strategy.belief_kernels import learned
 from centering.cycle._strategy.choice import PushChoice
+from centering.cycle._strategy.density import moments, prior
 from centering.cycle._strategy.draw_kernels import table_speed
 from centering.cycle._strategy.lookup_kernels import choose, value_at
-from centering.cycle._strategy.outcomes import FRICTION_SCALES, OutcomeTable
+from centering.cycle._strategy.outcomes import OutcomeTable
+from centering.cycle._strategy.table_limit import TableLimit, least_friction
 from centering.cycle._strategy.timing import CycleTiming
 from centering.push._profile.profile import TipProfile
 from sdpgrind.base import checks, pictures
@@ -28,8 +30,10 @@ from sdpgrind.base.stored import decode, encode
 from sdpgrind.base.units import UM
 
 if TYPE_CHECKING:
+    from centering.cycle._strategy.risk import RiskTable
     from centering.cycle._strategy.runs import CenteringRuns
 
+_FEW = 60  # chosen: parts at each factor for a summary; their mean time is known to some 5 %
 _ROUNDING = 1.0 + 1e-9  # chosen: tolerance of the greatest offset
 
 
@@ -162,10 +166,12 @@ class Strategy(Plan):
 
     def cycle_time(self, offset: float) -> float:
         """Return the expected time of a whole cycle from an `offset` (mm), the table at rest, s."""
-        speed = self.spindle_speed(offset)
-        return self.timing.start_time(speed, self.problem.limits.spindle_acceleration_max) + self.value(
-            offset=offset
-        )
+        return self.start_time(offset) + self.value(offset=offset)
+
+    def start_time(self, offset: float) -> float:
+        """Return the mean time from rest to the first touch at an `offset` (mm), s."""
+        limit = TableLimit(self.problem, least_friction(self.problem))
+        return self.timing.start_time(offset, self.spindle_speed(offset), limit)
 
     def spindle_speed(self, offset: float) -> float:
         """Return the table speed at an `offset` (mm), rad/s."""
@@ -177,11 +183,19 @@ class Strategy(Plan):
         return kind.profile(self.problem.model, choice.stroke, self.problem.limits.acceleration_max)
 
     def update_belief(
-        self, friction: float, evidence: float, commanded: PushChoice, travelled: float
+        self,
+        friction: float,
+        evidence: float,
+        commanded: PushChoice,
+        travelled: float,
+        *,
+        weights: Floats | None = None,
+        shown: PushEvidence | None = None,
     ) -> Belief:
         """Return the belief after a push by Bayes' rule; the push scatters about the friction of the part.
 
-        A travel that only an improbable friction explains restarts the belief at that friction.
+        Before the first push the friction of a part is that told, with its scatter, or, with a weight of a
+        tenth, that of any factor of the problem's range.
 
         Parameters
         ----------
@@ -193,21 +207,27 @@ class Strategy(Plan):
             Commanded push.
         travelled : float
             Travel of the part, mm: distance of two measured places.
+        weights : array, (R,), optional
+            Weights of the friction scales before, unit 1, from this method. None: those of friction and
+            evidence.
+        shown : PushEvidence, optional
+            What the push shows of friction (mm, N). None: its travel, on a table at rest.
 
         Returns
         -------
         Belief
-            Mean and evidence; an uninformative push adds little, a contradicting one reduces the evidence.
+            Mean, evidence and weights; an uninformative push adds little, a contradicting one reduces the
+            evidence.
         """
-        prior = friction, self.belief.sd(evidence)
-        table, grid = self.outcomes.travel[commanded.kind], self.outcomes.grid
-        mean, sd, wrong = posterior(
-            table, grid, commanded.stroke, prior, self.belief.push_sd, self._noise, travelled
+        before = prior(self.problem, friction, evidence) if weights is None else weights
+        if shown is None:
+            expected = self.outcomes.travels(commanded.kind, commanded.stroke)
+            shown = PushEvidence(expected[None], np.array([self._noise]), np.array([travelled]))
+        after = learned(
+            shown.expected, self.outcomes.grid, before, self.belief.push_sd, shown.noise, shown.seen
         )
-        told = self.belief.evidence(sd)
-        return Belief(
-            min(max(mean, FRICTION_SCALES[0]), FRICTION_SCALES[-1]), told if wrong else max(evidence, told)
-        )
+        mean, sd = moments(after)
+        return Belief(mean, self.belief.evidence(sd), after)
 
     @cached_property
     def _noise(self) -> float:
@@ -237,6 +257,41 @@ class Strategy(Plan):
         from centering.cycle._strategy.simulation import simulate
 
         return simulate(self, runs, rng, start)
+
+    def robust(
+        self, friction_range: tuple[float, float] | None = None, *, runs: int = 200, rng: Seed = 0
+    ) -> "RiskTable":
+        """Return what the strategy risks where the true mean friction is not that of the model.
+
+        Parts of another friction are followed by the tables of the plan, with the belief that they would
+        leave; no machine.
+
+        Parameters
+        ----------
+        friction_range : tuple of float, optional
+            Lowest and highest factor of friction, unit 1. None: the problem's.
+        runs : int
+            How many parts at each of five factors.
+        rng : int, SeedSequence or Generator
+            Source of randomness.
+
+        Returns
+        -------
+        RiskTable
+            Times (s), pushes, and shares of parts thrown and not centred, by factor.
+
+        Raises
+        ------
+        ValueError, TypeError
+            The range does not hold 1, or its low end is not > 0.
+
+        Examples
+        --------
+        >>> strategy.robust((0.6, 1.4)).to_dataframe()  # doctest: +SKIP
+        """
+        from centering.cycle._strategy.risk import robust
+
+        return robust(self, friction_range or self.problem.friction_range, runs, rng)
 
     @cached_property
     def dataset(self) -> xr.Dataset:
@@ -336,4 +391,12 @@ class Strategy(Plan):
     def _told(self) -> str:
         middle, end = 0.5 * self.problem.offset_max, 1e3 * self.problem.tolerance
         expected = f"{self.cycle_time(middle):.2f} s expected from {middle:g} mm"
-        return f"{self.problem.model.part.mass:g} kg to {end:g} µm: {expected}"
+        risk, (low, high) = self._risk, self.problem.friction_range
+        worst = f"friction x {low:g} to {high:g}, worst x {risk.factor[risk.worst]:g}"
+        doubt = f"{worst}: {risk.time[risk.worst]:.2f} s on average"
+        return f"{self.problem.model.part.mass:g} kg to {end:g} µm: {expected}; {doubt}"
+
+    @cached_property
+    def _risk(self) -> "RiskTable":
+        """Risk over the range of the problem, of few parts."""
+        return self.robust(runs=_FEW)

@@ -1,16 +1,13 @@
 """Time between two pushes, and greatest table speed at an offset."""
 
-from math import pi, sqrt
+from math import pi
 
 import numpy as np
 
-from centering._problem.model import GRAVITY
 from centering._problem.problem import CenteringProblem
+from centering.cycle._strategy.table_limit import TableLimit, least_friction
 from sdpgrind.base.checks import Floats
 from sdpgrind.base.quantities import Described, described, quantity
-
-_MARGIN = 0.6  # chosen: share of the friction at rest that turning with the table may use up
-_REACH = 60.0  # mm/s, chosen: how fast the rim may come toward the tip, so that the tip outruns it
 
 
 @described("centering.cycle_timing")
@@ -42,22 +39,18 @@ class CycleTiming(Described):
     busy_time: float = quantity("s", above=0, default=0.1)
     first_arc: float = quantity("rad", above=0, usual=(0.001, 20.0), typical=0.3, default=0.3)
 
-    def start_time(self, speed: float, acceleration: float) -> float:
-        """Return the mean time from rest to first touch, s: ramp, measurement, half a turn.
+    def start_time(self, offset: float, speed: float, limit: TableLimit) -> float:
+        """Return the mean time from rest to first touch, s: run-up, measurement, half a turn.
 
-        The table ramps to `speed` (rad/s) at `acceleration` (rad/s^2).
+        The table at an offset (mm) runs up to `speed` (rad/s) as fast as its limit allows.
         """
-        angle, turned = self.first_arc + pi, 0.5 * speed**2 / acceleration
-        return (
-            sqrt(2.0 * angle / acceleration)
-            if angle < turned
-            else speed / acceleration + (angle - turned) / speed
-        )
+        return limit.turning_time(self.first_arc + pi, offset, speed)
 
 
 def table_speeds(problem: CenteringProblem, offset: Floats, speed: str | float) -> Floats:
-    """Return the greatest table speeds (rad/s) without slip or outrun tip at offsets (mm), or `speed`."""
-    limits, model = problem.limits, problem.model
-    slip = np.sqrt(_MARGIN * model.mu_static * GRAVITY / offset)
-    fastest = np.minimum(np.minimum(limits.spindle_speed_max, slip), _REACH / offset)
+    """Return the greatest table speeds (rad/s) without slip or outrun tip at offsets (mm), or `speed`.
+
+    They hold for the least friction of the problem, before a push has shown that of the part.
+    """
+    fastest = TableLimit(problem, least_friction(problem)).speeds(offset)
     return np.asarray(fastest if isinstance(speed, str) else np.minimum(fastest, speed))

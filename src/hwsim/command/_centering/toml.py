@@ -87,6 +87,8 @@ def _problem(file: Table) -> centering.CenteringProblem:
     limits = _changed(known.limits, file.maybe("limits"))
     scatter = _changed(known.scatter, file.maybe("scatter"))
     options = file.values(centering.CenteringProblem, every=False, skip=_inside(known))
+    if file.has("friction_range"):
+        options["friction_range"] = tuple(file.list_of("friction_range", "1"))
     return file.made(known.replace, model=model, limits=limits, scatter=scatter, **options)
 
 

@@ -126,10 +126,10 @@ class CenteringPart:
     def take_effect(self) -> bool:
         """Apply the command of the last sample; return whether it changes the motion of the spindle."""
         command, self._pending = self._pending, {}
-        before = self._state[slide.SPEED_SET]
+        before = self.spindle()[2:]
         if command:
             self._take(command)
-        return bool(self._state[slide.SPEED_SET] != before)
+        return self.spindle()[2:] != before
 
     @property
     def _beyond(self) -> bool:
@@ -142,6 +142,8 @@ class CenteringPart:
             self._lost = self.done = True
 
     def _take(self, command: Mapping[str, Any]) -> None:
+        if "spindle_acceleration" in command:
+            self._set_acceleration(command["spindle_acceleration"])
         if "spindle_speed" in command:
             self._set_spindle(command["spindle_speed"])
         if "velocity" in command:
@@ -166,6 +168,17 @@ class CenteringPart:
                 "rad/s",
             )
         self._state[slide.SPEED_SET] = wanted
+
+    def _set_acceleration(self, rate: object) -> None:
+        """Set the acceleration of changes of the speed, and the friction left for the place meanwhile."""
+        most = self._rig.problem.limits.spindle_acceleration_max
+        wanted = checks.positive("spindle_acceleration", rate, "rad/s^2")
+        if wanted > most * (1 + _ROUNDING):
+            raise checks.refuse(
+                "spindle_acceleration", f"<= spindle_acceleration_max = {most:.6g}", wanted, "rad/s^2"
+            )
+        self._cell[slide.SPINDLE_ACCELERATION] = wanted
+        laws.hold(self._cell, float(self._cell[slide.FRICTION]))
 
     def _load(self, profile: Any, angle: object) -> None:
         """Store a profile until its angle, or begin it; drop it while another one runs."""

@@ -44,8 +44,9 @@ class CenteringMachine(Described):
     `centering.TipProfile`), which begins at ``profile_angle`` (rad), inside a tick, or at once where the
     angle is missing or passed. A new profile replaces a waiting one (no rows: cancels it) and is dropped
     while another one runs. A slide at another speed joins the profile at ``acceleration_max``; the difference
-    in position stays. ``spindle_speed`` (rad/s) is reached at limited acceleration. ``retract`` ends the
-    part, given up unless ``finished`` is commanded; ``finished`` alone ends it, too.
+    in position stays. ``spindle_speed`` (rad/s) is reached at ``spindle_acceleration`` (rad/s^2), at first
+    and at most that of the limits. ``retract`` ends the part, given up unless ``finished`` is commanded;
+    ``finished`` alone ends it, too.
 
     Between ticks slide and spindle move in closed form, and the ring by the laws of contact and friction on
     the turning table, with centrifugal and Coriolis forces. A table that changes its speed while the ring
@@ -187,7 +188,8 @@ class CenteringMachine(Described):
     def accepts(self) -> Mapping[str, str]:
         """Name -> unit of the commands; for a profile see the class."""
         motion = {"velocity": "mm/s", "profile": "s, mm/s, mm/s^2", "profile_angle": "rad"}
-        return {**motion, "retract": "", "spindle_speed": "rad/s", "finished": ""}
+        table = {"spindle_speed": "rad/s", "spindle_acceleration": "rad/s^2"}
+        return {**motion, "retract": "", **table, "finished": ""}
 
     @property
     def outcomes(self) -> Mapping[str, str | tuple[str, str]]:

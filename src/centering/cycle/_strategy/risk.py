@@ -1,0 +1,189 @@
+"""What a strategy risks where friction is not what it was told: times, pushes, parts thrown, by factor."""
+
+from typing import TYPE_CHECKING, Any, Protocol, Self
+
+import numpy as np
+import xarray as xr
+
+from centering._problem.model import GRAVITY
+from centering._problem.problem import checked_range
+from centering.cycle._strategy.choice import PushChoice
+from centering.cycle._strategy.limit_curve import needed
+from centering.cycle._strategy.outcomes import OutcomeTable
+from centering.cycle._strategy.simulation import Followed, Parts
+from centering.cycle._strategy.table_limit import TableLimit, least_friction
+from sdpgrind.base import checks
+from sdpgrind.base.arrays import ByValue
+from sdpgrind.base.checks import Floats
+from sdpgrind.base.quantities import Described, array, described, units_of
+from sdpgrind.base.records import Record
+from sdpgrind.base.rng import Seed, generator
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+_NEAREST = 0.1  # chosen: least offset of a part over the greatest, as of a simulated machine
+_MANY = 0.95  # derived: the quantile that is told
+_COLUMNS = {
+    "time": "mean time of a part",
+    "time_95": "time that 95 % of the parts keep",
+    "pushes": "mean number of pushes",
+    "thrown": "share of the parts that the table throws",
+    "unfinished": "share of the parts that are not centred",
+}
+
+
+class Doubted(Followed, Protocol):
+    """Interface of a strategy for its risk; see `Strategy`."""
+
+    outcomes: OutcomeTable
+
+
+@described("centering.risk")
+class RiskTable(Record, ByValue, Described):
+    """Risk of a strategy by the factor of friction, from `Strategy.robust`.
+
+    Parameters
+    ----------
+    factor : array, (F,)
+        True mean friction over that of the model, unit 1.
+    time, time_95 : array, (F,)
+        Mean time of a part, and the time that 95 % of the parts keep, s.
+    pushes : array, (F,)
+        Mean number of pushes, unit 1.
+    thrown, unfinished : array, (F,)
+        Shares of the parts that the table throws in its first run-up, and of those that are not centred after
+        the greatest number of pushes, unit 1.
+
+    Raises
+    ------
+    ValueError
+        A column is not finite.
+
+    Examples
+    --------
+    >>> columns = {"time": [2.6, 2.1], "time_95": [3.4, 2.8], "pushes": [4.1, 2.9]}
+    >>> risk = RiskTable(factor=[0.6, 1.0], **columns, thrown=[0.01, 0.0], unfinished=[0.0, 0.0])
+    >>> risk
+    RiskTable(friction x 0.6 to 1; slowest at x 0.6: 2.60 s; at most 1 % thrown, 0 % not centred)
+    >>> risk.to_dataframe()["time"].tolist()  # s
+    [2.6, 2.1]
+    """
+
+    kind = "centering.risk"
+    factor: Floats = array("1")
+    time: Floats = array("s")
+    time_95: Floats = array("s")
+    pushes: Floats = array("1")
+    thrown: Floats = array("1")
+    unfinished: Floats = array("1")
+
+    @property
+    def worst(self) -> int:
+        """Row of the factor with the longest mean time, s."""
+        return int(np.argmax(self.time))
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Columns by the factor of friction, with units."""
+        units = units_of(type(self))
+        labels = {name: {"units": units[name], "long_name": words} for name, words in _COLUMNS.items()}
+        columns = {name: ("factor", getattr(self, name), label) for name, label in labels.items()}
+        factor = {"units": units["factor"], "long_name": "true mean friction over that of the model"}
+        return xr.Dataset(columns, {"factor": ("factor", self.factor, factor)})
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return times (s), pushes and shares (unit 1) as a table, a row for each factor."""
+        return self.dataset.to_dataframe()
+
+    def _written(self) -> xr.Dataset:
+        return self.dataset
+
+    @classmethod
+    def restored(cls, dataset: xr.Dataset) -> Self:
+        return cls(**{name: dataset[name].values for name in ("factor", *_COLUMNS)})
+
+    def __repr__(self) -> str:
+        thrown, left = 100.0 * self.thrown.max(), 100.0 * self.unfinished.max()
+        return (
+            f"RiskTable(friction x {self.factor[0]:g} to {self.factor[-1]:g}; slowest at"
+            f" x {self.factor[self.worst]:g}: {self.time[self.worst]:.2f} s;"
+            f" at most {thrown:.2g} % thrown, {left:.2g} % not centred)"
+        )
+
+
+def robust(strategy: Doubted, friction_range: Any, runs: int, rng: Seed) -> RiskTable:
+    """Follow a strategy at five factors of friction; see `Strategy.robust`."""
+    low, high = checked_range("friction_range", friction_range)
+    checks.count("runs", runs)
+    factors = np.array([low, 0.5 * (low + 1.0), 1.0, 0.5 * (1.0 + high), high])
+    rows = [
+        _row(strategy, float(factor), runs, each)
+        for factor, each in zip(factors, generator(rng).spawn(5), strict=True)
+    ]
+    return RiskTable(factors, *np.array(rows).T)
+
+
+def _row(strategy: Doubted, factor: float, runs: int, random: np.random.Generator) -> tuple[float, ...]:
+    """Columns of a factor."""
+    most = strategy.problem.offset_max
+    start = most * (_NEAREST + (1.0 - _NEAREST) * (np.arange(runs) + random.uniform(size=runs)) / runs)
+    parts = _LookedUp(strategy, start, random, factor)
+    found = parts.run()
+    time = found.time + np.where(parts.thrown, [strategy.start_time(float(d)) for d in start], 0.0)
+    return (
+        float(time.mean()),
+        float(np.quantile(time, _MANY)),
+        float(found.pushes.mean()),
+        float(parts.thrown.mean()),
+        float(parts.waiting.mean()),
+    )
+
+
+class _LookedUp(Parts):
+    """Parts of another friction by the tables of the plan; the first push falls into the run-up."""
+
+    def __init__(self, strategy: Doubted, start: Floats, random: np.random.Generator, factor: float) -> None:
+        self._table = strategy.outcomes
+        super().__init__(strategy, start, random, factor)
+        angles = strategy.timing.first_arc + random.uniform(0.0, 2.0 * np.pi, start.size)
+        places = zip(start, angles, strict=True)
+        begun = [_run_up(strategy, float(offset), float(angle)) for offset, angle in places]
+        self.time, self.speed, held = np.array(begun).T
+        self.thrown = strategy.problem.model.mu_static * GRAVITY * self.scale < held
+
+    def _travel(self, at: Any, choices: list[PushChoice], unit: Floats) -> Floats:
+        place = self.offset[at] - self.measured[at] + self.scatter.stop_sd * unit[1, at]
+        return np.array(
+            [
+                self._table.expected(choice.kind, choice.stroke + p, self._friction(int(k), unit[:, k]))
+                for k, choice, p in zip(at, choices, place, strict=True)
+            ]
+        )
+
+    def _turning(self, phase: float, busy: float, arc: float, before: float, speed: float) -> float:
+        """The table turns at the first speed while the part is pushed, and gains speed after it.
+
+        As many readings as at the second speed are taken, on a shorter arc.
+        """
+        most = self.strategy.problem.limits.spindle_acceleration_max
+        need = before * (busy + arc / speed)
+        turns = np.ceil(max(0.0, need - phase) / (2.0 * np.pi))
+        left = phase + 2.0 * np.pi * turns - before * busy
+        ramp = max(speed**2 - before**2, 0.0) / (2.0 * most)
+        if left < ramp:
+            return float(busy + (np.sqrt(before**2 + 2.0 * most * left) - before) / most)
+        return float(busy + max(speed - before, 0.0) / most + (left - ramp) / speed)
+
+
+def _run_up(strategy: Doubted, offset: float, angle: float) -> tuple[float, float, float]:
+    """Time (s) and speed (rad/s) of a table that has turned by an angle, and the mu g that held the ring."""
+    limit = TableLimit(strategy.problem, least_friction(strategy.problem))
+    goal = strategy.spindle_speed(offset)
+    speeds, _, turned = limit.run_up(offset, goal)
+    there = speeds[turned <= angle]
+    rates = limit.accelerations(offset, there)
+    held = needed(offset * np.hypot(there**2, rates), rates * strategy.problem.model.part.radius)
+    speed = float(np.sqrt(np.interp(angle, turned, speeds**2)))
+    return limit.turning_time(angle, offset, goal), speed, float(held.max())

@@ -1,0 +1,84 @@
+"""Risk of a strategy where friction is not what it was told: against the machine, kept, refused."""
+
+import numpy as np
+import pytest
+from push_inside import Size, felt_model
+from strategy_twins import QUICK, quick_strategy
+
+import hwsim
+from centering import CenteringController, Strategy, preset
+from centering.cycle import RiskTable
+from centering.cycle._strategy.limit_curve import needed
+
+PROBLEM = preset("printed").replace(mass=12.0, radius=85.0, friction_range=(0.6, 1.4))
+
+
+@pytest.fixture(scope="module")
+def strategy():
+    return quick_strategy(PROBLEM, kinds=QUICK, size=Size(48, 5))
+
+
+@pytest.fixture(scope="module")
+def risk(strategy):
+    return strategy.robust()
+
+
+def test_factors_and_columns(risk):
+    assert risk.factor.tolist() == [0.6, 0.8, 1.0, 1.2, 1.4]
+    table = risk.to_dataframe()
+    assert list(table.columns) == ["time", "time_95", "pushes", "thrown", "unfinished"]
+    assert np.all(table["time"] < table["time_95"]) and np.all(table["unfinished"] == 0.0)
+    assert np.all(table["thrown"] <= 0.01)  # the table is kept slow enough for the range
+
+
+@pytest.mark.parametrize(("row", "parts"), [(0, 24), (4, 24)])
+def test_against_the_machine(strategy, risk, row, parts):
+    """Bar: 15 % of the mean time; 24 parts are known to 6 %, those of the table to 2 %."""
+    truth = felt_model(PROBLEM.model, float(risk.factor[row]))
+    machine = hwsim.CenteringMachine(PROBLEM, truth=truth)
+    out = hwsim.run(machine, CenteringController(strategy), parts=parts, rng=3).outcome
+    assert float(out.time.mean()) == pytest.approx(risk.time[row], rel=0.15 + 2 * 0.06)
+    assert out.slipped.sum() == 0 and out.collisions.sum() == 0 and np.all(out.finished == 1)
+
+
+def test_a_range_that_was_not_told_throws_parts(strategy):
+    """At a third of the friction nearly all parts fly; the plan is for 0.6 less three sd: 0.45."""
+    risk = strategy.robust((0.33, 1.0), runs=60)
+    assert risk.thrown[0] > 0.5 > risk.thrown[1]
+    assert np.all(np.diff(risk.thrown) <= 0.0)
+    assert risk.thrown[-1] == 0.0
+
+
+def test_it_is_repeatable_and_says_the_worst(strategy):
+    one, two = (strategy.robust(runs=20, rng=4) for _ in range(2))
+    assert one == two
+    assert one != strategy.robust(runs=20, rng=5)
+    assert f"slowest at x {one.factor[one.worst]:g}" in repr(one)
+    assert "friction x 0.6 to 1.4, worst x" in repr(strategy)
+
+
+def test_kept_and_loaded(risk, strategy, tmp_path):
+    risk.save(tmp_path / "risk.nc")
+    assert RiskTable.from_file(tmp_path / "risk.nc") == risk
+    strategy.save(tmp_path / "strategy.nc")
+    again = Strategy.from_file(tmp_path / "strategy.nc")
+    assert again.problem.friction_range == (0.6, 1.4) and again.robust() == risk
+
+
+def test_what_is_refused(strategy):
+    with pytest.raises(ValueError, match=r"friction_range\[0\] must be in \(0, 1\]"):
+        strategy.robust((0.0, 1.2))
+    with pytest.raises(ValueError, match="runs must be"):
+        strategy.robust(runs=0)
+
+
+def test_friction_that_a_ring_needs_against_a_sum_along_it():
+    """Even pressure, slip in one direction with a spin: force and moment of each ratio need just their mu g."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 20_001)[:-1]
+    for ratio in (0.2, 0.5, 0.7854, 1.0, 1.4):
+        slide, spin = np.cos(ratio), np.sin(ratio)
+        x, y = slide - spin * np.sin(turn), spin * np.cos(turn)
+        fast = np.hypot(x, y)
+        pull, moment = np.mean(x / fast), np.mean((y * np.cos(turn) - x * np.sin(turn)) / fast)
+        assert needed(np.array([pull]), np.array([moment]))[0] == pytest.approx(1.0, abs=1e-3)
+    assert needed(np.array([3.0, 0.0]), np.array([0.0, 2.0])) == pytest.approx([3.0, 2.0])
