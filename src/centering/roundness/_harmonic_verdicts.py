@@ -22,9 +22,9 @@ def measured_for(profile: Any, limits: Mapping[Any, float]) -> Harmonics | None:
     """Harmonics of a profile up to the highest of the limits (mm), with these; None without limits."""
     if not limits:
         return None
-    return profile.harmonics(
-        max(max(key) if isinstance(key, tuple) else key for key in limits), limits=limits
-    )
+    highest = max(max(key) if isinstance(key, tuple) else key for key in limits)
+    found: Harmonics = profile.harmonics(highest, limits=limits)
+    return found
 
 
 def harmonic_verdicts(found: Harmonics | None) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from centering.roundness._budget import HEADS, Budget
 from centering.roundness._circle_noise import NORMS, amplitude_sd, even_noise, is_even_noise, waves_of
+from centering.roundness._harmonic_limits import limits_of
 from centering.roundness._harmonic_verdicts import harmonic_verdicts, split_limits
 from centering.roundness._harmonics import Harmonics, above_noise
 from centering.roundness._profile_sheet import FORM, limit_of
@@ -168,7 +169,9 @@ def _harmonics(circle: Roundness, limits: Mapping[Any, float]) -> Harmonics | No
     upr = np.arange(2, even_noise(circle, 0).most + 1)  # that the filter leaves
     waves = waves_of(circle)[upr - 2]
     sd = amplitude_sd(circle)[upr]
-    return Harmonics(upr.astype(float), np.abs(waves), -np.angle(waves), sd, limits=limits)
+    return Harmonics(
+        upr.astype(float), np.abs(waves), -np.angle(waves), sd, limits=limits_of("limits", limits)
+    )
 
 
 def _undulations(found: Harmonics | None) -> Iterator[Block]:

@@ -58,9 +58,8 @@ def _as_json(value: Any) -> Any:
 
 def _from_json(fields: dict[str, Any]) -> Any:
     name = fields.pop("stored", None)
-    if name is None:
-        return fields
-    return class_of(name)(**{key: _tuples(value) for key, value in fields.items()})
+    given = {key: _tuples(value) for key, value in fields.items()}
+    return given if name is None else class_of(name)(**given)
 
 
 def class_of(name: str) -> Any:
