@@ -46,7 +46,7 @@ def test_a_range_that_was_not_told_throws_parts(strategy):
     risk = strategy.robust((0.33, 1.0), runs=60)
     assert risk.thrown[0] > 0.5 > risk.thrown[1]
     assert np.all(np.diff(risk.thrown) <= 0.0)
-    assert risk.thrown[-1] == 0.0
+    assert risk.thrown[-1] == 0.0 and np.all(np.diff(risk.factor) > 0.0)
 
 
 def test_it_is_repeatable_and_says_the_worst(strategy):

@@ -6,8 +6,9 @@ from typing import Any, Protocol
 from centering._problem.problem import CenteringProblem
 from centering.cycle._control.launch import Approach, SentPush, launch, preview
 from centering.cycle._control.table_motion import TableMotion
-from centering.cycle._strategy.belief import Belief
+from centering.cycle._strategy.belief import Belief, PushEvidence
 from centering.cycle._strategy.outcomes import PushKind
+from sdpgrind.base.checks import Floats
 
 _TURN = 2.0 * pi
 _LATEST = 1.3  # chosen: samples before the trigger until which a profile can be sent
@@ -43,7 +44,14 @@ class PushStrategy(Protocol):
     def offset_max(self) -> float: ...
     def push(self, *, offset: float, friction: float, evidence: float) -> ChosenPush: ...
     def update_belief(
-        self, friction: float, evidence: float, commanded: Any, travelled: float, **known: Any
+        self,
+        friction: float,
+        evidence: float,
+        commanded: Any,
+        travelled: float,
+        *,
+        weights: Floats | None = None,
+        shown: PushEvidence | None = None,
     ) -> tuple[float, float] | Belief: ...
 
 

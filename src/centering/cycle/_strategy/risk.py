@@ -117,7 +117,9 @@ def robust(strategy: Doubted, friction_range: Any, runs: int, rng: Seed) -> Risk
     """Follow a strategy at five factors of friction; see `Strategy.robust`."""
     low, high = checked_range("friction_range", friction_range)
     checks.count("runs", runs)
-    factors = np.array([low, 0.5 * (low + 1.0), 1.0, 0.5 * (1.0 + high), high])
+    both = low < 1.0 < high  # else the range has 1 as an end
+    halves = [low, 0.5 * (low + 1.0), 1.0, 0.5 * (1.0 + high), high]
+    factors = np.array(halves) if both else np.linspace(low, high, 5)
     rows = [
         _row(strategy, float(factor), runs, each)
         for factor, each in zip(factors, generator(rng).spawn(5), strict=True)
