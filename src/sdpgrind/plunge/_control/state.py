@@ -69,7 +69,8 @@ def law_of(problem: CycleProblem, final_rate: float, **settings: float) -> Float
 
 def staged_law(problem: CycleProblem, remaining: float, rate: float, **settings: float) -> Floats:
     """Row of `LAW` for three stages: switching stock (mm) and stage rate (mm/s)."""
-    stages = {"form": STAGED, "stage_remaining": remaining, "stage_rate": rate}
+    wear = problem.model.wheel_wear
+    stages = {"form": STAGED, "stage_remaining": remaining, "stage_rate": rate, "wheel_wear": wear}
     return law_of(problem, **({"final_rate": final_rate(problem, 0.0)} | stages | settings))
 
 
