@@ -137,7 +137,7 @@ def compared(problem, seed, **options):
     scan, slowest = SafePosition(controller, mean, covariance), slowest_of(record, law)
     if scan.depth(slowest, scan.wheel(0.0))[0] > 0.0:
         return None
-    return rule.safe_position(record, law, ahead), scan.least(ahead, slowest, steps=120)
+    return rule.safe_position(record, law, ahead)[:2], scan.least(ahead, slowest, steps=120)
 
 
 problems = st.builds(

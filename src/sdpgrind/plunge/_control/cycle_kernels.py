@@ -25,6 +25,7 @@ from sdpgrind.plunge._control.state import (
     READ,
     REMAINING,
     RETRACT,
+    SATURATED,
     SCALE,
     SECTION,
     SHARPNESS,
@@ -190,7 +191,8 @@ def cycle_step(state, s, law, size, power, usable):
     s.rate = 0.0 if state[TOUCHED] == NO else _rate_near(x - law.K0, s.rate, core)
     state[RATE], state[REMAINING], state[BALANCED] = s.rate, law.stock - s.mean[Q], 0.0
     state[ZERO], state[SCALE], state[SHARPNESS] = s.mean[C] / s.mean[K], 1.0 / s.mean[K], s.mean[A]
-    most, final = safe_position(s, law, ahead(s, law, x, core) if state[TOUCHED] != NO else 0.0)
+    gone = ahead(s, law, x, core) if state[TOUCHED] != NO else 0.0
+    most, final, state[SATURATED] = safe_position(s, law, gone)
     waits = state[SECTION] == SPARK_OUT and s.rate > WAIT * final
     # measured: where the wheel wears, a wait of up to the gauge's noise beyond size makes parts up to 0.65 um
     # too small; one of 0.4 of it up to 0.37 um, but 2 to 9 % of first parts out of round, by up to 0.07 um

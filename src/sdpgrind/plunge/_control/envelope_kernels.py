@@ -104,16 +104,20 @@ def _slowest(s, law):
 
 @compiled
 def safe_position(s, law, ahead):
-    """Greatest commanded position (mm), and the rate at size (mm/s); `ahead` (mm): removed before it acts."""
+    """Greatest commanded position (mm), rate at size (mm/s), and whether no rate is safe there.
+
+    `ahead` (mm): removed before the command acts. Where no rate is safe, that at size is the coolest.
+    """
     now, margin = max(law.stock - s.mean[Q] - ahead, 0.0), law.safety_margin
     allowed = 0.0 if law.no_burn else max(now - margin, 0.0)  # depth of damage
     v = _slowest(s, law)
     step = (law.rate_max / v) ** (1.0 / (RATES - 1))
     root, w, root_step, w_step = np.sqrt(np.sqrt(v)), v**law.p, np.sqrt(np.sqrt(step)), step**law.p
-    last, before, end, least = v, np.inf, 0.0, np.inf
+    last, before, end, least, saturated = v, np.inf, 0.0, np.inf, 0.0
     for _ in range(RATES):
         depth = depth_ahead(s, law, v, root, w)
         if depth > 0.0 and end <= 0.0:  # the greatest rate that is safe without stock
+            saturated = 1.0 if before == np.inf else 0.0
             end = _rate_at(s, law, last, before, v, depth, 0.0)
             least = min(least, _position(s, law, min(margin, now), end))
         if depth > allowed:
@@ -125,4 +129,4 @@ def safe_position(s, law, ahead):
         v, root, w = v * step, root * root_step, w * w_step
     least = min(least, _position(s, law, now, last))
     final = law.final_rate if end <= 0.0 else min(law.final_rate, end)
-    return min(least, _position(s, law, 0.0, final)), final
+    return min(least, _position(s, law, 0.0, final)), final, saturated
