@@ -3,7 +3,7 @@
 import numpy as np
 
 from sdpgrind.base.compiling.compiled import compiled
-from sdpgrind.plunge._control.envelope_kernels import safe_position
+from sdpgrind.plunge._control.envelope_kernels import keeps_reserve, safe_position
 from sdpgrind.plunge._control.filter_kernels import deflected, predict, read_power, read_size
 from sdpgrind.plunge._control.filter_state import GAIN, SHOWN, WEAR, Q
 from sdpgrind.plunge._control.filter_state import LOAD as C
@@ -40,6 +40,8 @@ from sdpgrind.plunge._control.state import (
 from sdpgrind.plunge._model.kernels import _rate_near, _worn
 
 CREEP = 0.9  # chosen: share of the final rate below which the wheel is fed on
+# measured: in 480 parts with a grinding ratio of 100 at most 0.37 um beyond size, all round; 0.5 um of noise
+WAITED = 0.75  # greatest way beyond size over the gauge's noise
 WAIT = 1.004  # chosen: rate at the end over the final rate; a smaller value waits longer at size
 
 
@@ -184,6 +186,17 @@ def ahead(s, law, x, core):
 
 
 @compiled
+def at_size(state, s, law, waits):
+    """Whether the part is at size, or as far beyond it as it may wait to be round."""
+    beyond = -state[REMAINING]
+    if beyond < 0.0 or not waits:
+        return beyond >= 0.0
+    if keeps_reserve(law):  # few parts wait, and none for a sample that would be too much
+        return beyond + s.rate * law.sample_time >= WAITED * law.size_sd
+    return beyond >= law.size_sd
+
+
+@compiled
 def cycle_step(state, s, law, size, power, usable):
     """Update by size (mm) and power (W), NaN: no reading; return the command rate (mm/s)."""
     read_all(state, s, law, size, power - law.idle_power, usable)
@@ -194,8 +207,7 @@ def cycle_step(state, s, law, size, power, usable):
     gone = ahead(s, law, x, core) if state[TOUCHED] != NO else 0.0
     most, final, state[SATURATED] = safe_position(s, law, gone)
     waits = state[SECTION] == SPARK_OUT and s.rate > WAIT * final
-    # measured: a wait of 0.4 of the gauge's noise left 2 to 9 % of first parts out of round, up to 0.07 um
-    if state[REMAINING] <= (-law.size_sd if waits else 0.0) or state[MISSED] >= MISSED_MAX:
+    if at_size(state, s, law, waits) or state[MISSED] >= MISSED_MAX:
         state[SECTION] = RETRACT
         return 0.0
     return command_of(state, law, most, final)

@@ -79,6 +79,12 @@ def _position(s, law, remaining, v):
     return removed + (core.K0 + beyond(v, core) - s.mean[LOAD]) / s.mean[STIFFNESS]
 
 
+@compiled(inline="always")
+def keeps_reserve(law):
+    """Whether the wear of the wheel is doubted, and learned."""
+    return law.online and law.wear_sd > 0.0
+
+
 @compiled
 def end_position(s, law, v):
     """Commanded position (mm) that ends at size at a rate (mm/s), less its standard deviation.
@@ -88,7 +94,7 @@ def end_position(s, law, v):
     where nothing is learned, as a doubt that lasts would cost seconds.
     """
     position = _position(s, law, 0.0, v)
-    if not (law.online and law.wear_sd > 0.0):
+    if not keeps_reserve(law):
         return position
     core, stiff = worn_until(s, law, 0.0), s.mean[STIFFNESS]
     by_area = law.K2 * v**law.p / stiff
