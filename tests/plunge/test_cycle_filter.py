@@ -142,8 +142,8 @@ def compared(problem, seed, **options):
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("ratio", [math.inf, 20.0])
-def test_the_reserve_at_size_is_a_standard_deviation(seed, ratio):
-    """Of the position that ends there, by differences over all states; none where the wear is known."""
+def test_the_reserve_at_size_is_in_standard_deviations(seed, ratio):
+    """Some of the position that ends there, by differences over all states; none where the wear is known."""
     problem = PROBLEM.replace(grinding_ratio=ratio, wear=plunge.Wear(0.02))
     known, doubted = (plunge.CycleController(problem.replace(wheel_wear_sd=sd)) for sd in (0.0, 0.05))
     mean, covariance = drawn(np.random.default_rng(seed), problem, SDS)
@@ -156,7 +156,7 @@ def test_the_reserve_at_size_is_a_standard_deviation(seed, ratio):
     steps = np.diag([1e-4, 1e-5, 1e-4, 1e-4, 1e-4, 0.0, 0.0])
     slope = [(position(known, step) - position(known, -step)) / (2 * step.max() or 1.0) for step in steps]
     reserve = position(known, 0.0) - position(doubted, 0.0)
-    assert reserve == pytest.approx(math.sqrt(slope @ covariance @ slope), rel=1e-5)
+    assert reserve == pytest.approx(rule.RESERVE * math.sqrt(slope @ covariance @ slope), rel=1e-5)
 
 
 problems = st.builds(

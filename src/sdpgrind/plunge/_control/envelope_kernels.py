@@ -13,6 +13,7 @@ from sdpgrind.plunge._model.kernels import DeflectionLaw, _rate_near, _worn, bey
 
 RATES = 56  # chosen: rates between which E is linear: 0.05 um
 SLOWEST = 0.25  # chosen: least of them over the final rate, where that is safe at size
+RESERVE = 1.5  # chosen: standard deviations of the end position that are kept; see WAITED
 SLOWER = 0.01  # chosen: else least of them over that, where no rate is the coolest
 
 
@@ -87,7 +88,7 @@ def keeps_reserve(law):
 
 @compiled
 def end_position(s, law, v):
-    """Commanded position (mm) that ends at size at a rate (mm/s), less its standard deviation.
+    """Commanded position (mm) that ends at size at a rate (mm/s), less a share of its standard deviation.
 
     So a part comes to size a little slower rather than too fast, and need not wait beyond it to be round.
     Where the wear of the wheel is known, sizes are passed by 0.2 um at most, and nothing is kept; nor is it
@@ -101,7 +102,7 @@ def end_position(s, law, v):
     s.row[Q], s.row[LOAD], s.row[WEAR] = -law.growth * by_area, -1.0 / stiff, law.stock
     s.row[STIFFNESS] = (s.mean[LOAD] - core.K0 - beyond(v, core)) / stiff**2
     s.row[SHARPNESS] = by_area
-    return position - np.sqrt(max(variance_of_row(s), 0.0))
+    return position - RESERVE * np.sqrt(max(variance_of_row(s), 0.0))
 
 
 @compiled
